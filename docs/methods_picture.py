@@ -38,12 +38,7 @@ def write(stored: Sequence[Sections]) -> None:
 
     rows = [
         [
-            png(
-                nearest(each, state, FRAME, WIDTH),
-                np.asarray(state.fields["plastic_strain"]),
-                STRAINS,
-                VIRIDIS,
-            )
+            png(nearest(each, state, FRAME, WIDTH), np.asarray(state.fields["plastic_strain"]), STRAINS, VIRIDIS)
             for state in sorted(each.states, key=lambda state: state.time)
         ]
         for each in stored

@@ -85,11 +85,7 @@ def _values(run: Run) -> dict[str, float]:
     with tempfile.TemporaryDirectory() as folder:
         result: RunResult = execute(run, Path(folder), threads=1)
     print(run.scenario, run.parameters["target"], run.parameters["speed"], result.state, flush=True)
-    return {
-        name: measured.value
-        for name, measured in result.measurements.items()
-        if measured.value is not None
-    }
+    return {name: measured.value for name, measured in result.measurements.items() if measured.value is not None}
 
 
 if __name__ == "__main__":

@@ -71,9 +71,7 @@ def write(columns: dict[str, Sections]) -> None:
                 continue
             shown = nearest(stored, state, FRAME, WIDTH)
             panel = png(shown, state.fields["plastic_strain"], STRAINS, VIRIDIS)
-            sheet.alpha_composite(
-                Image.open(io.BytesIO(panel)).convert("RGBA"), (left, top + 2 * HEAD)
-            )
+            sheet.alpha_composite(Image.open(io.BytesIO(panel)).convert("RGBA"), (left, top + 2 * HEAD))
     sheet.convert("RGB").quantize(96).save(FILE, optimize=True)
 
 

@@ -25,10 +25,7 @@ PICTURES = """() => {
     const ramps = document.querySelector("svg.ramps").outerHTML;
     return [styles + ramps, run.querySelector("h3").textContent, [...debris, end].map(svg => svg.outerHTML)];
 }"""
-ROWS = {
-    "holes": "Copper sphere of 8 mm on a copper plate",
-    "craters": "Copper cylinder on a copper block",
-}
+ROWS = {"holes": "Copper sphere of 8 mm on a copper plate", "craters": "Copper cylinder on a copper block"}
 
 
 def main(demo: Path) -> None:

@@ -69,9 +69,7 @@ class Exchanged:
 
     removed: float  # energy that damping, contact, absorbers and walls took, J
     removed_by_contact: float  # the part of it that contact took, J
-    impulse: (
-        float  # given to the particles by faces, absorbers and loads along the line of flight, N s
-    )
+    impulse: float  # given to the particles by faces, absorbers and loads along the line of flight, N s
     worked: float = 0.0  # work of tractions and gravity, J
 
 
@@ -86,9 +84,7 @@ class Audit:
     kinetic: float  # J, on the grid
     internal: float  # J, on the grid
     outflow_mass: float  # of the initial mass
-    removed_energy: (
-        float  # by damping, contact, absorbers and walls, of the initial energy and |work|
-    )
+    removed_energy: float  # by damping, contact, absorbers and walls, of the initial energy and |work|
     contact_energy: float  # the part of it that contact took
     outflow_energy: float  # likewise
     hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of mass
@@ -156,9 +152,7 @@ def audit(
         outflow_energy=(ledger.kinetic + ledger.internal) / scale if scale else 0.0,
         hottest_energy_share=_hottest_share(particles, living, now.internal),
         largest_speed=_largest_speed(particles, living),
-        exchanged=Exchanged(
-            removed, removed_by_contact, float(impulse[impact_axis(geometry)]), worked
-        ),
+        exchanged=Exchanged(removed, removed_by_contact, float(impulse[impact_axis(geometry)]), worked),
         bodies=bodies,
     )
 

@@ -5,14 +5,7 @@ from time import monotonic
 from typing import Protocol
 
 from solver.audit import Audit
-from solver.checkpoint import (
-    Carried,
-    Checkpointing,
-    CheckpointRefused,
-    fingerprint,
-    read_checkpoint,
-    write_checkpoint,
-)
+from solver.checkpoint import Carried, Checkpointing, CheckpointRefused, fingerprint, read_checkpoint, write_checkpoint
 from solver.errors import Interrupted
 from solver.problem import Problem
 
@@ -43,17 +36,12 @@ class Observing:
 class CheckpointWriter:
     """Writes the checkpoints of a run, and restores it from the last one."""
 
-    def __init__(
-        self, simulation: Stepping, observing: Observing, checkpoint: Checkpointing, interval: float
-    ):
+    def __init__(self, simulation: Stepping, observing: Observing, checkpoint: Checkpointing, interval: float):
         self.simulation = simulation
         self.observing = observing
         self.checkpoint = checkpoint
         self.mark = fingerprint(
-            simulation.problem,
-            interval=repr(interval),
-            caller=checkpoint.caller,
-            shares=str(simulation.shares),
+            simulation.problem, interval=repr(interval), caller=checkpoint.caller, shares=str(simulation.shares)
         )
         self.written = monotonic()
 
@@ -72,9 +60,7 @@ class CheckpointWriter:
         self.observing.due = observing["due"]
         self.simulation.take_over(carried)
         self.checkpoint.on_checkpoint(self.simulation.step)
-        self.checkpoint.log(
-            f"from the checkpoint at t = {self.simulation.time:.6g} s, step {self.simulation.step}"
-        )
+        self.checkpoint.log(f"from the checkpoint at t = {self.simulation.time:.6g} s, step {self.simulation.step}")
 
     def after_step(self) -> None:
         """Write a checkpoint when one is due; raise Interrupted when the caller asks the run to stop."""

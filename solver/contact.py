@@ -38,16 +38,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from solver.faces import fold_vectors, mirror_vectors
-from solver.geometry import (
-    PACK,
-    WIDEST,
-    Pack,
-    dimensions,
-    node_place,
-    node_strides,
-    opened,
-    unpacked,
-)
+from solver.geometry import PACK, WIDEST, Pack, dimensions, node_place, node_strides, opened, unpacked
 from solver.jit import device, kernel
 from solver.problem import Criterion, Problem
 from solver.shapes import width
@@ -98,11 +89,7 @@ class NodalContact:
                 first,
                 second,
                 ContactPair(
-                    np.zeros((nodes, 3)),
-                    np.zeros(1),
-                    np.zeros((known, 3)),
-                    np.zeros((known, 2)),
-                    np.zeros((known, 2)),
+                    np.zeros((nodes, 3)), np.zeros(1), np.zeros((known, 3)), np.zeros((known, 2)), np.zeros((known, 2))
                 ),
             )
             for first, second in itertools.combinations(range(len(fields)), 2)
@@ -148,20 +135,12 @@ class NodalContact:
         for (_, _, pair), energy in zip(self.pairs, taken, strict=True):
             pair.taken[0] = energy
 
-    def _scatter_surface(
-        self, field: Any, table: np.ndarray, shares: np.ndarray, pack: Pack
-    ) -> None:
+    def _scatter_surface(self, field: Any, table: np.ndarray, shares: np.ndarray, pack: Pack) -> None:
         problem, areas = self.problem, field.nodes.areas
         areas[:] = 0.0  # ghosts too, in whatever block
         for share in range(len(field.tables)):  # into one table, so one after another
             scatter_surface(
-                problem.geometry,
-                problem.shape,
-                pack,
-                table,
-                shares[share, field.bodies],
-                areas,
-                field.touched[0],
+                problem.geometry, problem.shape, pack, table, shares[share, field.bodies], areas, field.touched[0]
             )
         fold_vectors(field.closed, areas, FORCE)
         mirror_vectors(field.closed, areas, FORCE)
@@ -204,9 +183,7 @@ def measure_gaps(geometry, shape, pack, table, ranges, sizes, first, second, pai
                 for k in range(stop - start):
                     p = start + k
                     if table[MASS, p] > 0.0:
-                        _extend(
-                            geometry, shape, table, p, k, pack, pair, body, sizes[body], surface
-                        )
+                        _extend(geometry, shape, table, p, k, pack, pair, body, sizes[body], surface)
 
 
 @device

@@ -43,9 +43,7 @@ class CoupledStepper(Method):
         if any(body.mesh for body in problem.bodies[len(meshed) :]):
             raise ProblemError("bodies with a mesh come first; reorder the bodies")
         if any(load.body >= len(meshed) for load in problem.tractions):
-            raise ProblemError(
-                "a traction presses on particles; let it press on a body with a mesh"
-            )
+            raise ProblemError("a traction presses on particles; let it press on a body with a mesh")
         elements = replace(problem, bodies=tuple(meshed), smoothing=None)
         self.elements = ElementStepper(elements, limits, pool, shares)
         self.particles = ParticleStepper(replace(problem, tractions=()), limits, pool, shares)
@@ -81,14 +79,10 @@ class CoupledStepper(Method):
         first, second = self.elements.balance(kick), self.particles.balance(partition, kick)
         self.faulty = first.tally.fault > 0.0
         part = self.particles.problem.courant / COURANT_OF_ELEMENTS
-        slowed = first.tally._replace(
-            signal=part * first.tally.signal, convected=part * first.tally.convected
-        )
+        slowed = first.tally._replace(signal=part * first.tally.signal, convected=part * first.tally.convected)
         return _added(first._replace(tally=slowed, impulse=first.impulse + impulse), second)
 
-    def material_points(
-        self, particles: Particles, body: np.ndarray
-    ) -> tuple[Particles, np.ndarray]:
+    def material_points(self, particles: Particles, body: np.ndarray) -> tuple[Particles, np.ndarray]:
         """The points with a stress that a fault is about, and the index of each one's body."""
         return self.elements.material_points(particles, body) if self.faulty else (particles, body)
 
@@ -124,9 +118,7 @@ class CoupledStepper(Method):
         near = np.flatnonzero(apart < reach)
         self.near, self.nearest = near + first, nodes[nearest[near]]
 
-    def _balance_forces(
-        self, partition: Partition, drivers: np.ndarray, kick: float, dt: float
-    ) -> np.ndarray:
+    def _balance_forces(self, partition: Partition, drivers: np.ndarray, kick: float, dt: float) -> np.ndarray:
         """Give fixed particles what elements pull at their nodes, less what nodes do to the particles near them.
 
         Returns the impulse (3,) of planes of symmetry that particles and elements do not book, N s.
@@ -171,9 +163,7 @@ def _fixed_particles(problem: Problem, nodes: int) -> np.ndarray:
     at_site[site[nodes:]] = np.arange(nodes, site.size)
     fixed: np.ndarray = at_site[site[:nodes]]
     if (fixed < 0).all():
-        raise ProblemError(
-            "no particle begins at a node; let particles and mesh meet on common nodes"
-        )
+        raise ProblemError("no particle begins at a node; let particles and mesh meet on common nodes")
     return fixed
 
 

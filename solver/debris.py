@@ -24,9 +24,7 @@ NEIGHBOURS = np.ones((3, 3, 3), bool)  # no shape reaches farther than to those 
 
 def clear_debris(problem: Problem, particles: Particles, body: np.ndarray) -> np.ndarray:
     """Indices of the particles that have come off the target and whose piece is on a clear way out of the grid."""
-    from scipy import (
-        ndimage,  # half a second, which runs that follow their debris need not wait for
-    )
+    from scipy import ndimage  # half a second, which runs that follow their debris need not wait for
 
     rule, geometry = problem.retirement, problem.geometry
     assert rule is not None
@@ -58,9 +56,7 @@ def flown_on_grid(problem: Problem, departed: Departed, time: float) -> np.ndarr
     return np.where(_is_inside(problem, place)[:, None], place, np.nan)
 
 
-def _meets(
-    problem: Problem, position: np.ndarray, velocity: np.ndarray, target: np.ndarray
-) -> np.ndarray:
+def _meets(problem: Problem, position: np.ndarray, velocity: np.ndarray, target: np.ndarray) -> np.ndarray:
     """Which particles meet some nodes (of the grid, bool) on their straight path, or never leave the grid."""
     geometry = problem.geometry
     speed = np.abs(velocity).max(axis=1)

@@ -30,12 +30,8 @@ class UnphysicalState(WhippleError):
     Attributes: ``particle`` (its permanent number), ``body``, ``time`` (s), ``step``, ``quantity`` and its ``value``.
     """
 
-    def __init__(
-        self, *, particle: int, body: str, time: float, step: int, quantity: str, value: float
-    ):
-        super().__init__(
-            f"{quantity} = {value:.6g} at particle {particle} of {body!r}, t = {time:.6g} s, step {step}"
-        )
+    def __init__(self, *, particle: int, body: str, time: float, step: int, quantity: str, value: float):
+        super().__init__(f"{quantity} = {value:.6g} at particle {particle} of {body!r}, t = {time:.6g} s, step {step}")
         self.particle = particle
         self.body = body
         self.time = time

@@ -329,9 +329,7 @@ def cross_faces(geometry, faces, clamp, particles, impulse):
             axis = face // 2
             side = face - 2 * axis
             kind = faces[axis, side]
-            if kind == _FREE or (
-                kind == _FIXED and not _clamped(clamp, particles.position, p, axis)
-            ):
+            if kind == _FREE or (kind == _FIXED and not _clamped(clamp, particles.position, p, axis)):
                 particles.alive[p] = 0
                 gone += 1
             else:

@@ -30,16 +30,7 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
-__all__ = [
-    "Bound",
-    "compiler",
-    "device",
-    "generic",
-    "implements",
-    "kernel",
-    "software",
-    "when_compiling",
-]
+__all__ = ["Bound", "compiler", "device", "generic", "implements", "kernel", "software", "when_compiling"]
 
 # Fused multiply-add is allowed; everything that could hide a NaN or reorder a sum is not.
 _FLOATING_POINT = {"contract"}
@@ -53,16 +44,11 @@ _waiting: list[Callable[[], None]] = []  # registrations until the first kernel
 _kernels: set[Callable[..., Any]] = set()  # functions whose machine code KernelLocator keeps
 
 # numba's own choice, for functions that are no kernels and where the cache directory cannot be made.
-_NUMBA_LOCATORS = (
-    "UserProvidedCacheLocator,InTreeCacheLocator,UserWideCacheLocator,IPythonCacheLocator"
-)
+_NUMBA_LOCATORS = "UserProvidedCacheLocator,InTreeCacheLocator,UserWideCacheLocator,IPythonCacheLocator"
 
 # LLVM's names of what each level adds: x86-64 psABI, table "Micro-Architecture Levels". The highest comes first.
 _V3 = {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe"}
-_LEVELS = {
-    "x86-64-v4": _V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"},
-    "x86-64-v3": _V3,
-}
+_LEVELS = {"x86-64-v4": _V3 | {"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl"}, "x86-64-v3": _V3}
 
 
 def when_compiling(register: Callable[[], None]) -> Callable[[], None]:
@@ -204,9 +190,7 @@ def _compiled_once(compile: Callable[..., Any], function: Callable[..., Any]) ->
                 _lock(stack.enter_context(file))
             try:
                 return compile(signature)
-            except (
-                OSError
-            ):  # a folder that can be read alone: compiled and not kept, and this returns it
+            except OSError:  # a folder that can be read alone: compiled and not kept, and this returns it
                 return compile(signature)
 
     return locked

@@ -34,9 +34,7 @@ class Loads:
         self.place = node_positions(problem.geometry)
         self.pack = new_pack()
 
-    def add(
-        self, nodes: Nodes, table: np.ndarray, shares: np.ndarray, *, time: float, dt: float
-    ) -> np.ndarray:
+    def add(self, nodes: Nodes, table: np.ndarray, shares: np.ndarray, *, time: float, dt: float) -> np.ndarray:
         """Add the loads of a step to the forces, before faces fold them; returns their impulse (3,), N s.
 
         ``table`` has the particles, ``shares`` (shares, bodies, 2) where those of each body begin and end.
@@ -52,25 +50,19 @@ class Loads:
         impulse: np.ndarray = dt * forces.sum(axis=0)
         return impulse
 
-    def _area(
-        self, load: Traction, table: np.ndarray, ranges: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
+    def _area(self, load: Traction, table: np.ndarray, ranges: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Nodes near the end of a body, and their outward area along its axis, m2 (per radian in axisymmetry)."""
         body: Body = self.problem.bodies[load.body]
         sign = 1.0 if load.side else -1.0
         ends = [
-            (sign * table[X + load.axis, begin:end][table[MASS, begin:end] > 0.0]).max(
-                initial=-np.inf
-            )
+            (sign * table[X + load.axis, begin:end][table[MASS, begin:end] > 0.0]).max(initial=-np.inf)
             for begin, end in ranges
         ]
         place = sign * (max(ends) + 0.5 * body.spacing[load.axis])
         self.areas[:] = 0.0
         for begin, end in ranges:
             problem, share = self.problem, np.array([[begin, end]])
-            scatter_surface(
-                problem.geometry, problem.shape, self.pack, table, share, self.areas, self.touched
-            )
+            scatter_surface(problem.geometry, problem.shape, self.pack, table, share, self.areas, self.touched)
         reach = REACH * self.problem.geometry.spacing
         near = np.flatnonzero(np.abs(self.place[:, load.axis] - place) < reach)
         return near, self.areas[near, FORCE + load.axis]

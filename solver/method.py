@@ -42,9 +42,7 @@ class Method:
         """Take the particles from n, at a time, to n+1."""
         raise NotImplementedError
 
-    def material_points(
-        self, particles: Particles, body: np.ndarray
-    ) -> tuple[Particles, np.ndarray]:
+    def material_points(self, particles: Particles, body: np.ndarray) -> tuple[Particles, np.ndarray]:
         """The points with a stress, and the index of each one's body."""
         return particles, body
 

@@ -13,15 +13,7 @@ from solver.failure.none import NoFailure
 from solver.shapes.linear import Linear
 from solver.state import Particles
 from solver.tensor import Jaumann
-from solver.units import (
-    Dimensionless,
-    JoulePerKilogram,
-    Kelvin,
-    KilogramPerCubicMetre,
-    Pascal,
-    PerSecond,
-    Second,
-)
+from solver.units import Dimensionless, JoulePerKilogram, Kelvin, KilogramPerCubicMetre, Pascal, PerSecond, Second
 
 
 class Face(IntEnum):
@@ -237,9 +229,7 @@ class Problem:
                     "least two"
                 )
             if not (np.diff(load.time) > 0.0).all() or not np.isfinite(load.pressure).all():
-                raise ProblemError(
-                    "times of a traction ascend and its pressures are finite; sort the table"
-                )
+                raise ProblemError("times of a traction ascend and its pressures are finite; sort the table")
         if self.smoothing and not 1.0 <= self.smoothing.ratio <= 3.0:
             raise ProblemError(f"smoothing ratio = {self.smoothing.ratio} lies outside [1, 3]")
         if not 0.0 < self.travel <= 1.0:
@@ -250,6 +240,5 @@ class Problem:
             Face.WALL in pair or pair == (Face.SYMMETRIC, Face.SYMMETRIC) for pair in self.faces
         ):
             raise ProblemError(
-                "debris may come back from walls and between two planes of symmetry; "
-                "follow it, without retirement"
+                "debris may come back from walls and between two planes of symmetry; follow it, without retirement"
             )

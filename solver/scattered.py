@@ -2,14 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from solver.geometry import (
-    PACK,
-    dimensions,
-    gather,
-    hoop_factor,
-    unpacked,
-    velocity_gradient,
-)
+from solver.geometry import PACK, dimensions, gather, hoop_factor, unpacked, velocity_gradient
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import implements
 from solver.transfer import find_nodes
@@ -30,12 +23,7 @@ class Scattered(NamedTuple):
 @implements(unpacked, Scattered)
 def _(geometry):
     lower, cells = geometry.lower, geometry.cells
-    return Scattered(
-        (lower[0], lower[1], lower[2]),
-        geometry.spacing,
-        (cells[0], cells[1], cells[2]),
-        geometry.axes,
-    )
+    return Scattered((lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), geometry.axes)
 
 
 @implements(dimensions, Scattered)

@@ -53,16 +53,7 @@ SHARE, MOST_SHARES = 32768, 16
 DENSEST, THINNEST, SPEED_FACTOR, ENERGY_FACTOR = 8.0, 1e-9, 10.0, 100.0
 
 # Numbers of a Simulation.
-CARRIED = (
-    "time",
-    "step",
-    "dt",
-    "smallest_step",
-    "particle_steps",
-    "removed",
-    "removed_by_contact",
-    "worked",
-)
+CARRIED = ("time", "step", "dt", "smallest_step", "particle_steps", "removed", "removed_by_contact", "worked")
 DEPARTED = "departed_"  # before the names of its arrays
 
 Observer = Callable[[Snapshot], str | None]
@@ -140,9 +131,7 @@ class Simulation:
     removed_by_contact: float = 0.0  # part of it that contact removed
     worked: float = 0.0  # work of tractions and gravity, J
     pool: ThreadPool = field(default_factory=lambda: ThreadPool(1))
-    shares: int = (
-        0  # of the particles; decides the bits, and how many threads find work; 0: by their number
-    )
+    shares: int = 0  # of the particles; decides the bits, and how many threads find work; 0: by their number
 
     def __post_init__(self) -> None:
         problem = self.problem
@@ -182,11 +171,7 @@ class Simulation:
             removed_by_contact=self.removed_by_contact,
             worked=self.worked,
             bodies=body_balances(
-                self.problem.geometry,
-                self.particles,
-                self.body,
-                self.departed,
-                len(self.problem.bodies),
+                self.problem.geometry, self.particles, self.body, self.departed, len(self.problem.bodies)
             ),
         )
 
@@ -462,21 +447,13 @@ def _check_inside(problem: Problem, body: Body) -> None:
 
 def _fastest(problem: Problem) -> float:
     """Largest initial speed of any particle, m/s."""
-    return max(
-        float(np.sqrt((np.asarray(body.velocity) ** 2).sum(axis=-1)).max())
-        for body in problem.bodies
-    )
+    return max(float(np.sqrt((np.asarray(body.velocity) ** 2).sum(axis=-1)).max()) for body in problem.bodies)
 
 
 def _limits(problem: Problem) -> Limits:
     sound = max(reference_sound_speed(body.matter.eos) for body in problem.bodies)
     speed = max(_fastest(problem), sound)
-    return Limits(
-        densest=DENSEST,
-        thinnest=THINNEST,
-        energy=ENERGY_FACTOR * 0.5 * speed**2,
-        speed=SPEED_FACTOR * speed,
-    )
+    return Limits(densest=DENSEST, thinnest=THINNEST, energy=ENERGY_FACTOR * 0.5 * speed**2, speed=SPEED_FACTOR * speed)
 
 
 def _first_step(problem: Problem) -> float:
@@ -487,6 +464,4 @@ def _first_step(problem: Problem) -> float:
         )
         for body in problem.bodies
     )
-    return first_step(
-        sound + _fastest(problem), courant=problem.courant, spacing=problem.geometry.spacing
-    )
+    return first_step(sound + _fastest(problem), courant=problem.courant, spacing=problem.geometry.spacing)

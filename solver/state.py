@@ -187,11 +187,7 @@ def empty_nodes(count, *, smooth=True, surface=True, sparse=False):
 
 def records(time, particles, body, index):
     """The records of particles (indices) that depart at a time (s)."""
-    last = {
-        name: getattr(particles, name)[index]
-        for name in Departed._fields
-        if name not in ("body", "time")
-    }
+    last = {name: getattr(particles, name)[index] for name in Departed._fields if name not in ("body", "time")}
     return Departed(body=body[index], time=np.full(len(index), time), **last)
 
 

@@ -40,38 +40,10 @@ from solver.jit import Bound, kernel
 from solver.loads import Loads
 from solver.method import Method, Partition, StepBalance
 from solver.problem import Problem, Scheme
-from solver.state import (
-    ACCELERATION,
-    BEFORE,
-    BLOCK,
-    FORCE,
-    NEW_X,
-    NEW_Z,
-    VELOCITY,
-    X,
-    Z,
-    empty_nodes,
-    lines,
-)
-from solver.stress import (
-    CULPRIT,
-    FAULT,
-    OUTSIDE,
-    Limits,
-    Tally,
-    empty_tallies,
-    summarise,
-    update_particles,
-)
+from solver.state import ACCELERATION, BEFORE, BLOCK, FORCE, NEW_X, NEW_Z, VELOCITY, X, Z, empty_nodes, lines
+from solver.stress import CULPRIT, FAULT, OUTSIDE, Limits, Tally, empty_tallies, summarise, update_particles
 from solver.threads import ThreadPool
-from solver.transfer import (
-    StepDamping,
-    StepWork,
-    move_particles,
-    new_pack,
-    scatter_smoothed,
-    scatter_state,
-)
+from solver.transfer import StepDamping, StepWork, move_particles, new_pack, scatter_smoothed, scatter_state
 from solver.vectors import first_lanes, line, number, set_line, spread, where
 
 
@@ -99,9 +71,7 @@ class Field:
     Each share of the particles adds to a table of its own; the first is that of the nodes.
     """
 
-    def __init__(
-        self, problem: Problem, bodies: slice, shares: int, kernels: "Kernels | None" = None
-    ):
+    def __init__(self, problem: Problem, bodies: slice, shares: int, kernels: "Kernels | None" = None):
         self.kernels = kernels or Kernels(len(problem.bodies))
         # Small pages cost nothing in two dimensions, and a fifth of a step in three, where neighbours of a node lie in
         # nine of them (3-D linear 31.7 -> 38.4, axisymmetric spline 21.4 -> 21.6 reference numbers, 2026-11-22).
@@ -120,9 +90,7 @@ class Field:
         self.lost = np.zeros((shares, 4))
         self.bodies = bodies
         ours = range(len(problem.bodies))[bodies]
-        self.dashpots = [
-            dashpots(problem, one, self.closed) for one in problem.absorbers if one.body in ours
-        ]
+        self.dashpots = [dashpots(problem, one, self.closed) for one in problem.absorbers if one.body in ours]
         self.loads = Loads(problem, ours)
 
     def gathered(self, pool: ThreadPool) -> None:
@@ -182,12 +150,7 @@ class Stepper(Method):
         bodies = len(problem.bodies)
         apart = bodies if problem.contact else 1  # contact asks for a field a body
         self.fields = [
-            Field(
-                problem,
-                slice(i, i + 1) if problem.contact else slice(0, bodies),
-                shares,
-                self.kernels,
-            )
+            Field(problem, slice(i, i + 1) if problem.contact else slice(0, bodies), shares, self.kernels)
             for i in range(apart)
         ]
         self.contact = NodalContact(problem, self.fields) if problem.contact else None
@@ -234,9 +197,7 @@ class Stepper(Method):
         partition.table[NEW_X : NEW_Z + 1] = partition.table[X : Z + 1]
         self._update(partition, dt, whole_work=1)
 
-    def _move(
-        self, partition: Partition, dt: float, impulse: np.ndarray
-    ) -> tuple[float, float, float]:
+    def _move(self, partition: Partition, dt: float, impulse: np.ndarray) -> tuple[float, float, float]:
         """x, v at n+1, and the nodal velocities that the strain takes.
 
         Returns the energy that damping, walls and absorbers removed, that which contact removed, and the loads' work.
@@ -286,9 +247,7 @@ class Stepper(Method):
             loaded += field.work(dt)
             if problem.scheme == Scheme.MUSL:
                 nodes = field.nodes
-                _over_blocks(
-                    self.pool, self.kernels.divide_mapped, field.blocks, nodes.state, nodes.mapped
-                )
+                _over_blocks(self.pool, self.kernels.divide_mapped, field.blocks, nodes.state, nodes.mapped)
                 field.mirror()
         if self.contact:
             contact = self.contact.energy_removed()
@@ -323,9 +282,7 @@ class Stepper(Method):
             ranges = partition.shares[share, field.bodies]
             geometry, shape = self.problem.geometry, self.problem.shape
             motion = field.nodes.motion
-            scatter_smoothed(
-                geometry, shape, self.packs[0], partition.table, ranges, motion, smoothed
-            )
+            scatter_smoothed(geometry, shape, self.packs[0], partition.table, ranges, motion, smoothed)
         fold_vectors(field.closed, smoothed, VELOCITY)
         _over_blocks(self.pool, divide_smooth, field.blocks, field.nodes.state, smoothed)
         mirror_vectors(field.closed, smoothed, VELOCITY)
@@ -348,13 +305,7 @@ class Stepper(Method):
         self.pool.run(update, range(len(self.packs)))
 
     def _update_body(
-        self,
-        field: Field,
-        body: int,
-        share: int,
-        partition: Partition,
-        dt: float,
-        whole_work: int,
+        self, field: Field, body: int, share: int, partition: Partition, dt: float, whole_work: int
     ) -> None:
         problem = self.problem
         begin, end = partition.shares[share, body].tolist()
@@ -380,9 +331,7 @@ class Stepper(Method):
     def _over_shares(self, field: Field, partition: Partition, call: Any) -> None:
         """A kernel over each share of the particles of a field."""
         shares = range(len(field.tables))
-        self.pool.run(
-            lambda share: call(field, share, partition.shares[share, field.bodies]), shares
-        )
+        self.pool.run(lambda share: call(field, share, partition.shares[share, field.bodies]), shares)
 
     def _solve(self, field: Field, dt: float) -> None:
         nodes = field.nodes
@@ -416,10 +365,7 @@ def shares_of(ranges: Sequence[tuple[int, int]], shares: int) -> np.ndarray:
     return np.array(
         [
             [
-                [
-                    begin + (end - begin) * share // shares,
-                    begin + (end - begin) * (share + 1) // shares,
-                ]
+                [begin + (end - begin) * share // shares, begin + (end - begin) * (share + 1) // shares]
                 for begin, end in ranges
             ]
             for share in range(shares)
@@ -456,9 +402,7 @@ def solve_momentum(blocks, state, motion, mapped, dt):
                 set_line(motion, i, node * (1.0 / mass))
                 set_line(state, i, where(first_lanes(1), node, 0.0))
                 for c in range(3):
-                    mapped[i, VELOCITY + c] = (
-                        motion[i, BEFORE + c] + motion[i, ACCELERATION + c] * dt
-                    )
+                    mapped[i, VELOCITY + c] = motion[i, BEFORE + c] + motion[i, ACCELERATION + c] * dt
 
 
 @kernel

@@ -20,16 +20,7 @@ from solver.eos import (
     temperature,
 )
 from solver.failure import PointLoading, floor_until_failure, grown_damage, integrity, weakens
-from solver.geometry import (
-    PACK,
-    dimensions,
-    gather,
-    hoop_factor,
-    opened,
-    own_length,
-    unpacked,
-    velocity_gradient,
-)
+from solver.geometry import PACK, dimensions, gather, hoop_factor, opened, own_length, unpacked, velocity_gradient
 from solver.jit import device, kernel
 from solver.problem import Matter
 from solver.state import (
@@ -55,14 +46,7 @@ from solver.state import (
     VZ,
     X,
 )
-from solver.strength import (
-    hardening,
-    melting,
-    rate_and_heat,
-    stiffness,
-    stored_part,
-    under_pressure,
-)
+from solver.strength import hardening, melting, rate_and_heat, stiffness, stored_part, under_pressure
 from solver.tension import pressure_floor
 from solver.tensor import (
     Jaumann,
@@ -98,10 +82,7 @@ from solver.vectors import (
 
 RETURN_TOLERANCE = 1e-12  # distance of the stress from the yield surface, over the trial stress
 # Steps of the rule, and what is left at least of an increment that was too long.
-NEWTONS, NEWTON_BACK = (
-    40,
-    1e-9,
-)
+NEWTONS, NEWTON_BACK = (40, 1e-9)
 
 # Of c0, in the time step only: an expanded solid has no sound to speak of, and steps without bound would follow.
 SOUND_SPEED_FLOOR = 0.2
@@ -355,14 +336,10 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
         stored = stored + stored_part(strength) * equivalent * slip * per_mass
 
     sound = sound_speed_squared(matter.eos, old.density, old.energy, old.pressure)
-    q = artificial_viscosity(
-        viscosity, density, sqrt(maximum(sound, 0.0)), spacing, trace * per_time
-    )
+    q = artificial_viscosity(viscosity, density, sqrt(maximum(sound, 0.0)), spacing, trace * per_time)
 
     # Energy at the time of the velocity: the second half of the work of the old stress, see step.py.
-    old_work = contract(old.deviator, shape_change) - trace * (
-        old.pressure + viscosity.heating * old.viscosity
-    )
+    old_work = contract(old.deviator, shape_change) - trace * (old.pressure + viscosity.heating * old.viscosity)
     energy = old.energy + 0.5 * old_work * per_mass
     # Energy at the time of the density: half the work of the new stress on top; e = known - p dv / 2.
     expansion = (ratio - 1.0) * per_mass
@@ -373,13 +350,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     pressure = solve_pressure(matter.eos, density, known, expansion, energy, floor)
     borne = maximum(pressure, floor)
     loading = PointLoading(
-        old.plastic_strain + slip,
-        slip,
-        borne,
-        -borne / maximum(equivalent, LEAST_STRESS),
-        rate,
-        homologous,
-        dt,
+        old.plastic_strain + slip, slip, borne, -borne / maximum(equivalent, LEAST_STRESS), rate, homologous, dt
     )
     damage = grown_damage(matter.failure, old.damage, loading)
     failed = damage >= 1.0
@@ -477,9 +448,7 @@ def signal_speed(matter, viscosity, spacing, rate, point):
     """
     slowest = SOUND_SPEED_FLOOR * reference_sound_speed(matter.eos)
     bulk = sound_speed_squared(matter.eos, point.density, point.energy, point.pressure)
-    modulus = matter.shear_modulus * relative_stiffness(
-        matter, point.density, point.pressure, point.temperature
-    )
+    modulus = matter.shear_modulus * relative_stiffness(matter, point.density, point.pressure, point.temperature)
     longitudinal = bulk + 4.0 / 3.0 * modulus / point.density
     sound = maximum(longitudinal, slowest * slowest)
     squeezed = maximum(-rate, 0.0)

@@ -41,14 +41,7 @@ def equivalent_strain(deviator):
 @device
 def scaled(a, factor):
     """The tensor times a number."""
-    return (
-        a[0] * factor,
-        a[1] * factor,
-        a[2] * factor,
-        a[3] * factor,
-        a[4] * factor,
-        a[5] * factor,
-    )
+    return (a[0] * factor, a[1] * factor, a[2] * factor, a[3] * factor, a[4] * factor, a[5] * factor)
 
 
 @device

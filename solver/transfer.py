@@ -53,17 +53,7 @@ from solver.state import (
 )
 from solver.state import lines as lines_of
 from solver.tensor import contract, scaled, symmetric
-from solver.vectors import (
-    LANES,
-    bare,
-    first_lanes,
-    load,
-    spread,
-    store,
-    store_whole,
-    total,
-    where,
-)
+from solver.vectors import LANES, bare, first_lanes, load, spread, store, store_whole, total, where
 
 
 def new_pack():
@@ -90,9 +80,7 @@ def _(geometry, shape, table, start, stop, pack):
         k = p - start
         node = spread(0.0)
         for axis in range(dimensions(geometry)):
-            place = (
-                load(table, X + axis, p, first_lanes(stop - p)) - geometry.lower[axis]
-            ) * inverse
+            place = (load(table, X + axis, p, first_lanes(stop - p)) - geometry.lower[axis]) * inverse
             first, values, slopes = weights(shape, place + MARGIN)
             node = node + first * float(node_strides(geometry)[axis])
             for a in range(width(shape)):
@@ -186,9 +174,7 @@ class StepDamping(NamedTuple):
 
 
 @kernel
-def move_particles(
-    geometry, shape, pack, table, ranges, motion, smoothed, mapped, work, damping, dt, lost
-):
+def move_particles(geometry, shape, pack, table, ranges, motion, smoothed, mapped, work, damping, dt, lost):
     """New velocities (FLIP) and positions, and the new momentum back onto the nodes: Ma (2005), Eqs. 2-33 to 2-37.
 
     The internal energy takes the part ``work.share`` of the work of the stress in the velocities before the forces
@@ -217,11 +203,7 @@ def move_particles(
                 mass = load(table, MASS, p, lanes)
                 lanes = lanes & (mass > 0.0)  # what has left the grid stays as it was
                 density = load(table, DENSITY, p, lanes)
-                old = (
-                    load(table, VX, p, lanes),
-                    load(table, VY, p, lanes),
-                    load(table, VZ, p, lanes),
-                )
+                old = (load(table, VX, p, lanes), load(table, VY, p, lanes), load(table, VZ, p, lanes))
                 x = load(table, X, p, lanes)
                 seen = columns(pack.lines, k)
                 gradient = velocity_gradient(geometry, pack.lines, k, hoop_factor(geometry, x))
@@ -238,11 +220,7 @@ def move_particles(
                         mean = old[axis] + 0.5 * (kick[axis] + change[axis])
                         lost[axis] += total(taken)
                         lost[3] += total(where(lanes, taken * mean, 0.0))
-                new = (
-                    old[0] + kick[0] + change[0],
-                    old[1] + kick[1] + change[1],
-                    old[2] + kick[2] + change[2],
-                )
+                new = (old[0] + kick[0] + change[0], old[1] + kick[1] + change[1], old[2] + kick[2] + change[2])
                 store(table, VX, p, new[0], lanes)
                 store(table, VY, p, new[1], lanes)
                 store(table, VZ, p, new[2], lanes)

@@ -74,10 +74,7 @@ def units_of(record: type) -> dict[str, str]:
 def marked(record: type, kind: type) -> MappingProxyType[str, Any]:
     """The mark of a kind of each field of a record that carries one, also inside ``Metre | None``."""
     hints: dict[str, Any] = get_type_hints(record, include_extras=True)
-    marks = {
-        name: [mark for mark in marks_of(hint) if isinstance(mark, kind)]
-        for name, hint in hints.items()
-    }
+    marks = {name: [mark for mark in marks_of(hint) if isinstance(mark, kind)] for name, hint in hints.items()}
     return MappingProxyType({name: own[0] for name, own in marks.items() if own})
 
 

@@ -44,10 +44,7 @@ class House:
         floor: dict[str, int] = {}
         for room in TopologicalSorter(imported).static_order():
             floor[room] = 1 + max((floor[below] for below in imported[room]), default=-1)
-        return [
-            sorted(room for room in floor if floor[room] == level)
-            for level in range(max(floor.values()) + 1)
-        ]
+        return [sorted(room for room in floor if floor[room] == level) for level in range(max(floor.values()) + 1)]
 
     def _imported(self) -> dict[str, set[str]]:
         return {room: {b for a, b in self.arrows if a == room} for room in self.lines}
@@ -109,10 +106,7 @@ def picture(house: House) -> tuple[str, int, int]:
     for level, floor in enumerate(floors):
         left = (width - len(floor) * (WIDTH + GAP) + GAP) / 2
         for index, room in enumerate(floor):
-            places[room] = (
-                left + index * (WIDTH + GAP),
-                height - MARGIN - (level + 1) * FLOOR + 14,
-            )
+            places[room] = (left + index * (WIDTH + GAP), height - MARGIN - (level + 1) * FLOOR + 14)
     parts = [
         f'<line x1="{places[a][0] + WIDTH / 2:.0f}" y1="{places[a][1] + HEIGHT:.0f}" '
         f'x2="{places[b][0] + WIDTH / 2:.0f}" y2="{places[b][1]:.0f}" class="arrow"/>'
@@ -153,16 +147,12 @@ def main() -> None:
     packages = houses()
     for house in packages:
         total = lines_under(ROOT / house.package)
-        print(
-            f"{house.package}: {len(house.lines)} rooms, {len(house.arrows)} arrows, {total} lines"
-        )
+        print(f"{house.package}: {len(house.lines)} rooms, {len(house.arrows)} arrows, {total} lines")
         if house.circle:
             print(f"  circle: {' -> '.join(house.circle)}")
             continue
         for level, floor in reversed(list(enumerate(house.floors, 1))):
-            print(
-                f"  floor {level}: " + ", ".join(f"{room} ({house.lines[room]})" for room in floor)
-            )
+            print(f"  floor {level}: " + ", ".join(f"{room} ({house.lines[room]})" for room in floor))
     print(f"tests: {lines_under(ROOT / 'tests')} lines")
     for name, files in classes_defined_twice().items():
         print(f"class {name} is defined in {', '.join(files)}")

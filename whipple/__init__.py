@@ -21,11 +21,7 @@ __all__ = ["Client", "flag_words", "open_cube", "open_film", "run_sweep"]
 
 
 def run_sweep(
-    document: Mapping[str, Any] | str | Path,
-    out: str | Path,
-    *,
-    overwrite: bool = False,
-    keep: str = "final",
+    document: Mapping[str, Any] | str | Path, out: str | Path, *, overwrite: bool = False, keep: str = "final"
 ) -> Path:
     """Compute a sweep on this machine, without a server, and return the folder with its results.
 

@@ -6,13 +6,7 @@ from pathlib import Path
 
 from docs.pages import DOCS, accuracy, laws, measurements, shots, validation
 
-PAGES = {
-    "accuracy": accuracy,
-    "laws": laws,
-    "measurements": measurements,
-    "shots": shots,
-    "validation": validation,
-}
+PAGES = {"accuracy": accuracy, "laws": laws, "measurements": measurements, "shots": shots, "validation": validation}
 COMPUTED = {"accuracy": accuracy, "shots": shots, "validation": validation}
 
 

@@ -20,12 +20,7 @@ def compute(directory: Path | None = None) -> None:
     A directory keeps the rows of each case, so that an interrupted computation goes on.
     """
     cases = {name: _rows_of(name, directory) for name in verification.names()}
-    document = {
-        "command": COMMAND,
-        "version": version("whipple"),
-        "physics_version": PHYSICS_VERSION,
-        "cases": cases,
-    }
+    document = {"command": COMMAND, "version": version("whipple"), "physics_version": PHYSICS_VERSION, "cases": cases}
     keep(document, STORED)
 
 
@@ -54,9 +49,7 @@ def page() -> str:
     longer = f" Longer cases, which the table does not have: {', '.join(absent)}." if absent else ""
     parts = [
         "# How accurate is it\n",
-        MADE.format(
-            source=f"`docs/results/{STORED.name}` and `studies/observations/{shots.STORED.name}`"
-        ),
+        MADE.format(source=f"`docs/results/{STORED.name}` and `studies/observations/{shots.STORED.name}`"),
         "Three kinds of evidence: problems with an exact answer (here), [published shots](shots.md), and the error "
         "bar of each result, from its own resolutions and offsets (`accuracy: standard` or `fine`).\n",
         "## Against experiments\n",
@@ -64,9 +57,7 @@ def page() -> str:
         "## Against exact answers\n",
         f"Computed by `{document['command']}` with version {document['version']} (physics version "
         f"{document['physics_version']}) and the default recipe. `whipple validate verification` prints every row; a "
-        "row that is reported has no gate. The largest share is the largest error over its tolerance."
-        + longer
-        + "\n",
+        "row that is reported has no gate. The largest share is the largest error over its tolerance." + longer + "\n",
         table(
             ["case", "states", "rows", "passed", "reported", "largest share of a tolerance"],
             [_summary(name, rows) for name, rows in document["cases"].items()],
@@ -77,10 +68,7 @@ def page() -> str:
         parts += [
             f"### {name}\n",
             f"{case.says[0].upper()}{case.says[1:]}. Source: {case.source}.\n",
-            table(
-                ["compared", "expected", "computed", "error", "tolerance", "verdict"],
-                [_row(row) for row in rows],
-            ),
+            table(["compared", "expected", "computed", "error", "tolerance", "verdict"], [_row(row) for row in rows]),
         ]
     return "\n".join(parts)
 
@@ -92,11 +80,7 @@ def drawings() -> dict[str, str]:
 
 def _summary(name: str, rows: list[dict[str, Any]]) -> list[str]:
     verdicts = [row["verdict"] for row in rows]
-    shares = [
-        row["error"] / row["tolerance"]
-        for row in rows
-        if row["tolerance"] and row["error"] is not None
-    ]
+    shares = [row["error"] / row["tolerance"] for row in rows if row["tolerance"] and row["error"] is not None]
     return [
         f"[{name}](#{name})",
         verification.load(name).says,

@@ -63,9 +63,7 @@ def _norm(quantity: str) -> str:
 def _caption(quantity: str) -> str:
     lines = "full lines are inside the range of the law, dotted ones outside"
     if quantity == "critical_diameter":
-        shield = (
-            "The shield of Fig. 4-4 of NASA/TM-2009-214785: bumper of 1.2 mm, 100 mm before a wall"
-        )
+        shield = "The shield of Fig. 4-4 of NASA/TM-2009-214785: bumper of 1.2 mm, 100 mm before a wall"
         text = f"{shield} of 3.2 mm, both of aluminium 6061-T6, at normal impact; {lines}."
     else:
         plate = f" t/d = {THICKNESS:g};" if "hole" in quantity else ""
@@ -86,11 +84,7 @@ def drawn_laws(quantity: str) -> list[Law]:
     if len(answering) <= MOST_LINES:
         return answering
     plotted = [shot for name in _panels(quantity) for shot in _shots(quantity, name)]
-    return [
-        law
-        for law in answering
-        if any(law.evaluate(shot, law.variants(shot)[0]).in_range for shot in plotted)
-    ]
+    return [law for law in answering if any(law.evaluate(shot, law.variants(shot)[0]).in_range for shot in plotted)]
 
 
 def _section(law: Law) -> Iterator[str]:
@@ -103,10 +97,7 @@ def _section(law: Law) -> Iterator[str]:
     yield f"Source: {law.source}. Equation: {known}.{use} Published scatter: {scatter}.\n"
     yield table(
         ["range", "source of the limit", "checked for each shot"],
-        [
-            [limit.words, limit.source, "yes" if limit.machine_checked else "no"]
-            for limit in law.range.every
-        ],
+        [[limit.words, limit.source, "yes" if limit.machine_checked else "no"] for limit in law.range.every],
     )
 
 
@@ -157,11 +148,7 @@ def _drawing(quantity: str) -> str:
             for variant in law.variants(shots[0]):
                 answers = [(shot, law.evaluate(shot, variant)) for shot in shots]
                 points = [
-                    (
-                        shot.speed / 1e3,
-                        answer.value / (1e-3 if critical else DIAMETER**law.dimension),
-                        answer.in_range,
-                    )
+                    (shot.speed / 1e3, answer.value / (1e-3 if critical else DIAMETER**law.dimension), answer.in_range)
                     for shot, answer in answers
                 ]
                 lines.append((law.title, points))

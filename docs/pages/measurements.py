@@ -115,16 +115,7 @@ def _debris_cloud() -> Sketch:
 
 def _crater() -> Sketch:
     sketch = Sketch("Depth and diameter of a crater")
-    wall = [
-        (160, 90),
-        (176, 62),
-        (192, 58),
-        (204, 90),
-        (214, 140),
-        (245, 195),
-        (290, 228),
-        (340, 238),
-    ]
+    wall = [(160, 90), (176, 62), (192, 58), (204, 90), (214, 140), (245, 195), (290, 228), (340, 238)]
     whole = wall + [(WIDTH - x, y) for x, y in reversed(wall[:-1])]
     sketch.shape([(20, 90), *whole, (WIDTH - 20, 90), (WIDTH - 20, 310), (20, 310)])
     sketch.dashed(20, 90, WIDTH - 20, 90)
@@ -140,9 +131,7 @@ def _crater() -> Sketch:
     for row, name in enumerate((*names, "crater_rebound: lost share of the largest depth")):
         sketch.text(340, 110 + 16 * row, name, colour="#0072b2")
     sketch.text(340, 268, "column of a quarter of the projectile's diameter")
-    sketch.text(
-        340, 292, "crater_depth_over_diameter = crater_depth / crater_diameter", colour="#0072b2"
-    )
+    sketch.text(340, 292, "crater_depth_over_diameter = crater_depth / crater_diameter", colour="#0072b2")
     return sketch
 
 
@@ -219,18 +208,7 @@ def _plate_impact() -> Sketch:
     sketch = Sketch("Plateau and fronts of a plate impact", 380)
     sketch.shape([(220, 80), (320, 80), (320, 230), (220, 230)], "#7f7f7f33")
     sketch.shape([(360, 80), (470, 80), (470, 230), (360, 230)], "#7f7f7f33")
-    sketch.path(
-        [
-            (40, 230),
-            (178, 230),
-            (190, 155),
-            (200, 80),
-            (490, 80),
-            (502, 155),
-            (514, 230),
-            (640, 230),
-        ]
-    )
+    sketch.path([(40, 230), (178, 230), (190, 155), (200, 80), (490, 80), (502, 155), (514, 230), (640, 230)])
     sketch.dashed(340, 40, 340, 372)
     sketch.text(340, 34, "impact face")
     sketch.text(44, 248, "flyer", "start")
@@ -241,20 +219,13 @@ def _plate_impact() -> Sketch:
     sketch.across(220, 320, 200, "mass / volume")
     sketch.across(360, 470, 200, "mass / volume")
     sketch.text(340, 318, "mass / volume between the outermost layers of the plateau:")
-    sketch.text(
-        340, 336, "flyer_density_from_spacing, target_density_from_spacing", colour="#0072b2"
-    )
+    sketch.text(340, 336, "flyer_density_from_spacing, target_density_from_spacing", colour="#0072b2")
     sketch.dashed(190, 155, 190, 280)
     sketch.dashed(502, 155, 502, 280)
     sketch.across(190, 340, 276, "flyer_shock_front")
     sketch.across(340, 502, 276, "target_shock_front")
     sketch.text(340, 296, "fronts where the pressure falls to half")
-    sketch.text(
-        340,
-        364,
-        "flyer_shock_speed, target_shock_speed: slope of the front's path",
-        colour="#0072b2",
-    )
+    sketch.text(340, 364, "flyer_shock_speed, target_shock_speed: slope of the front's path", colour="#0072b2")
     return sketch
 
 

@@ -47,10 +47,7 @@ def _figure(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Ca
 
 
 def curves(
-    panels: Sequence[tuple[str, Sequence[tuple[str, Sequence[tuple[float, float, bool]]]]]],
-    *,
-    xlabel: str,
-    ylabel: str,
+    panels: Sequence[tuple[str, Sequence[tuple[str, Sequence[tuple[float, float, bool]]]]]], *, xlabel: str, ylabel: str
 ) -> str:
     """Panels side by side with lines (x, y, whether inside the range) of each label, dotted outside; one legend."""
     labels = list(dict.fromkeys(label for _, lines in panels for label, _ in lines))

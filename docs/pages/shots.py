@@ -17,14 +17,7 @@ from docs.pages import MADE, keep, plots, table
 from solver import PHYSICS_VERSION
 from studies import measurements, observations, scenarios
 from studies.observations import written
-from studies.observations.compared import (
-    FEWEST,
-    STORED,
-    bias_and_scatter,
-    compared_shots,
-    ratio,
-    stored,
-)
+from studies.observations.compared import FEWEST, STORED, bias_and_scatter, compared_shots, ratio, stored
 from studies.reports.verdict.summary import of_shots
 from studies.sweeps.sweep import vocabulary
 from studies.values.formats import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
@@ -92,13 +85,9 @@ def published(name: str) -> tuple[observations.Observation, ...]:
 def sweep_of(name: str, shots: Sequence[observations.Observation]) -> dict[str, Any]:
     """A sweep with a point at the parameters of each shot, and the table beside it."""
     scenario, accuracy = TABLES[name]
-    units = {
-        each.name: each.unit for each in declared(scenarios.load(scenario).parameters).values()
-    }
+    units = {each.name: each.unit for each in declared(scenarios.load(scenario).parameters).values()}
     places = list(dict.fromkeys(tuple(sorted(shot.parameters.items())) for shot in shots))
-    axes = {
-        axis: [written(dict(place)[axis], units[axis]) for place in places] for axis, _ in places[0]
-    }
+    axes = {axis: [written(dict(place)[axis], units[axis]) for place in places] for axis, _ in places[0]}
     return {
         "name": name,
         "scenario": scenario,
@@ -225,9 +214,7 @@ def summary(shots: Rows) -> str:
             count, bias, scatter = _cells(sound)
             compared, *others = _cells(every)
             rest = f"{count} shots: {bias}, {scatter}" if count != compared else NONE
-            rows.append(
-                [TITLES[name], _title(quantity), f"{compared} of {len(every)}", *others, rest]
-            )
+            rows.append([TITLES[name], _title(quantity), f"{compared} of {len(every)}", *others, rest])
     return table(header, rows)
 
 
@@ -265,9 +252,7 @@ def _rows(rows: Rows) -> str:
         if len({row["parameters"].get(name) for row in rows}) > 1 or name == "speed"
     ]
     scenario, _ = TABLES[rows[0]["table"]]
-    units = {
-        each.name: each.unit for each in declared(scenarios.load(scenario).parameters).values()
-    }
+    units = {each.name: each.unit for each in declared(scenarios.load(scenario).parameters).values()}
     header = [
         *(_headed(name, units[name]) for name in varied),
         "quantity", "observed / mm", f"simulated / mm{_meshes(rows)}", "difference / %", "source", "note",
@@ -284,17 +269,7 @@ def _rows(rows: Rows) -> str:
             simulated = with_bar(simulated, _millimetres(row["numerical_uncertainty"]))
         flags = [f"`{flag}`" for flag in row["flags"]]
         note = "; ".join(filter(None, [row["note"], *flags]))
-        lines.append(
-            [
-                *at,
-                _title(row["quantity"]),
-                observed,
-                simulated,
-                _percent(ratio(row)),
-                row["source"],
-                note,
-            ]
-        )
+        lines.append([*at, _title(row["quantity"]), observed, simulated, _percent(ratio(row)), row["source"], note])
     return table(header, lines)
 
 

@@ -31,24 +31,17 @@ class Sketch:
     def path(self, points: Sequence[tuple[float, float]], colour: str = GREY) -> None:
         """A line through points."""
         places = " ".join(f"{x:g},{y:g}" for x, y in points)
-        self.elements.append(
-            f'<polyline points="{places}" fill="none" stroke="{colour}" stroke-width="2"/>'
-        )
+        self.elements.append(f'<polyline points="{places}" fill="none" stroke="{colour}" stroke-width="2"/>')
 
     def dashed(self, x1: float, y1: float, x2: float, y2: float) -> None:
         """A thin dashed line."""
         self.elements.append(
-            f'<line x1="{x1:g}" y1="{y1:g}" x2="{x2:g}" y2="{y2:g}" stroke="{GREY}" '
-            'stroke-dasharray="5 4"/>'
+            f'<line x1="{x1:g}" y1="{y1:g}" x2="{x2:g}" y2="{y2:g}" stroke="{GREY}" stroke-dasharray="5 4"/>'
         )
 
-    def text(
-        self, x: float, y: float, text: str, anchor: str = "middle", colour: str = GREY
-    ) -> None:
+    def text(self, x: float, y: float, text: str, anchor: str = "middle", colour: str = GREY) -> None:
         """A label."""
-        self.elements.append(
-            f'<text x="{x:g}" y="{y:g}" text-anchor="{anchor}" fill="{colour}">{text}</text>'
-        )
+        self.elements.append(f'<text x="{x:g}" y="{y:g}" text-anchor="{anchor}" fill="{colour}">{text}</text>')
 
     def across(self, x1: float, x2: float, y: float, label: str) -> None:
         """A horizontal dimension, with its label above."""
@@ -60,9 +53,7 @@ class Sketch:
         self._arrow((x, y1), (x, y2), (0, HEAD))
         self.text(x + 9, 0.5 * (y1 + y2) + 5, label, "start", MARK)
 
-    def _arrow(
-        self, begin: tuple[float, float], end: tuple[float, float], head: tuple[float, float]
-    ) -> None:
+    def _arrow(self, begin: tuple[float, float], end: tuple[float, float], head: tuple[float, float]) -> None:
         (x1, y1), (x2, y2), (dx, dy) = begin, end, head
         heads = f"M{x1 + dx - dy},{y1 + dy - dx} L{x1},{y1} L{x1 + dx + dy},{y1 + dy + dx} "
         heads += f"M{x2 - dx - dy},{y2 - dy - dx} L{x2},{y2} L{x2 - dx + dy},{y2 - dy + dx}"

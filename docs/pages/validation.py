@@ -97,17 +97,11 @@ def page() -> str:
     for chosen, kept in document["cases"].items():
         name, level = _place(chosen)
         case = validation.load(name)
-        heading = [
-            f"## {name}\n",
-            f"{case.says[0].upper()}{case.says[1:]}. Source: {case.source}.\n",
-        ]
+        heading = [f"## {name}\n", f"{case.says[0].upper()}{case.says[1:]}. Source: {case.source}.\n"]
         parts += [
             *(heading if level == LEVEL else [f"### {name}, level {level}\n"]),
             *(f"![{_title(file)}](drawings/{file})\n" for file in kept["pictures"]),
-            table(
-                list(HEADERS),
-                [_row(row) for row in kept["rows"]],
-            ),
+            table(list(HEADERS), [_row(row) for row in kept["rows"]]),
         ]
     return "\n".join(parts)
 

@@ -21,14 +21,7 @@ from docs.recipe_study.choice import (
     total_cost,
     winner,
 )
-from docs.recipe_study.measure import (
-    FINAL_CELLS,
-    FINAL_SPEEDS,
-    OFFSETS,
-    final_hole,
-    known,
-    measured,
-)
+from docs.recipe_study.measure import FINAL_CELLS, FINAL_SPEEDS, OFFSETS, final_hole, known, measured
 from docs.recipe_study.variants import Variant, scan, variants
 from studies.values.recipes import Recipe
 
@@ -57,10 +50,7 @@ def main(directory: Path) -> None:
 
 
 def compute(
-    file: Path,
-    pool: ProcessPoolExecutor,
-    asked: Iterable[Variant],
-    measure: Callable[[Recipe], dict[str, Any]],
+    file: Path, pool: ProcessPoolExecutor, asked: Iterable[Variant], measure: Callable[[Recipe], dict[str, Any]]
 ) -> Results:
     """Every variant, stored one by one, so that an interrupted study goes on."""
     results: Results = json.loads(file.read_text()) if file.exists() else {}
@@ -90,8 +80,7 @@ def compute_finals(file: Path, pool: ProcessPoolExecutor, scanned: Results) -> R
         }
         holes = {
             f"{speed:g}": {
-                str(cells): [jobs[speed, cells, offset].result()[0] for offset in OFFSETS]
-                for cells in FINAL_CELLS
+                str(cells): [jobs[speed, cells, offset].result()[0] for offset in OFFSETS] for cells in FINAL_CELLS
             }
             for speed in FINAL_SPEEDS
         }
@@ -118,18 +107,13 @@ def _line(name: str, figures: Mapping[str, Any]) -> str:
     verdict = "; ".join([*sorted(set(failures(figures))), *missed(figures)])
     cells = [
         name,
-        *(
-            _worst(figures, quantity)
-            for quantity in ("pressure", "shock_speed", "particle_density", "spacing_density")
-        ),
+        *(_worst(figures, quantity) for quantity in ("pressure", "shock_speed", "particle_density", "spacing_density")),
         f"{100.0 * scatter(figures):.1f}",
         f"{100.0 * bar['time']:+.1f}" if "time" in bar else "-",
         f"{bar['rebound']:.3f}" if "rebound" in bar else "-",
         _taylor(taylor),
         *(_millimetres(holes.values(), "hole_diameter") for holes in figures["holes"].values()),
-        _millimetres([figures["crater"]], "crater_depth")
-        + " "
-        + _millimetres([figures["crater"]], "crater_diameter"),
+        _millimetres([figures["crater"]], "crater_depth") + " " + _millimetres([figures["crater"]], "crater_diameter"),
         f"{total_cost(figures):.0f}" if change_of_hole(figures, "2000") is not None else "-",
         f"no: {verdict}" if verdict else "yes",
     ]
@@ -145,8 +129,7 @@ def scan_table(scanned: Mapping[str, Mapping[str, Any]]) -> str:
     for name, figures in scanned.items():
         gate, least = min(margins(figures).items(), key=lambda one: one[1])
         lines.append(
-            f"| {name} | {least:+.2f} | {gate} | {100.0 * scatter(figures):.1f} "
-            f"| {_taylor(figures['taylor'])} |"
+            f"| {name} | {least:+.2f} | {gate} | {100.0 * scatter(figures):.1f} | {_taylor(figures['taylor'])} |"
         )
     return "\n".join(lines) + "\n"
 

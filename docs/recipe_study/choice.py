@@ -15,9 +15,7 @@ CHANGES = {"32": 0.08, "64": 0.02}  # of the mean hole, from the grid before
 
 Figures = Mapping[str, Any]
 Results = Mapping[str, Figures]
-Holes = Mapping[
-    str, Mapping[str, list[float]]
-]  # by speed and cells, one for each sub-cell position, m
+Holes = Mapping[str, Mapping[str, list[float]]]  # by speed and cells, one for each sub-cell position, m
 
 
 def runs(figures: Figures) -> Iterator[Figures]:
@@ -59,9 +57,7 @@ def margins(figures: Figures) -> dict[str, float]:
     taylor = figures["taylor"].get("changes", (math.inf, math.inf))
     found["contact"] = 1.0 - abs(bar.get("time", math.inf)) / bar_contact.CONTACT_TIME
     found["rebound"] = (bar.get("rebound", -math.inf) - least) / (1.0 - least)
-    found["Taylor"] = min(
-        1.0 - change / limit for change, limit in zip(taylor, TAYLOR_CHANGES, strict=True)
-    )
+    found["Taylor"] = min(1.0 - change / limit for change, limit in zip(taylor, TAYLOR_CHANGES, strict=True))
     found["Noh"] = 1.0 - float(figures["noh"].get("part", math.inf))
     return found
 
@@ -91,9 +87,7 @@ def candidates(scanned: Results) -> list[str]:
     best: dict[tuple[str, int], str] = {}
     for name, figures in scanned.items():
         kind = figures["recipe"]["shape"], figures["recipe"]["particles_per_cell"]
-        if eligible(figures) and (
-            kind not in best or scatter(figures) < scatter(scanned[best[kind]])
-        ):
+        if eligible(figures) and (kind not in best or scatter(figures) < scatter(scanned[best[kind]])):
             best[kind] = name
     return sorted(best.values(), key=price)
 
@@ -119,8 +113,7 @@ def total_cost(figures: Figures) -> float:
 def mean_holes(final: Holes) -> dict[str, dict[str, float]]:
     """Hole by speed and cells, mean over the sub-cell positions, m."""
     return {
-        speed: {cells: sum(values) / len(values) for cells, values in grids.items()}
-        for speed, grids in final.items()
+        speed: {cells: sum(values) / len(values) for cells, values in grids.items()} for speed, grids in final.items()
     }
 
 
@@ -132,11 +125,7 @@ def final_changes(final: Holes, cells: str) -> list[float]:
 
 def converges(final: Holes) -> bool:
     """Whether the mean hole changes by no more than it may."""
-    return all(
-        abs(change) <= limit
-        for cells, limit in CHANGES.items()
-        for change in final_changes(final, cells)
-    )
+    return all(abs(change) <= limit for cells, limit in CHANGES.items() for change in final_changes(final, cells))
 
 
 def winner(scanned: Results, finals: Results) -> str:

@@ -42,16 +42,12 @@ def draw(results: Mapping[str, Figures], file: Path) -> None:
         panel.axvline(0.0, color="#8a8a8a", lw=0.8)
         for place, (speed, (label, colour, mark)) in enumerate(SPEEDS.items()):
             rows = [row + APART * (place - 0.5) for row in range(len(names))]
-            points = [
-                (value(results[name], speed), row) for row, name in zip(rows, names, strict=True)
-            ]
+            points = [(value(results[name], speed), row) for row, name in zip(rows, names, strict=True)]
             end = math.inf if limit is None else WIDEST * limit
             for x, row in points:
                 if x is not None:
                     beyond = {-1: "<", 0: mark, 1: ">"}[(x > end) - (x < -end)]
-                    panel.plot(
-                        min(max(x, -end), end), row, beyond, color=colour, ms=4, clip_on=False
-                    )
+                    panel.plot(min(max(x, -end), end), row, beyond, color=colour, ms=4, clip_on=False)
             panel.plot([], [], mark, color=colour, ms=4, label=label)
         panel.set_title(title, fontsize=9)
         panel.grid(axis="y", color="#eeeeee")
@@ -66,17 +62,13 @@ def draw(results: Mapping[str, Figures], file: Path) -> None:
 def draw_finals(finals: Mapping[str, Figures], file: Path) -> None:
     """A panel for each speed: holes against cells through the plate, a mark for each position, a line for the mean."""
     speeds = list(next(iter(finals.values()))["holes"])
-    figure, panels = pyplot.subplots(
-        1, len(speeds), figsize=(WIDTH, 4.0), layout="constrained", squeeze=False
-    )
+    figure, panels = pyplot.subplots(1, len(speeds), figsize=(WIDTH, 4.0), layout="constrained", squeeze=False)
     for panel, speed in zip(panels[0], speeds, strict=True):
         for (name, final), (_, colour, mark) in zip(finals.items(), SPEEDS.values(), strict=False):
             grids = final["holes"][speed]
             through = [int(cells) / CELLS_THROUGH for cells in grids]
             for cells, values in zip(through, grids.values(), strict=True):
-                panel.plot(
-                    [cells] * len(values), [1e3 * v for v in values], mark, color=colour, ms=4
-                )
+                panel.plot([cells] * len(values), [1e3 * v for v in values], mark, color=colour, ms=4)
             means = [1e3 * sum(values) / len(values) for values in grids.values()]
             panel.plot(through, means, color=colour, label=name)
         panel.set_xscale("log", base=2)

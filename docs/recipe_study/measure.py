@@ -51,10 +51,7 @@ def measured(recipe: Recipe) -> Figures:
     """Every figure of a recipe."""
     return {
         **known(recipe),
-        "holes": {
-            f"{speed:g}": {str(cells): hole(recipe, speed, cells) for cells in HOLE_CELLS}
-            for speed in SPEEDS
-        },
+        "holes": {f"{speed:g}": {str(cells): hole(recipe, speed, cells) for cells in HOLE_CELLS} for speed in SPEEDS},
         "crater": crater(recipe),
     }
 
@@ -146,9 +143,7 @@ def crater(recipe: Recipe) -> Figures:
     return computed("thick_plate", recipe, 6e3, CRATER_CELLS, {**fixed, **copper})
 
 
-def computed(
-    scenario: str, recipe: Recipe, speed: float, cells: int, fixed: dict[str, Any]
-) -> Figures:
+def computed(scenario: str, recipe: Recipe, speed: float, cells: int, fixed: dict[str, Any]) -> Figures:
     """The figures of one run with the numerics of a recipe."""
     document = {
         "name": "recipe",

@@ -27,10 +27,7 @@ from studies.values.recipes import RECIPES, Recipe
 PROCESSES = 2
 COUNTS = (2, 3)
 SPEEDS = (4e3, 6e3)  # m/s
-CELLS = {
-    "hole": (16, 24, 32),
-    "crater": (16, 24),
-}  # across the projectile's diameter; 16 are the draft's
+CELLS = {"hole": (16, 24, 32), "crater": (16, 24)}  # across the projectile's diameter; 16 are the draft's
 BLOCK = {"target_depth": "30 mm", "target_radius": "25 mm"}
 OF_HOLES = ("hole_diameter", "hole_diameter_areal")
 OF_CRATERS = ("crater_depth", "crater_diameter")
@@ -108,9 +105,7 @@ def crater(recipe: Recipe, speed: float, cells: int, offset: float) -> Figures:
 def _calls() -> dict[str, tuple[Any, ...]]:
     """Every computation of the study by its name: the function and its arguments."""
     recipes = {count: replace(RECIPES["whipple"], particles_per_cell=count) for count in COUNTS}
-    calls: dict[str, tuple[Any, ...]] = {
-        _name("taylor", count): (taylor, recipe) for count, recipe in recipes.items()
-    }
+    calls: dict[str, tuple[Any, ...]] = {_name("taylor", count): (taylor, recipe) for count, recipe in recipes.items()}
     for problem in (hole, crater):
         kind = problem.__name__
         for cells, speed, offset, count in product(CELLS[kind], SPEEDS, OFFSETS, COUNTS):
@@ -135,10 +130,7 @@ def _pairs(
 ) -> tuple[list[tuple[float, float]], tuple[float, float]]:
     """Values with two and with three particles at each offset, and the median processor seconds of both."""
     problem = _problem(quantity)
-    runs = [
-        [figures[_name(problem, count, speed, cells, offset)] for count in COUNTS]
-        for offset in OFFSETS
-    ]
+    runs = [[figures[_name(problem, count, speed, cells, offset)] for count in COUNTS] for offset in OFFSETS]
     few, many = (median(run[place]["seconds"] for run in runs) for place in (0, 1))
     return [(run[0][quantity], run[1][quantity]) for run in runs], (few, many)
 

@@ -30,18 +30,11 @@ CHANGES: dict[str, tuple[dict[str, Any], ...]] = {
     # MPM3D-F90's defaults, and then the linear part from none to strong.
     "viscosity": (
         {"viscosity_linear": 0.06, "viscosity_quadratic": 1.5},
-        *(
-            {"viscosity_linear": linear, "viscosity_quadratic": 2.0}
-            for linear in (0.0, 0.1, 0.15, 0.25, 0.3, 0.5)
-        ),
+        *({"viscosity_linear": linear, "viscosity_quadratic": 2.0} for linear in (0.0, 0.1, 0.15, 0.25, 0.3, 0.5)),
     ),
     "courant": ({"courant": 0.15}, {"courant": 0.4}, {"courant": 0.6}),
     # Times of 10 and 1 us: a hole takes 20, a shock crosses the plate in 0.4.
-    "damping": (
-        {"damping_rate": 1e5},
-        {"damping_rate": 1e6},
-        {"damping_rate": 1e6, "damping_order": 2},
-    ),
+    "damping": ({"damping_rate": 1e5}, {"damping_rate": 1e6}, {"damping_rate": 1e6, "damping_order": 2}),
     "tension": ({"tension": "unlimited"},),
 }
 
@@ -79,11 +72,7 @@ def scan() -> Iterator[Variant]:
     """The viscosities of each smooth shape and number of particles."""
     for shape, count, linear, quadratic in itertools.product(SCANNED, PARTICLES, LINEAR, QUADRATIC):
         recipe = replace(
-            BASE,
-            shape=shape,
-            particles_per_cell=count,
-            viscosity_linear=linear,
-            viscosity_quadratic=quadratic,
+            BASE, shape=shape, particles_per_cell=count, viscosity_linear=linear, viscosity_quadratic=quadratic
         )
         words = f"{shape}, {count} particles, q {linear:g} / {quadratic:g}"
         yield Variant(words, "scan", recipe)

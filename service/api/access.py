@@ -122,9 +122,7 @@ class Access:
                 "WHIPPLE_ALLOWED_HOSTS to the names of this service"
             )
         if scope["method"] not in SAFE_METHODS and not _is_own_site(headers, host):
-            return CrossSiteRequest(
-                "send the request from a page of this service, or without a browser"
-            )
+            return CrossSiteRequest("send the request from a page of this service, or without a browser")
         return None
 
 
@@ -190,8 +188,7 @@ class Caller:
         """Raise Forbidden unless the sweep is the caller's own, or the caller has the scope ``admin``."""
         if sweep.owner != self.name and not self.may(Scope.ADMIN):
             raise Forbidden(
-                "the sweep was submitted with another key; ask its owner, or use a key with the "
-                f"scope `{Scope.ADMIN}`",
+                f"the sweep was submitted with another key; ask its owner, or use a key with the scope `{Scope.ADMIN}`",
                 scope=Scope.ADMIN,
             )
 
@@ -216,8 +213,7 @@ def authorize(
     for scope in map(Scope, required.scopes):
         if not caller.may(scope):
             raise Forbidden(
-                f"the key {caller.name!r} lacks the scope `{scope}`; ask for a key that has it",
-                scope=scope,
+                f"the key {caller.name!r} lacks the scope `{scope}`; ask for a key that has it", scope=scope
             )
     return caller
 
@@ -228,9 +224,7 @@ def _authenticate(request: Request, credentials: HTTPAuthorizationCredentials | 
         is_possible = 0 < len(secret) <= LONGEST_SECRET
         key = request.app.state.store.find_key(secret) if is_possible else None
         if key is None:
-            raise Unauthorized(
-                "this key is unknown, revoked or expired; ask for another", key_was_sent=True
-            )
+            raise Unauthorized("this key is unknown, revoked or expired; ask for another", key_was_sent=True)
         return Caller(key.name, key.scopes)
     if "authorization" in request.headers:
         raise Unauthorized("write the header as `Authorization: Bearer KEY`", key_was_sent=True)
@@ -238,8 +232,7 @@ def _authenticate(request: Request, credentials: HTTPAuthorizationCredentials | 
     if _is_from_trusted_proxy(request.scope, settings) or _is_local(request.scope, settings):
         return WITHOUT_KEY
     raise Unauthorized(
-        "send `Authorization: Bearer KEY`; the operator of the service makes a key with "
-        "`whipple keys create`",
+        "send `Authorization: Bearer KEY`; the operator of the service makes a key with `whipple keys create`",
         key_was_sent=False,
     )
 

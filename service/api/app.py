@@ -15,16 +15,7 @@ from service.api.metrics import Metrics
 from service.api.middleware import RequestLog, Turns
 from service.api.partial_cubes import PartialCubes
 from service.api.readers import Readers
-from service.api.routes import (
-    catalogue,
-    events,
-    files,
-    health,
-    pages,
-    queue,
-    runs,
-    sweeps,
-)
+from service.api.routes import catalogue, events, files, health, pages, queue, runs, sweeps
 from service.api.schemas import problem_schemas
 from service.queue import data_identity as identity
 from service.queue.status import DispatcherStatus

@@ -88,9 +88,7 @@ def _check_events(text: str) -> None:
                 raise _too_deep()
             if values > MOST_YAML_VALUES:
                 cure = "send JSON, or write the observations as one CSV text"
-                raise _refusal(
-                    "too many values", f"at most {MOST_YAML_VALUES} values in YAML", cure
-                )
+                raise _refusal("too many values", f"at most {MOST_YAML_VALUES} values in YAML", cure)
     except yaml.YAMLError:
         return  # the reader reports the error
 

@@ -77,13 +77,9 @@ def send_file(request: Request, download: Download) -> Response:
     }
     # Strong comparison, RFC 9110 section 13.1.1.
     if not {"*", tag} & _tags(request.headers.get("if-match", "*")):
-        raise PreconditionFailed(
-            "the file differs from the one in If-Match; repeat the request without If-Match"
-        )
+        raise PreconditionFailed("the file differs from the one in If-Match; repeat the request without If-Match")
     # Weak comparison, section 13.1.2.
-    if {"*", tag} & {
-        other.removeprefix("W/") for other in _tags(request.headers.get("if-none-match", ""))
-    }:
+    if {"*", tag} & {other.removeprefix("W/") for other in _tags(request.headers.get("if-none-match", ""))}:
         return Response(status_code=304, headers=headers)
     return FileResponse(
         download.path,
@@ -115,14 +111,8 @@ def serves(
 ) -> Callable[[Endpoint], Endpoint]:
     """Add an endpoint for GET and HEAD of a file that is like one of ``names``."""
     types = [media_type_of(name).partition(";")[0] for name in names]
-    content = {
-        name: JSON if name.endswith("json") else TEXT if "text" in name else BINARY
-        for name in types
-    }
-    partial = {
-        "description": "The part that `Range` requests",
-        "content": dict.fromkeys(content, BINARY),
-    }
+    content = {name: JSON if name.endswith("json") else TEXT if "text" in name else BINARY for name in types}
+    partial = {"description": "The part that `Range` requests", "content": dict.fromkeys(content, BINARY)}
 
     def add(endpoint: Endpoint) -> Endpoint:
         for method in ("GET", "HEAD"):

@@ -29,9 +29,7 @@ log = logging.getLogger(__name__)
 MEDIA_TYPE = "application/problem+json"
 METHODS = ("DELETE", "GET", "HEAD", "PATCH", "POST", "PUT")
 MOST_ERRORS_SENT = 50
-MOST_FINDING_BYTES = (
-    48_000  # the summary repeats the first finding; the whole response is below 64 kB
-)
+MOST_FINDING_BYTES = 48_000  # the summary repeats the first finding; the whole response is below 64 kB
 LONGEST_PART = 1_500  # characters of a field, value, limit or cure; a cure that lists names has about a thousand
 
 
@@ -127,44 +125,25 @@ class ProblemDetails:
 
 PROBLEMS: Mapping[type[Exception], ProblemDetails] = {
     InvalidInput: ProblemDetails(
-        422,
-        "Invalid input",
-        "The input is refused, and nothing was stored. `errors` lists each error.",
+        422, "Invalid input", "The input is refused, and nothing was stored. `errors` lists each error."
     ),
     NotFound: ProblemDetails(404, "Not found", "There is no sweep, run or file of this name."),
-    NotReady: ProblemDetails(
-        409, "Not ready", "The file will exist once the sweep has ended.", retry_after=2
-    ),
-    Conflict: ProblemDetails(
-        409, "Conflict", "The state of the sweep does not allow this operation."
-    ),
-    PayloadTooLarge: ProblemDetails(
-        413, "Payload too large", "The request body exceeds the size limit."
-    ),
+    NotReady: ProblemDetails(409, "Not ready", "The file will exist once the sweep has ended.", retry_after=2),
+    Conflict: ProblemDetails(409, "Conflict", "The state of the sweep does not allow this operation."),
+    PayloadTooLarge: ProblemDetails(413, "Payload too large", "The request body exceeds the size limit."),
     PreconditionFailed: ProblemDetails(
         412, "Precondition failed", "The file has changed since the copy that `If-Match` names."
     ),
     KeyReused: ProblemDetails(
-        422,
-        "Idempotency key reused",
-        "This `Idempotency-Key` belongs to a different request; nothing was stored.",
+        422, "Idempotency key reused", "This `Idempotency-Key` belongs to a different request; nothing was stored."
     ),
     Unauthorized: ProblemDetails(401, "Unauthorized", "This request needs a valid API key."),
-    Forbidden: ProblemDetails(
-        403, "Forbidden", "The API key lacks the scope that this request needs."
-    ),
+    Forbidden: ProblemDetails(403, "Forbidden", "The API key lacks the scope that this request needs."),
     PartialCubeFailed: ProblemDetails(
         500, "Partial cube failed", "The cube of the unfinished sweep could not be made."
     ),
-    FileDamaged: ProblemDetails(
-        500, "File damaged", "The file on the disk is not the one that was registered."
-    ),
-    Busy: ProblemDetails(
-        503,
-        "Service busy",
-        "The maximum number of clients is using this resource.",
-        retry_after=5,
-    ),
+    FileDamaged: ProblemDetails(500, "File damaged", "The file on the disk is not the one that was registered."),
+    Busy: ProblemDetails(503, "Service busy", "The maximum number of clients is using this resource.", retry_after=5),
     TooManyRequests: ProblemDetails(
         429,
         "Too many requests",
@@ -182,32 +161,20 @@ PROBLEMS: Mapping[type[Exception], ProblemDetails] = {
     ),
     BadRequest: ProblemDetails(400, "Bad request", "The request violates HTTP and is ambiguous."),
     # For the log and the metrics: its sender is gone.
-    ClientDisconnect: ProblemDetails(
-        400, "Incomplete request", "The connection ended before the body did."
-    ),
+    ClientDisconnect: ProblemDetails(400, "Incomplete request", "The connection ended before the body did."),
     MisdirectedRequest: ProblemDetails(
         421, "Misdirected request", "The Host header names another host than this service."
     ),
-    CrossSiteRequest: ProblemDetails(
-        403, "Cross-site request", "Pages of other sites may not change anything here."
-    ),
+    CrossSiteRequest: ProblemDetails(403, "Cross-site request", "Pages of other sites may not change anything here."),
     StoreUnavailable: ProblemDetails(
-        503,
-        "Database unavailable",
-        "The database is locked, unreachable or full; nothing was changed.",
-        retry_after=2,
+        503, "Database unavailable", "The database is locked, unreachable or full; nothing was changed.", retry_after=2
     ),
     ServiceNotReady: ProblemDetails(
-        503,
-        "Service not ready",
-        "The service cannot compute at the moment; `detail` says why.",
-        retry_after=2,
+        503, "Service not ready", "The service cannot compute at the moment; `detail` says why.", retry_after=2
     ),
 }
 INTERNAL_ERROR = ProblemDetails(
-    500,
-    "Internal error",
-    "An unexpected error occurred; the log of the service has the error under `request_id`.",
+    500, "Internal error", "An unexpected error occurred; the log of the service has the error under `request_id`."
 )
 
 
@@ -239,10 +206,7 @@ async def _respond_validation(request: Request, error: Exception) -> Response:
     assert isinstance(error, RequestValidationError)
     findings = [
         Finding(
-            ".".join(map(str, item["loc"])),
-            shown(item.get("input")),
-            item["msg"],
-            "see /docs for the allowed values",
+            ".".join(map(str, item["loc"])), shown(item.get("input")), item["msg"], "see /docs for the allowed values"
         )
         for item in error.errors()
     ]
@@ -264,19 +228,14 @@ def _methods(request: Request) -> list[str]:
     return [
         method
         for method in METHODS
-        if any(
-            route.matches({**request.scope, "method": method})[0] is Match.FULL
-            for route in request.app.routes
-        )
+        if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in request.app.routes)
     ]
 
 
 async def _respond_unexpected(request: Request, error: Exception) -> Response:
     request_id = request.state.request_id
     log.error("request %s failed", request_id, exc_info=error, extra={"request_id": request_id})
-    return _document(
-        request, INTERNAL_ERROR, "the log of the service has the error under this request_id"
-    )
+    return _document(request, INTERNAL_ERROR, "the log of the service has the error under this request_id")
 
 
 def _document(

@@ -80,9 +80,7 @@ class Listener:
 class EventStreams:
     """All open streams of the service."""
 
-    def __init__(
-        self, store: Store, *, most: int = MOST_STREAMS, most_of_a_key: int = MOST_OF_A_KEY
-    ):
+    def __init__(self, store: Store, *, most: int = MOST_STREAMS, most_of_a_key: int = MOST_OF_A_KEY):
         self._store = store
         self._most, self._most_of_a_key = most, most_of_a_key
         self._listeners: dict[Listener, str] = {}  # with the name of its key
@@ -103,9 +101,7 @@ class EventStreams:
             if self._is_closed:
                 raise Busy("the service is stopping")
             if len(self._listeners) >= self._most:
-                raise Busy(
-                    f"{self._most} event streams are open, which is the limit; close one, or poll the state"
-                )
+                raise Busy(f"{self._most} event streams are open, which is the limit; close one, or poll the state")
             if [*self._listeners.values()].count(key) >= self._most_of_a_key:
                 raise TooManyRequests(
                     f"{self._most_of_a_key} event streams of this key are open, which is the limit; close one, or "
@@ -168,9 +164,7 @@ class EventSubject:
     """The subject of a stream: a sweep, a run or the queue."""
 
     events: Callable[[int], Sequence[Event]]  # those after a number, oldest first, PAGE at most
-    includes: Callable[
-        [str, Sequence[str]], bool
-    ]  # a running run, by its id and those of its sweeps
+    includes: Callable[[str, Sequence[str]], bool]  # a running run, by its id and those of its sweeps
     final: Callable[[], Any | None]  # content of the message ``end``; None before the end
 
 
@@ -214,9 +208,7 @@ def queue_subject(store: Store) -> EventSubject:
     )
 
 
-async def stream(
-    subject: EventSubject, listener: Listener, after: int
-) -> AsyncIterator[ServerSentEvent]:
+async def stream(subject: EventSubject, listener: Listener, after: int) -> AsyncIterator[ServerSentEvent]:
     """All events of a subject after a number, then new ones as they happen, until it ends."""
     yield ServerSentEvent(retry=RECONNECT_MILLISECONDS)
     read_up_to = 0

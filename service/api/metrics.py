@@ -89,10 +89,7 @@ class _ProcessMetrics(_LazyCollector):
         yield InfoMetricFamily("whipple", "Versions of this process.", versions)
         gauges = {
             "whipple_leader": ("1 if this process assigns the work.", self._engine.leads()),
-            "whipple_slots": (
-                "Runs that this process can compute at once.",
-                self._engine.workers(),
-            ),
+            "whipple_slots": ("Runs that this process can compute at once.", self._engine.workers()),
             "whipple_event_streams": ("Open event streams.", self._streams.open),
         }
         for name, (meaning, value) in gauges.items():
@@ -123,9 +120,7 @@ class _StoreMetrics(_LazyCollector):
         paused = float(queue.paused is not None)
         yield GaugeMetricFamily("whipple_queue_paused", "1 if the queue is paused.", paused)
         yield _run_seconds(tallies)
-        failed = CounterMetricFamily(
-            "whipple_attempts_failed", "Attempts that did not succeed.", labels=["cause"]
-        )
+        failed = CounterMetricFamily("whipple_attempts_failed", "Attempts that did not succeed.", labels=["cause"])
         for cause in Cause:
             failed.add_metric([cause.value], attempts.get(cause, 0))
         yield failed
@@ -135,9 +130,7 @@ def _store_up(value: float) -> Metric:
     return GaugeMetricFamily("whipple_store_up", "1 if the database responds.", value)
 
 
-def _jobs(
-    kind: Kind, states: Sequence[State], tallies: Sequence[JobTally], name: str, meaning: str
-) -> Metric:
+def _jobs(kind: Kind, states: Sequence[State], tallies: Sequence[JobTally], name: str, meaning: str) -> Metric:
     """Jobs of a kind in each state, zeros included."""
     family = GaugeMetricFamily(name, meaning, labels=["state"])
     for state in states:

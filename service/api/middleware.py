@@ -49,9 +49,7 @@ PARSING_RATE = 10e6  # bytes/s; packets are parsed at 160e6, chunks of one byte 
 MOST_READING = 16
 # Requests that wait for their turn: fewer than connections, so that a probe finds one.
 MOST_WAITING = 256
-MOST_PIPELINING = (
-    32  # with more connections of any kind, one that pipelines is closed without a response
-)
+MOST_PIPELINING = 32  # with more connections of any kind, one that pipelines is closed without a response
 ENDED = "ended"  # in the state of a request whose connection is closed before it is looked at
 UNREAD_SECONDS = 60.0  # limit for a client to read 48 KiB of a response
 

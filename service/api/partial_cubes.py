@@ -85,9 +85,7 @@ class PartialCubes:
             raise PartialCubeFailed(f"the partial cube took more than {self._seconds} s") from None
         except subprocess.CalledProcessError as error:
             log.error("a partial cube failed (status %d)\n%s", error.returncode, error.stderr)
-            raise PartialCubeFailed(
-                "the log of the service has the error under this request_id"
-            ) from None
+            raise PartialCubeFailed("the log of the service has the error under this request_id") from None
 
 
 # --- in the child process -------------------------------------------------------------------------
@@ -112,10 +110,7 @@ def _outcome(run: Mapping[str, Any]) -> Mapping[str, Any]:
         return {"state": CUBE_STATES.get(state, state.value), "reason": run["reason"]}
     file = Path(run["path"])
     if not file.is_file() or digest(file) != run["sha256"]:
-        return {
-            "state": "failed",
-            "reason": f"the result of the run is lost or damaged: {file.name}",
-        }
+        return {"state": "failed", "reason": f"the result of the run is lost or damaged: {file.name}"}
     return json.loads(file.read_bytes())
 
 

@@ -27,11 +27,7 @@ class Readers:
     """The children of a service."""
 
     def __init__(
-        self,
-        limits: Limits = USUAL,
-        *,
-        wait_seconds: float = WAIT_SECONDS,
-        wall_seconds: float = WALL_SECONDS,
+        self, limits: Limits = USUAL, *, wait_seconds: float = WAIT_SECONDS, wall_seconds: float = WALL_SECONDS
     ):
         self._limits, self._wait, self._wall = limits, wait_seconds, wall_seconds
         self._slots = CapacityLimiter(SLOTS)
@@ -68,9 +64,7 @@ class Readers:
         """Read a body in a child; called within ``slot``. Raises ReaderLost."""
         try:
             with anyio.fail_after(self._wall):
-                return await to_process.run_sync(
-                    read_within_limits, posted, part, self._limits, cancellable=True
-                )
+                return await to_process.run_sync(read_within_limits, posted, part, self._limits, cancellable=True)
         except TimeoutError:
             raise ReaderLost(f"it took more than {self._wall:g} s") from None
         except anyio.BrokenWorkerProcess:

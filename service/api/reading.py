@@ -75,9 +75,7 @@ class _OutOfTime(BaseException):
     """The computing time of a sweep is over; no handler of other errors may catch it."""
 
 
-def read_within_limits(
-    posted: Posted, part: Callable[[Sweep, Posted], Read], limits: Limits
-) -> Read | Refusal:
+def read_within_limits(posted: Posted, part: Callable[[Sweep, Posted], Read], limits: Limits) -> Read | Refusal:
     """Read a body within limits of time and memory."""
     os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
     # Ctrl-C is for the service, which ends its children.
@@ -126,6 +124,4 @@ def expanded(sweep: Sweep, _posted: Posted) -> ExpandedSweep:
 def estimated(sweep: Sweep, posted: Posted) -> EstimatedSweep:
     """The cost of the sweep."""
     cost = sweep_cost(sweep)
-    return EstimatedSweep(
-        sweep.scenario, cost, warnings_of(sweep), [*presets_of(sweep, posted.max_runs)]
-    )
+    return EstimatedSweep(sweep.scenario, cost, warnings_of(sweep), [*presets_of(sweep, posted.max_runs)])

@@ -51,9 +51,7 @@ class Items(Answer, Generic[Item]):
 class PageOf(Items[Item], Generic[Item]):
     """A page of a list."""
 
-    next_cursor: str | None = Field(
-        description="Value of `cursor` for the next page; null on the last page"
-    )
+    next_cursor: str | None = Field(description="Value of `cursor` for the next page; null on the last page")
 
 
 # --- problems -------------------------------------------------------------------------------------
@@ -72,9 +70,7 @@ class ErrorItem(Answer):
 class ProblemDocument(Answer):
     """An error (RFC 9457)."""
 
-    type: str = Field(
-        description="Kind of problem, a stable URI", examples=["/docs#problem-not-found"]
-    )
+    type: str = Field(description="Kind of problem, a stable URI", examples=["/docs#problem-not-found"])
     title: str
     status: int
     detail: str
@@ -89,9 +85,7 @@ class ProblemDocument(Answer):
 def problem_schemas() -> dict[str, Any]:
     """The schemas of a problem document, for the components of OpenAPI."""
     template = "#/components/schemas/{model}"
-    return models_json_schema([(ProblemDocument, "serialization")], ref_template=template)[1][
-        "$defs"
-    ]
+    return models_json_schema([(ProblemDocument, "serialization")], ref_template=template)[1]["$defs"]
 
 
 # --- sweeps ---------------------------------------------------------------------------------------
@@ -121,9 +115,7 @@ class SweepChange(BaseModel):
     model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
 
     priority: int = Field(
-        ge=PRIORITIES[0],
-        le=PRIORITIES[-1],
-        description="Sweeps of smaller numbers are computed first",
+        ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first"
     )
 
 
@@ -135,9 +127,7 @@ class PresetModel(Answer):
     resolutions: tuple[float, ...] = Field(description="Cells across the projectile's diameter")
     offsets: int = Field(description="Sub-cell positions of the grid at each resolution")
     runs: int = Field(description="Points of the sweep, each at every resolution and offset")
-    core_seconds: float | None = Field(
-        description="Estimated core seconds of all runs; null: see `reason`"
-    )
+    core_seconds: float | None = Field(description="Estimated core seconds of all runs; null: see `reason`")
     bytes: int | None = Field(description="Size of all results")
     reason: str = Field(description="Why this sweep cannot use the preset; empty if it can")
 
@@ -157,22 +147,16 @@ class EstimateModel(Answer):
     """The cost of a sweep; nothing was stored."""
 
     runs: int = Field(description="Points of the sweep, each at every resolution and offset")
-    looked_at: int = Field(
-        description="Points whose runs were looked at; they were drawn evenly, and stand for all"
-    )
+    looked_at: int = Field(description="Points whose runs were looked at; they were drawn evenly, and stand for all")
     reused: int = Field(description="Distinct runs that are computed or under way already")
     core_seconds: float = Field(
         description="Estimated core seconds of the runs that remain, of the cube and of the report"
     )
-    seconds: float = Field(
-        description="The same with the runs divided among the workers of this service"
-    )
+    seconds: float = Field(description="The same with the runs divided among the workers of this service")
     bytes: int = Field(description="Size of the results")
     memory: int = Field(description="Memory of the largest run's process, bytes")
     is_measured: bool = Field(description="Whether the times are measured here for this scenario")
-    warnings: list[str] = Field(
-        description="Doubts about points that are allowed and hardly useful"
-    )
+    warnings: list[str] = Field(description="Doubts about points that are allowed and hardly useful")
     presets: list[PresetModel] = Field(description="Cost of the sweep at each `accuracy`")
 
 
@@ -189,14 +173,10 @@ class RunModel(Answer):
     crashes: int = Field(description="Attempts whose process died at the same checkpoint")
     priority: int = Field(description="Priority of the most urgent sweep that waits for it")
     keep: Keep = Field(description="Files kept, for the most demanding sweep")
-    checkpoint: int | None = Field(
-        description="Step of the last checkpoint; the next attempt starts there"
-    )
+    checkpoint: int | None = Field(description="Step of the last checkpoint; the next attempt starts there")
     fraction: float | None = Field(description="Completed part of the running attempt, 0 to 1")
     progress: dict[str, Any] | None = Field(description="Simulated time, step, values so far")
-    cause: str | None = Field(
-        description="Cause of the failure: `verdict` of the solver, or an accident"
-    )
+    cause: str | None = Field(description="Cause of the failure: `verdict` of the solver, or an accident")
     failure: str | None = Field(description="Kind of the failure")
     reason: str | None = Field(description="Description of the failure")
     summary: dict[str, Any] | None = Field(description="Measurements, flags and audit")
@@ -232,9 +212,7 @@ class PointModel(Answer):
     coordinates: dict[str, float | str] = Field(
         description="Value on each of these axes, SI; of a run that screens the models, `screening` alone"
     )
-    state: State = Field(
-        description="State of the run; `cancelled` if this sweep no longer waits for it"
-    )
+    state: State = Field(description="State of the run; `cancelled` if this sweep no longer waits for it")
     run: RunModel
 
     @classmethod
@@ -386,16 +364,11 @@ class VersionModel(Answer):
     """Versions of the service."""
 
     version: str
-    physics_version: int = Field(
-        description="Version of the physics; results of different versions stay separate"
-    )
+    physics_version: int = Field(description="Version of the physics; results of different versions stay separate")
     python: str
 
 
 def example_sweeps() -> dict[str, dict[str, Any]]:
     """The sweeps that ship, as named examples of OpenAPI."""
     documents = {name: read_yaml(examples.text(name), name) for name in examples.names()}
-    return {
-        name: {"summary": document["title"], "value": document}
-        for name, document in documents.items()
-    }
+    return {name: {"summary": document["title"], "value": document} for name, document in documents.items()}

@@ -61,9 +61,7 @@ def _plain(value: Any) -> Any:
     return sorted(value) if isinstance(value, frozenset) else value.isoformat()
 
 
-def print_table(
-    columns: Sequence[str], rows: Iterable[Sequence[str]], *, file: IO[str] | None = None
-) -> None:
+def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, file: IO[str] | None = None) -> None:
     """Print rows below their headings; on a terminal wrapped but for the first column, one line each elsewhere."""
     from rich.console import Console
     from rich.table import Column, Table
@@ -136,11 +134,7 @@ def print_event(event: "SweepEvent") -> None:
     if event.name == "progress":
         left = f", {duration(content['eta_seconds'])} left" if content["eta_seconds"] else ""
         fraction = "" if content["fraction"] is None else f"{content['fraction']:.0%}"
-        rounded = {
-            name: float(f"{value:.4g}")
-            for name, value in content["measured"].items()
-            if value is not None
-        }
+        rounded = {name: float(f"{value:.4g}") for name, value in content["measured"].items() if value is not None}
         measured = _quantities(rounded, _measurement_units())
         say(f"{'':8}  {content['run_id']}  {fraction}{left}  {measured}".rstrip(), flush=True)
     elif event.name == "message":
@@ -233,9 +227,7 @@ def print_check(check: "Check") -> None:
 def print_plan(plan: "RemeasurePlan") -> None:
     """Print the number of outdated results and the results that cannot be measured again."""
     count, lost = len(plan.measurable), len(plan.without_state)
-    say(
-        f"to measure again: {count} results of {len(plan.sweeps)} sweeps; without a stored final state: {lost}"
-    )
+    say(f"to measure again: {count} results of {len(plan.sweeps)} sweeps; without a stored final state: {lost}")
     _print_first(f"{id} is unchanged: its final state was not kept" for id in plan.without_state)
 
 
@@ -270,9 +262,7 @@ def tracking(done: "Iterable[Remeasured]", count: int) -> "Iterable[Remeasured]"
 
 def print_backup(done: "Backup") -> None:
     """Print the number of copied files, and the missing files."""
-    say(
-        f"{done.folder}: {done.copied} files copied ({done.size / 1e6:.1f} MB), {done.present} present"
-    )
+    say(f"{done.folder}: {done.copied} files copied ({done.size / 1e6:.1f} MB), {done.present} present")
     if done.removed:
         say(f"  {done.removed} files were deleted by the service meanwhile and are left out")
     for path in done.lost[:MOST_LINES]:

@@ -67,12 +67,7 @@ def check_store(settings: Settings) -> Iterator[Check]:
         with closing(Store.open(settings.url, migrate=False)) as store:
             identity.check(settings, store)
     except StoreUnavailable as error:
-        yield Check(
-            "database",
-            CheckStatus.ERROR,
-            str(error),
-            "correct the problem, then run the check again",
-        )
+        yield Check("database", CheckStatus.ERROR, str(error), "correct the problem, then run the check again")
     except identity.WrongDirectory as error:
         yield Check("database", CheckStatus.ERROR, error.what, error.cure)
     else:
@@ -90,9 +85,7 @@ def check_workers(settings: Settings) -> Iterator[Check]:
     try:
         cluster = probe(settings)
     except OSError as error:
-        cure = (
-            "start the scheduler, open its port, and give both sides the same certificate authority"
-        )
+        cure = "start the scheduler, open its port, and give both sides the same certificate authority"
         detail = f"{settings.engine} does not respond: {error}"
         yield Check("workers", CheckStatus.ERROR, detail, cure)
         return

@@ -16,15 +16,7 @@ from service.files.data_directory import DataInUse, check_names, holding
 from service.files.output_folders import check_same, held_in
 from service.queue import data_identity as identity
 from service.records.fault_points import fault_point
-from service.records.jobs import (
-    SWEEP_TERMINAL,
-    Keep,
-    NotFound,
-    StoreUnavailable,
-    Submission,
-    SweepState,
-    SweepStatus,
-)
+from service.records.jobs import SWEEP_TERMINAL, Keep, NotFound, StoreUnavailable, Submission, SweepState, SweepStatus
 from service.records.settings import Settings
 from service.records.signals import EndRequest, handling_end_signals
 from service.records.timings import DEFAULT, Timings
@@ -44,9 +36,7 @@ __all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_eng
 STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a service
 MOST_SWEEPS = 1000  # unfinished ones in such a folder; usually there is at most one
 PROGRESS_SECONDS = 0.1  # interval between two progress reports
-PROGRESS_PAUSE = (
-    20.0  # the pause between reports, at least, as a multiple of the time that one takes
-)
+PROGRESS_PAUSE = 20.0  # the pause between reports, at least, as a multiple of the time that one takes
 
 
 class PublicationFailed(WhippleError):
@@ -155,10 +145,7 @@ def run_sweeps(
 
 @contextmanager
 def start_engine(
-    settings: Settings,
-    store: Store,
-    timings: Timings = DEFAULT,
-    ready: "list[WarmProcess] | None" = None,
+    settings: Settings, store: Store, timings: Timings = DEFAULT, ready: "list[WarmProcess] | None" = None
 ) -> "Iterator[Dispatcher]":
     """Dispatcher and engine, working through the store's queue for the duration of a block; raises InvalidInput.
 
@@ -167,9 +154,7 @@ def start_engine(
     from service.execution import engine_of
     from service.queue.dispatcher import Dispatcher
 
-    dispatcher = Dispatcher(
-        settings, store, open_engine=engine_of(settings, ready), timings=timings
-    )
+    dispatcher = Dispatcher(settings, store, open_engine=engine_of(settings, ready), timings=timings)
     dispatcher.start()
     try:
         yield dispatcher
@@ -202,11 +187,7 @@ def _accept(store: Store, sweeps: Mapping[str, Sweep], keep: Keep) -> dict[str, 
 
 
 def _wait(
-    store: Store,
-    dispatcher: "Dispatcher",
-    id: str,
-    progress: Callable[[SweepStatus], None],
-    leaving: EndRequest,
+    store: Store, dispatcher: "Dispatcher", id: str, progress: Callable[[SweepStatus], None], leaving: EndRequest
 ) -> SweepStatus:
     """Report progress until the sweep has ended, or until a signal asks to leave."""
     while True:

@@ -8,16 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from service.cli.commands import (
-    catalogue,
-    client,
-    computing,
-    decks,
-    fitting,
-    maintenance,
-    serving,
-    validating,
-)
+from service.cli.commands import catalogue, client, computing, decks, fitting, maintenance, serving, validating
 from service.cli.commands.options import FAILURE, INVALID
 from solver.errors import WhippleError
 from studies.values.errors import InvalidInput
@@ -56,10 +47,7 @@ def _print_version(asked: bool) -> None:
 @app.callback()
 def whipple(
     _version: Annotated[
-        bool,
-        typer.Option(
-            "--version", help="Print the version.", callback=_print_version, is_eager=True
-        ),
+        bool, typer.Option("--version", help="Print the version.", callback=_print_version, is_eager=True)
     ] = False,
 ) -> None:
     """Compute sweeps of hypervelocity impacts, and compare the results with published laws."""

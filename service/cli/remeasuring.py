@@ -91,9 +91,7 @@ def _sweeps(store: "Store") -> Iterator[SweepStatus]:
         yield from page.items
 
 
-def remeasure_runs(
-    settings: Settings, store: "Store", run_ids: Sequence[str]
-) -> Iterator[Remeasured]:
+def remeasure_runs(settings: Settings, store: "Store", run_ids: Sequence[str]) -> Iterator[Remeasured]:
     """Measure states again in child processes, and register the results one by one.
 
     The caller keeps services away. Raises WhippleError if a child process dies, and StoreUnavailable.
@@ -121,15 +119,12 @@ def remeasure_runs(
 
 def _task(store: "Store", artifacts: Artifacts, id: str) -> _Task:
     answer, state = (
-        replace(file, path=str(artifacts.path(file)))
-        for file in (store.run_file(id, name) for name in (RESULT, STATE))
+        replace(file, path=str(artifacts.path(file))) for file in (store.run_file(id, name) for name in (RESULT, STATE))
     )
     return _Task(id, store.run_spec(id), answer, state)
 
 
-def _register(
-    store: "Store", artifacts: Artifacts, task: _Task, outcome: NewResult | str
-) -> Remeasured:
+def _register(store: "Store", artifacts: Artifacts, task: _Task, outcome: NewResult | str) -> Remeasured:
     """Point the run to its new result, unless the outcome is the reason why there is none."""
     if isinstance(outcome, str):
         return Remeasured(task.run_id, reason=outcome)

@@ -33,9 +33,7 @@ def selected(names: Sequence[str], level: Level) -> list[Case | Validation]:
         "verification": [verification.load(name) for name in verification.names(quick=quick)],
     }
     by_name: dict[str, Case | Validation] = {
-        name: package.load(name)
-        for package in (verification, validation)
-        for name in package.names()
+        name: package.load(name) for package in (verification, validation) for name in package.names()
     }
     chosen: dict[str, Case | Validation] = {}
     for name in names or KINDS:
@@ -50,11 +48,7 @@ def selected(names: Sequence[str], level: Level) -> list[Case | Validation]:
 
 
 def validated(
-    cases: Sequence[Case | Validation],
-    level: Level,
-    out: Path,
-    settings: Settings,
-    showing: ShowProgress,
+    cases: Sequence[Case | Validation], level: Level, out: Path, settings: Settings, showing: ShowProgress
 ) -> Iterator[Verified]:
     """Compute cases, and yield each row as it is known; writes a page for each case, and an index.
 
@@ -85,16 +79,10 @@ def _computed(
     cases: Sequence[Validation], level: Level, out: Path, settings: Settings, showing: ShowProgress
 ) -> Iterator[tuple[Validation, Cubes]]:
     """Each case with its cubes by name, as the last of its sweeps ends."""
-    documents = {
-        f"{case.name}/{name}": document
-        for case in cases
-        for name, document in case.documents(level).items()
-    }
+    documents = {f"{case.name}/{name}": document for case in cases for name, document in case.documents(level).items()}
     if not documents:
         return
-    waiting: dict[str, tuple[Validation, dict[str, Any]]] = {
-        case.name: (case, {}) for case in cases
-    }
+    waiting: dict[str, tuple[Validation, dict[str, Any]]] = {case.name: (case, {}) for case in cases}
     with ExitStack() as stack:
         shows: dict[str, Show] = {}
 

@@ -31,15 +31,7 @@ if TYPE_CHECKING:
     from service.client.html import RunDocument
     from studies.values.opening import Dataset
 
-__all__ = [
-    "Client",
-    "ServiceError",
-    "StillRunning",
-    "SweepEvent",
-    "SweepHandle",
-    "SweepStatus",
-    "Unreachable",
-]
+__all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle", "SweepStatus", "Unreachable"]
 
 DEFAULT_URL = "http://127.0.0.1:8000"
 URL_VARIABLE = "WHIPPLE_SERVICE"
@@ -99,12 +91,7 @@ class Client:
     # --- sweeps ----------------------------------------------------------------------------------
 
     def submit(
-        self,
-        sweep: Document,
-        *,
-        priority: int = 0,
-        keep: str = "final",
-        idempotency_key: str | None = None,
+        self, sweep: Document, *, priority: int = 0, keep: str = "final", idempotency_key: str | None = None
     ) -> "SweepHandle":
         """Submit a document, or the YAML or JSON file at a path; raises InvalidInput with findings.
 
@@ -114,9 +101,7 @@ class Client:
         """
         headers = {"Idempotency-Key": idempotency_key or uuid.uuid4().hex}
         query = {"priority": str(priority), "keep": keep}
-        body = self._connection.json(
-            "POST", "/v1/sweeps", params=query, **_body(sweep, headers=headers)
-        )
+        body = self._connection.json("POST", "/v1/sweeps", params=query, **_body(sweep, headers=headers))
         return SweepHandle(self, body["id"])
 
     def estimate(self, sweep: Document) -> dict[str, Any]:
@@ -248,9 +233,7 @@ class SweepHandle:
         return self._connection.pages(f"{self._path}/runs", **query)
 
     def wait(
-        self,
-        timeout: float | None = None,
-        on_progress: Callable[[SweepStatus], None] | None = None,
+        self, timeout: float | None = None, on_progress: Callable[[SweepStatus], None] | None = None
     ) -> SweepStatus:
         """Wait until the sweep has ended; raises StillRunning after ``timeout`` seconds.
 
@@ -264,9 +247,7 @@ class SweepHandle:
                 return self._wait(timeout, show)
         return self._wait(timeout, on_progress or (lambda status: None))
 
-    def _wait(
-        self, timeout: float | None, on_progress: Callable[[SweepStatus], None]
-    ) -> SweepStatus:
+    def _wait(self, timeout: float | None, on_progress: Callable[[SweepStatus], None]) -> SweepStatus:
         deadline = None if timeout is None else time.monotonic() + timeout
         while True:
             status = self.status()
@@ -335,9 +316,7 @@ class SweepHandle:
         self._connection.json("DELETE", self._path)
 
     def _command(self, method: str, path: str, **options: Any) -> SweepStatus:
-        return SweepStatus.from_json(
-            self._connection.json(method, f"{self._path}{path}", **options)
-        )
+        return SweepStatus.from_json(self._connection.json(method, f"{self._path}{path}", **options))
 
 
 def _body(sweep: Document, headers: Mapping[str, str] | None = None) -> dict[str, Any]:

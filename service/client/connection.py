@@ -54,19 +54,11 @@ class Connection:
     """Requests to one service."""
 
     def __init__(
-        self,
-        url: str,
-        *,
-        key: str | None,
-        timeout: float,
-        patience: float,
-        transport: httpx.BaseTransport | None,
+        self, url: str, *, key: str | None, timeout: float, patience: float, transport: httpx.BaseTransport | None
     ):
         self.url = url.rstrip("/")
         self.headers = {} if key is None else {"Authorization": f"Bearer {key}"}
-        self._http = httpx.Client(
-            base_url=self.url, timeout=timeout, transport=transport, headers=self.headers
-        )
+        self._http = httpx.Client(base_url=self.url, timeout=timeout, transport=transport, headers=self.headers)
         self._patience = patience
         self._has_responded = False
 
@@ -118,9 +110,7 @@ class Connection:
             position = {} if after is None else {"Last-Event-ID": after}
             headers = {"Accept": "text/event-stream", **position}
             try:
-                with self._http.stream(
-                    "GET", path, headers=headers, timeout=STREAM_TIMEOUT
-                ) as response:
+                with self._http.stream("GET", path, headers=headers, timeout=STREAM_TIMEOUT) as response:
                     self._check_stream(response)
                     retries = _Retries(self._patience)
                     for message in server_events(response.iter_lines()):
@@ -154,9 +144,7 @@ class Connection:
             except (httpx.TransportError, _Temporary) as error:
                 self._wait(retries, error)
             except httpx.InvalidURL as error:
-                raise Unreachable(
-                    f"{self.url!r} is not an address ({error}); write http://HOST:PORT"
-                ) from error
+                raise Unreachable(f"{self.url!r} is not an address ({error}); write http://HOST:PORT") from error
 
     def _check_stream(self, response: httpx.Response) -> None:
         if response.is_error:
@@ -182,9 +170,7 @@ class Connection:
             return
         may_return = self._has_responded or isinstance(error, BROKEN)
         if isinstance(error, httpx.UnsupportedProtocol) or not may_return or not retries.wait():
-            raise Unreachable(
-                f"no response from {self.url} ({error}); is `whipple serve` running there?"
-            ) from error
+            raise Unreachable(f"no response from {self.url} ({error}); is `whipple serve` running there?") from error
 
 
 class _Retries:
@@ -212,17 +198,12 @@ def _error_of(response: httpx.Response) -> WhippleError:
     """The exception for a problem document, or for an error page of another program."""
     try:
         problem = response.json()
-        findings = [
-            Finding(*(item[field.name] for field in fields(Finding)))
-            for item in problem.get("errors") or ()
-        ]
+        findings = [Finding(*(item[field.name] for field in fields(Finding))) for item in problem.get("errors") or ()]
         if findings:
             return InvalidInput(findings, more=int(problem.get("more_errors") or 0))
         return ServiceError(response.status_code, problem["title"], problem.get("detail") or "")
     except (ValueError, KeyError, TypeError, AttributeError):
-        return ServiceError(
-            response.status_code, f"HTTP {response.status_code}", response.text[:200]
-        )
+        return ServiceError(response.status_code, f"HTTP {response.status_code}", response.text[:200])
 
 
 def _write(response: httpx.Response, file: Path) -> str:

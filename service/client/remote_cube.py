@@ -22,8 +22,7 @@ def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":
             import_module(name)
     except ImportError as error:
         raise MissingExtra(
-            f"opening a cube remotely needs more libraries ({error}): pip install 'whipple[remote]'; "
-            "or fetch the cube"
+            f"opening a cube remotely needs more libraries ({error}): pip install 'whipple[remote]'; or fetch the cube"
         ) from None
     from studies.values.opening import open_file
 

@@ -16,9 +16,7 @@ if TYPE_CHECKING:
     from service.records.settings import Settings
     from service.workers.warm import WarmProcess
 
-CURE = (
-    "pip install 'whipple[cluster]', or remove the engine setting to compute runs on this machine"
-)
+CURE = "pip install 'whipple[cluster]', or remove the engine setting to compute runs on this machine"
 
 
 def engine_of(settings: "Settings", ready: "list[WarmProcess] | None" = None) -> "OpenEngine":

@@ -30,9 +30,7 @@ if TYPE_CHECKING:
 
 log = logging.getLogger(__name__)
 
-PUBLISHED = (
-    "whipple/"  # begin of the names under which a scheduler keeps attempts for our next life
-)
+PUBLISHED = "whipple/"  # begin of the names under which a scheduler keeps attempts for our next life
 
 Function = Callable[[list[str]], None]  # function of ``dask_worker``, called with keys of attempts
 
@@ -71,8 +69,7 @@ class SchedulerConnection(distributed.Client):
         """The reason why each worker receives no work, by address; empty if it receives work."""
         workers = self._ask("identity", n_workers=-1).get("workers", {})
         return {
-            address: dask_worker.differences(worker.get(dask_worker.SOFTWARE))
-            for address, worker in workers.items()
+            address: dask_worker.differences(worker.get(dask_worker.SOFTWARE)) for address, worker in workers.items()
         }
 
     def call(self, function: Function, keys: Sequence[str]) -> None:
@@ -93,9 +90,7 @@ class SchedulerConnection(distributed.Client):
 
     def _send(self, address: str, function: Function, keys: list[str]) -> None:
         assert self.loop is not None
-        sent = self._run(
-            dask_worker.call, function, keys, workers=[address], wait=False, on_error="ignore"
-        )
+        sent = self._run(dask_worker.call, function, keys, workers=[address], wait=False, on_error="ignore")
         self._undelivered.add((address, function))
         delivery = asyncio.run_coroutine_threadsafe(
             asyncio.wait_for(sent, self._timings.answer),
@@ -190,12 +185,7 @@ class DaskEngine:
             self._followed[key] = None
         try:
             future = client.submit(
-                dask_worker.compute,
-                attempt,
-                key=key,
-                pure=False,
-                retries=0,
-                resources={dask_worker.OFFER: 1},
+                dask_worker.compute, attempt, key=key, pure=False, retries=0, resources={dask_worker.OFFER: 1}
             )
             client.keep(PUBLISHED + key, future)
         except BaseException:

@@ -40,9 +40,7 @@ def differences(offered: Mapping[str, str] | None) -> str:
         return f"the worker was started without --preload {__name__}"
     own = software()
     names = [name for name in {**own, **offered} if own.get(name) != offered.get(name)]
-    return "; ".join(
-        f"{name} {offered.get(name)}, on the service {own.get(name)}" for name in names
-    )
+    return "; ".join(f"{name} {offered.get(name)}, on the service {own.get(name)}" for name in names)
 
 
 _WORKERS: list[Any] = []  # workers of this process: one, unless a test starts more

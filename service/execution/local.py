@@ -19,13 +19,7 @@ log = logging.getLogger(__name__)
 class LocalEngine:
     """``protocol.Engine`` on this machine; its processes end with this one, however it ends."""
 
-    def __init__(
-        self,
-        workers: int,
-        inbox: Inbox,
-        timings: Timings = DEFAULT,
-        ready: list[WarmProcess] | None = None,
-    ):
+    def __init__(self, workers: int, inbox: Inbox, timings: Timings = DEFAULT, ready: list[WarmProcess] | None = None):
         """``ready``: processes that were started before, for the first attempts."""
         self._inbox = inbox
         self._ready = ready
@@ -33,8 +27,7 @@ class LocalEngine:
         self._submitted: SimpleQueue[str | None] = SimpleQueue()  # keys; None ends a thread
         self._under_way: dict[str, Supervisor] = {}  # by key
         self._threads = [
-            threading.Thread(target=self._work, name=f"slot-{number}", daemon=True)
-            for number in range(workers)
+            threading.Thread(target=self._work, name=f"slot-{number}", daemon=True) for number in range(workers)
         ]
         for thread in self._threads:
             thread.start()

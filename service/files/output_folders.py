@@ -34,9 +34,7 @@ def check_same(folder: Path, held: Document, asked: Document) -> None:
     there, here = _question(held), _question(asked)
     differing = [name for name in {**there, **here} if there.get(name) != here.get(name)]
     if differing:
-        cure = (
-            "choose another folder, or replace its content: --overwrite, overwrite=True in Python"
-        )
+        cure = "choose another folder, or replace its content: --overwrite, overwrite=True in Python"
         value = f"{folder}, which holds {_named(held, there, differing)}"
         limit = f"an empty folder, or one that holds {_named(asked, here, differing)}"
         raise InvalidInput([Finding("out", value, limit, cure)])

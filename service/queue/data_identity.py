@@ -76,9 +76,7 @@ def read(data: Path) -> str | None:
         return None
     except OSError as error:
         what = f"the id of the data directory cannot be read: {error.strerror}"
-        raise WrongDirectory(
-            data, what, f"let this user read {FILE}, or mount the data directory"
-        ) from error
+        raise WrongDirectory(data, what, f"let this user read {FILE}, or mount the data directory") from error
 
 
 def write(data: Path, id: str) -> str:

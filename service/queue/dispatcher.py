@@ -35,14 +35,7 @@ OTHER_LEADER = (
 class Dispatcher:
     """Keeps the engine busy with the queue, and the rows true."""
 
-    def __init__(
-        self,
-        settings: Settings,
-        store: Store,
-        *,
-        open_engine: OpenEngine,
-        timings: Timings = DEFAULT,
-    ):
+    def __init__(self, settings: Settings, store: Store, *, open_engine: OpenEngine, timings: Timings = DEFAULT):
         self._settings = settings
         self._store = store
         self._open_engine = open_engine
@@ -156,9 +149,7 @@ class Dispatcher:
 
     def _end(self) -> None:
         """Close the engine; meanwhile register what ends, and afterwards queue the rest again."""
-        closing = threading.Thread(
-            target=self._close_engine, args=(self._settings.leave_seconds,), name="closing"
-        )
+        closing = threading.Thread(target=self._close_engine, args=(self._settings.leave_seconds,), name="closing")
         closing.start()
         while closing.is_alive():
             self._receive(wait=self._timings.closing_poll)

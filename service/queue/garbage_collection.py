@@ -76,12 +76,7 @@ class GarbageCollector:
     """Goes round the data directory."""
 
     def __init__(
-        self,
-        settings: Settings,
-        store: Store,
-        artifacts: Artifacts,
-        space: Space,
-        timings: Timings = DEFAULT,
+        self, settings: Settings, store: Store, artifacts: Artifacts, space: Space, timings: Timings = DEFAULT
     ):
         self._store = store
         self._artifacts = artifacts
@@ -209,9 +204,7 @@ def _of_run(folder: Path, last: LastAttempt, registered: Set[Path]) -> Iterator[
 def _attempts(folder: Path) -> list[Path]:
     """The folders of attempts, the youngest last."""
     matches = ((ATTEMPT.fullmatch(entry.name), entry) for entry in folder.glob("a*"))
-    return [
-        entry for _, entry in sorted((int(match[1]), entry) for match, entry in matches if match)
-    ]
+    return [entry for _, entry in sorted((int(match[1]), entry) for match, entry in matches if match)]
 
 
 def _folders(parent: Path, name: re.Pattern[str]) -> list[Path]:

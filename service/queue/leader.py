@@ -47,9 +47,7 @@ class _Failure:
 class Leader:
     """Reconciles rows and engine during its terms; leases of earlier terms are foreign until adopted."""
 
-    def __init__(
-        self, settings: Settings, store: Store, *, wake: Callable[[], None], timings: Timings
-    ):
+    def __init__(self, settings: Settings, store: Store, *, wake: Callable[[], None], timings: Timings):
         self._settings = settings
         self._store = store
         self._timings = timings
@@ -114,9 +112,7 @@ class Leader:
                 self.in_flight.ended.setdefault(key, stopped)
             self._failures.clear()
         timings = self._timings
-        self._register(
-            wait=timings.last_verification_wait if is_over else timings.verification_wait
-        )
+        self._register(wait=timings.last_verification_wait if is_over else timings.verification_wait)
         if is_over:
             self.blocked_reason = None
             self._store_blocked_reason()
@@ -185,8 +181,7 @@ class Leader:
         due = {
             key: (flight.leases[key], ending)
             for key, ending in flight.ended.items()
-            if key in flight.leases
-            and (key not in self._failures or self._failures[key].not_before < now)
+            if key in flight.leases and (key not in self._failures or self._failures[key].not_before < now)
         }
         self.verification.begin(due, seconds=wait)
         done: list[str] = []
@@ -234,19 +229,11 @@ class Leader:
         if not flight.progress or now - self._written < self._timings.progress_interval:
             return
         self._written = now
-        news = [
-            (flight.leases[key], progress)
-            for key, progress in flight.progress.items()
-            if key in flight.leases
-        ]
+        news = [(flight.leases[key], progress) for key, progress in flight.progress.items() if key in flight.leases]
         flight.progress.clear()
         self._store.record_progress([_progress_row(lease, progress) for lease, progress in news])
         self._store.record_checkpoints(
-            [
-                (lease, progress["checkpoint"])
-                for lease, progress in news
-                if "checkpoint" in progress
-            ]
+            [(lease, progress["checkpoint"]) for lease, progress in news if "checkpoint" in progress]
         )
 
     # --- what begins -----------------------------------------------------------------------------
@@ -326,7 +313,5 @@ class Leader:
         return {"document": document, "outcomes": [outcome.as_json(root) for outcome in outcomes]}
 
 
-def _progress_row(
-    lease: Lease, progress: Mapping[str, Any]
-) -> tuple[Lease, float, float, Mapping[str, Any]]:
+def _progress_row(lease: Lease, progress: Mapping[str, Any]) -> tuple[Lease, float, float, Mapping[str, Any]]:
     return lease, float(progress.get("fraction") or 0.0), float(progress["seconds"]), progress

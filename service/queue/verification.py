@@ -143,9 +143,7 @@ class Verification:
         listed = list_in(self._artifacts.attempt_directory(lease))
         losses = tuple(loss for loss in listed if loss.is_real())
         if not losses:
-            ending = replace(
-                ending, cause=Cause.LOST, reason=f"the worker reports: {ending.reason}"
-            )
+            ending = replace(ending, cause=Cause.LOST, reason=f"the worker reports: {ending.reason}")
         return VerifiedEnding(ending, (), losses=losses)
 
     def _verify_files(self, lease: Lease, ending: Ending) -> VerifiedEnding:
@@ -167,8 +165,7 @@ class Verification:
             raise ValueError(f"there is no {RESULT}")
         answer = self._artifacts.read_json(answer_file)
         reason, failure = (
-            None if text is None else legible(str(text))
-            for text in (answer["reason"], answer["failure"])
+            None if text is None else legible(str(text)) for text in (answer["reason"], answer["failure"])
         )
         return Result(
             files=files,

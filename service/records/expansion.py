@@ -58,9 +58,7 @@ def expand(sweep: "Sweep", cost: Callable[["Run"], float]) -> ExpandedSweep:
     )
 
 
-def expanded_points(
-    points: "Iterable[Point]", cost: Callable[["Run"], float]
-) -> Iterator[ExpandedPoint]:
+def expanded_points(points: "Iterable[Point]", cost: Callable[["Run"], float]) -> Iterator[ExpandedPoint]:
     """Each point as the store writes it."""
     seen: set[str] = set()
     texts: dict[str, str] = {}

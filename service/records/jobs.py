@@ -70,9 +70,7 @@ class SweepState(StrEnum):
 class Cause(StrEnum):
     """The cause of an unsuccessful attempt; each cause has its own budget."""
 
-    VERDICT = (
-        "verdict"  # the run ended with an error of its own, such as an unphysical state: a result
-    )
+    VERDICT = "verdict"  # the run ended with an error of its own, such as an unphysical state: a result
     CRASH = "crash"  # the process died, and the service had not killed it
     MEMORY_LIMIT = "memory_limit"  # it asked for more than the service allows
     TIME_LIMIT = "time_limit"  # the wall clock limit of the service
@@ -110,9 +108,7 @@ MOVES: Mapping[State, frozenset[State]] = {
     State.WAITING: frozenset({State.QUEUED, State.CANCELLED}),
     # To all but itself and ``cancelling``: what has a result already goes back to it.
     State.QUEUED: frozenset(State) - {State.QUEUED, State.CANCELLING},
-    State.RUNNING: frozenset(
-        {State.SUCCEEDED, State.FAILED, State.QUEUED, State.CANCELLING, State.CANCELLED}
-    ),
+    State.RUNNING: frozenset({State.SUCCEEDED, State.FAILED, State.QUEUED, State.CANCELLING, State.CANCELLED}),
     State.CANCELLING: frozenset({State.CANCELLED, State.SUCCEEDED, State.FAILED, State.QUEUED}),
     # A retry, or a new sweep that asks for a run which an accident ended, or for more of its files.
     State.SUCCEEDED: frozenset({State.QUEUED, State.WAITING}),
@@ -207,38 +203,22 @@ class SweepStatus:
     name: str
     title: str
     scenario: str
-    owner: str = field(
-        metadata=described("name of the API key of the submission; empty: without a key")
-    )
-    priority: int = field(
-        metadata=described("-100 to 100; sweeps of smaller numbers are computed first")
-    )
+    owner: str = field(metadata=described("name of the API key of the submission; empty: without a key"))
+    priority: int = field(metadata=described("-100 to 100; sweeps of smaller numbers are computed first"))
     keep: Keep = field(metadata=described("files kept for each run besides its measurements"))
     state: SweepState
-    reason: str | None = field(
-        metadata=described("reason why the cube and the report could not be made")
-    )
-    planned: int = field(
-        metadata=described("runs of the sweep: points times resolutions and offsets")
-    )
+    reason: str | None = field(metadata=described("reason why the cube and the report could not be made"))
+    planned: int = field(metadata=described("runs of the sweep: points times resolutions and offsets"))
     reused: int = field(
-        metadata=described(
-            "runs that were computed before or already running when the sweep was accepted"
-        )
+        metadata=described("runs that were computed before or already running when the sweep was accepted")
     )
     new: int = field(metadata=described("runs that were queued for this sweep"))
     counts: Mapping[str, int] = field(metadata=described("points by state of their runs"))
-    lost_answers: int = field(
-        metadata=described("runs that succeeded without an answer: their reason says which")
-    )
+    lost_answers: int = field(metadata=described("runs that succeeded without an answer: their reason says which"))
     progress: float = field(
-        metadata=described(
-            "0 to 1: computed part of the estimated cost; below 1 where runs were cancelled"
-        )
+        metadata=described("0 to 1: computed part of the estimated cost; below 1 where runs were cancelled")
     )
-    eta_seconds: float | None = field(
-        metadata=described("time left, in seconds; null before the first measured run")
-    )
+    eta_seconds: float | None = field(metadata=described("time left, in seconds; null before the first measured run"))
     created: datetime
     cancelled: datetime | None = field(metadata=described("when the cancel was requested"))
     finished: datetime | None

@@ -44,9 +44,7 @@ class JsonLines(logging.Formatter):
         line |= {name: getattr(record, name) for name in FIELDS if hasattr(record, name)}
         if record.exc_info:
             line["trace"] = self.formatException(record.exc_info)
-        return json.dumps(
-            {key: value for key, value in line.items() if value is not None}, default=str
-        )
+        return json.dumps({key: value for key, value in line.items() if value is not None}, default=str)
 
 
 def about(lease: Lease) -> dict[str, Any]:

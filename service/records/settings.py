@@ -6,14 +6,7 @@ from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
 from typing import Annotated, Any
 
-from pydantic import (
-    ByteSize,
-    Field,
-    PositiveFloat,
-    PositiveInt,
-    ValidationInfo,
-    field_validator,
-)
+from pydantic import ByteSize, Field, PositiveFloat, PositiveInt, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
@@ -44,50 +37,33 @@ def _refused(limit: str) -> PydanticCustomError:
 class Settings(BaseSettings):
     """Settings of the service; each can be given as ``WHIPPLE_<NAME>`` in the environment."""
 
-    model_config = SettingsConfigDict(
-        env_prefix="WHIPPLE_", frozen=True, extra="forbid", validate_default=True
-    )
+    model_config = SettingsConfigDict(env_prefix="WHIPPLE_", frozen=True, extra="forbid", validate_default=True)
 
     data: Path = Field(default=Path("whipple-data"), description="database and results")
     host: str = Field(default="127.0.0.1", description="address to listen on")
-    port: int = Field(
-        default=8000, ge=0, le=65535, description="port to listen on; 0 selects a free port"
-    )
+    port: int = Field(default=8000, ge=0, le=65535, description="port to listen on; 0 selects a free port")
     trusted_proxy: Annotated[tuple[Network, ...], NoDecode] = Field(
-        default=(),
-        description="addresses or networks of proxies that authenticate requests, as a JSON list",
+        default=(), description="addresses or networks of proxies that authenticate requests, as a JSON list"
     )
     allowed_hosts: tuple[str, ...] = Field(
         default=(), description="names under which such a proxy is reached, as a JSON list"
     )
     database_url: str | None = Field(
-        default=None,
-        description="default: SQLite inside data; postgresql+psycopg://... allows several services",
+        default=None, description="default: SQLite inside data; postgresql+psycopg://... allows several services"
     )
-    engine: str | None = Field(
-        default=None, description="tls://host:port of a Dask scheduler; default: this machine"
-    )
-    tls_ca: Path | None = Field(
-        default=None, description="PEM file of the certificate authority of the scheduler"
-    )
-    tls_cert: Path | None = Field(
-        default=None, description="PEM file of the certificate of this service"
-    )
-    tls_key: Path | None = Field(
-        default=None, description="PEM file of the key of this certificate"
-    )
+    engine: str | None = Field(default=None, description="tls://host:port of a Dask scheduler; default: this machine")
+    tls_ca: Path | None = Field(default=None, description="PEM file of the certificate authority of the scheduler")
+    tls_cert: Path | None = Field(default=None, description="PEM file of the certificate of this service")
+    tls_key: Path | None = Field(default=None, description="PEM file of the key of this certificate")
     workers: PositiveInt = Field(
-        default_factory=available_cores,
-        description="number of runs that this service computes at once",
+        default_factory=available_cores, description="number of runs that this service computes at once"
     )
     threads: PositiveInt | None = Field(
-        default=None,
-        description="threads of a run: a number, or auto, which shares out the cores of idle workers",
+        default=None, description="threads of a run: a number, or auto, which shares out the cores of idle workers"
     )
     max_runs: PositiveInt = Field(default=10_000, description="most points that a sweep may have")
     run_seconds_limit: PositiveFloat = Field(
-        default=7 * 24 * 3600.0,
-        description="largest wall time of a run or a publication, in seconds",
+        default=7 * 24 * 3600.0, description="largest wall time of a run or a publication, in seconds"
     )
     stall_seconds: PositiveFloat = Field(
         default=60.0,
@@ -113,19 +89,14 @@ class Settings(BaseSettings):
         default=24 * 3600.0, description="age at which files of lost attempts are removed"
     )
     forget_seconds: PositiveFloat = Field(
-        default=30 * 24 * 3600.0,
-        description="seconds after which runs that belong only to deleted sweeps are removed",
+        default=30 * 24 * 3600.0, description="seconds after which runs that belong only to deleted sweeps are removed"
     )
-    poll_seconds: PositiveFloat = Field(
-        default=0.5, description="seconds between two regular checks of the queue"
-    )
+    poll_seconds: PositiveFloat = Field(default=0.5, description="seconds between two regular checks of the queue")
     reconcile_seconds: PositiveFloat = Field(
-        default=5.0,
-        description="seconds between two comparisons of the running jobs with the engine",
+        default=5.0, description="seconds between two comparisons of the running jobs with the engine"
     )
     targets_module: str | None = Field(
-        default=None,
-        description="module that replaces studies.runs.execution and studies.reports.publish in tests",
+        default=None, description="module that replaces studies.runs.execution and studies.reports.publish in tests"
     )
 
     @field_validator("trusted_proxy", mode="before")
@@ -137,8 +108,7 @@ class Settings(BaseSettings):
             return tuple(ip_network(str(place)) for place in places)
         except (TypeError, ValueError):
             raise _refused(
-                "a JSON list of the addresses or networks of the proxy, such as "
-                '["127.0.0.1", "10.0.3.0/24"]'
+                'a JSON list of the addresses or networks of the proxy, such as ["127.0.0.1", "10.0.3.0/24"]'
             ) from None
 
     @field_validator("threads", mode="before")
@@ -181,14 +151,10 @@ class Settings(BaseSettings):
 
     @field_validator("memory_limit")
     @classmethod
-    def _is_there_for_the_engine_too(
-        cls, limit: ByteSize | None, context: ValidationInfo
-    ) -> ByteSize | None:
+    def _is_there_for_the_engine_too(cls, limit: ByteSize | None, context: ValidationInfo) -> ByteSize | None:
         """Require a limit with an engine: the service cannot measure the memory of other machines."""
         if limit is None and context.data.get("engine") is not None:
-            raise _refused(
-                "the memory that one run may use on a worker of the engine, such as 4GiB"
-            )
+            raise _refused("the memory that one run may use on a worker of the engine, such as 4GiB")
         return limit
 
     @property

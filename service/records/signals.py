@@ -86,9 +86,7 @@ def handling_end_signals(*, end_within: float | None = None) -> Iterator[EndRequ
     before = {number: signal.getsignal(number) for number in ASKS}
     handled = [number for number in ASKS if before[number] not in (signal.SIG_IGN, None)]
     if end_within is not None:
-        watch = threading.Thread(
-            target=_end_after, args=(end_request.alarm, end_within), daemon=True
-        )
+        watch = threading.Thread(target=_end_after, args=(end_request.alarm, end_within), daemon=True)
         watch.start()
     for number in handled:
         signal.signal(number, end_request.ask)

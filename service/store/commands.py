@@ -161,9 +161,7 @@ class Commands(QueueQueries):
             log_event(connection, moment, "retried", sweep_id=id, runs=again)
             return sweep_status(connection, id)
 
-    def replace_result(
-        self, id: str, was: str, answer: Stored, summary: Mapping[str, Any]
-    ) -> tuple[str, ...]:
+    def replace_result(self, id: str, was: str, answer: Stored, summary: Mapping[str, Any]) -> tuple[str, ...]:
         """Replace the result of a run, if its SHA-256 is ``was``; return the sweeps to be published again.
 
         Those are the ones that were published with the earlier result, or are being published.
@@ -265,9 +263,7 @@ def _rows_of(submission: Submission, sweep: ExpandedSweep, moment: datetime) -> 
             "new": 0,
             "created": moment,
         },
-        runs=run_rows(
-            sweep.points, priority=submission.priority, keep=submission.keep, moment=moment
-        ),
+        runs=run_rows(sweep.points, priority=submission.priority, keep=submission.keep, moment=moment),
         points=sweep.points,
         publication={
             "id": uuid.uuid4().hex,
@@ -289,12 +285,7 @@ def _unbegun(moment: datetime) -> dict[str, Any]:
 
 
 def run_rows(
-    points: Sequence[ExpandedPoint],
-    *,
-    priority: int,
-    keep: Keep,
-    moment: datetime,
-    first: int = 0,
+    points: Sequence[ExpandedPoint], *, priority: int, keep: Keep, moment: datetime, first: int = 0
 ) -> list[dict[str, Any]]:
     """The rows of the runs of points, each once; ``first`` is the ordinal of the first point."""
     runs: list[dict[str, Any]] = []
@@ -320,9 +311,7 @@ def run_rows(
     return runs
 
 
-def insert_points(
-    connection: sa.Connection, sweep_id: str, points: Sequence[ExpandedPoint], first: int = 0
-) -> None:
+def insert_points(connection: sa.Connection, sweep_id: str, points: Sequence[ExpandedPoint], first: int = 0) -> None:
     """Insert the points of a sweep; ``first`` is the ordinal of the first one."""
     for begin in range(0, len(points), BATCH):
         batch = [
@@ -384,11 +373,7 @@ def insert_new_runs(connection: sa.Connection, rows: Sequence[dict[str, Any]], b
     new = 0
     for first in range(0, len(rows), BATCH):
         batch = [
-            {
-                **row,
-                "virtual_time": row["virtual_time"] + begin,
-                "spec": JsonText(row["spec"].spec),
-            }
+            {**row, "virtual_time": row["virtual_time"] + begin, "spec": JsonText(row["spec"].spec)}
             for row in rows[first : first + BATCH]
         ]
         new += connection.execute(counted, batch).rowcount

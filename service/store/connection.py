@@ -82,9 +82,7 @@ class Database:
             sa.event.listen(self._engine, "begin", _begin_sqlite)
         else:
             self._engine = connect_postgresql(self.url, pool_pre_ping=True, **CONNECTIONS)
-            self._readers = self._engine.execution_options(
-                isolation_level="REPEATABLE READ", postgresql_readonly=True
-            )
+            self._readers = self._engine.execution_options(isolation_level="REPEATABLE READ", postgresql_readonly=True)
 
     @property
     def is_sqlite(self) -> bool:
@@ -215,17 +213,12 @@ class Part:
         self._database = database
 
 
-def connect_postgresql(
-    url: sa.URL, *, idle_session_timeout: str = "0", **options: Any
-) -> sa.Engine:
+def connect_postgresql(url: sa.URL, *, idle_session_timeout: str = "0", **options: Any) -> sa.Engine:
     """An engine whose connections have a time limit for every wait.
 
     The server ends those that are idle for longer than ``idle_session_timeout``; 0: never.
     """
-    settings = POSTGRESQL | {
-        "lock_timeout": str(BUSY_MILLISECONDS),
-        "idle_session_timeout": idle_session_timeout,
-    }
+    settings = POSTGRESQL | {"lock_timeout": str(BUSY_MILLISECONDS), "idle_session_timeout": idle_session_timeout}
     server_options = " ".join(f"-c {name}={value}" for name, value in settings.items())
     of_client = {
         "connect_timeout": 10,
@@ -256,9 +249,7 @@ def _transaction(engine: sa.Engine) -> Iterator[sa.Connection]:
 def _revision(connection: sa.Connection) -> str | None:
     if not sa.inspect(connection).has_table("alembic_version"):
         return None
-    return connection.scalar(
-        sa.select(sa.column("version_num")).select_from(sa.table("alembic_version"))
-    )
+    return connection.scalar(sa.select(sa.column("version_num")).select_from(sa.table("alembic_version")))
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:

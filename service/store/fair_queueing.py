@@ -69,18 +69,12 @@ def advance_classes(connection: sa.Connection, times: dict[int, float]) -> None:
     of_class = PRIORITY_CLASSES.c.priority == sa.bindparam("class")
     advance = PRIORITY_CLASSES.update().where(of_class, PRIORITY_CLASSES.c.virtual_time < reached)
     connection.execute(
-        advance.values(virtual_time=reached),
-        [{"class": priority, "reached": time} for priority, time in times.items()],
+        advance.values(virtual_time=reached), [{"class": priority, "reached": time} for priority, time in times.items()]
     )
 
 
 def queue_again(
-    connection: sa.Connection,
-    sweep_id: str,
-    moment: datetime,
-    *,
-    verdicts: bool,
-    among: Sequence[str] | None = None,
+    connection: sa.Connection, sweep_id: str, moment: datetime, *, verdicts: bool, among: Sequence[str] | None = None
 ) -> int:
     """Queue the runs of a sweep that ended by accident, with fresh budgets; return their number.
 
@@ -115,9 +109,7 @@ def _lacks_a_file(keep: Keep) -> sa.ColumnElement[bool]:
     """The run has a result, and lacks a file of this retention."""
     is_less = JOBS.c.state.in_([State.SUCCEEDED]) & JOBS.c.keep.not_in(at_least(keep))
     names = [name for name, least in KEPT_BY.items() if keep in at_least(least)]
-    there = sa.select(sa.func.count()).where(
-        ARTIFACTS.c.job_id == JOBS.c.id, ARTIFACTS.c.name.in_(names)
-    )
+    there = sa.select(sa.func.count()).where(ARTIFACTS.c.job_id == JOBS.c.id, ARTIFACTS.c.name.in_(names))
     return is_less & (there.correlate(JOBS).scalar_subquery() < len(names))
 
 

@@ -29,9 +29,7 @@ class Keys(Part):
         super().__init__(database)
         self._noting = Lock()  # held while a use is noted
 
-    def create_key(
-        self, name: str, scopes: Iterable[Scope], expires: datetime | None = None
-    ) -> tuple[KeyRow, str]:
+    def create_key(self, name: str, scopes: Iterable[Scope], expires: datetime | None = None) -> tuple[KeyRow, str]:
         """Create a key; return it with its secret, which is stored nowhere."""
         secret = MARK + secrets.token_urlsafe(SECRET_BYTES)
         row = {

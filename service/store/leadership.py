@@ -25,9 +25,7 @@ class Leadership:
     """The right to work through the queue, until it is given back or lost."""
 
     def __init__(self, connection: sa.Connection | None = None):
-        self._connection = (
-            connection  # None: the lock of the data directory makes sure of one leader
-        )
+        self._connection = connection  # None: the lock of the data directory makes sure of one leader
         self._mutex = threading.Lock()  # of the connection
         self._closing = threading.Event()
         if connection is not None:  # a tick may take longer than IDLE_SECONDS
@@ -61,10 +59,7 @@ def lead(database: Database, owner: str) -> Leadership | None:
     if database.is_sqlite:
         return Leadership()
     engine = connect_postgresql(
-        database.url,
-        idle_session_timeout=f"{IDLE_SECONDS:g}s",
-        poolclass=sa.NullPool,
-        isolation_level="AUTOCOMMIT",
+        database.url, idle_session_timeout=f"{IDLE_SECONDS:g}s", poolclass=sa.NullPool, isolation_level="AUTOCOMMIT"
     )
     try:
         connection = engine.connect()

@@ -13,18 +13,7 @@ import sqlalchemy as sa
 
 from service.files.lost_results import Loss
 from service.records.fault_points import fault_point
-from service.records.jobs import (
-    COUNTED,
-    Cause,
-    Keep,
-    Kind,
-    Lease,
-    Result,
-    State,
-    Stored,
-    before,
-    crashes_before,
-)
+from service.records.jobs import COUNTED, Cause, Keep, Kind, Lease, Result, State, Stored, before, crashes_before
 from service.store import leadership
 from service.store.connection import Part
 from service.store.fair_queueing import IS_WANTED, QUEUE_ORDER, advance_classes, queue_for_film
@@ -83,12 +72,7 @@ class Leases(Part):
     # --- leases ----------------------------------------------------------------------------------
 
     def lease(
-        self,
-        limit: int,
-        term: int,
-        *,
-        publications_only: bool = False,
-        backed_off: Collection[str] = (),
+        self, limit: int, term: int, *, publications_only: bool = False, backed_off: Collection[str] = ()
     ) -> tuple[Lease, ...]:
         """Lease up to ``limit`` queued jobs: publications first, then runs by priority and virtual time.
 
@@ -106,9 +90,7 @@ class Leases(Part):
                 head = head.where(JOBS.c.priority == PUBLISH_PRIORITY)
             if backed_off:
                 head = head.where(JOBS.c.id.not_in(backed_off))
-            begin = _begin_attempts(head, term).returning(
-                *LEASE_COLUMNS, JOBS.c.virtual_time, JOBS.c.ordinal
-            )
+            begin = _begin_attempts(head, term).returning(*LEASE_COLUMNS, JOBS.c.virtual_time, JOBS.c.ordinal)
             rows = connection.execute(begin).all()
             if not rows:
                 return ()
@@ -140,9 +122,7 @@ class Leases(Part):
 
     # --- progress --------------------------------------------------------------------------------
 
-    def record_progress(
-        self, news: Sequence[tuple[Lease, float, float, Mapping[str, Any]]]
-    ) -> None:
+    def record_progress(self, news: Sequence[tuple[Lease, float, float, Mapping[str, Any]]]) -> None:
         """Note the progress of attempts: lease, fraction, seconds so far, progress of the solver."""
         rows = [
             {**held_by(lease), "now_at": fraction, "spent": seconds, "message": dict(progress)}
@@ -157,10 +137,7 @@ class Leases(Part):
 
     def _note(self, rows: Sequence[Mapping[str, Any]], **columns: str) -> None:
         """Write news of attempts that still count; ``columns`` names the parameter of each column."""
-        values = {
-            name: sa.bindparam(parameter, type_=JOBS.c[name].type)
-            for name, parameter in columns.items()
-        }
+        values = {name: sa.bindparam(parameter, type_=JOBS.c[name].type) for name, parameter in columns.items()}
         if rows:
             with self._database.writing() as connection:
                 connection.execute(JOBS.update().where(IS_HELD).values(values), rows)
@@ -208,9 +185,7 @@ class Leases(Part):
         event = {"cause": cause, "reason": reason}
         return self._end(lease, State.FAILED, end, files=files, event=event)
 
-    def requeue(
-        self, lease: Lease, cause: Cause, *, reason: str, crash_step: int | None = None
-    ) -> State | None:
+    def requeue(self, lease: Lease, cause: Cause, *, reason: str, crash_step: int | None = None) -> State | None:
         """Put an attempt without result back into the queue, or end its job if no sweep waits for it.
 
         Returns the new state of the job; None: the attempt no longer counts. ``crash_step`` is the

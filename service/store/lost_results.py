@@ -33,9 +33,7 @@ _FORGET = (
 _IS_FORGOTTEN = JOBS.c.failure == FAILURE
 
 
-def forget_results(
-    connection: sa.Connection, moment: datetime, lease: Lease, losses: Sequence[Loss]
-) -> None:
+def forget_results(connection: sa.Connection, moment: datetime, lease: Lease, losses: Sequence[Loss]) -> None:
     """Take lost results out of the rows, and queue their runs for those that wait for them.
 
     The publication of ``lease`` waits again. A cancelled sweep is published without them, and so is
@@ -52,9 +50,7 @@ def forget_results(
         _detach_from_cancelled(connection, batch)
         _queue(connection, moment, gone)
     invalidate_tallies(connection, len(ids))
-    priority = connection.execute(
-        sa.select(SWEEPS.c.priority).where(SWEEPS.c.id == lease.sweep_id)
-    ).scalar_one()
+    priority = connection.execute(sa.select(SWEEPS.c.priority).where(SWEEPS.c.id == lease.sweep_id)).scalar_one()
     fair_queueing.schedule(connection, lease.sweep_id, priority)
     release_publications(connection, moment, JOBS.c.id == lease.id)
     for id in ids:
@@ -98,9 +94,6 @@ def _queue(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[
     fresh = dict.fromkeys(("cause", "failure", "reason", "fraction", "finished"), sa.null())
     connection.execute(
         again.values(
-            state=State.QUEUED,
-            queued=moment,
-            priority=fair_queueing.URGENCY,
-            virtual_time=fair_queueing.LAST,
+            state=State.QUEUED, queued=moment, priority=fair_queueing.URGENCY, virtual_time=fair_queueing.LAST
         ).values(fresh)
     )

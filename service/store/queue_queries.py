@@ -42,8 +42,7 @@ class QueueQueries(Part):
         youngest = sa.select(sa.func.coalesce(sa.func.max(TERMS.c.term), 0)).scalar_subquery()
         event = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0)).scalar_subquery()
         query = sa.select(
-            *(CONTROL.c.paused, CONTROL.c.blocked_reason),
-            *(youngest.label("term"), event.label("event")),
+            *(CONTROL.c.paused, CONTROL.c.blocked_reason), *(youngest.label("term"), event.label("event"))
         )
         with self._database.reading() as connection:
             row = connection.execute(query).one()
@@ -63,11 +62,7 @@ class QueueQueries(Part):
             known = self._counts
             if known.event < event or time.monotonic() - known.time > REUSE_SECONDS:
                 queued = sa.case((JOBS.c.kind == Kind.RUN, JOBS.c.queued))
-                columns = (
-                    JOBS.c.state,
-                    sa.func.count().label("jobs"),
-                    sa.func.min(queued).label("oldest"),
-                )
+                columns = (JOBS.c.state, sa.func.count().label("jobs"), sa.func.min(queued).label("oldest"))
                 rows = connection.execute(sa.select(*columns).group_by(JOBS.c.state)).all()
                 jobs = {State(row.state): row.jobs for row in rows}
                 oldest = next((row.oldest for row in rows if row.state == State.QUEUED), None)
@@ -76,13 +71,9 @@ class QueueQueries(Part):
 
     def tally(self, edges: Sequence[float]) -> tuple[JobTally, ...]:
         """Jobs by kind, state and place of their measured seconds among ``edges``."""
-        bucket = sum(
-            (sa.case((JOBS.c.seconds > edge, 1), else_=0) for edge in edges), sa.literal(0)
-        )
+        bucket = sum((sa.case((JOBS.c.seconds > edge, 1), else_=0) for edge in edges), sa.literal(0))
         measured = sa.case((JOBS.c.seconds.is_(None), sa.null()), else_=bucket)
-        jobs = sa.select(
-            JOBS.c.kind, JOBS.c.state, JOBS.c.seconds, measured.label("bucket")
-        ).subquery()
+        jobs = sa.select(JOBS.c.kind, JOBS.c.state, JOBS.c.seconds, measured.label("bucket")).subquery()
         groups = (jobs.c.kind, jobs.c.state, jobs.c.bucket)
         seconds = sa.func.coalesce(sa.func.sum(jobs.c.seconds), 0.0)
         query = sa.select(*groups, sa.func.count().label("jobs"), seconds.label("seconds"))

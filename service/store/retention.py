@@ -69,9 +69,7 @@ class RetentionQueries(Part):
                 log_event(connection, moment, "forgotten", job_id=id)
         return len(gone)
 
-    def files(
-        self, *, after: tuple[str, str] = ("", ""), limit: int = 1000
-    ) -> tuple[tuple[str, Stored], ...]:
+    def files(self, *, after: tuple[str, str] = ("", ""), limit: int = 1000) -> tuple[tuple[str, Stored], ...]:
         """Every registered file, by job and name; ``after`` is the last one of the page before."""
         query = sa.select(ARTIFACTS).where(sa.tuple_(*BY_JOB) > sa.tuple_(*after))
         return self._files(query.limit(limit))
@@ -102,11 +100,7 @@ class RetentionQueries(Part):
         """Those of these ids that a column of the events of one kind holds."""
         query = sa.select(column).where(EVENTS.c.kind == kind)
         with self._database.reading() as connection:
-            return {
-                id
-                for batch in batches(ids)
-                for id in connection.scalars(query.where(column.in_(batch)))
-            }
+            return {id for batch in batches(ids) for id in connection.scalars(query.where(column.in_(batch)))}
 
     def _files(self, query: sa.Select[tuple[object, ...]]) -> tuple[tuple[str, Stored], ...]:
         with self._database.reading() as connection:

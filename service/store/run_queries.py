@@ -47,11 +47,7 @@ class RunQueries(Part):
         """Those of these runs that are finished or under way, so that a sweep of them computes nothing new."""
         query = sa.select(JOBS.c.id).where(sa.not_(ended_by_accident(verdicts=False)))
         with self._database.reading() as connection:
-            return {
-                id
-                for batch in batches(ids)
-                for id in connection.scalars(query.where(JOBS.c.id.in_(batch)))
-            }
+            return {id for batch in batches(ids) for id in connection.scalars(query.where(JOBS.c.id.in_(batch)))}
 
     def under_way(self) -> tuple[tuple[RunRow, tuple[str, ...]], ...]:
         """Runs that are running or being stopped, each with the sweeps that wait for it."""

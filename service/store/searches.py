@@ -14,13 +14,7 @@ from service.records.expansion import expanded_points
 from service.records.jobs import Lease, State
 from service.store import fair_queueing
 from service.store.commands import Commands, insert_new_runs, insert_points, run_rows
-from service.store.statements import (
-    invalidate_tallies,
-    is_held,
-    log_event,
-    now,
-    release_publications,
-)
+from service.store.statements import invalidate_tallies, is_held, log_event, now, release_publications
 from service.store.tables import JOBS, POINTS, SWEEPS
 
 if TYPE_CHECKING:
@@ -37,9 +31,7 @@ class Searches(Commands):
         """
         id, moment = lease.sweep_id, now()
         assert id is not None
-        sweep = sa.select(SWEEPS.c.priority, SWEEPS.c.keep).where(
-            SWEEPS.c.id == id, SWEEPS.c.cancelled.is_(None)
-        )
+        sweep = sa.select(SWEEPS.c.priority, SWEEPS.c.keep).where(SWEEPS.c.id == id, SWEEPS.c.cancelled.is_(None))
         last = sa.select(sa.func.max(POINTS.c.ordinal)).where(POINTS.c.sweep_id == id)
         wait = JOBS.update().where(is_held(lease)).values(state=State.WAITING, finished=sa.null())
         with self._commanding() as connection:
@@ -49,9 +41,7 @@ class Searches(Commands):
             first = connection.execute(last).scalar_one() + 1
             begin = fair_queueing.open_class(connection, row.priority)
             expanded = [*expanded_points(points, self._cost)]
-            runs = run_rows(
-                expanded, priority=row.priority, keep=row.keep, moment=moment, first=first
-            )
+            runs = run_rows(expanded, priority=row.priority, keep=row.keep, moment=moment, first=first)
             new = insert_new_runs(connection, runs, begin)
             insert_points(connection, id, expanded, first)
             if new < len(runs):

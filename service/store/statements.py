@@ -7,18 +7,7 @@ from typing import Any
 import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
-from service.records.jobs import (
-    ACTIVE,
-    Cause,
-    Keep,
-    Kind,
-    Lease,
-    NotFound,
-    PointRow,
-    RunRow,
-    State,
-    Stored,
-)
+from service.records.jobs import ACTIVE, Cause, Keep, Kind, Lease, NotFound, PointRow, RunRow, State, Stored
 from service.store.tables import ARTIFACTS, CAUSES, CONTROL, EVENTS, JOBS, POINTS, enumeration
 from studies.values.errors import Finding, InvalidInput
 
@@ -41,9 +30,7 @@ def literal(text: str) -> sa.ColumnClause[str]:
 
 # Where a point stands for its sweep: cancelled once the sweep no longer waits for the run.
 POINT_STATE = sa.type_coerce(
-    sa.case(
-        (POINTS.c.detached, literal(State.CANCELLED)), else_=sa.type_coerce(JOBS.c.state, sa.Text)
-    ),
+    sa.case((POINTS.c.detached, literal(State.CANCELLED)), else_=sa.type_coerce(JOBS.c.state, sa.Text)),
     enumeration(State),
 )
 
@@ -154,9 +141,7 @@ def register_files(connection: sa.Connection, job_id: str, files: Iterable[Store
         connection.execute(ARTIFACTS.insert(), rows)
 
 
-def release_publications(
-    connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool]
-) -> None:
+def release_publications(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool]) -> None:
     """Queue those waiting publications, among ``which``, whose sweeps wait for no run any more.
 
     The row of each names a point that was unfinished at the last check. While that point still is,
@@ -196,14 +181,10 @@ def log_event(
     **body: Any,
 ) -> None:
     """Append an event, in the transaction that makes it true."""
-    connection.execute(
-        EVENTS.insert().values(time=moment, kind=kind, sweep_id=sweep_id, job_id=job_id, body=body)
-    )
+    connection.execute(EVENTS.insert().values(time=moment, kind=kind, sweep_id=sweep_id, job_id=job_id, body=body))
 
 
-def log_attempts(
-    connection: sa.Connection, moment: datetime, kind: str, *leases: Lease, **body: Any
-) -> None:
+def log_attempts(connection: sa.Connection, moment: datetime, kind: str, *leases: Lease, **body: Any) -> None:
     """Append an event of each of these attempts."""
     rows = [
         {
@@ -273,9 +254,7 @@ def number_of(cursor: str) -> int:
     """The number in a cursor; raises InvalidInput."""
     if not cursor.isascii() or not cursor.isdigit() or len(cursor) > 18:
         limit = "the cursor of an earlier page"
-        raise InvalidInput(
-            [Finding("cursor", repr(cursor[:40]), limit, "omit the cursor for the first page")]
-        )
+        raise InvalidInput([Finding("cursor", repr(cursor[:40]), limit, "omit the cursor for the first page")])
     return int(cursor)
 
 

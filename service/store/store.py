@@ -24,9 +24,7 @@ class Store(Searches, SweepQueries, RunQueries, Keys, Leases, RetentionQueries):
     """Sweeps, runs, publications, their files and what happened to them."""
 
     @classmethod
-    def open(
-        cls, url: str, *, cost: Callable[["Run"], float] | None = None, migrate: bool = True
-    ) -> "Store":
+    def open(cls, url: str, *, cost: Callable[["Run"], float] | None = None, migrate: bool = True) -> "Store":
         """Connect, and make the tables or bring them up to date; with ``migrate=False`` only check their revision.
 
         ``cost`` estimates the core seconds of a run; without it ``studies.runs.run.estimate`` does. Raises

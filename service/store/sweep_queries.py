@@ -42,9 +42,7 @@ MOST_REMEMBERED = 10_000  # sweeps whose tallies are remembered
 # A subquery of one row in place of EXISTS, which PostgreSQL would evaluate for all sweeps of the store.
 _IS_BEGUN = (
     sa.select(sa.true())
-    .where(
-        POINTS.c.sweep_id == SWEEPS.c.id, JOBS.c.id == POINTS.c.run_id, JOBS.c.state != State.QUEUED
-    )
+    .where(POINTS.c.sweep_id == SWEEPS.c.id, JOBS.c.id == POINTS.c.run_id, JOBS.c.state != State.QUEUED)
     .limit(1)
     .correlate(SWEEPS)
     .scalar_subquery()
@@ -56,10 +54,7 @@ SWEEP_STATE = sa.type_coerce(
     sa.case(
         (PUBLICATIONS.c.state == State.FAILED, literal(SweepState.FAILED)),
         (PUBLICATIONS.c.state == State.CANCELLED, literal(SweepState.CANCELLED)),
-        (
-            sa.and_(PUBLICATIONS.c.state == State.SUCCEEDED, SWEEPS.c.cancelled.is_(None)),
-            literal(SweepState.SUCCEEDED),
-        ),
+        (sa.and_(PUBLICATIONS.c.state == State.SUCCEEDED, SWEEPS.c.cancelled.is_(None)), literal(SweepState.SUCCEEDED)),
         (PUBLICATIONS.c.state == State.SUCCEEDED, literal(SweepState.CANCELLED)),
         (SWEEPS.c.cancelled.is_not(None), literal(SweepState.CANCELLING)),
         (PUBLICATIONS.c.state != State.WAITING, literal(SweepState.PUBLISHING)),
@@ -154,12 +149,7 @@ class SweepQueries(Part):
         return status, file
 
     def sweeps(
-        self,
-        *,
-        state: SweepState | None = None,
-        prefix: str = "",
-        cursor: str | None = None,
-        limit: int = 50,
+        self, *, state: SweepState | None = None, prefix: str = "", cursor: str | None = None, limit: int = 50
     ) -> Page[SweepStatus]:
         """Sweeps whose ids begin so, the youngest first: two statements, whatever the number of runs."""
         query = _youngest(SWEEP_ROWS, cursor, limit).where(begins(SWEEPS.c.id, prefix))
@@ -241,9 +231,7 @@ class SweepQueries(Part):
             for row in rows
         )
 
-    def publication_inputs(
-        self, sweep_id: str
-    ) -> tuple[Mapping[str, Any], tuple[PublishedRun, ...]]:
+    def publication_inputs(self, sweep_id: str) -> tuple[Mapping[str, Any], tuple[PublishedRun, ...]]:
         """The document of a sweep, and how each of its points ended; raises NotFound."""
         document = sa.select(SWEEPS.c.document).where(SWEEPS.c.id == sweep_id)
         outcomes = (
@@ -265,9 +253,7 @@ class SweepQueries(Part):
         with self._database.reading() as connection:
             return tuple(stored_record(row) for row in connection.execute(query))
 
-    def _page(
-        self, connection: sa.Connection, rows: Sequence[Row], limit: int
-    ) -> Page[SweepStatus]:
+    def _page(self, connection: sa.Connection, rows: Sequence[Row], limit: int) -> Page[SweepStatus]:
         """The first ``limit`` sweeps, and the cursor of the next page."""
         items = self._statuses(connection, rows[:limit])
         return Page(items, str(rows[limit - 1].number) if len(rows) > limit else None)

@@ -23,10 +23,7 @@ class UtcTime(sa.types.TypeDecorator[datetime]):
 def enumeration(kind: type[StrEnum]) -> sa.Enum:
     """The type of a column with values of an enumeration: text in the database, members in Python."""
     return sa.Enum(
-        kind,
-        native_enum=False,
-        length=16,
-        values_callable=lambda members: [member.value for member in members],
+        kind, native_enum=False, length=16, values_callable=lambda members: [member.value for member in members]
     )
 
 

@@ -48,9 +48,7 @@ class Supervisor:
         self._send = send
         self._timings = timings
         self._directory = Path(attempt.directory)
-        self._begin = self._cut_log = (
-            0.0  # monotonic: of the attempt, and of the last look at its log
-        )
+        self._begin = self._cut_log = 0.0  # monotonic: of the attempt, and of the last look at its log
         self._sent = -math.inf
         self._progress: dict[str, Any] = {}  # the last; with the step of the last checkpoint
         self._is_accepted = False  # by the process: from here on its death is the run's own
@@ -119,11 +117,7 @@ class Supervisor:
         return ending
 
     def _ending(
-        self,
-        cause: Cause | None,
-        failure: str = "",
-        reason: str = "",
-        files: tuple[Stored, ...] = (),
+        self, cause: Cause | None, failure: str = "", reason: str = "", files: tuple[Stored, ...] = ()
     ) -> Ending:
         """An ending, now."""
         free = None
@@ -232,9 +226,7 @@ class Supervisor:
     def _out_of_memory(self, failure: str, reason: str) -> Ending:
         limit = self._attempt.memory_limit
         allowed = "" if limit is None else f"; a run may use {limit / 1e9:.3g} GB"
-        return self._ending(
-            Cause.MEMORY_LIMIT, failure, f"out of memory: {reason or failure}{allowed}"
-        )
+        return self._ending(Cause.MEMORY_LIMIT, failure, f"out of memory: {reason or failure}{allowed}")
 
     def _missing(self) -> list[str]:
         """Files that the attempt must leave, and has not."""

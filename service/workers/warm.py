@@ -28,9 +28,7 @@ Message = Mapping[str, Any]
 MOST_ATTEMPTS = 100  # attempts of one process: imports cost a second, a hundredth of it each
 
 # One thread in each run: a sweep fills the cores with runs. Read when numba and BLAS are imported.
-SINGLE_THREAD = dict.fromkeys(
-    ("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"
-)
+SINGLE_THREAD = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
 
 
 class WarmProcess:
@@ -146,9 +144,7 @@ class Slot:
     Used by one thread: its processes end with the thread that started them.
     """
 
-    def __init__(
-        self, kill_wait: float = DEFAULT.kill_wait, ready: list[WarmProcess] | None = None
-    ) -> None:
+    def __init__(self, kill_wait: float = DEFAULT.kill_wait, ready: list[WarmProcess] | None = None) -> None:
         self._kill_wait = kill_wait
         self._ready = ready or []  # started before; shared by the slots of an engine
         self._idle: WarmProcess | None = None

@@ -76,11 +76,7 @@ def main() -> None:
 def _compute(attempt: Message, send: Send, must_stop: Callable[[], bool]) -> Message:
     """Compute an attempt; the message that ends it."""
     try:
-        with (
-            _restored_process(),
-            _logged(Path(attempt["directory"])),
-            _memory_limit(attempt["memory_limit"]),
-        ):
+        with _restored_process(), _logged(Path(attempt["directory"])), _memory_limit(attempt["memory_limit"]):
             perform(attempt, send, must_stop)
     except Interrupted:
         return {"left": {}}
@@ -138,9 +134,7 @@ def _log(line: str) -> None:
 def _answers(outcomes: Iterable[Message], directory: Path) -> dict[str, Message]:
     """The result of each run of a sweep, or why there is none; raises ResultsLost."""
     registered = [
-        Loss(outcome["run_id"], outcome["path"], outcome["sha256"])
-        for outcome in outcomes
-        if outcome["path"]
+        Loss(outcome["run_id"], outcome["path"], outcome["sha256"]) for outcome in outcomes if outcome["path"]
     ]
     if losses := [result for result in registered if result.is_real()]:
         leave_list(losses, directory)
@@ -154,11 +148,7 @@ def _answers(outcomes: Iterable[Message], directory: Path) -> dict[str, Message]
 
 def _sections(outcomes: Iterable[Message]) -> dict[str, Path]:
     """The sections of each run that has kept them, beside its result."""
-    files = {
-        outcome["run_id"]: Path(outcome["path"]).with_name(SECTIONS)
-        for outcome in outcomes
-        if outcome["path"]
-    }
+    files = {outcome["run_id"]: Path(outcome["path"]).with_name(SECTIONS) for outcome in outcomes if outcome["path"]}
     return {id: file for id, file in files.items() if file.is_file()}
 
 

@@ -10,12 +10,7 @@ in copper and amounts to 4 K.
 import numpy as np
 from numpy.polynomial import Polynomial
 
-from solver.eos import (
-    outside_range,
-    pressure_terms,
-    reference_sound_speed,
-    temperature,
-)
+from solver.eos import outside_range, pressure_terms, reference_sound_speed, temperature
 from solver.jit import device, generic, implements
 from solver.vectors import exp, maximum, minimum
 

@@ -9,20 +9,8 @@ of 40 at rho = 0.05 rho0 and leave the implicit solve without an answer.
 from functools import cache
 from typing import Annotated, NamedTuple
 
-from solver.eos import (
-    Density,
-    EosEntry,
-    HeatCapacity,
-    RoomTemperature,
-    pressure_terms,
-    sound_speed_squared,
-)
-from solver.eos._hugoniot import (
-    implement_common,
-    isentropic_sound_speed_squared,
-    reference_curve,
-    with_isentrope,
-)
+from solver.eos import Density, EosEntry, HeatCapacity, RoomTemperature, pressure_terms, sound_speed_squared
+from solver.eos._hugoniot import implement_common, isentropic_sound_speed_squared, reference_curve, with_isentrope
 from solver.jit import implements
 from solver.units import Described, Dimensionless, MetrePerSecond
 from solver.vectors import maximum, minimum, where
@@ -75,10 +63,7 @@ def _(eos, density, energy):
     pressed = maximum(mu, 0.0)
     hugoniot, _ = reference_curve(eos, pressed)
     cold = hugoniot * (1.0 - 0.5 * eos.gamma0 * pressed * thinning)
-    return (
-        where(mu < 0.0, eos.density * eos.c0 * eos.c0 * mu, cold),
-        eos.gamma0 * minimum(density, eos.density),
-    )
+    return (where(mu < 0.0, eos.density * eos.c0 * eos.c0 * mu, cold), eos.gamma0 * minimum(density, eos.density))
 
 
 @implements(sound_speed_squared, MieGrueneisen)

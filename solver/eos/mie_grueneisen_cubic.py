@@ -18,12 +18,7 @@ from solver.eos import (
     pressure_terms,
     sound_speed_squared,
 )
-from solver.eos._hugoniot import (
-    implement_common,
-    isentropic_sound_speed_squared,
-    reference_curve,
-    with_isentrope,
-)
+from solver.eos._hugoniot import implement_common, isentropic_sound_speed_squared, reference_curve, with_isentrope
 from solver.jit import implements
 from solver.units import Described, Dimensionless, MetrePerSecond
 from solver.vectors import maximum, minimum, where
@@ -52,13 +47,7 @@ def mie_grueneisen_cubic(**constants):
     return with_isentrope(MieGrueneisenCubic(**constants))
 
 
-EOS = EosEntry(
-    "mie-grueneisen-cubic",
-    MieGrueneisenCubic,
-    mie_grueneisen_cubic,
-    kind="mie-grueneisen",
-    form="cubic",
-)
+EOS = EosEntry("mie-grueneisen-cubic", MieGrueneisenCubic, mie_grueneisen_cubic, kind="mie-grueneisen", form="cubic")
 
 
 @implements(reference_curve, MieGrueneisenCubic)

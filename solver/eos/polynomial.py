@@ -31,19 +31,13 @@ class Polynomial(NamedTuple):
     """Parameters of the polynomial."""
 
     density: Density  # rho0
-    C0: Annotated[
-        Pascal, Described("pressure of the reference density without energy", -MOST, MOST)
-    ]
+    C0: Annotated[Pascal, Described("pressure of the reference density without energy", -MOST, MOST)]
     C1: Annotated[Pascal, Described("coefficient of the compression", -MOST, MOST)]
     C2: Annotated[Pascal, Described("coefficient of the squared compression", -MOST, MOST)]
     C3: Annotated[Pascal, Described("coefficient of the cubed compression", -MOST, MOST)]
     C4: Annotated[Dimensionless, Described("coefficient of the energy", -100.0, 100.0)]
-    C5: Annotated[
-        Dimensionless, Described("coefficient of energy times compression", -100.0, 100.0)
-    ]
-    C6: Annotated[
-        Dimensionless, Described("coefficient of energy times squared compression", -100.0, 100.0)
-    ]
+    C5: Annotated[Dimensionless, Described("coefficient of energy times compression", -100.0, 100.0)]
+    C6: Annotated[Dimensionless, Described("coefficient of energy times squared compression", -100.0, 100.0)]
     heat_capacity: HeatCapacity  # cv
     temperature: RoomTemperature  # temperature of the reference state
     E0: Pascal = 0.0  # energy of the reference state per its volume, J/m3; with it the body begins

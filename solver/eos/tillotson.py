@@ -52,9 +52,7 @@ class Tillotson(NamedTuple):
 
     density: Density  # rho0
     a: Annotated[Dimensionless, Described("Grueneisen parameter of the vapour", 0.01, 10.0)]
-    b: Annotated[
-        Dimensionless, Described("additional Grueneisen parameter of the cold solid", 0.0, 10.0)
-    ]
+    b: Annotated[Dimensionless, Described("additional Grueneisen parameter of the cold solid", 0.0, 10.0)]
     A: Annotated[Pascal, Described("bulk modulus", 1e5, 1e13)]
     B: Annotated[Pascal, Described("stiffening with compression", 0.0, 1e13)]
     e0: Annotated[JoulePerKilogram, Described("energy that halves b", 1e3, 1e9)]

@@ -24,17 +24,11 @@ from solver.vectors import maximum, minimum, power, where
 class Spall(NamedTuple):
     """Parameters of the cumulative criterion."""
 
-    threshold: Annotated[
-        Pascal, FromMaterial("tension.spall_strength", above_zero=True)
-    ]  # sigma0, greater than zero
+    threshold: Annotated[Pascal, FromMaterial("tension.spall_strength", above_zero=True)]  # sigma0, greater than zero
     # K
     time: Annotated[
         Second,
-        Described(
-            "time at twice the spall strength after which matter fails, without a tensile floor",
-            1e-12,
-            1.0,
-        ),
+        Described("time at twice the spall strength after which matter fails, without a tensile floor", 1e-12, 1.0),
     ]
     exponent: Dimensionless = 2.0  # lambda
 

@@ -74,16 +74,7 @@ def thrust(kind, stress, factor, operator, force):
 # ---- hexahedra -----------------------------------------------------------------------------------
 
 # Coordinates of the nodes on -1..1, and the order in which the formula of node 0 takes the nodes for each other node.
-_CORNERS = (
-    (-1, -1, -1),
-    (1, -1, -1),
-    (1, 1, -1),
-    (-1, 1, -1),
-    (-1, -1, 1),
-    (1, -1, 1),
-    (1, 1, 1),
-    (-1, 1, 1),
-)
+_CORNERS = ((-1, -1, -1), (1, -1, -1), (1, 1, -1), (-1, 1, -1), (-1, -1, 1), (1, -1, 1), (1, 1, 1), (-1, 1, 1))
 _AROUND = (
     (1, 2, 3, 4, 5, 7),
     (2, 3, 0, 5, 6, 4),
@@ -162,15 +153,9 @@ def _(kind, x, point, operator):
     volume = a * (e * i - f * h) - b * (d * i - f * g) + c * (d * h - e * g)
     for node in range(8):
         s, t, r = operator[node, 0], operator[node, 1], operator[node, 2]
-        operator[node, 0] = (
-            (e * i - f * h) * s + (c * h - b * i) * t + (b * f - c * e) * r
-        ) / volume
-        operator[node, 1] = (
-            (f * g - d * i) * s + (a * i - c * g) * t + (c * d - a * f) * r
-        ) / volume
-        operator[node, 2] = (
-            (d * h - e * g) * s + (b * g - a * h) * t + (a * e - b * d) * r
-        ) / volume
+        operator[node, 0] = ((e * i - f * h) * s + (c * h - b * i) * t + (b * f - c * e) * r) / volume
+        operator[node, 1] = ((f * g - d * i) * s + (a * i - c * g) * t + (c * d - a * f) * r) / volume
+        operator[node, 2] = ((d * h - e * g) * s + (b * g - a * h) * t + (a * e - b * d) * r) / volume
     return volume
 
 

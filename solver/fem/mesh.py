@@ -5,14 +5,7 @@ from typing import Any
 import numpy as np
 
 from solver.errors import ProblemError
-from solver.fem.elements import (
-    GAUSS,
-    Hexahedron,
-    axes,
-    mean_operator,
-    node_count,
-    point_operator,
-)
+from solver.fem.elements import GAUSS, Hexahedron, axes, mean_operator, node_count, point_operator
 from solver.problem import Mesh, Traction
 
 _SQUARE = np.array([(0, 0), (1, 0), (1, 1), (0, 1)])
@@ -27,14 +20,10 @@ def lattice(kind: Any, *coordinates: np.ndarray) -> tuple[np.ndarray, Mesh]:
         raise ProblemError(f"a mesh of {type(kind).__name__} has {extent} axes of coordinates")
     counts = [len(along) for along in coordinates]
     position = np.zeros((int(np.prod(counts)), 3))
-    position[:, :extent] = np.stack(np.meshgrid(*coordinates, indexing="ij"), axis=-1).reshape(
-        -1, extent
-    )
+    position[:, :extent] = np.stack(np.meshgrid(*coordinates, indexing="ij"), axis=-1).reshape(-1, extent)
     number = np.arange(position.shape[0]).reshape(counts)
     cells = [
-        number[
-            tuple(slice(step, count - 1 + step) for step, count in zip(corner, counts, strict=True))
-        ]
+        number[tuple(slice(step, count - 1 + step) for step, count in zip(corner, counts, strict=True))]
         for corner in _CORNERS[extent]
     ]
     return position, Mesh(kind, np.stack([corner.ravel() for corner in cells], axis=-1))
@@ -55,9 +44,7 @@ def point_volumes(mesh: Mesh, position: np.ndarray) -> np.ndarray:
     found = np.stack(volumes, axis=-1)
     if (found <= 0.0).any():
         element = int(np.argwhere(found <= 0.0)[0, 0])
-        raise ProblemError(
-            f"element {element} has no volume; order its nodes as {type(kind).__name__} says"
-        )
+        raise ProblemError(f"element {element} has no volume; order its nodes as {type(kind).__name__} says")
     return found
 
 
@@ -80,9 +67,7 @@ def node_masses(mesh: Mesh, position: np.ndarray, density: float) -> np.ndarray:
     """The lumped mass of each node of a mesh of uniform density, (n,), kg (per radian of a body of revolution)."""
     whole = density * point_volumes(mesh, position).sum(axis=1)
     return np.bincount(
-        mesh.nodes.ravel(),
-        (whole[:, None] * node_shares(mesh, position)).ravel(),
-        minlength=len(position),
+        mesh.nodes.ravel(), (whole[:, None] * node_shares(mesh, position)).ravel(), minlength=len(position)
     )
 
 
@@ -116,9 +101,7 @@ def face_areas(kind: Any, faces: np.ndarray, position: np.ndarray, axis: int) ->
     if isinstance(kind, Hexahedron):
         first, second = (other for other in range(3) if other != axis)
         diagonal, other = place[:, 2] - place[:, 0], place[:, 3] - place[:, 1]
-        area = 0.5 * np.abs(
-            diagonal[:, first] * other[:, second] - diagonal[:, second] * other[:, first]
-        )
+        area = 0.5 * np.abs(diagonal[:, first] * other[:, second] - diagonal[:, second] * other[:, first])
         return np.repeat(0.25 * area[:, None], 4, axis=1)
     radius, length = place[:, :, 0], np.abs(np.diff(place[:, :, 1 - axis], axis=1))
     # The integral of N r over an edge, r linear along it.

@@ -49,9 +49,7 @@ from solver.state import (
 from solver.tensor import contract, symmetric
 
 AXES = 3
-TAKEN, SLOWEST = range(
-    2
-)  # of the sums of a share: energy of hourglass springs, J; spacing over least length
+TAKEN, SLOWEST = range(2)  # of the sums of a share: energy of hourglass springs, J; spacing over least length
 IMPULSE, HELD, WORK = 0, 3, 4  # of the sums over nodes
 
 
@@ -146,14 +144,7 @@ def flow_of(gamma, v, axis):
 @device
 def deviator_of(states, p):
     """The six components of the deviator of an integration point, Pa."""
-    return (
-        states[S11, p],
-        states[S22, p],
-        states[S33, p],
-        states[S12, p],
-        states[S23, p],
-        states[S31, p],
-    )
+    return (states[S11, p], states[S22, p], states[S33, p], states[S12, p], states[S23, p], states[S31, p])
 
 
 @device
@@ -186,23 +177,14 @@ def push_nodes(meshed, table, states, begin, end, kick, heating, v, taken):
             shear = deviator_of(states, p)
             pressure = states[PRESSURE, p] + states[VISCOSITY, p]
             if operators.shape[0] == 1:
-                stress = (
-                    shear[0] - pressure,
-                    shear[1] - pressure,
-                    shear[2] - pressure,
-                    shear[3],
-                    shear[4],
-                    shear[5],
-                )
+                stress = (shear[0] - pressure, shear[1] - pressure, shear[2] - pressure, shear[3], shear[4], shear[5])
                 thrust(kind, stress, -volume, operators[0], force)
             else:
                 thrust(kind, shear, -volume, operators[1 + point], force)
                 isotropic = (pressure, pressure, pressure, 0.0, 0.0, 0.0)
                 thrust(kind, isotropic, volume, operators[0], force)
             rate = symmetric(strain_rate(meshed, element, point, v))
-            states[ENERGY, p] += (
-                0.5 * kick * power_of(states, p, rate, heating) / states[DENSITY, p]
-            )
+            states[ENERGY, p] += 0.5 * kick * power_of(states, p, rate, heating) / states[DENSITY, p]
         for number in range(meshed.gamma.shape[1]):
             gamma = meshed.gamma[element, number]
             for axis in range(AXES):
@@ -213,9 +195,7 @@ def push_nodes(meshed, table, states, begin, end, kick, heating, v, taken):
 
 
 @kernel
-def strain_elements(
-    meshed, table, states, begin, end, kick, dt, heating, v, gradients, lengths, taken
-):
+def strain_elements(meshed, table, states, begin, end, kick, dt, heating, v, gradients, lengths, taken):
     """Gradients of the velocities after the kick, into three lines of ``gradients`` for each integration point.
 
     Its ``lengths`` (1, points) are those of the elements at n. The springs of hourglass modes take the other half of
@@ -275,9 +255,7 @@ def stretch_springs(meshed, element, v, gradient, squares, kick, dt, taken):
 
 
 @kernel
-def move_nodes(
-    around, joints, forces, held, walls, box, loads, drivers, table, begin, end, kick, dt, sums
-):
+def move_nodes(around, joints, forces, held, walls, box, loads, drivers, table, begin, end, kick, dt, sums):
     """Velocities after a ``kick`` (s) and positions after a step of the nodes of the joints begin..end.
 
     Nodes of a joint move as one: their masses, momenta and forces add. ``joints`` (start, nodes) are the nodes of each,

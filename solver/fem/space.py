@@ -2,14 +2,7 @@
 
 from typing import Any, NamedTuple
 
-from solver.geometry import (
-    dimensions,
-    gather,
-    hoop_factor,
-    own_length,
-    unpacked,
-    velocity_gradient,
-)
+from solver.geometry import dimensions, gather, hoop_factor, own_length, unpacked, velocity_gradient
 from solver.jit import implements
 from solver.scattered import AXES, Scattered
 from solver.transfer import find_nodes
@@ -29,10 +22,7 @@ class Points(NamedTuple):
 def _(geometry):
     lower, cells = geometry.lower, geometry.cells
     return Points(
-        (lower[0], lower[1], lower[2]),
-        geometry.spacing,
-        (cells[0], cells[1], cells[2]),
-        bare(geometry.lengths),
+        (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), bare(geometry.lengths)
     )
 
 

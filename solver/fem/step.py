@@ -39,20 +39,7 @@ from solver.jit import Bound
 from solver.loads import mean_pressure
 from solver.method import Method, Partition, StepBalance
 from solver.problem import Body, Face, Problem, Scheme
-from solver.state import (
-    DENSITY,
-    ENERGY,
-    MASS,
-    NEW_X,
-    NEW_Z,
-    STRAIN,
-    Particles,
-    X,
-    Z,
-    empty_table,
-    lines,
-    views,
-)
+from solver.state import DENSITY, ENERGY, MASS, NEW_X, NEW_Z, STRAIN, Particles, X, Z, empty_table, lines, views
 from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
 from solver.threads import ThreadPool
 from solver.transfer import new_pack
@@ -129,9 +116,7 @@ class ElementStepper(Method):
         lengths = np.zeros((1, self.states.shape[1]))
         self.space = Points(geometry.lower, geometry.spacing, geometry.cells, lengths)
         self.gradients = lines(AXES * self.states.shape[1])
-        self.scratch = [
-            [np.zeros((mesh.nodes.shape[1], AXES)) for mesh in meshes] for _ in range(shares)
-        ]
+        self.scratch = [[np.zeros((mesh.nodes.shape[1], AXES)) for mesh in meshes] for _ in range(shares)]
         self.packs = [new_pack() for _ in range(shares)]
         self.tallies = empty_tallies(shares * len(meshes))
         self.summary = np.zeros(len(Tally._fields))
@@ -157,9 +142,7 @@ class ElementStepper(Method):
         """The forces on the nodes at n."""
         self.taken[:], self.node_sums[:] = 0.0, 0.0
         self._load(table, time, dt)
-        self._over_elements(
-            lambda share, body, begin, end: self._push(share, body, begin, end, table, kick)
-        )
+        self._over_elements(lambda share, body, begin, end: self._push(share, body, begin, end, table, kick))
 
     def move(self, table: np.ndarray, drivers: np.ndarray, kick: float, dt: float) -> None:
         """Velocities and places at n+1; nodes with ``drivers``, columns of the table or -1, move as these do."""
@@ -187,16 +170,12 @@ class ElementStepper(Method):
     def strain(self, table: np.ndarray, time: float, kick: float, dt: float) -> None:
         """Density, stress and energy at n+1."""
         self._over_elements(
-            lambda share, body, begin, end: self._strain(
-                share, body, begin, end, table, time + dt, kick, dt
-            )
+            lambda share, body, begin, end: self._strain(share, body, begin, end, table, time + dt, kick, dt)
         )
         nodes = self.undriven.size
         table[X : Z + 1, :nodes] = table[NEW_X : NEW_Z + 1, :nodes]
 
-    def material_points(
-        self, particles: Particles, body: np.ndarray
-    ) -> tuple[Particles, np.ndarray]:
+    def material_points(self, particles: Particles, body: np.ndarray) -> tuple[Particles, np.ndarray]:
         """The integration points and the index of each one's body: what a fault is about."""
         return views(self.states), self.bodies
 
@@ -241,15 +220,9 @@ class ElementStepper(Method):
             if pressure:
                 areas = face_areas(loaded.kind, loaded.faces, table[X : Z + 1].T, load.axis)
                 outward = 1.0 if load.side else -1.0
-                np.add.at(
-                    self.loads[:, load.axis],
-                    loaded.faces.ravel(),
-                    -outward * pressure * areas.ravel(),
-                )
+                np.add.at(self.loads[:, load.axis], loaded.faces.ravel(), -outward * pressure * areas.ravel())
 
-    def _push(
-        self, share: int, body: int, begin: int, end: int, table: np.ndarray, kick: float
-    ) -> None:
+    def _push(self, share: int, body: int, begin: int, end: int, table: np.ndarray, kick: float) -> None:
         mesh = self.meshes[body]
         self.find_operators[body](mesh, table, begin, end)
         self.push_nodes[body](
@@ -265,15 +238,7 @@ class ElementStepper(Method):
         )
 
     def _strain(
-        self,
-        share: int,
-        body: int,
-        begin: int,
-        end: int,
-        table: np.ndarray,
-        time: float,
-        kick: float,
-        dt: float,
+        self, share: int, body: int, begin: int, end: int, table: np.ndarray, time: float, kick: float, dt: float
     ) -> None:
         problem, mesh = self.problem, self.meshes[body]
         self.strain_elements[body](
@@ -343,12 +308,7 @@ class ElementStepper(Method):
         def work(share: int) -> None:
             for body, mesh in enumerate(self.meshes):
                 count = mesh.nodes.shape[0]
-                call(
-                    share,
-                    body,
-                    count * share // self.shares,
-                    count * (share + 1) // self.shares,
-                )
+                call(share, body, count * share // self.shares, count * (share + 1) // self.shares)
 
         self.pool.run(work, range(self.shares))
 
@@ -393,9 +353,7 @@ def _check(problem: Problem) -> None:
     is_box = isinstance(problem.geometry, Cartesian3D)
     kinds = {type(body.mesh.kind) is Hexahedron for body in problem.bodies if body.mesh}
     refused = {
-        "bodies without a mesh beside those with one": any(
-            body.mesh is None for body in problem.bodies
-        ),
+        "bodies without a mesh beside those with one": any(body.mesh is None for body in problem.bodies),
         "hexahedra of revolution, or quadrilaterals in a box": kinds != {is_box},
         "another scheme than musl": problem.scheme != Scheme.MUSL,
         "damping (set its rate to 0)": problem.damping.rate > 0.0,

@@ -46,13 +46,7 @@ class Pack(NamedTuple):
 @device
 def opened(pack):
     """The scratch as bare arrays for inner loops: without reference counts."""
-    return Pack(
-        bare(pack.first),
-        bare(pack.weight),
-        bare(pack.slope),
-        bare(pack.lines),
-        bare(pack.smooth),
-    )
+    return Pack(bare(pack.first), bare(pack.weight), bare(pack.slope), bare(pack.lines), bare(pack.smooth))
 
 
 @generic
@@ -196,9 +190,7 @@ def layer_nodes(geometry, axis, side, depth):
     """
     place = MARGIN + depth if side == 0 else geometry.nodes[axis] - 1 - MARGIN - depth
     strides = node_strides(geometry)
-    first, second = (
-        np.arange(geometry.nodes[other]) * strides[other] for other in range(AXES) if other != axis
-    )
+    first, second = (np.arange(geometry.nodes[other]) * strides[other] for other in range(AXES) if other != axis)
     return np.sort(np.add.outer(first, second), axis=None) + place * strides[axis]
 
 

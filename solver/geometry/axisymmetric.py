@@ -44,10 +44,7 @@ class Axisymmetric(NamedTuple):
 def _(geometry):
     lower, cells, nodes = geometry.lower, geometry.cells, geometry.nodes
     return Axisymmetric(
-        (lower[0], lower[1], lower[2]),
-        geometry.spacing,
-        (cells[0], cells[1], cells[2]),
-        (nodes[0], nodes[1], nodes[2]),
+        (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), (nodes[0], nodes[1], nodes[2])
     )
 
 
@@ -64,18 +61,7 @@ def _(geometry, first):
 @implements(set_sources, Axisymmetric)
 def _(geometry, lines, k, mass, momentum, force, hoop):
     none = spread(0.0)
-    set_columns(
-        lines,
-        k,
-        mass,
-        momentum[0],
-        momentum[1],
-        momentum[2],
-        force[2] * hoop,
-        none,
-        none,
-        none,
-    )
+    set_columns(lines, k, mass, momentum[0], momentum[1], momentum[2], force[2] * hoop, none, none, none)
     set_columns(lines, PACK + k, none, none, none, none, force[0], force[3], none, none)
     set_columns(lines, 2 * PACK + k, none, none, none, none, force[3], force[1], none, none)
 
@@ -83,11 +69,7 @@ def _(geometry, lines, k, mass, momentum, force, hoop):
 @implements(scatter, Axisymmetric)
 def _(geometry, shape, k, pack, table, touched):
     weight, slope = pack.weight, pack.slope
-    whole, along, across = (
-        line(pack.lines, k),
-        line(pack.lines, PACK + k),
-        line(pack.lines, 2 * PACK + k),
-    )
+    whole, along, across = (line(pack.lines, k), line(pack.lines, PACK + k), line(pack.lines, 2 * PACK + k))
     row = element(pack.first, k)
     for a in range(width(shape)):
         valued = number(weight, a, k) * whole + number(slope, a, k) * along
@@ -137,11 +119,7 @@ def _(geometry, shape, k, pack, table, lines):
 def _(geometry, lines, k, hoop):
     none = spread(0.0)
     whole, along, across = columns(lines, k), columns(lines, PACK + k), columns(lines, 2 * PACK + k)
-    return PlaneGradient(
-        (along[1], across[1], none),
-        (along[2], across[2], none),
-        (none, none, whole[1] * hoop),
-    )
+    return PlaneGradient((along[1], across[1], none), (along[2], across[2], none), (none, none, whole[1] * hoop))
 
 
 @implements(lattice_measure, Axisymmetric)

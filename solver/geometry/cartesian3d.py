@@ -39,10 +39,7 @@ class Cartesian3D(NamedTuple):
 def _(geometry):
     lower, cells, nodes = geometry.lower, geometry.cells, geometry.nodes
     return Cartesian3D(
-        (lower[0], lower[1], lower[2]),
-        geometry.spacing,
-        (cells[0], cells[1], cells[2]),
-        (nodes[0], nodes[1], nodes[2]),
+        (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), (nodes[0], nodes[1], nodes[2])
     )
 
 
@@ -146,11 +143,7 @@ def _(geometry, shape, k, pack, table, lines):
 def _(geometry, lines, k, hoop):
     first, second = columns(lines, PACK + k), columns(lines, 2 * PACK + k)
     third = columns(lines, 3 * PACK + k)
-    return (
-        (first[1], second[1], third[1]),
-        (first[2], second[2], third[2]),
-        (first[3], second[3], third[3]),
-    )
+    return ((first[1], second[1], third[1]), (first[2], second[2], third[2]), (first[3], second[3], third[3]))
 
 
 @implements(lattice_measure, Cartesian3D)

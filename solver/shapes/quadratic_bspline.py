@@ -17,11 +17,7 @@ class QuadraticBSpline(NamedTuple):
 
 
 SHAPE = ShapeEntry(
-    "quadratic-bspline",
-    QuadraticBSpline,
-    lambda _: QuadraticBSpline(),
-    flat_cost=0.106e-6,
-    box_cost=0.237e-6,
+    "quadratic-bspline", QuadraticBSpline, lambda _: QuadraticBSpline(), flat_cost=0.106e-6, box_cost=0.237e-6
 )
 
 
@@ -35,8 +31,4 @@ def _(shape, place):
     middle = floor(place + 0.5)
     part = place - middle  # -1/2 .. 1/2
     left, right = 0.5 - part, 0.5 + part
-    return (
-        middle - 1.0,
-        (0.5 * left * left, 0.75 - part * part, 0.5 * right * right),
-        (-left, -2.0 * part, right),
-    )
+    return (middle - 1.0, (0.5 * left * left, 0.75 - part * part, 0.5 * right * right), (-left, -2.0 * part, right))

@@ -40,11 +40,7 @@ def pressed_ends(problem: Problem, axes: int) -> list[PressedEnd]:
         body = problem.bodies[load.body]
         place = body.position[:, load.axis] * (1.0 if load.side else -1.0)
         layer = np.flatnonzero(place > place.max() - WITHIN * body.spacing[load.axis])
-        across = tuple(
-            axis
-            for axis in range(axes)
-            if axis != load.axis and np.ptp(body.position[layer, axis]) > 0.0
-        )
+        across = tuple(axis for axis in range(axes) if axis != load.axis and np.ptp(body.position[layer, axis]) > 0.0)
         ends.append(
             PressedEnd(
                 load,

@@ -37,15 +37,11 @@ def images_of(problem, axes, position, length):
             if face == Face.FREE:
                 continue
             wall = geometry.lower[axis] + side * geometry.cells[axis] * geometry.spacing
-            near = np.flatnonzero(
-                (np.abs(position[:, axis] - wall) < length + farthest) & (length > 0.0)
-            )
+            near = np.flatnonzero((np.abs(position[:, axis] - wall) < length + farthest) & (length > 0.0))
             if face == Face.FIXED:
                 near = near[_within(problem.clamp, position[near], axis)]
             ones = np.ones((near.size, 3))
-            again = np.flatnonzero(
-                np.abs(found.position[:, axis] - wall) < length[found.source] + farthest
-            )
+            again = np.flatnonzero(np.abs(found.position[:, axis] - wall) < length[found.source] + farthest)
             if face == Face.FIXED:
                 again = again[_within(problem.clamp, found.position[again], axis)]
             source = np.concatenate([near, found.source[again]])

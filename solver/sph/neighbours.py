@@ -30,9 +30,7 @@ class Cells(NamedTuple):
     counts: np.ndarray  # (3,) int64, along each axis
     begin: np.ndarray  # (cells + 1,) where each cell begins in what follows
     member: np.ndarray  # (m,) places in the tables
-    sorted: (
-        np.ndarray
-    )  # (5, m) their coordinates, smoothing lengths and the numbers of their solids
+    sorted: np.ndarray  # (5, m) their coordinates, smoothing lengths and the numbers of their solids
 
 
 def sort_into_cells(place, solid, count):
@@ -92,9 +90,7 @@ def fill_cells(place, solid, rows, cells):
 
 
 @kernel
-def find_neighbours(
-    smoothing, dimensions, cells, place, solid, other, ranges, neighbours, first, stop, correction
-):
+def find_neighbours(smoothing, dimensions, cells, place, solid, other, ranges, neighbours, first, stop, correction):
     """Lists of the particles in ``ranges``, and their corrections; returns -1 where ``neighbours`` is too short.
 
     ``first`` and ``stop`` (n,) say where a list stands. ``correction`` (n, 8) has the six components of B, the inverse
@@ -187,16 +183,8 @@ def _correct(smoothing, dimensions, place, other, ranges, neighbours, first, sto
                 near = rows(place, neighbours, k)
                 d, _, _, force, _ = apart(smoothing, dimensions, own, near)
                 weight = near[HEAVY] * force
-                k11, k22, k33 = (
-                    k11 - weight * d[0] * d[0],
-                    k22 - weight * d[1] * d[1],
-                    k33 - weight * d[2] * d[2],
-                )
-                k12, k23, k31 = (
-                    k12 - weight * d[0] * d[1],
-                    k23 - weight * d[1] * d[2],
-                    k31 - weight * d[2] * d[0],
-                )
+                k11, k22, k33 = (k11 - weight * d[0] * d[0], k22 - weight * d[1] * d[1], k33 - weight * d[2] * d[2])
+                k12, k23, k31 = (k12 - weight * d[0] * d[1], k23 - weight * d[1] * d[2], k31 - weight * d[2] * d[0])
             over = 1.0 / other[i, RHO]
             s11, s22, s33 = total(k11) * over, total(k22) * over, total(k33) * over
             s12, s23, s31 = total(k12) * over, total(k23) * over, total(k31) * over
@@ -210,11 +198,7 @@ def _correct(smoothing, dimensions, place, other, ranges, neighbours, first, sto
             correction[i, :] = 0.0
             if mean > FULL and determinant > ROUND * mean**dimensions:
                 whole = 1.0 / determinant
-                correction[i, 0], correction[i, 3], correction[i, 5] = (
-                    c11 * whole,
-                    c12 * whole,
-                    c13 * whole,
-                )
+                correction[i, 0], correction[i, 3], correction[i, 5] = (c11 * whole, c12 * whole, c13 * whole)
                 correction[i, 1] = (s11 * s33 - s31 * s31) * whole
                 correction[i, 2] = (s11 * s22 - s12 * s12) * whole
                 correction[i, 4] = (s12 * s31 - s11 * s23) * whole

@@ -42,20 +42,7 @@ from solver.state import (
     Z,
 )
 from solver.stress import PointState, signal_speed
-from solver.vectors import (
-    LANES,
-    bare,
-    first_lanes,
-    largest,
-    load,
-    maximum,
-    number,
-    power,
-    spread,
-    store,
-    total,
-    where,
-)
+from solver.vectors import LANES, bare, first_lanes, largest, load, maximum, number, power, spread, store, total, where
 
 STILL = ArtificialViscosity(0.0, 0.0)  # of the point update: viscosity acts between particles
 
@@ -121,11 +108,7 @@ def set_stress(table, correction, ranges, stress, other):
         for i in range(ranges[body, 0], ranges[body, 1]):
             over = 1.0 / (table[DENSITY, i] * table[DENSITY, i])
             pressure = table[PRESSURE, i]
-            s11, s22, s33 = (
-                table[S11, i] - pressure,
-                table[S22, i] - pressure,
-                table[S33, i] - pressure,
-            )
+            s11, s22, s33 = (table[S11, i] - pressure, table[S22, i] - pressure, table[S33, i] - pressure)
             s12, s23, s31 = table[S12, i], table[S23, i], table[S31, i]
             b11, b22, b33 = correction[i, 0], correction[i, 1], correction[i, 2]
             b12, b23, b31 = correction[i, 3], correction[i, 4], correction[i, 5]
@@ -165,9 +148,7 @@ def pull(stress, last, gx, gy, gz):
 
 
 @kernel
-def accelerate(
-    smoothing, dimensions, tables, table, ranges, lists, pushed, gravity, kick, dt, sums
-):
+def accelerate(smoothing, dimensions, tables, table, ranges, lists, pushed, gravity, kick, dt, sums):
     """Velocities after a ``kick`` (s) and positions after a step; the energy takes the half of the work before it.
 
     ``pushed`` (n, 8) are accelerations by contact. ``sums`` (8,) gets the impulse of images (3), the mass, the work of
@@ -187,17 +168,11 @@ def accelerate(
             own, t, others = row(place, i), row(stress, i), row(other, i)
             ax = ay = az = bx = by = bz = power_of_stress = heat = nearest = against = none
             for k in range(lists.first[i], lists.stop[i], LANES):
-                near, s, nearby = (
-                    rows(place, neighbours, k),
-                    rows(stress, neighbours, k),
-                    rows(other, neighbours, k),
-                )
+                near, s, nearby = (rows(place, neighbours, k), rows(stress, neighbours, k), rows(other, neighbours, k))
                 d, squared, length, force, q = apart(smoothing, dimensions, own, near)
                 weighted = near[HEAVY] * force
                 gx, gy, gz = weighted * d[0], weighted * d[1], weighted * d[2]
-                pressure, mu, along = viscous(
-                    smoothing, own, others, near, nearby, d, squared, length
-                )
+                pressure, mu, along = viscous(smoothing, own, others, near, nearby, d, squared, length)
                 fx, fy, fz = pull(t, others[T33], gx, gy, gz)
                 power_of_stress = power_of_stress - (
                     fx * (own[SPEED] - near[SPEED])
@@ -206,25 +181,15 @@ def accelerate(
                 )
                 heat = heat + pressure * weighted * along
                 sx, sy, sz = pull(s, nearby[T33], gx, gy, gz)
-                rx, ry, rz = opposed(
-                    smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz
-                )
+                rx, ry, rz = opposed(smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz)
                 against = against + (
                     rx * (own[SPEED] - near[SPEED])
                     + ry * (own[SPEED + 1] - near[SPEED + 1])
                     + rz * (own[SPEED + 2] - near[SPEED + 2])
                 )
-                fx, fy, fz = (
-                    fx + sx - pressure * gx - rx,
-                    fy + sy - pressure * gy - ry,
-                    fz + sz - pressure * gz - rz,
-                )
+                fx, fy, fz = (fx + sx - pressure * gx - rx, fy + sy - pressure * gy - ry, fz + sz - pressure * gz - rz)
                 ax, ay, az = ax + fx, ay + fy, az + fz
-                bx, by, bz = (
-                    bx + nearby[IMAGE] * fx,
-                    by + nearby[IMAGE] * fy,
-                    bz + nearby[IMAGE] * fz,
-                )
+                bx, by, bz = (bx + nearby[IMAGE] * fx, by + nearby[IMAGE] * fy, bz + nearby[IMAGE] * fz)
                 nearest = maximum(nearest, -mu)
             a = (
                 total(ax) + gravity[0] + pushed[i, 0],
@@ -250,9 +215,7 @@ def accelerate(
                 work += gravity[axis] * path
                 touched += pushed[i, axis] * path
             length, sound = number(place, i, LENGTH), number(other, i, SOUND)
-            signal = sound + VISCOUS * (
-                viscosity.linear * sound + viscosity.quadratic * largest(nearest)
-            )
+            signal = sound + VISCOUS * (viscosity.linear * sound + viscosity.quadratic * largest(nearest))
             force = (a[0] * a[0] + a[1] * a[1] + a[2] * a[2]) ** 0.25
             fastest = max(fastest, signal / length, force / length**0.5)
     sums[IMPULSE], sums[IMPULSE + 1], sums[IMPULSE + 2] = px * kick, py * kick, pz * kick
@@ -260,9 +223,7 @@ def accelerate(
 
 
 @kernel
-def find_gradients(
-    smoothing, dimensions, tables, table, ranges, lists, correction, gradients, kick, dt
-):
+def find_gradients(smoothing, dimensions, tables, table, ranges, lists, correction, gradients, kick, dt):
     """Gradients of the velocities after the kick, into three lines of ``gradients`` (3 n, 8) for each particle.
 
     The energy takes the other half of the work, but for what the point update adds in a step.
@@ -284,9 +245,7 @@ def find_gradients(
                 vx, vy = others[MOVED] - nearby[MOVED], others[MOVED + 1] - nearby[MOVED + 1]
                 vz = others[MOVED + 2] - nearby[MOVED + 2]
                 heat = heat + pressure * (vx * gx + vy * gy + vz * gz)
-                rx, ry, rz = opposed(
-                    smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz
-                )
+                rx, ry, rz = opposed(smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz)
                 against = against + (vx * rx + vy * ry + vz * rz)
                 l11, l12, l13 = l11 - vx * gx, l12 - vx * gy, l13 - vx * gz
                 l21, l22, l23 = l21 - vy * gx, l22 - vy * gy, l23 - vy * gz
@@ -294,16 +253,8 @@ def find_gradients(
             table[ENERGY, i] += 0.25 * kick * smoothing.viscosity.heating * total(heat)
             table[ENERGY, i] += 0.25 * kick * total(against)
             over = 1.0 / number(other, i, RHO)
-            b11, b22, b33 = (
-                correction[i, 0] * over,
-                correction[i, 1] * over,
-                correction[i, 2] * over,
-            )
-            b12, b23, b31 = (
-                correction[i, 3] * over,
-                correction[i, 4] * over,
-                correction[i, 5] * over,
-            )
+            b11, b22, b33 = (correction[i, 0] * over, correction[i, 1] * over, correction[i, 2] * over)
+            b12, b23, b31 = (correction[i, 3] * over, correction[i, 4] * over, correction[i, 5] * over)
             first = total(l11), total(l12), total(l13)
             second = total(l21), total(l22), total(l23)
             third = total(l31), total(l32), total(l33)
@@ -344,11 +295,7 @@ def find_forces_of_others(smoothing, dimensions, tables, table, particles, lists
             fx, fy, fz = pull(t, others[T33], gx, gy, gz)
             sx, sy, sz = pull(s, nearby[T33], gx, gy, gz)
             rx, ry, rz = opposed(smoothing, dimensions, tensile, i, neighbours, k, q, gx, gy, gz)
-            fx, fy, fz = (
-                fx + sx - pressure * gx - rx,
-                fy + sy - pressure * gy - ry,
-                fz + sz - pressure * gz - rz,
-            )
+            fx, fy, fz = (fx + sx - pressure * gx - rx, fy + sy - pressure * gy - ry, fz + sz - pressure * gz - rz)
             ax, ay, az = ax + fx, ay + fy, az + fz
             bx, by, bz = bx + flags[1] * fx, by + flags[1] * fy, bz + flags[1] * fz
         mass = table[MASS, i]

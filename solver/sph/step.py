@@ -87,9 +87,7 @@ class ParticleStepper(Method):
         self.pressed = pressed_ends(problem, self.axes)
         self.loaded: list[Loaded] = []
         self.before = np.zeros(1)  # the step that ended at n, s
-        self.space = Scattered(
-            problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes
-        )
+        self.space = Scattered(problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes)
         self.packs = [new_pack() for _ in range(shares)]
         self.tallies = empty_tallies(shares * len(problem.bodies))
         self.summary = np.zeros(len(Tally._fields))
@@ -145,24 +143,16 @@ class ParticleStepper(Method):
         self.tables, self.images = tables, images
         self._over_shares(
             partition,
-            lambda share, ranges: self.lay_out(
-                table, self.measures, ranges, tables.place, tables.other
-            ),
+            lambda share, ranges: self.lay_out(table, self.measures, ranges, tables.place, tables.other),
             self.seen,
         )
         set_places(tables, images, count)
         solid = self._solid_of(partition, images.source)
         cells = sort_into_cells(tables.place, solid, whole)
+        self._over_shares(partition, lambda share, ranges: self._find(share, ranges, cells, tables, solid), self.seen)
         self._over_shares(
             partition,
-            lambda share, ranges: self._find(share, ranges, cells, tables, solid),
-            self.seen,
-        )
-        self._over_shares(
-            partition,
-            lambda share, ranges: self.set_stress(
-                table, self.correction, ranges, tables.stress, tables.other
-            ),
+            lambda share, ranges: self.set_stress(table, self.correction, ranges, tables.stress, tables.other),
             self.seen,
         )
         if smoothing.tensile > 0.0:
@@ -243,9 +233,7 @@ class ParticleStepper(Method):
         )
         self._over_bodies(
             partition,
-            lambda share, body, begin, end: self._update(
-                share, body, begin, end, table, time + dt, dt
-            ),
+            lambda share, body, begin, end: self._update(share, body, begin, end, table, time + dt, dt),
             self.active,
         )
 
@@ -263,9 +251,7 @@ class ParticleStepper(Method):
             # Bodies that another method moves come first.
             first = int(partition.shares[:, self.active, 0].min())
             moved = Particles(*(array[first:] for array in partition.particles))
-            gone, reflected = cross_faces(
-                self.problem.geometry, self.faces, self.problem.clamp, moved, impulse
-            )
+            gone, reflected = cross_faces(self.problem.geometry, self.faces, self.problem.clamp, moved, impulse)
         pressed = 0.0
         for loaded in self.loaded:
             impulse[loaded.axis] += loaded.forces.sum() * kick
@@ -298,19 +284,10 @@ class ParticleStepper(Method):
         if self.smoothing.stiffness == 0.0:
             return
         near = reached(tables.place, solid, count)
-        pieces = (
-            [near[begin:end] for begin, end in self.pool.ranges(near.size)] if near.size else []
-        )
+        pieces = [near[begin:end] for begin, end in self.pool.ranges(near.size)] if near.size else []
         self.pool.run(
             lambda particles: self.repel(
-                self.smoothing,
-                self.axes,
-                cells,
-                tables.place,
-                tables.other,
-                solid,
-                particles,
-                self.pushed,
+                self.smoothing, self.axes, cells, tables.place, tables.other, solid, particles, self.pushed
             ),
             pieces,
         )
@@ -349,9 +326,7 @@ class ParticleStepper(Method):
         """
         position, length = partition.particles.position[:, : self.axes], self.measures[0]
         own, others = (
-            np.concatenate(
-                [np.arange(*edges) for edges in partition.shares[:, bodies].reshape(-1, 2)]
-            )
+            np.concatenate([np.arange(*edges) for edges in partition.shares[:, bodies].reshape(-1, 2)])
             for bodies in (self.active, self.passive or [0])
         )
         own = own[length[own] > 0.0]
@@ -376,9 +351,7 @@ class ParticleStepper(Method):
             self.measures,
         )
 
-    def _find(
-        self, share: int, ranges: np.ndarray, cells: Any, tables: Any, solid: np.ndarray
-    ) -> None:
+    def _find(self, share: int, ranges: np.ndarray, cells: Any, tables: Any, solid: np.ndarray) -> None:
         if not self.lists[share].size:
             size = int((ranges[:, 1] - ranges[:, 0]).sum())
             self.lists[share] = np.zeros(LISTED * (size + 1), np.int32)
@@ -403,9 +376,7 @@ class ParticleStepper(Method):
     def _lists(self, share: int) -> Lists:
         return Lists(self.lists[share], self.first, self.stop)
 
-    def _update(
-        self, share: int, body: int, begin: int, end: int, table: Any, time: float, dt: float
-    ) -> None:
+    def _update(self, share: int, body: int, begin: int, end: int, table: Any, time: float, dt: float) -> None:
         problem = self.problem
         self.update_particles[body](
             self.space,
@@ -426,14 +397,11 @@ class ParticleStepper(Method):
             0,
         )
 
-    def _over_shares(
-        self, partition: Partition, call: Any, bodies: Sequence[int] | None = None
-    ) -> None:
+    def _over_shares(self, partition: Partition, call: Any, bodies: Sequence[int] | None = None) -> None:
         """A kernel over each share of the particles of some bodies, by default those that move."""
         chosen = self.active if bodies is None else bodies
         self.pool.run(
-            lambda share: call(share, np.ascontiguousarray(partition.shares[share][chosen])),
-            range(len(self.packs)),
+            lambda share: call(share, np.ascontiguousarray(partition.shares[share][chosen])), range(len(self.packs))
         )
 
     def _over_bodies(self, partition: Partition, call: Any, bodies: Sequence[int]) -> None:
@@ -455,14 +423,9 @@ def _axes(problem: Problem) -> int:
 
 def _narrow(problem: Problem, smoothing: Smoothing) -> bool:
     """Whether images of particles at one closed face would lie beyond the other one."""
-    reach = (
-        SUPPORT
-        * smoothing.ratio
-        * max(max(body.spacing[: _axes(problem)]) for body in problem.bodies)
-    )
+    reach = SUPPORT * smoothing.ratio * max(max(body.spacing[: _axes(problem)]) for body in problem.bodies)
     return any(
-        Face.FREE not in problem.faces[axis]
-        and problem.geometry.cells[axis] * problem.geometry.spacing < reach
+        Face.FREE not in problem.faces[axis] and problem.geometry.cells[axis] * problem.geometry.spacing < reach
         for axis in range(_axes(problem))
     )
 
@@ -477,14 +440,11 @@ def _check(problem: Problem, smoothing: Smoothing) -> None:
         "walls that let go (take symmetric faces)": Face.WALL in kinds,
         "another scheme than musl": problem.scheme != Scheme.MUSL,
         "damping (set its rate to 0)": problem.damping.rate > 0.0,
-        "contact with fields of their own (give the smoothing a stiffness)": problem.contact
-        is not None,
+        "contact with fields of their own (give the smoothing a stiffness)": problem.contact is not None,
         "retired debris (follow it)": problem.retirement is not None,
         "absorbing surfaces (take free ones)": bool(problem.absorbers),
         "explosives": any(burns(body.matter.eos) for body in problem.bodies),
-        "a box too narrow for images behind both of its faces (widen it)": _narrow(
-            problem, smoothing
-        ),
+        "a box too narrow for images behind both of its faces (widen it)": _narrow(problem, smoothing),
     }
     found = [name for name, is_there in refused.items() if is_there]
     if found:

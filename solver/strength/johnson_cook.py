@@ -38,15 +38,10 @@ class ModifiedJohnsonCook(NamedTuple):
     # infinite: no softening
     m: Annotated[Dimensionless | None, Described("softening exponent", 0.01, 100.0)]
     reference_rate: Annotated[PerSecond, Described("reference strain rate", 1e-9, 1e9)]
-    alpha: Annotated[
-        Dimensionless, Described("part of the plastic work that becomes heat", 0.0, 1.0)
-    ]
+    alpha: Annotated[Dimensionless, Described("part of the plastic work that becomes heat", 0.0, 1.0)]
 
 
-STRENGTH = (
-    StrengthEntry("johnson-cook", JohnsonCook),
-    StrengthEntry("modified-johnson-cook", ModifiedJohnsonCook),
-)
+STRENGTH = (StrengthEntry("johnson-cook", JohnsonCook), StrengthEntry("modified-johnson-cook", ModifiedJohnsonCook))
 
 
 @implements(hardening, ModifiedJohnsonCook)

@@ -30,9 +30,7 @@ THINNEST_SOLID = 0.93
 class SteinbergGuinan(NamedTuple):
     """Parameters of the strength and of the melting curve."""
 
-    Y0: Annotated[
-        Pascal, Described("initial yield stress", 0.0, 1e12), Below("Y_max", or_equal=True)
-    ]
+    Y0: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12), Below("Y_max", or_equal=True)]
     Y_max: Annotated[Pascal, Described("hardest yield stress", 0.0, 1e12)]
     beta: Annotated[Dimensionless, Described("hardening", 0.0, 1e5)]
     n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0)]

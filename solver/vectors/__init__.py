@@ -158,9 +158,7 @@ def set_line(table, row, values):
 
 def transposed(a, b, c, d, e, f, g, h):
     """The columns of the matrix whose rows are eight vectors."""
-    return tuple(
-        np.stack([np.broadcast_to(row, LANES) for row in (a, b, c, d, e, f, g, h)], axis=1)
-    )
+    return tuple(np.stack([np.broadcast_to(row, LANES) for row in (a, b, c, d, e, f, g, h)], axis=1))
 
 
 def largest(vector):
@@ -188,13 +186,10 @@ def log(value):
     s = f / (2.0 + f)
     z = s * s
     w = z * z
-    odd = w * (
-        3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01)
-    )
+    odd = w * (3.999999999940941908e-01 + w * (2.222219843214978396e-01 + w * 1.531383769920937332e-01))
     even = z * (
         6.666666666666735130e-01
-        + w
-        * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01))
+        + w * (2.857142874366239149e-01 + w * (1.818357216161805012e-01 + w * 1.479819860511658591e-01))
     )
     half = 0.5 * f * f
     logarithm = whole * _LN2_HIGH - ((half - (s * (half + (odd + even)) + whole * _LN2_LOW)) - f)

@@ -83,9 +83,7 @@ class _BareModel(models.StructModel):
 
 def _splat(builder: Any, value: Any, kind: Any) -> Any:
     """A scalar in each lane."""
-    single = builder.insert_element(
-        ir.Constant(kind, ir.Undefined), value, ir.Constant(ir.IntType(32), 0)
-    )
+    single = builder.insert_element(ir.Constant(kind, ir.Undefined), value, ir.Constant(ir.IntType(32), 0))
     zeros = ir.Constant(INDICES, [ir.Constant(ir.IntType(32), 0)] * LANES)
     return builder.shuffle_vector(single, ir.Constant(kind, ir.Undefined), zeros)
 
@@ -101,9 +99,7 @@ def _(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
 @lower_cast(types.Boolean, MaskType)
 @lower_cast(types.BooleanLiteral, MaskType)
 def _(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
-    return _splat(
-        builder, builder.trunc(value, ir.IntType(1)) if value.type.width > 1 else value, BITS
-    )
+    return _splat(builder, builder.trunc(value, ir.IntType(1)) if value.type.width > 1 else value, BITS)
 
 
 _NUMBERS = (types.Number, types.IntegerLiteral)
@@ -223,21 +219,13 @@ def _elementary(function: Any, emit: Any, arity: int = 1) -> None:
         value = _real(*kinds) if len(kinds) == arity else None
         return None if value is None else signature(value, *(value,) * arity)
 
-    define(
-        function,
-        choose,
-        lambda c, b, s, a: emit(b, *a),
-        (VectorType,) * arity,
-        (types.Float,) * arity,
-    )
+    define(function, choose, lambda c, b, s, a: emit(b, *a), (VectorType,) * arity, (types.Float,) * arity)
 
 
 def _intrinsic(name: str) -> Any:
     def emit(builder: Any, value: Any) -> Any:
         suffix = "v8f64" if isinstance(value.type, ir.VectorType) else "f64"
-        return builder.call(
-            external(builder, f"{name}.{suffix}", [value.type], value.type), [value]
-        )
+        return builder.call(external(builder, f"{name}.{suffix}", [value.type], value.type), [value])
 
     return emit
 
@@ -299,9 +287,7 @@ def _emit_finite(builder: Any, value: Any) -> Any:
 
 define(
     finite,
-    lambda kind: (
-        signature(MASK if kind is VECTOR else types.boolean, _real(kind)) if _real(kind) else None
-    ),
+    lambda kind: signature(MASK if kind is VECTOR else types.boolean, _real(kind)) if _real(kind) else None,
     lambda c, b, s, a: _emit_finite(b, a[0]),
     (VectorType,),
     (types.Float,),
@@ -318,9 +304,7 @@ def _emit_anywhere(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 
 define(
     anywhere,
-    lambda kind: (
-        signature(types.boolean, kind) if isinstance(kind, (MaskType, types.Boolean)) else None
-    ),
+    lambda kind: signature(types.boolean, kind) if isinstance(kind, (MaskType, types.Boolean)) else None,
     _emit_anywhere,
     (MaskType,),
     (types.Boolean,),
@@ -332,12 +316,7 @@ def _emit_counted(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     return builder.zext(builder.ctpop(bits), ir.IntType(64))
 
 
-define(
-    counted,
-    lambda kind: signature(types.int64, MASK) if kind is MASK else None,
-    _emit_counted,
-    (MaskType,),
-)
+define(counted, lambda kind: signature(types.int64, MASK) if kind is MASK else None, _emit_counted, (MaskType,))
 
 
 def _emit_first_lanes(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
@@ -353,8 +332,5 @@ define(
     (types.Integer,),
 )
 define(
-    spread,
-    lambda kind: signature(VECTOR, VECTOR) if is_number(kind) else None,
-    lambda c, b, s, a: a[0],
-    (VectorType,),
+    spread, lambda kind: signature(VECTOR, VECTOR) if is_number(kind) else None, lambda c, b, s, a: a[0], (VectorType,)
 )

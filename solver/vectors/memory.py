@@ -169,9 +169,7 @@ define(
 )
 define(
     number,
-    lambda table, row, place: (
-        signature(types.float64, table, types.int64, types.int64) if _is_table(table) else None
-    ),
+    lambda table, row, place: signature(types.float64, table, types.int64, types.int64) if _is_table(table) else None,
     _emit_number,
     (types.Array, types.Integer, types.Integer),
     (BareType, types.Integer, types.Integer),
@@ -203,9 +201,7 @@ define(
 )
 define(
     set_line,
-    lambda table, row, values: (
-        signature(types.none, table, types.int64, VECTOR) if _is_table(table) else None
-    ),
+    lambda table, row, values: signature(types.none, table, types.int64, VECTOR) if _is_table(table) else None,
     _emit_set_line,
     (types.Array, types.Integer, VectorType),
     (BareType, types.Integer, VectorType),
@@ -232,11 +228,7 @@ def _emit_transposed(context: Any, builder: Any, sig: Any, rows: Any) -> Any:
 
 define(
     transposed,
-    lambda *rows: (
-        signature(types.UniTuple(VECTOR, LANES), *(VECTOR,) * LANES)
-        if all(map(is_number, rows))
-        else None
-    ),
+    lambda *rows: signature(types.UniTuple(VECTOR, LANES), *(VECTOR,) * LANES) if all(map(is_number, rows)) else None,
     _emit_transposed,
     (VectorType,) * LANES,
 )
@@ -248,18 +240,11 @@ def _reduction(function: Any, combine: Any) -> None:
     def emit(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
         (value,) = arguments
         for apart in (4, 2, 1):
-            other = _shuffled(
-                builder, value, value, [(lane + apart) % LANES for lane in range(LANES)]
-            )
+            other = _shuffled(builder, value, value, [(lane + apart) % LANES for lane in range(LANES)])
             value = combine(builder, value, other)
         return builder.extract_element(value, ir.Constant(ir.IntType(32), 0))
 
-    define(
-        function,
-        lambda kind: signature(types.float64, VECTOR) if is_number(kind) else None,
-        emit,
-        (VectorType,),
-    )
+    define(function, lambda kind: signature(types.float64, VECTOR) if is_number(kind) else None, emit, (VectorType,))
 
 
 def _larger(builder: Any, value: Any, other: Any) -> Any:

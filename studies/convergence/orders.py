@@ -54,9 +54,7 @@ class Fit:
     misfit: float  # root of the sum of the squares of the residuals, each over the standard uncertainty of its value
 
 
-def fit(
-    spacings: Sequence[float], values: Sequence[float], uncertainties: Sequence[float], order: float
-) -> Fit:
+def fit(spacings: Sequence[float], values: Sequence[float], uncertainties: Sequence[float], order: float) -> Fit:
     """The fit f(h) = f(0) + C h^p of an order; standard uncertainties above zero.
 
     Exact values of first order, f(h) = 20 + h/2:
@@ -71,12 +69,10 @@ def fit(
     power = math.fsum(map(mul, weights, powers)) / total
     value = math.fsum(map(mul, weights, values)) / total
     apart = [each - power for each in powers]
-    slope = math.fsum(
-        w * x * (f - value) for w, x, f in zip(weights, apart, values, strict=True)
-    ) / math.fsum(w * x * x for w, x in zip(weights, apart, strict=True))
-    residuals = (
-        (f - value - slope * x) / u for f, x, u in zip(values, apart, uncertainties, strict=True)
+    slope = math.fsum(w * x * (f - value) for w, x, f in zip(weights, apart, values, strict=True)) / math.fsum(
+        w * x * x for w, x in zip(weights, apart, strict=True)
     )
+    residuals = ((f - value - slope * x) / u for f, x, u in zip(values, apart, uncertainties, strict=True))
     return Fit(value - slope * power, math.hypot(*residuals))
 
 

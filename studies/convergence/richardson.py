@@ -60,14 +60,7 @@ from typing import Literal
 from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit, observed_order
 from studies.values.results import TOO_COARSE
 
-Verdict = Literal[
-    "converging",
-    "oscillatory",
-    "not in the asymptotic range",
-    "two grids",
-    "single grid",
-    "no value",
-]
+Verdict = Literal["converging", "oscillatory", "not in the asymptotic range", "two grids", "single grid", "no value"]
 VERDICTS: tuple[Verdict, ...] = (
     "converging",
     "oscillatory",
@@ -102,9 +95,7 @@ class Sample:
     value: float  # NaN where the run has none
     sub_cell: float = 0.0  # standard uncertainty that it states for what a single run cannot see
     rest: float = 0.0  # root of the sum of the squares of all else that it states
-    nothing: bool = (
-        False  # without a value because there was nothing to measure, not because it failed
-    )
+    nothing: bool = False  # without a value because there was nothing to measure, not because it failed
     quality_flags: tuple[str, ...] = ()  # flags of the run that concern its value
 
 
@@ -366,22 +357,13 @@ def _contradicted(levels: Sequence[Level], valued: Sequence[Level]) -> _Judged |
 
 
 def _of_one(valued: Sequence[Level]) -> _Judged:
-    return (
-        "single grid",
-        "one resolution says nothing about the mesh",
-        valued[0].value,
-        math.nan,
-        {},
-    )
+    return ("single grid", "one resolution says nothing about the mesh", valued[0].value, math.nan, {})
 
 
 def _of_two(valued: Sequence[Level]) -> _Judged:
     fine, coarse = valued
     index = SAFETY_UNOBSERVED * abs(_error(fine, coarse, ASSUMED_ORDER))
-    reason = (
-        f"two resolutions show no order; order {ASSUMED_ORDER:g} assumed, "
-        f"factor of safety {SAFETY_UNOBSERVED:g}"
-    )
+    reason = f"two resolutions show no order; order {ASSUMED_ORDER:g} assumed, factor of safety {SAFETY_UNOBSERVED:g}"
     hidden = _noise(fine, coarse) / (coarse.spacing / fine.spacing - 1.0)  # of first order, too
     mesh = _unknown_if_zero(max(index, hidden, _noise(fine, coarse)))
     return "two grids", reason, fine.value, mesh, {"gci": _relative(index, fine)}
@@ -431,11 +413,7 @@ def _of_order(three: Sequence[Level], order: float, reason: str, point: Converge
     share = _error_of_unit(fine, middle, used)
     spread = math.hypot((1.0 + share) * _noise_of(three, fine), share * _noise_of(three, middle))
     mesh = _mesh(LEFT * correction, value, limits, spread)
-    more = {
-        "order": order,
-        "extrapolated": value,
-        "gci": _relative(SAFETY * correction, fine),
-    }
+    more = {"order": order, "extrapolated": value, "gci": _relative(SAFETY * correction, fine)}
     return "converging", reason, value, mesh, more
 
 

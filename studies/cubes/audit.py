@@ -36,21 +36,14 @@ _share = partial(AuditNumber, unit="1", share=True)
 _drift = partial(_share, limit=ENERGY_DRIFT_LIMIT)
 
 AUDIT = (
-    AuditNumber(
-        "cells_per_diameter", "1", "grid cells across the diameter of the projectile or bar"
-    ),
-    AuditNumber(
-        "cells_per_thickness", "1", "grid cells through the target, or the flyer where plates meet"
-    ),
+    AuditNumber("cells_per_diameter", "1", "grid cells across the diameter of the projectile or bar"),
+    AuditNumber("cells_per_thickness", "1", "grid cells through the target, or the flyer where plates meet"),
     AuditNumber("particles", "1", "particles of the simulation"),
     AuditNumber("steps", "1", "time steps taken"),
     AuditNumber("particle_steps", "1", "particles times the steps that each was moved"),
     AuditNumber("end_time", "s", "simulated time at the end"),
     AuditNumber("smallest_step", "s", "smallest time step"),
-    _drift(
-        "energy_drift",
-        meaning="energy unaccounted for at the end, over the initial energy and the loads' work",
-    ),
+    _drift("energy_drift", meaning="energy unaccounted for at the end, over the initial energy and the loads' work"),
     _drift("largest_energy_drift", meaning="largest energy drift at any time of the run"),
     _share("momentum_error", meaning="momentum unaccounted for, over the initial momentum"),
     _share("mass_error", meaning="mass unaccounted for, over the initial mass"),
@@ -63,28 +56,16 @@ AUDIT = (
         "contact_energy_fraction",
         meaning="energy removed by contact of bodies alone, over the initial and the loads' work",
     ),
-    _share(
-        "outflow_mass_fraction", meaning="mass that left the grid or was retired, over the initial"
-    ),
+    _share("outflow_mass_fraction", meaning="mass that left the grid or was retired, over the initial"),
     _share(
         "outflow_energy_fraction",
         meaning="energy that left the grid or was retired, over the initial and the loads' work",
     ),
     # Zero in every scenario but those of bars.
-    AuditNumber(
-        "load_work",
-        "J",
-        "work of pressures and gravity up to the end, on whole bodies",
-        shown=False,
-    ),
-    _share(
-        "separated_mass_fraction", meaning="target not connected to its rim, or gone, over its mass"
-    ),
+    AuditNumber("load_work", "J", "work of pressures and gravity up to the end, on whole bodies", shown=False),
+    _share("separated_mass_fraction", meaning="target not connected to its rim, or gone, over its mass"),
     _share("fast_mass_fraction", meaning="connected target above 300 m/s, over the target's mass"),
-    _share(
-        "molten_mass_fraction",
-        meaning="matter at or above its melting point at the end, over the initial mass",
-    ),
+    _share("molten_mass_fraction", meaning="matter at or above its melting point at the end, over the initial mass"),
     AuditNumber("largest_speed", "m s-1", "largest speed of a particle"),
     AuditNumber("tension_floors", "1", "uses of the floor that limits tension"),
     AuditNumber("beyond_hugoniot", "1", "states compressed beyond the Hugoniot's limit"),
@@ -131,9 +112,7 @@ BODY_NAME = Variable(BODY, "body of the problem", str, (BODY,), kind="text")
 HISTORIES = (
     RunHistory("kinetic_energy", "J", "kinetic energy of the particles of a body on the grid"),
     RunHistory("internal_energy", "J", "internal energy of the particles of a body on the grid"),
-    RunHistory(
-        "departed_energy", "J", "energy of the particles that left the grid or were retired"
-    ),
+    RunHistory("departed_energy", "J", "energy of the particles that left the grid or were retired"),
     RunHistory("axial_momentum", "N s", "momentum along the line of flight, on the grid"),
     RunHistory(
         "departed_axial_momentum",
@@ -142,10 +121,7 @@ HISTORIES = (
     ),
     RunHistory("contact_energy", "J", "energy that contact of the bodies removed", by_body=False),
     RunHistory(
-        "otherwise_removed_energy",
-        "J",
-        "energy that damping, walls and absorbing surfaces removed",
-        by_body=False,
+        "otherwise_removed_energy", "J", "energy that damping, walls and absorbing surfaces removed", by_body=False
     ),
     RunHistory("load_work", "J", "work of pressures and gravity", by_body=False),
     RunHistory(

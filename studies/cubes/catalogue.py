@@ -93,16 +93,13 @@ def catalogue_of(sweep: Any) -> Catalogue:
     axes = [axis.name for axis in sweep.axes]
     stated = [name for shot in sweep.observations for name in shot.parameters]
     constants = {
-        name: _constant(name, allowed.parameters[name])
-        for name in (*axes, *sweep.fixed, *stated)
-        if name not in own
+        name: _constant(name, allowed.parameters[name]) for name in (*axes, *sweep.fixed, *stated) if name not in own
     }
     return Catalogue(
         title=scenario.title,
         parameters={**own, **constants},
         quantities={
-            name: Quantity(name, unit, measurements.load(name).meaning)
-            for name, unit in allowed.quantities.items()
+            name: Quantity(name, unit, measurements.load(name).meaning) for name, unit in allowed.quantities.items()
         },
         laws=[
             *(law for name in allowed.quantities for law in laws.answering(name)),
@@ -166,9 +163,6 @@ def _materials(sweep: Any) -> dict[str, Any]:
     names = dict.fromkeys(name for names in sweep.roles().values() for name in names)
     materials = {name: sweep.material(name) for name in names}
     return {
-        name: {
-            "title": material.title,
-            "numbers": {path: asdict(number) for path, number in material.sources.items()},
-        }
+        name: {"title": material.title, "numbers": {path: asdict(number) for path, number in material.sources.items()}}
         for name, material in materials.items()
     }

@@ -103,9 +103,7 @@ def lay_out(sweep: Any, results: Mapping[str, Any], shot_of: Callable[[Any], Any
     cells = np.full(sweep.shape, None, object)
     for point in sweep.runs():
         cells[point.index] = _cell(point, results, shot_of(point.run))
-    layout = Layout(
-        tuple(sweep.axes), tuple(sweep.refinements), names if grid else ("run", *names), cells
-    )
+    layout = Layout(tuple(sweep.axes), tuple(sweep.refinements), names if grid else ("run", *names), cells)
     for place in np.ndindex(layout.runs_of_points.shape[:-1]):
         layout.runs_of_points[place] = _on_grids(layout.runs_of_points[place])
     return layout
@@ -126,9 +124,7 @@ def _on_grids(cells: np.ndarray) -> np.ndarray:
 
 def _without_flag(cell: Cell, seen: set[str]) -> Cell:
     """The run without flags of one grid alone on some of its values."""
-    flagged = {
-        name for name in seen if {*BY_ONE_GRID} & {*getattr(cell.measured(name), "flags", ())}
-    }
+    flagged = {name for name in seen if {*BY_ONE_GRID} & {*getattr(cell.measured(name), "flags", ())}}
     if not flagged or cell.result is None:
         return cell
     measurements = dict(cell.measurements)
@@ -162,9 +158,7 @@ def converge_points(layout: Layout, quantity: str) -> np.ndarray:
         series.setdefault(words, []).append(place)
     converged = np.empty(points.shape[:-1], object)
     for places in series.values():
-        samples = (
-            [_sample(cell, cell.measured(quantity)) for cell in points[place]] for place in places
-        )
+        samples = ([_sample(cell, cell.measured(quantity)) for cell in points[place]] for place in places)
         for place, each in zip(places, converge_series(samples), strict=True):
             converged[place] = each
     return converged
@@ -195,6 +189,4 @@ def _sample(cell: Cell, measured: Any | None) -> Sample:
     parts = numerical_parts(measured.parts)
     rest = math.hypot(*(size for part, size in parts.items() if part != SUB_CELL))
     flags = (*cell.result.flags, *measured.flags)
-    return Sample(
-        spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest, quality_flags=flags
-    )
+    return Sample(spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest, quality_flags=flags)

@@ -46,10 +46,7 @@ from studies.values.results import numerical_parts
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
 HISTORY_VALUES = 1_000_000  # of a quantity over all runs: 8 MB before compression
-WITH_COORDINATES = (
-    "result",
-    "history",
-)  # groups whose variables list their coordinates in the file
+WITH_COORDINATES = ("result", "history")  # groups whose variables list their coordinates in the file
 # Provenance that is no version of anything.
 ONCE_A_RUN = ("started", "seconds", "threads", "checkpoint")
 
@@ -70,17 +67,13 @@ def _of_search(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue) -> 
     quantity = axis.search.quantity
     searched = sweep.limits(lambda run: limits.outcome_of(results.get(run.id), quantity))
     about = {"limit_of": quantity, "axis": variable_name(axis.name)}
-    columns = limits.columns_of(
-        searched, catalogue.parameters[axis.name], catalogue.parameters, about
-    )
+    columns = limits.columns_of(searched, catalogue.parameters[axis.name], catalogue.parameters, about)
     dataset = _built(sweep.tried(searched), results, catalogue, columns)
     document = json.dumps(sweep.document(), ensure_ascii=False, sort_keys=True)
     return dataset.assign_attrs(search=document)
 
 
-def _built(
-    sweep: Any, results: Mapping[str, Any], catalogue: Catalogue, first: Sequence[Column]
-) -> xr.Dataset:
+def _built(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue, first: Sequence[Column]) -> xr.Dataset:
     """The cube with these columns before all others."""
     layout = lay_out(sweep, results, catalogue.shot_of)
     dataset = xr.Dataset(
@@ -104,9 +97,7 @@ def with_computation(dataset: xr.Dataset, results: Mapping[str, Any]) -> xr.Data
     """The cube with the date, and the wall time and threads of each run: they are in no file, which has the same bytes
     whoever computes the sweep."""
     ids = dataset[declared.RUN_ID.name].variable
-    made_by = _each(
-        ids.values.astype(object), lambda id: getattr(results.get(id), "provenance", {})
-    )
+    made_by = _each(ids.values.astype(object), lambda id: getattr(results.get(id), "provenance", {}))
     times = {
         variable.name: xr.Variable(ids.dims, variable.values(made_by), _attributes(variable))
         for variable in (declared.SOLVER_SECONDS, declared.SOLVER_THREADS)
@@ -120,9 +111,7 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 
     A half-written NetCDF-4 file opens and reads as NaN, so nothing is written in place.
     """
-    encoding = {
-        str(name): _encoding(str(name), array, dataset) for name, array in dataset.variables.items()
-    }
+    encoding = {str(name): _encoding(str(name), array, dataset) for name, array in dataset.variables.items()}
     dataset = dataset.copy()
     for name, array in dataset.data_vars.items():
         # Results name their coordinates; in every other variable the list would only take space.
@@ -130,9 +119,7 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
             dataset[name].encoding["coordinates"] = None
     return write_atomically(
         path,
-        lambda file: dataset.to_netcdf(
-            file, engine="netcdf4", format="NETCDF4", encoding=encoding, unlimited_dims=()
-        ),
+        lambda file: dataset.to_netcdf(file, engine="netcdf4", format="NETCDF4", encoding=encoding, unlimited_dims=()),
     )
 
 
@@ -268,9 +255,7 @@ def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[C
     """The model part of a quantity, with the contributions that are assessed, or the reason why there is none."""
     parts = _each(layout.cells, lambda cell: assess(cell, quantity.name))
     assessed = [
-        declared.model_contribution(name)
-        for name in CONTRIBUTIONS
-        if any(name in part.shares for part in parts.flat)
+        declared.model_contribution(name) for name in CONTRIBUTIONS if any(name in part.shares for part in parts.flat)
     ]
     if any(part.distance is not None for part in parts.flat):
         assessed.append(declared.MODEL_DISTANCE)
@@ -303,16 +288,12 @@ def _of_observations(catalogue: Catalogue) -> Iterator[Column]:
         if any(value is not None for value in stated):
             yield _column(declared.observed_parameter(parameter), stated)
     for quantity in catalogue.quantities.values():
-        mine = _each(
-            shots, lambda shot, name=quantity.name: shot if shot.quantity == name else None
-        )
+        mine = _each(shots, lambda shot, name=quantity.name: shot if shot.quantity == name else None)
         if any(shot is not None for shot in mine):
             yield from _observed(quantity, mine, shots, catalogue)
 
 
-def _observed(
-    quantity: Quantity, mine: np.ndarray, shots: np.ndarray, catalogue: Catalogue
-) -> Iterator[Column]:
+def _observed(quantity: Quantity, mine: np.ndarray, shots: np.ndarray, catalogue: Catalogue) -> Iterator[Column]:
     """The shots of one quantity; the constants of laws are those of the shots' own materials."""
     yield _column(declared.OBSERVED.filled(quantity), mine)
     yield _column(declared.OBSERVED_UNCERTAINTY.filled(quantity), mine)
@@ -349,10 +330,7 @@ def _column(variable: Variable, records: np.ndarray) -> Column:
     values = np.zeros(records.shape, np.int32)
     for place, each in np.ndenumerate(flags):
         values[place] = sum(bits[flag] for flag in each or ())
-    attributes = {
-        "flag_masks": np.array(list(bits.values()), np.int32),
-        "flag_meanings": " ".join(meanings),
-    }
+    attributes = {"flag_masks": np.array(list(bits.values()), np.int32), "flag_meanings": " ".join(meanings)}
     return variable, values, attributes
 
 
@@ -392,9 +370,7 @@ def _compact(values: np.ndarray, layout: Layout) -> np.ndarray:
 def _parts(layout: Layout, quantity: str) -> list[str]:
     """Names of the numerical parts that the runs state of the uncertainty of a quantity."""
     measured = (cell.measured(quantity) for cell in layout.cells.flat)
-    return sorted(
-        {part for each in measured if each is not None for part in numerical_parts(each.parts)}
-    )
+    return sorted({part for each in measured if each is not None for part in numerical_parts(each.parts)})
 
 
 def _samples(layout: Layout) -> int:
@@ -433,9 +409,7 @@ def _padded(histories: np.ndarray, samples: int) -> np.ndarray:
 # ---- labels --------------------------------------------------------------------------------------
 
 
-def _labelled(
-    variable: Variable, values: np.ndarray, layout: Layout, more: Mapping[str, Any]
-) -> xr.Variable:
+def _labelled(variable: Variable, values: np.ndarray, layout: Layout, more: Mapping[str, Any]) -> xr.Variable:
     """Values with the dimensions and attributes of their variable, as CF wants to see them."""
     stands_for = {RUNS[0]: layout.dims, POINTS[0]: layout.point_dims}
     dims = [name for dim in variable.dims for name in stands_for.get(dim, (dim,))]
@@ -502,13 +476,8 @@ def _vocabulary(layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
     return {
         "axes": layout.dims,
         "refinements": _names(layout.refinements),
-        "quantities": {
-            each.name: [each.unit, each.meaning] for each in catalogue.quantities.values()
-        },
-        "parameters": {
-            each.name: [each.kind, each.unit, each.meaning]
-            for each in catalogue.parameters.values()
-        },
+        "quantities": {each.name: [each.unit, each.meaning] for each in catalogue.quantities.values()},
+        "parameters": {each.name: [each.kind, each.unit, each.meaning] for each in catalogue.parameters.values()},
         "parts": {name: stated for name, stated in parts.items() if stated},
     }
 
@@ -520,18 +489,13 @@ def _names(axes: Sequence[Any]) -> list[str]:
 def _versions(cells: Sequence[Cell]) -> dict[str, list[Any]]:
     """Every version that a run of this cube was computed with, by what it is a version of."""
     return _collected(
-        (name, str(value))
-        for cell in cells
-        for name, value in cell.provenance.items()
-        if name not in ONCE_A_RUN
+        (name, str(value)) for cell in cells for name, value in cell.provenance.items() if name not in ONCE_A_RUN
     )
 
 
 def _definitions(cells: Sequence[Cell]) -> dict[str, list[Any]]:
     """Versions of the definitions that each quantity of this cube was measured with; more than one: mixed."""
-    return _collected(
-        (name, measured.version) for cell in cells for name, measured in cell.measurements.items()
-    )
+    return _collected((name, measured.version) for cell in cells for name, measured in cell.measurements.items())
 
 
 def _collected(pairs: Iterable[tuple[str, Any]]) -> dict[str, list[Any]]:
@@ -557,10 +521,4 @@ def _encoding(name: str, array: xr.Variable, dataset: xr.Dataset) -> dict[str, A
     # The whole variable, or as many rows of its first dimension as make a chunk.
     row = max(1, prod(array.shape[1:]))
     rows = min(array.shape[0], max(1, CHUNK_VALUES // row))
-    return {
-        **fill,
-        "zlib": True,
-        "complevel": 1,
-        "shuffle": True,
-        "chunksizes": (rows, *array.shape[1:]),
-    }
+    return {**fill, "zlib": True, "complevel": 1, "shuffle": True, "chunksizes": (rows, *array.shape[1:])}

@@ -93,10 +93,6 @@ def columns_of(
         variable = replace(variable, name=f"limit_{variable.name}", label=label)
         columns.append((variable, variable.values(values), {}))
     for variable in (LIMIT, LOWER, UPPER, COUNT, VERDICT, REASON):
-        own = (
-            variable
-            if variable.unit or variable.kind != "number"
-            else replace(variable, unit=axis.unit)
-        )
+        own = variable if variable.unit or variable.kind != "number" else replace(variable, unit=axis.unit)
         columns.append((own, own.values(records), about if variable is LIMIT else {}))
     return columns

@@ -44,19 +44,14 @@ def assessment(sweep: Any, results: Mapping[str, Any]) -> Assess:
 
 
 def _part(
-    cell: Cell,
-    quantity: str,
-    shares: Mapping[str, float],
-    source: str,
-    distance: float | None = None,
+    cell: Cell, quantity: str, shares: Mapping[str, float], source: str, distance: float | None = None
 ) -> ModelPart:
     """The model part of a value from relative contributions."""
     measured = cell.measured(quantity)
     if not shares or measured is None or measured.value is None:
         return ModelPart(None, f"{NOT_ASSESSED}: {source}" if not shares else "")
     texts = [
-        f"{name} {100.0 * shares[name]:.2g} %" if name in shares else f"{name} {NOT_ASSESSED}"
-        for name in CONTRIBUTIONS
+        f"{name} {100.0 * shares[name]:.2g} %" if name in shares else f"{name} {NOT_ASSESSED}" for name in CONTRIBUTIONS
     ]
     uncertainty = abs(measured.value) * math.hypot(*shares.values())
     return ModelPart(uncertainty, f"{', '.join(texts)} ({source})", shares, distance)
@@ -78,11 +73,7 @@ def _stored(cell: Cell, quantity: str) -> tuple[Mapping[str, float], str, float 
     family = str(target.get("family", ""))
     entry = _classes().get((scenario, family))
     if entry is None or quantity not in entry["quantities"]:
-        return (
-            {},
-            f"nothing is stored for {quantity} of {scenario} in {family or 'no target'}",
-            None,
-        )
+        return ({}, f"nothing is stored for {quantity} of {scenario} in {family or 'no target'}", None)
     speeds = " and ".join(f"{speed / 1e3:g}" for speed in entry["speeds"])
     cells = entry["parameters"]["cells_per_diameter"]
     ratio = _thickness_ratio(entry["parameters"])
@@ -97,10 +88,7 @@ def _stored(cell: Cell, quantity: str) -> tuple[Mapping[str, float], str, float 
 def _distance(parameters: Mapping[str, Any], entry: Mapping[str, Any]) -> float | None:
     """The largest factor between speed and t/d of a run and the nearest of an entry; 1 inside, None without both."""
     measured, ratio = _thickness_ratio(entry["parameters"]), _thickness_ratio(parameters)
-    sides = (
-        (parameters.get("speed"), min(entry["speeds"]), max(entry["speeds"])),
-        (ratio, measured, measured),
-    )
+    sides = ((parameters.get("speed"), min(entry["speeds"]), max(entry["speeds"])), (ratio, measured, measured))
     return max((_factor(*side) for side in sides if all(side)), default=None)
 
 
@@ -136,9 +124,7 @@ class _Screened:
             if value is not None:
                 answers[screen.name] = value
             else:
-                lacking.append(
-                    f"{screen.name}: {screen.reason or 'its screening run has no value'}"
-                )
+                lacking.append(f"{screen.name}: {screen.reason or 'its screening run has no value'}")
         text = "screening runs at the middle of the sweep"
         return contributions_of(base, answers), "; ".join([text, *lacking])
 

@@ -49,10 +49,7 @@ def places_of(dataset: xr.Dataset) -> list[dict[str, float | str]]:
     """The axis values of each cell, in the order in which ``values.ravel()`` has them."""
     axes = axes_of(dataset)
     columns = {axis: by_run(dataset, axis) for axis in axes}
-    return [
-        {axis: plain(column[cell]) for axis, column in columns.items()}
-        for cell in range(dataset.run_state.size)
-    ]
+    return [{axis: plain(column[cell]) for axis, column in columns.items()} for cell in range(dataset.run_state.size)]
 
 
 def by_run(dataset: xr.Dataset, name: str) -> np.ndarray:
@@ -72,11 +69,7 @@ def simulated(dataset: xr.Dataset, name: str, variable: Variable = cubes.VALUE) 
     """A variable of a measured quantity where the run succeeded; NaN elsewhere."""
     array = variable.of(dataset, name)
     # A report asks some hundred times, and ``where`` of xarray takes 4 ms.
-    values = np.where(
-        reading.by_run(dataset, dataset.run_state) == SUCCEEDED,
-        reading.by_run(dataset, array),
-        np.nan,
-    )
+    values = np.where(reading.by_run(dataset, dataset.run_state) == SUCCEEDED, reading.by_run(dataset, array), np.nan)
     # A deep copy of its coordinates takes ten times as long (1.1 and 0.15 ms, November 2026).
     copied = dataset.run_state.copy(deep=False, data=values)
     copied.name, copied.attrs = array.name, array.attrs
@@ -104,22 +97,14 @@ def error_bars(points: xr.Dataset, name: str) -> xr.DataArray:
     A single grid does not show how far off it is: what its measurement states for itself is no error bar.
     """
     bars, mesh = simulated(points, name, cubes.UNCERTAINTY), cubes.MESH_PART
-    known = (
-        np.isfinite(reading.by_run(points, mesh.of(points, name)))
-        if mesh.is_in(points, name)
-        else False
-    )
+    known = np.isfinite(reading.by_run(points, mesh.of(points, name))) if mesh.is_in(points, name) else False
     return bars.copy(deep=False, data=np.where(known, bars.values, np.nan))
 
 
 def main_quantities(dataset: xr.Dataset) -> list[str]:
     """Quantities that are no other reading of one (``hole_diameter_lip`` of ``hole_diameter``)."""
     names = reading.quantities_of(dataset)
-    return [
-        name
-        for name in names
-        if not any(name.startswith(f"{other}_") for other in names if other != name)
-    ]
+    return [name for name in names if not any(name.startswith(f"{other}_") for other in names if other != name)]
 
 
 # ---- points --------------------------------------------------------------------------------------
@@ -138,23 +123,15 @@ def points_of(dataset: xr.Dataset) -> xr.Dataset:
     points = finest.isel({OFFSET: 0} if OFFSET in refinements else {}, drop=True)
     names = reading.quantities_of(dataset)
     # Variables without coordinates, all at once: xarray aligns and copies at each assignment.
-    changed: dict[str, xr.Variable] = {
-        "run_flags": _flags(dataset, cubes.FLAGS_OF_RUN.of(dataset), names)
-    }
+    changed: dict[str, xr.Variable] = {"run_flags": _flags(dataset, cubes.FLAGS_OF_RUN.of(dataset), names)}
     for name in names:
         converged = cubes.CONVERGED.of(dataset, name)
-        changed[name] = xr.Variable(
-            converged.dims, converged.values, cubes.VALUE.of(dataset, name).attrs
-        )
-        changed[cubes.UNCERTAINTY.named(name)] = cubes.CONVERGED_UNCERTAINTY.of(
-            dataset, name
-        ).variable
+        changed[name] = xr.Variable(converged.dims, converged.values, cubes.VALUE.of(dataset, name).attrs)
+        changed[cubes.UNCERTAINTY.named(name)] = cubes.CONVERGED_UNCERTAINTY.of(dataset, name).variable
         changed[cubes.FLAGS.named(name)] = _flags(dataset, cubes.FLAGS.of(dataset, name), [name])
     valued = np.logical_or.reduce([np.isfinite(changed[name].values) for name in names])
     state = points.run_state.variable
-    changed["run_state"] = state.copy(
-        data=np.where(valued, np.int8(SUCCEEDED), state.values).astype(np.int8)
-    )
+    changed["run_state"] = state.copy(data=np.where(valued, np.int8(SUCCEEDED), state.values).astype(np.int8))
     return points.assign(changed)
 
 

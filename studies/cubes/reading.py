@@ -26,9 +26,7 @@ def of_any_schema(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.rename(names)
 
 
-def confidences_of(
-    dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE
-) -> list[str]:
+def confidences_of(dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE) -> list[str]:
     """The word of confidence of each law of a quantity, in the order of the labels; empty of cubes that lack it."""
     if not variable.is_in(dataset, quantity):
         return []
@@ -55,9 +53,7 @@ def flag_meanings(flags: xr.DataArray) -> list[tuple[int, str]]:
 def flag_words(flags: xr.DataArray) -> list[tuple[str, ...]]:
     """The flags of each cell in words, in the order of ``values.ravel()``."""
     meanings = flag_meanings(flags)
-    return [
-        tuple(word for mask, word in meanings if value & mask) for value in flags.values.ravel()
-    ]
+    return [tuple(word for mask, word in meanings if value & mask) for value in flags.values.ravel()]
 
 
 def doubts(flags: xr.DataArray) -> xr.DataArray:

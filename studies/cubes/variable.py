@@ -41,9 +41,7 @@ class Variable:
     kind: Kind = "number"
     # Meanings of the values 0, 1, ... of a flag, or of the bits of a mask.
     meanings: tuple[str, ...] = ()
-    label: str = (
-        ""  # a few words for an axis; by default the meaning, or the name where that is long
-    )
+    label: str = ""  # a few words for an axis; by default the meaning, or the name where that is long
     group: Group = "detail"
 
     @property

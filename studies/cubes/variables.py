@@ -57,11 +57,7 @@ def parameter_variable(parameter: Parameter, dims: tuple[str, ...]) -> Variable:
     pick = str if kind == "text" else float
     name = variable_name(parameter.name)
     label = parameter.name.replace("_", " ").replace(".", " ")
-    return Variable(
-        *(name, parameter.meaning, pick, dims, parameter.unit, kind),
-        label=label,
-        group="parameter",
-    )
+    return Variable(*(name, parameter.meaning, pick, dims, parameter.unit, kind), label=label, group="parameter")
 
 
 def observed_parameter(parameter: Parameter) -> Variable:
@@ -83,18 +79,11 @@ _text_of_run = partial(Variable, dims=RUNS, kind="text", group="run")
 _number_of_run = partial(Variable, dims=RUNS, group="run")
 
 RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.run.id)
-RUN_REASON = _text_of_run(
-    "run_reason", "why the run has no result, or no answer", lambda cell: cell.reason
-)
+RUN_REASON = _text_of_run("run_reason", "why the run has no result, or no answer", lambda cell: cell.reason)
 RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.of_result("failure"))
-STOP_REASON = _text_of_run(
-    "stop_reason", "reason for the end of the simulation", lambda cell: cell.of_result("stop")
-)
+STOP_REASON = _text_of_run("stop_reason", "reason for the end of the simulation", lambda cell: cell.of_result("stop"))
 RUN_STATE = Variable(
-    *("run_state", "state of the run", lambda cell: cell.state, RUNS),
-    kind="flag",
-    meanings=STATES,
-    group="run",
+    *("run_state", "state of the run", lambda cell: cell.state, RUNS), kind="flag", meanings=STATES, group="run"
 )
 FLAGS_OF_RUN = Variable(
     "run_flags",
@@ -111,10 +100,7 @@ SOLVER_SECONDS = _number_of_run(
     "solver_seconds", "wall time of the run", lambda made_by: made_by.get("seconds"), unit="s"
 )
 SOLVER_THREADS = _number_of_run(
-    "solver_threads",
-    "threads that computed the run",
-    lambda made_by: made_by.get("threads"),
-    unit="1",
+    "solver_threads", "threads that computed the run", lambda made_by: made_by.get("threads"), unit="1"
 )
 RUN_NUMBER = Variable("run", "number of the run", int, ("run",), kind="integer")
 EQUIVALENT_DIAMETER = _number_of_run(
@@ -152,9 +138,7 @@ def distribution_variable(distribution: Any) -> Variable:
 
 _measured = partial(Variable, dims=RUNS, unit="{unit}")
 
-VALUE = _measured(
-    "{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", group="result"
-)
+VALUE = _measured("{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", group="result")
 UNCERTAINTY = _measured(
     "{quantity}_reading_uncertainty",
     "uncertainty of reading {quantity} off the grid of its run, without the mesh error: no error bar",
@@ -347,9 +331,7 @@ _in_range = partial(
     meanings=IN_RANGE,
 )
 
-EQUATION = (
-    "equation: "  # before the word of confidence: it is not about the constants of a material
-)
+EQUATION = "equation: "  # before the word of confidence: it is not about the constants of a material
 
 LAW_LABEL = _text_of_law(LAW, "law and variant", lambda choice: choice.label)
 BY_LAW = Variable(
@@ -361,9 +343,7 @@ BY_LAW = Variable(
     label="{words} by laws",
     group="result",
 )
-BY_LAW_IN_RANGE = _in_range(
-    "{quantity}_by_law_in_range", dims=(*POINTS, LAW), label="{words}, in range"
-)
+BY_LAW_IN_RANGE = _in_range("{quantity}_by_law_in_range", dims=(*POINTS, LAW), label="{words}, in range")
 BY_LAW_REASON = Variable(
     "{quantity}_by_law_reason",
     "why the law is outside its range or has no answer",
@@ -372,24 +352,14 @@ BY_LAW_REASON = Variable(
     kind="text",
     label="{words}, law reason",
 )
-LAW_VARIANT = _text_of_law(
-    "{quantity}_law_variant", "stated choice of constant", lambda choice: choice.variant
-)
+LAW_VARIANT = _text_of_law("{quantity}_law_variant", "stated choice of constant", lambda choice: choice.variant)
 LAW_NAME = _text_of_law("{quantity}_law_name", "name of the law", lambda each: each.law.name)
 LAW_TITLE = _text_of_law("{quantity}_law_title", "title of the law", lambda each: each.law.title)
-LAW_EQUATION = _text_of_law(
-    "{quantity}_law_equation", "equation as published", lambda choice: choice.law.equation
-)
-LAW_SOURCE = _text_of_law(
-    "{quantity}_law_source", "source of the law", lambda each: each.law.source
-)
-LAW_RANGE = _text_of_law(
-    "{quantity}_law_range", "range of validity", lambda choice: choice.law.range.words
-)
+LAW_EQUATION = _text_of_law("{quantity}_law_equation", "equation as published", lambda choice: choice.law.equation)
+LAW_SOURCE = _text_of_law("{quantity}_law_source", "source of the law", lambda each: each.law.source)
+LAW_RANGE = _text_of_law("{quantity}_law_range", "range of validity", lambda choice: choice.law.range.words)
 LAW_CONFIDENCE = _text_of_law(
-    "{quantity}_law_confidence",
-    "confidence in the equation",
-    lambda each: EQUATION + each.law.confidence,
+    "{quantity}_law_confidence", "confidence in the equation", lambda each: EQUATION + each.law.confidence
 )
 LAW_SCATTER = Variable(
     "{quantity}_law_scatter",
@@ -400,16 +370,7 @@ LAW_SCATTER = Variable(
     label="relative scatter about the law",
 )
 OF_ANSWERS = (BY_LAW, BY_LAW_IN_RANGE, BY_LAW_REASON)
-OF_LAWS = (
-    LAW_VARIANT,
-    LAW_NAME,
-    LAW_TITLE,
-    LAW_EQUATION,
-    LAW_SOURCE,
-    LAW_RANGE,
-    LAW_CONFIDENCE,
-    LAW_SCATTER,
-)
+OF_LAWS = (LAW_VARIANT, LAW_NAME, LAW_TITLE, LAW_EQUATION, LAW_SOURCE, LAW_RANGE, LAW_CONFIDENCE, LAW_SCATTER)
 
 
 # ---- of observed shots: a record is a shot, a law, or its answer ---------------------------------
@@ -513,8 +474,4 @@ BY_LAW_AT_OBSERVATION_REASON = Variable(
     label="{words}, shot reason",
 )
 OF_OBSERVED_LAWS = (OBSERVED_LAW_LABEL, OBSERVED_LAW_TITLE, OBSERVED_LAW_CONFIDENCE)
-OF_ANSWERS_AT_OBSERVATIONS = (
-    BY_LAW_AT_OBSERVATION,
-    BY_LAW_AT_OBSERVATION_IN_RANGE,
-    BY_LAW_AT_OBSERVATION_REASON,
-)
+OF_ANSWERS_AT_OBSERVATIONS = (BY_LAW_AT_OBSERVATION, BY_LAW_AT_OBSERVATION_IN_RANGE, BY_LAW_AT_OBSERVATION_REASON)

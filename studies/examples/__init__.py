@@ -13,9 +13,7 @@ from studies.values.quantities import refusal
 def names() -> list[str]:
     """The examples that ship, sorted."""
     folder = files(__package__)
-    return sorted(
-        file.name.removesuffix(".yaml") for file in folder.iterdir() if file.name.endswith(".yaml")
-    )
+    return sorted(file.name.removesuffix(".yaml") for file in folder.iterdir() if file.name.endswith(".yaml"))
 
 
 def folder() -> str:

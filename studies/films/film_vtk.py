@@ -45,9 +45,7 @@ def export_vtk(film: "Dataset", folder: Path) -> Path:
         write_atomically(file, partial(Path.write_bytes, data=content))
         lines.append(f'<DataSet timestep="{float(time)!r}" file="{file.name}"/>\n')
     listed = "".join(lines)
-    text = (
-        f'<VTKFile type="Collection" version="1.0"><Collection>\n{listed}</Collection></VTKFile>\n'
-    )
+    text = f'<VTKFile type="Collection" version="1.0"><Collection>\n{listed}</Collection></VTKFile>\n'
     return write_text(folder / PVD, text)
 
 

@@ -47,9 +47,7 @@ def radiograph(problem: Problem, snapshot: Snapshot, *, pixel: float, whole: flo
         if axis == 1:
             _add_rings(total, row[inside], place[inside, 0], mass[inside] / points.size, pixel)
         else:
-            _add_points(
-                total, row[inside], place[inside, 1], mass[inside] / points.size, pixel, points
-            )
+            _add_points(total, row[inside], place[inside, 1], mass[inside] / points.size, pixel, points)
     return Radiograph(0.5 * total / pixel**2, origin, pixel)
 
 
@@ -60,9 +58,7 @@ def _within(width: float, pixel: float) -> np.ndarray:
     return offsets
 
 
-def _add_rings(
-    total: np.ndarray, row: np.ndarray, radius: np.ndarray, mass: np.ndarray, pixel: float
-) -> None:
+def _add_rings(total: np.ndarray, row: np.ndarray, radius: np.ndarray, mass: np.ndarray, pixel: float) -> None:
     """Add rings to the mass of each pixel, of both sides."""
     below = np.zeros(radius.size)
     for column in range(total.shape[1]):
@@ -73,12 +69,7 @@ def _add_rings(
 
 
 def _add_points(
-    total: np.ndarray,
-    row: np.ndarray,
-    across: np.ndarray,
-    mass: np.ndarray,
-    pixel: float,
-    points: np.ndarray,
+    total: np.ndarray, row: np.ndarray, across: np.ndarray, mass: np.ndarray, pixel: float, points: np.ndarray
 ) -> None:
     """Add points to the mass of each pixel, of both sides; what lies beyond the axis is mirrored."""
     for offset in points:

@@ -85,9 +85,7 @@ class Sections:
 class SectionRecorder:
     """Takes the sections of a run on the way."""
 
-    def __init__(
-        self, problem: Problem, options: SectionOptions, interval: float, most: int = MOST
-    ):
+    def __init__(self, problem: Problem, options: SectionOptions, interval: float, most: int = MOST):
         self.problem = problem
         self.options = options
         self.interval = interval  # between two observations, s
@@ -101,19 +99,14 @@ class SectionRecorder:
         # By the permanent numbers of the particles.
         self._kept, self._stride = self._chosen(most)
         self._fillings = [
-            (index, _filling(body, self.axes, options.reach))
-            for index, body in enumerate(problem.bodies)
-            if body.mesh
+            (index, _filling(body, self.axes, options.reach)) for index, body in enumerate(problem.bodies) if body.mesh
         ]
 
     def add(self, snapshot: Snapshot) -> None:
         """Take the section of each moment to which no other observation will be nearer."""
         taken = {state.moment for state in self.states}
         for index, moment in enumerate(self.options.moments):
-            if (
-                index not in taken
-                and 0.0 <= snapshot.time - moment + 0.5 * self.interval < self.interval
-            ):
+            if index not in taken and 0.0 <= snapshot.time - moment + 0.5 * self.interval < self.interval:
                 self.states.append(self._section(snapshot, index))
                 self.is_saved = False
 
@@ -122,9 +115,7 @@ class SectionRecorder:
         self.states = [state for state in self.states if state.moment != END]
         self.states.append(self._section(snapshot, END))
         if self.options.pixel:
-            self.radiograph = radiograph(
-                self.problem, snapshot, pixel=self.options.pixel, whole=self.options.whole
-            )
+            self.radiograph = radiograph(self.problem, snapshot, pixel=self.options.pixel, whole=self.options.whole)
 
     @property
     def spacing(self) -> np.ndarray:
@@ -278,13 +269,9 @@ def _filling(body: Body, axes: list[int], reach: float) -> tuple[np.ndarray, np.
             continue
         low, size = corners.min(axis=0), np.ptp(corners, axis=0)
         at_upper = (corners > low + 0.5 * size).astype(float)  # (4, 2)
-        counts = [
-            max(1, round(length / body.spacing[axis]))
-            for length, axis in zip(size, axes, strict=True)
-        ]
+        counts = [max(1, round(length / body.spacing[axis])) for length, axis in zip(size, axes, strict=True)]
         local = np.stack(
-            np.meshgrid(*((np.arange(count) + 0.5) / count for count in counts), indexing="ij"),
-            axis=-1,
+            np.meshgrid(*((np.arange(count) + 0.5) / count for count in counts), indexing="ij"), axis=-1
         ).reshape(-1, 1, 2)
         weights.append(np.prod(at_upper * local + (1.0 - at_upper) * (1.0 - local), axis=-1))
         nodes.append(np.repeat(face[None], len(local), axis=0))
@@ -304,10 +291,7 @@ def _packed(state: Section) -> dict[str, object]:
     steps = np.rint((state.position - low) / np.maximum(high - low, 1e-300) * STEPS)
     # A difference below zero wraps around, and so does its sum.
     differences = np.diff(steps.astype(np.uint16), axis=0, prepend=np.zeros((1, 2), np.uint16))
-    fields = {
-        name: np.clip(state.fields[name] / unit, -HALF, HALF).astype(np.float16)
-        for name, unit in FIELDS.items()
-    }
+    fields = {name: np.clip(state.fields[name] / unit, -HALF, HALF).astype(np.float16) for name, unit in FIELDS.items()}
     return {
         "time": state.time,
         "moment": state.moment,
@@ -326,8 +310,5 @@ def _unpacked(saved: "np.lib.npyio.NpzFile", number: int) -> Section:
         moment=int(saved[f"moment_{number}"]),
         position=(low + steps * ((high - low) / STEPS)).astype(np.float32),
         body=saved[f"body_{number}"],
-        fields={
-            name: saved[f"{name}_{number}"].astype(np.float32) * np.float32(unit)
-            for name, unit in FIELDS.items()
-        },
+        fields={name: saved[f"{name}_{number}"].astype(np.float32) * np.float32(unit) for name, unit in FIELDS.items()},
     )

@@ -18,9 +18,7 @@ def draw_left_out(surrogate: Surrogate, file: Path) -> Path:
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        raise MissingExtra(
-            "drawing figures needs Matplotlib: pip install 'whipple[plot]'"
-        ) from None
+        raise MissingExtra("drawing figures needs Matplotlib: pip install 'whipple[plot]'") from None
     runs, predicted = surrogate.runs, surrogate.left_out.predicted
     factor = display_of(runs.unit).factor
     figure = Figure(figsize=(5.0, 5.0), layout="constrained")

@@ -11,15 +11,7 @@ from studies.fits.measured import MeasuredShots
 from studies.laws import Shot
 from studies.laws._fitted import FittedConstant, FittedLaw, FittedRange
 from studies.laws._forms import FORMS, Form, columns_of, dimension_of
-from studies.values.least_squares import (
-    CONFIDENCE,
-    NotIdentified,
-    Solution,
-    aic,
-    aicc,
-    linear,
-    nonlinear,
-)
+from studies.values.least_squares import CONFIDENCE, NotIdentified, Solution, aic, aicc, linear, nonlinear
 from studies.values.quantities import round_quantity
 
 # Forms whose criteria differ by less are not told apart: "substantial support" of Burnham and Anderson (2002), Model
@@ -30,9 +22,7 @@ HAS_FORM = 1e-9
 # Mean square of residuals that are round-off of constants with twelve digits: exact data have no finite logarithm.
 NOTHING_LEFT = 1e-24
 TOO_FEW = "not fitted: {points} points, {constants} constants take {needed} or more"
-TOO_FEW_TO_COMPARE = (
-    "because the points are too few for AICc of forms with another number of constants"
-)
+TOO_FEW_TO_COMPARE = "because the points are too few for AICc of forms with another number of constants"
 
 
 @dataclass(frozen=True)
@@ -58,9 +48,7 @@ class FittedForm:
         """The constants with their intervals; of a factor exp(c) the interval is that of c."""
         assert self.solution is not None
         read = {}
-        columns = zip(
-            self.form.constants, self.solution.constants, self.solution.intervals, strict=True
-        )
+        columns = zip(self.form.constants, self.solution.constants, self.solution.intervals, strict=True)
         for place, (name, value, reach) in enumerate(columns):
             ends = (value, value - reach, value + reach)
             if self.form.logarithmic and place == 0:
@@ -108,11 +96,7 @@ class FittedForm:
         In units of the sizes' uncertainties, or of the mean size where these are unknown.
         """
         sizes = self.measured.values
-        units = (
-            np.full(len(sizes), sizes.mean())
-            if self.measured.errors is None
-            else self.measured.errors
-        )
+        units = np.full(len(sizes), sizes.mean()) if self.measured.errors is None else self.measured.errors
         return max(float(np.mean((self.residuals / units) ** 2)), NOTHING_LEFT)
 
     @property
@@ -204,9 +188,7 @@ def _alike(values: np.ndarray) -> bool:
     return bool(np.ptp(values) <= 1e-9 * abs(values[0]))
 
 
-def _solved(
-    form: Form, shots: Sequence[Shot], ratios: np.ndarray, errors: np.ndarray | None
-) -> Solution:
+def _solved(form: Form, shots: Sequence[Shot], ratios: np.ndarray, errors: np.ndarray | None) -> Solution:
     data = columns_of(shots)
     if form.logarithmic:
         relative = None if errors is None else errors / ratios
@@ -284,15 +266,11 @@ def verdicts(fits: Sequence[FittedForm]) -> list[str]:
     for ranked in groups:
         if len(ranked.fits) < 2:
             if len(groups) > 1:
-                sentences.append(
-                    f"{ranked.fits[0].form.title}: not compared, {TOO_FEW_TO_COMPARE}."
-                )
+                sentences.append(f"{ranked.fits[0].form.title}: not compared, {TOO_FEW_TO_COMPARE}.")
             continue
         best, rest = ranked.fits[0].form.title, ranked.fits[1:]
         near = [
-            (fit.form.title, size)
-            for fit, size in zip(rest, ranked.differences[1:], strict=True)
-            if size < DECIDES
+            (fit.form.title, size) for fit, size in zip(rest, ranked.differences[1:], strict=True) if size < DECIDES
         ]
         if near:
             listed = "; ".join(f"{title} {size:.1f}" for title, size in near)
@@ -347,9 +325,7 @@ def as_json(fits: Sequence[FittedForm]) -> Mapping[str, object]:
     """Fits to one quantity as plain values, sizes in SI."""
     done = [each for each in fits if each.solution is not None]
     differences = {
-        id(fit): size
-        for ranked in compared(done)
-        for fit, size in zip(ranked.fits, ranked.differences, strict=True)
+        id(fit): size for ranked in compared(done) for fit, size in zip(ranked.fits, ranked.differences, strict=True)
     }
     return {
         "quantity": fits[0].measured.quantity,
@@ -366,10 +342,7 @@ def as_json(fits: Sequence[FittedForm]) -> Mapping[str, object]:
                 "aicc": each.aicc if math.isfinite(each.aicc) else None,
                 "aicc_difference": differences[id(each)],
                 "published": [
-                    {
-                        "law": law.title,
-                        "constants": dict(zip(each.form.constants, law.constants, strict=True)),
-                    }
+                    {"law": law.title, "constants": dict(zip(each.form.constants, law.constants, strict=True))}
                     for law in each.published
                 ],
             }

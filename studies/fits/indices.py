@@ -53,18 +53,12 @@ def indices_of(
     lows, highs = np.array(bounds).T
     both = qmc.Sobol(2 * count, rng=seed).random(samples)
     a, b = (lows + (highs - lows) * half for half in (both[:, :count], both[:, count:]))
-    mixed = np.array(
-        [function(np.where(np.arange(count) == place, b, a)) for place in range(count)]
-    )
+    mixed = np.array([function(np.where(np.arange(count) == place, b, a)) for place in range(count)])
     f_a, f_b = function(a), function(b)
 
     def estimates(chosen: np.ndarray | slice) -> np.ndarray:
         """First and total indices from some of the points: (2, inputs)."""
-        values = {
-            "f_A": f_a[None, chosen],
-            "f_B": f_b[None, chosen],
-            "f_AB": mixed[:, None, chosen],
-        }
+        values = {"f_A": f_a[None, chosen], "f_B": f_b[None, chosen], "f_AB": mixed[:, None, chosen]}
         result = sobol_indices(func=values, n=samples)
         return np.array([result.first_order, result.total_order]).reshape(2, count)
 
@@ -73,11 +67,7 @@ def indices_of(
     ends = np.quantile(drawn, (0.5 - 0.5 * CONFIDENCE, 0.5 + 0.5 * CONFIDENCE), axis=0)
     indices = np.stack([estimates(slice(None)), *ends])
     return [
-        InputIndices(
-            name,
-            SobolIndex(*indices[:, 0, place].tolist()),
-            SobolIndex(*indices[:, 1, place].tolist()),
-        )
+        InputIndices(name, SobolIndex(*indices[:, 0, place].tolist()), SobolIndex(*indices[:, 1, place].tolist()))
         for place, name in enumerate(names)
     ]
 

@@ -33,9 +33,7 @@ class MeasuredShots:
     title: str  # "craters": of the sweep or the table
     source: str  # with the digest of the file
     quantity: str
-    places: tuple[
-        Mapping[str, float | str], ...
-    ]  # values of the axes of each point; empty of a table
+    places: tuple[Mapping[str, float | str], ...]  # values of the axes of each point; empty of a table
     shots: tuple[Shot, ...]
     values: np.ndarray  # (points,) m
     errors: np.ndarray | None  # (points,) m, standard uncertainties; None where some are unknown
@@ -52,11 +50,7 @@ class MeasuredShots:
                 raise refusal("--at", text, "an axis of the points", nearest_cure(name, axes))
             unit = self.units.get(name)
             is_word = isinstance(axes[name], str)
-            chosen[name] = (
-                value
-                if is_word
-                else float(parse_quantity(_plain(value), unit or "1", f"--at {name}"))
-            )
+            chosen[name] = value if is_word else float(parse_quantity(_plain(value), unit or "1", f"--at {name}"))
         return chosen
 
     def at(self, chosen: Mapping[str, float | str]) -> "MeasuredShots":
@@ -158,17 +152,11 @@ def of_cube(dataset: xr.Dataset, quantity: str) -> MeasuredShots:
 
 def _shots(sweep: Sweep, axes: Sequence[str]) -> dict[tuple[Any, ...], Shot]:
     """The shot of each point of a sweep by its place."""
-    coordinates = [
-        {variable_name(name): value for name, value in at.items()} for at in sweep.coordinates()
-    ]
+    coordinates = [{variable_name(name): value for name, value in at.items()} for at in sweep.coordinates()]
     shots = list(sweep.shots())
     if len(shots) != len(coordinates):
-        raise refusal(
-            "CUBE", sweep.scenario, "a scenario of impacts", "laws here are about impacts on plates"
-        )
-    return {
-        tuple(at[axis] for axis in axes): shot for at, shot in zip(coordinates, shots, strict=True)
-    }
+        raise refusal("CUBE", sweep.scenario, "a scenario of impacts", "laws here are about impacts on plates")
+    return {tuple(at[axis] for axis in axes): shot for at, shot in zip(coordinates, shots, strict=True)}
 
 
 def _all_known(errors: np.ndarray) -> np.ndarray | None:
@@ -191,20 +179,13 @@ def of_table(source: str, forms: Sequence[str]) -> Iterator[MeasuredShots]:
     valued = [shot for shot in shots if shot.value is not None]
     for quantity in dict.fromkeys(shot.quantity for shot in valued if shot.quantity in forms):
         mine = [shot for shot in valued if shot.quantity == quantity]
-        errors = np.array(
-            [np.nan if shot.uncertainty is None else shot.uncertainty for shot in mine]
-        )
+        errors = np.array([np.nan if shot.uncertainty is None else shot.uncertainty for shot in mine])
         yield MeasuredShots(
             Path(source).stem,
-            f"table {Path(source).stem}, SHA-256 {digest}: "
-            + "; ".join(dict.fromkeys(shot.source for shot in mine)),
+            f"table {Path(source).stem}, SHA-256 {digest}: " + "; ".join(dict.fromkeys(shot.source for shot in mine)),
             quantity,
             tuple(
-                {
-                    name: value
-                    for name, value in shot.parameters.items()
-                    if isinstance(value, str | float)
-                }
+                {name: value for name, value in shot.parameters.items() if isinstance(value, str | float)}
                 for shot in mine
             ),
             tuple(_shot_of(shot, scenario) for shot in mine),

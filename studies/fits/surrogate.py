@@ -17,14 +17,7 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import reading
-from studies.cubes.points import (
-    SUCCEEDED,
-    axes_of,
-    by_run,
-    main_quantities,
-    refinements_of,
-    simulated,
-)
+from studies.cubes.points import SUCCEEDED, axes_of, by_run, main_quantities, refinements_of, simulated
 from studies.cubes.variables import FLAGS
 from studies.fits.measured import source_of
 from studies.sweeps.sweep import OFFSET, RESOLUTION
@@ -120,12 +113,7 @@ class ComputedRuns:
         for each in self.inputs:
             low, high = (readable(end, each.unit) for end in (each.low, each.high))
             parameter = Parameter(
-                name=each.name,
-                kind="quantity",
-                unit=each.unit,
-                meaning=each.name,
-                minimum=each.low,
-                maximum=each.high,
+                name=each.name, kind="quantity", unit=each.unit, meaning=each.name, minimum=each.low, maximum=each.high
             )
             if each.name not in stated and not each.is_axis:
                 place.append(each.high)
@@ -134,9 +122,7 @@ class ComputedRuns:
                 if each.name not in stated:
                     limit = f"{each.name} from {low} to {high}"
                     raise refusal("--at", "nothing", limit, f"add --at '{each.name}={low}'")
-                value = parse_value(
-                    parameter, _number_or_text(stated[each.name]), f"--at {each.name}"
-                )
+                value = parse_value(parameter, _number_or_text(stated[each.name]), f"--at {each.name}")
                 assert isinstance(value, float)
                 place.append(value)
             except InvalidInput as error:
@@ -402,9 +388,7 @@ def _process(parameters: np.ndarray, x: np.ndarray, y: np.ndarray) -> _Process:
     return _Process(kernel, x, factor, cho_solve((factor, True), y))
 
 
-def sampled_slices(
-    logarithm: Callable[[np.ndarray], float], start: np.ndarray, bounds: np.ndarray
-) -> list[np.ndarray]:
+def sampled_slices(logarithm: Callable[[np.ndarray], float], start: np.ndarray, bounds: np.ndarray) -> list[np.ndarray]:
     """Samples of a density between bounds (dimensions, 2), by slices along each dimension.
 
     ``logarithm`` is that of the density, up to a constant. Neal (2003), Ann. Statist. 31, 705: slices that begin as the
@@ -455,9 +439,7 @@ def check_extra() -> None:
     try:
         import sklearn.gaussian_process  # noqa: F401
     except ImportError:
-        raise MissingExtra(
-            "a surrogate needs scikit-learn: pip install 'whipple[surrogate]'"
-        ) from None
+        raise MissingExtra("a surrogate needs scikit-learn: pip install 'whipple[surrogate]'") from None
 
 
 def as_json(surrogate: Surrogate) -> Mapping[str, object]:
@@ -469,17 +451,10 @@ def as_json(surrogate: Surrogate) -> Mapping[str, object]:
         "source": runs.source,
         "runs": len(runs.values),
         "runs_of_the_cube": len(runs.values) + sum(runs.not_used.values()),
-        "runs_not_used": [
-            {"reason": reason, "runs": count} for reason, count in runs.not_used.items()
-        ],
-        "axes_not_used": [
-            {"name": name, "reason": reason} for name, reason in runs.axes_not_used.items()
-        ],
+        "runs_not_used": [{"reason": reason, "runs": count} for reason, count in runs.not_used.items()],
+        "axes_not_used": [{"name": name, "reason": reason} for name, reason in runs.axes_not_used.items()],
         "runs_too_coarse": runs.too_coarse,
-        "inputs": [
-            {"name": each.name, "unit": each.unit, "low": each.low, "high": each.high}
-            for each in runs.inputs
-        ],
+        "inputs": [{"name": each.name, "unit": each.unit, "low": each.low, "high": each.high} for each in runs.inputs],
         "level": CONFIDENCE,
         "left_out": {
             **_errors(left),
@@ -504,9 +479,4 @@ def as_json(surrogate: Surrogate) -> Mapping[str, object]:
 
 
 def _errors(left: LeftOut) -> dict[str, float]:
-    return {
-        "rms": left.rms,
-        "largest": left.largest,
-        "explained": left.explained,
-        "coverage": left.coverage,
-    }
+    return {"rms": left.rms, "largest": left.largest, "explained": left.explained, "coverage": left.coverage}

@@ -54,10 +54,7 @@ ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 
 # Confidence decides the use of a law: these words of studies.materials.CONFIDENCES keep it out of verdicts,
 # recommendations and averages, so that it is compared and drawn alone; what is not known at all is no law here.
-DRAWN_ONLY: Mapping[str, str] = {
-    "memory": "recalled and unchecked",
-    "indicative": "a rule of thumb or a limit",
-}
+DRAWN_ONLY: Mapping[str, str] = {"memory": "recalled and unchecked", "indicative": "a rule of thumb or a limit"}
 # Why a law is not judged by a measured shot.
 FITTED = "a constant of the law is fitted to this shot"
 PRINTED = 0.005  # relative: tables print two to three digits
@@ -216,9 +213,7 @@ def narrower_than_projectile(ratio: Callable[[Shot, str], float]) -> Callable[[S
         value = ratio(shot, variant)
         if not value < 1.0:  # NaN is for the range to explain
             return ""
-        return (
-            f"D/d = {value:.3g} is narrower than the projectile: no physical meaning for this shot"
-        )
+        return f"D/d = {value:.3g} is narrower than the projectile: no physical meaning for this shot"
 
     return reason
 

@@ -17,19 +17,7 @@ from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.nearest import nearest_cure, shown
 from studies.values.quantities import is_number, parse_quantity, readable, refusal
 
-KEYS = (
-    "law",
-    "title",
-    "quantity",
-    "form",
-    "equation",
-    "constants",
-    "level",
-    "points",
-    "scatter",
-    "range",
-    "source",
-)
+KEYS = ("law", "title", "quantity", "form", "equation", "constants", "level", "points", "scatter", "range", "source")
 RANGE_KEYS = ("speed", "thickness_ratio", "length_ratio", "materials")
 LONGEST = 500  # characters of a text
 EXAMPLE = "write it with `whipple fit CUBE --form power --out FILE`"
@@ -81,17 +69,12 @@ class FittedLaw:
             "form": self.form.name,
             "equation": self.form.equation_for(self.quantity),
             "constants": {
-                name: {"value": each.value, "low": each.low, "high": each.high}
-                for name, each in self.constants.items()
+                name: {"value": each.value, "low": each.low, "high": each.high} for name, each in self.constants.items()
             },
             "level": self.level,
             "points": self.points,
             "scatter": self.scatter,
-            "range": {
-                **limits,
-                "length_ratio": list(self.range.length_ratio),
-                "materials": list(self.range.materials),
-            },
+            "range": {**limits, "length_ratio": list(self.range.length_ratio), "materials": list(self.range.materials)},
             "source": self.source,
         }
 
@@ -99,8 +82,7 @@ class FittedLaw:
         """The law as every other one, for cube and report."""
         constants = [each.value for each in self.constants.values()]
         stated = ", ".join(
-            f"{name} = {each.value:.4g} ({each.low:.4g} to {each.high:.4g})"
-            for name, each in self.constants.items()
+            f"{name} = {each.value:.4g} ({each.low:.4g} to {each.high:.4g})" for name, each in self.constants.items()
         )
 
         def ratio(shot: Shot, variant: str) -> float:
@@ -132,10 +114,7 @@ class FittedLaw:
             bounds = self.range.thickness_ratio
             limits.append(between("t/d", lambda shot: shot.thickness_ratio, bounds, "", self.title))
         bounds = self.range.length_ratio
-        return Range(
-            tuple(limits),
-            between("projectile L/d", lambda shot: shot.length_ratio, bounds, "", self.title),
-        )
+        return Range(tuple(limits), between("projectile L/d", lambda shot: shot.length_ratio, bounds, "", self.title))
 
 
 def _materials(law: FittedLaw) -> Limit:
@@ -207,12 +186,7 @@ class _Reading:
         return ""
 
     def _number(self, key: str, raw: Any, low: float, high: float) -> float:
-        if (
-            isinstance(raw, int | float)
-            and is_number(raw)
-            and low <= raw <= high
-            and math.isfinite(raw)
-        ):
+        if isinstance(raw, int | float) and is_number(raw) and low <= raw <= high and math.isfinite(raw):
             return float(raw)
         self._refuse(key, raw, f"a number from {low:g} to {high:g}", EXAMPLE)
         return math.nan
@@ -245,9 +219,7 @@ class _Reading:
         thickness: Any = stated.get("thickness_ratio")
         return FittedRange(
             speed=self._pair("range.speed", stated.get("speed"), "m s-1"),
-            thickness_ratio=None
-            if thickness is None
-            else self._pair("range.thickness_ratio", thickness, "1"),
+            thickness_ratio=None if thickness is None else self._pair("range.thickness_ratio", thickness, "1"),
             length_ratio=self._pair("range.length_ratio", stated.get("length_ratio"), "1"),
             materials=(materials[0], materials[1]),
         )

@@ -168,11 +168,7 @@ FORMS: Mapping[str, Form] = {
             equation="y/d = c (v - 1)^m (t/d)^n, v in km/s",
             quantities=("hole_diameter",),
             linear=("c", "m", "n"),
-            design=lambda data: (
-                _ones(data),
-                np.log(data.speed - 1.0),
-                np.log(data.thickness_ratio),
-            ),
+            design=lambda data: (_ones(data), np.log(data.speed - 1.0), np.log(data.thickness_ratio)),
             logarithmic=True,
             uses_thickness=True,
             slowest=1.0,

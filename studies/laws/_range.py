@@ -15,9 +15,7 @@ NO_RANGE = "no range stated by its source"
 # Sources of limits that follow from the equation or from what it is about, and that no source states as a range.
 DERIVED = ("computed from", "the law is about", "the equation is about", "the definition of")
 
-ROUND_OFF = (
-    1e-9  # relative: a speed of exactly the limit, reached through a unit conversion, is inside
-)
+ROUND_OFF = 1e-9  # relative: a speed of exactly the limit, reached through a unit conversion, is inside
 
 
 @dataclass(frozen=True)
@@ -76,11 +74,7 @@ class Range:
     def describe(self) -> list[dict[str, Any]]:
         """The limits as plain values, for a catalogue."""
         return [
-            {
-                "words": limit.words,
-                "source": limit.source,
-                "machine_checked": limit.machine_checked,
-            }
+            {"words": limit.words, "source": limit.source, "machine_checked": limit.machine_checked}
             for limit in self.every
         ]
 
@@ -125,13 +119,7 @@ def length_ratio(minimum: float, maximum: float, source: str) -> Limit:
     return between("projectile L/d", lambda shot: shot.length_ratio, bounds, "", source)
 
 
-def between(
-    symbol: str,
-    of: Callable[["Shot"], float],
-    bounds: tuple[float, float],
-    unit: str,
-    source: str,
-) -> Limit:
+def between(symbol: str, of: Callable[["Shot"], float], bounds: tuple[float, float], unit: str, source: str) -> Limit:
     """A number of the shot between two bounds, inclusive; an infinite bound is none."""
     low, high = bounds
     unit = f" {unit}" if unit else ""

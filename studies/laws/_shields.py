@@ -7,13 +7,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Shield, Shot
-from studies.laws._handbook import (
-    CENTIMETRE,
-    GRAM_PER_CUBIC_CENTIMETRE,
-    HANDBOOK,
-    KILOMETRE_PER_SECOND,
-    KSI,
-)
+from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, HANDBOOK, KILOMETRE_PER_SECOND, KSI
 from studies.laws._range import Limit, Range, family, stated
 
 FAST = 7.0  # km/s of the normal speed, from which the debris is molten
@@ -86,15 +80,11 @@ class ThinBumper:
 
     slow_diameter: Callable[[float], float]  # of a speed: the limb of whole projectiles
     shatter_speed: Callable[[float], float]  # of the bumper's thickness over the diameter
-    wall_ratio: Callable[
-        [float], float
-    ]  # of a diameter: the wall without a bumper over that behind a critical one
+    wall_ratio: Callable[[float], float]  # of a diameter: the wall without a bumper over that behind a critical one
     critical_thickness: Callable[[float], float]  # of the stand-off, both over the diameter
 
 
-def in_handbook_units(
-    shield: Shield, bumper_density: float, projectile_density: float
-) -> HandbookShield:
+def in_handbook_units(shield: Shield, bumper_density: float, projectile_density: float) -> HandbookShield:
     """A shield and two densities (kg/m3) at the door of the equations."""
     return HandbookShield(
         bumper=shield.bumper_thickness / CENTIMETRE,
@@ -112,9 +102,7 @@ def in_metres(speed: ArrayLike, critical: Callable[[float], float]) -> NDArray:
     return np.reshape([CENTIMETRE * critical(each) for each in np.ravel(speeds)], speeds.shape)
 
 
-def between_limbs(
-    speed: float, slow: float, diameter_at_slow: float, diameter_at_fast: float
-) -> float:
+def between_limbs(speed: float, slow: float, diameter_at_slow: float, diameter_at_fast: float) -> float:
     """Critical diameter between the speed of shatter and 7 km/s, linear in the normal speed."""
     share = (speed - slow) / (FAST - slow)
     return diameter_at_slow + share * (diameter_at_fast - diameter_at_slow)

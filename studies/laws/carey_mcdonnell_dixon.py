@@ -31,8 +31,7 @@ LAW = Law(
     title="Carey, McDonnell and Dixon",
     quantity="hole_diameter",
     equation=(
-        "D/d = 1 + 1.5 (t/d) v^0.3 / [1 + (t/d)^2 v^-n], "
-        "n = 1.02 - 4 exp(-0.9 v^0.9) - 0.003 (20 - v), v in km/s"
+        "D/d = 1 + 1.5 (t/d) v^0.3 / [1 + (t/d)^2 v^-n], n = 1.02 - 4 exp(-0.9 v^0.9) - 0.003 (20 - v), v in km/s"
     ),
     source="Carey, McDonnell and Dixon (1985), as recalled",
     confidence="memory",

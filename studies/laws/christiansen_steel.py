@@ -31,12 +31,7 @@ def of_shot(shot: Shot) -> float:
     return float(depth_ratio(shot.normal_speed, shot.projectile_diameter, shot.density_ratio))
 
 
-RANGE = Range(
-    (
-        family("steel", HANDBOOK),
-        stated("CRES 15-5PH; speeds of the shots of the fit", NOT_FOUND),
-    )
-)
+RANGE = Range((family("steel", HANDBOOK), stated("CRES 15-5PH; speeds of the shots of the fit", NOT_FOUND)))
 LAW = Law(
     name="christiansen_steel",
     title="Christiansen (steel 15-5PH)",

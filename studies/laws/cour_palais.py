@@ -14,11 +14,7 @@ DENSE = 1.5  # rho_p/rho_t from which the density ratio has another exponent
 
 
 def depth_ratio(
-    speed: ArrayLike,
-    diameter: ArrayLike,
-    density_ratio: ArrayLike,
-    sound_speed: ArrayLike,
-    brinell_hardness: ArrayLike,
+    speed: ArrayLike, diameter: ArrayLike, density_ratio: ArrayLike, sound_speed: ArrayLike, brinell_hardness: ArrayLike
 ) -> NDArray:
     """Crater depth over projectile diameter; m/s, m, rho_p over rho_t, m/s, Brinell number; broadcasts.
 
@@ -40,9 +36,7 @@ def of_shot(shot: Shot) -> float:
     """The depth over the diameter for a shot; NaN where the target states no hardness."""
     hardness = math.nan if shot.target.brinell_hardness is None else shot.target.brinell_hardness
     diameter, sound_speed = shot.projectile_diameter, shot.target.sound_speed
-    return float(
-        depth_ratio(shot.normal_speed, diameter, shot.density_ratio, sound_speed, hardness)
-    )
+    return float(depth_ratio(shot.normal_speed, diameter, shot.density_ratio, sound_speed, hardness))
 
 
 LAW = Law(

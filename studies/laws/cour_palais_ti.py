@@ -32,13 +32,7 @@ def of_shot(shot: Shot) -> float:
     return float(depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed, hardness))
 
 
-RANGE = Range(
-    (
-        family("titanium", RYAN),
-        speed(6.4, 7.0, RYAN),
-        stated("Ti-15V-3Cr-3Sn-3Al", RYAN),
-    )
-)
+RANGE = Range((family("titanium", RYAN), speed(6.4, 7.0, RYAN), stated("Ti-15V-3Cr-3Sn-3Al", RYAN)))
 LAW = Law(
     name="cour_palais_ti",
     title="Cour-Palais (titanium)",

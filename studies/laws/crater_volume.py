@@ -36,8 +36,6 @@ LAW = Law(
     confidence="computed",
     dimension=3,
     size_exponent=3.0,
-    range=Range(
-        (*crater_two_thirds.LAW.range.limits, stated("hemispheres", "the constant of the fit"))
-    ),
+    range=Range((*crater_two_thirds.LAW.range.limits, stated("hemispheres", "the constant of the fit"))),
     ratio=_ratio,
 )

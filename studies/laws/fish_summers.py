@@ -6,12 +6,7 @@ from numpy import asarray, pi
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
-from studies.laws._handbook import (
-    CENTIMETRE,
-    COUR_PALAIS,
-    GRAM_PER_CUBIC_CENTIMETRE,
-    KILOMETRE_PER_SECOND,
-)
+from studies.laws._handbook import CENTIMETRE, COUR_PALAIS, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND
 from studies.laws._range import family, speed, stated
 
 CONSTANTS: Mapping[str, float] = {"2024-T3": 0.54, "1100-O": 0.52}

@@ -6,21 +6,14 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
-from studies.laws._handbook import (
-    CENTIMETRE,
-    GRAM_PER_CUBIC_CENTIMETRE,
-    KILOMETRE_PER_SECOND,
-    RYAN,
-)
+from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, RYAN
 from studies.laws._range import NOT_FOUND, family, stated
 
 SIZE_EXPONENT = 19.0 / 18.0
 CONSTANTS: Mapping[str, float] = {"fused silica": 0.53, "fused quartz": 0.758}
 
 
-def depth_ratio(
-    speed: ArrayLike, diameter: ArrayLike, projectile_density: ArrayLike, constant: ArrayLike
-) -> NDArray:
+def depth_ratio(speed: ArrayLike, diameter: ArrayLike, projectile_density: ArrayLike, constant: ArrayLike) -> NDArray:
     """Crater depth over projectile diameter; m/s, m, kg/m3, constant of the glass; broadcasts.
 
     p = c d^(19/18) rho_p^(1/2) v^(2/3) in cm, g/cm3 and km/s: c for 1 cm of 1 g/cm3 at 1 km/s.

@@ -11,10 +11,7 @@ from studies.laws._range import NOT_FOUND, speed, stated
 
 
 def depth_ratio(
-    speed: ArrayLike,
-    density_ratio: ArrayLike,
-    target_density: ArrayLike,
-    brinell_hardness: ArrayLike,
+    speed: ArrayLike, density_ratio: ArrayLike, target_density: ArrayLike, brinell_hardness: ArrayLike
 ) -> NDArray:
     """Crater depth over projectile diameter; m/s, rho_p over rho_t, kg/m3, Brinell number; broadcasts.
 

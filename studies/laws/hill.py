@@ -46,12 +46,7 @@ LAW = Law(
         "Impact Eng. 30, 303, by its variables"
     ),
     confidence="cross-checked",
-    range=Range(
-        (
-            plate(),
-            stated("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND),
-        )
-    ),
+    range=Range((plate(), stated("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND))),
     ratio=_ratio,
     meaningless=narrower_than_projectile(_ratio),
 )

@@ -25,19 +25,14 @@ def hole_ratio(
 
 
 def _ratio(shot: Shot, variant: str) -> float:
-    return float(
-        hole_ratio(shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed)
-    )
+    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed))
 
 
 LAW = Law(
     name="lundeberg",
     title="Lundeberg, Stern and Bristow",
     quantity="hole_diameter",
-    equation=(
-        "D/d = 3.4 (t/d)^(1/3) (v/C)^(1/3) (1 - 0.0308 rho_t/rho_p), "
-        "C: bulk sound speed of the target"
-    ),
+    equation=("D/d = 3.4 (t/d)^(1/3) (v/C)^(1/3) (1 - 0.0308 rho_t/rho_p), C: bulk sound speed of the target"),
     source="Lundeberg, Stern and Bristow (1965), NASA CR-54201",
     confidence="cross-checked",
     range=Range(

@@ -8,9 +8,7 @@ from studies.laws._handbook import GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECO
 from studies.laws._range import NOT_FOUND, family, like_on_like, plate, stated
 
 
-def hole_ratio(
-    speed: ArrayLike, thickness_ratio: ArrayLike, projectile_density: ArrayLike
-) -> NDArray:
+def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, projectile_density: ArrayLike) -> NDArray:
     """Hole diameter over projectile diameter; m/s, t/d, kg/m3; broadcasts.
 
     D/d = 0.88 (rho_p v)^0.5 (t/d)^0.45 with rho_p in g/cm3 and v in km/s; without the root of the density it would

@@ -35,9 +35,7 @@ def _ratio(depth: Depth, factor: float) -> Callable[[Shot, str], float]:
     return lambda shot, variant: float(thickness_ratio(depth(shot), factor))
 
 
-def _laws(
-    metal: str, of_depth: Law, depth: Depth, factors: Mapping[str, float], source: str
-) -> tuple[Law, ...]:
+def _laws(metal: str, of_depth: Law, depth: Depth, factors: Mapping[str, float], source: str) -> tuple[Law, ...]:
     """A law for each limit of a metal, with the range of its depth."""
     return tuple(
         Law(
@@ -58,21 +56,12 @@ def _laws(
 
 
 GEHRING = Range(
-    (
-        *cour_palais.LAW.range.limits,
-        stated("0.32 cm aluminium on 2024-T3 at 7.4 km/s", f"{COUR_PALAIS}, p. 225"),
-    )
+    (*cour_palais.LAW.range.limits, stated("0.32 cm aluminium on 2024-T3 at 7.4 km/s", f"{COUR_PALAIS}, p. 225"))
 )
 LAW = (
     *_laws("al", cour_palais.LAW, cour_palais.of_shot, ALUMINIUM, f"{HANDBOOK}, Eqs. 4-1 to 4-5"),
     *_laws("ti", cour_palais_ti.LAW, cour_palais_ti.of_shot, TITANIUM, f"{RYAN}, 245, Eq. 11"),
-    *_laws(
-        "steel",
-        christiansen_steel.LAW,
-        christiansen_steel.of_shot,
-        STEEL,
-        f"{HANDBOOK}, Eqs. 4-10 and 4-12",
-    ),
+    *_laws("steel", christiansen_steel.LAW, christiansen_steel.of_shot, STEEL, f"{HANDBOOK}, Eqs. 4-10 and 4-12"),
     Law(
         name="detached_spall_gehring",
         title="Detached spall, Gehring",

@@ -4,11 +4,7 @@ from numpy import asarray, pi
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
-from studies.laws._handbook import (
-    CENTIMETRE,
-    GRAM_PER_CUBIC_CENTIMETRE,
-    KILOMETRE_PER_SECOND,
-)
+from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND
 from studies.laws._range import NOT_FOUND, family, stated
 
 SOURCE = "Reimerdes, Noelke and Schaefer (2006), Int. J. Impact Eng. 33, 645, Eq. 9"

@@ -22,9 +22,7 @@ SHATTER, THICK_SHATTER, THICK = 1.436, 2.60, 0.16
 SPACIOUS = 30.0  # S/d from which a thinner bumper shatters the projectile
 
 
-def critical_diameter(
-    speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield
-) -> NDArray:
+def critical_diameter(speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield) -> NDArray:
     """Smallest projectile, m, that perforates the wall or detaches spall at normal impact; broadcasts over the speed.
 
     Speed in m/s, densities in kg/m3. Behind a bumper of at least a quarter of the diameter it is the equation of
@@ -61,9 +59,7 @@ def _wall_ratio(shield: HandbookShield, diameter: float) -> float:
 
 def _ratio(shot: Shot, variant: str) -> float:
     assert shot.shield is not None
-    diameter = critical_diameter(
-        shot.speed, shot.target.density, shot.projectile.density, shot.shield
-    )
+    diameter = critical_diameter(shot.speed, shot.target.density, shot.projectile.density, shot.shield)
     return float(diameter / shot.projectile_diameter)
 
 

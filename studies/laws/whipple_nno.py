@@ -22,11 +22,7 @@ SLOW = 3.0  # km/s of the normal speed, up to which the projectile stays whole
 
 
 def critical_diameter(
-    speed: ArrayLike,
-    bumper_density: float,
-    projectile_density: float,
-    shield: Shield,
-    obliquity: float = 0.0,
+    speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield, obliquity: float = 0.0
 ) -> NDArray:
     """Smallest projectile, m, that perforates the wall or detaches spall; m/s, kg/m3, rad; broadcasts over the speed.
 
@@ -65,9 +61,7 @@ def _critical(shield: HandbookShield, speed: float, obliquity: float) -> float:
 
 def _ratio(shot: Shot, variant: str) -> float:
     assert shot.shield is not None
-    diameter = critical_diameter(
-        shot.speed, shot.target.density, shot.projectile.density, shot.shield, shot.obliquity
-    )
+    diameter = critical_diameter(shot.speed, shot.target.density, shot.projectile.density, shot.shield, shot.obliquity)
     return float(diameter / shot.projectile_diameter)
 
 

@@ -22,9 +22,7 @@ SOURCE = "Reimerdes, Noelke and Schaefer (2006), Int. J. Impact Eng. 33, 645"
 CRITICAL = 0.2  # t_b/d
 
 
-def critical_diameter(
-    speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield
-) -> NDArray:
+def critical_diameter(speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield) -> NDArray:
     """Smallest projectile, m, that perforates the wall at normal impact; m/s, kg/m3; broadcasts over the speed.
 
     Behind a bumper of at least a fifth of the diameter it is the equation of Christiansen (1993) from 7 km/s on, in cm
@@ -63,9 +61,7 @@ def _wall_ratio(shield: HandbookShield, diameter: float) -> float:
 
 def _ratio(shot: Shot, variant: str) -> float:
     assert shot.shield is not None
-    diameter = critical_diameter(
-        shot.speed, shot.target.density, shot.projectile.density, shot.shield
-    )
+    diameter = critical_diameter(shot.speed, shot.target.density, shot.projectile.density, shot.shield)
     return float(diameter / shot.projectile_diameter)
 
 

@@ -39,9 +39,7 @@ def _too_slow(shot: Shot, variant: str = "") -> str:
     limit = smallest_speed(shot.thickness_ratio)
     if shot.speed >= limit:
         return ""
-    return (
-        f"v = {shot.speed / 1e3:.3g} km/s is below {limit / 1e3:.3g} km/s, where D/d falls below 1"
-    )
+    return f"v = {shot.speed / 1e3:.3g} km/s is below {limit / 1e3:.3g} km/s, where D/d falls below 1"
 
 
 LAW = Law(
@@ -57,11 +55,7 @@ LAW = Law(
     range=Range(
         (
             like_on_like("Ma (2005), section 1.2.1"),
-            Limit(
-                "v >= 1 + 0.363 / (t/d) km/s, where D/d >= 1",
-                "computed from the equation",
-                _too_slow,
-            ),
+            Limit("v >= 1 + 0.363 / (t/d) km/s, where D/d >= 1", "computed from the equation", _too_slow),
             stated("largest speed and thicknesses of the shots that it was fitted to", NOT_FOUND),
         )
     ),

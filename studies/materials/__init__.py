@@ -28,15 +28,7 @@ from studies.values.nearest import nearest_cure
 from studies.values.parameters import join
 from studies.values.quantities import refusal
 
-__all__ = [
-    "CONFIDENCES",
-    "Material",
-    "Model",
-    "load",
-    "names",
-    "read_own",
-    "simulated",
-]
+__all__ = ["CONFIDENCES", "Material", "Model", "load", "names", "read_own", "simulated"]
 
 
 def names() -> list[str]:
@@ -50,9 +42,7 @@ def load(source: str | Path | Mapping[str, Any]) -> Material:
     Raises InvalidInput: with the nearest name, or with every finding in the document.
     """
     if isinstance(source, Path):
-        return read_own(
-            read_toml(source.read_text(encoding="utf-8"), source.name), f"{source.name}:"
-        )
+        return read_own(read_toml(source.read_text(encoding="utf-8"), source.name), f"{source.name}:")
     if isinstance(source, Mapping):
         return read_own(source)
     if source not in _folders():

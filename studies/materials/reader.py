@@ -38,9 +38,7 @@ def read_toml(text: str, file: str) -> dict[str, Any]:
         raise refusal(file, str(error), "a TOML document", "correct the line named") from None
 
 
-def read_document(
-    document: Any, *, name: str | None = None, path: str = "", base: Material | None = None
-) -> Material:
+def read_document(document: Any, *, name: str | None = None, path: str = "", base: Material | None = None) -> Material:
     """The material of a document; ``name`` where the document stands under a name of its own.
 
     ``path`` goes before each key in a finding; ``base`` gives what the document leaves out. Raises InvalidInput with
@@ -66,9 +64,7 @@ def _changed(base: Mapping[str, Any], document: Mapping[str, Any]) -> dict[str, 
 class _MaterialReading:
     """A document being read: the numbers with their sources, and the findings."""
 
-    def __init__(
-        self, document: Mapping[str, Any], name: str | None, path: str, base: Material | None
-    ):
+    def __init__(self, document: Mapping[str, Any], name: str | None, path: str, base: Material | None):
         taken = {} if base is None else base.document()
         taken = {key: value for key, value in taken.items() if key not in ("name", "title")}
         named = {} if name is None else {"name": name}
@@ -80,17 +76,13 @@ class _MaterialReading:
 
     def material(self) -> Material:
         """The whole document."""
-        self._refuse_unknown(
-            self.document, (*TEXTS, *declared(Scalars), *SECTIONS, "yield_stresses"), ""
-        )
+        self._refuse_unknown(self.document, (*TEXTS, *declared(Scalars), *SECTIONS, "yield_stresses"), "")
         self.document.setdefault("title", self.document.get("name"))
         self.document.setdefault("family", self.document.get("name"))
         self._refuse_absent()
         texts: dict[str, Any] = {text: self._text(text) for text in TEXTS}
         scalars: dict[str, Any] = self._record(Scalars, self.document, "")
-        sections: dict[str, Any] = {
-            section: self._section(section) for section in SECTIONS if section in self.document
-        }
+        sections: dict[str, Any] = {section: self._section(section) for section in SECTIONS if section in self.document}
         yields = self._yield_stresses()
         if self.findings:
             raise InvalidInput(self.findings)
@@ -183,9 +175,7 @@ class _MaterialReading:
         elif absent:
             names = ", ".join(parameter.name for parameter in absent)
             limit = "; ".join(f"{p.name}: {p.meaning}, {p.limit()}" for p in absent)
-            self.findings.append(
-                Finding(self._at(path), f"nothing for {names}", limit, "give them")
-            )
+            self.findings.append(Finding(self._at(path), f"nothing for {names}", limit, "give them"))
         return values
 
     def _number(self, parameter: Parameter, raw: Mapping[str, Any], path: str) -> float | None:
@@ -226,9 +216,7 @@ class _MaterialReading:
 def _label(raw: Any, where: str) -> str:
     label = raw.get("label") if isinstance(raw, Mapping) else None
     if not isinstance(label, str) or not label.strip():
-        raise refusal(
-            f"{where}.label", label, "a short label", "give it a label such as 'Y = 240 MPa'"
-        )
+        raise refusal(f"{where}.label", label, "a short label", "give it a label such as 'Y = 240 MPa'")
     return label.strip()
 
 
@@ -274,8 +262,6 @@ def _value(parameter: Parameter, raw: Mapping[str, Any], where: str) -> float | 
 
 def _plain(parameter: Parameter, raw: Any, where: str, *, si: bool = False) -> float | None:
     """A number that stands alone, with its unit in it: "900 MPa"; None where it is "none"."""
-    value = parse_value(
-        parameter, None if raw == "none" and parameter.optional else raw, where, si=si
-    )
+    value = parse_value(parameter, None if raw == "none" and parameter.optional else raw, where, si=si)
     assert value is None or isinstance(value, float)
     return value

@@ -71,12 +71,9 @@ class Thermal:
 
     heat_capacity: Annotated[JoulePerKilogramKelvin, Described("heat capacity", 1.0, 1e5)]
     melt_temperature: Annotated[Kelvin | None, Described("melting point", 100.0, 1e4)]
-    room_temperature: Annotated[
-        Kelvin, Described("initial temperature", 1.0, 5e3), Below("melt_temperature")
-    ]
+    room_temperature: Annotated[Kelvin, Described("initial temperature", 1.0, 5e3), Below("melt_temperature")]
     latent_heat_of_fusion: Annotated[
-        JoulePerKilogram | None,
-        Described("latent heat of fusion, for the melted share of debris", 1e3, 1e7),
+        JoulePerKilogram | None, Described("latent heat of fusion, for the melted share of debris", 1e3, 1e7)
     ] = None
 
 
@@ -99,12 +96,8 @@ class FractureStrain:
     reference_rate: Annotated[
         PerSecond | None, Described("reference strain rate of the fracture strain", 1e-9, 1e9)
     ] = None
-    critical_damage: Annotated[
-        Dimensionless | None, Described("damage at which matter fails", 0.0, 1.0)
-    ] = None
-    threshold: Annotated[
-        Dimensionless | None, Described("plastic strain from which on damage grows", 0.0, 10.0)
-    ] = None
+    critical_damage: Annotated[Dimensionless | None, Described("damage at which matter fails", 0.0, 1.0)] = None
+    threshold: Annotated[Dimensionless | None, Described("plastic strain from which on damage grows", 0.0, 10.0)] = None
 
 
 @dataclass(frozen=True)
@@ -139,11 +132,7 @@ def models(section: str) -> Mapping[str, Any]:
             for name, entry in entries(*folder).items()
             if not getattr(entry, "kind", "")
             and set(entry.record._fields)
-            <= {
-                *declared(entry.record),
-                *marked(entry.record, FromMaterial),
-                *entry.record._field_defaults,
-            }
+            <= {*declared(entry.record), *marked(entry.record, FromMaterial), *entry.record._field_defaults}
         }
     )
 
@@ -180,9 +169,7 @@ class Scalars:
     """The numbers of a material that belong to no section."""
 
     density: Annotated[KilogramPerCubicMetre, Described("density", 1.0, 3e4)]
-    brinell_hardness: Annotated[
-        Dimensionless | None, Described("Brinell hardness number", 0.1, 2e3)
-    ] = None
+    brinell_hardness: Annotated[Dimensionless | None, Described("Brinell hardness number", 0.1, 2e3)] = None
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -208,9 +195,7 @@ class Material:
         """Bulk sound speed at rest, m/s, for laws."""
         from solver.eos import reference_sound_speed
 
-        speed: float = reference_sound_speed(
-            models("eos")[self.eos.kind].record(**self.fill("eos"))
-        )
+        speed: float = reference_sound_speed(models("eos")[self.eos.kind].record(**self.fill("eos")))
         return speed
 
     def fill(self, section: str, record: type | None = None) -> dict[str, float | None]:
@@ -252,9 +237,7 @@ class Material:
         value: float | None = self._constants(section)[name] if section else getattr(self, name)
         return value
 
-    def with_value(
-        self, path: str, value: float | None, *, source: str = "set in the sweep"
-    ) -> "Material":
+    def with_value(self, path: str, value: float | None, *, source: str = "set in the sweep") -> "Material":
         """The material with one constant changed (SI); raises InvalidInput with the nearest."""
         self._check(path)
         number = None if value is None else round_quantity(value)
@@ -302,8 +285,7 @@ class Material:
             if not path.startswith("yield_stresses."):  # whose labels may hold a point
                 (document[section] if section else document)[name] = quantity.document()
         document["yield_stresses"] = [
-            {"label": y.label, **self.sources[f"yield_stresses.{y.label}"].document()}
-            for y in self.yield_stresses
+            {"label": y.label, **self.sources[f"yield_stresses.{y.label}"].document()} for y in self.yield_stresses
         ]
         return document
 
@@ -352,10 +334,7 @@ def _idle(kind: str, form: str = "") -> tuple[str, ...]:
 
 
 def simulated(
-    resolved: Mapping[str, Any],
-    measured_with: Sequence[str] = (),
-    eos_form: str = "",
-    chosen: Sequence[type] = (),
+    resolved: Mapping[str, Any], measured_with: Sequence[str] = (), eos_form: str = "", chosen: Sequence[type] = ()
 ) -> dict[str, Any]:
     """The part of a resolved material that decides the outcome of a simulation, and what it is measured with.
 

@@ -54,9 +54,7 @@ class Measurement:
     unit: str
     meaning: str
     version: int
-    read: Callable[
-        [Any], Reading
-    ]  # reads a view, or the History of the measurements that it follows
+    read: Callable[[Any], Reading]  # reads a view, or the History of the measurements that it follows
     follows: tuple[str, ...] = ()  # measurements of one state
     widest: float = math.inf  # uncertainty over value, above which a value is flagged "wide_bar"
     # Whether the mesh decides the value: flagged "mesh_determined", unless a cube has it on three grids.

@@ -65,9 +65,7 @@ def view(setting: Any, snapshot: Any) -> BarView:
         mass=particles.mass[living],
         strain_energy=_strain_energy(body, particles, living),
         stress=particles.deviator[living, axis] - particles.pressure[living],
-        height=np.concatenate([each.position[:, axis] for each in setting.problem.bodies])[
-            particles.number[living]
-        ],
+        height=np.concatenate([each.position[:, axis] for each in setting.problem.bodies])[particles.number[living]],
         width=body.spacing[0],
         cell=setting.problem.geometry.spacing,
         length=setting.length,

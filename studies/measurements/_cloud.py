@@ -50,9 +50,7 @@ class CloudView:
     width: float  # of a particle, initially, m
     thickness: float  # of the plate, m
     speed: float  # of the impact, m/s
-    melting: tuple[
-        Any, Any
-    ]  # of projectile and target: studies.scenarios.Melting, or the flag that says why not
+    melting: tuple[Any, Any]  # of projectile and target: studies.scenarios.Melting, or the flag that says why not
 
     @property
     def resolution(self) -> float:
@@ -202,9 +200,7 @@ def flags(view: CloudView) -> tuple[str, ...]:
     return (NOT_SEPARATED,) if is_joined else ()
 
 
-def total_reading(
-    view: CloudView, of: np.ndarray, inside: Callable[[CloudView, float], np.ndarray]
-) -> Reading:
+def total_reading(view: CloudView, of: np.ndarray, inside: Callable[[CloudView, float], np.ndarray]) -> Reading:
     """The reading of a sum over the matter on one side of the plate; ``of`` (n,) is summed.
 
     Its parts: half of what a plane one cell farther out leaves away, and what came off alone.

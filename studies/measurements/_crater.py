@@ -10,13 +10,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from studies.measurements._impact import (
-    ImpactView,
-    contained,
-    edge_from_inside,
-    overlap,
-    radii_by_sector,
-)
+from studies.measurements._impact import ImpactView, contained, edge_from_inside, overlap, radii_by_sector
 
 COLUMN = 0.25  # radius of the column about the axis, in projectile diameters: the floor of a crater is flat there
 
@@ -39,9 +33,7 @@ class Floor:
     """The floor of a crater in a column."""
 
     depth: float  # m below the original surface; NaN where matter stands above all of it
-    place: (
-        float  # of the column on the trace of an oblique flight, m from the middle of the opening
-    )
+    place: float  # of the column on the trace of an oblique flight, m from the middle of the opening
 
 
 # Several measurements of one view ask for it.

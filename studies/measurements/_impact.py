@@ -72,9 +72,7 @@ class ImpactView:
     def only(self, places: np.ndarray) -> "ImpactView":
         """The view of the particles at some indices (k,)."""
         arrays: dict[str, Any] = {
-            name: value[places]
-            for name, value in vars(self).items()
-            if isinstance(value, np.ndarray)
+            name: value[places] for name, value in vars(self).items() if isinstance(value, np.ndarray)
         }
         return replace(self, **arrays)
 
@@ -152,12 +150,7 @@ def _centre_of_opening(
         areal_density = body.density * thickness
         least = FILM if thickness == setting.thickness else OPEN
         centre = _centre_of_hole(
-            plane,
-            weight,
-            areal_density=areal_density,
-            radius=setting.radius,
-            cell=cell,
-            least=least,
+            plane, weight, areal_density=areal_density, radius=setting.radius, cell=cell, least=least
         )
         if centre is not None:
             return centre
@@ -165,13 +158,7 @@ def _centre_of_opening(
 
 
 def _centre_of_hole(
-    plane: np.ndarray,
-    mass: np.ndarray,
-    *,
-    areal_density: float,
-    radius: float,
-    cell: float,
-    least: float,
+    plane: np.ndarray, mass: np.ndarray, *, areal_density: float, radius: float, cell: float, least: float
 ) -> np.ndarray | None:
     """Centroid (2,) of the largest opening in a half model (m); None where there is none within the rim.
 
@@ -182,9 +169,7 @@ def _centre_of_hole(
 
     count = int(radius / cell + 1e-9)  # whole cells, whatever the round-off
     edges = cell * np.arange(-count, count + 1)
-    mass_in_cell, _, _ = np.histogram2d(
-        plane[:, 0], plane[:, 1], bins=(edges, edges[count:]), weights=mass
-    )
+    mass_in_cell, _, _ = np.histogram2d(plane[:, 0], plane[:, 1], bins=(edges, edges[count:]), weights=mass)
     label, _ = ndimage.label(mass_in_cell < OPEN * areal_density * cell**2)
     size = np.bincount(label.ravel())
     size[0] = 0
@@ -279,14 +264,7 @@ def _touching(geometry: Any, cell: np.ndarray, among: np.ndarray, seed: np.ndarr
 
 
 def edge_from_outside(
-    place: np.ndarray,
-    weight: np.ndarray,
-    *,
-    width: float,
-    window: float,
-    start: float,
-    stop: float,
-    nominal: Any,
+    place: np.ndarray, weight: np.ndarray, *, width: float, window: float, start: float, stop: float, nominal: Any
 ) -> float:
     """Walk from ``start`` down to ``stop`` and return where matter ends, NaN where it never does.
 
@@ -304,14 +282,7 @@ def edge_from_outside(
 
 
 def edge_from_inside(
-    place: np.ndarray,
-    weight: np.ndarray,
-    *,
-    width: float,
-    window: float,
-    start: float,
-    stop: float,
-    nominal: Any,
+    place: np.ndarray, weight: np.ndarray, *, width: float, window: float, start: float, stop: float, nominal: Any
 ) -> float:
     """Walk from ``stop`` up to ``start`` and return where matter begins; ``start`` where it never does.
 
@@ -333,12 +304,7 @@ def edge_from_inside(
 
 
 def _share_of_nominal(
-    place: np.ndarray,
-    weight: np.ndarray,
-    width: float,
-    window: float,
-    centre: np.ndarray,
-    nominal: Any,
+    place: np.ndarray, weight: np.ndarray, width: float, window: float, centre: np.ndarray, nominal: Any
 ) -> np.ndarray:
     """Weight within a window about each centre, over the undisturbed one; nothing counts below the last centre."""
     low, high = np.maximum(centre - 0.5 * window, centre[-1]), centre + 0.5 * window
@@ -370,9 +336,7 @@ def place_holding(place: np.ndarray, weight: np.ndarray, width: float, total: fl
     return float(np.interp(total, np.maximum.accumulate(heights), knots))
 
 
-def _cumulation(
-    place: np.ndarray, weight: np.ndarray, width: float
-) -> tuple[np.ndarray, np.ndarray]:
+def _cumulation(place: np.ndarray, weight: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
     """Places (2 n,), ascending, at which a particle begins or ends, and the weight below each."""
     knots = np.concatenate([place - 0.5 * width, place + 0.5 * width])
     slopes = np.concatenate([weight, -weight]) / width

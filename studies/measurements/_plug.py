@@ -19,10 +19,7 @@ from studies.measurements._impact import rim_of
 # Of the mass of plate that the projectile covers: a lighter piece is a chip and no plug.
 LEAST_PLUG = 0.1
 FLYING_WITH = 0.5  # of the plug's velocity
-RING = (
-    0.75,
-    1.25,
-)  # of the plate about its hole, in projectile diameters from the axis: deflection and velocity
+RING = (0.75, 1.25)  # of the plate about its hole, in projectile diameters from the axis: deflection and velocity
 OPEN = 0.9  # of the projectile's radius: a hole of which no attached matter is nearer to the axis lets it pass
 LAYER = 0.1  # of the thickness, a cell at least: matter that began so near to a face is that face
 NO_PLUG = "no_plug"
@@ -38,9 +35,7 @@ class PlugView:
     velocity: np.ndarray  # (n,) along the flight, m/s
     mass: np.ndarray  # (n,) kg, of the whole body
     projectile: np.ndarray  # (n,) whether it is matter of the projectile
-    attached: (
-        np.ndarray
-    )  # (n,) whether it is plate that has not failed and hangs together with the rim
+    attached: np.ndarray  # (n,) whether it is plate that has not failed and hangs together with the rim
     core: np.ndarray  # (n,) whether it is the piece of the plug that has not failed
     plug: np.ndarray  # (n,) the same with the failed matter that flies with it
     cell: float  # m
@@ -136,9 +131,7 @@ def view(setting: Any, snapshot: Any) -> PlugView:
     )
 
 
-def _held_by_elements(
-    mesh: Any, number: np.ndarray, rim: np.ndarray, whole: np.ndarray
-) -> np.ndarray:
+def _held_by_elements(mesh: Any, number: np.ndarray, rim: np.ndarray, whole: np.ndarray) -> np.ndarray:
     """Nodes of the first body's mesh that hang together with the rim through its elements, among particles (n, bool).
 
     ``number`` (n,) are those of the particles; an element hangs together where none of its nodes has failed.
@@ -160,9 +153,7 @@ def _held_by_elements(
     return held
 
 
-def _pieces(
-    cell: np.ndarray, mass: np.ndarray, whole: np.ndarray, rim: np.ndarray
-) -> tuple[np.ndarray, np.ndarray]:
+def _pieces(cell: np.ndarray, mass: np.ndarray, whole: np.ndarray, rim: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Which of the particles with a mass (n,) in cells (n, 3) are attached plate, and which are the plug (n, bool).
 
     ``whole`` (n, bool) is the plate that has not failed, ``rim`` its edge.

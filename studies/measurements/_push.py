@@ -25,8 +25,5 @@ def push_of(history: History) -> Push | None:
     if np.isnan(momentum).any():
         return None
     return Push(
-        times=0.5 * (at[1:] + at[:-1]),
-        rates=np.diff(momentum) / np.diff(at),
-        impulse=momentum - momentum[0],
-        at=at,
+        times=0.5 * (at[1:] + at[:-1]), rates=np.diff(momentum) / np.diff(at), impulse=momentum - momentum[0], at=at
     )

@@ -9,10 +9,7 @@ from studies.measurements._cloud import CloudView, total_reading
 
 Of = Callable[[CloudView], np.ndarray]
 
-PLACES: dict[str, Callable[[CloudView, float], np.ndarray]] = {
-    "behind": CloudView.behind,
-    "before": CloudView.before,
-}
+PLACES: dict[str, Callable[[CloudView, float], np.ndarray]] = {"behind": CloudView.behind, "before": CloudView.before}
 
 
 def _mass(view: CloudView) -> np.ndarray:

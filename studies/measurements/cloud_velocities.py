@@ -21,9 +21,7 @@ def _rear(view: CloudView) -> Reading:
     return exceeded_reading(view, view.axial_velocity, 1.0 - PERCENT, among)
 
 
-def _velocity(
-    name: str, title: str, share: str, whose: str, read: Callable[[CloudView], Reading]
-) -> Measurement:
+def _velocity(name: str, title: str, share: str, whose: str, read: Callable[[CloudView], Reading]) -> Measurement:
     return Measurement(
         name=name,
         title=title,
@@ -37,8 +35,6 @@ def _velocity(
 
 MEASUREMENT = (
     _velocity("tip_velocity_percent", "Tip velocity (1 %)", "1 %", "all matter", _faster(PERCENT)),
-    _velocity(
-        "tip_velocity_permille", "Tip velocity (0.1 %)", "0.1 %", "all matter", _faster(PERMILLE)
-    ),
+    _velocity("tip_velocity_permille", "Tip velocity (0.1 %)", "0.1 %", "all matter", _faster(PERMILLE)),
     _velocity("rear_velocity", "Rear velocity", "99 %", "the projectile", _rear),
 )

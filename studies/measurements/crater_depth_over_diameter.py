@@ -11,8 +11,7 @@ def _read(view: ImpactView) -> Reading:
     ratio = depth.value / diameter.value
     parts = {
         name: math.hypot(
-            depth.parts.get(name, 0.0) / diameter.value,
-            ratio * diameter.parts.get(name, 0.0) / diameter.value,
+            depth.parts.get(name, 0.0) / diameter.value, ratio * diameter.parts.get(name, 0.0) / diameter.value
         )
         for name in sorted(depth.parts.keys() | diameter.parts.keys())
     }

@@ -4,11 +4,7 @@ import math
 
 from studies.measurements import Measurement, Reading
 from studies.measurements._crater import opening
-from studies.measurements._impact import (
-    ImpactView,
-    azimuthal_spread,
-    equal_area_diameter,
-)
+from studies.measurements._impact import ImpactView, azimuthal_spread, equal_area_diameter
 
 
 def _read(view: ImpactView) -> Reading:
@@ -16,10 +12,7 @@ def _read(view: ImpactView) -> Reading:
     radii, flags = opening(view)
     if radii is None:
         return Reading(math.nan, flags=flags)
-    return Reading(
-        equal_area_diameter(radii),
-        {"resolution": view.resolution, "azimuth": azimuthal_spread(radii)},
-    )
+    return Reading(equal_area_diameter(radii), {"resolution": view.resolution, "azimuth": azimuthal_spread(radii)})
 
 
 MEASUREMENT = Measurement(

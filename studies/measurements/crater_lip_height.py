@@ -5,12 +5,7 @@ import math
 import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._impact import (
-    SAMPLES_PER_CELL,
-    ImpactView,
-    edge_from_inside,
-    overlap,
-)
+from studies.measurements._impact import SAMPLES_PER_CELL, ImpactView, edge_from_inside, overlap
 
 # Cells below the end of the grid: so near to it, the grid cuts what flies off with the lip.
 AT_EDGE = 2.0
@@ -38,9 +33,7 @@ def _highest(lip: ImpactView, rings: np.ndarray) -> float:
     reach = 0.5 * (lip.cell + lip.radial_width)
     order = np.argsort(lip.radius)
     ends = np.searchsorted(lip.radius[order], (rings - reach, rings + reach))
-    tops = np.array(
-        [-lip.depth[order[begin:end]].min(initial=math.inf) for begin, end in ends.T.tolist()]
-    )
+    tops = np.array([-lip.depth[order[begin:end]].min(initial=math.inf) for begin, end in ends.T.tolist()])
     highest = -math.inf
     # A ring is no higher than its highest particle, so that few have to be looked at.
     for place in np.argsort(-tops):

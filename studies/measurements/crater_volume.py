@@ -23,9 +23,7 @@ def _read(view: ImpactView) -> Reading:
     layers = math.ceil(floor.depth / view.cell)
     height = floor.depth / layers
     middles = height * (np.arange(layers) + 0.5)
-    radii = np.array(
-        [wall(view, float(z), height, place=z / floor.depth * floor.place) for z in middles]
-    )
+    radii = np.array([wall(view, float(z), height, place=z / floor.depth * floor.place) for z in middles])
     if np.isnan(radii[0]).any():
         return Reading(math.nan, flags=("no_crater",))
     radii = np.nan_to_num(radii)

@@ -20,9 +20,7 @@ def _read(history: History) -> Reading:
     slope = (velocity[first + 1] - velocity[first]) / (times[first + 1] - times[first])
     before, after = times[max(first - 2, 0)], times[first]
     onset = after + (velocity[0] - velocity[first]) / slope if slope < 0.0 else before
-    return Reading(
-        float(np.clip(onset, before, after)), {"sampling": float(after - times[first - 1])}
-    )
+    return Reading(float(np.clip(onset, before, after)), {"sampling": float(after - times[first - 1])})
 
 
 MEASUREMENT = Measurement(

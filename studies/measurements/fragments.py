@@ -29,9 +29,7 @@ def _largest(view: CloudView) -> Reading:
     return Reading(float(masses.max()), flags=flags(view))
 
 
-def _fragments(
-    name: str, title: str, unit: str, meaning: str, read: Callable[[CloudView], Reading]
-) -> Measurement:
+def _fragments(name: str, title: str, unit: str, meaning: str, read: Callable[[CloudView], Reading]) -> Measurement:
     return Measurement(
         name=name,
         title=title,
@@ -48,11 +46,7 @@ def _fragments(
 
 MEASUREMENT = (
     _fragments(
-        "fragments",
-        "Fragments",
-        "1",
-        "number of connected pieces of matter behind the plate that came off",
-        _count,
+        "fragments", "Fragments", "1", "number of connected pieces of matter behind the plate that came off", _count
     ),
     _fragments(
         "largest_fragment",

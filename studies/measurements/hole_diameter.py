@@ -21,12 +21,7 @@ import math
 import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._impact import (
-    ImpactView,
-    equal_area_diameter,
-    overlap,
-    place_holding,
-)
+from studies.measurements._impact import ImpactView, equal_area_diameter, overlap, place_holding
 from studies.measurements._perforation import areal_edges, flag_without_hole, hole_reading
 from studies.values.results import DEFINITION
 
@@ -52,22 +47,16 @@ def _clear_radius(view: ImpactView, sector: int, edge: float) -> float:
     window = OBSTACLE * ((edge + view.projectile_diameter) ** 2 - edge**2)
     obstacle = 0.5 * view.density * view.cell * window
     mine = np.flatnonzero(
-        view.attached_target
-        & (view.sector == sector)
-        & (view.radius < edge + view.projectile_diameter)
+        view.attached_target & (view.sector == sector) & (view.radius < edge + view.projectile_diameter)
     )
     mine = mine[np.argsort(view.depth[mine], kind="stable")]
     depth, reach = view.depth[mine], 0.5 * view.axial_width
     least = math.inf
-    for number in range(
-        math.floor((depth[0] - reach) / view.cell), math.ceil((depth[-1] + reach) / view.cell)
-    ):
+    for number in range(math.floor((depth[0] - reach) / view.cell), math.ceil((depth[-1] + reach) / view.cell)):
         low, high = number * view.cell, (number + 1) * view.cell
         inside = slice(*np.searchsorted(depth, [low - reach, high + reach]))
         weight = view.mass[mine[inside]] * overlap(depth[inside], view.axial_width, low, high)
-        least = min(
-            least, place_holding(view.radius[mine[inside]], weight, view.radial_width, obstacle)
-        )
+        least = min(least, place_holding(view.radius[mine[inside]], weight, view.radial_width, obstacle))
     return math.sqrt(max(least**2 - window, 0.0))
 
 

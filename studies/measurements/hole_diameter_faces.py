@@ -25,10 +25,7 @@ def _at(face: Callable[[PlugView], np.ndarray]) -> Callable[[PlugView], Reading]
             view.mass[mine],
             width=view.width,
             window=view.cell,
-            start=min(
-                START * view.projectile_diameter,
-                min(view.plate_radius, view.particles_to) - view.cell,
-            ),
+            start=min(START * view.projectile_diameter, min(view.plate_radius, view.particles_to) - view.cell),
             stop=0.0,
             nominal=lambda low, high: 0.5 * areal * (high**2 - low**2),
         )

@@ -14,10 +14,7 @@ def _read(view: ImpactView) -> Reading:
     near = np.abs(view.depth - 0.5 * view.thickness) <= 0.5 * view.cell
     keep = view.attached_target & near
     radii = np.array(
-        [
-            np.min(view.radius[keep & (view.sector == sector)], initial=math.inf)
-            for sector in range(view.sectors)
-        ]
+        [np.min(view.radius[keep & (view.sector == sector)], initial=math.inf) for sector in range(view.sectors)]
     )
     radii = radii - 0.5 * view.radial_width
     if is_whole(view) or (radii < view.cell).any():

@@ -28,9 +28,7 @@ def _reading(view: CloudView, among: np.ndarray) -> Reading:
     """Melted share of some particles (n, bool); half of its excess over what is all liquid is its definition's part."""
     if not among.any():
         return Reading(math.nan, flags=(NOTHING_BEHIND,))
-    kinds = [
-        kind for kind, body in enumerate((view.projectile, ~view.projectile)) if body[among].any()
-    ]
+    kinds = [kind for kind, body in enumerate((view.projectile, ~view.projectile)) if body[among].any()]
     reasons = [each for kind in kinds if isinstance(each := view.melting[kind], str)]
     if reasons:
         return Reading(math.nan, flags=tuple(dict.fromkeys(reasons)))
@@ -67,7 +65,5 @@ def _share(name: str, title: str, matter: str, read: Callable[[CloudView], Readi
 
 MEASUREMENT = (
     _share("melted_share_behind", "Melted share", "all matter behind the plate", _behind),
-    _share(
-        "melted_share_projectile", "Melted share of the projectile", "the projectile", _projectile
-    ),
+    _share("melted_share_projectile", "Melted share of the projectile", "the projectile", _projectile),
 )

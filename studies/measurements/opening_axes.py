@@ -11,11 +11,7 @@ import numpy as np
 
 from studies.measurements import Measurement, Reading
 from studies.measurements._crater import opening
-from studies.measurements._impact import (
-    ImpactView,
-    azimuthal_spread,
-    equal_area_diameter,
-)
+from studies.measurements._impact import ImpactView, azimuthal_spread, equal_area_diameter
 from studies.measurements._perforation import areal_edges, film_flags, flag_without_hole, rim_flags
 
 HARMONICS = 3  # of twice the azimuth, the constant included
@@ -32,9 +28,7 @@ def _diameters(view: ImpactView, radii: np.ndarray) -> np.ndarray:
     terms = 2.0 * np.arange(HARMONICS)
     # The mean of a cosine over a sector is smaller than that in its middle.
     smoothed = np.sinc(terms * view.span / view.sectors / (2.0 * math.pi))
-    series, *_ = np.linalg.lstsq(
-        np.cos(angle[:, None] * terms) * smoothed, across**-2.0, rcond=None
-    )
+    series, *_ = np.linalg.lstsq(np.cos(angle[:, None] * terms) * smoothed, across**-2.0, rcond=None)
     fine = np.linspace(0.0, 0.5 * math.pi, DIRECTIONS)
     diameters: np.ndarray = (np.cos(fine[:, None] * terms) @ series) ** -0.5
     return diameters

@@ -16,10 +16,7 @@ def _read(view: PlugView) -> Reading:
         return without_plug()
     value, core = float(view.mass[view.plug].sum()), float(view.mass[view.core].sum())
     wall = math.pi * view.projectile_diameter * view.thickness
-    parts = {
-        "resolution": view.density * wall * view.resolution,
-        DEFINITION: HALF * (value - core),
-    }
+    parts = {"resolution": view.density * wall * view.resolution, DEFINITION: HALF * (value - core)}
     return Reading(value, parts)
 
 

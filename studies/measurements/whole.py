@@ -6,9 +6,7 @@ from studies.measurements import Measurement, Reading
 from studies.measurements._whole import WholeView
 
 
-def _sum(
-    name: str, title: str, unit: str, meaning: str, of: Callable[[WholeView], float]
-) -> Measurement:
+def _sum(name: str, title: str, unit: str, meaning: str, of: Callable[[WholeView], float]) -> Measurement:
     def read(view: WholeView) -> Reading:
         return Reading(float(of(view)))
 

@@ -32,9 +32,7 @@ LONGEST_NUMBER = 80  # characters; as LONGEST_TEXT of a quantity
 LONG_COLUMNS = ("quantity", "value", "uncertainty")  # of a long table
 TEXT_COLUMNS = ("source", "confidence", "note")
 OWN_COLUMNS = (*LONG_COLUMNS, *TEXT_COLUMNS)
-UNCERTAINTY = (
-    "_uncertainty"  # hole_diameter_uncertainty: the column of a wide table beside hole_diameter
-)
+UNCERTAINTY = "_uncertainty"  # hole_diameter_uncertainty: the column of a wide table beside hole_diameter
 COLUMNS = (
     "give a column for each measured quantity (or quantity, value, uncertainty), the source, and one for each "
     "parameter; confidence and note may be left out: docs/own-shots.md"
@@ -65,8 +63,7 @@ class Observation:
         """The shot as a row that ``read_observations`` reads as itself."""
         unit = allowed.quantities[self.quantity]
         row: dict[str, Any] = {
-            name: written(value, allowed.parameters[name].unit)
-            for name, value in self.parameters.items()
+            name: written(value, allowed.parameters[name].unit) for name, value in self.parameters.items()
         }
         sizes = [written(size, unit) for size in self.bounds or (self.value,)]
         value = sizes[0] if self.bounds is None else TO.join(map(str, sizes))
@@ -88,11 +85,7 @@ class AllowedNames:
 
 def names() -> list[str]:
     """The published tables that ship, sorted."""
-    return sorted(
-        file.name.removesuffix(".csv")
-        for file in files(__package__).iterdir()
-        if file.name.endswith(".csv")
-    )
+    return sorted(file.name.removesuffix(".csv") for file in files(__package__).iterdir() if file.name.endswith(".csv"))
 
 
 def text(name: str) -> str:
@@ -115,9 +108,7 @@ def written(value: Value, unit: str | None) -> Any:
     return readable(float(value), unit)
 
 
-def read_observations(
-    raw: object, allowed: AllowedNames, path: str = "observations"
-) -> tuple[Observation, ...]:
+def read_observations(raw: object, allowed: AllowedNames, path: str = "observations") -> tuple[Observation, ...]:
     """The shots of a CSV text, of a list of mappings, or of the published table of a name.
 
     Raises InvalidInput naming each row.
@@ -128,9 +119,7 @@ def read_observations(
     if not rows:
         raise refusal(path, "no shot", "at least one row", "leave observations out")
     if len(rows) > MOST_ROWS:
-        raise refusal(
-            path, f"more than {MOST_ROWS} rows", f"at most {MOST_ROWS} rows", "split the table"
-        )
+        raise refusal(path, f"more than {MOST_ROWS} rows", f"at most {MOST_ROWS} rows", "split the table")
     read: list[Observation] = []
     findings = Findings()
     for where, row in rows:
@@ -187,9 +176,7 @@ def _cells(reader: Any, path: str) -> Iterator[list[str]]:
         raise refusal(where, str(error), "CSV text", "correct this line") from None
 
 
-def _observations(
-    row: Mapping[str, Any], allowed: AllowedNames, where: str
-) -> Iterator[Observation]:
+def _observations(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> Iterator[Observation]:
     """The shots of a row, one for each measured quantity; raises InvalidInput with every finding in it."""
     findings = Findings()
     cells: dict[str, Any] = {}
@@ -199,9 +186,7 @@ def _observations(
             if name not in OWN_COLUMNS and not _is_measured(name, allowed):
                 cell = _parameter(name, cell, allowed, where)
             if name in cells:
-                raise refusal(
-                    f"{where}.{name}", header, "each column once", "remove one of the two"
-                )
+                raise refusal(f"{where}.{name}", header, "each column once", "remove one of the two")
             cells[name] = cell
         except InvalidInput as error:
             findings.extend(error.findings)
@@ -273,14 +258,8 @@ def _checked(
 ) -> Iterator[Observation]:
     """The shots of a row whose columns are complete."""
     texts = {name: _text(name, cells.get(name), where) for name in TEXT_COLUMNS}
-    parameters = {
-        name: cell
-        for name, cell in cells.items()
-        if name in allowed.parameters and cell is not None
-    }
-    columns: list[tuple[Any, str, str]] = [
-        (name, name, f"{name}{UNCERTAINTY}") for name in measured
-    ]
+    parameters = {name: cell for name, cell in cells.items() if name in allowed.parameters and cell is not None}
+    columns: list[tuple[Any, str, str]] = [(name, name, f"{name}{UNCERTAINTY}") for name in measured]
     for quantity, value, uncertainty in columns or [(cells["quantity"], "value", "uncertainty")]:
         if quantity not in allowed.quantities:
             cure = nearest_cure(quantity, allowed.quantities)
@@ -292,16 +271,12 @@ def _checked(
             size = _size(value, cells[value], allowed.quantities[quantity], where)
         plus_minus = _size(uncertainty, cells.get(uncertainty), allowed.quantities[quantity], where)
         if size is not None or bounds is not None:
-            yield Observation(
-                quantity, size, plus_minus, parameters=parameters, bounds=bounds, **texts
-            )
+            yield Observation(quantity, size, plus_minus, parameters=parameters, bounds=bounds, **texts)
 
 
 def _text(name: str, cell: Any, where: str) -> str:
     if cell is not None and not isinstance(cell, str):
-        cure = (
-            "name the publication of the shot" if name == "source" else "quote it, or leave it out"
-        )
+        cure = "name the publication of the shot" if name == "source" else "quote it, or leave it out"
         raise refusal(f"{where}: {name}", cell, "a text", cure)
     return cell or ""
 

@@ -23,9 +23,7 @@ class ComparedShots:
     quantity: str
     materials: tuple[str, ...]  # of the projectile and the target, or of the bar
     shots: int
-    bias: (
-        tuple[float, float] | None
-    )  # interval of the mean, at 95 %; None of fewer than FEWEST shots
+    bias: tuple[float, float] | None  # interval of the mean, at 95 %; None of fewer than FEWEST shots
     scatter: float | None  # the standard deviation about the mean, likewise
     stated: float | None  # largest relative error that a shot states; None where none states any
 
@@ -43,9 +41,7 @@ def ratio(row: Mapping[str, Any]) -> float:
     return float(row["simulated"] / row["observed"] - 1.0)
 
 
-def bias_and_scatter(
-    rows: Sequence[Mapping[str, Any]],
-) -> tuple[int, tuple[float, float] | None, float | None]:
+def bias_and_scatter(rows: Sequence[Mapping[str, Any]]) -> tuple[int, tuple[float, float] | None, float | None]:
     """Number of compared shots, interval of the mean of their ratios less 1 by Student's t, and standard deviation.
 
     None of both with fewer than ``FEWEST``.

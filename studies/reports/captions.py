@@ -8,9 +8,7 @@ from studies.cubes import variables as cubes
 from studies.reports.view import ONLY_DRAWN, FigureView, is_cut
 from studies.values.formats import MESH_UNKNOWN
 
-NEAR = (
-    0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
-)
+NEAR = 0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
 # A history has dipped where it is below this share of an earlier value.
 DIP = 0.5
 # Sentences about kinds of series, in this order, for a figure that has them.
@@ -21,15 +19,9 @@ OF_KINDS = (
         "open marks outside. The axis reaches over simulation, observations and laws inside their range: a law outside "
         "of it may leave the figure.",
     ),
-    (
-        {"band"},
-        "A shaded band spans the smallest to the largest answer over the constants stated for that law.",
-    ),
+    ({"band"}, "A shaded band spans the smallest to the largest answer over the constants stated for that law."),
     ({"missing"}, "A grey cross on the base line is a run without a value."),
-    (
-        {"observation"},
-        f"An observed shot is drawn in the panel whose other axis values it matches within {NEAR:.0%}.",
-    ),
+    ({"observation"}, f"An observed shot is drawn in the panel whose other axis values it matches within {NEAR:.0%}."),
 )
 
 
@@ -45,9 +37,7 @@ def of_laws(view: FigureView, name: str, kinds: set[str]) -> str:
     if plain:
         names = ", ".join(title.removesuffix(ONLY_DRAWN) for title in plain)
         sentences.append(f"Not drawn beside so many, because in no verdict: {names}.")
-    sentences += [
-        f"The lines of {first} and {second} coincide." for first, second in view.coinciding(name)
-    ]
+    sentences += [f"The lines of {first} and {second} coincide." for first, second in view.coinciding(name)]
     if view.left_out:
         sentences.append("The cube contains the panels that are not drawn.")
     return " ".join(sentences)
@@ -98,11 +88,7 @@ def of_cut_bars(bars: Iterable[tuple[float, float | None]]) -> str:
     count = sum(is_cut(value, bar) for value, bar in bars)
     if not count:
         return ""
-    which = (
-        "1 bar that is longer than its"
-        if count == 1
-        else f"{count} bars that are longer than their"
-    )
+    which = "1 bar that is longer than its" if count == 1 else f"{count} bars that are longer than their"
     return f" The axis is set by the values: the frame cuts {which} value."
 
 
@@ -147,9 +133,7 @@ def of_residuals(view: FigureView, name: str) -> str:
         "law inside it agrees with the simulation within the error bar."
     )
     if unknown:
-        caption += (
-            f" It is missing at {unknown} of {valued.sum()} points, whose mesh error is unknown."
-        )
+        caption += f" It is missing at {unknown} of {valued.sum()} points, whose mesh error is unknown."
     return caption
 
 
@@ -175,6 +159,4 @@ def of_convergence(*, offsets: bool, extrapolated: bool, left_out: bool) -> str:
         )
     if extrapolated:
         caption += " The star is Richardson's value, the dotted line the curve on which it lies."
-    return caption + (
-        " Some points are not drawn; the table contains all points." if left_out else ""
-    )
+    return caption + (" Some points are not drawn; the table contains all points." if left_out else "")

@@ -18,15 +18,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import (
-    Place,
-    comparable,
-    error_bars,
-    places_of,
-    points_of,
-    refined,
-    refinements_of,
-)
+from studies.cubes.points import Place, comparable, error_bars, places_of, points_of, refined, refinements_of
 from studies.laws import DRAWN_ONLY, NO_RANGE
 from studies.reports.matched import MatchedObservation, matched_observations
 from studies.reports.verdict import Verdict, verdict
@@ -177,11 +169,7 @@ def published_shots(cube: xr.Dataset) -> list[dict[str, Any]] | None:
 def mixed(cube: xr.Dataset) -> dict[str, str]:
     """Quantities whose runs mix versions of the definition, with the sentence that says so and names the cure."""
     versions = {name: reading.mixed_versions(cube, name) for name in reading.quantities_of(cube)}
-    return {
-        name: MIXED.format(name.replace("_", " "), _listed(each))
-        for name, each in versions.items()
-        if each
-    }
+    return {name: MIXED.format(name.replace("_", " "), _listed(each)) for name, each in versions.items() if each}
 
 
 def _listed(versions: Sequence[int]) -> str:
@@ -283,9 +271,7 @@ def _against_simulation(cube: xr.Dataset, points: xr.Dataset, name: str) -> Iter
         yield from _of_laws(name, answers, inside, titles, confidences, reference, rangeless)
 
 
-def _against_observations(
-    points: xr.Dataset, name: str, shots: Sequence[MatchedObservation]
-) -> Iterator[Residual]:
+def _against_observations(points: xr.Dataset, name: str, shots: Sequence[MatchedObservation]) -> Iterator[Residual]:
     """The simulation and each law against the observed shots of a quantity."""
     if not shots:
         return
@@ -301,8 +287,7 @@ def _against_observations(
         title="simulation",
         reference="observation",
         everywhere=statistics(
-            np.array([_nan(shot.simulation) for shot in shots]),
-            References("observation", values, places, joint),
+            np.array([_nan(shot.simulation) for shot in shots]), References("observation", values, places, joint)
         ),
         in_range=None,
         points=len(shots),
@@ -377,10 +362,7 @@ def sentence(residual: Residual) -> str:
             f"{_difference(everywhere, residual)}."
         )
     share = "all" if inside.n == residual.points else f"{inside.n} of {residual.points}"
-    return (
-        f"{subject}, inside {limits} ({share} points), gives a {quantity} "
-        f"{_difference(inside, residual)}."
-    )
+    return f"{subject}, inside {limits} ({share} points), gives a {quantity} {_difference(inside, residual)}."
 
 
 def _difference(summary: Statistics, residual: Residual) -> str:
@@ -394,10 +376,7 @@ def _difference(summary: Statistics, residual: Residual) -> str:
     median = "" if bar is None else _length(bar, residual.unit, relative)
     bars = "the error bars of both together" if residual.in_range is None else "the error bar"
     plural = "s" if summary.judged > 1 else ""
-    return (
-        f"{text}; inside {bars} (median ± {median}) at {summary.within} of {summary.judged} "
-        f"point{plural}"
-    )
+    return f"{text}; inside {bars} (median ± {median}) at {summary.within} of {summary.judged} point{plural}"
 
 
 def _size(summary: Statistics, unit: str, relative: bool) -> str:

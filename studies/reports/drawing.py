@@ -15,17 +15,7 @@ from markupsafe import Markup, escape
 from studies.films.radiograph import AREAL_DENSITY
 from studies.films.section import Section, Sections, read_sections
 from studies.reports.raster import INFERNO, VIRIDIS, Frame, nearest, png, radiogram
-from studies.reports.svg import (
-    arrow,
-    line,
-    microseconds,
-    millimetres,
-    px,
-    step_of,
-    svg,
-    text,
-    ticks,
-)
+from studies.reports.svg import arrow, line, microseconds, millimetres, px, step_of, svg, text, ticks
 from studies.values.formats import digits, display_of
 
 Document = Mapping[str, Any]
@@ -71,12 +61,7 @@ class Gallery:
         if key not in self._nearest:
             # The fields of a state share their pixels.
             self._nearest = {key: nearest(sections, section, frame, 2 * round(0.5 * SHARP * width))}
-        return png(
-            self._nearest[key],
-            _values(section, picture["field"]),
-            picture["limits"],
-            colours(picture["field"]),
-        )
+        return png(self._nearest[key], _values(section, picture["field"]), picture["limits"], colours(picture["field"]))
 
     def _sections(self, run: int) -> Sections:
         if self._read is None or self._read[0] != run:
@@ -150,9 +135,7 @@ def colour_keys(pictures: Sequence[Document]) -> Markup:
             text("tick", 20, 28, low, "end"),
             text("tick", KEY - 40, 28, high, "start"),
         ]
-        keys.append(
-            svg("key", KEY, 34, parts, f"Colours {scene}: {picture['label']} from {low} to {high}")
-        )
+        keys.append(svg("key", KEY, 34, parts, f"Colours {scene}: {picture['label']} from {low} to {high}"))
     return Markup("".join(keys))
 
 
@@ -193,8 +176,7 @@ def _lengths(picture: Document, frame: Frame, x: float, y: float, scale: float) 
         # Of a hole below it, where nothing stands; else at the surface, where it is measured.
         at = bottom - 10.0 if length["quantity"] == "hole_diameter" else surface
         yield from (
-            line("measured thin", axis + side * half, y + 2, axis + side * half, bottom - 2)
-            for side in (-1, 1)
+            line("measured thin", axis + side * half, y + 2, axis + side * half, bottom - 2) for side in (-1, 1)
         )
         yield arrow("measured", axis - half, at, axis + half, at)
         yield text("measured", axis, at - LABEL_AT, millimetres(length["value"]), "middle")
@@ -202,13 +184,7 @@ def _lengths(picture: Document, frame: Frame, x: float, y: float, scale: float) 
         end = surface + picture["sign"] * length["value"] * scale
         yield line("measured thin", axis - 24, end, axis + 24, end)
         yield arrow("measured", axis, surface, axis, end)
-        yield text(
-            "measured",
-            axis + LABEL_AT,
-            0.5 * (surface + end) + 4,
-            millimetres(length["value"]),
-            "start",
-        )
+        yield text("measured", axis + LABEL_AT, 0.5 * (surface + end) + 4, millimetres(length["value"]), "start")
 
 
 def _scale_bar(frame: Frame, scale: float, height: float) -> Iterator[str]:
@@ -243,13 +219,7 @@ def _colour_bar(picture: Document, x: float, y: float, height: float) -> Iterato
     for at in ticks(low * factor, high * factor, step_of((high - low) * factor / 4.0)):
         level = y + height * (1.0 - (at / factor - low) / (high - low))
         yield line("axis", x + BAR, level, x + BAR + 3, level)
-        yield text(
-            "tick",
-            x + BAR + 5,
-            min(max(level + 4, y + 9), y + height),
-            digits(round(at, 9)),
-            "start",
-        )
+        yield text("tick", x + BAR + 5, min(max(level + 4, y + 9), y + height), digits(round(at, 9)), "start")
     middle = y + 0.5 * height
     label = _labelled(picture)
     yield (

@@ -17,42 +17,16 @@ from studies.convergence.orders import FORMAL_ORDER
 from studies.convergence.richardson import Convergence
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import (
-    Place,
-    Refined,
-    main_quantities,
-    places_of,
-    refined,
-    refinements_of,
-)
+from studies.cubes.points import Place, Refined, main_quantities, places_of, refined, refinements_of
 from studies.reports import captions
 from studies.reports.compare import Comparison
 from studies.reports.matched import MatchedObservation
-from studies.reports.view import (
-    MOST_PANELS,
-    FigureView,
-    Scale,
-    Slice,
-    judged_window,
-    spread,
-    title_of,
-    views_of,
-)
+from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, judged_window, spread, title_of, views_of
 from studies.sweeps.sweep import RESOLUTION
 from studies.values.quantities import readable
 
 Kind = Literal[
-    "simulation",
-    "law",
-    "band",
-    "observation",
-    "missing",
-    "history",
-    "quantity",
-    "run",
-    "level",
-    "trend",
-    "limit",
+    "simulation", "law", "band", "observation", "missing", "history", "quantity", "run", "level", "trend", "limit"
 ]
 Scales = Literal["shared", "own"]
 Numbers = tuple[float | None, ...]
@@ -85,9 +59,7 @@ class Series:
     high: Numbers = ()
     in_range: tuple[bool, ...] = ()  # of a law
     flagged: tuple[bool, ...] = ()  # of a simulation: drawn open
-    doubts: tuple[
-        str, ...
-    ] = ()  # of a simulation: the flags of each point in words, "" without any
+    doubts: tuple[str, ...] = ()  # of a simulation: the flags of each point in words, "" without any
     notes: tuple[str, ...] = ()  # words for a point
     window: Numbers = ()  # of a history: begin and end of the time in which growth is judged
     connected: bool = True  # whether a line through the points means anything
@@ -186,11 +158,7 @@ def against_laws(view: FigureView, name: str, observations: Sequence[MatchedObse
 def scatter(view: FigureView, name: str, observations: Sequence[MatchedObservation]) -> Figure:
     """Simulation, laws and observations over another axis, all points in one panel."""
     drawn = against_laws(view, name, observations)
-    return replace(
-        drawn,
-        name=f"{drawn.name}_over_{view.abscissa.name}",
-        title=f"{drawn.title}, {view.abscissa.label}",
-    )
+    return replace(drawn, name=f"{drawn.name}_over_{view.abscissa.name}", title=f"{drawn.title}, {view.abscissa.label}")
 
 
 def overlay(view: FigureView, name: str) -> Figure:
@@ -316,10 +284,7 @@ def _missing(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     if cells:
         states, reasons = view.flat(cubes.RUN_STATE), view.flat(cubes.RUN_REASON)
         flags = reading.flag_words(cubes.FLAGS.of(view.dataset, name))
-        notes = (
-            f"{cubes.STATES[states[cell]]} {reasons[cell]} {' '.join(flags[cell])}".strip()
-            for cell in cells
-        )
+        notes = (f"{cubes.STATES[states[cell]]} {reasons[cell]} {' '.join(flags[cell])}".strip() for cell in cells)
         x = tuple(view.x[cell] for cell in cells)
         yield Series("missing", MISSING, x, notes=tuple(notes), connected=False)
 
@@ -341,14 +306,10 @@ def _laws(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
             yield _law(label, view.xs(piece), mine, inside[:, names == law], piece.connected)
 
 
-def _law(
-    title: str, x: tuple[Any, ...], answers: np.ndarray, inside: np.ndarray, connected: bool
-) -> Series:
+def _law(title: str, x: tuple[Any, ...], answers: np.ndarray, inside: np.ndarray, connected: bool) -> Series:
     if answers.shape[1] == 1:
         in_range = tuple(inside[:, 0].tolist())
-        return Series(
-            "law", title, x, numbers(answers[:, 0]), in_range=in_range, connected=connected
-        )
+        return Series("law", title, x, numbers(answers[:, 0]), in_range=in_range, connected=connected)
     finite = np.isfinite(answers)
     some = finite.any(axis=1)
     return Series(
@@ -381,9 +342,7 @@ def _observed(
             OBSERVED,
             tuple(shot.at[view.abscissa.name] for shot, _ in mine),
             tuple(shot.observed / norm for shot, norm in mine),
-            uncertainty=tuple(
-                None if shot.uncertainty is None else shot.uncertainty / norm for shot, norm in mine
-            ),
+            uncertainty=tuple(None if shot.uncertainty is None else shot.uncertainty / norm for shot, norm in mine),
             notes=tuple(shot.source for shot, _ in mine),
             connected=False,
         )
@@ -432,16 +391,11 @@ def _bands(x: Sequence[float | str], bars: np.ndarray, connected: bool) -> Itera
     for places in np.split(barred, np.flatnonzero(np.diff(barred) > 1) + 1):
         if len(places):
             yield _error_bar(
-                tuple(x[place] for place in places),
-                numbers(-bars[places]),
-                numbers(bars[places]),
-                connected,
+                tuple(x[place] for place in places), numbers(-bars[places]), numbers(bars[places]), connected
             )
 
 
-def _error_bar(
-    x: tuple[float | str, ...], low: Numbers, high: Numbers, connected: bool = True
-) -> Series:
+def _error_bar(x: tuple[float | str, ...], low: Numbers, high: Numbers, connected: bool = True) -> Series:
     in_range = (True,) * len(x)
     return Series("band", ERROR_BAR, x, low=low, high=high, in_range=in_range, connected=connected)
 
@@ -509,9 +463,7 @@ def _of_point(point: Refined, norm: float) -> Iterator[Series]:
         numbers(level.scatter / norm for level in levels),
     )
     if converged.verdict == "converging":
-        yield Series(
-            "limit", EXTRAPOLATED, (0.0,), (converged.extrapolated / norm,), connected=False
-        )
+        yield Series("limit", EXTRAPOLATED, (0.0,), (converged.extrapolated / norm,), connected=False)
 
 
 def _trend(converged: Convergence, norm: float) -> Series:

@@ -92,9 +92,7 @@ def fitted_curve(speed: np.ndarray, residual: np.ndarray) -> Document:
         return {**empty, "points": len(v), "reason": reason}
     constants = {
         name: {"value": _finite(value), "half_interval": _finite(reach)}
-        for name, value, reach in zip(
-            CONSTANTS, solution.constants, solution.intervals, strict=True
-        )
+        for name, value, reach in zip(CONSTANTS, solution.constants, solution.intervals, strict=True)
     }
     return {**constants, "points": len(v), "reason": ""}
 
@@ -120,13 +118,7 @@ def residual_figure(dataset: xr.Dataset, curves: Document | None) -> Iterator[Fi
     for row in curves["rows"]:
         speed = np.array(row["speed"])
         series = [
-            Series(
-                "quantity",
-                "simulation",
-                tuple(row["speed"]),
-                numbers(row["residual_velocity"]),
-                connected=False,
-            )
+            Series("quantity", "simulation", tuple(row["speed"]), numbers(row["residual_velocity"]), connected=False)
         ]
         if row["a"]:
             constants = [row[name]["value"] for name in CONSTANTS]

@@ -10,15 +10,7 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import variables as cubes
-from studies.cubes.points import (
-    Place,
-    axes_of,
-    comparable,
-    error_bars,
-    places_of,
-    plain,
-    simulated,
-)
+from studies.cubes.points import Place, axes_of, comparable, error_bars, places_of, plain, simulated
 from studies.cubes.variable import variable_name
 
 ELSEWHERE = "the shot has another"
@@ -91,8 +83,7 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 how=how,
                 is_alike=value is not None
                 and not any(
-                    isinstance(value, str) and _is_another(dataset, parameter, value)
-                    for parameter, value in at.items()
+                    isinstance(value, str) and _is_another(dataset, parameter, value) for parameter, value in at.items()
                 ),
                 lower=bounds[0],
                 upper=bounds[1],
@@ -211,8 +202,7 @@ def _chord_error(values: xr.DataArray, sides: Sides, axis: str, x: np.ndarray) -
     (below, low), (above, high) = sides[axis]
     rise = f[high] - f[low]
     bends = [
-        ((f[third] - f[high]) / (x[third] - x[high]) - rise / (x[high] - x[low]))
-        / (x[third] - x[low])
+        ((f[third] - f[high]) / (x[third] - x[high]) - rise / (x[high] - x[low])) / (x[third] - x[low])
         for third in (low - 1, high + 1)
         if 0 <= third < len(x) and math.isfinite(f[third])
     ]

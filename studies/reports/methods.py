@@ -30,24 +30,17 @@ def methods_of(dataset: xr.Dataset, points: xr.Dataset) -> Document | None:
     quantities = []
     for name in main_quantities(points):
         rows = list(_rows(points, name, first))
-        sentences = [
-            _sentence(name, first, other, [row for row in rows if row[METHOD] == other])
-            for other in others
-        ]
+        sentences = [_sentence(name, first, other, [row for row in rows if row[METHOD] == other]) for other in others]
         unit = points[name].attrs["units"]
         label = name.replace("_", " ")
-        quantities.append(
-            {"quantity": name, "label": label, "unit": unit, "sentences": sentences, "rows": rows}
-        )
+        quantities.append({"quantity": name, "label": label, "unit": unit, "sentences": sentences, "rows": rows})
     costs = [_cost(dataset, first, other) for other in others]
     return {"first": first, "quantities": quantities, "costs": list(filter(None, costs))}
 
 
 def _rows(points: xr.Dataset, name: str, first: str) -> Iterator[Document]:
     """A row for each point of another method that the first one computed too."""
-    columns = [
-        array.values.ravel() for array in (comparable(points, name), error_bars(points, name))
-    ]
+    columns = [array.values.ravel() for array in (comparable(points, name), error_bars(points, name))]
     known: dict[tuple[Any, ...], tuple[float, float]] = {}
     later = []
     for place, value, bar in zip(places_of(points), *columns, strict=True):
@@ -109,10 +102,7 @@ def _cost(dataset: xr.Dataset, first: str, other: str) -> str:
     """How many times as long the runs of a method took; empty where a time is unknown."""
     if not cubes.SOLVER_SECONDS.is_in(dataset):
         return ""
-    seconds, methods = (
-        by_run(dataset, cubes.SOLVER_SECONDS.name),
-        by_run(dataset, METHOD).astype(str),
-    )
+    seconds, methods = (by_run(dataset, cubes.SOLVER_SECONDS.name), by_run(dataset, METHOD).astype(str))
     ours, theirs = (float(seconds[methods == method].sum()) for method in (other, first))
     if not (theirs > 0.0 and math.isfinite(ours)):
         return ""

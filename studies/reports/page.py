@@ -133,9 +133,7 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
 
 def _drawing(figure: Figure) -> dict[str, Any]:
     """A figure for Plotly in pieces that fit a sheet of A4, each with a layout for each width of a page."""
-    pieces = [
-        figure.panels[first : first + PANELS] for first in range(0, len(figure.panels), PANELS)
-    ]
+    pieces = [figure.panels[first : first + PANELS] for first in range(0, len(figure.panels), PANELS)]
     return {
         "pieces": [
             {
@@ -174,20 +172,12 @@ def _heading(name: Any, unit: Any) -> str:
 
 
 def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node]:
-    return [
-        row
-        for row in residuals
-        if bare(row.quantity) == bare(quantity_name) and bare(row.reference) == reference
-    ]
+    return [row for row in residuals if bare(row.quantity) == bare(quantity_name) and bare(row.reference) == reference]
 
 
 def _cut_note(rows: Any) -> str:
     """The note above a table that does not show all rows."""
-    return (
-        ""
-        if len(rows) <= MOST_ROWS
-        else "Only the first rows are printed; report.json contains all rows."
-    )
+    return "" if len(rows) <= MOST_ROWS else "Only the first rows are printed; report.json contains all rows."
 
 
 def _thumbnails(pictures: Node, kind: str) -> list[Node]:
@@ -195,8 +185,7 @@ def _thumbnails(pictures: Node, kind: str) -> list[Node]:
     return [
         picture
         for picture in pictures
-        if bare(picture.kind) == kind
-        and (bare(picture.missing) or bare(picture.field) == THUMBNAIL_FIELDS[kind])
+        if bare(picture.kind) == kind and (bare(picture.missing) or bare(picture.field) == THUMBNAIL_FIELDS[kind])
     ]
 
 
@@ -225,9 +214,7 @@ def environment() -> Environment:
         keys=lambda node: list(bare(node)),
         matching=_matching,
         main_ones=lambda quantities: [each for each in quantities if bare(each.main)],
-        troubled=lambda runs: [
-            run for run in runs if bare(run.doubted) or bare(run.state) != "succeeded"
-        ],
+        troubled=lambda runs: [run for run in runs if bare(run.doubted) or bare(run.state) != "succeeded"],
         is_round_off=lambda value: is_round_off(bare(value)),
         both_round_off=lambda each: all(
             not bare(end) or is_round_off(bare(end)) for end in (each.smallest, each.largest)
@@ -237,9 +224,7 @@ def environment() -> Environment:
         first_rows=lambda rows: [row for row, _ in zip(rows, range(MOST_ROWS), strict=False)],
         is_long=lambda laws: len(laws) > MOST_LAWS,
         judged_laws=lambda laws: [law for law in laws if bare(law.judged)],
-        some_reasons=lambda reasons: [
-            reason for reason, _ in zip(reasons, range(MOST_REASONS), strict=False)
-        ],
+        some_reasons=lambda reasons: [reason for reason, _ in zip(reasons, range(MOST_REASONS), strict=False)],
         cut_note=_cut_note,
         thumbnails=_thumbnails,
         coarser=lambda runs: [run for run in runs if not bare(run.finest)],

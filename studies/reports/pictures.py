@@ -99,11 +99,7 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Document:
                 "pictures": pictures,
             }
         )
-    return {
-        "setup": setup,
-        "runs": runs,
-        "left_out": dataset.run_state.size - len(runs),
-    }
+    return {"setup": setup, "runs": runs, "left_out": dataset.run_state.size - len(runs)}
 
 
 def first_of_kinds(document: Document) -> list[Document]:
@@ -128,8 +124,7 @@ def _chosen(dataset: xr.Dataset) -> tuple[int, ...]:
 def _finest(dataset: xr.Dataset) -> list[int]:
     """Numbers of the runs of the finest resolution, without offset."""
     numbers = xr.DataArray(
-        np.arange(dataset.run_state.size).reshape(dataset.run_state.shape),
-        dims=dataset.run_state.dims,
+        np.arange(dataset.run_state.size).reshape(dataset.run_state.shape), dims=dataset.run_state.dims
     )
     refined = refinements_of(dataset)
     last = {name: place for name, place in ((RESOLUTION, -1), (OFFSET, 0)) if name in refined}
@@ -155,9 +150,7 @@ def _shown(dataset: xr.Dataset, number: int, files: Mapping[str, Path]) -> Shown
     )
 
 
-def _sections(
-    dataset: xr.Dataset, number: int, files: Mapping[str, Path]
-) -> tuple[Sections | None, str]:
+def _sections(dataset: xr.Dataset, number: int, files: Mapping[str, Path]) -> tuple[Sections | None, str]:
     """The stored sections of a run, or the reason why there are none."""
     state = cubes.STATES[int(dataset.run_state.values.ravel()[number])]
     if state != "succeeded":
@@ -192,16 +185,12 @@ def _pictures(
             yield {"kind": kind, "missing": _why_missing(run.sections, asked)}
             continue
         for field in FIELDS if full and kind == "end" else (THUMBNAIL_FIELDS[kind],):
-            picture = _picture(
-                run, section, kind, field, frames[kind][run.number], limits[kind][field]
-            )
+            picture = _picture(run, section, kind, field, frames[kind][run.number], limits[kind][field])
             yield {**picture, "sign": sign}
     if full and run.sections.radiograph and (end := run.sections.at(END)):
         frame = _frame_of_radiograph(run.sections.radiograph, sign)
         densest = float(run.sections.radiograph.density.max())
-        picture = _picture(
-            run, end, "end", AREAL_DENSITY, frame, (0.0, rounded_up(CLOUD * densest))
-        )
+        picture = _picture(run, end, "end", AREAL_DENSITY, frame, (0.0, rounded_up(CLOUD * densest)))
         yield {**picture, "sign": sign}
 
 
@@ -214,12 +203,7 @@ def _frame_of_radiograph(taken: Radiograph, sign: float) -> Frame:
 
 
 def _picture(
-    run: Shown,
-    section: Section,
-    kind: str,
-    field: str,
-    frame: Frame,
-    limits: tuple[float, float],
+    run: Shown, section: Section, kind: str, field: str, frame: Frame, limits: tuple[float, float]
 ) -> Document:
     lengths = run.lengths if kind == "end" else {}
     unit, factor = SHOWN[field]
@@ -227,8 +211,7 @@ def _picture(
     time = f"{printed_in(float(f'{section.time:.3g}'), 's')} {display_of('s').unit}"
     low, high = (digits(float(f"{limit * factor:.6g}")) for limit in limits)
     measured = "; ".join(
-        f"{name.replace('_', ' ')} {printed(value, 'length')} {display_of('m').unit}"
-        for name, value in lengths.items()
+        f"{name.replace('_', ' ')} {printed(value, 'length')} {display_of('m').unit}" for name, value in lengths.items()
     )
     scene = "Section at the end" if kind == "end" else "Section of the debris"
     if field == AREAL_DENSITY:
@@ -287,8 +270,7 @@ def _growth(dataset: xr.Dataset, run: Shown) -> Document | None:
         if cubes.HISTORY.is_in(dataset, name):
             rows = (cubes.HISTORY_TIME, cubes.HISTORY)
             time, value = (
-                variable.of(dataset, name).values.reshape(dataset.run_state.size, -1)[run.number]
-                for variable in rows
+                variable.of(dataset, name).values.reshape(dataset.run_state.size, -1)[run.number] for variable in rows
             )
             kept = np.isfinite(time)
             lines.append(
@@ -408,8 +390,6 @@ def rounded_up(value: float) -> float:
         return 1.0
     power = 10.0 ** math.floor(math.log10(value))
     step = next(
-        step
-        for step in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0)
-        if step * power >= value * 0.999
+        step for step in (1.0, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0) if step * power >= value * 0.999
     )
     return float(f"{step * power:.12g}")

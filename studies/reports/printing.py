@@ -71,9 +71,7 @@ def draw(specification: Mapping[str, Any], file: Path) -> Path:
     try:
         from matplotlib.figure import Figure
     except ImportError:
-        raise MissingExtra(
-            "drawing figures needs Matplotlib: pip install 'whipple[plot]'"
-        ) from None
+        raise MissingExtra("drawing figures needs Matplotlib: pip install 'whipple[plot]'") from None
     layout = specification["layout"]
     size = (layout["width"] / PIXELS, layout["height"] / PIXELS)
     canvas = Figure(figsize=size, dpi=PIXELS)
@@ -90,8 +88,7 @@ def draw(specification: Mapping[str, Any], file: Path) -> Path:
     format = file.suffix.removeprefix(".")
     metadata = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}.get(format)
     return write_atomically(
-        file,
-        lambda part: canvas.savefig(part, format=format, dpi=SHARP * PIXELS, metadata=metadata),
+        file, lambda part: canvas.savefig(part, format=format, dpi=SHARP * PIXELS, metadata=metadata)
     )
 
 
@@ -119,9 +116,7 @@ class _Panel:
             texts = axis.get("ticktext") or [f"{value:g}" for value in axis["tickvals"]]
             self.axes.set(**{f"{which}ticks": axis["tickvals"], f"{which}ticklabels": texts})
         shows = axis.get("showticklabels", True)
-        self.axes.tick_params(
-            axis=which, labelsize=9, **{f"label{'bottom' if which == 'x' else 'left'}": shows}
-        )
+        self.axes.tick_params(axis=which, labelsize=9, **{f"label{'bottom' if which == 'x' else 'left'}": shows})
         part = getattr(self.axes, f"{which}axis")
         part.label.set_size(10)
         if "%" in axis.get("tickformat", ""):
@@ -146,20 +141,14 @@ class _Panel:
         if "markers" in mode:
             names = marker.get("symbol", "circle")
             clip = trace.get("cliponaxis", True)
-            for each, at, value in zip(
-                [names] * len(x) if isinstance(names, str) else names, x, y, strict=True
-            ):
+            for each, at, value in zip([names] * len(x) if isinstance(names, str) else names, x, y, strict=True):
                 self.axes.plot([at], [value], clip_on=clip, zorder=3, **_mark(marker, each))
 
         if "text" in mode:
-            for text, at, value, position in zip(
-                trace["text"], x, y, trace["textposition"], strict=True
-            ):
+            for text, at, value, position in zip(trace["text"], x, y, trace["textposition"], strict=True):
                 self._label(text, (at, value), position, trace["textfont"])
 
-    def _label(
-        self, text: str, place: tuple[float, float], position: str, font: Mapping[str, Any]
-    ) -> None:
+    def _label(self, text: str, place: tuple[float, float], position: str, font: Mapping[str, Any]) -> None:
         """A text beside a mark: "bottom right" of it, for instance."""
         vertical, _, horizontal = position.partition(" ")
         across = {"left": -1.0, "right": 1.0}.get(horizontal, 0.0)

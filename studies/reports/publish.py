@@ -55,11 +55,7 @@ def publish_sweep(
 
 
 def write_partial(
-    sweep_document: Mapping[str, Any],
-    outcomes: Mapping[str, Mapping[str, Any]],
-    file: Path,
-    *,
-    state: str,
+    sweep_document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]], file: Path, *, state: str
 ) -> Path:
     """Write the cube of a sweep that has not ended; its attributes say so, with ``state``.
 
@@ -70,9 +66,7 @@ def write_partial(
     return cube.write(dataset.assign_attrs(sweep_state=state, comment=comment), file)
 
 
-def _parsed(
-    document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]
-) -> tuple[Any, dict[str, Any]]:
+def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, dict[str, Any]]:
     """A sweep and the results of its runs, as records."""
     from studies.sweeps.sweep import ACCEPTED, Sweep
 

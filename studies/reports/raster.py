@@ -78,16 +78,12 @@ def _nearest(sections: Sections, section: Section, frame: Frame, columns: int) -
     # Closing: matter, widened by so much and narrowed again.
     pixel = frame.width / columns
     within = distance_transform_edt(inside.reshape(rows, columns)) * pixel
-    shown = (within > CLOSED * widths.max()) | (distance <= EDGE * widths.max()).reshape(
-        rows, columns
-    )
+    shown = (within > CLOSED * widths.max()) | (distance <= EDGE * widths.max()).reshape(rows, columns)
     particles[shown] = at.reshape(rows, columns)[shown]
     return particles
 
 
-def radiogram(
-    sections: Sections, frame: Frame, columns: int, sign: float, limits: tuple[float, float]
-) -> bytes:
+def radiogram(sections: Sections, frame: Frame, columns: int, sign: float, limits: tuple[float, float]) -> bytes:
     """The picture of a radiograph; ``sign`` is 1 where the frame counts along the flight, else -1."""
     taken = sections.radiograph
     assert taken is not None
@@ -103,9 +99,7 @@ def radiogram(
     return png(np.where(shown, place, -1), taken.density.ravel(), limits, VIRIDIS)
 
 
-def png(
-    particles: np.ndarray, values: np.ndarray, limits: tuple[float, float], colours: str
-) -> bytes:
+def png(particles: np.ndarray, values: np.ndarray, limits: tuple[float, float], colours: str) -> bytes:
     """The picture of particles (rows, columns) by their values (n,), with a transparent ground."""
     from PIL import Image
 

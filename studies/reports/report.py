@@ -15,14 +15,7 @@ import numpy as np
 import xarray as xr
 
 from studies.convergence.orders import FORMAL_ORDER, ORDERS
-from studies.convergence.richardson import (
-    ASSUMED_ORDER,
-    COVERAGE,
-    LEFT,
-    SAFETY,
-    SAFETY_UNOBSERVED,
-    VERDICTS,
-)
+from studies.convergence.richardson import ASSUMED_ORDER, COVERAGE, LEFT, SAFETY, SAFETY_UNOBSERVED, VERDICTS
 from studies.cubes import audit, reading
 from studies.cubes import variables as cubes
 from studies.cubes.long_texts import short_texts, with_short_texts
@@ -89,9 +82,7 @@ NO_MESH_ERROR = (
 Document = dict[str, Any]
 
 
-def document(
-    dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str, Path] | None = None
-) -> Document:
+def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str, Path] | None = None) -> Document:
     """Everything that the report says, as plain objects in SI; ``sections`` are files by run id.
 
     A text of several lines, a deck, stands by its first line and digest: the cube has it in full.
@@ -190,9 +181,7 @@ def _convergence(dataset: xr.Dataset, points: xr.Dataset) -> Document:
                 **{key: quantity[key] for key in ("label", "unit", "main")},
                 "points": rows,
                 "verdicts": [
-                    {"verdict": verdict, "points": counts[verdict]}
-                    for verdict in VERDICTS
-                    if counts[verdict]
+                    {"verdict": verdict, "points": counts[verdict]} for verdict in VERDICTS if counts[verdict]
                 ],
                 "rules": [{"rule": rule, "points": points} for rule, points in rules.items()],
             }
@@ -229,12 +218,7 @@ def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> Doc
 def _axis(dataset: xr.Dataset, name: str) -> Document:
     axis = dataset[name]
     values = list(dict.fromkeys(plain(value) for value in axis.values))
-    return {
-        "name": name,
-        "unit": axis.attrs.get("units"),
-        "meaning": reading.meaning_of(axis),
-        "values": values,
-    }
+    return {"name": name, "unit": axis.attrs.get("units"), "meaning": reading.meaning_of(axis), "values": values}
 
 
 def _fixed(dataset: xr.Dataset) -> Iterator[Document]:
@@ -335,11 +319,7 @@ def _flags(dataset: xr.Dataset) -> list[list[str]]:
     for name in reading.quantities_of(dataset):
         columns[f"{name}: "] = reading.flag_words(cubes.FLAGS.of(dataset, name))
     return [
-        [
-            f"{quantity}{flag}".replace("_", " ")
-            for quantity, column in columns.items()
-            for flag in column[number]
-        ]
+        [f"{quantity}{flag}".replace("_", " ") for quantity, column in columns.items() for flag in column[number]]
         for number in range(dataset.run_state.size)
     ]
 
@@ -439,9 +419,7 @@ def _laws(dataset: xr.Dataset) -> Iterator[Document]:
                 "scatter": _scatter(dataset, quantity, int(rows[0])),
                 "quantity": quantity.replace("_", " "),
                 "variants": [str(variants[row]) for row in rows if variants[row]],
-                "reasons": [
-                    {"reason": reason, "answers": count} for reason, count in counts.most_common()
-                ],
+                "reasons": [{"reason": reason, "answers": count} for reason, count in counts.most_common()],
             }
 
 
@@ -462,13 +440,7 @@ def _provenance(dataset: xr.Dataset) -> Document:
     return {
         "cube": {
             name: attributes[name]
-            for name in (
-                "Conventions",
-                "institution",
-                "source",
-                "date_created",
-                "undeclared_numbers",
-            )
+            for name in ("Conventions", "institution", "source", "date_created", "undeclared_numbers")
             if name in attributes
         },
         "schema_version": int(attributes["schema_version"]),

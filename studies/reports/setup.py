@@ -28,9 +28,7 @@ def setup_of(dataset: xr.Dataset) -> Document | None:
     if outline is None:
         return None
     names = dict.fromkeys([d.parameter for d in outline.dimensions])
-    labels = {
-        name: _label(dataset, name, values[name]) for name in (*names, "speed") if values.get(name)
-    }
+    labels = {name: _label(dataset, name, values[name]) for name in (*names, "speed") if values.get(name)}
     bodies = [shape.body for shape in outline.shapes if shape.body in scenario.materials]
     materials = {body: _texts(values[body]) for body in bodies if values.get(body)}
     spoken = [f"{name.replace('_', ' ')} {label}" for name, label in labels.items()]

@@ -39,10 +39,7 @@ def setup_sketch(document: dict[str, Any]) -> Markup:
     scale = min(ROOM / (right - left), TALLEST / (bottom - top))
 
     def place(across: float, along: float) -> tuple[float, float]:
-        return (
-            0.5 * (WIDTH - 60) + scale * (across - 0.5 * (left + right)),
-            ABOVE + scale * (sign * along - top),
-        )
+        return (0.5 * (WIDTH - 60) + scale * (across - 0.5 * (left + right)), ABOVE + scale * (sign * along - top))
 
     parts: list[str] = []
     for shape in shapes:
@@ -127,9 +124,7 @@ def growth_sketch(document: Document) -> Markup:
     lines = document["lines"]
     seconds, metres = display_of("s"), display_of("m")
     last = max(each["time"][-1] for each in lines) * seconds.factor
-    values = [
-        value * metres.factor for each in lines for value in each["value"] if value is not None
-    ]
+    values = [value * metres.factor for each in lines for value in each["value"] if value is not None]
     least, most = min(0.0, *values), 1.12 * max(values)
     wide, bottom = WIDTH - LEFT - RIGHT, TOP + HIGH
 
@@ -140,9 +135,7 @@ def growth_sketch(document: Document) -> Markup:
     parts = []
     if document["window"]:
         begin, end = (place(time, 0.0)[0] for time in document["window"])
-        parts.append(
-            f'<rect class="window" x="{px(begin)}" y="{TOP}" width="{px(end - begin)}" height="{HIGH}"/>'
-        )
+        parts.append(f'<rect class="window" x="{px(begin)}" y="{TOP}" width="{px(end - begin)}" height="{HIGH}"/>')
     parts += _grid(last, least, most, wide, bottom)
     for number, each in enumerate(lines):
         kind = DASHES[number % len(DASHES)]

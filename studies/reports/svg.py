@@ -24,9 +24,7 @@ def step_of(length: float) -> float:
     (0.001, 0.005, 10.0)
     """
     power = 10.0 ** math.floor(math.log10(length))
-    return float(
-        f"{min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(math.log(step * power / length))) * power:.12g}"
-    )
+    return float(f"{min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(math.log(step * power / length))) * power:.12g}")
 
 
 def ticks(low: float, high: float, step: float) -> list[float]:
@@ -58,10 +56,7 @@ def arrow(kind: str, x1: float, y1: float, x2: float, y2: float, *, both: bool =
     heads = []
     tips = ((x2, y2, angle + math.pi), (x1, y1, angle))
     for x, y, towards in tips[: 1 + both]:
-        ends = [
-            (x + 7 * math.cos(towards + side), y + 7 * math.sin(towards + side))
-            for side in (-0.4, 0.4)
-        ]
+        ends = [(x + 7 * math.cos(towards + side), y + 7 * math.sin(towards + side)) for side in (-0.4, 0.4)]
         corners = " ".join(f"{px(a)},{px(b)}" for a, b in ((x, y), *ends))
         heads.append(f'<polygon class="{kind} head" points="{corners}"/>')
     return line(kind, x1, y1, x2, y2) + "".join(heads)

@@ -11,15 +11,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import (
-    Place,
-    axes_of,
-    by_run,
-    comparable,
-    error_bars,
-    places_of,
-    simulated,
-)
+from studies.cubes.points import Place, axes_of, by_run, comparable, error_bars, places_of, simulated
 from studies.cubes.variable import Variable
 from studies.laws import DRAWN_ONLY
 from studies.sweeps.sweep import OFFSET, RESOLUTION

@@ -28,14 +28,7 @@ from studies.runs.run import Run, materials_of
 from studies.runs.run_log import RunLog
 from studies.scenarios import Setting
 from studies.values.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
-from studies.values.results import (
-    ENERGY_DRIFT_LIMIT,
-    LOST_PARTICLES,
-    NO_CONTROL,
-    Progress,
-    RunControl,
-    RunResult,
-)
+from studies.values.results import ENERGY_DRIFT_LIMIT, LOST_PARTICLES, NO_CONTROL, Progress, RunControl, RunResult
 
 # Flagged, not failed. The hottest 0.1 % of mass of resolved perforations holds 3 to 9 % of the internal energy at the
 # end; half of it means that single particles have run away.
@@ -90,9 +83,7 @@ def execute(
             interval=observer.rate.interval,
             recorder=observer.film,
             threads=threads,
-            checkpoint=_checkpointing(checkpoint, observer, control, explain)
-            if checkpoint
-            else None,
+            checkpoint=_checkpointing(checkpoint, observer, control, explain) if checkpoint else None,
         )
         result = _succeeded(run.id, directory, observer, outcome)
     except WhippleError as error:
@@ -119,9 +110,7 @@ def refuse(run_id: str, directory: Path) -> None:
     _write_result(directory, RunResult(run_id, "failed", reason=reason, failure="OtherPhysics"))
 
 
-def observer_of(
-    run: Run, report: Callable[[Progress], object] | None = None, *, film: bool = False
-) -> Observer:
+def observer_of(run: Run, report: Callable[[Progress], object] | None = None, *, film: bool = False) -> Observer:
     """The observer of a run, with the problem that it observes."""
     scenario, setting = scenarios.load(run.scenario), setting_of(run)
     interval = run.parameters.get("film_interval")
@@ -211,10 +200,7 @@ def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcom
         "succeeded",
         reason=f"{LOST_PARTICLES}: no {', '.join(lost)}" if lost else None,
         measurements=measured,
-        flags=(
-            *_flags(numbers, observer.scenario.observer.least_cells),
-            *((LOST_PARTICLES,) if lost else ()),
-        ),
+        flags=(*_flags(numbers, observer.scenario.observer.least_cells), *((LOST_PARTICLES,) if lost else ())),
         numbers=numbers,
         stop=outcome.stop,
         histories=_histories(observer.setting, outcome),
@@ -230,10 +216,7 @@ def _distributions(observer: Observer) -> dict[str, Any]:
     from studies.measurements._distributions import DISTRIBUTIONS
 
     return {
-        name: {
-            "version": DISTRIBUTIONS[name].version,
-            "values": DISTRIBUTIONS[name].read(observer.last_view).tolist(),
-        }
+        name: {"version": DISTRIBUTIONS[name].version, "values": DISTRIBUTIONS[name].read(observer.last_view).tolist()}
         for name in names
     }
 
@@ -326,16 +309,12 @@ def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tu
 def _save_state(directory: Path, outcome: Outcome) -> None:
     """The living particles of the final state, so that measurements can be read again, and the departed."""
     particles, living = outcome.snapshot.particles, outcome.snapshot.particles.alive == 1
-    fields = {
-        name: getattr(particles, name)[living] for name in particles._fields if name != "alive"
-    }
+    fields = {name: getattr(particles, name)[living] for name in particles._fields if name != "alive"}
     departed = outcome.snapshot.departed._asdict()
     fields.update({DEPARTED + name: array for name, array in departed.items()})
 
     def save(path: Path) -> None:
         with open(path, "wb") as file:
-            np.savez_compressed(
-                file, body=outcome.snapshot.body[living], time=outcome.snapshot.time, **fields
-            )
+            np.savez_compressed(file, body=outcome.snapshot.body[living], time=outcome.snapshot.time, **fields)
 
     write_atomically(directory / STATE, save)

@@ -15,13 +15,7 @@ from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
 from studies.scenarios import Scenario, Setting
-from studies.values.results import (
-    CLOSED_ON_AXIS,
-    MESH_DETERMINED,
-    TOO_COARSE,
-    Measured,
-    Progress,
-)
+from studies.values.results import CLOSED_ON_AXIS, MESH_DETERMINED, TOO_COARSE, Measured, Progress
 
 # A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
 # the share of the value.
@@ -71,8 +65,7 @@ class Observer:
     def as_text(self) -> str:
         """All readings so far; ``restore`` gives them back, bit for bit."""
         readings = [
-            {name: (r.value, dict(r.parts), r.flags) for name, r in observed.items()}
-            for observed in self.readings
+            {name: (r.value, dict(r.parts), r.flags) for name, r in observed.items()} for observed in self.readings
         ]
         return json.dumps({"times": self.times, "readings": readings})
 
@@ -110,10 +103,7 @@ class Observer:
         return float(np.ptp(values))
 
     def _follow(self, measurement: Measurement) -> Reading:
-        values = {
-            name: np.array([reading[name].value for reading in self.readings])
-            for name in measurement.follows
-        }
+        values = {name: np.array([reading[name].value for reading in self.readings]) for name in measurement.follows}
         return measurement.read(History(np.array(self.times), values))
 
     def _is_judged(self, name: str) -> bool:
@@ -140,9 +130,7 @@ class Observer:
         has_value, flags = math.isfinite(reading.value), reading.flags
         parts: dict[str, float] = {}
         if has_value:
-            parts = self.scenario.observer.all_parts(
-                self.parameters, name, reading.value, reading.parts
-            )
+            parts = self.scenario.observer.all_parts(self.parameters, name, reading.value, reading.parts)
         if has_value and math.isfinite(growth):
             parts["growth"] = growth
         if has_value and measurement.mesh_determined:
@@ -159,10 +147,7 @@ class Observer:
             uncertainty=uncertainty,
             parts=parts,
             flags=(*flags, *unknown) if has_value else flags,
-            history={
-                "time": list(self.times),
-                "value": [_finite(reading[name].value) for reading in self.readings],
-            },
+            history={"time": list(self.times), "value": [_finite(reading[name].value) for reading in self.readings]},
             version=measurement.version,
         )
 

@@ -37,10 +37,7 @@ def outdated(scenario: str, stored: Mapping[str, Mapping[str, Any]]) -> tuple[st
         name
         for name, version in definitions(scenario).items()
         if stored.get(name, {}).get("version") != version
-        and not (
-            measurements.load(name).follows
-            and NEEDS_SOLVING in stored.get(name, {}).get("flags", ())
-        )
+        and not (measurements.load(name).follows and NEEDS_SOLVING in stored.get(name, {}).get("flags", ()))
     )
 
 
@@ -49,22 +46,16 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
 
     Raises numpy's errors (OSError, ValueError, KeyError, BadZipFile) where the file is no state.
     """
-    chosen = [
-        measurements.load(name) for name in outdated(run.scenario, result.as_json()["measurements"])
-    ]
+    chosen = [measurements.load(name) for name in outdated(run.scenario, result.as_json()["measurements"])]
     if not chosen:
         return result
     renewed = dict(result.measurements)
-    view = (
-        None if all(measurement.follows for measurement in chosen) else _view_of(run, result, state)
-    )
+    view = None if all(measurement.follows for measurement in chosen) else _view_of(run, result, state)
     for measurement in chosen:
         if measurement.follows:
             renewed[measurement.name] = _from_histories(measurement, result)
         else:
-            renewed[measurement.name] = _from_state(
-                run, measurement, measurement.read(view), result
-            )
+            renewed[measurement.name] = _from_state(run, measurement, measurement.read(view), result)
     # Names as the scenario has them, then those that it no longer has.
     order = dict.fromkeys([*(n for n in definitions(run.scenario) if n in renewed), *renewed])
     return replace(
@@ -91,9 +82,7 @@ def load_state(file: Path, *, step: int = 0) -> Any:
         prefix = DEPARTED if DEPARTED + "number" in saved else "retired_"
         absent = np.full(saved[prefix + "mass"].size, np.nan)
         departed = Departed(*(saved.get(prefix + name, absent) for name in Departed._fields))
-        return Snapshot(
-            float(saved["time"]), step, Particles(**fields, alive=alive), body, departed
-        )
+        return Snapshot(float(saved["time"]), step, Particles(**fields, alive=alive), body, departed)
 
 
 def _view_of(run: Run, result: RunResult, state: Path) -> Any:
@@ -126,9 +115,7 @@ def _from_histories(measurement: Measurement, result: RunResult) -> Measured:
     return _measured(measurement, measurement.read(History(np.array(times, float), values)), result)
 
 
-def _from_state(
-    run: Run, measurement: Measurement, reading: Reading, result: RunResult
-) -> Measured:
+def _from_state(run: Run, measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
     """A measurement read off the final state alone."""
     scenario = scenarios.load(run.scenario)
     parts = scenario.observer.all_parts(
@@ -163,9 +150,7 @@ def _provenance(result: RunResult, chosen: Iterable[Measurement], by: str) -> st
     changes = []
     for measurement in chosen:
         before = result.measurements.get(measurement.name)
-        changes.append(
-            f"{measurement.name} {before.version if before else 'nothing'} to {measurement.version}"
-        )
+        changes.append(f"{measurement.name} {before.version if before else 'nothing'} to {measurement.version}")
     entry = f"{', '.join(changes)} by {by}"
     earlier = result.provenance.get("remeasured")
     return f"{earlier}; {entry}" if earlier else entry

@@ -89,9 +89,7 @@ class Run:
         chosen = scenarios.load(self.scenario)
         described = marked(chosen.parameters, Described)
         labels = {name for name, mark in described.items() if mark.label}
-        names = labels.union(
-            chosen.materials, chosen.unused
-        )  # the values that they name are content themselves
+        names = labels.union(chosen.materials, chosen.unused)  # the values that they name are content themselves
         defaults = {name: each.default for name, each in declared(chosen.parameters).items()}
         names |= {
             name
@@ -103,16 +101,14 @@ class Run:
         models = [
             entries(*registry)[name].record
             for parameter, registry in CHOSEN_MODELS.items()
-            if parameter not in names
-            and (name := str(self.parameters.get(parameter))) in entries(*registry)
+            if parameter not in names and (name := str(self.parameters.get(parameter))) in entries(*registry)
         ]
         return {
             "physics": PHYSICS_VERSION,
             "scenario": self.scenario,
             "parameters": {k: v for k, v in self.parameters.items() if k not in names},
             "materials": {
-                role: simulated(plain, chosen.measured_with, eos_form, models)
-                for role, plain in self.materials.items()
+                role: simulated(plain, chosen.measured_with, eos_form, models) for role, plain in self.materials.items()
             },
         }
 
@@ -123,9 +119,7 @@ def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str
     values = parse_parameters(chosen.parameters, parameters, "parameters", si=True)
     absent = [name for name in chosen.materials if name not in materials]
     if absent:
-        raise InvalidInput(
-            Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent
-        )
+        raise InvalidInput(Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent)
     filled = chosen.fill(chosen.parameters(**values))
     resolved = {name: materials[name].resolved() for name in chosen.materials}
     findings = chosen.check(filled, {name: materials[name] for name in chosen.materials})

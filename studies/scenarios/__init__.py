@@ -125,9 +125,7 @@ class ObserverOptions:
         """True for a grid so coarse that the error of its measurements is unknown."""
         return any(cells[name] < fewest for name, fewest in self.fewest_cells.items())
 
-    def all_parts(
-        self, parameters: Any, name: str, value: float, parts: Mapping[str, float]
-    ) -> dict[str, float]:
+    def all_parts(self, parameters: Any, name: str, value: float, parts: Mapping[str, float]) -> dict[str, float]:
         """The parts of the uncertainty of a value: those of its reading, and those that the parameters tell."""
         told = self.parts(parameters, name)
         return {**parts, **{part: share * abs(value) for part, share in told.items()}}

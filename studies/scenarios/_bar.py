@@ -15,13 +15,7 @@ from studies.scenarios import Dimension, Outline, Setting, Shape, Size
 from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._loading import Loading, added_speed, check_loading, loads
 from studies.scenarios._method import is_coupled, is_meshed
-from studies.scenarios._numerics import (
-    Numerics,
-    filled_numerics,
-    mean_step,
-    numerics,
-    particles_per_cell,
-)
+from studies.scenarios._numerics import Numerics, filled_numerics, mean_step, numerics, particles_per_cell
 from studies.values.errors import Finding
 
 if TYPE_CHECKING:
@@ -35,21 +29,15 @@ class AtWall:
     """Model of a bar and its wall."""
 
     geometry: Annotated[
-        Literal["axisymmetric", "quarter"],
-        Described("body of revolution, or a quarter of a bar in three dimensions"),
+        Literal["axisymmetric", "quarter"], Described("body of revolution, or a quarter of a bar in three dimensions")
     ] = "axisymmetric"
     section: Annotated[
         Literal["round", "square"],
-        Described(
-            "section of the bar; a square one, whose side is bar_diameter, in three dimensions",
-            neutral=True,
-        ),
+        Described("section of the bar; a square one, whose side is bar_diameter, in three dimensions", neutral=True),
     ] = "round"
     wall: Annotated[
         Literal["unilateral", "symmetric"],
-        Described(
-            "frictionless wall that only pushes, or a wall that holds the normal velocity in both directions"
-        ),
+        Described("frictionless wall that only pushes, or a wall that holds the normal velocity in both directions"),
     ] = "unilateral"
 
 
@@ -95,20 +83,14 @@ def assemble(
     from solver.problem import Problem
 
     geometry, faces = _grid(parameters, extent)
-    bodies, place = (_meshed_bar if is_meshed(parameters) else _bar)(
-        parameters, extent, matter, density, geometry
-    )
+    bodies, place = (_meshed_bar if is_meshed(parameters) else _bar)(parameters, extent, matter, density, geometry)
     return BarSetting(
         problem=Problem(
             geometry=geometry,
             bodies=bodies,
             faces=faces,
             end_time=extent.end_time,
-            **loads(
-                parameters,
-                axis=1 if parameters.geometry == "axisymmetric" else 2,
-                end_time=extent.end_time,
-            ),
+            **loads(parameters, axis=1 if parameters.geometry == "axisymmetric" else 2, end_time=extent.end_time),
             **numerics(parameters),
         ),
         sector=SECTORS[parameters.geometry],
@@ -138,11 +120,7 @@ def check_bar(parameters: Bar, extent: Extent, *, density: float, sound: float) 
     Its diameter has two cells by its own bounds.
     """
     findings = check_loading(
-        parameters,
-        density=density,
-        sound=sound,
-        time=extent.end_time,
-        length=(extent.length, extent.cell),
+        parameters, density=density, sound=sound, time=extent.end_time, length=(extent.length, extent.cell)
     )
     if extent.length < extent.cell:
         limit = f"at least a cell, {extent.cell:g} m"
@@ -174,11 +152,7 @@ def outline(values: Mapping[str, Any], *, length: str, diameter: str) -> Outline
     bar = Shape("bar", -half, half, 0.0, high, heading=(0.0, -1.0))
     wall = Shape("wall", -3.0 * half, 3.0 * half, -0.3 * half, 0.0)
     return Outline(
-        (bar, wall),
-        (
-            Dimension(diameter, (-half, high), (half, high)),
-            Dimension(length, (half, 0.0), (half, high)),
-        ),
+        (bar, wall), (Dimension(diameter, (-half, high), (half, high)), Dimension(length, (half, 0.0), (half, high)))
     )
 
 
@@ -254,9 +228,7 @@ def _meshed_bar(
     from solver.problem import Body
 
     step = extent.cell / particles_per_cell(parameters)
-    pieces, layers = (
-        max(1, round(whole / step)) for whole in (0.5 * extent.diameter, extent.length)
-    )
+    pieces, layers = (max(1, round(whole / step)) for whole in (0.5 * extent.diameter, extent.length))
     across = np.linspace(0.0, 0.5 * extent.diameter, pieces + 1)
     along = np.linspace(0.0, extent.length, layers + 1)
     middle = layers // 2 if is_coupled(parameters) else 0

@@ -17,15 +17,7 @@ EVEN, GROWTH = 3, 1.25
 
 
 def coupled_plate(
-    name: str,
-    matter: "Matter",
-    *,
-    square: float,
-    width: float,
-    begin: float,
-    end: float,
-    step: float,
-    density: float,
+    name: str, matter: "Matter", *, square: float, width: float, begin: float, end: float, step: float, density: float
 ) -> tuple["Body", "Body"]:
     """Elements and particles of a plate; ``square`` and ``width`` are half the sides of both, ``step`` a spacing, m."""
     import numpy as np
@@ -48,9 +40,7 @@ def coupled_plate(
         ]
     )
     outwards = np.concatenate([[0.0], np.cumsum(widths)]) / square
-    index, outer = lattice(
-        Hexahedron(), np.arange(len(widths) + 1.0), np.arange(len(edge) * 1.0), heights
-    )
+    index, outer = lattice(Hexahedron(), np.arange(len(widths) + 1.0), np.arange(len(edge) * 1.0), heights)
     ring, node = index[:, :2].astype(int).T
     rim = np.column_stack([edge[node] * (1.0 + outwards[ring])[:, None], index[:, 2]])
     parts = ((f"{name}-elements", rim, outer), (name, place, inner))
@@ -86,9 +76,9 @@ def _ring_widths(distance: float, widest: float, spacing: float) -> list[float]:
     """Widths of the rings of elements that fill a distance, m; the wider ones are stretched alike to its end."""
     wider: list[float] = []
     rest = distance - EVEN * spacing
-    while (
-        following := min((wider[-1] if wider else spacing) * GROWTH, max(widest, spacing))
-    ) <= rest - sum(wider) or not wider:
+    while (following := min((wider[-1] if wider else spacing) * GROWTH, max(widest, spacing))) <= rest - sum(
+        wider
+    ) or not wider:
         wider.append(following)
     stretch = rest / sum(wider)
     return [spacing] * EVEN + [width * stretch for width in wider]

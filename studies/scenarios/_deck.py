@@ -33,14 +33,7 @@ from functools import lru_cache
 from typing import Any, NoReturn
 
 from studies.scenarios._deck_checks import count_of, finished, least_count
-from studies.scenarios._deck_macros import (
-    EOS_COUNTS,
-    KINDS,
-    OPTIONS,
-    REFUSED,
-    TITLES,
-    Quantity,
-)
+from studies.scenarios._deck_macros import EOS_COUNTS, KINDS, OPTIONS, REFUSED, TITLES, Quantity
 from studies.scenarios._deck_records import (
     MOST_NODES,
     MOST_PARTICLES,
@@ -70,9 +63,7 @@ def read_file_text(content: bytes) -> str:
         return content.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         line = content.count(b"\n", 0, error.start) + 1
-        refuse_line(
-            line, f"byte {content[error.start]:#04x}", "UTF-8 text", "save the deck as UTF-8"
-        )
+        refuse_line(line, f"byte {content[error.start]:#04x}", "UTF-8 text", "save the deck as UTF-8")
 
 
 @lru_cache(maxsize=4)
@@ -106,12 +97,7 @@ class _Reader(Words):
             if word.key in REFUSED:
                 refuse_line(word.line, word.text, *REFUSED[word.key])
             if word.key not in handlers:
-                refuse_line(
-                    word.line,
-                    f"the macro {word.text!r}",
-                    "a macro of MPM3D",
-                    nearest_cure(word.key, handlers),
-                )
+                refuse_line(word.line, f"the macro {word.text!r}", "a macro of MPM3D", nearest_cure(word.key, handlers))
             handlers[word.key](word)
 
     def _units(self, asked: str) -> str:
@@ -210,12 +196,7 @@ class _Reader(Words):
     def _output(self, word: Word) -> None:
         option = self.word(word, "a quantity to write")
         if option.key not in OPTIONS:
-            refuse_line(
-                option.line,
-                repr(option.text),
-                "a quantity to write",
-                nearest_cure(option.key, OPTIONS),
-            )
+            refuse_line(option.line, repr(option.text), "a quantity to write", nearest_cure(option.key, OPTIONS))
         if word.key == "curx":
             self.vector(word, "length")
         elif word.key == "curv" and self.on_line(word.line):
@@ -229,9 +210,7 @@ class _Reader(Words):
             # Which body's normal counts: here both bodies' surfaces give it.
             self.integer(word, "body of the normal", 0, 100_000)
         elif method.key not in ("on", "off"):
-            refuse_line(
-                method.line, repr(method.text), "on, off or lagr", "write contact lagr 0.0 1"
-            )
+            refuse_line(method.line, repr(method.text), "on, off or lagr", "write contact lagr 0.0 1")
         self.state.switches["cont"] = method.key != "off"
 
     def _needed(self, key: str, word: Word) -> int:
@@ -256,17 +235,13 @@ class _Reader(Words):
                 )
             number = self.integer(first, "a material", 1, count)
             if number in self.state.materials:
-                refuse_line(
-                    first.line, f"material {number} twice", "each material once", "renumber it"
-                )
+                refuse_line(first.line, f"material {number} twice", "each material once", "renumber it")
             self.state.materials[number] = self._material(first)
 
     def _material(self, first: Word) -> DeckMaterial:
         kind = self.word(first, "a kind of material")
         if kind.key not in KINDS:
-            refuse_line(
-                kind.line, repr(kind.text), "a kind of material", nearest_cure(kind.key, KINDS)
-            )
+            refuse_line(kind.line, repr(kind.text), "a kind of material", nearest_cure(kind.key, KINDS))
         forms = KINDS[kind.key]
         if not forms:
             limit, cure = "a material that this solver has", "choose another kind"
@@ -295,9 +270,7 @@ class _Reader(Words):
         name = names[form, count]
         values = self.numbers(word, *EOS_COUNTS[name, form, count])
         material = self.state.materials[number]
-        self.state.materials[number] = DeckMaterial(
-            material.kind, material.values, material.line, name, values
-        )
+        self.state.materials[number] = DeckMaterial(material.kind, material.values, material.line, name, values)
 
     def _particles(self, word: Word) -> None:
         most = self._needed("nbmp", word)
@@ -327,9 +300,7 @@ class _Reader(Words):
         mass = self.number(row, "mass", "mass of a particle")
         spacing = self.number(row, "length", "spacing of the particles")
         if spacing <= 0.0:
-            refuse_line(
-                row.line, f"a spacing of {spacing:g} m", "more than 0", "correct the spacing"
-            )
+            refuse_line(row.line, f"a spacing of {spacing:g} m", "more than 0", "correct the spacing")
         origin = self.vector(row, "length")
         names = ("nx", "ny", "nz") if shape.key in ("bloc", "blod") else ("nRadius",)
         counts = [self.integer(row, name, 1, MOST_PARTICLES) for name in names]
@@ -342,15 +313,7 @@ class _Reader(Words):
         count = self._counted(lattice, row.line, most)
         each = self._particle_mass(row.line, material, density, mass, spacing)
         self.state.bodies.append(
-            DeckBody(
-                component,
-                material,
-                row.line,
-                lattice,
-                each,
-                count=count,
-                first=self.state.read - count + 1,
-            )
+            DeckBody(component, material, row.line, lattice, each, count=count, first=self.state.read - count + 1)
         )
 
     def _row(self, expected: str) -> Word:
@@ -382,9 +345,7 @@ class _Reader(Words):
             cure = "correct nbmp, or remove particles"
             refuse_line(line, f"particle {self.state.read}", f"the {most} particles of nbmp", cure)
 
-    def _particle_mass(
-        self, line: int, material: int, density: float, mass: float, spacing: float
-    ) -> float:
+    def _particle_mass(self, line: int, material: int, density: float, mass: float, spacing: float) -> float:
         """The mass of a particle from a number that is a density, or a mass already."""
         if material not in self.state.materials:
             limit, cure = "materials above particles", "write material above it"
@@ -418,9 +379,7 @@ class _Reader(Words):
             self._add(1, row.line, most)
             # MPM3D-F90 counts, whatever number the row has.
             rows.append((self.state.read, *self.vector(row, "length"), mass))
-        self.state.bodies.append(
-            DeckBody(component, first, word.line, rows=tuple(rows), count=count)
-        )
+        self.state.bodies.append(DeckBody(component, first, word.line, rows=tuple(rows), count=count))
 
     def _table(self, word: Word, most: int, materials: int) -> None:
         """The thesis' table: number, material, component and place of all particles."""
@@ -437,9 +396,7 @@ class _Reader(Words):
             bodies.setdefault((component, material), []).append((number, *place, 0.0))
             self._add(1, row.line, most)
         for (component, material), rows in bodies.items():
-            self.state.bodies.append(
-                DeckBody(component, material, word.line, rows=tuple(rows), count=len(rows))
-            )
+            self.state.bodies.append(DeckBody(component, material, word.line, rows=tuple(rows), count=len(rows)))
 
     def _velocities(self, word: Word) -> None:
         scopes = {"comp": "component", "body": "body", "node": "particle", "endv": ""}
@@ -452,9 +409,7 @@ class _Reader(Words):
                 return
             number = self.integer(scope, f"a {scopes[scope.key]}", 1, MOST_PARTICLES)
             velocity = self.vector(scope, "velocity")
-            self.state.velocities.append(
-                DeckVelocity(scopes[scope.key], number, velocity, scope.line)
-            )
+            self.state.velocities.append(DeckVelocity(scopes[scope.key], number, velocity, scope.line))
 
     def _loads(self, word: Word) -> None:
         """Gravity of bodies up to ``endl``."""

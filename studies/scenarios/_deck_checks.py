@@ -94,9 +94,7 @@ def finished(state: DeckState, units: str, line: int) -> Deck:
         refuse_line(line, f"{nodes:.3g} nodes", f"at most {MOST_NODES:.3g}", cure)
     _check_counts(state, nodes, line)
     lower = [numbers[key][0] for key in ("spx", "spy", "spz")]
-    if (
-        state.shape != "linear"
-    ):  # their closed faces hold the second layer of nodes, and ours the first
+    if state.shape != "linear":  # their closed faces hold the second layer of nodes, and ours the first
         for axis in range(3):
             below, above = (bool(face) for face in state.faces[2 * axis : 2 * axis + 2])
             lower[axis] += below * cell
@@ -182,9 +180,7 @@ def _gravity(stated: list[DeckGravity], bodies: int) -> Vector:
     if not by_body:
         return 0.0, 0.0, 0.0
     last = stated[-1]
-    if len(by_body) < bodies or any(
-        each.acceleration != last.acceleration for each in by_body.values()
-    ):
+    if len(by_body) < bodies or any(each.acceleration != last.acceleration for each in by_body.values()):
         limit = f"one gravity for all {bodies} bodies"
         refuse_line(last.line, f"gravity of body {last.body} alone", limit, "write grav for each")
     return last.acceleration
@@ -273,10 +269,7 @@ def _check_bodies(deck: Deck) -> None:
 
 
 def _check_velocities(deck: Deck) -> None:
-    allowed = {
-        "component": {body.component for body in deck.bodies},
-        "body": set(range(1, len(deck.bodies) + 1)),
-    }
+    allowed = {"component": {body.component for body in deck.bodies}, "body": set(range(1, len(deck.bodies) + 1))}
     for given in deck.velocities:
         if given.of == "particle":
             valid = given.number <= deck.particles

@@ -66,15 +66,7 @@ KINDS: Mapping[str, tuple[Form, ...]] = {
         {"density": "density", "wave speed": "velocity"},
         {"density": "density", "bulk": "stress", "viscosity": "viscosity"},
     ),
-    "dpm": (
-        {
-            **ELASTIC,
-            "qfai": "number",
-            "kfai": "stress",
-            "qpsi": "number",
-            "tenf": "stress",
-        },
-    ),
+    "dpm": ({**ELASTIC, "qfai": "number", "kfai": "stress", "qpsi": "number", "tenf": "stress"},),
     "neoh": (),
 }
 

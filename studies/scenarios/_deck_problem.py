@@ -58,9 +58,7 @@ def particles_per_cell(deck: Deck) -> int:
     return min(max(1, round(deck.cell / step)), 6)
 
 
-def problem_of(
-    deck: Deck, parameters: Numerics, *, end_time: float, refinement: int = 1
-) -> "Problem":
+def problem_of(deck: Deck, parameters: Numerics, *, end_time: float, refinement: int = 1) -> "Problem":
     """The problem of a deck, with the numerics of a run that began as those of the deck.
 
     A refined cell has the particles of a cell of the deck, each a part of that whose place it shares.
@@ -77,9 +75,7 @@ def problem_of(
             cells=tuple(count * refinement for count in deck.cells),
             spacing=deck.cell / refinement,
         ),
-        bodies=tuple(
-            _bodies(deck, recipe_of(parameters).tension, parameters.contact != "none", refinement)
-        ),
+        bodies=tuple(_bodies(deck, recipe_of(parameters).tension, parameters.contact != "none", refinement)),
         faces=((faces[0], faces[1]), (faces[2], faces[3]), (faces[4], faces[5])),
         end_time=end_time,
         gravity=deck.gravity,
@@ -146,10 +142,7 @@ def _eos(material: DeckMaterial, room: float) -> Any:
             temperature=room,
         )
     return LinearElastic(
-        density=values["density"],
-        bulk_modulus=bulk_modulus(material),
-        temperature=room,
-        heat_capacity=heat,
+        density=values["density"], bulk_modulus=bulk_modulus(material), temperature=room, heat_capacity=heat
     )
 
 
@@ -235,11 +228,8 @@ def _bodies(deck: Deck, tension: str, contact: bool, refinement: int) -> "list[B
                 name=f"component_{key}" if contact else f"body_{key + 1}",
                 matter=matter,
                 position=position,
-                velocity=np.repeat(
-                    np.concatenate([velocities[index] for index in group]), parts, axis=0
-                ),
-                mass=np.repeat(np.concatenate([_masses(deck, body) for body in own]), parts)
-                / parts,
+                velocity=np.repeat(np.concatenate([velocities[index] for index in group]), parts, axis=0),
+                mass=np.repeat(np.concatenate([_masses(deck, body) for body in own]), parts) / parts,
                 density=material.values["density"],
                 spacing=(spacing / refinement,) * 3,
                 energy=_energy(material),
@@ -274,9 +264,7 @@ def _velocities(deck: Deck) -> "list[np.ndarray]":
 
     speeds = [np.zeros((body.count, 3)) for body in deck.bodies]
     numbers = [
-        np.array([row[0] for row in body.rows])
-        if body.lattice is None
-        else body.first + np.arange(body.count)
+        np.array([row[0] for row in body.rows]) if body.lattice is None else body.first + np.arange(body.count)
         for body in deck.bodies
     ]
     for each in deck.velocities:

@@ -76,11 +76,7 @@ class Words:
         return tuple(self.number(after, kind) for kind in kinds)
 
     def vector(self, after: Word, kind: Quantity) -> Vector:
-        return (
-            self.number(after, kind),
-            self.number(after, kind),
-            self.number(after, kind),
-        )
+        return (self.number(after, kind), self.number(after, kind), self.number(after, kind))
 
     def integer(self, after: Word, name: str, low: int, high: int) -> int:
         word = self.word(after, f"a whole number, {name}")

@@ -12,15 +12,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
-from studies.scenarios import (
-    Dimension,
-    ImpactSetting,
-    Materials,
-    Outline,
-    Setting,
-    Shape,
-    Size,
-)
+from studies.scenarios import Dimension, ImpactSetting, Materials, Outline, Setting, Shape, Size
 from studies.scenarios._lattice import SECTORS, body, line, mesh, points
 from studies.scenarios._matter import (
     Fracture,
@@ -86,14 +78,12 @@ class ImpactShot:
         Literal["sphere", "cylinder"],
         Described("shape of the projectile; a cylinder flies along its axis unless it yaws"),
     ] = "sphere"
-    projectile_length: Annotated[
-        Metre | None, Described("length of a cylinder; omitted for a sphere", 1e-5, 1.0)
-    ] = None
+    projectile_length: Annotated[Metre | None, Described("length of a cylinder; omitted for a sphere", 1e-5, 1.0)] = (
+        None
+    )
     geometry: Annotated[
         Literal["axisymmetric", "quarter", "half"],
-        Described(
-            "body of revolution, or a quarter or half of a square target in three dimensions"
-        ),
+        Described("body of revolution, or a quarter or half of a square target in three dimensions"),
     ] = "axisymmetric"
     cells_per_diameter: Annotated[
         Dimensionless, Described("grid cells across the projectile's diameter", 2.0, 512.0)
@@ -122,8 +112,7 @@ class ImpactShot:
         ),
     ] = "hugoniot"
     thermal_softening: Annotated[
-        bool,
-        Described("whether temperature softens and melting takes all strength", acts=has_melting),
+        bool, Described("whether temperature softens and melting takes all strength", acts=has_melting)
     ] = True
     debris: Annotated[
         DebrisName | None,
@@ -133,21 +122,14 @@ class ImpactShot:
         ),
     ] = None
     uprange: Annotated[
-        Dimensionless | None,
-        Described(f"grid in front of the target, in projectile diameters; {BY_RECIPE}", 0.5, 50.0),
+        Dimensionless | None, Described(f"grid in front of the target, in projectile diameters; {BY_RECIPE}", 0.5, 50.0)
     ] = None
     downrange: Annotated[
-        Dimensionless | None,
-        Described(f"grid behind the target, in projectile diameters; {BY_RECIPE}", 0.5, 50.0),
+        Dimensionless | None, Described(f"grid behind the target, in projectile diameters; {BY_RECIPE}", 0.5, 50.0)
     ] = None
     beyond_edge: Annotated[
         Dimensionless,
-        Described(
-            "grid outside a rim that is not fixed, in projectile diameters",
-            0.1,
-            50.0,
-            acts=has_free_rim,
-        ),
+        Described("grid outside a rim that is not fixed, in projectile diameters", 0.1, 50.0, acts=has_free_rim),
     ] = 0.5
     offset: Annotated[
         Dimensionless,
@@ -191,13 +173,7 @@ def outline(values: Mapping[str, Any], *, thickness: str, radius: str) -> Outlin
     is_sphere = values.get("projectile_shape", "sphere") == "sphere"
     half = 0.5 * diameter
     projectile = Shape(
-        "projectile",
-        -half,
-        half,
-        -length,
-        0.0,
-        is_disc=is_sphere,
-        heading=(math.sin(angle), math.cos(angle)),
+        "projectile", -half, half, -length, 0.0, is_disc=is_sphere, heading=(math.sin(angle), math.cos(angle))
     )
     dimensions = [
         Dimension("projectile_diameter", (-half, -length), (half, -length)),
@@ -257,19 +233,12 @@ def size(parameters: Impact, *, thickness: float, radius: float) -> Size:
         parts = 4 if parameters.geometry == "quarter" else 2
         particles = ((2.0 * radius) ** 2 * thickness + round_area * length) / parts / lattice**3
     # Half of the impact speed on top of 5 km/s of sound: the mean over runs of copper at 2 to 7 km/s.
-    step = mean_step(
-        parameters, spacing(parameters), sound=SOUND_SPEED, speed=0.5 * parameters.speed
-    )
+    step = mean_step(parameters, spacing(parameters), sound=SOUND_SPEED, speed=0.5 * parameters.speed)
     return Size(particles=round(particles), steps=round(end_time(parameters) / step))
 
 
 def assemble(
-    parameters: Impact,
-    materials: Materials,
-    *,
-    thickness: float,
-    radius: float,
-    deep: bool = False,
+    parameters: Impact, materials: Materials, *, thickness: float, radius: float, deep: bool = False
 ) -> Setting:
     """The problem of a projectile in front of a plate or block; an oblique one also flies towards +x.
 
@@ -287,14 +256,7 @@ def assemble(
     velocity[0] = parameters.speed * math.sin(obliquity)
     lattice = np.full(3, spacing(parameters) / particles_per_cell(parameters))
     bodies = (
-        _body(
-            "projectile",
-            parameters,
-            materials["projectile"],
-            geometry,
-            _projectile(parameters, lattice),
-            velocity,
-        ),
+        _body("projectile", parameters, materials["projectile"], geometry, _projectile(parameters, lattice), velocity),
         _body(
             "target",
             parameters,
@@ -347,19 +309,13 @@ def _flight_axis(parameters: Impact) -> int:
     return 1 if parameters.geometry == "axisymmetric" else 2
 
 
-def _grid(
-    parameters: Impact, thickness: float, radius: float
-) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
+def _grid(parameters: Impact, thickness: float, radius: float) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
     from solver.problem import Face
 
     assert parameters.uprange is not None
     assert parameters.downrange is not None
     cell = spacing(parameters)
-    beyond = (
-        0.0
-        if parameters.edges == "fixed"
-        else parameters.beyond_edge * parameters.projectile_diameter
-    )
+    beyond = 0.0 if parameters.edges == "fixed" else parameters.beyond_edge * parameters.projectile_diameter
     across = math.ceil((radius + beyond) / cell - 1e-9)
     before = math.ceil(parameters.uprange * parameters.projectile_diameter / cell)
     before = max(before, math.ceil((_height(parameters) + 2.0 * cell) / cell))
@@ -397,18 +353,13 @@ def _absorbers(
 
     if parameters.edges != "absorbing":
         return ()
-    rims = {
-        "axisymmetric": [(0, 1)],
-        "quarter": [(0, 1), (1, 1)],
-        "half": [(0, 0), (0, 1), (1, 1)],
-    }[parameters.geometry]
+    rims = {"axisymmetric": [(0, 1)], "quarter": [(0, 1), (1, 1)], "half": [(0, 0), (0, 1), (1, 1)]}[
+        parameters.geometry
+    ]
     surfaces = [(axis, side, radius if side else -radius) for axis, side in rims]
     if deep:
         surfaces.append((_flight_axis(parameters), 1, thickness))
-    return tuple(
-        absorber(target, body=1, axis=axis, side=side, place=place)
-        for axis, side, place in surfaces
-    )
+    return tuple(absorber(target, body=1, axis=axis, side=side, place=place) for axis, side, place in surfaces)
 
 
 def _length(parameters: Impact) -> float:
@@ -476,12 +427,7 @@ def _projectile(parameters: Impact, lattice: "np.ndarray") -> _Lattice:
 
 
 def _body(
-    name: str,
-    parameters: Impact,
-    material: "Material",
-    geometry: Any,
-    lattice: _Lattice,
-    velocity: "np.ndarray",
+    name: str, parameters: Impact, material: "Material", geometry: Any, lattice: _Lattice, velocity: "np.ndarray"
 ) -> "Body":
     tension = recipe_of(parameters).tension
     return body(

@@ -14,13 +14,7 @@ from typing import Annotated, Any, TypeVar
 from solver.units import Described, MetrePerSecondSquared, Pascal
 from studies.values.errors import Finding, InvalidInput
 from studies.values.parameters import LongText
-from studies.values.quantities import (
-    exact_number,
-    parse_quantity,
-    readable,
-    refusal,
-    round_quantity,
-)
+from studies.values.quantities import exact_number, parse_quantity, readable, refusal, round_quantity
 
 FASTEST = 0.3  # of the wave speed: the strain at which matter moves so fast is no small one
 # Nodes within two cells of the end carry the pressure (``solver.loads.REACH``), and those of the other end lie within
@@ -36,10 +30,7 @@ class Loading:
     pressure: Annotated[
         Pascal | None,
         Described(
-            "pressure on the end away from the wall, a negative one pulls; by default none",
-            -1e12,
-            1e12,
-            neutral=True,
+            "pressure on the end away from the wall, a negative one pulls; by default none", -1e12, 1e12, neutral=True
         ),
     ] = None
     pulse: Annotated[
@@ -72,9 +63,7 @@ class Pulse:
     @property
     def text(self) -> str:
         """The table as ``read_pulse`` reads it."""
-        return ", ".join(
-            f"{time!r} s {share!r}" for time, share in zip(self.time, self.share, strict=True)
-        )
+        return ", ".join(f"{time!r} s {share!r}" for time, share in zip(self.time, self.share, strict=True))
 
 
 Parameters = TypeVar("Parameters", bound=Loading)
@@ -158,9 +147,7 @@ def _check_pulse(parameters: Loading, end_time: float) -> Iterator[Finding]:
         yield Finding("pulse", readable(begin, "s"), limit, "begin earlier, or raise end_time")
 
 
-def _check_strength(
-    parameters: Any, impedance: float, fastest: float, time: float
-) -> Iterator[Finding]:
+def _check_strength(parameters: Any, impedance: float, fastest: float, time: float) -> Iterator[Finding]:
     """Loads keep matter below a speed (m/s), and a bar that rests has some."""
     why = f"at which matter moves at {FASTEST:g} of its wave speed"
     pressure, gravity = abs(parameters.pressure or 0.0), abs(parameters.gravity)
@@ -199,10 +186,6 @@ def loads(parameters: Loading, *, axis: int, end_time: float) -> dict[str, Any]:
     stays = Pulse((0.0, 2.0 * end_time), (1.0, 1.0))
     pulse = read_pulse(parameters.pulse) if parameters.pulse else stays
     traction = Traction(
-        body=0,
-        axis=axis,
-        side=1,
-        time=np.array(pulse.time),
-        pressure=parameters.pressure * np.array(pulse.share),
+        body=0, axis=axis, side=1, time=np.array(pulse.time), pressure=parameters.pressure * np.array(pulse.share)
     )
     return {"tractions": (traction,), "gravity": tuple(weight)}

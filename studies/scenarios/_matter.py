@@ -138,10 +138,7 @@ def check_eos(form: str, materials: Materials) -> list[Finding]:
                 limits.append(
                     f"{material.name} has {name} = {value:g}, and the {form} is for {parameter.minimum:g} and more"
                 )
-        findings += [
-            Finding("eos_form", form, f"{HUGONIOT}: {limit}", "leave eos_form out")
-            for limit in limits
-        ]
+        findings += [Finding("eos_form", form, f"{HUGONIOT}: {limit}", "leave eos_form out") for limit in limits]
     return findings
 
 
@@ -220,11 +217,7 @@ def check_failure(parameters: Any, materials: Materials) -> list[Finding]:
             cure = f"leave {name} out, or set failure to {kind}"
             findings.append(Finding(name, f"{value:g}", limit, cure))
     record = failures()[parameters.failure].record
-    breaking = {
-        role: material
-        for role, material in materials.items()
-        if not _goes_without(record, material)
-    }
+    breaking = {role: material for role, material in materials.items() if not _goes_without(record, material)}
     for role, material in (breaking or materials).items():
         for path in marked(record, FromMaterial).values():
             value = material.value_at(path.path)

@@ -108,12 +108,7 @@ def smoothing(parameters: Any, viscosity: "ArtificialViscosity") -> "Smoothing |
     if not is_smoothed(parameters):
         return None
     stiffness = STIFFNESS if parameters.contact == "repulsion" else 0.0
-    return Smoothing(
-        CubicSpline(),
-        viscosity=viscosity,
-        tensile=parameters.artificial_stress,
-        stiffness=stiffness,
-    )
+    return Smoothing(CubicSpline(), viscosity=viscosity, tensile=parameters.artificial_stress, stiffness=stiffness)
 
 
 def check_method(parameters: Any, contacts: Sequence[str] = ("none",)) -> list[Finding]:
@@ -122,38 +117,17 @@ def check_method(parameters: Any, contacts: Sequence[str] = ("none",)) -> list[F
         return []
     of_bar = hasattr(parameters, "wall")
     refused = (
-        (
-            of_bar and is_smoothed(parameters) and parameters.wall == "unilateral",
-            "wall",
-            "set wall to symmetric",
-        ),
-        (
-            of_bar and is_meshed(parameters) and parameters.section == "round",
-            "section",
-            "set section to square",
-        ),
+        (of_bar and is_smoothed(parameters) and parameters.wall == "unilateral", "wall", "set wall to symmetric"),
+        (of_bar and is_meshed(parameters) and parameters.section == "round", "section", "set section to square"),
         (parameters.geometry == "axisymmetric", "geometry", "set geometry to quarter"),
-        (
-            getattr(parameters, "edges", "fixed") == "absorbing",
-            "edges",
-            "set edges to fixed or free",
-        ),
+        (getattr(parameters, "edges", "fixed") == "absorbing", "edges", "set edges to fixed or free"),
         (parameters.contact not in contacts, "contact", f"set contact to {' or '.join(contacts)}"),
         (parameters.scheme not in (None, "musl"), "scheme", "leave scheme out"),
         (bool(parameters.damping_rate), "damping_rate", "leave damping_rate out"),
-        (
-            getattr(parameters, "debris", "follow") == "retire",
-            "debris",
-            "set debris to follow",
-        ),
+        (getattr(parameters, "debris", "follow") == "retire", "debris", "set debris to follow"),
     )
     return [
-        Finding(
-            name,
-            str(getattr(parameters, name)),
-            f"a value that method {parameters.method} computes",
-            cure,
-        )
+        Finding(name, str(getattr(parameters, name)), f"a value that method {parameters.method} computes", cure)
         for is_there, name, cure in refused
         if is_there
     ]

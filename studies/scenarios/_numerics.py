@@ -10,25 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, PerSecond, Second, marked
-from studies.scenarios._method import (
-    PAIR_LINEAR,
-    PAIR_QUADRATIC,
-    is_on_grid,
-    is_smoothed,
-    smoothing,
-)
+from studies.scenarios._method import PAIR_LINEAR, PAIR_QUADRATIC, is_on_grid, is_smoothed, smoothing
 from studies.values.errors import Finding
 from studies.values.files import MOST_FRAMES
 from studies.values.parameters import Choice
 from studies.values.quantities import readable, round_quantity
-from studies.values.recipes import (
-    FEW_PARTICLES,
-    RECIPES,
-    Recipe,
-    RecipeName,
-    SchemeName,
-    StepRuleName,
-)
+from studies.values.recipes import FEW_PARTICLES, RECIPES, Recipe, RecipeName, SchemeName, StepRuleName
 
 if TYPE_CHECKING:
     from solver.problem import Contact
@@ -81,19 +68,13 @@ class Numerics:
     # Whether drafts and three dimensions have as many particles as the recipe says.
     keeps_particles: ClassVar[bool] = False
 
-    recipe: Annotated[
-        RecipeName, Described("preset for the numerical parameters that are left out", label=True)
-    ] = "whipple"
-    shape: Annotated[
-        str | None,
-        Choice(shapes),
-        Described(f"shape functions; {BY_RECIPE}", acts=is_on_grid),
-    ] = None
+    recipe: Annotated[RecipeName, Described("preset for the numerical parameters that are left out", label=True)] = (
+        "whipple"
+    )
+    shape: Annotated[str | None, Choice(shapes), Described(f"shape functions; {BY_RECIPE}", acts=is_on_grid)] = None
     scheme: Annotated[
         SchemeName | None,
-        Described(
-            f"nodal velocity that strains the particles, and its time in the step; {BY_RECIPE}"
-        ),
+        Described(f"nodal velocity that strains the particles, and its time in the step; {BY_RECIPE}"),
     ] = None
     particles_per_cell: Annotated[
         int | None,
@@ -111,12 +92,7 @@ class Numerics:
     ] = None
     courant: Annotated[
         Dimensionless | None,
-        Described(
-            f"part of a cell that a signal may cross in a step; {BY_RECIPE}",
-            0.01,
-            0.9,
-            acts=has_stable_step,
-        ),
+        Described(f"part of a cell that a signal may cross in a step; {BY_RECIPE}", 0.01, 0.9, acts=has_stable_step),
     ] = None
     step_rule: Annotated[
         StepRuleName | None,
@@ -129,18 +105,13 @@ class Numerics:
     travel: Annotated[
         Dimensionless | None,
         Described(
-            f"largest part of a cell that a particle moves in a step; {BY_RECIPE}",
-            0.01,
-            1.0,
-            acts=has_stable_step,
+            f"largest part of a cell that a particle moves in a step; {BY_RECIPE}", 0.01, 1.0, acts=has_stable_step
         ),
     ] = None
     damping_rate: Annotated[
         PerSecond | None,
         Described(
-            f"rate at which the part of a velocity that its neighbours do not share decays; {BY_RECIPE}",
-            0.0,
-            1e12,
+            f"rate at which the part of a velocity that its neighbours do not share decays; {BY_RECIPE}", 0.0, 1e12
         ),
     ] = None
     damping_order: Annotated[
@@ -155,10 +126,7 @@ class Numerics:
     tension: Annotated[
         str | None,
         Choice(tensions),
-        Described(
-            f"rule for the lowest pressure that matter sustains; {BY_RECIPE}",
-            acts=has_tensile_limit,
-        ),
+        Described(f"rule for the lowest pressure that matter sustains; {BY_RECIPE}", acts=has_tensile_limit),
     ] = None
     jaumann: Annotated[
         bool,
@@ -174,12 +142,11 @@ class Numerics:
             "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis)"
         ),
     ] = "none"
-    friction: Annotated[
-        Dimensionless, Described("Coulomb friction of bodies in contact", 0.0, 10.0, neutral=True)
-    ] = 0.0
+    friction: Annotated[Dimensionless, Described("Coulomb friction of bodies in contact", 0.0, 10.0, neutral=True)] = (
+        0.0
+    )
     fixed_dt: Annotated[
-        Second | None,
-        Described("constant time step instead of the stable one, for comparisons", 1e-15, 1e-3),
+        Second | None, Described("constant time step instead of the stable one, for comparisons", 1e-15, 1e-3)
     ] = None
     film_interval: Annotated[
         Second | None,
@@ -212,9 +179,7 @@ def is_solid(parameters: Numerics) -> bool:
 
 def filled_from(parameters: Parameters, preset: Any) -> Parameters:
     """The parameters with those that were left out taken from a record of some of them."""
-    absent = {
-        name: value for name, value in vars(preset).items() if getattr(parameters, name) is None
-    }
+    absent = {name: value for name, value in vars(preset).items() if getattr(parameters, name) is None}
     return replace(parameters, **absent) if absent else parameters
 
 

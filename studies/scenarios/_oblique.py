@@ -18,12 +18,7 @@ class Oblique:
 
     obliquity: Annotated[
         Radian,
-        Described(
-            "angle between the flight and the target's normal; needs geometry half",
-            0.0,
-            STEEPEST,
-            neutral=True,
-        ),
+        Described("angle between the flight and the target's normal; needs geometry half", 0.0, STEEPEST, neutral=True),
     ] = 0.0
     yaw: Annotated[
         Radian,

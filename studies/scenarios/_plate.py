@@ -17,11 +17,7 @@ class PlatePerforation(Impact):
     plate_thickness: Annotated[Metre, Described("thickness of the plate", 1e-6, 1.0)]
     plate_radius: Annotated[
         Metre | None,
-        Described(
-            "radius of a round plate, half the width of a square one; by default 3.5 diameters",
-            1e-5,
-            10.0,
-        ),
+        Described("radius of a round plate, half the width of a square one; by default 3.5 diameters", 1e-5, 10.0),
     ] = None
 
 

@@ -21,12 +21,10 @@ class SettlingImpact(Impact):
     """Parameters of an impact that may end when what is measured has settled."""
 
     stop: Annotated[
-        Literal["settled", "end_time"],
-        Described("end when the measurement has settled, or only at end_time"),
+        Literal["settled", "end_time"], Described("end when the measurement has settled, or only at end_time")
     ] = "settled"
     settled_growth: Annotated[
-        Dimensionless,
-        Described("relative growth within settled_window that counts as settled", 0.0, 0.5),
+        Dimensionless, Described("relative growth within settled_window that counts as settled", 0.0, 0.5)
     ] = 0.005
     settled_window: Annotated[
         Second | None,

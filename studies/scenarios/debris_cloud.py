@@ -82,12 +82,7 @@ class DebrisCloud(PlatePerforation):
     ] = None
     beyond_edge: Annotated[
         Dimensionless,
-        Described(
-            "grid outside a rim that is not fixed, in projectile diameters",
-            0.1,
-            MOST_ROOM,
-            acts=has_free_rim,
-        ),
+        Described("grid outside a rim that is not fixed, in projectile diameters", 0.1, MOST_ROOM, acts=has_free_rim),
     ] = 2.0
 
 
@@ -97,9 +92,7 @@ def _fill(parameters: DebrisCloud) -> DebrisCloud:
     farthest = FASTEST * parameters.speed * end / diameter
     downrange = parameters.downrange or min(farthest + BEHIND_TIP, MOST_ROOM)
     return filled(
-        replace(parameters, downrange=round_quantity(downrange)),
-        end_time=end,
-        plate_radius=plate_radius(parameters),
+        replace(parameters, downrange=round_quantity(downrange)), end_time=end, plate_radius=plate_radius(parameters)
     )
 
 
@@ -108,12 +101,7 @@ def _check(parameters: DebrisCloud, materials: Materials) -> list[Finding]:
 
 
 def _build(parameters: DebrisCloud, materials: Materials) -> Setting:
-    setting = assemble(
-        parameters,
-        materials,
-        thickness=parameters.plate_thickness,
-        radius=plate_radius(parameters),
-    )
+    setting = assemble(parameters, materials, thickness=parameters.plate_thickness, radius=plate_radius(parameters))
     melting = tuple(_melting(materials[body.name]) for body in setting.problem.bodies)
     return CloudSetting(**vars(setting), melting=melting)
 
@@ -195,11 +183,7 @@ SCENARIO = Scenario(
     estimate=_size,
     cells=cells,
     observer=ObserverOptions(
-        rate=_rate,
-        view=_view,
-        sections=_sections,
-        least_cells=IMPACT.least_cells,
-        fewest_cells=IMPACT.fewest_cells,
+        rate=_rate, view=_view, sections=_sections, least_cells=IMPACT.least_cells, fewest_cells=IMPACT.fewest_cells
     ),
     distributions=("mass_over_velocity_and_angle",),
     measured_with=("thermal.latent_heat_of_fusion",),

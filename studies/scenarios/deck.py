@@ -12,21 +12,9 @@ from typing import Annotated, Any, Literal
 from solver.units import Described, Dimensionless, Second
 from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
 from studies.scenarios._deck import MOST_BYTES, read_deck
-from studies.scenarios._deck_problem import (
-    fixed_step,
-    particles_per_cell,
-    problem_of,
-    signal_speed,
-)
+from studies.scenarios._deck_problem import fixed_step, particles_per_cell, problem_of, signal_speed
 from studies.scenarios._deck_records import Deck
-from studies.scenarios._numerics import (
-    BY_RECIPE,
-    Numerics,
-    check_numerics,
-    filled_from,
-    mean_step,
-    tensions,
-)
+from studies.scenarios._numerics import BY_RECIPE, Numerics, check_numerics, filled_from, mean_step, tensions
 from studies.values.errors import Finding
 from studies.values.parameters import Choice, LongText
 from studies.values.quantities import round_quantity
@@ -40,25 +28,17 @@ MOST_OBSERVATIONS = 1000
 class _DeckText:
     """The deck and its end."""
 
-    deck: Annotated[
-        str, LongText(MOST_BYTES), Described("text of the input file, at most 1 MB of UTF-8")
-    ]
+    deck: Annotated[str, LongText(MOST_BYTES), Described("text of the input file, at most 1 MB of UTF-8")]
     units: Annotated[
         Literal["deck", "mm-g-ms", "SI"],
         Described("units of the deck: those that its comment names, by default mm, g and ms"),
     ] = "deck"
-    end_time: Annotated[
-        Second | None, Described("end of the run; by default the deck's", 1e-15, 1e6)
-    ] = None
+    end_time: Annotated[Second | None, Described("end of the run; by default the deck's", 1e-15, 1e6)] = None
     refinement: Annotated[
-        int,
-        Described(
-            "grid cells along the edge of a cell of the deck; particles are parted alike", 1, 32
-        ),
+        int, Described("grid cells along the edge of a cell of the deck; particles are parted alike", 1, 32)
     ] = 1
     step: Annotated[
-        Literal["deck", "stable"],
-        Described("the deck's constant time step, or the stable one of the solver"),
+        Literal["deck", "stable"], Described("the deck's constant time step, or the stable one of the solver")
     ] = "deck"
 
 
@@ -68,16 +48,15 @@ class DeckRun(Numerics, _DeckText):
 
     keeps_particles = True
 
-    recipe: Annotated[
-        RecipeName, Described("preset for what neither the deck nor a parameter says", label=True)
-    ] = "thesis"
+    recipe: Annotated[RecipeName, Described("preset for what neither the deck nor a parameter says", label=True)] = (
+        "thesis"
+    )
     contact: Annotated[
         Literal["deck", "none", "bardenhagen", "thesis", "gap"],
         Described("contact between components as the deck says, none, or on the nodes"),
     ] = "deck"  # type: ignore[assignment]
     friction: Annotated[
-        Dimensionless | None,
-        Described("Coulomb friction of components in contact; by default the deck's", 0.0, 10.0),
+        Dimensionless | None, Described("Coulomb friction of components in contact; by default the deck's", 0.0, 10.0)
     ] = None  # type: ignore[assignment]
     particles_per_cell: Annotated[
         int | None,
@@ -164,10 +143,7 @@ def _check(parameters: DeckRun, materials: Materials) -> list[Finding]:
 
 def _build(parameters: DeckRun, materials: Materials) -> Setting:
     problem = problem_of(
-        deck_of(parameters),
-        parameters,
-        end_time=_end_time(parameters),
-        refinement=parameters.refinement,
+        deck_of(parameters), parameters, end_time=_end_time(parameters), refinement=parameters.refinement
     )
     return Setting(problem=problem, sector=2.0 * math.pi)
 
@@ -207,14 +183,7 @@ SCENARIO = Scenario(
     description="An input file of the thesis' MPM3D or of MPM3D-F90; energies, momentum and pressure are measured.",
     parameters=DeckRun,
     materials=(),
-    measurements=(
-        "kinetic_energy",
-        "internal_energy",
-        "momentum_x",
-        "momentum_y",
-        "momentum_z",
-        "largest_pressure",
-    ),
+    measurements=("kinetic_energy", "internal_energy", "momentum_x", "momentum_y", "momentum_z", "largest_pressure"),
     settles=(),
     fill=_fill,
     check=_check,

@@ -8,15 +8,7 @@ from dataclasses import dataclass, replace
 from functools import partial
 from typing import TYPE_CHECKING, Annotated, Any
 
-from solver.units import (
-    Described,
-    Dimensionless,
-    KilogramPerCubicMetre,
-    Metre,
-    MetrePerSecond,
-    Pascal,
-    Second,
-)
+from solver.units import Described, Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Second
 from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
@@ -42,28 +34,18 @@ class _ElasticBarShot(AtWall):
 
     speed: Annotated[
         MetrePerSecond,
-        Described(
-            "impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3
-        ),
+        Described("impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3),
     ] = 300.0
     bar_length: Annotated[Metre, Described("length of the bar", 1e-5, 1.0)] = 10e-3
-    bar_diameter: Annotated[
-        Metre, Described("diameter of the bar, or side of a square one", 1e-5, 1.0)
-    ] = 4e-3
+    bar_diameter: Annotated[Metre, Described("diameter of the bar, or side of a square one", 1e-5, 1.0)] = 4e-3
     young_modulus: Annotated[Pascal, Described("Young's modulus of the bar", 1e5, 1e13)] = 100e9
-    poisson_ratio: Annotated[Dimensionless, Described("Poisson's ratio of the bar", 0.0, 0.49)] = (
-        0.3
-    )
+    poisson_ratio: Annotated[Dimensionless, Described("Poisson's ratio of the bar", 0.0, 0.49)] = 0.3
     density: Annotated[KilogramPerCubicMetre, Described("density of the bar", 1.0, 3e4)] = 8900.0
-    cells_per_diameter: Annotated[
-        Dimensionless, Described("grid cells across the bar's diameter", 2.0, 512.0)
-    ] = 4.0
+    cells_per_diameter: Annotated[Dimensionless, Described("grid cells across the bar's diameter", 2.0, 512.0)] = 4.0
     end_time: Annotated[
         Second | None,
         Described(
-            "end of the run; by default twice the contact time 2 L / sqrt(E / rho) of a slender bar",
-            1e-12,
-            10.0,
+            "end of the run; by default twice the contact time 2 L / sqrt(E / rho) of a slender bar", 1e-12, 10.0
         ),
     ] = None
 
@@ -100,11 +82,7 @@ def _wave_speed(parameters: ElasticBar) -> float:
 
 
 def _extent(parameters: ElasticBar) -> Extent:
-    room, sound, end_time = (
-        ROOM * _cell(parameters),
-        _wave_speed(parameters),
-        _end_time(parameters),
-    )
+    room, sound, end_time = (ROOM * _cell(parameters), _wave_speed(parameters), _end_time(parameters))
     fastest = bars.fastest(parameters, impedance=parameters.density * sound, time=end_time)
     # A bar that is stopped at once widens by the strain v / c at most.
     strain = fastest / sound
@@ -131,9 +109,7 @@ def _fill(parameters: ElasticBar) -> ElasticBar:
 def _check(parameters: ElasticBar, materials: Materials) -> list[Finding]:
     sound = _wave_speed(parameters)
     findings = check_method(parameters) + check_numerics(parameters)
-    findings += bars.check_bar(
-        parameters, _extent(parameters), density=parameters.density, sound=sound
-    )
+    findings += bars.check_bar(parameters, _extent(parameters), density=parameters.density, sound=sound)
     fastest = FASTEST * sound
     if parameters.speed > fastest:
         limit = f"at most {fastest:g} m/s, {FASTEST:g} of the wave speed"
@@ -150,9 +126,7 @@ def _matter(parameters: ElasticBar) -> "Matter":
 
     room = 293.0  # K; nothing depends on it
     return Matter(
-        eos=LinearElastic(
-            density=parameters.density, bulk_modulus=_bulk(parameters), temperature=room
-        ),
+        eos=LinearElastic(density=parameters.density, bulk_modulus=_bulk(parameters), temperature=room),
         strength=Elastic(),
         tension=UnlimitedTension(),
         shear_modulus=_shear(parameters),

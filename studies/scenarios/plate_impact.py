@@ -53,30 +53,20 @@ class _PlateImpactShot:
         Literal["axisymmetric", "quarter"],
         Described("column of round or of square section, its outside a plane of symmetry"),
     ] = "quarter"
-    cells_per_thickness: Annotated[
-        Dimensionless, Described("grid cells through the flyer", 10.0, 1e4)
-    ] = 100.0
+    cells_per_thickness: Annotated[Dimensionless, Described("grid cells through the flyer", 10.0, 1e4)] = 100.0
     cells_across: Annotated[int, Described("grid cells across the column", 1, 16)] = 1
     end_time: Annotated[
         Second | None,
-        Described(
-            "end of the run; by default when the first shock has crossed 0.9 of its plate",
-            1e-12,
-            1.0,
-        ),
+        Described("end of the run; by default when the first shock has crossed 0.9 of its plate", 1e-12, 1.0),
     ] = None
     strength: Annotated[
         Literal["none", "material"],
-        Described(
-            "fluids, as the Hugoniot has them, or plates with the strength of their materials"
-        ),
+        Described("fluids, as the Hugoniot has them, or plates with the strength of their materials"),
     ] = "none"
     eos_form: Annotated[
         str,
         Choice(eos_forms),
-        Described(
-            "Mie-Grueneisen about the exact Hugoniot, the thesis' cubic truncation of it, or linear elasticity"
-        ),
+        Described("Mie-Grueneisen about the exact Hugoniot, the thesis' cubic truncation of it, or linear elasticity"),
     ] = "hugoniot"
 
 
@@ -149,15 +139,8 @@ def _end_time(parameters: PlateImpact, materials: Materials) -> float:
     if parameters.end_time:
         return parameters.end_time
     flyer, target = materials["flyer"], materials["target"]
-    pairs = zip(
-        shocks(flyer, target, parameters.speed).speeds,
-        (flyer, target),
-        _thicknesses(parameters),
-        strict=True,
-    )
-    return CROSSED * min(
-        thick / max(us, _elastic(parameters, material)) for us, material, thick in pairs
-    )
+    pairs = zip(shocks(flyer, target, parameters.speed).speeds, (flyer, target), _thicknesses(parameters), strict=True)
+    return CROSSED * min(thick / max(us, _elastic(parameters, material)) for us, material, thick in pairs)
 
 
 def _elastic(parameters: PlateImpact, material: "Material") -> float:
@@ -169,9 +152,7 @@ def _elastic(parameters: PlateImpact, material: "Material") -> float:
 
 
 def _fill(parameters: PlateImpact) -> PlateImpact:
-    return replace(
-        filled_numerics(parameters), target_thickness=round_quantity(_thicknesses(parameters)[1])
-    )
+    return replace(filled_numerics(parameters), target_thickness=round_quantity(_thicknesses(parameters)[1]))
 
 
 def _check(parameters: PlateImpact, materials: Materials) -> list[Finding]:
@@ -183,9 +164,7 @@ def _check(parameters: PlateImpact, materials: Materials) -> list[Finding]:
     if _thicknesses(parameters)[1] < 10.0 * _cell(parameters):
         limit = f"at least ten cells, {10.0 * _cell(parameters):g} m"
         cure = "raise cells_per_thickness, or thicken the target"
-        findings.append(
-            Finding("target_thickness", f"{_thicknesses(parameters)[1]:g} m", limit, cure)
-        )
+        findings.append(Finding("target_thickness", f"{_thicknesses(parameters)[1]:g} m", limit, cure))
     return findings
 
 
@@ -238,11 +217,7 @@ def _grid(parameters: PlateImpact) -> tuple[Any, tuple[Any, ...]]:
 
 
 def _plate(
-    parameters: PlateImpact,
-    name: str,
-    materials: Materials,
-    geometry: Any,
-    ends: tuple[float, float],
+    parameters: PlateImpact, name: str, materials: Materials, geometry: Any, ends: tuple[float, float]
 ) -> tuple["Body", "np.ndarray"]:
     """A plate, and the layer of each of its particles."""
     import numpy as np

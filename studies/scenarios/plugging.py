@@ -35,14 +35,7 @@ from studies.scenarios._matter import (
     failures,
     matter,
 )
-from studies.scenarios._method import (
-    REPULSION,
-    ByCoupledMethod,
-    check_method,
-    is_coupled,
-    is_on_grid,
-    is_smoothed,
-)
+from studies.scenarios._method import REPULSION, ByCoupledMethod, check_method, is_coupled, is_on_grid, is_smoothed
 from studies.scenarios._numerics import (
     ContactName,
     Numerics,
@@ -88,20 +81,11 @@ class PluggingShot:
     """Projectile, plate and speed, and how long they are observed."""
 
     speed: Annotated[MetrePerSecond, Described("impact speed, normal to the plate", 1.0, 2000.0)]
-    projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-4, 1.0)] = (
-        20e-3
-    )
-    projectile_length: Annotated[
-        Metre, Described("length of the projectile, its nose included", 1e-4, 1.0)
-    ] = 80e-3
-    nose: Annotated[
-        Literal["blunt", "conical", "hemispherical"], Described("nose of the projectile")
-    ] = "blunt"
+    projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-4, 1.0)] = 20e-3
+    projectile_length: Annotated[Metre, Described("length of the projectile, its nose included", 1e-4, 1.0)] = 80e-3
+    nose: Annotated[Literal["blunt", "conical", "hemispherical"], Described("nose of the projectile")] = "blunt"
     nose_length: Annotated[
-        Metre | None,
-        Described(
-            "length of a conical nose, a diameter by default; other noses have none", 1e-5, 1.0
-        ),
+        Metre | None, Described("length of a conical nose, a diameter by default; other noses have none", 1e-5, 1.0)
     ] = None
     plate_thickness: Annotated[Metre, Described("thickness of the plate", 1e-5, 1.0)] = 12e-3
     plate_radius: Annotated[
@@ -112,9 +96,7 @@ class PluggingShot:
             10.0,
         ),
     ] = None
-    gap: Annotated[
-        Metre, Described("distance of the tip from the plate at the start", 0.0, 1.0)
-    ] = 2e-3
+    gap: Annotated[Metre, Described("distance of the tip from the plate at the start", 0.0, 1.0)] = 2e-3
     projectile: Annotated[MaterialName, Described("material of the projectile")] = "arne-elastic"
     target: Annotated[MaterialName, Described("material of the plate")] = "weldox-460-e"
     geometry: Annotated[
@@ -133,8 +115,7 @@ class PluggingShot:
         ),
     ] = None
     thermal_softening: Annotated[
-        bool,
-        Described("whether temperature softens and melting takes all strength", acts=has_melting),
+        bool, Described("whether temperature softens and melting takes all strength", acts=has_melting)
     ] = True
     offset: Annotated[
         Dimensionless,
@@ -153,10 +134,7 @@ class Plugging(ByCoupledMethod, Numerics, Fracture, PluggingShot):
     # Splines feel the other body two cells early: docs/recipe.md.
     shape: Annotated[str, Choice(shapes), Described("shape functions", acts=is_on_grid)] = "gimp"
     particles_per_cell: Annotated[
-        int | None,
-        Described(
-            "particles per cell along each direction; by default 2, 1 of smoothed ones", 1, 6
-        ),
+        int | None, Described("particles per cell along each direction; by default 2, 1 of smoothed ones", 1, 6)
     ] = None
     contact: Annotated[
         Literal[ContactName, "repulsion"] | None,
@@ -167,9 +145,9 @@ class Plugging(ByCoupledMethod, Numerics, Fracture, PluggingShot):
             "default gap, and repulsion of smoothed particles"
         ),
     ] = None  # type: ignore[assignment]  # which follows from the method
-    failure: Annotated[
-        str, Choice(failures), Described("failure model of what has constants for it")
-    ] = "modified-johnson-cook"
+    failure: Annotated[str, Choice(failures), Described("failure model of what has constants for it")] = (
+        "modified-johnson-cook"
+    )
 
 
 @dataclass(frozen=True)
@@ -271,9 +249,7 @@ def _check_shape(parameters: Plugging) -> list[Finding]:
         findings.append(Finding("nose_length", value, limit, "leave it out"))
     if length < _nose_length(parameters):
         limit = f"at least the length of the nose, {_nose_length(parameters):g} m"
-        findings.append(
-            Finding("projectile_length", f"{length:g} m", limit, "lengthen the projectile")
-        )
+        findings.append(Finding("projectile_length", f"{length:g} m", limit, "lengthen the projectile"))
     radius = _plate_radius(parameters)
     narrowest, limit = diameter, f"at least the projectile's diameter, {diameter:g} m"
     if is_coupled(parameters):
@@ -292,9 +268,7 @@ def _check_shape(parameters: Plugging) -> list[Finding]:
     thickness, least = parameters.plate_thickness, 2.0 * _cell(parameters)
     if thickness < least:
         cure = "raise the resolution (cells per diameter)"
-        findings.append(
-            Finding("plate_thickness", f"{thickness:g} m", f"at least two cells, {least:g} m", cure)
-        )
+        findings.append(Finding("plate_thickness", f"{thickness:g} m", f"at least two cells, {least:g} m", cure))
     return findings
 
 

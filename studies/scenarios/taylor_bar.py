@@ -9,14 +9,7 @@ from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scena
 from studies.scenarios import _bar as bars
 from studies.scenarios._bar import AtWall, Bar, Extent
 from studies.scenarios._loading import filled_loading
-from studies.scenarios._matter import (
-    HUGONIOT,
-    check_boiling,
-    check_constants,
-    check_eos,
-    eos_forms,
-    matter,
-)
+from studies.scenarios._matter import HUGONIOT, check_boiling, check_constants, check_eos, eos_forms, matter
 from studies.scenarios._numerics import check_numerics, filled_numerics, has_melting, recipe_of
 from studies.values.errors import Finding
 from studies.values.parameters import Choice, MaterialName
@@ -39,54 +32,34 @@ class _TaylorBarShot(AtWall):
     bar: Annotated[MaterialName, Described("material of the bar")] = "copper-thesis-taylor"
     speed: Annotated[
         MetrePerSecond,
-        Described(
-            "impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3
-        ),
+        Described("impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3),
     ] = 190.0
     bar_length: Annotated[Metre, Described("length of the bar", 1e-5, 1.0)] = 25.4e-3
-    bar_diameter: Annotated[
-        Metre, Described("diameter of the bar, or side of a square one", 1e-5, 1.0)
-    ] = 7.6e-3
-    cells_per_diameter: Annotated[
-        Dimensionless, Described("grid cells across the bar's diameter", 2.0, 512.0)
-    ] = 10.0
+    bar_diameter: Annotated[Metre, Described("diameter of the bar, or side of a square one", 1e-5, 1.0)] = 7.6e-3
+    cells_per_diameter: Annotated[Dimensionless, Described("grid cells across the bar's diameter", 2.0, 512.0)] = 10.0
     end_time: Annotated[
         Second | None,
-        Described(
-            "latest end of the run; by default 2.83 ms per metre of length, 72 us at 25.4 mm",
-            1e-9,
-            1.0,
-        ),
+        Described("latest end of the run; by default 2.83 ms per metre of length, 72 us at 25.4 mm", 1e-9, 1.0),
     ] = None
     stop: Annotated[
-        Literal["settled", "end_time"],
-        Described("end once length and mushroom have settled, or at end_time only"),
+        Literal["settled", "end_time"], Described("end once length and mushroom have settled, or at end_time only")
     ] = "end_time"
     settled_growth: Annotated[
-        Dimensionless,
-        Described("relative growth within a twelfth of end_time that counts as settled", 0.0, 0.5),
+        Dimensionless, Described("relative growth within a twelfth of end_time that counts as settled", 0.0, 0.5)
     ] = 0.005
     thermal_softening: Annotated[
-        bool,
-        Described("whether temperature softens and melting takes all strength", acts=has_melting),
+        bool, Described("whether temperature softens and melting takes all strength", acts=has_melting)
     ] = True
     eos_form: Annotated[
         str,
         Choice(eos_forms),
-        Described(
-            "the material's own equation of state, the thesis' cubic form, or linear elasticity",
-            neutral=True,
-        ),
+        Described("the material's own equation of state, the thesis' cubic form, or linear elasticity", neutral=True),
     ] = HUGONIOT
-    reference_length: Annotated[
-        Metre | None, Described("final length to compare with", 1e-5, 1.0)
-    ] = None
-    reference_diameter: Annotated[
-        Metre | None, Described("mushroom diameter to compare with", 1e-5, 1.0)
-    ] = None
-    reference_width: Annotated[
-        Metre | None, Described("width at a fifth of the length to compare with", 1e-5, 1.0)
-    ] = None
+    reference_length: Annotated[Metre | None, Described("final length to compare with", 1e-5, 1.0)] = None
+    reference_diameter: Annotated[Metre | None, Described("mushroom diameter to compare with", 1e-5, 1.0)] = None
+    reference_width: Annotated[Metre | None, Described("width at a fifth of the length to compare with", 1e-5, 1.0)] = (
+        None
+    )
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -141,10 +114,7 @@ def _check(parameters: TaylorBar, materials: Materials) -> list[Finding]:
     )
     material = materials["bar"]
     return findings + bars.check_bar(
-        parameters,
-        _extent(parameters, material),
-        density=material.density,
-        sound=_sound_speed(material),
+        parameters, _extent(parameters, material), density=material.density, sound=_sound_speed(material)
     )
 
 
@@ -152,16 +122,9 @@ def _build(parameters: TaylorBar, materials: Materials) -> Setting:
     material = materials["bar"]
     tension = recipe_of(parameters).tension
     made = matter(
-        material,
-        eos_form=parameters.eos_form,
-        thermal_softening=parameters.thermal_softening,
-        tension=tension,
+        material, eos_form=parameters.eos_form, thermal_softening=parameters.thermal_softening, tension=tension
     )
-    references = (
-        parameters.reference_length,
-        parameters.reference_diameter,
-        parameters.reference_width,
-    )
+    references = (parameters.reference_length, parameters.reference_diameter, parameters.reference_width)
     extent = _extent(parameters, material)
     return bars.assemble(parameters, extent, made, material.density, references)
 

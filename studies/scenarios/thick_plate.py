@@ -6,13 +6,7 @@ from typing import Annotated, ClassVar
 
 from solver.units import Described, Metre
 from studies.scenarios import Materials, Scenario, Setting, Size
-from studies.scenarios._impact import (
-    assemble,
-    check_shot,
-    outline,
-    size,
-    spacing,
-)
+from studies.scenarios._impact import assemble, check_shot, outline, size, spacing
 from studies.scenarios._impact_observer import IMPACT
 from studies.scenarios._oblique import Oblique, check_oblique
 from studies.scenarios._settling import SettlingImpact, check_window, filled_settling
@@ -39,16 +33,12 @@ class ThickPlate(Oblique, SettlingImpact):
 
     cap_per_diameter: ClassVar[float] = CAP_PER_DIAMETER
 
-    target_depth: Annotated[
-        Metre | None, Described("thickness of the block; by default 11 diameters", 1e-5, 10.0)
-    ] = None
+    target_depth: Annotated[Metre | None, Described("thickness of the block; by default 11 diameters", 1e-5, 10.0)] = (
+        None
+    )
     target_radius: Annotated[
         Metre | None,
-        Described(
-            "radius of a round block, half the width of a square one; by default 10 diameters",
-            1e-5,
-            10.0,
-        ),
+        Described("radius of a round block, half the width of a square one; by default 10 diameters", 1e-5, 10.0),
     ] = None
 
 
@@ -61,24 +51,15 @@ def _radius(parameters: ThickPlate) -> float:
 
 
 def _fill(parameters: ThickPlate) -> ThickPlate:
-    return filled_settling(
-        parameters, target_depth=_depth(parameters), target_radius=_radius(parameters)
-    )
+    return filled_settling(parameters, target_depth=_depth(parameters), target_radius=_radius(parameters))
 
 
 def _check(parameters: ThickPlate, materials: Materials) -> list[Finding]:
-    findings = [
-        *check_shot(parameters, materials),
-        *check_window(parameters),
-        *check_oblique(parameters),
-    ]
+    findings = [*check_shot(parameters, materials), *check_window(parameters), *check_oblique(parameters)]
     least, cure = 1.0, "enlarge the block, or use thin_plate"
     if parameters.edges == "absorbing":
         least, cure = LEAST_ABSORBING, "enlarge the block, or choose other edges"
-    for name, value in (
-        ("target_depth", _depth(parameters)),
-        ("target_radius", _radius(parameters)),
-    ):
+    for name, value in (("target_depth", _depth(parameters)), ("target_radius", _radius(parameters))):
         if value < least * parameters.projectile_diameter:
             limit = f"at least {least:g} of the projectile's diameter, {least * parameters.projectile_diameter:g} m"
             findings.append(Finding(name, f"{value:g} m", limit, cure))
@@ -86,9 +67,7 @@ def _check(parameters: ThickPlate, materials: Materials) -> list[Finding]:
 
 
 def _build(parameters: ThickPlate, materials: Materials) -> Setting:
-    return assemble(
-        parameters, materials, thickness=_depth(parameters), radius=_radius(parameters), deep=True
-    )
+    return assemble(parameters, materials, thickness=_depth(parameters), radius=_radius(parameters), deep=True)
 
 
 def _size(parameters: ThickPlate, materials: Materials) -> Size:

@@ -6,12 +6,7 @@ from typing import Annotated
 
 from solver.units import Described, Radian
 from studies.scenarios import Materials, Scenario, Setting, Size
-from studies.scenarios._impact import (
-    assemble,
-    check_shot,
-    outline,
-    size,
-)
+from studies.scenarios._impact import assemble, check_shot, outline, size
 from studies.scenarios._impact_observer import IMPACT
 from studies.scenarios._method import ByMethod, check_method
 from studies.scenarios._oblique import STEEPEST, Oblique, check_oblique
@@ -26,10 +21,7 @@ class ThinPlate(ByMethod, PlatePerforation, Oblique, SettlingImpact):
 
     # Part of the identity of stored runs, at 0 too.
     obliquity: Annotated[
-        Radian,
-        Described(
-            "angle between the flight and the plate's normal; needs geometry half", 0.0, STEEPEST
-        ),
+        Radian, Described("angle between the flight and the plate's normal; needs geometry half", 0.0, STEEPEST)
     ] = 0.0
 
 
@@ -48,12 +40,7 @@ def _check(parameters: ThinPlate, materials: Materials) -> list[Finding]:
 
 
 def _build(parameters: ThinPlate, materials: Materials) -> Setting:
-    return assemble(
-        parameters,
-        materials,
-        thickness=parameters.plate_thickness,
-        radius=plate_radius(parameters),
-    )
+    return assemble(parameters, materials, thickness=parameters.plate_thickness, radius=plate_radius(parameters))
 
 
 def _size(parameters: ThinPlate, materials: Materials) -> Size:

@@ -9,13 +9,7 @@ from studies.sweeps.search import Search
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.nearest import nearest_cure, shown
 from studies.values.parameters import Parameter, Value, parse_value
-from studies.values.quantities import (
-    exact_number,
-    parse_quantity,
-    readable,
-    refusal,
-    round_quantity,
-)
+from studies.values.quantities import exact_number, parse_quantity, readable, refusal, round_quantity
 
 RANGE_KEYS = ("start", "stop", "step")
 FORMS = "a list of values, or start, stop and step"
@@ -78,17 +72,13 @@ class AxisReader:
         values = [start + step * number for number in range(count)]
         return [parse_value(parameter, round_quantity(value), field, si=True) for value in values]
 
-    def _steps(
-        self, start: Decimal, stop: Decimal, step: Decimal, context: tuple[Parameter, str]
-    ) -> int:
+    def _steps(self, start: Decimal, stop: Decimal, step: Decimal, context: tuple[Parameter, str]) -> int:
         """The number of steps from start to stop, which must be whole; nothing is expanded yet."""
         parameter, field = context
         unit = parameter.unit or "1"
         if step == 0 or (stop - start) / step < 0:
             limit = "a step that leads from start to stop"
-            raise refusal(
-                f"{field}.step", readable(float(step), unit), limit, "change the sign of the step"
-            )
+            raise refusal(f"{field}.step", readable(float(step), unit), limit, "change the sign of the step")
         steps = (stop - start) / step
         self._check_count(int(steps) + 1, field)
         if abs(steps - round(steps)) > HIT:
@@ -116,9 +106,7 @@ def repeated(values: tuple[Any, ...]) -> Iterator[Any]:
         earlier.add(value)
 
 
-def _bounds(
-    parameter: Parameter, raw: Mapping[str, Any], field: str
-) -> tuple[Decimal, Decimal, Decimal]:
+def _bounds(parameter: Parameter, raw: Mapping[str, Any], field: str) -> tuple[Decimal, Decimal, Decimal]:
     """Start, stop and step, exact, in SI; raises InvalidInput with every finding."""
     findings = Findings()
     for key in raw:

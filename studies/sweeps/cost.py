@@ -93,9 +93,7 @@ def sweep_cost(sweep: Sweep) -> SweepCost:
         if point.run.id not in priced:
             each = run.estimate(point.run)
             share = sweep.size / on_axes if count <= on_axes else 1.0  # then it screens the models
-            priced[point.run.id] = PricedRun(
-                point.run.id, each.core_seconds, each.bytes, each.memory, share
-            )
+            priced[point.run.id] = PricedRun(point.run.id, each.core_seconds, each.bytes, each.memory, share)
     runs = sweep.most_runs + count - on_axes
     further = sweep.most_runs / sweep.size
     return SweepCost(runs, count, tuple(priced.values()), further)

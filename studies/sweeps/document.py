@@ -22,16 +22,7 @@ from studies.observations import AllowedNames, read_observations, written
 from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
 from studies.sweeps.search import read_search
-from studies.sweeps.sweep import (
-    ACCEPTED,
-    OFFSET,
-    RESOLUTION,
-    Combine,
-    ModelPart,
-    Sweep,
-    SweepLimits,
-    vocabulary,
-)
+from studies.sweeps.sweep import ACCEPTED, OFFSET, RESOLUTION, Combine, ModelPart, Sweep, SweepLimits, vocabulary
 from studies.values.errors import Finding, Findings, InvalidInput
 from studies.values.formats import CONTROLS
 from studies.values.nearest import few_suggestions, nearest, nearest_cure, shown
@@ -93,9 +84,7 @@ def read_sweep_file(file: Path) -> dict[str, Any]:
             document["observations"] = _text_of(beside, "observations")
     laws = document.get("laws")
     if isinstance(laws, list):
-        document["laws"] = [
-            read_law_file(file.parent / law) if isinstance(law, str) else law for law in laws
-        ]
+        document["laws"] = [read_law_file(file.parent / law) if isinstance(law, str) else law for law in laws]
     return document
 
 
@@ -111,9 +100,7 @@ def read_law_file(file: Path) -> dict[str, Any]:
     return document
 
 
-def read_yaml(
-    text: str, source: str, limit: str = "a mapping with scenario and axes"
-) -> dict[str, Any]:
+def read_yaml(text: str, source: str, limit: str = "a mapping with scenario and axes") -> dict[str, Any]:
     """A YAML (or JSON) text as a mapping; raises InvalidInput naming line and column."""
     try:
         document = yaml.load(text, _StrictLoader)
@@ -147,9 +134,7 @@ def _text_of(file: Path, name: str) -> str:
     except FileNotFoundError:
         raise no_such_file(file, name) from None
     except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput(
-            [Finding(name, str(file), "a text file that can be read", str(error))]
-        ) from None
+        raise InvalidInput([Finding(name, str(file), "a text file that can be read", str(error))]) from None
 
 
 def no_such_file(file: Path, name: str = "file", example: str = "") -> InvalidInput:
@@ -170,9 +155,7 @@ def no_such_file(file: Path, name: str = "file", example: str = "") -> InvalidIn
 
 def no_such_cube(file: Path) -> InvalidInput:
     """The error for a missing cube."""
-    return no_such_file(
-        file, example="give the cube.nc of a sweep, or its folder, such as demo/holes"
-    )
+    return no_such_file(file, example="give the cube.nc of a sweep, or its folder, such as demo/holes")
 
 
 class _DocumentReading:
@@ -199,9 +182,7 @@ class _DocumentReading:
         terms = vocabulary(scenario.name, roles, own)
         # A material that is refused is none that is missing.
         terms = replace(terms, materials=sorted({*terms.materials, *self._mapping("materials")}))
-        fixed, findings = parse_values(
-            terms.parameters, self.fixed, "fixed", materials=terms.materials
-        )
+        fixed, findings = parse_values(terms.parameters, self.fixed, "fixed", materials=terms.materials)
         self.findings.extend(findings)
         self.sampling = self._attempt(partial(self._sampling, combine))
         axes = self._axes(terms, combine)
@@ -210,9 +191,7 @@ class _DocumentReading:
         self._check_search(axes, combine, resolutions, offsets)
         self._check_completeness()
         table = self.document.get("observations")
-        observations = (
-            None if table is None else self._attempt(partial(read_observations, table, terms))
-        )
+        observations = None if table is None else self._attempt(partial(read_observations, table, terms))
         laws = self._laws(terms)
         model_part = self._model_part()
         if self.limits is not ACCEPTED:
@@ -326,10 +305,7 @@ class _DocumentReading:
             limit, cure = f"at most {most} materials", "remove materials that no run uses"
             self.findings.append(Finding("materials", f"{len(documents)} materials", limit, cure))
             return {}
-        read = {
-            name: self._attempt(partial(_own_material, name, document))
-            for name, document in documents.items()
-        }
+        read = {name: self._attempt(partial(_own_material, name, document)) for name, document in documents.items()}
         return {name: material for name, material in read.items() if material is not None}
 
     def _laws(self, terms: AllowedNames) -> "tuple[FittedLaw, ...]":
@@ -344,8 +320,7 @@ class _DocumentReading:
         from studies.laws._fitted import read_law
 
         read = [
-            self._attempt(partial(read_law, document, f"laws[{place}]"))
-            for place, document in enumerate(documents)
+            self._attempt(partial(read_law, document, f"laws[{place}]")) for place, document in enumerate(documents)
         ]
         laws = tuple(law for law in read if law is not None)
         for twice in repeated(tuple(law.name for law in laws)):
@@ -374,10 +349,7 @@ class _DocumentReading:
             count = f"{len(self.varied)} axes"
             self.findings.append(Finding("axes", count, limit, "split the sweep"))
             return ()
-        read = [
-            self._attempt(partial(self._axis, terms, combine, *item))
-            for item in self.varied.items()
-        ]
+        read = [self._attempt(partial(self._axis, terms, combine, *item)) for item in self.varied.items()]
         axes = tuple(axis for axis in read if axis is not None)
         if len(axes) == len(self.varied) > 0 and self.sampling is not None:
             axes = sampled(self.sampling, axes)
@@ -453,9 +425,7 @@ class _DocumentReading:
 
     def _check_size(self, axes: tuple[Axis, ...], combine: Combine, times: int) -> None:
         """The number of runs, each point refined so many times; nothing is expanded yet."""
-        lengths = [
-            axis.search.most_tries if axis.search else len(axis.values) for axis in axes
-        ] or [1]
+        lengths = [axis.search.most_tries if axis.search else len(axis.values) for axis in axes] or [1]
         points = math.prod(lengths) if combine == "grid" else max(lengths)
         if points * times > self.limits.max_runs:
             limit = f"at most {self.limits.max_runs} runs"

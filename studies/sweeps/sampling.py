@@ -59,9 +59,7 @@ def read_sampling(method: str, document: Mapping[str, Any], most_points: int) ->
     return Sampling(method, points, seed)
 
 
-def read_range(
-    parameter: Parameter, name: str, raw: Any, reader: AxisReader, points: int | None
-) -> Axis:
+def read_range(parameter: Parameter, name: str, raw: Any, reader: AxisReader, points: int | None) -> Axis:
     """An axis that is sampled: low and high, and the values of an earlier reading; raises InvalidInput.
 
     A document that was read once states its values, so that they stay whatever generates them later.

@@ -67,9 +67,7 @@ def contributions_of(base: float, answers: Mapping[str, float]) -> dict[str, flo
     return told
 
 
-def _screen(
-    run: Run, name: str, materials: Mapping[str, Material], changes: Mapping[str, object]
-) -> Screen:
+def _screen(run: Run, name: str, materials: Mapping[str, Material], changes: Mapping[str, object]) -> Screen:
     try:
         changed = resolve(run.scenario, {**run.parameters, **changes}, materials)
     except InvalidInput as error:
@@ -98,9 +96,7 @@ def _switched_failure(run: Run, materials: Mapping[str, Material]) -> Screen:
     constants = {name: None for name in run.parameters if name.startswith("failure_")}
     if failure != "none":
         return _screen(run, FAILURE, materials, {**constants, "failure": "none"})
-    return _screen(
-        run, FAILURE, materials, {**constants, "failure": "spall", "failure_time": FAILURE_TIME}
-    )
+    return _screen(run, FAILURE, materials, {**constants, "failure": "spall", "failure_time": FAILURE_TIME})
 
 
 def _of_other_eos(material: Material) -> Material | None:

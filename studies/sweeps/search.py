@@ -76,9 +76,7 @@ class SearchedLimit:
         return 0.5 * (self.lower + self.upper)
 
 
-def replay(
-    search: Search, outcome_of: Callable[[float], Outcome | str], unit: str
-) -> SearchedLimit:
+def replay(search: Search, outcome_of: Callable[[float], Outcome | str], unit: str) -> SearchedLimit:
     """A search as its results tell it.
 
     ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``unit`` (SI) is for reasons.
@@ -107,9 +105,7 @@ def _limit(search: Search, outcomes: Mapping[float, Outcome | str], unit: str) -
         upper = min((value for value in ones if value > max(zeros)), default=search.high)
         return SearchedLimit(SearchVerdict.NON_MONOTONE, tried, None, lower, upper)
     if is_reversed or not (zeros and ones):
-        gave = " and ".join(
-            f"{_shown(outcomes[end])} at {readable(end, unit)}" for end in (search.low, search.high)
-        )
+        gave = " and ".join(f"{_shown(outcomes[end])} at {readable(end, unit)}" for end in (search.low, search.high))
         reason = f"not bracketed: {search.quantity} is {gave}; it has to be 0 at the lower end and 1 at the upper one"
         return SearchedLimit(SearchVerdict.NOT_BRACKETED, tried, None, reason=reason)
     lower, upper = max(zeros), min(ones)
@@ -132,9 +128,7 @@ def outcome_in(summary: Mapping[str, Any] | None, quantity: str) -> Outcome:
     return None if value is None else value > 0.5
 
 
-def read_search(
-    parameter: Parameter, raw: Mapping[str, Any], field: str, quantities: Mapping[str, Any]
-) -> Search:
+def read_search(parameter: Parameter, raw: Mapping[str, Any], field: str, quantities: Mapping[str, Any]) -> Search:
     """The search of a document's axis; ``quantities`` are those of the scenario. Raises InvalidInput."""
     if parameter.kind != "quantity":
         raise refusal(field, raw, "a list of values", "search for the limit of a quantity")
@@ -147,9 +141,7 @@ def read_search(
     quantity: Any = raw["limit_of"]
     if not isinstance(quantity, str) or quantity not in outcomes:
         limit = "what the scenario measures as 1 or 0: " + (", ".join(outcomes) or "nothing")
-        findings.append(
-            Finding(f"{field}.limit_of", shown(quantity), limit, nearest_cure(quantity, outcomes))
-        )
+        findings.append(Finding(f"{field}.limit_of", shown(quantity), limit, nearest_cure(quantity, outcomes)))
     ends: list[float] = []
     between: Any = raw.get("between")
     if not isinstance(between, list | tuple) or len(between) != 2:

@@ -133,9 +133,7 @@ class Sweep:
             return self.size
         return self.size // len(axis.values) * axis.search.most_tries
 
-    def limits(
-        self, outcome_of: "Callable[[run.Run], Outcome | str]"
-    ) -> list[tuple[dict[str, Value], SearchedLimit]]:
+    def limits(self, outcome_of: "Callable[[run.Run], Outcome | str]") -> list[tuple[dict[str, Value], SearchedLimit]]:
         """The limit at each point of the other axes, from the outcomes of runs or the states of unfinished ones."""
         axis = self.searched
         assert axis is not None
@@ -159,8 +157,7 @@ class Sweep:
         assert searched is not None
         points = [{**at, searched.name: value} for at, limit in limits for value in limit.tried]
         axes = tuple(
-            replace(axis, values=tuple(point[axis.name] for point in points), search=None)
-            for axis in self.axes
+            replace(axis, values=tuple(point[axis.name] for point in points), search=None) for axis in self.axes
         )
         return replace(self, axes=axes, combine="zip")
 
@@ -171,10 +168,7 @@ class Sweep:
             "name": self.name,
             "title": self.title,
             "scenario": self.scenario,
-            "fixed": {
-                name: written(value, terms.parameters[name].unit)
-                for name, value in self.fixed.items()
-            },
+            "fixed": {name: written(value, terms.parameters[name].unit) for name, value in self.fixed.items()},
             "axes": {axis.name: _written_axis(axis) for axis in self.axes},
             "combine": self.combine,
             "points": self.sampling.points if self.sampling else None,
@@ -208,9 +202,7 @@ class Sweep:
                     f"{axis.name} = {written(coordinates[axis.name], axis.unit)}"
                     for axis in (*self.axes, *self.refinements)
                 )
-                findings |= {
-                    finding: place for finding in error.findings if finding not in findings
-                }
+                findings |= {finding: place for finding in error.findings if finding not in findings}
                 refused += 1
                 if len(findings) >= FINDINGS_SHOWN or refused >= MOST_REFUSED:
                     break
@@ -218,8 +210,7 @@ class Sweep:
                 yield Point(index, coordinates, resolved)
         if findings:
             raise InvalidInput(
-                replace(finding, value=f"{finding.value} (at {place})")
-                for finding, place in findings.items()
+                replace(finding, value=f"{finding.value} (at {place})") for finding, place in findings.items()
             )
 
     def coordinates(self) -> list[dict[str, Value]]:
@@ -245,9 +236,7 @@ class Sweep:
         from studies.sweeps.screening import screens_of
 
         middle = self._middle()
-        finest = {
-            axis.name: axis.values[-1] for axis in self.refinements if axis.name == RESOLUTION
-        }
+        finest = {axis.name: axis.values[-1] for axis in self.refinements if axis.name == RESOLUTION}
         first = {axis.name: axis.values[0] for axis in self.refinements if axis.name == OFFSET}
         chosen = self._run({**middle, **finest, **first})
         return chosen, list(screens_of(chosen))
@@ -285,10 +274,7 @@ class Sweep:
         varied = {axis.name: axis.values for axis in self.axes}
         defaults = declared(scenario.parameters)
         return {
-            role: tuple(
-                str(name)
-                for name in varied.get(role, (self.fixed.get(role, defaults[role].default),))
-            )
+            role: tuple(str(name) for name in varied.get(role, (self.fixed.get(role, defaults[role].default),)))
             for role in scenario.materials
         }
 
@@ -321,11 +307,7 @@ class Sweep:
         free = declared(record).keys() - {*fixed, *(axis.name for axis in self.axes)}
         if RESOLUTION not in free or (preset.offsets > 1 and OFFSET not in free):
             raise ValueError(f"{self.name}: the preset {name} cannot set its resolution")
-        few = (
-            preset.few_particles
-            and PARTICLES in free
-            and not getattr(record, "keeps_particles", True)
-        )
+        few = preset.few_particles and PARTICLES in free and not getattr(record, "keeps_particles", True)
         return replace(
             self,
             resolutions=preset.resolutions,
@@ -385,9 +367,7 @@ class Sweep:
             raise InvalidInput([Finding("particles", count, limit, cure)])
 
 
-def vocabulary(
-    scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]
-) -> AllowedNames:
+def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]) -> AllowedNames:
     """The names that a document of this scenario may use: parameters, constants of materials, quantities.
 
     ``roles`` are the materials that each material parameter takes: a constant must belong to all.
@@ -408,11 +388,7 @@ def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
     constants = [material.parameters() for material in candidates] or [_all_constants()]
     units = [{(path, constant.unit) for path, constant in each.items()} for each in constants]
     shared = set.intersection(*units)
-    return {
-        f"{role}.{path}": constant
-        for path, constant in constants[0].items()
-        if (path, constant.unit) in shared
-    }
+    return {f"{role}.{path}": constant for path, constant in constants[0].items() if (path, constant.unit) in shared}
 
 
 def _all_constants() -> dict[str, Parameter]:
@@ -435,8 +411,7 @@ def _written_axis(axis: Axis) -> Any:
     """An axis as a document writes it: its values, and the ends of its range where it is sampled."""
     if axis.search:
         low, high, tolerance = (
-            written(value, axis.unit)
-            for value in (axis.search.low, axis.search.high, axis.search.tolerance)
+            written(value, axis.unit) for value in (axis.search.low, axis.search.high, axis.search.tolerance)
         )
         return {"limit_of": axis.search.quantity, "between": [low, high], "tolerance": tolerance}
     values = [written(value, axis.unit) for value in axis.values]

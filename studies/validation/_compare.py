@@ -92,9 +92,7 @@ def _pick(array: xr.DataArray, at: Place) -> xr.DataArray:
         (along,) = array[axis].dims
         column = array[axis].values
         matches = (
-            column == value
-            if isinstance(value, str)
-            else np.isclose(column.astype(float), value, rtol=EXACT, atol=0.0)
+            column == value if isinstance(value, str) else np.isclose(column.astype(float), value, rtol=EXACT, atol=0.0)
         )
         places[along] = places.get(along, True) & matches
     for along, matches in places.items():
@@ -119,11 +117,7 @@ def compared(
     ``mesh`` is that mesh, cells per diameter and its name; ``within`` is a tolerance in display units, or ``share`` a
     relative one, on that mesh alone.
     """
-    beside = {
-        each.by: quantity.factor * each.value
-        for each in numbers
-        if each.shot.quantity == quantity.name
-    }
+    beside = {each.by: quantity.factor * each.value for each in numbers if each.shot.quantity == quantity.name}
     expected = beside.pop(reference)
     cells, mesh_name = mesh or (None, "one grid")
     value = quantity.on(cells if quantity.is_refined else None)
@@ -168,12 +162,7 @@ def _known(bar: float) -> float | None:
 
 
 def against(
-    name: str,
-    title: str,
-    cube: xr.Dataset,
-    quantity: str,
-    axis: str,
-    numbers: Sequence[PublishedNumber],
+    name: str, title: str, cube: xr.Dataset, quantity: str, axis: str, numbers: Sequence[PublishedNumber]
 ) -> Picture:
     """A quantity over an axis: each grid, the converged value with its bar, and the published numbers."""
     points = [ComparedReading(cube, quantity, {axis: float(value)}) for value in cube[axis].values]
@@ -182,24 +171,16 @@ def against(
 
     def line(label: str, values: Iterable[tuple[float, float]]) -> Line:
         triples = (
-            (place, value, 0.0 if math.isnan(bar) else bar)
-            for place, (value, bar) in zip(x, values, strict=True)
+            (place, value, 0.0 if math.isnan(bar) else bar) for place, (value, bar) in zip(x, values, strict=True)
         )
         return Line(label, tuple(each for each in triples if math.isfinite(each[1])))
 
-    lines = [
-        line(f"{grid:g} cells per diameter", [(each.on(grid), 0.0) for each in points])
-        for grid in first.grids
-    ]
+    lines = [line(f"{grid:g} cells per diameter", [(each.on(grid), 0.0) for each in points]) for grid in first.grids]
     ours = "whipple, converged" if first.is_refined else "whipple"
     lines.append(line(ours, [each.best for each in points]))
     for by in dict.fromkeys(each.by for each in numbers):
         theirs = [
-            (
-                along.factor * float(each.shot.parameters[axis] or 0.0),
-                first.factor * each.value,
-                0.0,
-            )
+            (along.factor * float(each.shot.parameters[axis] or 0.0), first.factor * each.value, 0.0)
             for each in numbers
             if each.by == by and each.shot.quantity == quantity
         ]

@@ -31,11 +31,7 @@ def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
         "holes": {
             "title": "Holes in aluminium 2024-T3, in the range of Maiden's law",
             "scenario": "thin_plate",
-            "fixed": {
-                "projectile": "al-2024-t3",
-                "target": "al-2024-t3",
-                "projectile_diameter": f"{DIAMETER:g} mm",
-            },
+            "fixed": {"projectile": "al-2024-t3", "target": "al-2024-t3", "projectile_diameter": f"{DIAMETER:g} mm"},
             "axes": {
                 "speed": [f"{speed:g} km/s" for speed in speeds],
                 "plate_thickness": [f"{thickness:g} mm" for thickness in thicknesses],
@@ -79,9 +75,7 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
         speeds = [float(speed) for speed in cube.speed.values]
         law = [(v / 1e3, DIAMETER * float(hole_ratio(v, ratio)), 0.0) for v in speeds]
         ours = [
-            ComparedReading(
-                cube, "hole_diameter", {"speed": speed, "plate_thickness": float(thickness)}
-            ).best
+            ComparedReading(cube, "hole_diameter", {"speed": speed, "plate_thickness": float(thickness)}).best
             for speed in speeds
         ]
         points = tuple((v / 1e3, *hole) for v, hole in zip(speeds, ours, strict=True))

@@ -23,10 +23,7 @@ SHAPES = ("cloud_length_over_diameter", "cloud_radius", "rear_velocity", "melted
 def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
     copper = {"projectile": "copper-ofhc", "target": "copper-ofhc"}
     speeds = (2, 6) if level == "quick" else (2, 4, 6, 8)
-    plates = {
-        "speeds": ("2 mm", [f"{speed} km/s" for speed in speeds]),
-        PHOTOGRAPH: ("3 mm", ["6.6 km/s"]),
-    }
+    plates = {"speeds": ("2 mm", [f"{speed} km/s" for speed in speeds]), PHOTOGRAPH: ("3 mm", ["6.6 km/s"])}
     # The photograph has its gate from 16 cells on.
     cells = {name: QUICK if level == "quick" and name == "speeds" else FINE[0] for name in plates}
     return {

@@ -35,8 +35,7 @@ ENERGIES = {
 
 def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
     sweeps = {
-        geometry: _sweep(geometry, cells if level == "fine" else (THESIS,))
-        for geometry, cells in GEOMETRIES.items()
+        geometry: _sweep(geometry, cells if level == "fine" else (THESIS,)) for geometry, cells in GEOMETRIES.items()
     }
     return sweeps | {OWN_NUMERICS: _sweep("quarter", (THESIS,), recipe="thesis")}
 
@@ -67,18 +66,14 @@ def _of_run(where: str, run: Any, *, gated: bool) -> Iterator[Row]:
         within=CONTACT_TIME,
     )
     yield contact if gated else contact.ungated(CONTACT_TIME)
-    parted = at_most(
-        f"{where}: push of the wall at the end (of its mean)", limit=PARTED, got=_last_push(run)
-    )
+    parted = at_most(f"{where}: push of the wall at the end (of its mean)", limit=PARTED, got=_last_push(run))
     yield parted
     rebound = ComparedReading(run, "rebound_momentum", {}).on()
     yield Row(f"{where}: momentum after the rebound (of that before)", "about 1", rebound, None)
     for name, (label, thesis) in ENERGIES.items():
         claim = f"{where}: energy in {label} (of the initial)"
         yield Row(claim, f"about {thesis}", ComparedReading(run, name, {}).on(), None)
-    yield reported(
-        f"{where}: drift of the total energy", float(run.audit_largest_energy_drift.item())
-    )
+    yield reported(f"{where}: drift of the total energy", float(run.audit_largest_energy_drift.item()))
 
 
 def _last_push(run: Any) -> float:

@@ -56,10 +56,7 @@ class HoleSeries:
     def readings(self) -> list[ComparedReading]:
         """By speed, from the slowest."""
         places = ((cube, float(speed)) for cube in self.cubes for speed in cube.speed.values)
-        return [
-            ComparedReading(cube, QUANTITY, {"speed": speed})
-            for cube, speed in sorted(places, key=itemgetter(1))
-        ]
+        return [ComparedReading(cube, QUANTITY, {"speed": speed}) for cube, speed in sorted(places, key=itemgetter(1))]
 
 
 def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
@@ -76,9 +73,7 @@ def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
     return sweeps
 
 
-def _sweep(
-    material: str, ratio: float, speeds: Sequence[float], through: Sequence[int]
-) -> Mapping[str, Any]:
+def _sweep(material: str, ratio: float, speeds: Sequence[float], through: Sequence[int]) -> Mapping[str, Any]:
     cells = [each / ratio for each in through]
     return {
         "title": f"Holes in {material}, t/d = {ratio:g}",
@@ -151,16 +146,9 @@ def _pooled(series: Sequence[HoleSeries]) -> list[Subject]:
     """Each law against all holes of a material, with t/d beside the speed as an axis."""
     pooled: dict[str, Subject] = {}
     for cube, ratio in ((cube, each.ratio) for each in series for cube in each.cubes):
-        (evidence,) = (
-            evidence
-            for evidence in evidence_of(points_of(cube), [])
-            if evidence.quantity == QUANTITY
-        )
+        (evidence,) = (evidence for evidence in evidence_of(points_of(cube), []) if evidence.quantity == QUANTITY)
         for subject in evidence.subjects:
-            points = tuple(
-                replace(point, at={"speed": point.at["speed"], RATIO: ratio})
-                for point in subject.points
-            )
+            points = tuple(replace(point, at={"speed": point.at["speed"], RATIO: ratio}) for point in subject.points)
             before = pooled.get(subject.name, replace(subject, points=()))
             pooled[subject.name] = replace(before, points=before.points + points)
     return list(pooled.values())
@@ -202,10 +190,7 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
     for material in MATERIALS:
         series = _series(cubes, material)
         holes = [
-            Line(
-                f"t/d = {each.ratio:g}",
-                tuple((float(at.at["speed"]) / 1e3, *at.best) for at in each.readings),
-            )
+            Line(f"t/d = {each.ratio:g}", tuple((float(at.at["speed"]) / 1e3, *at.best) for at in each.readings))
             for each in series
         ]
         residuals = [
@@ -227,10 +212,7 @@ def _mean_residuals(points: Sequence[JudgedPoint]) -> tuple[tuple[float, float, 
     for point in points:
         if point.state == "judged":
             by_speed.setdefault(float(point.at["speed"]), []).append(point.residual)
-    return tuple(
-        (speed / 1e3, 100.0 * float(np.mean(values)), 0.0)
-        for speed, values in sorted(by_speed.items())
-    )
+    return tuple((speed / 1e3, 100.0 * float(np.mean(values)), 0.0) for speed, values in sorted(by_speed.items()))
 
 
 CASE = Validation(

@@ -24,11 +24,7 @@ def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
         "melt": {
             "title": "Melted share of an aluminium sphere: NASA/TM-2009-214785, Table 4-4",
             "scenario": "debris_cloud",
-            "fixed": {
-                "projectile": "al-2024-t3",
-                "target": "al-6061-t6",
-                "projectile_diameter": "10 mm",
-            },
+            "fixed": {"projectile": "al-2024-t3", "target": "al-6061-t6", "projectile_diameter": "10 mm"},
             "axes": {
                 "speed": [f"{speed} km/s" for speed in SPEEDS],
                 "plate_thickness": [f"{thickness} mm" for thickness in thicknesses],
@@ -47,9 +43,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
             there = [
                 each
                 for each in numbers
-                if all(
-                    abs(float(each.shot.parameters[axis] or 0.0) - at[axis]) < 1e-9 for axis in at
-                )
+                if all(abs(float(each.shot.parameters[axis] or 0.0) - at[axis]) < 1e-9 for axis in at)
             ]
             where = f"bumper of {100 * thickness:g} diameters, {speed / 1e3:g} km/s"
             reading = ComparedReading(cube, QUANTITY, at)

@@ -53,10 +53,7 @@ def _readings(cube: Any, name: str) -> list[ComparedReading]:
     """The craters of a pair, by speed."""
     projectile, target = PAIRS[name]
     pair = {"projectile": projectile, "target": target}
-    return [
-        ComparedReading(cube, QUANTITY, {**pair, "speed": float(speed)})
-        for speed in np.unique(cube.speed.values)
-    ]
+    return [ComparedReading(cube, QUANTITY, {**pair, "speed": float(speed)}) for speed in np.unique(cube.speed.values)]
 
 
 def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
@@ -71,8 +68,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
     ]
     if level != "quick":
         expected += [
-            (name, f"nearest to {LIMIT} at the highest speed", [_approaches(shapes[name])])
-            for name in (DEEP, SHALLOW)
+            (name, f"nearest to {LIMIT} at the highest speed", [_approaches(shapes[name])]) for name in (DEEP, SHALLOW)
         ]
     for name, words, holds in expected:
         others = _beside() if name == LIKE else {}
@@ -108,25 +104,18 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
     lines = [
         Line(
             name.replace("-", " "),
-            tuple(
-                (float(each.at["speed"]) / 1e3, *each.best)
-                for each in _readings(cubes["craters"], name)
-            ),
+            tuple((float(each.at["speed"]) / 1e3, *each.best) for each in _readings(cubes["craters"], name)),
         )
         for name in PAIRS
     ]
     numbers = published("shape_coefficient", "thick_plate")
     for by in dict.fromkeys(each.by for each in numbers):
         points = [
-            (float(each.shot.parameters["speed"] or 0.0) / 1e3, each.value, 0.0)
-            for each in numbers
-            if each.by == by
+            (float(each.shot.parameters["speed"] or 0.0) / 1e3, each.value, 0.0) for each in numbers if each.by == by
         ]
         lines.append(Line(f"{by}, copper", tuple(points)))
     title = "Shape of craters (Fig. 1.1)"
-    yield Picture(
-        "shape-coefficient", title, "speed (km/s)", "crater depth over diameter", tuple(lines)
-    )
+    yield Picture("shape-coefficient", title, "speed (km/s)", "crater depth over diameter", tuple(lines))
 
 
 CASE = Validation(

@@ -13,13 +13,7 @@ import numpy as np
 
 from studies.validation import Cubes, Level, Picture, Validation, published
 from studies.validation._block import CELL, MESH, craters
-from studies.validation._compare import (
-    ComparedReading,
-    compared,
-    energy_line,
-    grids_of,
-    kinetic_energy,
-)
+from studies.validation._compare import ComparedReading, compared, energy_line, grids_of, kinetic_energy
 from studies.values.quantities import round_quantity
 from studies.verification import Row, at_most, reported
 
@@ -31,11 +25,7 @@ CELLS = round_quantity(DIAMETER / CELL)
 # known when this was written: 15 mm and 25 mm.
 SHARE = 0.15
 RISE = 1e-9  # of the kinetic energy, over the initial one: round-off of its sum
-CONTACTS = {
-    "none": "no contact",
-    "bardenhagen": "contact",
-    "thesis": "contact by the printed criterion",
-}
+CONTACTS = {"none": "no contact", "bardenhagen": "contact", "thesis": "contact by the printed criterion"}
 
 
 def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
@@ -52,23 +42,16 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
         for name in ("crater_depth", "crater_diameter"):
             quantity = ComparedReading(cube, name, {"contact": contact})
             share = SHARE if contact == "none" else None
-            yield from compared(
-                words, quantity, numbers, "experiment", mesh=(CELLS, MESH), share=share
-            )
+            yield from compared(words, quantity, numbers, "experiment", mesh=(CELLS, MESH), share=share)
     for contact, words in contacts.items():
         for cells, run in _runs(cubes, contact):
             where = f"{words}, {cells}"
             kinetic = kinetic_energy(run)[1]
             rise = float(np.max(kinetic) / kinetic[0] - 1.0)
-            row = at_most(
-                f"{where}: rise of the kinetic energy above the initial one (Fig. 3.7)",
-                limit=RISE,
-                got=rise,
-            )
+            row = at_most(f"{where}: rise of the kinetic energy above the initial one (Fig. 3.7)", limit=RISE, got=rise)
             yield row if contact != "thesis" else row.ungated(RISE)
             yield reported(
-                f"{where}: energy that contact removed (of the initial)",
-                float(run.audit_contact_energy_fraction),
+                f"{where}: energy that contact removed (of the initial)", float(run.audit_contact_energy_fraction)
             )
 
 

@@ -78,9 +78,7 @@ def _fitted(measured: MeasuredShots, form: Any) -> str:
     fitted = fit(measured, form)
     if fitted.solution is None:
         return fitted.reason
-    constants = ", ".join(
-        f"{name} = {value:.3g}" for name, value in (fitted.in_millimetres() or {}).items()
-    )
+    constants = ", ".join(f"{name} = {value:.3g}" for name, value in (fitted.in_millimetres() or {}).items())
     return f"{constants} ({1e3 * fitted.rms:.2f})"
 
 

@@ -86,9 +86,7 @@ def _reading(cubes: Cubes, geometry: str, name: str) -> ComparedReading:
 
 def _pictures(cubes: Cubes) -> Iterator[Picture]:
     ours = {
-        geometry: [
-            (cells, float(run.taylor_error), 0.0) for cells, run in grids_of(cube.isel(geometry=0))
-        ]
+        geometry: [(cells, float(run.taylor_error), 0.0) for cells, run in grids_of(cube.isel(geometry=0))]
         for geometry, cube in cubes.items()
     }
     theirs = {by: [(THESIS, error, 0.0)] for by, error in ERRORS.items()}

@@ -48,11 +48,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
     cube, numbers = cubes["holes"], published("thesis_holes", "thin_plate")
     for speed in cube.speed.values:
         hole = ComparedReading(cube, "hole_diameter", {"speed": float(speed)})
-        beside = {
-            each.by: hole.factor * each.value
-            for each in numbers
-            if each.shot.parameters["speed"] == speed
-        }
+        beside = {each.by: hole.factor * each.value for each in numbers if each.shot.parameters["speed"] == speed}
         answers = {law: hole.factor * _answer(cube, law, speed) for law in (A, B, C)}
         known = [answer for answer in answers.values() if math.isfinite(answer)]
         low, high = min(known), max(known)

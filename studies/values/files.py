@@ -10,9 +10,7 @@ STATE = "state.npz"  # its final state
 FILM = "film.npz"  # its frames
 MOST_FRAMES = 1000  # of them
 SECTIONS = "sections.npz"  # its section at a few times, for the pictures of reports
-CUBE, RUNS_CSV, REPORT_HTML, REPORT_JSON = SWEEP_FILES = (
-    *("cube.nc", "runs.csv", "report.html", "report.json"),
-)
+CUBE, RUNS_CSV, REPORT_HTML, REPORT_JSON = SWEEP_FILES = (*("cube.nc", "runs.csv", "report.html", "report.json"),)
 
 READABLE_BY_ALL = 0o644  # mkstemp makes private files; results are for others too
 

@@ -19,9 +19,7 @@ class Solution:
     """Constants that fit data best."""
 
     constants: np.ndarray  # (constants,)
-    intervals: (
-        np.ndarray
-    )  # (constants,) half lengths at CONFIDENCE; infinite without a degree of freedom
+    intervals: np.ndarray  # (constants,) half lengths at CONFIDENCE; infinite without a degree of freedom
     residuals: np.ndarray  # (data,) in units of the data
     freedom: int  # data minus constants
 
@@ -30,9 +28,7 @@ class NotIdentified(Exception):
     """The data do not tell the constants apart."""
 
 
-def linear(
-    columns: Sequence[np.ndarray], y: np.ndarray, errors: np.ndarray | None = None
-) -> Solution:
+def linear(columns: Sequence[np.ndarray], y: np.ndarray, errors: np.ndarray | None = None) -> Solution:
     """The constants c of y = sum of c x column, (data,) each; raises NotIdentified.
 
     ``errors`` are standard uncertainties of y: their relative sizes weight the data, and the scatter sets the scale.
@@ -50,10 +46,7 @@ def linear(
 
 
 def nonlinear(
-    function: Callable[[np.ndarray], np.ndarray],
-    start: np.ndarray,
-    y: np.ndarray,
-    errors: np.ndarray | None = None,
+    function: Callable[[np.ndarray], np.ndarray], start: np.ndarray, y: np.ndarray, errors: np.ndarray | None = None
 ) -> Solution:
     """The constants for which ``function(constants)`` is nearest to y, from a start; raises NotIdentified.
 
@@ -98,16 +91,11 @@ def aicc(mean_square: float, count: int, constants: int) -> float:
 def _check_rank(matrix: np.ndarray, tolerance: float) -> None:
     sizes = np.linalg.norm(matrix, axis=0)
     scaled = matrix / np.where(sizes > 0.0, sizes, 1.0)
-    if (
-        len(matrix) < matrix.shape[1]
-        or np.linalg.matrix_rank(scaled, tol=tolerance) < matrix.shape[1]
-    ):
+    if len(matrix) < matrix.shape[1] or np.linalg.matrix_rank(scaled, tol=tolerance) < matrix.shape[1]:
         raise NotIdentified
 
 
-def _solution(
-    constants: np.ndarray, matrix: np.ndarray, residuals: np.ndarray, scale: np.ndarray
-) -> Solution:
+def _solution(constants: np.ndarray, matrix: np.ndarray, residuals: np.ndarray, scale: np.ndarray) -> Solution:
     """Intervals and likelihood; ``matrix`` has the derivatives of the data over their scale."""
     from scipy.special import stdtrit
 

@@ -93,12 +93,7 @@ def declared(record: type) -> Mapping[str, Parameter]:
 
 
 def parse_parameters(
-    record: type,
-    raw: Mapping[str, Any],
-    path: str = "",
-    *,
-    materials: Collection[str] = (),
-    si: bool = False,
+    record: type, raw: Mapping[str, Any], path: str = "", *, materials: Collection[str] = (), si: bool = False
 ) -> dict[str, Value]:
     """All parameters of a record, checked, in SI, defaults filled in.
 
@@ -132,21 +127,14 @@ def parse_values(
     for name, value in raw.items():
         try:
             parameter = find(parameters, name, path)
-            values[name] = parse_value(
-                parameter, value, join(path, name), materials=materials, si=si
-            )
+            values[name] = parse_value(parameter, value, join(path, name), materials=materials, si=si)
         except InvalidInput as error:
             findings.extend(error.findings)
     return values, findings
 
 
 def parse_value(
-    parameter: Parameter,
-    raw: Any,
-    field: str,
-    *,
-    materials: Collection[str] = (),
-    si: bool = False,
+    parameter: Parameter, raw: Any, field: str, *, materials: Collection[str] = (), si: bool = False
 ) -> Value:
     """One value, checked, in SI, at 12 significant digits; raises InvalidInput."""
     if raw is None:
@@ -190,9 +178,7 @@ def _declared(record: type) -> Mapping[str, Parameter]:
     else:
         described = marked(record, Described)
         defaults = {name: record._field_defaults.get(name, MISSING) for name in described}  # type: ignore[attr-defined]
-    return MappingProxyType(
-        {name: _parameter(name, hints[name], default) for name, default in defaults.items()}
-    )
+    return MappingProxyType({name: _parameter(name, hints[name], default) for name, default in defaults.items()})
 
 
 def _parameter(name: str, hint: Any, default: Any) -> Parameter:
@@ -238,9 +224,7 @@ def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> Kind:
         return "quantity"
     plain: dict[Any, Kind] = {int: "integer", bool: "boolean", str: "text"}
     if hint not in plain:
-        raise TypeError(
-            f"{name}: {hint} is not a unit alias, int, bool, str, Literal or MaterialName"
-        )
+        raise TypeError(f"{name}: {hint} is not a unit alias, int, bool, str, Literal or MaterialName")
     return plain[hint]
 
 
@@ -284,12 +268,7 @@ def _parse_material(raw: Any, field: str, materials: Collection[str]) -> str:
     if not isinstance(raw, str) or not raw:
         raise refusal(field, raw, _WORDS["material"], nearest_cure(raw, materials))
     if materials and raw not in materials:
-        raise refusal(
-            field,
-            raw,
-            "a material that ships or that the sweep brings",
-            nearest_cure(raw, materials),
-        )
+        raise refusal(field, raw, "a material that ships or that the sweep brings", nearest_cure(raw, materials))
     return raw
 
 
@@ -305,24 +284,17 @@ def _within(value: Any, parameter: Parameter, raw: Any, field: str) -> Any:
 def _between(minimum: float | None, maximum: float | None, unit: str) -> str:
     """The bounds as a text with a leading space; empty without bounds."""
     texts = [
-        f"{side} {readable(bound, unit)}"
-        for side, bound in (("from", minimum), ("to", maximum))
-        if bound is not None
+        f"{side} {readable(bound, unit)}" for side, bound in (("from", minimum), ("to", maximum)) if bound is not None
     ]
     return " " + " ".join(texts) if texts else ""
 
 
 def describe(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
     """Parameters as plain objects, for a catalogue."""
-    return [
-        dataclasses.asdict(parameter) | {"limit": parameter.limit()} for parameter in parameters
-    ]
+    return [dataclasses.asdict(parameter) | {"limit": parameter.limit()} for parameter in parameters]
 
 
-_WORDS: dict[Kind, str] = {
-    "boolean": "true or false",
-    "material": "the name of a material",
-}
+_WORDS: dict[Kind, str] = {"boolean": "true or false", "material": "the name of a material"}
 _PARSERS: dict[Kind, Callable[[Parameter, Any, str], Value]] = {
     "quantity": _parse_quantity,
     "integer": _parse_integer,

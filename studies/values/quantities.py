@@ -23,9 +23,7 @@ LARGEST_EXPONENT = 200
 LONGEST_TEXT = 80  # characters; a longer "number" is a mistake or an attack
 
 # One number (underscores, commas, expressions are refused), then a unit.
-_QUANTITY = re.compile(
-    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*((?:1?/|[A-Za-z°µμΩ(]).*)?\s*", re.DOTALL
-)
+_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*((?:1?/|[A-Za-z°µμΩ(]).*)?\s*", re.DOTALL)
 # Factors of the units that materials and most sweeps are written in: pint is loaded (0.3 s of processor time,
 # 2026-11-22) for the others only. The test compares each with pint.
 _FACTORS = {
@@ -46,9 +44,7 @@ _FACTORS = {
     ("J/(kg K)", "J kg-1 K-1"): Decimal(1),
 }
 _WORD = re.compile(r"([A-Za-z°µμΩ]++)(?:(?:\*\*|\^)?([+-]?\d))?")  # one run of letters, never two
-_SUPERSCRIPTS = str.maketrans(
-    {"²": "2", "³": "3", "⁻": "-", "¹": "1", "−": "-", "·": "*", "⋅": "*"}
-)
+_SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁻": "-", "¹": "1", "−": "-", "·": "*", "⋅": "*"})
 
 # Name of the dimension of each SI unit, and the units in which people usually write it.
 _DIMENSIONS: dict[str, tuple[str, tuple[str, ...]]] = {
@@ -85,30 +81,16 @@ class DisplayUnit:
 
 # For each SI unit, the largest first.
 DISPLAY_UNITS: dict[str, tuple[DisplayUnit, ...]] = {
-    "m": (
-        DisplayUnit("m", 1.0, 1.0),
-        DisplayUnit("mm", 1e-3, 1e-4, of_columns=True),
-        DisplayUnit("um", 1e-6, 0.0),
-    ),
-    "m3": (
-        DisplayUnit("m3", 1.0, 1.0),
-        DisplayUnit("mm3", 1e-9, 0.0, of_columns=True),
-    ),
+    "m": (DisplayUnit("m", 1.0, 1.0), DisplayUnit("mm", 1e-3, 1e-4, of_columns=True), DisplayUnit("um", 1e-6, 0.0)),
+    "m3": (DisplayUnit("m3", 1.0, 1.0), DisplayUnit("mm3", 1e-9, 0.0, of_columns=True)),
     "s": (
         DisplayUnit("s", 1.0, 1.0),
         DisplayUnit("ms", 1e-3, 1e-3),
         DisplayUnit("us", 1e-6, 1e-7, of_columns=True),
         DisplayUnit("ns", 1e-9, 0.0),
     ),
-    "Pa": (
-        DisplayUnit("GPa", 1e9, 1e9),
-        DisplayUnit("MPa", 1e6, 1e5, of_columns=True),
-        DisplayUnit("Pa", 1.0, 0.0),
-    ),
-    "m s-1": (
-        DisplayUnit("km/s", 1e3, 1e3, of_columns=True),
-        DisplayUnit("m/s", 1.0, 0.0),
-    ),
+    "Pa": (DisplayUnit("GPa", 1e9, 1e9), DisplayUnit("MPa", 1e6, 1e5, of_columns=True), DisplayUnit("Pa", 1.0, 0.0)),
+    "m s-1": (DisplayUnit("km/s", 1e3, 1e3, of_columns=True), DisplayUnit("m/s", 1.0, 0.0)),
 }
 DEGREES_DIGITS = 10  # two fewer than are kept: 75 deg is 1.30899693900 rad, or 75.0000000002 deg
 PI = Decimal("3.141592653589793238462643383279")  # more digits than the context of decimals keeps
@@ -185,9 +167,7 @@ def parse_quantity(raw: object, unit: str, field: str, bounds: Bounds = UNBOUNDE
     return convert(number, unit_text, unit, field, bounds)
 
 
-def convert(
-    number: Decimal, unit_text: str, unit: str, field: str, bounds: Bounds = UNBOUNDED
-) -> Decimal:
+def convert(number: Decimal, unit_text: str, unit: str, field: str, bounds: Bounds = UNBOUNDED) -> Decimal:
     """A number in any unit, as an exact number of the SI ``unit``; raises InvalidInput."""
     raw, cure = f"{number} {unit_text}", _cure(unit, bounds)
     if len(unit_text) > LONGEST_TEXT:
@@ -342,9 +322,7 @@ def _conversion(unit_text: str, unit: str) -> tuple[Decimal, Decimal]:
     except Exception as error:  # what pint raises for a text that is no unit has no common base
         raise ValueError(f"{unit_text!r} is not a unit") from error
     if basis != target_basis:
-        raise WrongDimension(
-            f"{unit_text!r} is made of {basis!s}, and {unit!r} of {target_basis!s}"
-        )
+        raise WrongDimension(f"{unit_text!r} is made of {basis!s}, and {unit!r} of {target_basis!s}")
     return Decimal(unity - zero).normalize(), Decimal(zero).normalize()
 
 

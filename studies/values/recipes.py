@@ -122,9 +122,7 @@ ACCURACY: Mapping[str, Accuracy] = MappingProxyType(
             "three grids at three sub-cell offsets; an order and an extrapolated value where they differ by enough",
         ),
         "fine": Accuracy(
-            (16.0, 32.0, 64.0),
-            3,
-            "three finer grids, each twice as fine as the one before, at three sub-cell offsets",
+            (16.0, 32.0, 64.0), 3, "three finer grids, each twice as fine as the one before, at three sub-cell offsets"
         ),
     }
 )

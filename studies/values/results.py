@@ -10,9 +10,7 @@ from typing import Any
 TOO_COARSE = "too_coarse"  # read on a grid with fewer than two cells through the plate
 CLOSED_ON_AXIS = "closed_on_axis"  # a film of the plate still closes the hole
 MESH_DETERMINED = "mesh_determined"  # read off one grid, which decides such a value
-ENOUGH_GRIDS = (
-    3  # of one point, that take the flags of one grid from its values: they show the mesh
-)
+ENOUGH_GRIDS = 3  # of one point, that take the flags of one grid from its values: they show the mesh
 NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS)
 # Nothing that is stated of a value says how far off it is. It doubts no value, and stands where there is no error bar.
 ERROR_UNKNOWN = "error_unknown"
@@ -107,8 +105,7 @@ class RunResult:
     def from_json(plain: Mapping[str, Any]) -> "RunResult":
         """The result that ``as_json`` wrote."""
         measured = {
-            name: Measured(**{**value, "flags": tuple(value["flags"])})
-            for name, value in plain["measurements"].items()
+            name: Measured(**{**value, "flags": tuple(value["flags"])}) for name, value in plain["measurements"].items()
         }
         return RunResult(**{**plain, "measurements": measured, "flags": tuple(plain["flags"])})
 

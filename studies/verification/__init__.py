@@ -123,12 +123,7 @@ def _figure(value: Any) -> str:
 
 
 def relative(
-    claim: str,
-    *,
-    expected: float,
-    got: float,
-    within: float | None = None,
-    order: float | None = None,
+    claim: str, *, expected: float, got: float, within: float | None = None, order: float | None = None
 ) -> Row:
     """A row whose error is relative to the exact answer.
 
@@ -147,12 +142,7 @@ def relatives(where: str, *figures: tuple[str, float, float, float | None]) -> I
 
 
 def absolute(
-    claim: str,
-    *,
-    expected: float,
-    got: float,
-    within: float | None = None,
-    order: float | None = None,
+    claim: str, *, expected: float, got: float, within: float | None = None, order: float | None = None
 ) -> Row:
     """A row whose error is in the unit of the answer."""
     return _row(claim, expected, got, abs(got - expected), within, order)
@@ -197,12 +187,7 @@ def reported(claim: str, got: float, *, order: float | None = None) -> Row:
 
 
 def _row(
-    claim: str,
-    expected: float | str,
-    got: float,
-    error: float,
-    tolerance: float | None,
-    order: float | None = None,
+    claim: str, expected: float | str, got: float, error: float, tolerance: float | None, order: float | None = None
 ) -> Row:
     """A row that passes when its error is within its tolerance; not a number fails."""
     passed = None if tolerance is None else bool(error <= tolerance)
@@ -246,10 +231,7 @@ def verify(chosen: Iterable[str], recipe: Recipe = DEFAULT) -> Iterator[Verified
 
 
 def timed(
-    name: str,
-    title: str,
-    compute: Callable[[], Iterable[Row]],
-    errors: type[Exception] = Exception,
+    name: str, title: str, compute: Callable[[], Iterable[Row]], errors: type[Exception] = Exception
 ) -> Iterator[Verified]:
     """The rows of a case or claim, each with its wall time; an exception of the given kind is a row that failed."""
     begin = time.perf_counter()

@@ -13,15 +13,7 @@ from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
 from solver.units import Metre, MetrePerSecond
 from studies.values.recipes import Recipe
-from studies.verification._column import (
-    ColumnProfile,
-    Plateau,
-    Stretch,
-    column,
-    half_front,
-    mirrored,
-    profile,
-)
+from studies.verification._column import ColumnProfile, Plateau, Stretch, column, half_front, mirrored, profile
 
 FLYER_CELLS = 100
 SPACING: Metre = 1e-4
@@ -57,13 +49,7 @@ class Collision:
 
 
 def collision_problem(
-    flyer: Piece,
-    target: Piece,
-    speed: float,
-    recipe: Recipe,
-    *,
-    boost: float = 0.0,
-    flyer_cells: int = FLYER_CELLS,
+    flyer: Piece, target: Piece, speed: float, recipe: Recipe, *, boost: float = 0.0, flyer_cells: int = FLYER_CELLS
 ) -> Problem:
     """The problem; with ``boost`` (m/s) seen from a frame that moves the other way."""
     end_time = CROSSED * flyer_cells * SPACING / flyer.front_speed

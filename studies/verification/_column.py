@@ -35,9 +35,7 @@ class Stretch:
     end: Metre
     velocity: MetrePerSecond | Callable[[np.ndarray], np.ndarray] = 0.0  # of the place
     energy: JoulePerKilogram = 0.0
-    lighting: Callable[[np.ndarray], np.ndarray] | None = (
-        None  # of an explosive: s, of places (n, 3)
-    )
+    lighting: Callable[[np.ndarray], np.ndarray] | None = None  # of an explosive: s, of places (n, 3)
 
 
 def solver_numerics(recipe: Recipe) -> dict[str, Any]:
@@ -70,9 +68,7 @@ def column(
     """
     side = (Face.SYMMETRIC, Face.SYMMETRIC)
     geometry = grid(Cartesian3D, lower=(lower, 0.0, 0.0), cells=(cells, 1, 1), spacing=spacing)
-    bodies = tuple(
-        _body(stretch, spacing, recipe.particles_per_cell, across, boost) for stretch in stretches
-    )
+    bodies = tuple(_body(stretch, spacing, recipe.particles_per_cell, across, boost) for stretch in stretches)
     return Problem(
         geometry=geometry,
         bodies=bodies,

@@ -46,16 +46,14 @@ class Jouguet:
 
 def cold(explosive: Explosive, volume: float) -> float:
     """p of the exponential terms on an isentrope, Pa."""
-    return explosive.A * math.exp(-explosive.R1 * volume) + explosive.B * math.exp(
-        -explosive.R2 * volume
-    )
+    return explosive.A * math.exp(-explosive.R1 * volume) + explosive.B * math.exp(-explosive.R2 * volume)
 
 
 def stored(explosive: Explosive, volume: float) -> float:
     """E of the exponential terms, J/m3: dE = -p dV on an isentrope."""
-    return explosive.A / explosive.R1 * math.exp(
-        -explosive.R1 * volume
-    ) + explosive.B / explosive.R2 * math.exp(-explosive.R2 * volume)
+    return explosive.A / explosive.R1 * math.exp(-explosive.R1 * volume) + explosive.B / explosive.R2 * math.exp(
+        -explosive.R2 * volume
+    )
 
 
 def on_hugoniot(explosive: Explosive, volume: float) -> float:
@@ -115,9 +113,7 @@ class Isentrope:
 
     def pressure(self, volume: float) -> float:
         """Pa."""
-        return cold(self.explosive, volume) + self.constant * volume ** -(
-            self.explosive.omega + 1.0
-        )
+        return cold(self.explosive, volume) + self.constant * volume ** -(self.explosive.omega + 1.0)
 
     def energy_at(self, volume: float) -> float:
         """J/m3."""

@@ -94,9 +94,7 @@ def riemann(left: Gas, right: Gas, gamma: float) -> Riemann:
     strength = p / right.pressure
     left_density = left.density * (p / left.pressure) ** (1.0 / gamma)
     c = right.sound_speed(gamma)
-    shock = right.velocity + c * math.sqrt(
-        (gamma + 1.0) / (2.0 * gamma) * strength + (gamma - 1.0) / (2.0 * gamma)
-    )
+    shock = right.velocity + c * math.sqrt((gamma + 1.0) / (2.0 * gamma) * strength + (gamma - 1.0) / (2.0 * gamma))
     return Riemann(
         gamma=gamma,
         left=left,

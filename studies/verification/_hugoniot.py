@@ -9,13 +9,7 @@ with gamma rho = gamma0 rho0 in compression, and p = rho0 c0^2 mu + gamma0 rho e
 import math
 from dataclasses import dataclass
 
-from solver.units import (
-    Dimensionless,
-    JoulePerKilogram,
-    KilogramPerCubicMetre,
-    MetrePerSecond,
-    Pascal,
-)
+from solver.units import Dimensionless, JoulePerKilogram, KilogramPerCubicMetre, MetrePerSecond, Pascal
 
 RELEASE_STEPS = 4000  # of the fourth-order integration: halving them changes nothing in 10 digits
 
@@ -186,9 +180,7 @@ def released(solid: Solid, state: Shock) -> Release:
         k2 = slopes(p + 0.5 * step, density + 0.5 * step * k1[0], energy + 0.5 * step * k1[1])
         k3 = slopes(p + 0.5 * step, density + 0.5 * step * k2[0], energy + 0.5 * step * k2[1])
         k4 = slopes(p + step, density + step * k3[0], energy + step * k3[1])
-        mean = [
-            (a + 2.0 * b + 2.0 * c + d) / 6.0 for a, b, c, d in zip(k1, k2, k3, k4, strict=True)
-        ]
+        mean = [(a + 2.0 * b + 2.0 * c + d) / 6.0 for a, b, c, d in zip(k1, k2, k3, k4, strict=True)]
         density += step * mean[0]
         energy += step * mean[1]
         gain += step * mean[2]

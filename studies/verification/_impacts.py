@@ -37,11 +37,7 @@ COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
 
 def impact_setting(
-    recipe: Recipe,
-    *,
-    name: str = "thin_plate",
-    material: str = RATE_INDEPENDENT,
-    **parameters: Any,
+    recipe: Recipe, *, name: str = "thin_plate", material: str = RATE_INDEPENDENT, **parameters: Any
 ) -> ImpactSetting:
     """The plate, or block, of a recipe; parameters (SI) on top of the small one."""
     scenario = scenarios.load(name)
@@ -58,19 +54,13 @@ def scaled(problem: Problem, factor: float) -> Problem:
     geometry = problem.geometry
     return replace(
         problem,
-        geometry=geometry._replace(
-            lower=geometry.lower * factor, spacing=geometry.spacing * factor
-        ),
+        geometry=geometry._replace(lower=geometry.lower * factor, spacing=geometry.spacing * factor),
         bodies=tuple(
             replace(
                 body,
                 position=body.position * factor,
                 mass=body.mass * factor**3,
-                spacing=(
-                    body.spacing[0] * factor,
-                    body.spacing[1] * factor,
-                    body.spacing[2] * factor,
-                ),
+                spacing=(body.spacing[0] * factor, body.spacing[1] * factor, body.spacing[2] * factor),
             )
             for body in problem.bodies
         ),
@@ -86,10 +76,7 @@ def enlarged(problem: Problem, before: np.ndarray, behind: np.ndarray) -> Proble
     """A problem in a grid with more cells in front of its lower corner and behind its upper corner."""
     old = problem.geometry
     geometry = grid(
-        type(old),
-        lower=old.lower - before * old.spacing,
-        cells=old.cells + before + behind,
-        spacing=old.spacing,
+        type(old), lower=old.lower - before * old.spacing, cells=old.cells + before + behind, spacing=old.spacing
     )
     return replace(problem, geometry=geometry)
 
@@ -98,9 +85,7 @@ def shifted(problem: Problem, offset: np.ndarray) -> Problem:
     """A problem with its bodies moved by an offset (3,), m, in an unchanged grid."""
     bodies = tuple(replace(body, position=body.position + offset) for body in problem.bodies)
     absorbers = tuple(a._replace(place=a.place + float(offset[a.axis])) for a in problem.absorbers)
-    return replace(
-        problem, bodies=bodies, clamp=_moved(problem.clamp, offset=offset), absorbers=absorbers
-    )
+    return replace(problem, bodies=bodies, clamp=_moved(problem.clamp, offset=offset), absorbers=absorbers)
 
 
 def _moved(clamp: Clamp, *, scale: float = 1.0, offset: np.ndarray | float = 0.0) -> Clamp:
@@ -124,8 +109,7 @@ def mirrored(problem: Problem, axis: int = 0) -> Problem:
         problem,
         geometry=grid(type(old), lower=lower, cells=old.cells, spacing=old.spacing),
         bodies=tuple(
-            replace(body, position=body.position * sign, velocity=body.velocity * sign)
-            for body in problem.bodies
+            replace(body, position=body.position * sign, velocity=body.velocity * sign) for body in problem.bodies
         ),
         faces=tuple(faces),
     )
@@ -165,9 +149,7 @@ def _field(body: Any) -> np.ndarray:
     return np.ones((body.mass.size, 1)) * body.velocity
 
 
-def advanced(
-    problem: Problem, steps: int = STEPS, *, threads: int = 1, shares: int = 0
-) -> Simulation:
+def advanced(problem: Problem, steps: int = STEPS, *, threads: int = 1, shares: int = 0) -> Simulation:
     """The problem after some steps; without ``shares`` its particles are cut as their number asks for."""
     simulation = start(problem, threads=threads, shares=shares)
     for _ in range(steps):
@@ -227,8 +209,7 @@ def gap(first: Particles, second: Particles, *, spacing: float, speed: float) ->
         viscosity=_farthest(first.viscosity, second.viscosity) / stress,
         deviator=_farthest(first.deviator, second.deviator) / stress,
         plastic_strain=_farthest(first.plastic_strain, second.plastic_strain),
-        temperature=_farthest(first.temperature, second.temperature)
-        / float(first.temperature.max()),
+        temperature=_farthest(first.temperature, second.temperature) / float(first.temperature.max()),
         damage=_farthest(first.damage, second.damage),
         gone=int((first.alive != second.alive).sum()),
     )
@@ -244,7 +225,5 @@ def differing_values(first: Particles, second: Particles) -> int:
         int(np.count_nonzero(left.view(np.uint8) != right.view(np.uint8)))
         if left.shape == right.shape
         else max(left.size, right.size)
-        for left, right in zip(
-            map(np.ascontiguousarray, first), map(np.ascontiguousarray, second), strict=True
-        )
+        for left, right in zip(map(np.ascontiguousarray, first), map(np.ascontiguousarray, second), strict=True)
     )

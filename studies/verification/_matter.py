@@ -38,23 +38,14 @@ def fluid(solid: Solid) -> Matter:
 def elastic(isotropic: Isotropic) -> Matter:
     """Linear elastic matter that never yields or parts."""
     eos = LinearElastic(
-        density=isotropic.density,
-        bulk_modulus=isotropic.bulk_modulus,
-        heat_capacity=HEAT_CAPACITY,
-        temperature=ROOM,
+        density=isotropic.density, bulk_modulus=isotropic.bulk_modulus, heat_capacity=HEAT_CAPACITY, temperature=ROOM
     )
     return matter_of(eos, shear_modulus=isotropic.shear_modulus)
 
 
 def gas(gamma: float, *, densest: float, sound_speed: float) -> Matter:
     """An ideal gas; its limits of a physical state hang on the largest density (kg/m3) and sound speed (m/s) given."""
-    eos = IdealGas(
-        density=densest,
-        sound_speed=sound_speed,
-        gamma=gamma,
-        heat_capacity=HEAT_CAPACITY,
-        temperature=ROOM,
-    )
+    eos = IdealGas(density=densest, sound_speed=sound_speed, gamma=gamma, heat_capacity=HEAT_CAPACITY, temperature=ROOM)
     return matter_of(eos, shear_modulus=0.0)
 
 
@@ -78,12 +69,7 @@ def matter_of(
 
 
 def sheared(
-    matter: Matter,
-    point: PointState,
-    held: Mapping[str, Any],
-    *,
-    strain: float,
-    rate: float = 1.0,
+    matter: Matter, point: PointState, held: Mapping[str, Any], *, strain: float, rate: float = 1.0
 ) -> tuple[float, float]:
     """Plastic strain and equivalent stress (Pa) of a point after a strain at a rate (1/s), without a change of volume.
 

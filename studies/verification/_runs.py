@@ -15,10 +15,7 @@ from studies.values.results import RunResult
 
 
 def executed(
-    scenario: str,
-    recipe: Recipe,
-    parameters: Mapping[str, Any],
-    materials: Mapping[str, str] | None = None,
+    scenario: str, recipe: Recipe, parameters: Mapping[str, Any], materials: Mapping[str, str] | None = None
 ) -> RunResult:
     """The result of a scenario with the numerics of a recipe; raises WhippleError where the run failed."""
     named = dict(materials or {})

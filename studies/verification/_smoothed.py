@@ -24,25 +24,12 @@ LINE: Recipe = replace(DEFAULT, particles_per_cell=1)
 def smoothed(problem: Problem, smoothing: Smoothing = SPH, **changes: Any) -> Problem:
     """The problem of a column (``_column.column``) in one dimension: masses per area."""
     old = problem.geometry
-    geometry = grid(
-        Cartesian3D, lower=old.lower, cells=(int(old.cells[0]), 0, 0), spacing=old.spacing
-    )
+    geometry = grid(Cartesian3D, lower=old.lower, cells=(int(old.cells[0]), 0, 0), spacing=old.spacing)
     bodies = tuple(
-        replace(
-            body,
-            mass=body.mass / (body.spacing[1] * body.spacing[2]),
-            spacing=(body.spacing[0], 1.0, 1.0),
-        )
+        replace(body, mass=body.mass / (body.spacing[1] * body.spacing[2]), spacing=(body.spacing[0], 1.0, 1.0))
         for body in problem.bodies
     )
-    return replace(
-        problem,
-        geometry=geometry,
-        bodies=bodies,
-        smoothing=smoothing,
-        courant=COURANT,
-        **changes,
-    )
+    return replace(problem, geometry=geometry, bodies=bodies, smoothing=smoothing, courant=COURANT, **changes)
 
 
 def trend(claim: str, errors: Sequence[float]) -> Row:

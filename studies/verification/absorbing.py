@@ -43,33 +43,18 @@ def _run(recipe: Recipe) -> Iterator[Row]:
     for cells in CELLS:
         open_end = _energy_left(_column(cells, recipe), absorbing=True)
         left.append(open_end)
-        yield at_most(
-            f"plane pulse, {cells} cells long: energy left, of the initial",
-            limit=PLANE,
-            got=open_end,
-        )
+        yield at_most(f"plane pulse, {cells} cells long: energy left, of the initial", limit=PLANE, got=open_end)
     yield reported("order of the energy left", math.log2(left[0] / left[1]))
     shut = _energy_left(_column(CELLS[0], recipe), absorbing=False)
     yield reported("the same with free ends", shut)
     block = _block(recipe)
     outcome = _end(block, absorbing=True)
-    yield at_most(
-        "burst in a block: energy left, of the initial", limit=BURST, got=_share(block, outcome)
-    )
-    yield reported(
-        "burst in a block with free rim and back: energy left", _energy_left(block, absorbing=False)
-    )
+    yield at_most("burst in a block: energy left, of the initial", limit=BURST, got=_share(block, outcome))
+    yield reported("burst in a block with free rim and back: energy left", _energy_left(block, absorbing=False))
     yield absolute(
-        "drift of the total energy, with what was absorbed",
-        expected=0.0,
-        got=outcome.audit.energy_drift,
-        within=1e-12,
+        "drift of the total energy, with what was absorbed", expected=0.0, got=outcome.audit.energy_drift, within=1e-12
     )
-    yield at_most(
-        "error of the axial momentum, with what was given",
-        limit=1e-12,
-        got=outcome.audit.momentum_error,
-    )
+    yield at_most("error of the axial momentum, with what was given", limit=1e-12, got=outcome.audit.momentum_error)
 
 
 @dataclass(frozen=True)
@@ -87,8 +72,7 @@ def _energy_left(case: Open, *, absorbing: bool) -> float:
 def _end(case: Open, *, absorbing: bool) -> Outcome:
     matter = case.problem.bodies[0].matter
     absorbers = tuple(
-        absorber(matter, body=0, axis=axis, side=side, place=place)
-        for axis, side, place in case.surfaces
+        absorber(matter, body=0, axis=axis, side=side, place=place) for axis, side, place in case.surfaces
     )
     return simulate(replace(case.problem, absorbers=absorbers if absorbing else ()))
 

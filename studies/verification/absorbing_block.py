@@ -54,9 +54,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         crater = _crater(recipe, *other)
         for name in QUANTITIES:
             expected, got = _at_earlier_end(wide, crater, name)
-            yield reported(
-                f"{name}, block of {_size(*other)} (relative difference)", got / expected - 1.0
-            )
+            yield reported(f"{name}, block of {_size(*other)} (relative difference)", got / expected - 1.0)
 
 
 def _crater(recipe: Recipe, depth: float, radius: float, edges: str) -> RunResult:

@@ -55,9 +55,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
     yield at_least("momentum after the rebound (of that before)", limit=REBOUND, got=touch.rebound)
     pull = -float(touch.force.min()) / plateau
     yield at_most("largest pull of the wall (of rho c v A)", limit=NO_PULL, got=pull)
-    yield reported(
-        "mean force while held (of rho c v A)", float(touch.force[held].mean()) / plateau
-    )
+    yield reported("mean force while held (of rho c v A)", float(touch.force[held].mean()) / plateau)
 
 
 def _touch(recipe: Recipe) -> Touch:

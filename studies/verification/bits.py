@@ -106,9 +106,7 @@ def impact(geometry: str, recipe: Recipe, **parameters: Any) -> Problem:
 
 def rows_of(where: str, problem: Problem, steps: int, stopped_after: int) -> Iterator[Row]:
     """Values that differ between one thread and two, and after a restart."""
-    single, double = (
-        advanced(problem, steps, threads=threads, shares=SHARES) for threads in (1, 2)
-    )
+    single, double = (advanced(problem, steps, threads=threads, shares=SHARES) for threads in (1, 2))
     bits = differing_values(single.particles, double.particles) + (single.time != double.time)
     bits += (single.audit() != double.audit()) + (single.counters != double.counters)
     yield at_most(f"{where}: values that differ between one thread and two", limit=0, got=bits)

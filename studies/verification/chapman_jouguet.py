@@ -109,15 +109,11 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         missed = at_front(wave.speed, behind)
         yield relative(f"the exact wave read so: {name}", expected=expected, got=missed)
     reached = front(line, LENGTH / CELLS[-1], 0.5 * exact.pressure) / line.time
-    yield relative(
-        f"{where}: speed of the front (m/s)", expected=exact.front, got=reached, within=SPEED
-    )
+    yield relative(f"{where}: speed of the front (m/s)", expected=exact.front, got=reached, within=SPEED)
     for cells, error, peak in zip(CELLS, errors, peaks, strict=True):
         last = cells == CELLS[-1]
         yield reported(
-            f"{cells} cells: L1 error of the pressure",
-            error,
-            order=observed_order(errors) if last else None,
+            f"{cells} cells: L1 error of the pressure", error, order=observed_order(errors) if last else None
         )
         yield reported(
             f"{cells} cells: largest pressure below Chapman-Jouguet's",
@@ -126,9 +122,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         )
     drift = outcome.audit.energy_drift
     yield absolute("drift of the energy, burnt and unburnt", expected=0.0, got=drift, within=1e-12)
-    yield relative(
-        "share of the energy released", expected=BURNT, got=released(problem, outcome), within=STATE
-    )
+    yield relative("share of the energy released", expected=BURNT, got=released(problem, outcome), within=STATE)
 
 
 def _wave_error(line: ColumnProfile, wave: TaylorWave) -> float:

@@ -99,24 +99,17 @@ def _bars(speed: float, recipe: Recipe) -> Iterator[Row]:
     )
     # The cushion between the bodies is a cell thick: a slow approach is softer than the step of the theory.
     yield reported(
-        f"bars, {speed:g} m/s, touch: time for which the push is above rho c v / 4 (of 2 L / c)",
-        history.pushed(speed),
+        f"bars, {speed:g} m/s, touch: time for which the push is above rho c v / 4 (of 2 L / c)", history.pushed(speed)
     )
     share = float(history.second[-1]) / total
     where = f"bars, {speed:g} m/s, separate"
     yield reported(f"{where}: momentum of the bar that was hit (of all; perfect: 1)", share)
     yield at_least(
-        f"{where}: speed at which they part (of that at which they met)",
-        limit=PARTING,
-        got=2.0 * share - 1.0,
+        f"{where}: speed at which they part (of that at which they met)", limit=PARTING, got=2.0 * share - 1.0
     )
+    yield at_most(f"{where}: speed of separation, upper limit", limit=1.0 + ROUND_OFF, got=2.0 * share - 1.0)
     yield at_most(
-        f"{where}: speed of separation, upper limit", limit=1.0 + ROUND_OFF, got=2.0 * share - 1.0
-    )
-    yield at_most(
-        f"{where}: force in the last step (of rho c v / 2)",
-        limit=ROUND_OFF,
-        got=abs(float(force[-1])) / (2.0 * level),
+        f"{where}: force in the last step (of rho c v / 2)", limit=ROUND_OFF, got=abs(float(force[-1])) / (2.0 * level)
     )
     yield at_most(
         f"bars, {speed:g} m/s, touch: largest pull between the bars (of rho c v / 2)",
@@ -131,8 +124,7 @@ def _bars(speed: float, recipe: Recipe) -> Iterator[Row]:
     audit = history.simulation.audit()
     yield _balance(f"bars, {speed:g} m/s,", audit)
     yield reported(
-        f"bars, {speed:g} m/s, energy accounted to contact (of the initial; MPM3D-F90: 0.11)",
-        audit.contact_energy,
+        f"bars, {speed:g} m/s, energy accounted to contact (of the initial; MPM3D-F90: 0.11)", audit.contact_energy
     )
 
 
@@ -147,9 +139,7 @@ def collided(speed: float, recipe: Recipe, contact: Contact) -> ContactHistory:
     problem = column(
         [
             Stretch("first", matter, BAR.density, begin + flown, begin + flown + length, speed),
-            Stretch(
-                "second", matter, BAR.density, begin + length + gap, begin + 2.0 * length + gap
-            ),
+            Stretch("second", matter, BAR.density, begin + length + gap, begin + 2.0 * length + gap),
         ],
         recipe,
         cells=2 * CELLS + GAP_CELLS + 2 * ROOM_CELLS,
@@ -179,12 +169,7 @@ def impact(name: str, contact: str, recipe: Recipe) -> Iterator[Row]:
     The thesis' criterion is reported: its contact raised the kinetic energy at the first touch (Ma 2005, Fig. 3.7).
     """
     setting = impact_setting(
-        recipe,
-        name=name,
-        geometry="axisymmetric",
-        material="copper-ofhc",
-        contact=contact,
-        speed=IMPACT_SPEED,
+        recipe, name=name, geometry="axisymmetric", material="copper-ofhc", contact=contact, speed=IMPACT_SPEED
     )
     simulation = start(setting.problem, threads=1)
     kinetic = [_kinetic(simulation)]
@@ -279,17 +264,12 @@ def _blocks(recipe: Recipe) -> Problem:
 
 
 def _block(
-    name: str,
-    recipe: Recipe,
-    corner: tuple[int, int],
-    cells: tuple[int, int],
-    velocity: tuple[float, float, float],
+    name: str, recipe: Recipe, corner: tuple[int, int], cells: tuple[int, int], velocity: tuple[float, float, float]
 ) -> Body:
     per_cell = recipe.particles_per_cell
     step = SPACING / per_cell
     x, z = (
-        low * SPACING + step * (np.arange(count * per_cell) + 0.5)
-        for low, count in zip(corner, cells, strict=True)
+        low * SPACING + step * (np.arange(count * per_cell) + 0.5) for low, count in zip(corner, cells, strict=True)
     )
     position = lattice(x, np.array([0.5 * SPACING]), z)
     return Body(

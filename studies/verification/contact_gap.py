@@ -76,9 +76,7 @@ def _faces(recipe: Recipe, speed: float, shift: float, contact: Contact) -> floa
     problem = column(
         [
             Stretch("first", matter, BAR.density, begin, begin + length, speed),
-            Stretch(
-                "second", matter, BAR.density, begin + length + gap, begin + 2.0 * length + gap
-            ),
+            Stretch("second", matter, BAR.density, begin + length + gap, begin + 2.0 * length + gap),
         ],
         recipe,
         cells=2 * LENGTH + 10,
@@ -131,8 +129,7 @@ def _sphere(recipe: Recipe, geometry: str, speed: float) -> Iterator[Row]:
         within=OF_A_PARTICLE / recipe.particles_per_cell + TRAVEL,
     )
     yield reported(
-        f"{where}: distance of the plate from its outermost particles' ends (cells)",
-        float(face - edge) / cell - flown,
+        f"{where}: distance of the plate from its outermost particles' ends (cells)", float(face - edge) / cell - flown
     )
 
 
@@ -148,9 +145,7 @@ def _bars(recipe: Recipe, speed: float) -> Iterator[Row]:
         within=CONTACT_TIME if smooth else None,
     )
     share = float(history.second[-1]) / total
-    parted = at_least(
-        f"{where}: momentum of the bar that was hit (of all; perfect: 1)", limit=REBOUND, got=share
-    )
+    parted = at_least(f"{where}: momentum of the bar that was hit (of all; perfect: 1)", limit=REBOUND, got=share)
     yield parted if smooth else parted.ungated(REBOUND)
     yield at_most(
         f"{where}: kinetic energy above the initial one, ever (of it)",

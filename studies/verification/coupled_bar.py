@@ -147,26 +147,20 @@ def read(problem: Problem, share: float = 1.0) -> BarHistory:
 
     outcome = simulate(problem, watch, interval=INTERVAL)
     time, velocity, stress, mean = (np.array(values) for values in zip(*rows, strict=True))
-    return BarHistory(
-        time, velocity / share, stress / share, mean / share, asymmetry / share, outcome
-    )
+    return BarHistory(time, velocity / share, stress / share, mean / share, asymmetry / share, outcome)
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
     for cells in CELLS:
         for load, share in LOADS.items():
             where = f"coupled bar, {SIDE / cells * 1e3:g} mm, {load}"
-            coupled, alone = (
-                read(bar(cells, coupled=coupled, share=share), share) for coupled in (True, False)
-            )
+            coupled, alone = (read(bar(cells, coupled=coupled, share=share), share) for coupled in (True, False))
             asked = cells == CELLS[0] and share == 1.0
             for z in PLACES:
                 yield from _apart(where, z, coupled, alone, asked=asked and z == INTERFACE)
             yield _judged(_reflection(where, coupled, alone), REFLECTED, asked=asked)
             for z in PUBLISHED:
-                yield from _beside_published(
-                    where, z, coupled, alone, asked=(cells == CELLS[0], share == SMALL)
-                )
+                yield from _beside_published(where, z, coupled, alone, asked=(cells == CELLS[0], share == SMALL))
             yield from _impedances(where, coupled, alone, asked=share == SMALL)
             if cells == CELLS[0]:  # four points about the axis
                 yield at_most(
@@ -188,9 +182,7 @@ def _peak(time: np.ndarray, values: np.ndarray) -> tuple[float, float]:
     return float(time[at]), float(values[at])
 
 
-def _apart(
-    where: str, z: float, coupled: BarHistory, alone: BarHistory, *, asked: bool
-) -> Iterator[Row]:
+def _apart(where: str, z: float, coupled: BarHistory, alone: BarHistory, *, asked: bool) -> Iterator[Row]:
     """Peaks and whole histories of both bars at a place, from the time on at which the fastest wave is there."""
     at = PLACES.index(z)
     there = alone.time >= (LENGTH - z) / MATTER.longitudinal_speed
@@ -228,9 +220,7 @@ def _beside_published(
     when, velocity, stress = PUBLISHED[z]
     at = PLACES.index(z)
     for name, bar in (("elements alone", alone), ("coupled", coupled)):
-        (_, fastest), (time, highest) = (
-            _peak(bar.time, values[:, at]) for values in (bar.velocity, bar.stress)
-        )
+        (_, fastest), (time, highest) = (_peak(bar.time, values[:, at]) for values in (bar.velocity, bar.stress))
         for quantity, expected, got, size, holds in (
             ("peak stress (GPa)", stress, highest, 1e9, spacing and not small),
             ("time of the peak stress (us)", when, time, 1e-6, spacing and small),
@@ -245,15 +235,11 @@ def _beside_published(
             yield _judged(row, OFF_PUBLISHED, asked=holds and bar is alone)
 
 
-def _impedances(
-    where: str, coupled: BarHistory, alone: BarHistory, *, asked: bool
-) -> Iterator[Row]:
+def _impedances(where: str, coupled: BarHistory, alone: BarHistory, *, asked: bool) -> Iterator[Row]:
     """Stress over velocity: of the whole pulse at the interface, and of the peaks."""
     at = PLACES.index(INTERFACE)
     for name, bar in (("elements alone", alone), ("coupled", coupled)):
-        impulse, displacement = (
-            np.trapezoid(values[:, at], bar.time) for values in (bar.stress, bar.velocity)
-        )
+        impulse, displacement = (np.trapezoid(values[:, at], bar.time) for values in (bar.stress, bar.velocity))
         row = relative(
             f"{where}, {INTERFACE * 1e3:g} mm, {name}: impulse over displacement (of rho c0)",
             expected=1.0,
@@ -264,9 +250,7 @@ def _impedances(
     bound = MATTER.longitudinal_speed / MATTER.bar_speed
     for z, (_, velocity, stress) in PUBLISHED.items():
         at = PLACES.index(z)
-        (_, fastest), (_, highest) = (
-            _peak(alone.time, values[:, at]) for values in (alone.velocity, alone.stress)
-        )
+        (_, fastest), (_, highest) = (_peak(alone.time, values[:, at]) for values in (alone.velocity, alone.stress))
         row = reported(
             f"{where}, {z * 1e3:g} mm, elements alone: peak stress over peak velocity (of rho c0)",
             highest / fastest / IMPEDANCE,

@@ -70,9 +70,7 @@ def _rod(matter: Isotropic, recipe: Recipe) -> Iterator[Row]:
         got=(places[1] - places[0]) / elapsed,
         within=ROD_SPEED,
     )
-    yield reported(
-        "the speed of uniaxial strain in the same matter (m/s)", matter.longitudinal_speed
-    )
+    yield reported("the speed of uniaxial strain in the same matter (m/s)", matter.longitudinal_speed)
 
 
 def _level_place(matter: Isotropic, part: float, recipe: Recipe) -> float:
@@ -97,10 +95,7 @@ def _rod_problem(matter: Isotropic, end_time: float, recipe: Recipe) -> Problem:
         spacing=ROD_SPACING,
     )
     step = ROD_SPACING / recipe.particles_per_cell
-    lines = [
-        step * (np.arange(cells * recipe.particles_per_cell) + 0.5)
-        for cells in (ROD_RADIUS, ROD_LENGTH)
-    ]
+    lines = [step * (np.arange(cells * recipe.particles_per_cell) + 0.5) for cells in (ROD_RADIUS, ROD_LENGTH)]
     position = lattice(*lines)
     measure = lattice_measure(geometry, position.T, (step, step, 0.0))
     body = Body(
@@ -114,11 +109,7 @@ def _rod_problem(matter: Isotropic, end_time: float, recipe: Recipe) -> Problem:
     )
     mirror, free = (Face.SYMMETRIC, Face.FREE), (Face.FREE, Face.FREE)
     return Problem(
-        geometry=geometry,
-        bodies=(body,),
-        faces=(mirror, mirror, free),
-        end_time=end_time,
-        **solver_numerics(recipe),
+        geometry=geometry, bodies=(body,), faces=(mirror, mirror, free), end_time=end_time, **solver_numerics(recipe)
     )
 
 

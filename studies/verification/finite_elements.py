@@ -17,31 +17,9 @@ from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Face, Mesh, Problem
 from solver.simulation import simulate, start
 from studies.values.recipes import Recipe
-from studies.verification import (
-    DEFAULT,
-    Case,
-    Row,
-    absolute,
-    at_most,
-    observed_order,
-    relative,
-    reported,
-)
-from studies.verification._collision import (
-    Collision,
-    Piece,
-    collide,
-    collision_problem,
-    waves,
-)
-from studies.verification._column import (
-    ColumnProfile,
-    Stretch,
-    column,
-    front,
-    plateau,
-    profile,
-)
+from studies.verification import DEFAULT, Case, Row, absolute, at_most, observed_order, relative, reported
+from studies.verification._collision import Collision, Piece, collide, collision_problem, waves
+from studies.verification._column import ColumnProfile, Stretch, column, front, plateau, profile
 from studies.verification._gas import NOH_GAMMA, SOD, SOD_GAMMA, Noh, riemann
 from studies.verification._hugoniot import COPPER, shocked
 from studies.verification._matter import elastic, fluid, gas
@@ -131,29 +109,20 @@ def _impact() -> Iterator[Row]:
             problem = collision_problem(piece, piece, IMPACT_SPEED, LINE, flyer_cells=cells)
             result = collide(meshed(problem, kind))
             got = result.target.plateau
-            errors.append(
-                (abs(got.stress / exact.pressure - 1.0), abs(got.density / exact.density - 1.0))
-            )
+            errors.append((abs(got.stress / exact.pressure - 1.0), abs(got.density / exact.density - 1.0)))
         yield from _states(where, result, exact.pressure, exact.density, exact.shock_speed)
         if kind == ONE:
             yield from _trend(where, ("pressure", "density"), errors)
         yield from _kept(where, result.outcome)
 
 
-def _states(
-    where: str, result: Collision, pressure: float, density: float, speed: float
-) -> Iterator[Row]:
+def _states(where: str, result: Collision, pressure: float, density: float, speed: float) -> Iterator[Row]:
     for body, wave in waves(result):
         got = wave.plateau
         yield relative(
-            f"{where}, {body}: plateau pressure (GPa)",
-            expected=pressure / 1e9,
-            got=got.stress / 1e9,
-            within=PRESSURE,
+            f"{where}, {body}: plateau pressure (GPa)", expected=pressure / 1e9, got=got.stress / 1e9, within=PRESSURE
         )
-        yield relative(
-            f"{where}, {body}: density (kg/m3)", expected=density, got=got.density, within=DENSITY
-        )
+        yield relative(f"{where}, {body}: density (kg/m3)", expected=density, got=got.density, within=DENSITY)
         yield relative(f"{where}, {body}: shock speed (m/s)", expected=speed, got=wave.speed)
 
 
@@ -168,12 +137,7 @@ def _elastic() -> Iterator[Row]:
         wave = result.target
         errors.append((abs(wave.plateau.stress / stress - 1.0), abs(wave.speed / c - 1.0)))
     where = "elastic wave in uniaxial strain"
-    yield relative(
-        f"{where}: stress (MPa)",
-        expected=stress / 1e6,
-        got=wave.plateau.stress / 1e6,
-        within=STRESS,
-    )
+    yield relative(f"{where}: stress (MPa)", expected=stress / 1e6, got=wave.plateau.stress / 1e6, within=STRESS)
     yield relative(f"{where}: wave speed (m/s)", expected=c, got=wave.speed, within=WAVE_SPEED)
     yield from _trend(where, ("stress", "wave speed"), errors)
     yield from _kept(where, result.outcome)
@@ -248,9 +212,7 @@ def _noh() -> Iterator[Row]:
     names = ("front", "plateau density", "plateau pressure")
     limits = (NOH_FRONT, NOH_PLATEAU, NOH_PLATEAU)
     for name, error, limit in zip(names, errors[-1], limits, strict=True):
-        yield at_most(
-            f"Noh, plane, {NOH_CELLS[-1]} elements: error of the {name}", limit=limit, got=error
-        )
+        yield at_most(f"Noh, plane, {NOH_CELLS[-1]} elements: error of the {name}", limit=limit, got=error)
     yield from _trend("Noh, plane", names, errors)
     yield from _kept("Noh, plane", outcome)
 
@@ -278,10 +240,7 @@ def _block(kind: Hexahedron, flow: Callable[[np.ndarray], np.ndarray], **changes
     free = (Face.FREE, Face.FREE)
     geometry = grid(Cartesian3D, lower=(0.0,) * 3, cells=(BLOCK,) * 3, spacing=BLOCK_SPACING)
     return Problem(
-        geometry=geometry,
-        bodies=(body,),
-        faces=(free, free, free),
-        **{"end_time": 1e-6, "courant": COURANT, **changes},
+        geometry=geometry, bodies=(body,), faces=(free, free, free), **{"end_time": 1e-6, "courant": COURANT, **changes}
     )
 
 
@@ -307,12 +266,7 @@ def _turned() -> Iterator[Row]:
         errors.append((strain,))
     yield reported("rigid rotation: volume strain of a step of a 200th of a turn", errors[-1][0])
     order = observed_order([error for (error,) in errors])
-    yield absolute(
-        "rigid rotation: order of the strain of a step in its angle",
-        expected=2.0,
-        got=order,
-        within=0.05,
-    )
+    yield absolute("rigid rotation: order of the strain of a step in its angle", expected=2.0, got=order, within=0.05)
 
 
 GRADIENT = np.array([[-1.0, 2.0, 0.5], [-2.0, 3.0, 1.0], [0.3, -0.5, -2.0]]) * 1e3  # 1/s

@@ -47,9 +47,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         flight = speed / COURANT * along  # one cell a step
         flown = advanced(boosted(problem, flight))
         after = ordered(flown.particles)
-        still = after._replace(
-            position=after.position - flight * flown.time, velocity=after.velocity - flight
-        )
+        still = after._replace(position=after.position - flight * flown.time, velocity=after.velocity - flight)
         yield at_most(
             f"{geometry}: one cell farther in every step, {STEPS} steps: largest difference",
             limit=ROUND_OFF,

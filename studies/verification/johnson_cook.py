@@ -62,18 +62,13 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             )
     _, stress = _sheared(1.0, ROOM)
     yield relative(
-        "room, 1/s: the printed stress (MPa)",
-        expected=PRINTED / 1e6,
-        got=stress / 1e6,
-        within=PRINTED_DIGITS,
+        "room, 1/s: the printed stress (MPa)", expected=PRINTED / 1e6, got=stress / 1e6, within=PRINTED_DIGITS
     )
 
 
 def _sheared(rate: float, temperature: float) -> tuple[float, float]:
     """Plastic strain and equivalent stress after ``STRAIN`` at a rate (1/s) and a held temperature (K)."""
-    eos = mie_grueneisen(
-        density=DENSITY, c0=3940.0, s=1.489, gamma0=1.99, heat_capacity=383.0, temperature=ROOM
-    )
+    eos = mie_grueneisen(density=DENSITY, c0=3940.0, s=1.489, gamma0=1.99, heat_capacity=383.0, temperature=ROOM)
     matter = matter_of(
         eos,
         shear_modulus=SHEAR_MODULUS,

@@ -79,9 +79,7 @@ def _pulse(recipe: Recipe) -> Iterator[Row]:
     yield relative("its stress (GPa)", expected=0.4, got=level.stress / 1e9, within=ARRIVES)
     momentum = float((line.mass * line.velocity).sum())
     yield relative(
-        "its momentum, pressure times section and time (N s)",
-        expected=PRESSURE * SPACING**2 * PULSE,
-        got=momentum,
+        "its momentum, pressure times section and time (N s)", expected=PRESSURE * SPACING**2 * PULSE, got=momentum
     )
     yield relative(
         "work of the pulse, p v over section and time (J)",
@@ -181,15 +179,7 @@ def _computed(recipe: Recipe, end_time: float, **changes: Any) -> Outcome:
     begin = ROOM * SPACING
     stretch = Stretch("column", elastic(COPPER), COPPER.density, begin, begin + CELLS * SPACING)
     return simulate(
-        column(
-            [stretch],
-            recipe,
-            cells=CELLS + 2 * ROOM,
-            spacing=SPACING,
-            end_time=end_time,
-            **changes,
-        ),
-        threads=1,
+        column([stretch], recipe, cells=CELLS + 2 * ROOM, spacing=SPACING, end_time=end_time, **changes), threads=1
     )
 
 

@@ -57,10 +57,7 @@ def _quarters(whole: Particles, quarter: Problem) -> Iterator[Particles]:
     begins = 4 * (np.cumsum(sizes) - sizes)
     for number, axes in enumerate(QUARTERS.values()):
         index = np.concatenate(
-            [
-                begin + number * size + np.arange(size)
-                for begin, size in zip(begins, sizes, strict=True)
-            ]
+            [begin + number * size + np.arange(size) for begin, size in zip(begins, sizes, strict=True)]
         )
         some = type(whole)(*(field[index] for field in whole))
         for axis in axes:
@@ -69,8 +66,5 @@ def _quarters(whole: Particles, quarter: Problem) -> Iterator[Particles]:
 
 
 CASE = Case(
-    name="mirror",
-    says="mirror image and quarter against whole: round-off for 50 steps",
-    source="symmetry",
-    run=_run,
+    name="mirror", says="mirror image and quarter against whole: round-off for 50 steps", source="symmetry", run=_run
 )

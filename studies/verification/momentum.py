@@ -21,9 +21,7 @@ END_TIME = 10e-6
 
 def _run(recipe: Recipe) -> Iterator[Row]:
     for geometry, axis in (("axisymmetric", 1), ("quarter", 2)):
-        setting = impact_setting(
-            recipe, geometry=geometry, speed=SPEED, material="copper-ofhc", plate_radius=RADIUS
-        )
+        setting = impact_setting(recipe, geometry=geometry, speed=SPEED, material="copper-ofhc", plate_radius=RADIUS)
         problem = setting.problem
         reached = (setting.radius - 0.5 * setting.projectile_diameter) / FASTEST
         simulation = start(problem, threads=1)

@@ -101,11 +101,7 @@ def _point_rows(recipe: Recipe) -> Iterator[Row]:
 
 
 def _rows(
-    name: str,
-    exact: Noh,
-    line: ColumnProfile,
-    cells: int,
-    within: tuple[float | None, float | None],
+    name: str, exact: Noh, line: ColumnProfile, cells: int, within: tuple[float | None, float | None]
 ) -> Iterator[Row]:
     spacing = 1.0 / cells
     place = front(line, spacing, 0.5 * exact.pressure)
@@ -116,17 +112,11 @@ def _rows(
     for quantity, answer, got in _means(exact, behind):
         yield relative(f"{where}: plateau {quantity}", expected=answer, got=got, within=within[1])
     inner = line.part(line.place < spacing)
-    yield reported(
-        f"{where}: density of the innermost cell (of the exact one)",
-        _density(inner) / exact.density,
-    )
+    yield reported(f"{where}: density of the innermost cell (of the exact one)", _density(inner) / exact.density)
 
 
 def _means(exact: Noh, behind: Plateau) -> tuple[tuple[str, float, float], ...]:
-    return (
-        ("density", exact.density, behind.density),
-        ("pressure", exact.pressure, behind.stress),
-    )
+    return (("density", exact.density, behind.density), ("pressure", exact.pressure, behind.stress))
 
 
 def _density(line: ColumnProfile) -> float:
@@ -182,11 +172,7 @@ def _revolved(dimensions: int, cells: int, recipe: Recipe) -> Problem:
     mirror, free = (Face.SYMMETRIC, Face.FREE), (Face.FREE, Face.FREE)
     ends = mirror if dimensions == 3 else (Face.SYMMETRIC, Face.SYMMETRIC)
     return Problem(
-        geometry=geometry,
-        bodies=(body,),
-        faces=(mirror, ends, free),
-        end_time=END_TIME,
-        **solver_numerics(recipe),
+        geometry=geometry, bodies=(body,), faces=(mirror, ends, free), end_time=END_TIME, **solver_numerics(recipe)
     )
 
 

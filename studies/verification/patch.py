@@ -26,9 +26,7 @@ CELLS = {"cartesian": (16, 16, 16), "axisymmetric": (16, 16)}  # of the block
 REACH = 6.0  # cells from the surface that a step can see
 PRESSURE = 1e9  # Pa
 GRADIENT = ((3e3, 1e3, -2e3), (5e2, -1e3, 4e3), (-1e3, 2e3, 2e3))  # 1/s: stretch, shear and spin
-ROUND_OFF = (
-    1e-11  # of sums over some hundred particles, and of a volume change of 4e-6 in a density
-)
+ROUND_OFF = 1e-11  # of sums over some hundred particles, and of a volume change of 4e-6 in a density
 
 # In axisymmetry mass grows with the radius, and the mass-weighted velocity of v = k r at a node is k (r + O(h^2 / r));
 # volumes per radian of particles have a kink on the axis, which wide shapes see from both sides. Exact answers are
@@ -52,9 +50,7 @@ def _pressure(geometry: str, recipe: Recipe) -> Iterator[Row]:
     gained /= PRESSURE / (MATTER.density * SPACING) * STEP
     radius = simulation.particles.position[:, 0] / SPACING
     near = inside & (radius < NEAR_AXIS) & (geometry == "axisymmetric")
-    claim = (
-        f"{geometry}: velocity that a uniform pressure gives to inner particles (of p dt / rho h)"
-    )
+    claim = f"{geometry}: velocity that a uniform pressure gives to inner particles (of p dt / rho h)"
     yield at_most(claim, limit=ROUND_OFF, got=float(gained[inside & ~near].max()))
     if near.any():
         yield reported(f"{claim} within {NEAR_AXIS:g} cells of the axis", float(gained[near].max()))
@@ -102,10 +98,7 @@ def _expansion(recipe: Recipe) -> Iterator[Row]:
         limit=NEAR_AXIS_ERROR,
         got=float(error[far].max()),
     )
-    yield reported(
-        "axisymmetric: error of a uniform expansion within them",
-        float(error[inside & ~far].max()),
-    )
+    yield reported("axisymmetric: error of a uniform expansion within them", float(error[inside & ~far].max()))
 
 
 def _started(geometry: str, recipe: Recipe) -> tuple[Simulation, np.ndarray]:
@@ -131,8 +124,7 @@ def _block(geometry: str, recipe: Recipe) -> Problem:
     record = grid(
         Axisymmetric if flat else Cartesian3D,
         lower=tuple(-SPACING * cells for cells in room),
-        cells=tuple(count + low + 2 for count, low in zip(cells, room, strict=False))
-        + ((0,) if flat else ()),
+        cells=tuple(count + low + 2 for count, low in zip(cells, room, strict=False)) + ((0,) if flat else ()),
         spacing=SPACING,
     )
     width = (step, step, 0.0 if flat else step)

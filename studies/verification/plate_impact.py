@@ -5,14 +5,7 @@ from functools import partial
 
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, relatives, reported
-from studies.verification._collision import (
-    Collision,
-    Piece,
-    Wave,
-    collide,
-    collision_problem,
-    waves,
-)
+from studies.verification._collision import Collision, Piece, Wave, collide, collision_problem, waves
 from studies.verification._hugoniot import (
     ALUMINIUM_2024,
     ALUMINIUM_6061,
@@ -44,15 +37,7 @@ PAIRS = (
 )
 
 # The other metals of the reference table: the recipe was chosen without them, its study measures ``PAIRS`` alone.
-SYMMETRIC = (
-    ALUMINIUM_2024,
-    ALUMINIUM_6061,
-    LEAD,
-    IRON,
-    STEEL_304,
-    TUNGSTEN,
-    TITANIUM_6AL_4V,
-)
+SYMMETRIC = (ALUMINIUM_2024, ALUMINIUM_6061, LEAD, IRON, STEEL_304, TUNGSTEN, TITANIUM_6AL_4V)
 METAL_PAIRS = (
     (ALUMINIUM_WILKINS, COPPER_WILKINS, 0.7e3),
     (ALUMINIUM_WILKINS, COPPER_WILKINS, 1.0e3),
@@ -61,9 +46,7 @@ METAL_PAIRS = (
 )
 
 
-def impact(
-    flyer: Solid, target: Solid, speed: float, recipe: Recipe, *, boost: float = 0.0
-) -> Collision:
+def impact(flyer: Solid, target: Solid, speed: float, recipe: Recipe, *, boost: float = 0.0) -> Collision:
     """The collision of two solids at a speed (m/s), seen from a frame that moves the other way by ``boost``."""
     states = impedance_match(flyer, target, speed)
     first, second = (
@@ -73,9 +56,7 @@ def impact(
     return collide(collision_problem(first, second, speed, recipe, boost=boost))
 
 
-def states(
-    flyer: Solid, target: Solid, speed: float, result: Collision
-) -> Iterator[tuple[str, Shock, Wave]]:
+def states(flyer: Solid, target: Solid, speed: float, result: Collision) -> Iterator[tuple[str, Shock, Wave]]:
     """Each body, the exact state behind its shock, and the one that was found."""
     exact = dict(zip(("flyer", "target"), impedance_match(flyer, target, speed), strict=True))
     for body, wave in waves(result):
@@ -98,12 +79,7 @@ def rows(flyer: Solid, target: Solid, speed: float, recipe: Recipe) -> Iterator[
             ("shock speed (m/s)", exact.shock_speed, wave.speed, speed_error),
             ("particle density (kg/m3)", exact.density, got.density, density_error),
             ("density from the spacing (kg/m3)", exact.density, got.spacing_density, density_error),
-            (
-                "internal energy behind the front (MJ/kg)",
-                exact.energy / 1e6,
-                got.energy / 1e6,
-                None,
-            ),
+            ("internal energy behind the front (MJ/kg)", exact.energy / 1e6, got.energy / 1e6, None),
         )
     yield absolute(
         f"{flyer.name} on {target.name}, {speed / 1e3:g} km/s: drift of the total energy",

@@ -20,9 +20,7 @@ QUANTITIES = ("hole_diameter", "hole_diameter_areal")
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:
-    quarter = impact_setting(
-        recipe, geometry="quarter", material="copper-ofhc", end_time=END_TIME, plate_radius=20e-3
-    )
+    quarter = impact_setting(recipe, geometry="quarter", material="copper-ofhc", end_time=END_TIME, plate_radius=20e-3)
     whole = unfolded(unfolded(quarter.problem, 0), 1)
     cell = quarter.problem.geometry.spacing
     views = {
@@ -30,9 +28,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         "whole": view(quarter, _folded(simulate(whole).snapshot)),
     }
     for quantity in QUANTITIES:
-        read = {
-            name: measurements.load(quantity).read(state).value for name, state in views.items()
-        }
+        read = {name: measurements.load(quantity).read(state).value for name, state in views.items()}
         yield absolute(
             f"{quantity}, {SMALL['speed'] / 1e3:g} km/s, {SMALL['cells_per_diameter']:g} cells per diameter: "
             "quarter against whole (cells)",
@@ -40,10 +36,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             got=read["quarter"] / cell,
             within=WITHIN if quantity == QUANTITIES[0] else None,
         )
-    yield reported(
-        "hole of the whole plate (mm)",
-        1e3 * measurements.load(QUANTITIES[0]).read(views["whole"]).value,
-    )
+    yield reported("hole of the whole plate (mm)", 1e3 * measurements.load(QUANTITIES[0]).read(views["whole"]).value)
 
 
 def _folded(snapshot: Snapshot) -> Snapshot:

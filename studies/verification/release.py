@@ -9,14 +9,7 @@ from solver.simulation import simulate
 from solver.state import Snapshot
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, relative, reported
-from studies.verification._column import (
-    INTERFACE_CELLS,
-    OUTER_SHARE,
-    ColumnProfile,
-    Stretch,
-    column,
-    profile,
-)
+from studies.verification._column import INTERFACE_CELLS, OUTER_SHARE, ColumnProfile, Stretch, column, profile
 from studies.verification._hugoniot import COPPER, Release, Shock, impedance_match, released
 from studies.verification._matter import fluid
 
@@ -52,10 +45,7 @@ def _rows(speed: float, recipe: Recipe) -> Iterator[Row]:
         got=float(line.mass.sum() / line.volume.sum()),
         within=DENSITY,
     )
-    yield reported(
-        f"{where}: mean stress after release (of the shock's)",
-        line.mean(line.stress) / state.pressure,
-    )
+    yield reported(f"{where}: mean stress after release (of the shock's)", line.mean(line.stress) / state.pressure)
 
 
 def _free_end(speed: float, state: Shock, end: Release, recipe: Recipe) -> ColumnProfile:

@@ -63,9 +63,7 @@ def _turned_point(angle: float, steps: int) -> tuple[tuple[float, ...], tuple[fl
     point = PointState(MATTER.density, 0.0, 0.0, 0.0, STRESS, 0.0, 300.0)
     matter = elastic(MATTER)
     for _ in range(steps):
-        point = advance(
-            matter, ArtificialViscosity(), SPACING, dt, np.ascontiguousarray(gradient), point
-        )[0]
+        point = advance(matter, ArtificialViscosity(), SPACING, dt, np.ascontiguousarray(gradient), point)[0]
         point = point._replace(density=MATTER.density)  # its straight steps grow the volume
     return STRESS, point.deviator
 
@@ -147,9 +145,7 @@ def _block(recipe: Recipe) -> Problem:
         spacing=(SPACING / per_cell,) * 3,
     )
     free = (Face.FREE, Face.FREE)
-    geometry = grid(
-        Cartesian3D, lower=(-2.0 * SPACING,) * 3, cells=(CELLS + 4,) * 3, spacing=SPACING
-    )
+    geometry = grid(Cartesian3D, lower=(-2.0 * SPACING,) * 3, cells=(CELLS + 4,) * 3, spacing=SPACING)
     return Problem(
         geometry=geometry,
         bodies=(body,),

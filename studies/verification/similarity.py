@@ -9,14 +9,7 @@ from collections.abc import Iterator
 from solver.state import Particles
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most
-from studies.verification._impacts import (
-    SMALL,
-    advanced,
-    differing_values,
-    impact_setting,
-    ordered,
-    scaled,
-)
+from studies.verification._impacts import SMALL, advanced, differing_values, impact_setting, ordered, scaled
 
 POWERS = (-4, 7)
 STEPS = {"axisymmetric": 400, "quarter": 60}
@@ -29,9 +22,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         for power in POWERS:
             factor = 2.0**power
             large = advanced(scaled(problem, factor), steps)
-            bits = differing_values(
-                _scaled_state(ordered(small.particles), factor), ordered(large.particles)
-            )
+            bits = differing_values(_scaled_state(ordered(small.particles), factor), ordered(large.particles))
             bits += large.time != small.time * factor
             yield at_most(
                 f"{geometry}, {SMALL['speed'] / 1e3:g} km/s, {steps} steps, 2^{power} times as large: "

@@ -9,15 +9,7 @@ from solver.problem import Problem
 from solver.simulation import simulate
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, observed_order, relative, reported
-from studies.verification._column import (
-    INTERFACE_CELLS,
-    OUTER_SHARE,
-    ColumnProfile,
-    Stretch,
-    column,
-    front,
-    profile,
-)
+from studies.verification._column import INTERFACE_CELLS, OUTER_SHARE, ColumnProfile, Stretch, column, front, profile
 from studies.verification._gas import SOD, SOD_GAMMA, Riemann, riemann
 from studies.verification._matter import gas
 
@@ -44,9 +36,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
             yield named if chosen.shape == GATED else named.ungated()
         for cells, error in zip(CELLS, errors, strict=True):
             order = observed_order(errors) if cells == CELLS[-1] else None
-            yield reported(
-                f"{chosen.shape}: L1 error of the density, {cells} cells", error, order=order
-            )
+            yield reported(f"{chosen.shape}: L1 error of the density, {cells} cells", error, order=order)
         if recipe.shape == GATED:
             break
 
@@ -64,14 +54,7 @@ def tube(cells: int, recipe: Recipe) -> Problem:
     matter = gas(SOD_GAMMA, densest=left.density, sound_speed=left.sound_speed(SOD_GAMMA))
     return column(
         [
-            Stretch(
-                name,
-                matter,
-                state.density,
-                begin,
-                begin + 0.5,
-                energy=state.energy(SOD_GAMMA),
-            )
+            Stretch(name, matter, state.density, begin, begin + 0.5, energy=state.energy(SOD_GAMMA))
             for name, state, begin in (("left", left, -0.5), ("right", right, 0.0))
         ],
         recipe,
@@ -115,9 +98,7 @@ def rows(lines: tuple[ColumnProfile, ColumnProfile], exact: Riemann, cells: int)
     )
 
 
-def density_error(
-    lines: tuple[ColumnProfile, ColumnProfile], exact: Riemann, section: float
-) -> float:
+def density_error(lines: tuple[ColumnProfile, ColumnProfile], exact: Riemann, section: float) -> float:
     """Mean over the tube of |density - exact|, with the volumes of the particles; ``section`` is that of the tube."""
     total = 0.0
     for line in lines:

@@ -60,9 +60,7 @@ def _step(name: str, smoothing: Smoothing) -> Iterator[Row]:
     for body, wave in waves(result):
         where = f"step wave, {name}, {body}"
         got = wave.plateau.stress
-        yield relative(
-            f"{where}: stress (MPa)", expected=stress / 1e6, got=got / 1e6, within=STRESS
-        )
+        yield relative(f"{where}: stress (MPa)", expected=stress / 1e6, got=got / 1e6, within=STRESS)
         yield relative(f"{where}: wave speed (m/s)", expected=c, got=wave.speed, within=WAVE_SPEED)
         yield reported(f"{where}: scatter of the stress (of its mean)", wave.plateau.scatter)
     yield trend(f"step wave, {name}: error of the stress over three spacings", errors)
@@ -88,10 +86,7 @@ def _standing(name: str, smoothing: Smoothing, speed: float) -> Iterator[Row]:
         )
     if name in ORDERS:
         yield absolute(
-            f"{where}: observed order",
-            expected=ORDERS[name],
-            got=observed_order(errors),
-            within=ORDER_ERROR,
+            f"{where}: observed order", expected=ORDERS[name], got=observed_order(errors), within=ORDER_ERROR
         )
 
 
@@ -117,14 +112,7 @@ def _passing() -> Iterator[Row]:
 
 def _mode(particles: int, smoothing: Smoothing, speed: float) -> Problem:
     spacing = LENGTH / particles
-    wave = Stretch(
-        "bar",
-        elastic(MATTER),
-        MATTER.density,
-        0.0,
-        LENGTH,
-        lambda x: speed * np.sin(math.pi * x / LENGTH),
-    )
+    wave = Stretch("bar", elastic(MATTER), MATTER.density, 0.0, LENGTH, lambda x: speed * np.sin(math.pi * x / LENGTH))
     problem = column(
         [wave],
         LINE,

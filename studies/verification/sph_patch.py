@@ -126,9 +126,7 @@ def _inside(simulation: Simulation) -> np.ndarray:
     return np.asarray(beside < middle - INSIDE * SPACING)
 
 
-def _block(
-    smoothing: Smoothing, disturbed: float, gradient: np.ndarray, dt: float | None = STEP
-) -> Simulation:
+def _block(smoothing: Smoothing, disturbed: float, gradient: np.ndarray, dt: float | None = STEP) -> Simulation:
     """A cube of a lattice, disturbed by random displacements, with a linear velocity about its middle."""
     line = SPACING * (np.arange(COUNT) + 0.5)
     position = lattice(line, line, line)
@@ -142,9 +140,7 @@ def _block(
         density=MATTER.density,
         spacing=(SPACING,) * 3,
     )
-    geometry = grid(
-        Cartesian3D, lower=(-ROOM * SPACING,) * 3, cells=(COUNT + 2 * ROOM,) * 3, spacing=SPACING
-    )
+    geometry = grid(Cartesian3D, lower=(-ROOM * SPACING,) * 3, cells=(COUNT + 2 * ROOM,) * 3, spacing=SPACING)
     free = (Face.FREE, Face.FREE)
     problem = Problem(
         geometry=geometry,

@@ -9,14 +9,7 @@ from solver.geometry import grid
 from solver.problem import Body, Face, Problem, Smoothing
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, relative, reported
-from studies.verification._collision import (
-    SPACING,
-    Collision,
-    Piece,
-    collide,
-    collision_problem,
-    waves,
-)
+from studies.verification._collision import SPACING, Collision, Piece, collide, collision_problem, waves
 from studies.verification._column import lattice
 from studies.verification._hugoniot import COPPER, Shock, shocked
 from studies.verification._matter import fluid
@@ -52,21 +45,13 @@ def _series(name: str, smoothing: Smoothing, speed: float) -> Iterator[Row]:
         )
     where = f"Cu on Cu, {speed / 1e3:g} km/s, {name}"
     yield from _gates(where, exact, result, gated=speed == GATED)
-    for quantity, series in zip(
-        ("pressure", "density", "energy"), zip(*errors, strict=True), strict=True
-    ):
+    for quantity, series in zip(("pressure", "density", "energy"), zip(*errors, strict=True), strict=True):
         yield trend(f"{where}: error of the {quantity} over three spacings", series)
     yield absolute(
-        f"{where}: drift of the total energy",
-        expected=0.0,
-        got=result.outcome.audit.energy_drift,
-        within=ROUND_OFF,
+        f"{where}: drift of the total energy", expected=0.0, got=result.outcome.audit.energy_drift, within=ROUND_OFF
     )
     yield absolute(
-        f"{where}: error of the momentum",
-        expected=0.0,
-        got=result.outcome.audit.momentum_error,
-        within=ROUND_OFF,
+        f"{where}: error of the momentum", expected=0.0, got=result.outcome.audit.momentum_error, within=ROUND_OFF
     )
 
 
@@ -107,12 +92,7 @@ def _widened(line: Problem) -> Problem:
     """A line of particles as a bar of ``ACROSS`` times as many beside one another."""
     side = SPACING * (np.arange(ACROSS) + 0.5)
     old, mirrors = line.geometry, (Face.SYMMETRIC, Face.SYMMETRIC)
-    geometry = grid(
-        type(old),
-        lower=(old.lower[0], 0.0, 0.0),
-        cells=(old.cells[0], ACROSS, ACROSS),
-        spacing=SPACING,
-    )
+    geometry = grid(type(old), lower=(old.lower[0], 0.0, 0.0), cells=(old.cells[0], ACROSS, ACROSS), spacing=SPACING)
     return replace(
         line,
         geometry=geometry,

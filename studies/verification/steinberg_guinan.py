@@ -57,11 +57,7 @@ def shear_modulus(state: ThermodynamicState) -> float:
     1.35
     """
     pressed = A * state.pressure / math.cbrt(state.density_ratio)
-    return (
-        SHEAR_MODULUS
-        * (1.0 + pressed - B * (state.temperature - 300.0))
-        * min(state.density_ratio / 0.93, 1.0)
-    )
+    return SHEAR_MODULUS * (1.0 + pressed - B * (state.temperature - 300.0)) * min(state.density_ratio / 0.93, 1.0)
 
 
 def melting_temperature(density_ratio: float) -> float:
@@ -102,10 +98,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
                 yield at_most(claim, limit=0.0, got=stress / 1e6)
             elastic = stress / (3.0 * shear_modulus(state))
             yield absolute(
-                f"{where}: plastic and elastic strain",
-                expected=total,
-                got=strain + elastic,
-                within=ON_SURFACE * total,
+                f"{where}: plastic and elastic strain", expected=total, got=strain + elastic, within=ON_SURFACE * total
             )
 
 
@@ -113,19 +106,12 @@ def _sheared(state: ThermodynamicState, total: float) -> tuple[float, float]:
     """Plastic strain and equivalent stress after a strain at a held state."""
     density = state.density_ratio * DENSITY
     point = PointState(density, 0.0, state.pressure, 0.0, (0.0,) * 6, 0.0, state.temperature)
-    held = {
-        "density": density,
-        "energy": 0.0,
-        "pressure": state.pressure,
-        "temperature": state.temperature,
-    }
+    held = {"density": density, "energy": 0.0, "pressure": state.pressure, "temperature": state.temperature}
     return sheared(_copper(), point, held, strain=total)
 
 
 def _copper() -> Matter:
-    eos = mie_grueneisen(
-        density=DENSITY, c0=3940.0, s=1.489, gamma0=GAMMA0, heat_capacity=383.0, temperature=ROOM
-    )
+    eos = mie_grueneisen(density=DENSITY, c0=3940.0, s=1.489, gamma0=GAMMA0, heat_capacity=383.0, temperature=ROOM)
     return matter_of(
         eos,
         shear_modulus=SHEAR_MODULUS,

@@ -74,18 +74,8 @@ def _release(speed: float, exact: Shock) -> Iterator[Row]:
         place = share * DENSITY
         yield from relatives(
             where,
-            (
-                "pressure (GPa)",
-                pressure / 1e9,
-                float(np.interp(place, density, pressures) / 1e9),
-                RELEASED,
-            ),
-            (
-                "energy (MJ/kg)",
-                energy / 1e6,
-                float(np.interp(place, density, energies) / 1e6),
-                RELEASED,
-            ),
+            ("pressure (GPa)", pressure / 1e9, float(np.interp(place, density, pressures) / 1e9), RELEASED),
+            ("energy (MJ/kg)", energy / 1e6, float(np.interp(place, density, energies) / 1e6), RELEASED),
         )
 
 

@@ -43,11 +43,7 @@ def test_bad_body__is_refused_cheaply(service: Service) -> None:
 
 
 def test_head__that_never_ends_is_closed_and_others_are_served(service: Service) -> None:
-    check(
-        costly_requests.closed(
-            service, HEADER, HALVES, short_timeouts.HEAD_SECONDS, costly_requests.BUSY
-        )
-    )
+    check(costly_requests.closed(service, HEADER, HALVES, short_timeouts.HEAD_SECONDS, costly_requests.BUSY))
 
 
 def test_body__in_chunks_of_one_byte_holds_nobody_up(service: Service) -> None:
@@ -59,9 +55,7 @@ def test_body__that_comes_byte_by_byte_is_closed(service: Service) -> None:
 
 
 @pytest.mark.claim("mend-again", "large-sweeps", minutes=4.0)
-def test_large_sweeps__at_once_leave_the_service_alive_ready_and_small(
-    compared: Callable[[Row], None],
-) -> None:
+def test_large_sweeps__at_once_leave_the_service_alive_ready_and_small(compared: Callable[[Row], None]) -> None:
     """64 estimates and 16 submissions of large sweeps at once hold nobody up, and are answered or refused."""
     scopes = {"read": Scope.READ, "submit": Scope.SUBMIT, "other": Scope.READ}
     with costly_requests.served() as served:
@@ -73,9 +67,7 @@ def test_large_sweeps__at_once_leave_the_service_alive_ready_and_small(
 
 
 @pytest.mark.claim("mend-again", "pipelining", minutes=0.5)
-def test_pipelining__by_hundreds_without_a_key_holds_nobody_up(
-    compared: Callable[[Row], None],
-) -> None:
+def test_pipelining__by_hundreds_without_a_key_holds_nobody_up(compared: Callable[[Row], None]) -> None:
     """600 connections that send requests for the documentation and read nothing hold nobody up."""
     with costly_requests.served() as served:
         for row in costly_requests.pipelined(served, 600, 15.0):

@@ -41,9 +41,7 @@ def test_demo__extrapolates_whole_curves_and_its_bars_hold_a_finer_grid(
             fine = computed(document | axes, tmp_path / "fine")
             for speed in fine.speed.values:
                 coarse = cube.sel(speed=speed)
-                error = abs(
-                    float(fine.hole_diameter.sel(speed=speed) - coarse.hole_diameter_converged)
-                )
+                error = abs(float(fine.hole_diameter.sel(speed=speed) - coarse.hole_diameter_converged))
                 bar = float(coarse.hole_diameter_converged_uncertainty)
                 label = f"hole at {speed / 1e3:g} km/s: from the value to that on {FINE} cells (mm)"
                 compared(at_most(label, limit=1e3 * bar, got=1e3 * error))

@@ -83,9 +83,7 @@ def test_blow__that_meets_nobody_falls_on_another(here: CrashTest) -> None:
 def test_blow__spares_a_parent_that_is_no_worker(here: CrashTest) -> None:
     shell = ["sh", "-c", "sleep 600 & echo $!; read end; kill $!"]
     environment = {name: value for name, value in os.environ.items() if name != MARK}
-    with subprocess.Popen(
-        shell, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE
-    ) as parent:
+    with subprocess.Popen(shell, env=environment, stdin=subprocess.PIPE, stdout=subprocess.PIPE) as parent:
         assert parent.stdout is not None
         cast(Any, here.attempts).batches = [[target("a", int(parent.stdout.readline()))]]
         here.inject(Fault(0, Victim.WORKER, KillMoment.COMPUTING))

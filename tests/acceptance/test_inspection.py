@@ -67,9 +67,7 @@ ARRAYS = whole_arrays()
 HALF_ARRAYS, HALF_ANSWER = ARRAYS[: len(ARRAYS) // 2], ANSWERED[: len(ANSWERED) // 2]
 
 
-def test_half_files__are_none_where_all_are_whole_or_of_an_attempt_without_answer(
-    site: InspectedStore,
-) -> None:
+def test_half_files__are_none_where_all_are_whole_or_of_an_attempt_without_answer(site: InspectedStore) -> None:
     write(site.folder(site.running) / "state.npz", HALF_ARRAYS)
     write(site.folder(site.running) / ".result.json.x.part", HALF_ANSWER)
     assert half_files(site.store, site.artifacts) == []
@@ -92,9 +90,7 @@ def test_half_files__are_none_where_all_are_whole_or_of_an_attempt_without_answe
         *((CACHE + "/7.nc", content) for content in (b"\x89HDF and no more", b'{"a": [1,', b"")),
     ],
 )
-def test_half_file__that_could_be_used_or_shown_is_listed(
-    site: InspectedStore, place: str, content: bytes
-) -> None:
+def test_half_file__that_could_be_used_or_shown_is_listed(site: InspectedStore, place: str, content: bytes) -> None:
     running, done = site.folder(site.running), site.folder(site.done)
     if "{answered}" in place:
         write(running / RESULT, ANSWERED)

@@ -17,9 +17,7 @@ from tests.service.support.cluster import family
 from tests.service.support.fakes import is_gone, open_store, settings_in, wait_until
 from tests.service.support.targets import RUN_GATE
 
-WORK = Work(
-    speeds=3, sweeps=1, thicknesses=1, targets="tests.service.support.targets", run_seconds=0.0
-)
+WORK = Work(speeds=3, sweeps=1, thicknesses=1, targets="tests.service.support.targets", run_seconds=0.0)
 # The last verification waits, however busy the machine is.
 SWEEP = """
 import sys
@@ -37,9 +35,7 @@ def begin(out: Path, gate: Path) -> "subprocess.Popen[bytes]":
     environment = {**os.environ, **WORK.environment(), RUN_GATE: str(gate)}
     command = [sys.executable, "-c", SWEEP, str(out / "sweep.yaml"), str(out)]
     with (out / "stderr.log").open("wb") as log:
-        return subprocess.Popen(
-            command, cwd=ROOT, env=environment, stderr=log, start_new_session=True
-        )
+        return subprocess.Popen(command, cwd=ROOT, env=environment, stderr=log, start_new_session=True)
 
 
 def test_interrupt__as_from_a_terminal_ends_all_in_order_and_can_be_resumed(tmp_path: Path) -> None:
@@ -67,7 +63,5 @@ def test_interrupt__as_from_a_terminal_ends_all_in_order_and_can_be_resumed(tmp_
     assert len(inspection.registered_once(store, ids)) == WORK.runs
     assert not inspection.damaged(store, artifacts)
     assert not inspection.half_files(store, artifacts)
-    assert {"cube.nc", "runs.csv", "report.html", "report.json"} <= {
-        file.name for file in tmp_path.iterdir()
-    }
+    assert {"cube.nc", "runs.csv", "report.html", "report.json"} <= {file.name for file in tmp_path.iterdir()}
     store.close()

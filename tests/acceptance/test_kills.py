@@ -10,13 +10,7 @@ import pytest
 
 from service.records.jobs import Kind
 from tests.acceptance.checks import fault_points, kills
-from tests.acceptance.checks.common import (
-    fetch,
-    row_of_checkpoints,
-    rows_of_cubes,
-    rows_of_store,
-    undisturbed,
-)
+from tests.acceptance.checks.common import fetch, row_of_checkpoints, rows_of_cubes, rows_of_store, undisturbed
 from tests.acceptance.support import inspection
 from tests.acceptance.support.crash_test import Work, crash_test
 from tests.acceptance.support.faults import Fault, KillMoment, Victim
@@ -39,9 +33,7 @@ def test_kill__loses_nothing(rows: Callable[[], Iterator[Row]]) -> None:
 
 
 @pytest.mark.claim("mend-again", "stopped-child", minutes=0.5)
-def test_stop__of_a_child_ten_times_loses_and_doubles_nothing(
-    compared: Callable[[Row], None], tmp_path: Path
-) -> None:
+def test_stop__of_a_child_ten_times_loses_and_doubles_nothing(compared: Callable[[Row], None], tmp_path: Path) -> None:
     """A child process that is stopped (SIGSTOP) is ended, and its run begins again and succeeds, ten times of ten."""
     work = Work(speeds=4, sweeps=3, run_seconds=0.8)
     expected = undisturbed(work)
@@ -78,9 +70,7 @@ def test_stop__of_a_child_ten_times_loses_and_doubles_nothing(
 
 
 @pytest.mark.claim("mend-again", "equal-cubes", minutes=1.0)
-def test_cubes__of_two_services_have_equal_bytes(
-    compared: Callable[[Row], None], tmp_path: Path
-) -> None:
+def test_cubes__of_two_services_have_equal_bytes(compared: Callable[[Row], None], tmp_path: Path) -> None:
     """Cubes of the same sweep by two services are equal byte for byte, also after kills and with other workers."""
     work = Work(speeds=2, sweeps=1, targets=kills.SOLVER)
     cubes = []

@@ -23,10 +23,7 @@ from tests.rows import check
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 
-pytestmark = [
-    pytest.mark.browser,
-    pytest.mark.skipif(not CHROMIUM, reason="no Chromium: name one in WHIPPLE_CHROMIUM"),
-]
+pytestmark = [pytest.mark.browser, pytest.mark.skipif(not CHROMIUM, reason="no Chromium: name one in WHIPPLE_CHROMIUM")]
 
 
 @pytest.fixture(scope="module")
@@ -83,9 +80,7 @@ def test_page__shows_every_picture_with_its_text(browser: Browser, report: Path)
 
 # All four of them are looked at by the claim report-page.
 @pytest.mark.parametrize(("width", "scheme"), [*zip(WIDTHS, reversed(SCHEMES), strict=True)])
-def test_page__is_quiet_whole_and_accessible(
-    browser: Browser, report: Path, width: int, scheme: Scheme
-) -> None:
+def test_page__is_quiet_whole_and_accessible(browser: Browser, report: Path, width: int, scheme: Scheme) -> None:
     check(rows_of(look(browser, report, width, scheme), f"{width} px, {scheme}"))
 
 

@@ -31,9 +31,7 @@ def main() -> None:
             print(f"    {name:48} {value:14.6g}", flush=True)
             figures[name] = value
             if file:
-                named = {
-                    short: figures[long] for short, long in HEADLINES.items() if long in figures
-                }
+                named = {short: figures[long] for short, long in HEADLINES.items() if long in figures}
                 file.write_text(json.dumps({**figures, **named}, indent=2) + "\n", encoding="utf-8")
 
 

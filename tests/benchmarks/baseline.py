@@ -52,9 +52,7 @@ def former_tree(*, tight: bool = False) -> Iterator[Path]:
     git = ["git", "-C", str(ROOT)]
     exists = subprocess.run([*git, "cat-file", "-e", COMMIT], check=False, capture_output=True)
     if exists.returncode:
-        raise NoHistory(
-            f"the history does not reach back to {COMMIT}: fetch it (git fetch --unshallow)"
-        )
+        raise NoHistory(f"the history does not reach back to {COMMIT}: fetch it (git fetch --unshallow)")
     with tempfile.TemporaryDirectory() as folder:
         tree = Path(folder) / COMMIT
         add = [*git, "worktree", "add", "--quiet", "--detach", str(tree), COMMIT]
@@ -76,11 +74,7 @@ def main() -> None:
     with former_tree() as tree:
         for kind, what, cases in (
             ("figures", "steps", {name: ([name],) for name in MEASURED}),
-            (
-                "sweep",
-                "converging",
-                {f"{case[0]:g} m/s, {case[1]:g} cells": case for case in SWEEP},
-            ),
+            ("sweep", "converging", {f"{case[0]:g} m/s, {case[1]:g} cells": case for case in SWEEP}),
         ):
             stored = figures.setdefault(kind, {})
             for name, arguments in cases.items():

@@ -26,8 +26,6 @@ def execute(run: Run, directory: Path, *_arguments: Any, **_options: Any) -> Run
     """Burn, and answer."""
     hole = Measured(0.01 + burn() * 1e-15, 1e-4, {}, (), {"time": [0.0], "value": [0.01]}, 1)
     measured = {"hole_diameter": hole}
-    result = RunResult(
-        run.id, "succeeded", measurements=measured, numbers={}, stop="settled", provenance={}
-    )
+    result = RunResult(run.id, "succeeded", measurements=measured, numbers={}, stop="settled", provenance={})
     write_text(directory / "result.json", json.dumps(result.as_json()))
     return result

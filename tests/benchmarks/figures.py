@@ -30,16 +30,7 @@ from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.benchmarks import thesis
 from tests.benchmarks.baseline import FILE, MEASURE, MEASURED, ROOT, measured
-from tests.benchmarks.measure import (
-    BARS,
-    PAIRS,
-    PROBLEMS,
-    SWEEP,
-    advance,
-    problem_of,
-    question,
-    simulation,
-)
+from tests.benchmarks.measure import BARS, PAIRS, PROBLEMS, SWEEP, advance, problem_of, question, simulation
 
 Figures = Iterator[tuple[str, float]]
 
@@ -200,9 +191,7 @@ def _worth_of_box(name: str) -> float:
 def _crater_observation() -> float:
     """Mean processor time of an observation in a run of the demo, s."""
     document = read_yaml(examples.text("craters-full"), "craters-full")
-    [run] = [
-        p.run for p in Sweep.parse(document).runs() if p.run.parameters["speed"] == CRATER_SPEED
-    ]
+    [run] = [p.run for p in Sweep.parse(document).runs() if p.run.parameters["speed"] == CRATER_SPEED]
     watched = observer_of(run)
     times = []
 
@@ -229,9 +218,7 @@ def compiling() -> Figures:
     for family in ("axisymmetric_default", "3d_linear", "3d_spline"):
         with tempfile.TemporaryDirectory() as cache:
             cold = _core_seconds(_first_step(f"{family}_12k"), cache)
-            warm = statistics.median(
-                _core_seconds(_first_step(f"{family}_12k"), cache) for _ in range(3)
-            )
+            warm = statistics.median(_core_seconds(_first_step(f"{family}_12k"), cache) for _ in range(3))
         kinds.append(cold - warm)
         yield f"{family}_compile_s", kinds[-1]
         yield f"{family}_first_step_s", warm
@@ -247,9 +234,7 @@ def _core_seconds(arguments: list[str], cache: str, stdin: str = "") -> float:
     command = [sys.executable, *arguments]
     environment = {**os.environ, "WHIPPLE_KERNEL_CACHE": cache}
     earlier = os.times()
-    subprocess.run(
-        command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True, input=stdin
-    )
+    subprocess.run(command, cwd=ROOT, env=environment, check=True, capture_output=True, text=True, input=stdin)
     now = os.times()
     return now.children_user - earlier.children_user + now.children_system - earlier.children_system
 

@@ -28,10 +28,7 @@ FAMILIES: dict[str, tuple[dict[str, Any], dict[str, float]]] = {
     "axisymmetric_default": ({"geometry": "axisymmetric"}, AXISYMMETRIC),
     "axisymmetric_linear": ({"geometry": "axisymmetric", "shape": "linear"}, AXISYMMETRIC),
     "axisymmetric_gimp": ({"geometry": "axisymmetric", "shape": "gimp"}, AXISYMMETRIC),
-    "3d_linear": (
-        {"geometry": "quarter", "recipe": "thesis"},
-        {"12k": 7.75, "117k": 16.8, "1m": 34.0},
-    ),
+    "3d_linear": ({"geometry": "quarter", "recipe": "thesis"}, {"12k": 7.75, "117k": 16.8, "1m": 34.0}),
     "3d_gimp": ({"geometry": "quarter", "shape": "gimp", "particles_per_cell": 3}, WIDE),
     "3d_spline": ({"geometry": "quarter", "particles_per_cell": 3}, WIDE),
     "3d_sph": ({"geometry": "quarter", "method": "sph"}, {"12k": 7.75, "117k": 16.8}),
@@ -303,8 +300,7 @@ def _whole(case: list[str], seed: int) -> dict[str, Any]:
     if seed:
         drawn = np.random.default_rng(seed)
         bodies = tuple(
-            replace(body, position=body.position * _near_one(drawn, body.position.shape))
-            for body in problem.bodies
+            replace(body, position=body.position * _near_one(drawn, body.position.shape)) for body in problem.bodies
         )
         problem = replace(problem, bodies=bodies)
     try:

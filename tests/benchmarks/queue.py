@@ -126,9 +126,7 @@ def _seconds_of_runs(here: CrashTest) -> float:
     [row] = here.store.sweeps().items
     runs = set(inspection.runs(here.store, [row.id]))
     times = [
-        event.time
-        for event in inspection.events(here.store)
-        if event.kind == "succeeded" and event.job_id in runs
+        event.time for event in inspection.events(here.store) if event.kind == "succeeded" and event.job_id in runs
     ]
     gaps = len(times) - WORKERS
     return (times[-1] - times[WORKERS - 1]).total_seconds() * len(times) / gaps

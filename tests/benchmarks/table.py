@@ -103,9 +103,7 @@ def _cost(figures: Mapping[str, Any], name: str) -> str:
     return f"{_figure(figures, f'{name}_ns', '{:.0f}'.format)} ({ratio})" if ratio else ""
 
 
-def _figure(
-    figures: Mapping[str, Any], name: str, form: Callable[[float], str] = "{:.4g}".format
-) -> str:
+def _figure(figures: Mapping[str, Any], name: str, form: Callable[[float], str] = "{:.4g}".format) -> str:
     return form(figures[name]) if name in figures else ""
 
 

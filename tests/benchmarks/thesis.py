@@ -118,9 +118,7 @@ def theirs(binary: str, text: str) -> dict[str, float]:
     """The same as MPM3D-F90 tells of itself: its loop over the steps, without what it reads and writes."""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "plate.mpm").write_text(text)
-        ran = subprocess.run(
-            [binary, "plate.mpm"], cwd=folder, check=True, capture_output=True, text=True
-        )
+        ran = subprocess.run([binary, "plate.mpm"], cwd=folder, check=True, capture_output=True, text=True)
     cycle = re.search(r"Time per particle cycle:\s*([\d.]+)", ran.stdout)
     wall = re.search(r"Total elasped time :\s*([\d.]+)", ran.stdout)
     if not cycle or not wall:
@@ -140,10 +138,7 @@ def deck(problem: Problem) -> str:
         f"nbbo {len(problem.bodies)}",
         f"nbmp {sum(body.mass.size for body in problem.bodies)}",
         "nmat 1",
-        *(
-            f"sp{axis} {low:.6f} {high:.6f}"
-            for axis, low, high in zip("xyz", lower, upper, strict=True)
-        ),
+        *(f"sp{axis} {low:.6f} {high:.6f}" for axis, low, high in zip("xyz", lower, upper, strict=True)),
         f"dcell {geometry.spacing * 1e3:.6f}",
         "fixed " + " ".join(str(int(face)) for pair in problem.faces for face in pair),
         f"dtscale {DTSCALE}",

@@ -21,9 +21,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     asked = _parser().parse_args(arguments)
     names = [name.replace("_", "-") for name in asked.names]
     tests = {name for set_name, claims in marked.known().items() for name in (set_name, *claims)}
-    of_tests = (
-        sorted(tests & set(names) if names else tests) if not (asked.quick or asked.list) else []
-    )
+    of_tests = sorted(tests & set(names) if names else tests) if not (asked.quick or asked.list) else []
     registered = [name for name in names if name not in tests or name in framework.sets()]
     try:
         claims = [] if names and not registered else framework.select(registered, quick=asked.quick)
@@ -39,9 +37,7 @@ def main(arguments: Sequence[str] | None = None) -> int:
     return judge(claims, of_tests, json_file=asked.json)
 
 
-def judge(
-    claims: Iterable[Claim], tests: Sequence[str] = (), *, json_file: Path | None = None
-) -> int:
+def judge(claims: Iterable[Claim], tests: Sequence[str] = (), *, json_file: Path | None = None) -> int:
     """Run claims, print each row as it is computed, and return the exit status."""
     rows = []
     for claim in claims:
@@ -82,9 +78,7 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="python -m tests.claims", description="Recompute what the project says about itself."
     )
-    parser.add_argument(
-        "names", nargs="*", metavar="NAME", help="a claim, or a set of them; all without one"
-    )
+    parser.add_argument("names", nargs="*", metavar="NAME", help="a claim, or a set of them; all without one")
     parser.add_argument("--quick", action="store_true", help="those of a few seconds only")
     parser.add_argument("--json", type=Path, metavar="FILE", help="write the rows there too")
     parser.add_argument("--list", action="store_true", help="name the claims and run none")

@@ -38,14 +38,7 @@ def rows_of_tests(tests: str, environment: Mapping[str, str] | None = None) -> I
     """The tests of a file, or one of them, run now with these variables (more examples than usual)."""
     more = environment or {}
     command = [sys.executable, "-m", "pytest", "-q", tests]
-    answer = subprocess.run(
-        command,
-        cwd=ROOT,
-        env={**os.environ, **more},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
+    answer = subprocess.run(command, cwd=ROOT, env={**os.environ, **more}, capture_output=True, text=True, check=False)
     counts = {word: int(number) for number, word in COUNTS.findall(answer.stdout)}
     settings = "".join(f" {name}={value}" for name, value in more.items())
     bad = sum(count for word, count in counts.items() if word != "passed")

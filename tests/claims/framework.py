@@ -42,9 +42,7 @@ def sets() -> list[str]:
     """The names of the sets: the folders beside this file, with dashes."""
     folder = Path(__file__).parent
     return sorted(
-        path.name.replace("_", "-")
-        for path in folder.iterdir()
-        if path.is_dir() and any(path.glob("[!_]*.py"))
+        path.name.replace("_", "-") for path in folder.iterdir() if path.is_dir() and any(path.glob("[!_]*.py"))
     )
 
 
@@ -74,11 +72,7 @@ def select(names: Sequence[str] = (), *, quick: bool = False) -> list[Claim]:
             f"no claim and no set of claims is named {name!r}; the sets are {', '.join(sets())}, "
             "and --list names the claims"
         )
-    return [
-        each
-        for each in claims
-        if (each.quick or not quick) and (not names or {each.name, each.set} & set(names))
-    ]
+    return [each for each in claims if (each.quick or not quick) and (not names or {each.name, each.set} & set(names))]
 
 
 def _also(set_name: str) -> list[str]:

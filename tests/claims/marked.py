@@ -39,18 +39,14 @@ class Marked:
 
 def files() -> list[str]:
     """The test files in which a mark stands; only these are collected for a claim."""
-    return sorted(
-        str(path) for path in TESTS.rglob("test_*.py") if MARK in path.read_text(encoding="utf-8")
-    )
+    return sorted(str(path) for path in TESTS.rglob("test_*.py") if MARK in path.read_text(encoding="utf-8"))
 
 
 def known() -> dict[str, set[str]]:
     """The names of marked claims by their set, as the files write them."""
     names: dict[str, set[str]] = {}
     for path in files():
-        for set_name, name in re.findall(
-            re.escape(MARK) + r'\s*"([^"]+)",\s*"([^"]+)"', Path(path).read_text("utf-8")
-        ):
+        for set_name, name in re.findall(re.escape(MARK) + r'\s*"([^"]+)",\s*"([^"]+)"', Path(path).read_text("utf-8")):
             names.setdefault(set_name, set()).add(name)
     return names
 
@@ -62,15 +58,11 @@ def mark_of(item: pytest.Item) -> Marked | None:
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
-    parser.addoption(
-        "--claims", action="append", metavar="NAME", help="run the tests that are this claim or set"
-    )
+    parser.addoption("--claims", action="append", metavar="NAME", help="run the tests that are this claim or set")
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line(
-        "markers", "claim(set, name, minutes=0): what the project says about itself"
-    )
+    config.addinivalue_line("markers", "claim(set, name, minutes=0): what the project says about itself")
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
@@ -99,9 +91,7 @@ def compared(request: pytest.FixtureRequest) -> Callable[[Row], None]:
         now = time.perf_counter()
         rows.append(Verified(name, row, now - begin))
         if request.config.getoption("--claims"):
-            with request.config.pluginmanager.getplugin(
-                "capturemanager"
-            ).global_and_fixture_disabled():
+            with request.config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
                 print(f"{name} | {row} | {now - begin:.1f} s", flush=True)
         begin = now
 

@@ -70,9 +70,7 @@ def test_run__fails_an_exception_with_its_text() -> None:
     assert "third was lost" in last.trace
 
 
-def test_judge__prints_and_writes_every_row(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_judge__prints_and_writes_every_row(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "claims.json"
     judge([fails, reports], json_file=file)
     *lines, empty, counted, last = capsys.readouterr().out.splitlines()

@@ -15,9 +15,7 @@ ROOT = Path(__file__).parents[2]
 ADDED = Path(__file__).parent / "added"
 
 # A row of CONTRIBUTING's table: kind of thing, folder, how its files end, and the name that each offers.
-ROW = re.compile(
-    r"^\| ([\w ]+) \| `((?:solver|studies)/\w+)/<name>\.(py|toml)` \| (?:`(\w+)`)?", re.M
-)
+ROW = re.compile(r"^\| ([\w ]+) \| `((?:solver|studies)/\w+)/<name>\.(py|toml)` \| (?:`(\w+)`)?", re.M)
 FILES = {
     "shape functions": "shape",
     "rule of tension": "tension",
@@ -89,9 +87,7 @@ def use(folder: Path) -> dict[str, Any]:
         "law": dataset.hole_diameter_by_law.sel(hole_diameter_law="proportional").values.tolist(),
         "material": load("alloy").sound_speed,
         "case": [row.row.passed for row in verification.verify(["murnaghan"])],
-        "published": [
-            row.passed for row in validation.load("attached").rows("quick", {"added": dataset})
-        ],
+        "published": [row.passed for row in validation.load("attached").rows("quick", {"added": dataset})],
     }
 
 
@@ -103,9 +99,7 @@ def table() -> dict[str, tuple[str, str, str]]:
 
 
 @pytest.fixture(scope="module")
-def distribution(
-    table: dict[str, tuple[str, str, str]], tmp_path_factory: pytest.TempPathFactory
-) -> Path:
+def distribution(table: dict[str, tuple[str, str, str]], tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A folder for the search path, with the added files and the entry points that the table asks for."""
     folder = tmp_path_factory.mktemp("distribution")
     shutil.copytree(ADDED, folder / "added")
@@ -143,9 +137,7 @@ def used(distribution: Path) -> dict[str, Any]:
     return figures
 
 
-def test_table__names_every_registry_and_every_added_file(
-    table: dict[str, tuple[str, str, str]],
-) -> None:
+def test_table__names_every_registry_and_every_added_file(table: dict[str, tuple[str, str, str]]) -> None:
     files = {f"{FILES.get(kind, kind)}.{ending}" for kind, (_, ending, _) in table.items()}
     assert files == {file.name for file in ADDED.iterdir() if file.is_file()}
     registries = ("shapes", "tension", "failure", "strength", "eos")
@@ -154,18 +146,10 @@ def test_table__names_every_registry_and_every_added_file(
 
 def test_sweep__computes_with_every_added_model(used: dict[str, Any]) -> None:
     assert used["states"] == ["succeeded"] * 4
-    assert used["records"] == [
-        "Tent",
-        "HalfTension",
-        "TensionLimit",
-        "PowerHardening",
-        "Murnaghan",
-    ]
+    assert used["records"] == ["Tent", "HalfTension", "TensionLimit", "PowerHardening", "Murnaghan"]
 
 
-def test_identity__of_a_run_that_uses_no_added_member_is_that_of_before(
-    used: dict[str, Any],
-) -> None:
+def test_identity__of_a_run_that_uses_no_added_member_is_that_of_before(used: dict[str, Any]) -> None:
     assert used["identities"] == identities()
 
 

@@ -24,19 +24,14 @@ KINDS: tuple[dict[str, Any], ...] = (
     {f"eos={name}": test_eos.made(name) for name in test_eos.FORMS},
     {f"strength={name}": test_strength.copper(name) for name in test_strength.MEMBERS},
     {f"failure={name}": test_failure.copper(name) for name in test_failure.MEMBERS},
-    {
-        f"tension={name}": entry.record(*test_tension.COPPER[name])
-        for name, entry in test_tension.MEMBERS.items()
-    },
+    {f"tension={name}": entry.record(*test_tension.COPPER[name]) for name, entry in test_tension.MEMBERS.items()},
 )
 # Each law once, with laws of the other kinds beside it: a kernel is compiled for each of these, so there are few.
 LAWS: dict[str, Matter] = {
     " ".join(laws): real_copper()._replace(
         **{name.split("=")[0]: kind[name] for name, kind in zip(laws, KINDS, strict=True)}
     )
-    for laws in (
-        [list(kind)[number % len(kind)] for kind in KINDS] for number in range(max(map(len, KINDS)))
-    )
+    for laws in ([list(kind)[number % len(kind)] for kind in KINDS] for number in range(max(map(len, KINDS))))
 }
 LAWS["never melts"] = real_copper()._replace(melt_temperature=math.inf)
 NAMES = (

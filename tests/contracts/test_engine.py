@@ -46,9 +46,7 @@ class Place:
 
 
 @pytest.fixture(scope="module", params=["local", "dask"])
-def place(
-    request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
-) -> Iterator[Place]:
+def place(request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory) -> Iterator[Place]:
     if request.param == "local":
         local = partial(using, lambda inbox: LocalEngine(WORKERS, inbox, PATIENT))
         yield Place(local, lambda pid: pid, Cause.CRASH, set)
@@ -68,9 +66,7 @@ def user(place: Place) -> Iterator[EngineUser]:
         yield opened
 
 
-def test_runs__end_once_with_their_files_in_so_many_processes(
-    user: EngineUser, tmp_path: Path
-) -> None:
+def test_runs__end_once_with_their_files_in_so_many_processes(user: EngineUser, tmp_path: Path) -> None:
     attempts = [attempt_in(tmp_path, number) for number in range(10)]
     endings = user.compute(*attempts)
     assert {ending.cause for ending in endings} == {None}
@@ -99,12 +95,7 @@ def test_progress__has_the_last_checkpoint(user: EngineUser, tmp_path: Path) -> 
     ],
 )
 def test_failure__is_reported_with_its_cause(
-    user: EngineUser,
-    tmp_path: Path,
-    behaviour: str,
-    limits: dict[str, float],
-    cause: Cause,
-    failure: str,
+    user: EngineUser, tmp_path: Path, behaviour: str, limits: dict[str, float], cause: Cause, failure: str
 ) -> None:
     attempt = replace(attempt_in(tmp_path, 1, behaviour), **limits)  # type: ignore[arg-type]
     [ending] = user.compute(attempt)
@@ -137,9 +128,7 @@ def test_stop__ends_that_attempt_alone(user: EngineUser, tmp_path: Path) -> None
     assert is_gone(pid)
 
 
-def test_attempts__until_it_is_forgotten_and_lost_afterwards(
-    user: EngineUser, tmp_path: Path
-) -> None:
+def test_attempts__until_it_is_forgotten_and_lost_afterwards(user: EngineUser, tmp_path: Path) -> None:
     attempt = attempt_in(tmp_path, seconds=1.0)
     user.engine.submit(attempt)
     assert attempt.key in user.engine.attempts()

@@ -24,14 +24,7 @@ from solver.tension.recoverable import RecoverableTension
 
 FORMS = entries("solver.eos", "EOS")
 DENSITY = 8930.0
-COPPER = {
-    "density": DENSITY,
-    "c0": 3940.0,
-    "s": 1.489,
-    "gamma0": 1.99,
-    "heat_capacity": 383.0,
-    "temperature": 298.0,
-}
+COPPER = {"density": DENSITY, "c0": 3940.0, "s": 1.489, "gamma0": 1.99, "heat_capacity": 383.0, "temperature": 298.0}
 HEAT = {"heat_capacity": 383.0, "temperature": 298.0}
 
 # Each form with a state that it is at rest in. The gas is the right side of the Sod problem: reference/physics.md 5.6;
@@ -103,9 +96,7 @@ NOT_ASKED: dict[str, dict[str, str]] = {
         "published": "its formula is its definition: tests/solver/test_burn_and_soil.py",
         "thin": "its gas resists by heat, and nothing holds on",
     },
-    "tillotson": {
-        "published": "its shocks are not printed; near those of the same metal: test_materials.py",
-    },
+    "tillotson": {"published": "its shocks are not printed; near those of the same metal: test_materials.py"},
 }
 
 # Central difference over 1e-5 of the density: truncation of the order of its square, round-off of its inverse.
@@ -176,9 +167,7 @@ def name_of(eos: Any) -> str:
     return next(name for name, entry in FORMS.items() if isinstance(eos, entry.record))
 
 
-def shock(
-    eos: Any, particle_speed: float, *, least_slope: float = 0.5
-) -> tuple[float, float, float]:
+def shock(eos: Any, particle_speed: float, *, least_slope: float = 0.5) -> tuple[float, float, float]:
     """Us, pressure and density for which the form's own pressure closes the jump conditions, from the state at rest.
 
     Us exceeds the sound speed by at least ``least_slope`` times the particle speed: 0.5 in a linear law, 1 in metals.
@@ -222,9 +211,7 @@ def test_eos__names_its_reference_state(eos: Any) -> None:
 @pytest.mark.parametrize("energy", [0.0, 3e5, 5e6])
 @pytest.mark.parametrize("share", [0.4, 0.7, 0.95, 1.05, 1.3, 1.8, 2.5])
 @asked("sound")
-def test_eos__sound_speed_is_the_slope_of_the_isentrope(
-    eos: Any, share: float, energy: float
-) -> None:
+def test_eos__sound_speed_is_the_slope_of_the_isentrope(eos: Any, share: float, energy: float) -> None:
     density = share * eos.density
     at = pressure(eos, density, energy)
     step = 1e-5 * density
@@ -242,12 +229,8 @@ def test_eos__brings_published_hugoniot_points(eos: Any) -> None:
     assert name_of(eos) in PUBLISHED, "give this form its published shocks above"
 
 
-@pytest.mark.parametrize(
-    ("name", "particle_speed"), [(name, up) for name in PUBLISHED for up in PUBLISHED[name][1]]
-)
-def test_eos__reproduces_published_shocks_to_the_printed_digits(
-    name: str, particle_speed: float
-) -> None:
+@pytest.mark.parametrize(("name", "particle_speed"), [(name, up) for name in PUBLISHED for up in PUBLISHED[name][1]])
+def test_eos__reproduces_published_shocks_to_the_printed_digits(name: str, particle_speed: float) -> None:
     changes, table = PUBLISHED[name]
     speed, behind, density = shock(made(name, **changes), particle_speed)
     got = (speed, behind / UNITS[name], density)
@@ -319,8 +302,4 @@ def test_eos__pressure_and_energy_are_solved_for_together(eos: Any, trace: float
         for known in (guess, 0.9 * guess, 1.1 * guess + 1e4):
             result = max(solve_pressure(eos, after, known, expansion, guess, floor), floor)
             expected = max(pressure(eos, after, known - 0.5 * result * expansion), floor)
-            assert math.isclose(result, expected, rel_tol=SOLVED, abs_tol=1.0), (
-                share,
-                guess,
-                known,
-            )
+            assert math.isclose(result, expected, rel_tol=SOLVED, abs_tol=1.0), (share, guess, known)

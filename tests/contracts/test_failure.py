@@ -58,9 +58,7 @@ def copper(name: str) -> Any:
 
 def matter(name: str) -> Matter:
     """Copper that fails in a way, and until then bears any tension and does not melt of it."""
-    return real_copper()._replace(
-        failure=copper(name), tension=UnlimitedTension(), melt_temperature=math.inf
-    )
+    return real_copper()._replace(failure=copper(name), tension=UnlimitedTension(), melt_temperature=math.inf)
 
 
 def at_rest(damage: float = 0.0) -> PointState:
@@ -122,10 +120,7 @@ def test_failure__takes_shear_and_tension_in_the_step_in_which_it_happens(name: 
 
 
 @pytest.mark.parametrize("name", BREAKS)
-@given(
-    gradient=st.lists(st.floats(-0.03, 0.03), min_size=9, max_size=9),
-    pressure=st.floats(0.0, 1e10),
-)
+@given(gradient=st.lists(st.floats(-0.03, 0.03), min_size=9, max_size=9), pressure=st.floats(0.0, 1e10))
 def test_failed__bears_neither_shear_nor_tension_whatever_is_done_to_it(
     name: str, gradient: list[float], pressure: float
 ) -> None:

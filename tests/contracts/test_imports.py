@@ -42,9 +42,7 @@ def test_import__of_what_the_api_process_uses_loads_no_solver_and_no_datasets(mo
 
 
 def test_import__of_the_worker_loads_neither_web_nor_store() -> None:
-    assert not _loaded_by(
-        "import service.workers.warm_process", ("fastapi", "starlette", "sqlalchemy")
-    )
+    assert not _loaded_by("import service.workers.warm_process", ("fastapi", "starlette", "sqlalchemy"))
 
 
 def test_import__of_what_computes_a_run_loads_no_datasets_and_no_units() -> None:
@@ -58,9 +56,7 @@ def test_catalogue__names_are_listed_without_the_solver(catalogue: str) -> None:
     assert not _loaded_by(code, NEVER_IN_THE_API_PROCESS)
 
 
-@pytest.mark.parametrize(
-    "file", sorted((ROOT / "solver").rglob("*.py")), ids=lambda file: str(file.relative_to(ROOT))
-)
+@pytest.mark.parametrize("file", sorted((ROOT / "solver").rglob("*.py")), ids=lambda file: str(file.relative_to(ROOT)))
 def test_solver__imports_arrays_and_the_standard_library_only(file: Path) -> None:
     allowed = COMPILING_MAY_IMPORT if file in COMPILING else SOLVER_MAY_IMPORT
     assert _imported_by(file) - set(sys.stdlib_module_names) <= allowed

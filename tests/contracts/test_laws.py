@@ -34,9 +34,7 @@ def formula_of(law: Law) -> Callable[..., np.ndarray]:
     (formula,) = [
         each
         for name, each in inspect.getmembers(module, inspect.isfunction)
-        if name.endswith(("_ratio", "critical_diameter"))
-        and name[0] != "_"
-        and each.__module__ == module.__name__
+        if name.endswith(("_ratio", "critical_diameter")) and name[0] != "_" and each.__module__ == module.__name__
     ]
     return formula
 

@@ -72,13 +72,7 @@ def test_material__has_the_temperature_of_its_isentrope(material: Material, form
 
     densities = material.density * (1.0 + eos.mu_tangent * np.linspace(0.0, 1.0, 101)[1:])
     solution = solve_ivp(
-        slope,
-        (material.density, densities[-1]),
-        [0.0, 0.0],
-        method="DOP853",
-        t_eval=densities,
-        rtol=1e-11,
-        atol=1e-6,
+        slope, (material.density, densities[-1]), [0.0, 0.0], method="DOP853", t_eval=densities, rtol=1e-11, atol=1e-6
     )
     energies, heated = solution.y
     kelvin = [temperature(eos, *point) for point in zip(densities, energies, strict=True)]
@@ -92,9 +86,7 @@ def test_material__has_the_temperature_of_its_isentrope(material: Material, form
 @pytest.mark.parametrize("up", [1e3, 3e3])
 def test_tillotson__has_the_shocks_of_the_same_metal_about_its_hugoniot(up: float) -> None:
     """Two fits of the same measured shocks: what their authors call good is a few per cent of the speed."""
-    pairs = [
-        (name, name.removesuffix("-tillotson")) for name in materials.names() if "tillotson" in name
-    ]
+    pairs = [(name, name.removesuffix("-tillotson")) for name in materials.names() if "tillotson" in name]
     assert pairs
     for mine, other in pairs:
         speeds = [shock(eos_of(materials.load(name)), up)[0] for name in (mine, other)]

@@ -48,9 +48,7 @@ def methods() -> list[tuple[str, str]]:
     ]
 
 
-each_method = pytest.mark.parametrize(
-    ("name", "method"), methods(), ids=lambda text: text or "alone"
-)
+each_method = pytest.mark.parametrize(("name", "method"), methods(), ids=lambda text: text or "alone")
 
 
 def base(name: str, method: str) -> dict[str, Any]:

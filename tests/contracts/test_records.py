@@ -10,18 +10,8 @@ from studies import materials
 from studies.materials.schema import STIFFNESS
 from studies.values.parameters import declared
 
-FOLDERS = {
-    "shapes": "SHAPE",
-    "tension": "TENSION",
-    "failure": "FAILURE",
-    "strength": "STRENGTH",
-    "eos": "EOS",
-}
-ENTRIES = [
-    (folder, entry)
-    for folder, kind in FOLDERS.items()
-    for entry in entries(f"solver.{folder}", kind).values()
-]
+FOLDERS = {"shapes": "SHAPE", "tension": "TENSION", "failure": "FAILURE", "strength": "STRENGTH", "eos": "EOS"}
+ENTRIES = [(folder, entry) for folder, kind in FOLDERS.items() for entry in entries(f"solver.{folder}", kind).values()]
 # A material file cannot name them: they are for verification, or need a detonation.
 NOT_IN_FILES = {"ideal-gas", "jwl"}
 models = pytest.mark.parametrize(

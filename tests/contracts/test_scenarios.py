@@ -41,10 +41,7 @@ SMALL: dict[str, dict[str, Any]] = {
     "deck": {"deck": appendix_deck()},
 }
 # Parameter that sets the resolution of a grid, and the extent that has that many cells.
-RESOLUTION = {
-    "plate_impact": ("cells_per_thickness", "cells_per_thickness"),
-    "deck": ("refinement", "refinement"),
-}
+RESOLUTION = {"plate_impact": ("cells_per_thickness", "cells_per_thickness"), "deck": ("refinement", "refinement")}
 IMPACTS = ("thick_plate", "thin_plate")
 BARS = ("elastic_bar", "taylor_bar")
 GEOMETRIES = ("axisymmetric", "quarter", "half")
@@ -220,10 +217,7 @@ def variation(number: int) -> tuple[Run, Setting]:
 @pytest.fixture(
     params=range(len(VARIATIONS)),
     ids=lambda at: "-".join(
-        [
-            VARIATIONS[at][0],
-            *(f"{name}-{str(value).splitlines()[0]}" for name, value in VARIATIONS[at][1].items()),
-        ]
+        [VARIATIONS[at][0], *(f"{name}-{str(value).splitlines()[0]}" for name, value in VARIATIONS[at][1].items())]
     ),
 )
 def varied(request: pytest.FixtureRequest) -> tuple[Run, Setting]:
@@ -303,17 +297,13 @@ def test_variation__keeps_the_balance_over_ten_steps(varied: tuple[Run, Setting]
     assert abs(audit.energy_drift) <= ENERGY
 
 
-def test_variation__gives_every_particle_a_mass_and_no_two_the_same_place(
-    varied: tuple[Run, Setting],
-) -> None:
+def test_variation__gives_every_particle_a_mass_and_no_two_the_same_place(varied: tuple[Run, Setting]) -> None:
     for body in varied[1].problem.bodies:
         assert body.mass.min() > 0.0
         assert len(np.unique(body.position.round(9), axis=0)) == body.mass.size
 
 
-def test_variation__is_estimated_near_its_real_number_of_particles(
-    varied: tuple[Run, Setting],
-) -> None:
+def test_variation__is_estimated_near_its_real_number_of_particles(varied: tuple[Run, Setting]) -> None:
     run, setting = varied
     real = sum(body.mass.size for body in setting.problem.bodies)
     size = scenarios.load(run.scenario).estimate(given_of(run), materials_of(run))

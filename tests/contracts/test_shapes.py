@@ -83,27 +83,21 @@ def test_slopes__are_those_of_the_weights(name: str, cell: int, part: float) -> 
 
 
 @given(kinds, shapes, positions)
-def test_stencil__finds_the_particle_where_it_is(
-    kind: str, name: str, position: tuple[float, ...]
-) -> None:
+def test_stencil__finds_the_particle_where_it_is(kind: str, name: str, position: tuple[float, ...]) -> None:
     place, result = filled(kind, SHAPES[name].record(), position)
     corners = node_positions(BOXES[kind])[result.node]
     assert np.allclose(result.weight @ corners, place, rtol=ROUND_OFF, atol=0.0)
 
 
 @given(shapes, positions)
-def test_gradient__of_a_linear_field_is_exact_in_a_box(
-    name: str, position: tuple[float, ...]
-) -> None:
+def test_gradient__of_a_linear_field_is_exact_in_a_box(name: str, position: tuple[float, ...]) -> None:
     _, result = filled("cartesian", SHAPES[name].record(), position)
     corners = node_positions(BOXES["cartesian"])[result.node]
     assert np.allclose(result.gradient.T @ corners, np.eye(3), atol=ROUND_OFF * 10.0)
 
 
 @given(shapes, positions)
-def test_gradient__of_a_radial_field_has_its_hoop_part_about_an_axis(
-    name: str, position: tuple[float, ...]
-) -> None:
+def test_gradient__of_a_radial_field_has_its_hoop_part_about_an_axis(name: str, position: tuple[float, ...]) -> None:
     """v_r = r gives the rates 1 along r and v_r / r = 1 along the hoop."""
     _, result = filled("axisymmetric", SHAPES[name].record(), position)
     radial = node_positions(BOXES["axisymmetric"])[result.node, 0]

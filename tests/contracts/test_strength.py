@@ -10,28 +10,10 @@ from hypothesis import strategies as st
 
 from solver.problem import ArtificialViscosity, Matter
 from solver.registry import entries
-from solver.strength import (
-    StrengthEntry,
-    hardening,
-    melting,
-    rate_and_heat,
-    stiffness,
-    yield_stress,
-)
-from solver.stress import (
-    RETURN_TOLERANCE,
-    PointState,
-    advance,
-    return_to_yield,
-)
+from solver.strength import StrengthEntry, hardening, melting, rate_and_heat, stiffness, yield_stress
+from solver.stress import RETURN_TOLERANCE, PointState, advance, return_to_yield
 from solver.tensor import added, contract, equivalent_stress, rotated, scaled
-from tests.solver.bodies import (
-    DENSITY,
-    MELT,
-    SHEAR_MODULUS,
-    SPACING,
-    real_copper,
-)
+from tests.solver.bodies import DENSITY, MELT, SHEAR_MODULUS, SPACING, real_copper
 
 MEMBERS = entries("solver.strength", "STRENGTH")
 
@@ -67,9 +49,7 @@ def directions(draw: st.DrawFn) -> tuple[float, ...]:
     return scaled(deviator, 1.0 / size)
 
 
-def stretched(
-    matter: Matter, *, kelvin: float, strain: float, rate: float = 1e4, steps: int = 1
-) -> PointState:
+def stretched(matter: Matter, *, kelvin: float, strain: float, rate: float = 1e4, steps: int = 1) -> PointState:
     """A point that is stretched in one direction, at constant volume and temperature, to an equivalent strain."""
     point = PointState(DENSITY, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, kelvin)
     dt = strain / rate / steps
@@ -81,12 +61,7 @@ def stretched(
 
 
 def returned(
-    strength: Any,
-    trial: tuple[float, ...],
-    modulus: float,
-    plastic_strain: float,
-    rate: float,
-    homologous: float,
+    strength: Any, trial: tuple[float, ...], modulus: float, plastic_strain: float, rate: float, homologous: float
 ) -> tuple[tuple[float, ...], float]:
     """The return to yield at a rate and a temperature, as stiff as at rest."""
     factor = rate_and_heat(strength, rate, homologous, 1.0)
@@ -108,9 +83,7 @@ def test_strength__brings_an_example() -> None:
 
 
 @given(members, plastic_strains, rates, st.floats(0.0, 1.0))
-def test_yield_stress__is_never_negative(
-    name: str, plastic_strain: float, rate: float, homologous: float
-) -> None:
+def test_yield_stress__is_never_negative(name: str, plastic_strain: float, rate: float, homologous: float) -> None:
     value = yield_stress(copper(name), plastic_strain, rate, homologous)
     assert math.isfinite(value)
     assert value >= 0.0
@@ -128,24 +101,18 @@ def test_hardening__slope_is_its_derivative(name: str, strain: float) -> None:
     strength, half = copper(name), 1e-4 * strain
     (above, _), (below, _) = (hardening(strength, strain + gap) for gap in (half, -half))
     stress, slope = hardening(strength, strain)
-    assert math.isclose(
-        slope, (above - below) / (2.0 * half), rel_tol=1e-6, abs_tol=1e-9 * stress / half
-    )
+    assert math.isclose(slope, (above - below) / (2.0 * half), rel_tol=1e-6, abs_tol=1e-9 * stress / half)
 
 
 @given(members, rates, rates, solid_temperatures)
-def test_yield_stress__does_not_fall_with_rate(
-    name: str, one: float, other: float, homologous: float
-) -> None:
+def test_yield_stress__does_not_fall_with_rate(name: str, one: float, other: float, homologous: float) -> None:
     low, high = sorted((one, other))
     slow, fast = (rate_and_heat(copper(name), rate, homologous, 1.0) for rate in (low, high))
     assert slow <= fast
 
 
 @given(members, rates, st.floats(0.0, 1.0), st.floats(0.0, 1.0))
-def test_yield_stress__does_not_grow_with_temperature(
-    name: str, rate: float, one: float, other: float
-) -> None:
+def test_yield_stress__does_not_grow_with_temperature(name: str, rate: float, one: float, other: float) -> None:
     low, high = sorted((one, other))
     cold, warm = (rate_and_heat(copper(name), rate, homologous, 1.0) for homologous in (low, high))
     assert warm <= cold
@@ -164,12 +131,7 @@ def test_melt__takes_the_shear_stress_of_a_point(strength: Any, kelvin: float) -
 
 @given(yielding, directions(), plastic_strains, rates, solid_temperatures, st.floats(1.0, 1e3))
 def test_return__ends_on_the_surface_of_the_new_plastic_strain(
-    name: str,
-    direction: tuple[float, ...],
-    plastic_strain: float,
-    rate: float,
-    homologous: float,
-    beyond: float,
+    name: str, direction: tuple[float, ...], plastic_strain: float, rate: float, homologous: float, beyond: float
 ) -> None:
     strength = copper(name)
     size = beyond * yield_stress(strength, plastic_strain, rate, homologous)
@@ -194,12 +156,7 @@ def test_return__leaves_stress_inside_the_surface_alone(
 
 @given(members, directions(), plastic_strains, rates, st.floats(0.0, 1.0), st.floats(0.0, 1e12))
 def test_return__dissipates(
-    name: str,
-    direction: tuple[float, ...],
-    plastic_strain: float,
-    rate: float,
-    homologous: float,
-    size: float,
+    name: str, direction: tuple[float, ...], plastic_strain: float, rate: float, homologous: float, size: float
 ) -> None:
     """The stress does work, never negative, on the strain that the return turns from elastic into plastic."""
     trial = scaled(direction, size)
@@ -211,11 +168,7 @@ def test_return__dissipates(
 
 @given(yielding, directions(), spins, plastic_strains, st.floats(1.0, 100.0))
 def test_return__turns_with_the_trial_stress(
-    name: str,
-    direction: tuple[float, ...],
-    spin: tuple[float, float, float],
-    plastic_strain: float,
-    beyond: float,
+    name: str, direction: tuple[float, ...], spin: tuple[float, float, float], plastic_strain: float, beyond: float
 ) -> None:
     strength = copper(name)
     size = beyond * yield_stress(strength, plastic_strain, 1e5, 0.3)
@@ -240,9 +193,7 @@ def test_stiffness__is_positive_and_that_at_rest_is_one(
 
 
 @given(members, st.floats(0.01, 4.0), st.floats(0.01, 4.0))
-def test_melting__does_not_come_earlier_under_compression(
-    name: str, one: float, other: float
-) -> None:
+def test_melting__does_not_come_earlier_under_compression(name: str, one: float, other: float) -> None:
     low, high = sorted((one, other))
     assert melting(copper(name), 1.0) == 1.0
     assert 0.0 <= melting(copper(name), low) <= melting(copper(name), high)

@@ -14,9 +14,7 @@ from tests.service.support.command import run
 TEXT = (Path(__file__).parents[2] / "docs" / "decks.md").read_text(encoding="utf-8")
 [DECK] = re.findall(r"<<'END'\n(.*?)END\n", TEXT, re.DOTALL)
 COMMANDS = [
-    shlex.split(line)
-    for block in re.findall(r"```sh\n(whipple.*?)```", TEXT, re.DOTALL)
-    for line in block.splitlines()
+    shlex.split(line) for block in re.findall(r"```sh\n(whipple.*?)```", TEXT, re.DOTALL) for line in block.splitlines()
 ]
 # What they compute is computed by the tests of sweeps.
 COMPUTING = {"--run", "sweep", "submit"}
@@ -38,18 +36,14 @@ def test_commands__of_the_page_read_its_deck(
     assert point.run.parameters["contact"] == "bardenhagen"
 
 
-def test_command__names_the_line_of_an_unknown_macro(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command__names_the_line_of_an_unknown_macro(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "bad.mpm"
     file.write_text(DECK.replace("endtime", "finish"))
     assert run("deck", str(file)) == 2
     assert "deck line 9" in capsys.readouterr().err
 
 
-def test_command__refuses_bytes_that_are_no_text(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command__refuses_bytes_that_are_no_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     file = tmp_path / "bad.mpm"
     file.write_bytes(DECK.encode().replace(b"halves", b"h\xe4lften"))
     assert run("deck", str(file)) == 2

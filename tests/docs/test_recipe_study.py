@@ -105,8 +105,7 @@ def test_choice__takes_the_cheapest_that_holds() -> None:
 
 
 @pytest.mark.parametrize(
-    "fault",
-    [{"state": "failed", "reason": "x"}, {"energy_drift": 0.02}, {"flags": ["runaway_particles"]}],
+    "fault", [{"state": "failed", "reason": "x"}, {"energy_drift": 0.02}, {"flags": ["runaway_particles"]}]
 )
 def test_choice__leaves_out_what_failed(fault: dict[str, Any]) -> None:
     broken = study()

@@ -13,13 +13,7 @@ from studies import measurements as measured
 from tests.acceptance.checks.pages import pages
 
 ROOT = DOCS.parent
-MADE = {
-    "accuracy": accuracy,
-    "laws": laws,
-    "measurements": measurements,
-    "shots": shots,
-    "validation": validation,
-}
+MADE = {"accuracy": accuracy, "laws": laws, "measurements": measurements, "shots": shots, "validation": validation}
 LOADED = re.compile(r"""(?:src|href)=["'](https?:)?//""")  # of scripts, styles and pictures
 PATH = re.compile(r"`((?:solver|studies|service|tests|docs)/[\w/.-]+)`")
 
@@ -74,9 +68,7 @@ def test_pages__name_files_that_are_there(page: Path) -> None:
 
 def test_links__of_files_outside_of_the_pages_lead_to_pages_or_are_text() -> None:
     text = "[a](docs/solver.md#x), [b](LICENSE), [c](CONTRIBUTING.md) and [d](https://e.org)"
-    assert hook.relinked(text, from_root=True) == (
-        "[a](solver.md#x), b, [c](contributing.md) and [d](https://e.org)"
-    )
+    assert hook.relinked(text, from_root=True) == ("[a](solver.md#x), b, [c](contributing.md) and [d](https://e.org)")
 
 
 def test_shots__bias_and_scatter_are_those_of_the_table() -> None:
@@ -86,9 +78,7 @@ def test_shots__bias_and_scatter_are_those_of_the_table() -> None:
     for name, title in shots.TITLES.items():
         for quantity in {row["quantity"] for row in rows if row["table"] == name}:
             mine = [row for row in rows if (row["table"], row["quantity"]) == (name, quantity)]
-            pairs = np.array(
-                [[row[key] or np.nan for key in ("simulated", "observed")] for row in mine], float
-            )
+            pairs = np.array([[row[key] or np.nan for key in ("simulated", "observed")] for row in mine], float)
             ratios = 100.0 * (pairs[:, 0] / pairs[:, 1] - 1.0)
             compared = f"{np.isfinite(ratios).sum()} of {len(mine)}"
             printed = f"| {title} | {measured.load(quantity).title} | {compared} |"
@@ -104,10 +94,4 @@ def test_shots__bias_and_scatter_are_those_of_the_table() -> None:
 
 def test_pages__name_the_language_of_every_block() -> None:
     """Without one nobody knows whether the block is to be run; ``make claims docs-run`` runs them."""
-    assert {page.stem for page in pages()} >= {
-        "how-to",
-        "own-shots",
-        "service",
-        "cluster",
-        "solver",
-    }
+    assert {page.stem for page in pages()} >= {"how-to", "own-shots", "service", "cluster", "solver"}

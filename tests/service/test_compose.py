@@ -113,9 +113,7 @@ def parts(tmp_path: Path, postgresql: Postgresql) -> Iterator[Parts]:
         yield Parts(tmp_path, url, free_port(), free_port())
 
 
-def test_parts__started_as_they_are_written_compute_a_sweep_for_who_has_a_key(
-    parts: Parts,
-) -> None:
+def test_parts__started_as_they_are_written_compute_a_sweep_for_who_has_a_key(parts: Parts) -> None:
     parts.run("certificates")
     before = (parts.folder / "tls" / "cert.pem").read_bytes()
     parts.run("certificates")  # at every start

@@ -37,9 +37,7 @@ def test_settings__are_all_there_with_their_defaults() -> None:
     for name in ("host", "port", "max_runs", "poll_seconds", "leave_seconds", "retire_seconds"):
         [row] = [row for row in rows if f"`WHIPPLE_{name.upper()}`" in row]
         default = Settings.model_fields[name].get_default()
-        assert (
-            f"`{default:g}`" in row or f"`{default}`" in row if name != "host" else default in row
-        )
+        assert f"`{default:g}`" in row or f"`{default}`" in row if name != "host" else default in row
 
 
 @pytest.mark.parametrize("text", [PAGE, README], ids=["service.md", "README.md"])

@@ -117,9 +117,7 @@ def stencil(geometry: Any, shape: Any, place: np.ndarray) -> Stencil:
     return Stencil(index[0] + along @ strides, whole, gradient)
 
 
-def lattice(
-    geometry: Any, lower: tuple[float, ...], upper: tuple[float, ...]
-) -> tuple[np.ndarray, np.ndarray]:
+def lattice(geometry: Any, lower: tuple[float, ...], upper: tuple[float, ...]) -> tuple[np.ndarray, np.ndarray]:
     """Positions and masses of two particles per cell and direction between two corners, counted in cells."""
     step = 0.5 * SPACING
     lines = [
@@ -166,24 +164,11 @@ def two_blocks(kind: str, *, speed: float = 2000.0, **changes: Any) -> Problem:
     low, high = ((0.0,), (3.0,)) if flat else ((3.0, 1.0), (6.0, 4.0))
     wide_low, wide_high = ((0.0,), (9.0,)) if flat else ((1.0, 1.0), (11.0, 5.0))
     bodies = (
-        block(
-            geometry,
-            (*low, 4.0),
-            (*high, 7.0),
-            velocity=along(kind, speed),
-            name="flyer",
-            matter=real_copper(),
-        ),
+        block(geometry, (*low, 4.0), (*high, 7.0), velocity=along(kind, speed), name="flyer", matter=real_copper()),
         block(geometry, (*wide_low, 7.0), (*wide_high, 9.0), name="plate", matter=real_copper()),
     )
     return Problem(
-        **{
-            "geometry": geometry,
-            "bodies": bodies,
-            "faces": ABOUT_AXIS if flat else OPEN,
-            "end_time": 1e-6,
-            **changes,
-        }
+        **{"geometry": geometry, "bodies": bodies, "faces": ABOUT_AXIS if flat else OPEN, "end_time": 1e-6, **changes}
     )
 
 

@@ -55,17 +55,13 @@ def test_absorber__has_the_impedances_of_its_matter() -> None:
 
 @each_shape
 @pytest.mark.parametrize(("offset", "within"), [(0.0, 1e-6), (0.2, 0.03), (0.5, 1e-6)])
-def test_dashpots__answer_a_velocity_with_area_times_impedance(
-    shape: Any, offset: float, within: float
-) -> None:
+def test_dashpots__answer_a_velocity_with_area_times_impedance(shape: Any, offset: float, within: float) -> None:
     """Along the normal and across it; where the lattice does not fit the grid, as well as the shapes allow."""
     velocity = (1.0, 2.0, 3.0)
     geometry = box(14, 10, 10)
     body = block(geometry, (2.0 + offset, 3.0, 3.0), (8.0 + offset, 7.0, 7.0), velocity=velocity)
     absorbers = (end(0, 8.0 + offset),)
-    problem = Problem(
-        geometry, (body,), OPEN, end_time=1.0, shape=shape, fixed_dt=TINY, absorbers=absorbers
-    )
+    problem = Problem(geometry, (body,), OPEN, end_time=1.0, shape=shape, fixed_dt=TINY, absorbers=absorbers)
     impedance = np.array([NORMAL, ACROSS, ACROSS])
     expected = -impedance * velocity * (4.0 * SPACING) ** 2 * TINY
     assert np.allclose(after(problem, 1).impulse, expected, rtol=within, atol=0.0)
@@ -86,9 +82,7 @@ def test_dashpots__balance_the_stress_of_a_wave_at_every_node(shape: Any, body_e
 
 @each_shape
 @pytest.mark.parametrize(
-    "changes",
-    [{}, {"damping": Damping(1e6, 2), "contact": Contact()}],
-    ids=["alone", "with damping and contact"],
+    "changes", [{}, {"damping": Damping(1e6, 2), "contact": Contact()}], ids=["alone", "with damping and contact"]
 )
 def test_absorbed_energy__is_removed_to_round_off(shape: Any, changes: dict[str, Any]) -> None:
     """And so is the momentum, in a body that leaves its place too."""
@@ -103,9 +97,7 @@ def test_dashpots__let_thin_debris_through() -> None:
     simulation = start(column(8.0, 1.0), threads=1)
     simulation.particles.mass[:] *= 0.2
     simulation.advance()
-    assert np.allclose(
-        simulation.particles.velocity, (1.0, 0.0, 0.0), rtol=ROUND_OFF, atol=ROUND_OFF
-    )
+    assert np.allclose(simulation.particles.velocity, (1.0, 0.0, 0.0), rtol=ROUND_OFF, atol=ROUND_OFF)
     assert simulation.removed == 0.0
 
 
@@ -161,9 +153,7 @@ def test_dashpots__of_a_rim_have_its_area_per_radian(shape: Any) -> None:
         assert np.isclose(surfaces.constant[:, 2].sum(), ACROSS * area * SPACING**2, rtol=1e-2)
 
 
-def _dashpots(
-    geometry: Any, body: Body, faces: Any, shape: Any, surface: Absorber
-) -> tuple[Dashpots, np.ndarray]:
+def _dashpots(geometry: Any, body: Body, faces: Any, shape: Any, surface: Absorber) -> tuple[Dashpots, np.ndarray]:
     """The dashpots of a surface and the places of their nodes, (n, 3) m."""
     problem = Problem(geometry, (body,), faces, end_time=1.0, shape=shape, absorbers=(surface,))
     made = dashpots(problem, surface, closed_nodes(geometry, faces, problem.clamp))

@@ -67,9 +67,7 @@ def test_products__lose_the_work_of_their_expansion() -> None:
     burnt = explosive()._replace(burnt=1.0)
     volumes = np.linspace(1.0, 3.0, 2001)
     isentrope = Isentrope(TNT, 1.0, TNT.E0)
-    along = [
-        pressure(burnt, TNT.density / v, isentrope.energy_at(v) / TNT.density) for v in volumes
-    ]
+    along = [pressure(burnt, TNT.density / v, isentrope.energy_at(v) / TNT.density) for v in volumes]
     weights = np.array([1.0, *([4.0, 2.0] * 1000)[:-1], 1.0])
     work = float((weights * along).sum()) * (volumes[1] - volumes[0]) / 3.0
     lost = isentrope.energy_at(1.0) - isentrope.energy_at(3.0)
@@ -90,9 +88,7 @@ def test_burnt_fraction__rises_over_the_width_of_the_burn() -> None:
 
 def test_lighting__is_that_of_the_first_detonation_to_arrive() -> None:
     place = np.array([[0.0, 0.0, 0.0], [0.08, 0.0, 0.0]])
-    got = lighting_times(
-        place, 1e3, points=[(0.03, 0.04, 0.0)], planes=[((0.1, 0.0, 0.0), (1.0, 0.0, 0.0))]
-    )
+    got = lighting_times(place, 1e3, points=[(0.03, 0.04, 0.0)], planes=[((0.1, 0.0, 0.0), (1.0, 0.0, 0.0))])
     assert got == pytest.approx([5e-5, 2e-5], rel=ROUND_OFF)
     assert np.all(np.isinf(lighting_times(place, 1e3)))
 
@@ -102,28 +98,17 @@ def test_problem__asks_an_explosive_for_its_lighting() -> None:
     [body] = unlit.bodies
     fields = {name: getattr(body, name) for name in body.__dataclass_fields__}
     with pytest.raises(ProblemError, match="an explosive has times"):
-        Problem(
-            unlit.geometry,
-            (type(body)(**{**fields, "lighting": None}),),
-            unlit.faces,
-            unlit.end_time,
-        )
+        Problem(unlit.geometry, (type(body)(**{**fields, "lighting": None}),), unlit.faces, unlit.end_time)
 
 
 def test_lighting__goes_with_its_particle_when_they_are_sorted() -> None:
     problem = bar(20, RECIPES["whipple"])
     [body] = problem.bodies
-    backwards = {
-        name: getattr(body, name)[::-1] for name in ("position", "velocity", "mass", "lighting")
-    }
+    backwards = {name: getattr(body, name)[::-1] for name in ("position", "velocity", "mass", "lighting")}
     fields = {name: getattr(body, name) for name in body.__dataclass_fields__}
-    mirrored = Problem(
-        problem.geometry, (type(body)(**{**fields, **backwards}),), problem.faces, problem.end_time
-    )
+    mirrored = Problem(problem.geometry, (type(body)(**{**fields, **backwards}),), problem.faces, problem.end_time)
     simulation = start(mirrored)
-    lit = lighting_times(
-        simulation.particles.position, TNT.velocity, planes=[((0.0,) * 3, (1.0, 0.0, 0.0))]
-    )
+    lit = lighting_times(simulation.particles.position, TNT.velocity, planes=[((0.0,) * 3, (1.0, 0.0, 0.0))])
     assert np.array_equal(simulation.table[-1], lit)
 
 
@@ -154,9 +139,7 @@ def test_soil__returns_to_the_cone_at_its_own_pressure(squeeze: float) -> None:
     assert math.isclose(tau, COHESION + FRICTION * point.pressure, rel_tol=1e-9)
     assert point.plastic_strain > 0.0
     compression = point.density / SOIL.eos.density - 1.0
-    assert math.isclose(
-        point.pressure, SOIL.eos.bulk_modulus * compression, rel_tol=1e-9, abs_tol=1e-6
-    )
+    assert math.isclose(point.pressure, SOIL.eos.bulk_modulus * compression, rel_tol=1e-9, abs_tol=1e-6)
 
 
 def test_soil__is_elastic_inside_the_cone() -> None:
@@ -171,9 +154,7 @@ def test_soil__is_elastic_inside_the_cone() -> None:
 @pytest.mark.parametrize("tensile", [2.0e4, 5.0e4])
 def test_soil__is_cut_off_in_tension(tensile: float) -> None:
     """p ends at -t, and shear at k - q t; at the apex of the cone, p = -k / q, none is left."""
-    soil = SOIL._replace(
-        strength=DruckerPrager(COHESION, FRICTION, tensile), tension=RecoverableTension(tensile)
-    )
+    soil = SOIL._replace(strength=DruckerPrager(COHESION, FRICTION, tensile), tension=RecoverableTension(tensile))
     strain = np.eye(3) * 1e-2
     strain[0, 1] = strain[1, 0] = 0.02
     point = strained(strain, soil)

@@ -101,13 +101,7 @@ class Witness:
         self.observed = [(step, energy) for step, energy in json.loads(text)]
 
     def run(
-        self,
-        problem: Problem,
-        *,
-        interval: float = INTERVAL,
-        threads: int = 1,
-        shares: int = 0,
-        **changes: Any,
+        self, problem: Problem, *, interval: float = INTERVAL, threads: int = 1, shares: int = 0, **changes: Any
     ) -> Outcome:
         """The outcome of a problem with this file."""
         checkpoint = Checkpointing(
@@ -118,14 +112,7 @@ class Witness:
             log=self.messages.append,
             **changes,
         )
-        return simulate(
-            problem,
-            self.observe,
-            interval=interval,
-            threads=threads,
-            shares=shares,
-            checkpoint=checkpoint,
-        )
+        return simulate(problem, self.observe, interval=interval, threads=threads, shares=shares, checkpoint=checkpoint)
 
 
 def same_bits(outcome: Outcome, other: Outcome) -> bool:
@@ -259,9 +246,7 @@ def starts_anew(problem: Problem, file: Path, **changes: Any) -> str:
         ({"caller": "later"}, "caller"),
     ],
 )
-def test_restart__refuses_what_another_call_left(
-    changes: dict[str, Any], reason: str, file: Path
-) -> None:
+def test_restart__refuses_what_another_call_left(changes: dict[str, Any], reason: str, file: Path) -> None:
     stopped(blocks(), file)
     assert starts_anew(blocks(), file, **changes).endswith(f"different {reason}")
 
@@ -272,9 +257,7 @@ def test_restart__refuses_another_problem(file: Path) -> None:
     assert starts_anew(other, file).endswith("different problem")
 
 
-def test_restart__refuses_another_physics_and_compiler(
-    file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_restart__refuses_another_physics_and_compiler(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     stopped(blocks(), file)
     there = module.compiler()
     monkeypatch.setattr(module, "compiler", lambda: {**there, "cpu": "another"})
@@ -331,9 +314,7 @@ def test_file__gives_every_bit_back(written: Path) -> None:
         assert content.arrays[name].flags.writeable
 
 
-def test_file__stays_alone_and_as_it_was_when_a_write_fails(
-    written: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_file__stays_alone_and_as_it_was_when_a_write_fails(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     write_checkpoint(written, MARK, SAMPLE)
     assert list(written.parent.iterdir()) == [written]
     before = written.read_bytes()

@@ -13,16 +13,7 @@ from solver.problem import Contact, Criterion, Problem, Scheme
 from solver.shapes.gimp import Gimp
 from solver.shapes.quadratic_bspline import QuadraticBSpline
 from solver.simulation import start
-from tests.solver.bodies import (
-    OPEN,
-    ROUND_OFF,
-    after,
-    block,
-    box,
-    each_kind,
-    each_shape,
-    two_blocks,
-)
+from tests.solver.bodies import OPEN, ROUND_OFF, after, block, box, each_kind, each_shape, two_blocks
 
 SPEED = 200.0  # m/s
 STEPS = 60
@@ -57,12 +48,8 @@ def test_contact__accounts_for_what_it_removes(kind: str, shape: Any, friction: 
     assert audit.momentum_error <= ROUND_OFF
 
 
-@pytest.mark.parametrize(
-    ("kind", "shape"), [("axisymmetric", Gimp()), ("cartesian", QuadraticBSpline())]
-)
-def test_contact_at_the_gap__acts_when_the_faces_meet_and_accounts_for_what_it_removes(
-    kind: str, shape: Any
-) -> None:
+@pytest.mark.parametrize(("kind", "shape"), [("axisymmetric", Gimp()), ("cartesian", QuadraticBSpline())])
+def test_contact_at_the_gap__acts_when_the_faces_meet_and_accounts_for_what_it_removes(kind: str, shape: Any) -> None:
     axis = 1 if kind == "axisymmetric" else 2
     problem = two_blocks(kind, shape=shape, contact=Contact(0.3, Criterion.GAP))
     flyer, plate = problem.bodies
@@ -85,15 +72,11 @@ def test_contact_at_the_gap__acts_when_the_faces_meet_and_accounts_for_what_it_r
 
 
 @pytest.mark.parametrize("scheme", [Scheme.USF, Scheme.USL])
-def test_contact__accounts_for_what_it_removes_in_schemes_that_do_not_map_back(
-    scheme: Scheme,
-) -> None:
+def test_contact__accounts_for_what_it_removes_in_schemes_that_do_not_map_back(scheme: Scheme) -> None:
     """The sum drifts with the scheme as it does in one velocity field, and not by what contact removes."""
     shape = QuadraticBSpline()
     alone, apart = (
-        after(
-            two_blocks("axisymmetric", shape=shape, contact=contact, scheme=scheme), STEPS
-        ).audit()
+        after(two_blocks("axisymmetric", shape=shape, contact=contact, scheme=scheme), STEPS).audit()
         for contact in (None, Contact())
     )
     assert apart.contact_energy > 0.03

@@ -92,9 +92,7 @@ def test_half_a_block_at_a_plane_of_symmetry_moves_as_the_whole_one() -> None:
     right = np.flatnonzero(begin[both.number, 0] > 1.99 * place)
     right = right[np.argsort(both.number[right])]
     mine = np.argsort(one.number)
-    np.testing.assert_allclose(
-        one.velocity[mine], both.velocity[right], atol=1e-9 * np.abs(both.velocity).max()
-    )
+    np.testing.assert_allclose(one.velocity[mine], both.velocity[right], atol=1e-9 * np.abs(both.velocity).max())
 
 
 def test_nodes_beyond_the_reach_of_particles_change_nothing() -> None:
@@ -102,11 +100,7 @@ def test_nodes_beyond_the_reach_of_particles_change_nothing() -> None:
     long = bar(pressing)
     far, mesh = lattice(Hexahedron(), LINE, LINE, np.arange(-20, 2 * CELLS + 1) * SPACING)
     elements = replace(
-        long.bodies[0],
-        position=far,
-        velocity=np.zeros(3),
-        mass=node_masses(mesh, far, DENSITY),
-        mesh=mesh,
+        long.bodies[0], position=far, velocity=np.zeros(3), mass=node_masses(mesh, far, DENSITY), mesh=mesh
     )
     made = [start(replace(long, bodies=(elements, long.bodies[1])), shares=2) for _ in range(2)]
     made[1].stepper.particles._hide = lambda partition: None  # type: ignore[attr-defined]
@@ -134,9 +128,7 @@ def test_threads_and_a_checkpoint_give_the_same_bits(tmp_path: Path) -> None:
     for _ in range(3):
         last.advance()
     for name in ("velocity", "deviator", "energy"):
-        np.testing.assert_array_equal(
-            getattr(last.particles, name), getattr(one.particles, name), err_msg=name
-        )
+        np.testing.assert_array_equal(getattr(last.particles, name), getattr(one.particles, name), err_msg=name)
 
 
 def test_bodies_that_cannot_be_coupled_are_refused() -> None:

@@ -12,17 +12,7 @@ from solver.errors import ProblemError
 from solver.problem import Body, Face, Problem, Retirement
 from solver.simulation import Simulation, simulate, start
 from solver.state import NONE_DEPARTED, Departed
-from tests.solver.bodies import (
-    ABOUT_AXIS,
-    FREE,
-    OPEN,
-    ROUND_OFF,
-    after,
-    block,
-    box,
-    leaving,
-    real_copper,
-)
+from tests.solver.bodies import ABOUT_AXIS, FREE, OPEN, ROUND_OFF, after, block, box, leaving, real_copper
 
 SPEED = 1000.0  # m/s
 REORDERED = 50  # steps between reorderings here, so that short runs have some
@@ -100,9 +90,7 @@ def test_departed__spares_the_heaviest_piece_of_the_body_of_the_target() -> None
 
 
 @pytest.mark.parametrize(("across", "goes"), [(2.0 * SPEED, True), (0.0, False)])
-def test_departed__in_three_dimensions_flies_past_the_side_of_the_target(
-    across: float, goes: bool
-) -> None:
+def test_departed__in_three_dimensions_flies_past_the_side_of_the_target(across: float, goes: bool) -> None:
     geometry = box(8, 8, 20)
     target = block(geometry, (1.0, 1.0, 8.0), (4.0, 7.0, 10.0), name="target")
     debris = block(geometry, (1.0, 3.0, 14.0), (2.0, 4.0, 15.0), velocity=(across, 0.0, -SPEED))
@@ -152,9 +140,7 @@ def test_balances__hold_with_what_was_retired() -> None:
 
 def test_step__is_no_longer_that_of_debris_which_was_retired() -> None:
     """The convective rule follows the fastest particle."""
-    retired, followed = (
-        _step_after_retirement(behind(retirement=rule)) for rule in (behind().retirement, None)
-    )
+    retired, followed = (_step_after_retirement(behind(retirement=rule)) for rule in (behind().retirement, None))
     assert retired > followed
 
 
@@ -166,28 +152,20 @@ def _step_after_retirement(problem: Problem) -> float:
 def test_flown__is_straight_mirrored_at_the_axis_and_ends_at_the_edge() -> None:
     problem = behind()
     debris = Departed(*(field[:1] for field in after(problem, STEPS).departed))._replace(
-        time=np.array([1e-6]),
-        position=np.array([[2e-3, 18e-3, 0.0]]),
-        velocity=np.array([[-1000.0, 500.0, 0.0]]),
+        time=np.array([1e-6]), position=np.array([[2e-3, 18e-3, 0.0]]), velocity=np.array([[-1000.0, 500.0, 0.0]])
     )
     # Places at 1, 2, 5 and 20 us: with the record, before the axis, beyond it and mirrored, off the grid of 12 mm.
     expected = {1e-6: (2e-3, 18e-3), 2e-6: (1e-3, 18.5e-3), 5e-6: (2e-3, 20e-3)}
     for time, place in expected.items():
-        np.testing.assert_allclose(
-            flown_on_grid(problem, debris, time)[0, :2], place, rtol=ROUND_OFF
-        )
+        np.testing.assert_allclose(flown_on_grid(problem, debris, time)[0, :2], place, rtol=ROUND_OFF)
     assert np.isnan(flown_on_grid(problem, debris, 20e-6)).all()
 
 
 def test_retirement__gives_the_same_bits_with_two_threads() -> None:
-    serial, parallel = (
-        simulate(behind(), threads=threads, shares=3).snapshot for threads in (1, 2)
-    )
+    serial, parallel = (simulate(behind(), threads=threads, shares=3).snapshot for threads in (1, 2))
     assert serial.departed.mass.size
     for mine, other in zip(
-        (*serial.particles, *serial.departed),
-        (*parallel.particles, *parallel.departed),
-        strict=True,
+        (*serial.particles, *serial.departed), (*parallel.particles, *parallel.departed), strict=True
     ):
         assert mine.tobytes() == other.tobytes()
 

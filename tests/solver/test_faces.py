@@ -11,15 +11,7 @@ from solver.problem import Face, Problem, clamp
 from solver.simulation import start
 from solver.state import empty_table, views
 from solver.step import Field
-from tests.solver.bodies import (
-    FREE,
-    ROUND_OFF,
-    SPACING,
-    SYMMETRIC,
-    block,
-    box,
-    each_shape,
-)
+from tests.solver.bodies import FREE, ROUND_OFF, SPACING, SYMMETRIC, block, box, each_shape
 
 BOX = box(4, 4, 4)
 DT = 1e-8
@@ -47,9 +39,7 @@ def field_of(*faces: Any) -> Field:
     return field
 
 
-def held(
-    kind: Face, axis: int, side: int, *, momentum: Any = MOMENTUM, force: Any = FORCE
-) -> tuple[Field, np.ndarray]:
+def held(kind: Face, axis: int, side: int, *, momentum: Any = MOMENTUM, force: Any = FORCE) -> tuple[Field, np.ndarray]:
     """All nodes but the ghosts of a face loaded alike, that face held; and the impulse that it gave."""
     field, impulse = field_with(kind, axis, side), np.zeros(3)
     nodes = field.nodes
@@ -95,9 +85,7 @@ def test_wall__holds_what_still_approaches_at_the_end_of_the_step_and_never_pull
     side: int, momentum: float, force: float, left: float, pushes: bool
 ) -> None:
     """The force is counted in momenta per step."""
-    field, impulse = held(
-        Face.WALL, 2, side, momentum=(0.0, 0.0, momentum), force=(0.0, 0.0, force / DT)
-    )
+    field, impulse = held(Face.WALL, 2, side, momentum=(0.0, 0.0, momentum), force=(0.0, 0.0, force / DT))
     assert (field.nodes.momentum[field.closed.face, 2] == left).all()
     assert impulse[2] >= 0.0
     assert (impulse[2] > 0.0) == pushes
@@ -147,12 +135,7 @@ VELOCITY = (5.0, -7.0, 11.0)
 
 
 def crossed(
-    faces: Any,
-    place: tuple[float, float, float],
-    *,
-    velocity: Any = VELOCITY,
-    geometry: Any = BOX,
-    within: Any = None,
+    faces: Any, place: tuple[float, float, float], *, velocity: Any = VELOCITY, geometry: Any = BOX, within: Any = None
 ) -> tuple[Any, np.ndarray, int]:
     """A stressed particle of 2 kg at a place (in cells) after faces acted, their impulse, how many they put back."""
     particles = views(empty_table(1))
@@ -187,9 +170,7 @@ def test_free_face__lets_particles_go(place: float) -> None:
 
 @pytest.mark.parametrize("kind", CLOSED_FACES)
 @pytest.mark.parametrize(("place", "velocity"), [(-0.1, -5.0), (4.1, 5.0)])
-def test_closed_face__puts_back_turns_round_and_accounts_for_it(
-    kind: Face, place: float, velocity: float
-) -> None:
+def test_closed_face__puts_back_turns_round_and_accounts_for_it(kind: Face, place: float, velocity: float) -> None:
     faces = ((kind, kind), FREE, FREE)
     particles, impulse, reflected = crossed(faces, (place, 2.0, 2.0), velocity=(velocity, 0.0, 0.0))
     mirrored = -place if place < 0.0 else 8.0 - place
@@ -207,9 +188,7 @@ def test_wall__does_not_turn_round_what_already_comes_back() -> None:
 
 @each_axis
 @each_side
-def test_symmetric_face__puts_the_mirror_image_in_the_place_of_a_particle(
-    axis: int, side: int
-) -> None:
+def test_symmetric_face__puts_the_mirror_image_in_the_place_of_a_particle(axis: int, side: int) -> None:
     """Also where its velocity points inwards, as it does at one of the two sides."""
     particles, *_ = past(Face.SYMMETRIC, axis, side)
     mirror = np.diag(np.where(np.arange(3) == axis, -1.0, 1.0))

@@ -50,9 +50,7 @@ def skewed(kind: Any, cells: int = CELLS, *, jitter: float = JITTER) -> tuple[np
     return position, mesh
 
 
-def problem_of(
-    kind: Any, flow: Any = 0.0, *, matter: Any = None, cells: int = CELLS, **changes: Any
-) -> Problem:
+def problem_of(kind: Any, flow: Any = 0.0, *, matter: Any = None, cells: int = CELLS, **changes: Any) -> Problem:
     """A free body whose nodes begin with the velocities ``flow(position)``."""
     position, mesh = skewed(kind, cells)
     velocity = flow(position) if callable(flow) else np.full(position.shape, flow)
@@ -157,9 +155,7 @@ def test_hourglass_springs_push_back() -> None:
         return np.stack([10.0 * signs, 0.0 * signs, 0.0 * signs], axis=-1)
 
     def moved(hourglass: float) -> float:
-        problem = problem_of(
-            Hexahedron(), mode, matter=elastic_copper(), hourglass=hourglass, end_time=2e-6
-        )
+        problem = problem_of(Hexahedron(), mode, matter=elastic_copper(), hourglass=hourglass, end_time=2e-6)
         position = start(problem).particles.position.copy()
         return float(np.abs(simulate(problem).snapshot.particles.position - position).max())
 
@@ -173,11 +169,7 @@ def test_traction_gives_its_impulse_and_work(kind: Any) -> None:
     if axes(kind) == 2:
         area *= 0.5
     load = Traction(0, axis, 1, np.array([0.0, 1.0]), np.full(2, pressure))
-    outcome = simulate(
-        problem_of(
-            kind, matter=elastic_copper(), tractions=(load,), end_time=20 * STEP, fixed_dt=STEP
-        )
-    )
+    outcome = simulate(problem_of(kind, matter=elastic_copper(), tractions=(load,), end_time=20 * STEP, fixed_dt=STEP))
     p = outcome.snapshot.particles
     momentum = float((p.mass * p.velocity[:, axis]).sum())
     # Velocities live half a step before.

@@ -84,9 +84,7 @@ def copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     return copy
 
 
-def test_kernel__waits_for_the_process_that_compiles_it(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_kernel__waits_for_the_process_that_compiles_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
     compiles = jit._compiled_once(lambda signature: f"code for {signature}", a_few_steps)
     name = f"{a_few_steps.__module__}.{a_few_steps.__qualname__}.lock"
@@ -105,9 +103,7 @@ def doubled(value):
     return 2.0 * value
 
 
-def test_kernel__is_compiled_where_the_cache_cannot_be_written(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_kernel__is_compiled_where_the_cache_cannot_be_written(monkeypatch: pytest.MonkeyPatch) -> None:
     def full(*_: object) -> None:
         raise OSError(errno.EROFS, "read-only")
 
@@ -133,18 +129,14 @@ def test_cache__moves_with_the_text_of_the_solver_and_not_with_its_place(
     assert jit._cache_directory("processor") == names[0]
 
 
-def test_cache__moves_with_the_version_of_the_compiler_and_the_processor(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_cache__moves_with_the_version_of_the_compiler_and_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
     before = jit._cache_directory("processor")
     assert jit._cache_directory("abacus") != before
     monkeypatch.setattr(jit, "software", lambda: {"numba": "0.0"})
     assert jit._cache_directory("processor") != before
 
 
-def test_cache__lies_where_the_environment_says(
-    monkeypatch: pytest.MonkeyPatch, tmp_path: Path
-) -> None:
+def test_cache__lies_where_the_environment_says(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
     monkeypatch.setenv("WHIPPLE_KERNEL_CACHE", str(tmp_path))
     assert jit._cache_directory("processor").parent == tmp_path
 
@@ -177,13 +169,7 @@ def test_cache__serves_another_checkout(tmp_path: Path, compared: Callable[[Row]
     place, compilations, there = done.stdout.split()
     compared(equal("text of the solver", expected=str(tmp_path / "solver/__init__.py"), got=place))
     compared(equal("compilations", expected=0, got=int(compilations)))
-    compared(
-        equal(
-            "bits",
-            expected="the same",
-            got="the same" if there == position.tobytes().hex() else "others",
-        )
-    )
+    compared(equal("bits", expected="the same", got="the same" if there == position.tobytes().hex() else "others"))
 
 
 @pytest.mark.parametrize(

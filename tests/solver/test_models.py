@@ -13,26 +13,11 @@ from solver.problem import ArtificialViscosity, Matter
 from solver.strength import hardening, melting, rate_and_heat, stiffness, yield_stress
 from solver.strength.johnson_cook import JohnsonCook
 from solver.strength.steinberg_guinan import SOFTEST, THINNEST_SOLID
-from solver.stress import (
-    RETURN_TOLERANCE,
-    PointState,
-    advance,
-    homologous_temperature,
-    return_to_yield,
-)
+from solver.stress import RETURN_TOLERANCE, PointState, advance, homologous_temperature, return_to_yield
 from solver.tensor import equivalent_stress, scaled
 from tests.contracts.test_eos import made, pressure, shock
 from tests.contracts.test_strength import copper, directions, stretched
-from tests.solver.bodies import (
-    DENSITY,
-    MELT,
-    ROOM,
-    SHEAR_MODULUS,
-    SOUND_SPEED,
-    SPACING,
-    elastic_copper,
-    real_copper,
-)
+from tests.solver.bodies import DENSITY, MELT, ROOM, SHEAR_MODULUS, SOUND_SPEED, SPACING, elastic_copper, real_copper
 
 DT = 1e-9
 ROUND_OFF = 1e-12
@@ -47,9 +32,7 @@ PRINTED_KELVIN = 0.501
 
 
 @pytest.mark.parametrize(("particle_speed", "kelvin"), HUGONIOT_KELVIN.items())
-def test_closed_form__is_as_hot_on_the_hugoniot_as_published(
-    particle_speed: float, kelvin: float
-) -> None:
+def test_closed_form__is_as_hot_on_the_hugoniot_as_published(particle_speed: float, kelvin: float) -> None:
     eos = made("mie-grueneisen")
     _, _, density = shock(eos, particle_speed)
     assert abs(temperature(eos, density, 0.5 * particle_speed**2) - kelvin) <= PRINTED_KELVIN
@@ -114,11 +97,7 @@ def test_johnson_cook__is_the_stress_of_a_stretched_point(
 
 def test_johnson_cook__without_a_softening_exponent_is_strong_until_it_melts() -> None:
     plain = JohnsonCook(90e6, 292e6, 0.31, 0.025, math.inf, 1.0)
-    assert [rate_and_heat(plain, 1.0, homologous, 1.0) for homologous in (0.0, 0.999, 1.0)] == [
-        1,
-        1,
-        0,
-    ]
+    assert [rate_and_heat(plain, 1.0, homologous, 1.0) for homologous in (0.0, 0.999, 1.0)] == [1, 1, 0]
 
 
 @pytest.mark.parametrize(
@@ -130,10 +109,7 @@ def test_johnson_cook__without_a_softening_exponent_is_strong_until_it_melts() -
 )
 @given(directions(), st.floats(1.0, 1e3), st.just(0.0) | st.floats(1e-12, 1.0))
 def test_return__arrives_where_hardening_begins_steeply(
-    constants: tuple[float, ...],
-    direction: tuple[float, ...],
-    beyond: float,
-    plastic_strain: float,
+    constants: tuple[float, ...], direction: tuple[float, ...], beyond: float, plastic_strain: float
 ) -> None:
     strength = JohnsonCook(*constants)
     size = beyond * yield_stress(strength, plastic_strain, 1.0, 0.0)
@@ -199,9 +175,7 @@ def rested(point: PointState, steps: int) -> list[PointState]:
     """A point after each of some steps in which nothing moves, until it has failed."""
     states = [point]
     while len(states) <= steps and states[-1].damage < 1.0:
-        new, _, _ = advance(
-            STRETCHED, ArtificialViscosity(), SPACING, DT, np.zeros((3, 3)), states[-1]
-        )
+        new, _, _ = advance(STRETCHED, ArtificialViscosity(), SPACING, DT, np.zeros((3, 3)), states[-1])
         states.append(new)
     return states[1:]
 

@@ -130,9 +130,7 @@ def test_nan__in_any_field_ends_the_run_within_three_steps(field: str, scheme: S
     error_after(field, np.nan, scheme=scheme)
 
 
-def test_position_that_is_not_finite__is_seen_before_usf_sorts_by_it(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_position_that_is_not_finite__is_seen_before_usf_sorts_by_it(monkeypatch: pytest.MonkeyPatch) -> None:
     simulation = start(two_blocks("axisymmetric", scheme=Scheme.USF), threads=1)
     stepper: Any = simulation.stepper
     move = stepper._move
@@ -157,19 +155,13 @@ def test_unphysical_state__names_the_permanent_number_after_the_arrays_were_reor
     assert caught.value.particle == 23
 
 
-@pytest.mark.parametrize(
-    ("rate", "share", "within"), [(1e6, 1.0 + 1e-6, True), (-1e6, 1.0 - 1e-6, False)]
-)
-def test_limit__is_that_of_the_energy_which_the_particle_keeps(
-    rate: float, share: float, within: bool
-) -> None:
+@pytest.mark.parametrize(("rate", "share", "within"), [(1e6, 1.0 + 1e-6, True), (-1e6, 1.0 - 1e-6, False)])
+def test_limit__is_that_of_the_energy_which_the_particle_keeps(rate: float, share: float, within: bool) -> None:
     """With USF the energy to come, on which expansion and compression have already worked."""
     geometry = box(6, 6, 6)
     body = block(geometry, (2.0, 2.0, 2.0), (4.0, 4.0, 4.0))
     body = replace(body, velocity=rate * (body.position - 3.0 * SPACING))
-    simulation = start(
-        Problem(geometry, (body,), OPEN, end_time=1e-6, scheme=Scheme.USF, fixed_dt=1e-9), threads=1
-    )
+    simulation = start(Problem(geometry, (body,), OPEN, end_time=1e-6, scheme=Scheme.USF, fixed_dt=1e-9), threads=1)
     simulation.particles.energy[7] = share * simulation.limits.energy
     if within:
         simulation.advance()
@@ -184,9 +176,7 @@ def test_limit__is_that_of_the_energy_which_the_particle_keeps(
 @each_kind
 @each_shape
 @each_scheme
-def test_outflow__is_in_the_ledger_from_the_step_in_which_it_leaves(
-    kind: str, shape: Any, scheme: Scheme
-) -> None:
+def test_outflow__is_in_the_ledger_from_the_step_in_which_it_leaves(kind: str, shape: Any, scheme: Scheme) -> None:
     """Layer by layer; nothing that has left the grid weighs anything after that step."""
     simulation = start(leaving(kind, scheme=scheme, shape=shape), threads=1)
     geometry = simulation.problem.geometry
@@ -303,9 +293,7 @@ def test_simulate__keeps_mass_momentum_and_energy_to_round_off_in_an_impact(kind
 def test_body__of_another_matter_keeps_its_own_laws() -> None:
     """Two bodies of different types side by side: each is updated by its own kernel."""
     geometry = box(8, 8)
-    hard = elastic_copper()._replace(
-        strength=PerfectlyPlastic(UNBOUNDED), tension=UnlimitedTension()
-    )
+    hard = elastic_copper()._replace(strength=PerfectlyPlastic(UNBOUNDED), tension=UnlimitedTension())
     low, high = (0.0, 1.0), (3.0, 3.0)
     bodies = (
         block(geometry, low, high, velocity=(0.0, 500.0, 0.0), name="hard", matter=hard),

@@ -12,16 +12,7 @@ from solver.checkpoint import Checkpointing
 from solver.errors import Interrupted, ProblemError
 from solver.geometry import grid
 from solver.geometry.cartesian3d import Cartesian3D
-from solver.problem import (
-    ArtificialViscosity,
-    Body,
-    Contact,
-    Damping,
-    Face,
-    Problem,
-    Smoothing,
-    Traction,
-)
+from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing, Traction
 from solver.simulation import Simulation, simulate, start
 from solver.sph.artificial import tensile_part
 from solver.sph.neighbours import find_neighbours, sort_into_cells
@@ -32,15 +23,7 @@ from solver.state import DENSITY as DENSITY_ROW
 from solver.state import PRESSURE, S11, S12, S22, S23, S31, S33
 from solver.vectors import LANES
 from tests.rows import Row, at_least, at_most
-from tests.solver.bodies import (
-    DENSITY,
-    FREE,
-    SOUND_SPEED,
-    SPACING,
-    SYMMETRIC,
-    box,
-    elastic_copper,
-)
+from tests.solver.bodies import DENSITY, FREE, SOUND_SPEED, SPACING, SYMMETRIC, box, elastic_copper
 
 ROUND_OFF = 1e-12  # of sums over a few hundred particles in some steps, relative
 STEPS, STOPPED = 12, 7
@@ -52,9 +35,7 @@ each_contact = pytest.mark.parametrize("smoothing", [MERGING, REPELLING], ids=["
 
 
 def block(name: str, begin: tuple[float, ...], counts: tuple[int, int, int], speed: float) -> Body:
-    lines = [
-        SPACING * (low + np.arange(count) + 0.5) for low, count in zip(begin, counts, strict=True)
-    ]
+    lines = [SPACING * (low + np.arange(count) + 0.5) for low, count in zip(begin, counts, strict=True)]
     position = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
     return Body(
         name=name,
@@ -69,23 +50,10 @@ def block(name: str, begin: tuple[float, ...], counts: tuple[int, int, int], spe
 
 def impact(**changes: Any) -> Problem:
     """A quarter of a block that falls onto another: two planes of symmetry, the rest free."""
-    bodies = (
-        block("target", (0, 0, 3), (7, 7, 3), 0.0),
-        block("flyer", (0, 0, 6), (3, 3, 3), SPEED),
-    )
+    bodies = (block("target", (0, 0, 3), (7, 7, 3), 0.0), block("flyer", (0, 0, 6), (3, 3, 3), SPEED))
     mirror = (Face.SYMMETRIC, Face.FREE)
-    values: dict[str, Any] = {
-        "geometry": box(12, 12, 12),
-        "smoothing": MERGING,
-        "end_time": 1.0,
-        **changes,
-    }
-    return Problem(
-        bodies=bodies,
-        faces=(mirror, mirror, FREE),
-        courant=0.3,
-        **values,
-    )
+    values: dict[str, Any] = {"geometry": box(12, 12, 12), "smoothing": MERGING, "end_time": 1.0, **changes}
+    return Problem(bodies=bodies, faces=(mirror, mirror, FREE), courant=0.3, **values)
 
 
 def advanced(problem: Problem, threads: int = 1) -> Simulation:
@@ -97,17 +65,13 @@ def advanced(problem: Problem, threads: int = 1) -> Simulation:
 
 @each_function
 @pytest.mark.parametrize("dimensions", [1, 2, 3])
-def test_smoothing_function__has_the_integral_1_and_its_own_slope(
-    function: Any, dimensions: int
-) -> None:
+def test_smoothing_function__has_the_integral_1_and_its_own_slope(function: Any, dimensions: int) -> None:
     q = np.linspace(0.0, 2.0, 20_001)
     shell = {1: 2.0 + 0.0 * q, 2: 2.0 * np.pi * q, 3: 4.0 * np.pi * q * q}[dimensions]
     w = height(function, dimensions, q)
     assert factor(function, dimensions) * np.trapezoid(w * shell, q) == pytest.approx(1.0, rel=1e-7)
     inner = slice(1, -1)
-    assert slope(function, dimensions, q)[inner] * q[inner] == pytest.approx(
-        np.gradient(w, q)[inner], abs=1e-3
-    )
+    assert slope(function, dimensions, q)[inner] * q[inner] == pytest.approx(np.gradient(w, q)[inner], abs=1e-3)
 
 
 def test_neighbours__are_those_of_all_pairs_of_a_solid() -> None:
@@ -151,18 +115,11 @@ def test_impact__keeps_momentum_and_energy_to_round_off(smoothing: Smoothing) ->
     assert abs(audit.energy_drift) < ROUND_OFF
 
 
-def test_contact__bars_exchange_their_momentum_about_a_spacing_apart_and_get_its_energy_back() -> (
-    None
-):
+def test_contact__bars_exchange_their_momentum_about_a_spacing_apart_and_get_its_energy_back() -> None:
     calm = Smoothing(CubicSpline(), viscosity=ArtificialViscosity(0.06, 1.5), stiffness=0.01)
-    bars = (
-        block("target", (0, 0, 33), (4, 4, 30), 0.0),
-        block("flyer", (0, 0, 65), (4, 4, 30), 200.0),
-    )
+    bars = (block("target", (0, 0, 33), (4, 4, 30), 0.0), block("flyer", (0, 0, 65), (4, 4, 30), 200.0))
     sides = (Face.SYMMETRIC, Face.SYMMETRIC)
-    problem = replace(
-        impact(geometry=box(4, 4, 130), smoothing=calm), bodies=bars, faces=(sides, sides, FREE)
-    )
+    problem = replace(impact(geometry=box(4, 4, 130), smoothing=calm), bodies=bars, faces=(sides, sides, FREE))
     made, nearest, taken = start(problem), np.inf, []
     while made.time < 2.0 * 2.0 * SPACING / 200.0 + 4.0 * 30.0 * SPACING / 4700.0:
         made.advance()
@@ -183,11 +140,7 @@ def test_contact__half_a_block_at_a_plane_of_symmetry_meets_as_the_whole_one() -
     def made(across: np.ndarray, symmetric: bool) -> Simulation:
         bodies = []
         for name, bottom, speed in (("target", 4.0, 0.0), ("flyer", 9.4, 50.0)):
-            lines = (
-                SPACING * across,
-                SPACING * (3.0 + np.arange(3.0)),
-                SPACING * (bottom + np.arange(4.0)),
-            )
+            lines = (SPACING * across, SPACING * (3.0 + np.arange(3.0)), SPACING * (bottom + np.arange(4.0)))
             position = np.stack(np.meshgrid(*lines, indexing="ij"), axis=-1).reshape(-1, 3)
             mass = np.full(len(position), DENSITY * SPACING**3)
             mass[position[:, 0] == 0.0] *= 0.5
@@ -232,9 +185,7 @@ def pulled(tensile: float) -> float:
 
 
 @pytest.mark.claim("mend-again", "artificial-stress", minutes=1.0)
-def test_artificial_stress__slows_the_clumping_of_a_patch_that_is_pulled(
-    compared: Callable[[Row], None],
-) -> None:
+def test_artificial_stress__slows_the_clumping_of_a_patch_that_is_pulled(compared: Callable[[Row], None]) -> None:
     """A patch in tension clumps without artificial stress, and less with that of Gray, Monaghan and Swift."""
     without = pulled(0.0)
     compared(at_least("speed without artificial stress (m/s)", limit=1.0, got=without))
@@ -294,9 +245,7 @@ def test_restart__ends_with_the_same_bits_by_the_step_before(
         ({"smoothing": Smoothing(CubicSpline(), ratio=0.5)}, "ratio"),
     ],
 )
-def test_problem__that_smoothed_particles_do_not_compute_is_refused_by_name(
-    changes: dict[str, Any], word: str
-) -> None:
+def test_problem__that_smoothed_particles_do_not_compute_is_refused_by_name(changes: dict[str, Any], word: str) -> None:
     with pytest.raises(ProblemError, match=word):
         start(impact(**changes))
 

@@ -72,10 +72,7 @@ def test_damping__accounts_for_what_it_removes(kind: str, shape: Any, order: int
 
 
 def test_damping__of_second_order_removes_less_than_the_first() -> None:
-    first, second = (
-        after(two_blocks("axisymmetric", damping=Damping(1e6, order)), STEPS).removed
-        for order in (1, 2)
-    )
+    first, second = (after(two_blocks("axisymmetric", damping=Damping(1e6, order)), STEPS).removed for order in (1, 2))
     assert second < first
 
 
@@ -113,18 +110,14 @@ def test_damping__is_defined_per_time(order: int, fixed_dt: float) -> None:
 @pytest.mark.parametrize("scheme", [Scheme.MUSL, Scheme.USF])
 def test_scheme__gives_the_same_bits_with_any_number_of_threads(shape: Any, scheme: Scheme) -> None:
     problem = two_blocks("axisymmetric", shape=shape, scheme=scheme, damping=Damping(1e6, 2))
-    serial, parallel = (
-        after(problem, STEPS, threads=threads, shares=3).particles for threads in (1, 2)
-    )
+    serial, parallel = (after(problem, STEPS, threads=threads, shares=3).particles for threads in (1, 2))
     assert_same_bits(serial, parallel)
 
 
 @each_kind
 @each_shape
 @pytest.mark.parametrize("scheme", list(Scheme))
-def test_scheme__gives_the_same_numbers_with_any_number_of_shares(
-    kind: str, shape: Any, scheme: Scheme
-) -> None:
+def test_scheme__gives_the_same_numbers_with_any_number_of_shares(kind: str, shape: Any, scheme: Scheme) -> None:
     """But for round-off: sums are taken in another order. A few particles a share, the last ones even none."""
     problem = two_blocks(kind, shape=shape, scheme=scheme, damping=Damping(1e6, 2), fixed_dt=1e-8)
     serial, several = (after(problem, 5, shares=shares).particles for shares in (1, 13))

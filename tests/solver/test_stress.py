@@ -59,19 +59,14 @@ def test_energy_to_come__has_the_half_of_the_new_stress_on_top() -> None:
     new, present, _ = advance(real_copper(), viscosity, SPACING, DT, gradient, old)
     strain = 0.5 * (gradient + gradient.T) * DT
     shape = strain - np.trace(strain) / 3.0 * np.eye(3)
-    shear = contract(
-        new.deviator,
-        (shape[0, 0], shape[1, 1], shape[2, 2], shape[0, 1], shape[1, 2], shape[2, 0]),
-    )
+    shear = contract(new.deviator, (shape[0, 0], shape[1, 1], shape[2, 2], shape[0, 1], shape[1, 2], shape[2, 0]))
     opening = 1.0 / new.density - 1.0 / old.density
     work = 0.5 * shear / old.density - 0.5 * (new.pressure + new.viscosity) * opening
     assert math.isclose(present - new.energy, work, rel_tol=1e-9)
 
 
 def test_start__of_a_gas_has_the_pressure_of_its_energy() -> None:
-    gas = IdealGas(
-        density=DENSITY, sound_speed=1e3, gamma=1.4, heat_capacity=717.0, temperature=ROOM
-    )
+    gas = IdealGas(density=DENSITY, sound_speed=1e3, gamma=1.4, heat_capacity=717.0, temperature=ROOM)
     energy = 1e6 / (1.4 * 0.4)  # J/kg, of c = 1 km/s
     particles = cube(elastic_copper()._replace(eos=gas, shear_modulus=0.0), energy=energy).particles
     assert particles.energy == pytest.approx(energy, rel=ROUND_OFF)
@@ -103,12 +98,7 @@ TANGENT = 1.0 + real_copper().eos.mu_tangent  # times the density
         (CUBIC, 0.51, {}, {"sound_floors", "unstable"}),
         (CUBIC, 0.49, {}, {"sound_floors", "unstable", "below_expansion"}),
         (real_copper(), 1.0, {"density": 0.99 * TANGENT * DENSITY}, {"below_zero_kelvin"}),
-        (
-            real_copper(),
-            1.0,
-            {"density": 1.01 * TANGENT * DENSITY},
-            {"below_zero_kelvin", "beyond_hugoniot"},
-        ),
+        (real_copper(), 1.0, {"density": 1.01 * TANGENT * DENSITY}, {"below_zero_kelvin", "beyond_hugoniot"}),
         (real_copper(), 1.0, {"density": 0.9 * DENSITY}, {"tension_floors"}),
         (real_copper(), 1.0, {"energy": -3e5}, {"below_zero_kelvin", "tension_floors"}),
     ],

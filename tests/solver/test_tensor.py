@@ -26,9 +26,7 @@ ROUND_OFF = 1e-12
 component = st.floats(-1e9, 1e9)
 tensors = st.tuples(*[component] * 6)
 spins = st.tuples(*[st.floats(-10.0, 10.0)] * 3)
-gradients = st.lists(st.floats(-1e6, 1e6), min_size=9, max_size=9).map(
-    lambda numbers: np.array(numbers).reshape(3, 3)
-)
+gradients = st.lists(st.floats(-1e6, 1e6), min_size=9, max_size=9).map(lambda numbers: np.array(numbers).reshape(3, 3))
 
 
 def matrix(a: tuple[float, ...]) -> np.ndarray:
@@ -49,9 +47,7 @@ def norm(a: tuple[float, ...]) -> float:
 @given(tensors, tensors)
 def test_contract__is_the_trace_of_the_product(a: tuple[float, ...], b: tuple[float, ...]) -> None:
     expected = np.trace(matrix(a) @ matrix(b))
-    assert math.isclose(
-        contract(a, b), expected, rel_tol=ROUND_OFF, abs_tol=norm(a) * norm(b) * ROUND_OFF
-    )
+    assert math.isclose(contract(a, b), expected, rel_tol=ROUND_OFF, abs_tol=norm(a) * norm(b) * ROUND_OFF)
 
 
 def test_equivalents__of_a_pull_and_of_shear_are_the_textbook_ones() -> None:
@@ -68,9 +64,7 @@ def test_deviator__has_no_trace(a: tuple[float, ...]) -> None:
 
 
 @given(tensors, tensors, st.floats(-10.0, 10.0))
-def test_added_and_scaled__act_on_each_component(
-    a: tuple[float, ...], b: tuple[float, ...], factor: float
-) -> None:
+def test_added_and_scaled__act_on_each_component(a: tuple[float, ...], b: tuple[float, ...], factor: float) -> None:
     assert np.array_equal(added(a, b, factor), np.array(a) + factor * np.array(b))
     assert np.array_equal(scaled(a, factor), np.array(a) * factor)
 
@@ -96,15 +90,11 @@ def test_rotated__is_the_cayley_transform(a: tuple[float, ...], spin: tuple[floa
     half = 0.5 * skew(spin)
     turn = np.linalg.solve(np.eye(3) - half, np.eye(3) + half)
     expected = turn @ matrix(a) @ turn.T
-    assert np.allclose(
-        matrix(rotated(a, spin)), expected, rtol=0.0, atol=(norm(a) + 1e-300) * ROUND_OFF
-    )
+    assert np.allclose(matrix(rotated(a, spin)), expected, rtol=0.0, atol=(norm(a) + 1e-300) * ROUND_OFF)
 
 
 @given(tensors, gradients)
-def test_plane_gradient__does_what_the_same_rows_do(
-    a: tuple[float, ...], gradient: np.ndarray
-) -> None:
+def test_plane_gradient__does_what_the_same_rows_do(a: tuple[float, ...], gradient: np.ndarray) -> None:
     dt = 1e-6
     for j, k in ((0, 2), (1, 2), (2, 0), (2, 1)):
         gradient[j, k] = 0.0

@@ -19,9 +19,7 @@ SHARES = 4  # work for three threads
 
 
 @given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 7, 1024]))
-def test_ranges__cover_everything_once_from_multiples_of_the_grain(
-    count: int, threads: int, grain: int
-) -> None:
+def test_ranges__cover_everything_once_from_multiples_of_the_grain(count: int, threads: int, grain: int) -> None:
     ranges = ThreadPool(threads).ranges(count, grain)
     assert len(ranges) <= threads
     assert all(begin % grain == 0 for begin, _ in ranges)
@@ -116,8 +114,7 @@ def test_simulation__has_the_shares_of_its_particles_or_as_many_as_asked_for() -
 @each_kind
 def test_step__gives_the_same_bits_with_any_number_of_threads(kind: str) -> None:
     serial, double, triple = (
-        after(two_blocks(kind), STEPS, threads=threads, shares=SHARES).particles
-        for threads in (1, 2, 3)
+        after(two_blocks(kind), STEPS, threads=threads, shares=SHARES).particles for threads in (1, 2, 3)
     )
     assert_same_bits(serial, double)
     assert_same_bits(serial, triple)

@@ -40,15 +40,8 @@ def tally(*signals_and_rates: tuple[float, float], speed: float = 0.0) -> Tally:
     return Tally(*summary.tolist())
 
 
-def step(
-    reported: Tally,
-    previous: float = 1.0,
-    rule: StepRule = StepRule.CONVECTIVE,
-    travel: float = TRAVEL,
-) -> float:
-    return stable_step(
-        reported, courant=COURANT, spacing=SPACING, previous=previous, rule=rule, travel=travel
-    )
+def step(reported: Tally, previous: float = 1.0, rule: StepRule = StepRule.CONVECTIVE, travel: float = TRAVEL) -> float:
+    return stable_step(reported, courant=COURANT, spacing=SPACING, previous=previous, rule=rule, travel=travel)
 
 
 @given(signals, signals, volume_rates, st.floats(1e-12, 1e-3))
@@ -63,9 +56,7 @@ def test_step__lets_no_signal_cross_more_than_its_part_of_a_cell(
 
 
 @given(signals, signals, st.sampled_from(StepRule))
-def test_step__lets_no_particle_move_more_than_its_part_of_a_cell(
-    signal: float, speed: float, rule: StepRule
-) -> None:
+def test_step__lets_no_particle_move_more_than_its_part_of_a_cell(signal: float, speed: float, rule: StepRule) -> None:
     dt = step(tally((signal, 0.0), speed=speed), rule=rule)
     assert dt * speed <= TRAVEL * SPACING * (1.0 + ROUND_OFF)
 

@@ -211,12 +211,9 @@ def test_elementary_functions__are_those_of_numpy_compiled_and_plain(compiled: A
 
 @pytest.mark.filterwarnings("ignore:invalid value encountered in cast")
 @pytest.mark.parametrize(
-    ("x", "y", "nan"),
-    [(math.nan, 1.0, [True, False, True, True]), (2.0, math.nan, [False, True, False, True])],
+    ("x", "y", "nan"), [(math.nan, 1.0, [True, False, True, True]), (2.0, math.nan, [False, True, False, True])]
 )
-def test_nan__stays_visible_in_logarithm_exponential_and_powers(
-    x: float, y: float, nan: list[bool]
-) -> None:
+def test_nan__stays_visible_in_logarithm_exponential_and_powers(x: float, y: float, nan: list[bool]) -> None:
     table = np.full((2, LANES), [[x], [y]])
     assert np.isnan(elementary(x, y)[:4]).tolist() == nan
     for compiled in (by_eights, one_by_one):

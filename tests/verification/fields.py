@@ -4,15 +4,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.geometry import (
-    PACK,
-    gather,
-    grid,
-    hoop_factor,
-    lattice_measure,
-    node_positions,
-    velocity_gradient,
-)
+from solver.geometry import PACK, gather, grid, hoop_factor, lattice_measure, node_positions, velocity_gradient
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import kernel
@@ -54,9 +46,7 @@ def block(kind: str) -> tuple[Any, Particles]:
     return geometry, particles
 
 
-def closed(
-    geometry: Any, particles: Particles, faces: tuple[tuple[Face, Face], ...], shape: Any
-) -> Field:
+def closed(geometry: Any, particles: Particles, faces: tuple[tuple[Face, Face], ...], shape: Any) -> Field:
     """Mass, momentum and force of the particles on the nodes, ghosts folded and faces held, as a step does it."""
     body = Body(
         name="block",

@@ -56,14 +56,10 @@ def test_row__that_is_ungated_says_whether_its_gate_would_hold() -> None:
 
 @pytest.mark.parametrize(("got", "plain"), [(NAN, None), ([1, 2], "[1, 2]"), (3, 3), ("a", "a")])
 def test_row__is_plain_json(got: Any, plain: Any) -> None:
-    assert (
-        json.loads(json.dumps(Row("x", 1.0, got, None).as_json(), allow_nan=False))["got"] == plain
-    )
+    assert json.loads(json.dumps(Row("x", 1.0, got, None).as_json(), allow_nan=False))["got"] == plain
 
 
-def test_verify__makes_a_failed_row_of_an_error_of_the_solver(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_verify__makes_a_failed_row_of_an_error_of_the_solver(monkeypatch: pytest.MonkeyPatch) -> None:
     def run(recipe: Recipe) -> Iterator[Row]:
         yield reported("first", 1.0)
         raise ProblemError("no particles")

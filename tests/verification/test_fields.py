@@ -9,17 +9,7 @@ import pytest
 from solver.problem import ArtificialViscosity, Problem
 from solver.simulation import Simulation, start
 from solver.stress import PointState, advance
-from tests.solver.bodies import (
-    ABOUT_AXIS,
-    DENSITY,
-    OPEN,
-    ROOM,
-    SPACING,
-    block,
-    box,
-    elastic_copper,
-    real_copper,
-)
+from tests.solver.bodies import ABOUT_AXIS, DENSITY, OPEN, ROOM, SPACING, block, box, elastic_copper, real_copper
 
 ROUND_OFF = 1e-12
 SPEED = 6000.0
@@ -51,9 +41,7 @@ FLIGHTS = [
 
 
 @pytest.mark.parametrize(("kind", "velocity"), FLIGHTS)
-def test_translation__keeps_stress_energy_and_shape(
-    kind: str, velocity: tuple[float, float, float]
-) -> None:
+def test_translation__keeps_stress_energy_and_shape(kind: str, velocity: tuple[float, float, float]) -> None:
     simulation = flown(kind, velocity)
     particles, audit = simulation.particles, simulation.audit()
     assert np.abs(particles.pressure).max() <= STRESS_NOISE

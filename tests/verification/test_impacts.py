@@ -31,15 +31,9 @@ def changed(name: str, component: tuple[int, ...]) -> Particles:
 
 @pytest.mark.parametrize(
     ("name", "component"),
-    [
-        (name, component)
-        for name in COMPARED
-        for component in np.ndindex(getattr(state(), name).shape[1:])
-    ],
+    [(name, component) for name in COMPARED for component in np.ndindex(getattr(state(), name).shape[1:])],
 )
-def test_gap__sees_every_value_that_a_particle_carries(
-    name: str, component: tuple[int, ...]
-) -> None:
+def test_gap__sees_every_value_that_a_particle_carries(name: str, component: tuple[int, ...]) -> None:
     assert gap(state(), changed(name, component), spacing=SPACING, speed=SPEED).largest > 1e-15
 
 

@@ -14,9 +14,7 @@ from studies.values.recipes import ACCURACY, IMPACT_RECIPES, RECIPES
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 
-WRITING = (
-    threading.Lock()
-)  # ``cache`` alone lets every thread that finds nothing write the catalogue
+WRITING = threading.Lock()  # ``cache`` alone lets every thread that finds nothing write the catalogue
 
 
 @cache
@@ -44,17 +42,12 @@ def _laws() -> CatalogueModel:
 
 
 def _accuracies() -> CatalogueModel:
-    return CatalogueModel(
-        items=[{"name": name, **asdict(preset)} for name, preset in ACCURACY.items()]
-    )
+    return CatalogueModel(items=[{"name": name, **asdict(preset)} for name, preset in ACCURACY.items()])
 
 
 def _recipes() -> CatalogueModel:
     return CatalogueModel(
-        items=[
-            {"name": name, **asdict(recipe), **asdict(IMPACT_RECIPES[name])}
-            for name, recipe in RECIPES.items()
-        ]
+        items=[{"name": name, **asdict(recipe), **asdict(IMPACT_RECIPES[name])} for name, recipe in RECIPES.items()]
     )
 
 

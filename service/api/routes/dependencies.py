@@ -16,15 +16,7 @@ from service.api.errors import BadRequest, PayloadTooLarge, ServiceNotReady, Uns
 from service.api.event_streams import EventStreams
 from service.api.partial_cubes import PartialCubes
 from service.api.readers import Readers
-from service.api.reading import (
-    PARSERS,
-    EstimatedSweep,
-    Posted,
-    Read,
-    Refusal,
-    estimated,
-    expanded,
-)
+from service.api.reading import PARSERS, EstimatedSweep, Posted, Read, Refusal, estimated, expanded
 from service.api.schemas import SweepChange
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
@@ -72,9 +64,7 @@ AppEventStreams = Annotated[EventStreams, Depends(_event_streams)]
 SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps")]
 RunId = Annotated[str, Path(description="Run id from the list of a sweep's runs")]
 Cursor = Annotated[str | None, Query(description="`next_cursor` of the previous page")]
-Prefix = Annotated[
-    str, Query(pattern="^[0-9a-f]{0,32}$", description="Only ids that begin with these digits")
-]
+Prefix = Annotated[str, Query(pattern="^[0-9a-f]{0,32}$", description="Only ids that begin with these digits")]
 Limit = Annotated[int, Query(ge=1, le=1000, description="Items per page")]
 
 
@@ -135,9 +125,7 @@ async def _read(
         yield read
 
 
-async def _estimated(
-    request: Request, body: Body, settings: AppSettings
-) -> AsyncIterator[EstimatedSweep]:
+async def _estimated(request: Request, body: Body, settings: AppSettings) -> AsyncIterator[EstimatedSweep]:
     async with _read(request, body, settings, estimated) as sweep:
         yield sweep
 
@@ -179,24 +167,15 @@ def _media_type(request: Request) -> str:
 # --- submission -----------------------------------------------------------------------------------
 
 Priority = Annotated[
-    int,
-    Query(
-        ge=PRIORITIES[0],
-        le=PRIORITIES[-1],
-        description="Sweeps of smaller numbers are computed first",
-    ),
+    int, Query(ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first")
 ]
 Retention = Annotated[
-    Keep,
-    Query(
-        description="Files kept for each run: `numbers`, also the `final` state, or also the `film`"
-    ),
+    Keep, Query(description="Files kept for each run: `numbers`, also the `final` state, or also the `film`")
 ]
 IdempotencyKey = Annotated[
     str | None,
     Header(
-        description="A text of your choice; repeating a request with its key returns "
-        "the sweep of the first request"
+        description="A text of your choice; repeating a request with its key returns the sweep of the first request"
     ),
 ]
 
@@ -232,7 +211,5 @@ def _unquoted_key(key: str) -> str:
     text = key[1:-1] if len(key) > 1 and key[0] == key[-1] == '"' else key
     if not IDEMPOTENCY_KEY.fullmatch(text):
         limit = "1 to 200 visible ASCII characters without spaces"
-        raise InvalidInput(
-            [Finding("Idempotency-Key", shown(key), limit, "write for example a UUID")]
-        )
+        raise InvalidInput([Finding("Idempotency-Key", shown(key), limit, "write for example a UUID")])
     return text

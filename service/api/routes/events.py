@@ -6,23 +6,8 @@ from typing import Annotated
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
-from service.api.event_streams import (
-    EventSubject,
-    Listener,
-    queue_subject,
-    run_subject,
-    stream,
-    sweep_subject,
-)
-from service.api.routes.dependencies import (
-    AppEventStreams,
-    AppStore,
-    Cursor,
-    Limit,
-    RunId,
-    SweepId,
-    link_next,
-)
+from service.api.event_streams import EventSubject, Listener, queue_subject, run_subject, stream, sweep_subject
+from service.api.routes.dependencies import AppEventStreams, AppStore, Cursor, Limit, RunId, SweepId, link_next
 from service.api.schemas import EventModel, PageOf
 from service.records.jobs import Event
 from studies.values.errors import Finding, InvalidInput
@@ -41,12 +26,8 @@ ENDS = "The message named `end` is the last: close the stream then, or the brows
 
 def _last_event(
     store: AppStore,
-    last_event_id: Annotated[
-        str | None, Header(description="`id` of the last event received")
-    ] = None,
-    after: Annotated[
-        str | None, Query(description="`id` of the last event received, for the first request")
-    ] = None,
+    last_event_id: Annotated[str | None, Header(description="`id` of the last event received")] = None,
+    after: Annotated[str | None, Query(description="`id` of the last event received, for the first request")] = None,
 ) -> int | None:
     """The event after which a stream begins; None if none is given that the store knows."""
     text = last_event_id or after
@@ -59,9 +40,7 @@ def _last_event(
 def _number(text: str) -> int:
     if not text.isascii() or not text.isdigit() or len(text) > LONGEST_NUMBER:
         limit = "the `id` of an event"
-        raise InvalidInput(
-            [Finding("Last-Event-ID", shown(text), limit, "omit it to start at the beginning")]
-        )
+        raise InvalidInput([Finding("Last-Event-ID", shown(text), limit, "omit it to start at the beginning")])
     return int(text)
 
 
@@ -94,8 +73,7 @@ def _last_event_or_newest(last_event: LastEvent, store: AppStore) -> int:
 @router.get(
     "/sweeps/{id}/events",
     response_class=EventSourceResponse,
-    description="All events of a sweep and its runs: past ones first, then as they happen."
-    + MESSAGES.format(end=ENDS),
+    description="All events of a sweep and its runs: past ones first, then as they happen." + MESSAGES.format(end=ENDS),
 )
 async def follow_sweep(
     subject: Annotated[EventSubject, Depends(_sweep)], last_event: LastEvent, listener: OpenStream
@@ -107,8 +85,7 @@ async def follow_sweep(
 @router.get(
     "/runs/{id}/events",
     response_class=EventSourceResponse,
-    description="All events of a run: past ones first, then as they happen."
-    + MESSAGES.format(end=ENDS),
+    description="All events of a run: past ones first, then as they happen." + MESSAGES.format(end=ENDS),
 )
 async def follow_run(
     subject: Annotated[EventSubject, Depends(_run)], last_event: LastEvent, listener: OpenStream
@@ -124,9 +101,7 @@ async def follow_run(
     + MESSAGES.format(end="The stream stays open."),
 )
 async def follow_queue(
-    store: AppStore,
-    last_event: Annotated[int, Depends(_last_event_or_newest)],
-    listener: OpenStream,
+    store: AppStore, last_event: Annotated[int, Depends(_last_event_or_newest)], listener: OpenStream
 ) -> AsyncIterable[ServerSentEvent]:
     async for message in stream(queue_subject(store), listener, last_event):
         yield message
@@ -134,12 +109,7 @@ async def follow_queue(
 
 @router.get("/sweeps/{id}/history")
 def list_sweep_events(
-    id: SweepId,
-    store: AppStore,
-    request: Request,
-    response: Response,
-    cursor: Cursor = None,
-    limit: Limit = 100,
+    id: SweepId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: Limit = 100
 ) -> PageOf[EventModel]:
     """Past events of a sweep and its runs, oldest first."""
     store.sweep_document(id)
@@ -149,12 +119,7 @@ def list_sweep_events(
 
 @router.get("/runs/{id}/history")
 def list_run_events(
-    id: RunId,
-    store: AppStore,
-    request: Request,
-    response: Response,
-    cursor: Cursor = None,
-    limit: Limit = 100,
+    id: RunId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: Limit = 100
 ) -> PageOf[EventModel]:
     """Past events of a run, oldest first."""
     store.run(id)
@@ -162,9 +127,7 @@ def list_run_events(
     return _page(request, response, events, limit)
 
 
-def _page(
-    request: Request, response: Response, events: tuple[Event, ...], limit: int
-) -> PageOf[EventModel]:
+def _page(request: Request, response: Response, events: tuple[Event, ...], limit: int) -> PageOf[EventModel]:
     """The first ``limit`` events, with a link to the rest."""
     cursor = str(events[limit - 1].number) if len(events) > limit else None
     link_next(request, response, cursor)

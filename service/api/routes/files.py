@@ -39,8 +39,7 @@ def download_cube(
     artifacts: AppArtifacts,
     cubes: AppPartialCubes,
     partial: Annotated[
-        bool,
-        Query(description="Return the cube of the results so far while the sweep is unfinished"),
+        bool, Query(description="Return the cube of the results so far while the sweep is unfinished")
     ] = False,
 ) -> Response:
     if partial:
@@ -57,9 +56,7 @@ def download_cube(
     "One row a run: parameters, results, uncertainties, flags and audit, in SI with units in the header",
     operation_id="get_runs_csv",
 )
-def download_runs_csv(
-    id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts
-) -> Response:
+def download_runs_csv(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
     return send_file(request, _published(store, artifacts, id, RUNS_CSV, is_attachment=True))
 
 
@@ -70,9 +67,7 @@ def download_runs_csv(
     "The report for people: one file that needs no network",
     operation_id="get_report_html",
 )
-def download_report_html(
-    id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts
-) -> Response:
+def download_report_html(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
     policy = {"Content-Security-Policy": REPORT_POLICY}
     return send_file(request, _published(store, artifacts, id, REPORT_HTML, headers=policy))
 
@@ -84,9 +79,7 @@ def download_report_html(
     "The report for programs: the same numbers",
     operation_id="get_report_json",
 )
-def download_report_json(
-    id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts
-) -> Response:
+def download_report_json(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
     return send_file(request, _published(store, artifacts, id, REPORT_JSON))
 
 
@@ -109,9 +102,7 @@ def _published(
     return Download(artifacts.path(stored), filename, stored.sha256, is_attachment, headers or {})
 
 
-def _partial(
-    store: Store, artifacts: Artifacts, cubes: PartialCubes, sweep: SweepStatus
-) -> Download:
+def _partial(store: Store, artifacts: Artifacts, cubes: PartialCubes, sweep: SweepStatus) -> Download:
     """The cube of the results so far; raises NotReady, Busy, PartialCubeFailed."""
     document, outcomes = store.publication_inputs(sweep.id)
     results = sum(outcome.path is not None for outcome in outcomes)

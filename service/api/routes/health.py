@@ -96,18 +96,14 @@ def why_not_ready(request: Request, store: AppStore, settings: AppSettings) -> s
 @router.get("/version")
 def show_version() -> VersionModel:
     """Versions of the service, its physics and Python."""
-    return VersionModel(
-        version=version(), physics_version=PHYSICS_VERSION, python=platform.python_version()
-    )
+    return VersionModel(version=version(), physics_version=PHYSICS_VERSION, python=platform.python_version())
 
 
 metrics_router = APIRouter(tags=["service"])
 
 
 @metrics_router.get(
-    "/metrics",
-    response_class=Response,
-    responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}},
+    "/metrics", response_class=Response, responses={200: {"content": {"text/plain": {"schema": {"type": "string"}}}}}
 )
 def show_metrics(request: Request) -> Response:
     """Metrics for Prometheus: runs by state, queue, attempts, requests."""

@@ -113,16 +113,9 @@ def code(text: str | None) -> Markup:
 
 
 TEMPLATES = Environment(
-    loader=PackageLoader("service.api"),
-    autoescape=select_autoescape(),
-    trim_blocks=True,
-    lstrip_blocks=True,
+    loader=PackageLoader("service.api"), autoescape=select_autoescape(), trim_blocks=True, lstrip_blocks=True
 )
-TEMPLATES.filters |= {
-    "code": code,
-    "duration": duration,
-    "pretty": lambda value: json.dumps(value, indent=2),
-}
+TEMPLATES.filters |= {"code": code, "duration": duration, "pretty": lambda value: json.dumps(value, indent=2)}
 
 
 def _rendered(template: str, **content: Any) -> str:

@@ -19,15 +19,7 @@ from service.api.routes.dependencies import (
     check_directory,
     link_next,
 )
-from service.api.schemas import (
-    EstimateModel,
-    PageOf,
-    PointModel,
-    PresetModel,
-    SweepChange,
-    SweepModel,
-    example_sweeps,
-)
+from service.api.schemas import EstimateModel, PageOf, PointModel, PresetModel, SweepChange, SweepModel, example_sweeps
 from service.queue.garbage_collection import forget_lost_states
 from service.records.jobs import RUN_STATES, State, SweepState
 from service.store import Store
@@ -53,10 +45,7 @@ SWEEP_BODY: dict[str, Any] = {
     }
 }
 CHANGE_BODY: dict[str, Any] = {
-    "requestBody": {
-        "required": True,
-        "content": {"application/json": {"schema": SweepChange.model_json_schema()}},
-    }
+    "requestBody": {"required": True, "content": {"application/json": {"schema": SweepChange.model_json_schema()}}}
 }
 # Operations on a sweep and on a run, for programs that follow OpenAPI links.
 SWEEP_LINKS = (
@@ -72,12 +61,7 @@ def _links(operations: tuple[str, ...], id: str) -> dict[str, Any]:
     return {"links": {name: {"operationId": name, "parameters": {"id": id}} for name in operations}}
 
 
-@router.post(
-    "",
-    status_code=202,
-    openapi_extra=SWEEP_BODY,
-    responses={202: _links(SWEEP_LINKS, "$response.body#/id")},
-)
+@router.post("", status_code=202, openapi_extra=SWEEP_BODY, responses={202: _links(SWEEP_LINKS, "$response.body#/id")})
 def submit_sweep(submission: PostedSubmission, store: AppStore, response: Response) -> SweepModel:
     """Accept a sweep. Once the response is sent, the sweep is on disk and will be computed.
 
@@ -91,9 +75,7 @@ def submit_sweep(submission: PostedSubmission, store: AppStore, response: Respon
 
 
 @router.post("/estimate", openapi_extra=SWEEP_BODY)
-def estimate_sweep(
-    sweep: PostedEstimate, store: AppStore, settings: AppSettings, request: Request
-) -> EstimateModel:
+def estimate_sweep(sweep: PostedEstimate, store: AppStore, settings: AppSettings, request: Request) -> EstimateModel:
     """Estimate the cost of a sweep, as it is and at each `accuracy`; of a search, its most runs. Nothing is stored.
 
     Times are those that this service measured for runs of the same scenario, if there are any. Of many points, some
@@ -157,11 +139,7 @@ def list_runs(
     request: Request,
     response: Response,
     state: Annotated[
-        State | None,
-        Query(
-            description="Points in this state only: "
-            + ", ".join(f"`{state}`" for state in RUN_STATES)
-        ),
+        State | None, Query(description="Points in this state only: " + ", ".join(f"`{state}`" for state in RUN_STATES))
     ] = None,
     cursor: Cursor = None,
     limit: Limit = 100,
@@ -174,9 +152,7 @@ def list_runs(
 
 
 @router.patch("/{id}", openapi_extra=CHANGE_BODY)
-def change_sweep(
-    id: SweepId, caller: Submitter, change: PatchedSweep, store: AppStore
-) -> SweepModel:
+def change_sweep(id: SweepId, caller: Submitter, change: PatchedSweep, store: AppStore) -> SweepModel:
     """Change the priority of a sweep; running runs continue."""
     _check_owner(store, caller, id)
     return SweepModel.of(store.set_priority(id, change.priority))
@@ -196,9 +172,7 @@ def retry_sweep(
     store: AppStore,
     settings: AppSettings,
     artifacts: AppArtifacts,
-    verdicts: Annotated[
-        bool, Query(description="Also repeat runs that the solver rejected; they fail again")
-    ] = False,
+    verdicts: Annotated[bool, Query(description="Also repeat runs that the solver rejected; they fail again")] = False,
 ) -> SweepModel:
     """Compute cancelled, failed and lost runs again, then publish again."""
     _check_owner(store, caller, id)

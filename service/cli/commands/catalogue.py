@@ -82,10 +82,7 @@ def _show_material(material: Document) -> None:
     from service.cli.console import print_table
 
     print(f"{material['name']}: {material['title']} ({material['family']})")
-    rows = [
-        (path, _value(each), each["confidence"], each["source"])
-        for path, each in _constants(material)
-    ]
+    rows = [(path, _value(each), each["confidence"], each["source"]) for path, each in _constants(material)]
     rows += [
         (f"yield stress: {each['label']}", _value(each), each["confidence"], each["source"])
         for each in material["yield_stresses"]
@@ -108,15 +105,7 @@ def _constants(material: Document) -> Iterable[tuple[str, Document]]:
 def _list_laws(entries: list[Document]) -> None:
     from service.cli.console import print_table
 
-    rows = (
-        (
-            law["name"],
-            law["title"],
-            law["quantity"],
-            law["use"].partition(" (")[0],
-        )
-        for law in entries
-    )
+    rows = ((law["name"], law["title"], law["quantity"], law["use"].partition(" (")[0]) for law in entries)
     print_table(("name", "title", "quantity", "use"), rows)
 
 
@@ -130,10 +119,7 @@ def _show_law(law: Document) -> None:
     scatter = law["scatter"]
     words = "not published" if scatter is None else f"{scatter:.0%} (relative standard deviation)"
     print(f"  scatter   {words}")
-    rows = (
-        (each["words"], each["source"], "yes" if each["machine_checked"] else "no")
-        for each in law["range"]
-    )
+    rows = ((each["words"], each["source"], "yes" if each["machine_checked"] else "no") for each in law["range"])
     print_table(("range", "source of the limit", "checked"), rows)
 
 
@@ -149,19 +135,14 @@ def _show_scenario(scenario: Document) -> None:
 
     print(f"{scenario['name']}: {scenario['title']}\n{scenario['description']}")
     print(f"measures: {', '.join(scenario['measurements'])}")
-    rows = (
-        (each["name"], _default(each), each["limit"], each["meaning"])
-        for each in scenario["parameters"]
-    )
+    rows = ((each["name"], _default(each), each["limit"], each["meaning"]) for each in scenario["parameters"])
     print_table(("parameter", "default", "allowed", "meaning"), rows)
 
 
 def _default(parameter: Document) -> str:
     if parameter["required"]:
         return "required"
-    return (
-        "" if parameter["default"] is None else _value({"value": parameter["default"], **parameter})
-    )
+    return "" if parameter["default"] is None else _value({"value": parameter["default"], **parameter})
 
 
 def _value(quantity: Document) -> str:

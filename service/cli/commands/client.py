@@ -39,15 +39,10 @@ app = typer.Typer()
 @app.command()
 def submit(
     file: SweepFile,
-    priority: Annotated[
-        int, typer.Option(help="-100 to 100; sweeps of smaller numbers are computed first.")
-    ] = 0,
+    priority: Annotated[int, typer.Option(help="-100 to 100; sweeps of smaller numbers are computed first.")] = 0,
     keep: Keep = "final",
     idempotency_key: Annotated[
-        str | None,
-        typer.Option(
-            help="A text of your choice; a repeated submission with the same text has no effect."
-        ),
+        str | None, typer.Option(help="A text of your choice; a repeated submission with the same text has no effect.")
     ] = None,
     law: Laws = None,
     wait: Annotated[bool, typer.Option("--wait", help="Wait until the sweep has ended.")] = False,
@@ -61,37 +56,26 @@ def submit(
 
     document = document_of(file, law)
     with client_of(url, key_file) as client:
-        handle = client.submit(
-            document, priority=priority, keep=keep, idempotency_key=idempotency_key
-        )
+        handle = client.submit(document, priority=priority, keep=keep, idempotency_key=idempotency_key)
         accepted = handle.status()
         print_warnings(Sweep.parse(document, ACCEPTED))
         print_sweep(accepted)
-        print(
-            f"{accepted.planned} runs: {accepted.reused} reused, {accepted.new} new",
-            file=sys.stderr,
-        )
+        print(f"{accepted.planned} runs: {accepted.reused} reused, {accepted.new} new", file=sys.stderr)
         if wait:
             with showing_progress(accepted.name) as show:
                 ended = handle.wait(on_progress=show)
             print_sweep(ended)
             raise typer.Exit(_exit_status(ended))
-        print(
-            f"watch it with: whipple status {handle.id} --watch --url {client.url}", file=sys.stderr
-        )
+        print(f"watch it with: whipple status {handle.id} --watch --url {client.url}", file=sys.stderr)
 
 
 @app.command()
 def status(
     id: Annotated[
         str | None,
-        typer.Argument(
-            metavar="[ID]", help="Id of a sweep, or its beginning; by default all sweeps are shown."
-        ),
+        typer.Argument(metavar="[ID]", help="Id of a sweep, or its beginning; by default all sweeps are shown."),
     ] = None,
-    watch: Annotated[
-        bool, typer.Option("--watch", help="Print events until the sweep has ended.")
-    ] = False,
+    watch: Annotated[bool, typer.Option("--watch", help="Print events until the sweep has ended.")] = False,
     as_json: Json = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
@@ -100,9 +84,7 @@ def status(
     from service.cli.console import print_event, print_json, print_sweep, print_sweeps
 
     if watch and (as_json or id is None):
-        raise InvalidInput(
-            [Finding("--watch", "--watch", "with an ID and without --json", "leave it out")]
-        )
+        raise InvalidInput([Finding("--watch", "--watch", "with an ID and without --json", "leave it out")])
     with client_of(url, key_file) as client:
         if id is None:
             sweeps = list(client.sweeps())
@@ -123,8 +105,7 @@ def status(
 def runs(
     id: SweepId,
     state: Annotated[
-        str | None,
-        typer.Option(help="Show only runs in this state: queued, running, succeeded, failed, ..."),
+        str | None, typer.Option(help="Show only runs in this state: queued, running, succeeded, failed, ...")
     ] = None,
     as_json: Json = False,
     url: Url = LOCAL,
@@ -145,13 +126,7 @@ def runs(
 
 
 @app.command()
-def fetch(
-    id: SweepId,
-    out: Out,
-    overwrite: Overwrite = False,
-    url: Url = LOCAL,
-    key_file: KeyFile = None,
-) -> None:
+def fetch(id: SweepId, out: Out, overwrite: Overwrite = False, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Download cube and report of a sweep."""
     with client_of(url, key_file) as client:
         folder = client.find_sweep(id).fetch(folder_of(out), overwrite=overwrite)
@@ -189,10 +164,7 @@ def cancel(id: SweepId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
 def retry(
     id: SweepId,
     verdicts: Annotated[
-        bool,
-        typer.Option(
-            "--verdicts", help="Also repeat runs that the solver rejected; they fail again."
-        ),
+        bool, typer.Option("--verdicts", help="Also repeat runs that the solver rejected; they fail again.")
     ] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
@@ -206,9 +178,7 @@ def retry(
 @app.command(context_settings={"ignore_unknown_options": True})
 def priority(
     id: SweepId,
-    number: Annotated[
-        int, typer.Argument(metavar="N", help="-100 to 100; smaller numbers are computed first.")
-    ],
+    number: Annotated[int, typer.Argument(metavar="N", help="-100 to 100; smaller numbers are computed first.")],
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:

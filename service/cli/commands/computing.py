@@ -33,10 +33,7 @@ if TYPE_CHECKING:
 app = typer.Typer()
 
 Full = Annotated[
-    bool,
-    typer.Option(
-        "--full", help="The sweeps over more thicknesses and on finer grids: half an hour."
-    ),
+    bool, typer.Option("--full", help="The sweeps over more thicknesses and on finer grids: half an hour.")
 ]
 
 PUBLICATION = "studies.reports.publish"
@@ -56,10 +53,7 @@ def demo(out: Out = Path("demo"), threads: Threads = None, full: Full = False) -
     names = FULL if full else DEMO
     documents = {name: read_yaml(examples.text(name), name) for name in names}
     _compile_kernels(list(documents.values()))
-    statuses = [
-        compute(document, name, folder / name, threads=threads)
-        for name, document in documents.items()
-    ]
+    statuses = [compute(document, name, folder / name, threads=threads) for name, document in documents.items()]
     print(f"wall time: {time.perf_counter() - begin:.1f} s")
     raise typer.Exit(max(statuses))
 
@@ -88,13 +82,7 @@ def sweep(
         document = document_of(file, law)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
         status = compute(
-            document,
-            file.stem,
-            folder_of(out),
-            overwrite=overwrite,
-            threads=threads,
-            keep=keep,
-            ready=ready,
+            document, file.stem, folder_of(out), overwrite=overwrite, threads=threads, keep=keep, ready=ready
         )
     raise typer.Exit(status)
 
@@ -110,9 +98,7 @@ def export(
     from studies.sweeps.document import no_such_file
 
     if not film.exists():
-        raise no_such_file(
-            film, example="give the film.npz of a run that kept its film, or its folder"
-        )
+        raise no_such_file(film, example="give the film.npz of a run that kept its film, or its folder")
     with open_film(film) as opened:
         listed = export_vtk(opened, folder_of(vtk))
         names = ", ".join(f"{number} {name}" for number, name in enumerate(bodies(opened)) if name)
@@ -121,13 +107,9 @@ def export(
 
 @app.command()
 def plot(
-    cube: Annotated[
-        Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")
-    ],
+    cube: Annotated[Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")],
     out: Annotated[Path, typer.Option(help="Folder for the files, one for each figure.")] = Path(),
-    format: Annotated[
-        str, typer.Option(metavar="png|svg|pdf", help="Format of the files.")
-    ] = "png",
+    format: Annotated[str, typer.Option(metavar="png|svg|pdf", help="Format of the files.")] = "png",
 ) -> None:
     """Draw the figures of the report of a cube into files. Needs the extra 'plot'."""
     from studies.reports.printing import FORMATS, draw_figures
@@ -157,9 +139,7 @@ def estimate(file: SweepFile, as_json: Json = False) -> None:
     sweep = Sweep.parse(read_sweep_file(file), SweepLimits(max_runs=limit))
     cost, presets = cost_of(sweep), list(presets_of(sweep, limit))
     if as_json:
-        print_json(
-            {"name": sweep.name, **asdict(cost), "presets": [asdict(each) for each in presets]}
-        )
+        print_json({"name": sweep.name, **asdict(cost), "presets": [asdict(each) for each in presets]})
     else:
         print_cost(sweep.name, cost, presets)
     print_warnings(sweep)
@@ -169,10 +149,7 @@ def estimate(file: SweepFile, as_json: Json = False) -> None:
 def warm(
     files: Annotated[
         list[Path] | None,
-        typer.Argument(
-            metavar="[SWEEP.yaml ...]",
-            help="Sweep files; by default all examples, with both recipes.",
-        ),
+        typer.Argument(metavar="[SWEEP.yaml ...]", help="Sweep files; by default all examples, with both recipes."),
     ] = None,
 ) -> None:
     """Compile the kernels of sweeps into the cache, before the first run needs them."""
@@ -191,10 +168,7 @@ def _examples() -> Sequence[Mapping[str, Any]]:
     from studies.sweeps.document import read_yaml
 
     documents = [read_yaml(examples.text(name), name) for name in examples.names()]
-    thesis = [
-        {**document, "fixed": {**document.get("fixed", {}), "recipe": "thesis"}}
-        for document in documents
-    ]
+    thesis = [{**document, "fixed": {**document.get("fixed", {}), "recipe": "thesis"}} for document in documents]
     return documents + thesis
 
 
@@ -219,13 +193,7 @@ def compute(
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with showing_progress(name) as show:
         finished = run_sweep(
-            sweep,
-            folder,
-            progress=show,
-            settings=settings,
-            overwrite=overwrite,
-            keep=keep,
-            ready=ready,
+            sweep, folder, progress=show, settings=settings, overwrite=overwrite, keep=keep, ready=ready
         )
     seconds = time.perf_counter() - begin
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {folder / 'report.html'}")
@@ -246,11 +214,7 @@ def _compile_kernels(sweeps: Sequence[Mapping[str, Any]]) -> None:
     """Compile kernels in a child process, because this one never loads the solver; print kinds and seconds."""
     begin = time.perf_counter()
     child = subprocess.run(
-        [sys.executable, *KERNELS],
-        check=False,
-        input=json.dumps(list(sweeps)),
-        capture_output=True,
-        text=True,
+        [sys.executable, *KERNELS], check=False, input=json.dumps(list(sweeps)), capture_output=True, text=True
     )
     if child.returncode:
         raise WhippleError(f"the kernels cannot be compiled: {child.stderr.strip()}")

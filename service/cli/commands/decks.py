@@ -19,16 +19,11 @@ FACES = ("free", "fixed", "symmetric")
 @app.command()
 def deck(
     file: Annotated[Path, typer.Argument(metavar="FILE.mpm", help="An input file of MPM3D.")],
-    units: Annotated[
-        str, typer.Option(metavar="deck|mm-g-ms|SI", help="Units; by default those it names.")
-    ] = "deck",
+    units: Annotated[str, typer.Option(metavar="deck|mm-g-ms|SI", help="Units; by default those it names.")] = "deck",
     output: Annotated[
-        Path | None,
-        typer.Option("-o", "--output", help="Write the sweep (YAML) that computes it."),
+        Path | None, typer.Option("-o", "--output", help="Write the sweep (YAML) that computes it.")
     ] = None,
-    run: Annotated[
-        Path | None, typer.Option("--run", metavar="DIR", help="Compute it into this folder.")
-    ] = None,
+    run: Annotated[Path | None, typer.Option("--run", metavar="DIR", help="Compute it into this folder.")] = None,
     threads: Threads = None,
     as_json: Json = False,
 ) -> None:
@@ -105,9 +100,7 @@ def _print_deck(deck: "Deck") -> None:
         high = low + deck.cells[axis] * deck.cell
         faces = " ".join(FACES[face] for face in deck.faces[2 * axis : 2 * axis + 2])
         rows.append((f"faces of {name}", f"{low * 1e3:g} to {high * 1e3:g} mm: {faces}"))
-    rows += [
-        ("detonation", " ".join(f"{x * 1e3:g}" for x in at) + " mm") for at in deck.detonations
-    ]
+    rows += [("detonation", " ".join(f"{x * 1e3:g}" for x in at) + " mm") for at in deck.detonations]
     if any(deck.gravity):
         rows.append(("gravity", " ".join(f"{each:g}" for each in deck.gravity) + " m/s2"))
     print_table(("", "understood"), rows)
@@ -135,10 +128,7 @@ def _print_deck(deck: "Deck") -> None:
         print()
         print_table(
             ("velocity of", "number", "m/s"),
-            [
-                (each.of, str(each.number), " ".join(f"{v:g}" for v in each.velocity))
-                for each in deck.velocities
-            ],
+            [(each.of, str(each.number), " ".join(f"{v:g}" for v in each.velocity)) for each in deck.velocities],
         )
     if deck.unused:
         print(f"\nwithout effect here: {', '.join(deck.unused)}")
@@ -158,9 +148,7 @@ def _write(output: Path, document: dict[str, Any]) -> None:
     Dumper.add_representer(str, block)
     lines = [line.expandtabs().rstrip() for line in document["fixed"]["deck"].splitlines()]
     fixed = {**document["fixed"], "deck": "\n".join(lines) + "\n"}
-    content = yaml.dump(
-        {**document, "fixed": fixed}, Dumper=Dumper, sort_keys=False, allow_unicode=True
-    )
+    content = yaml.dump({**document, "fixed": fixed}, Dumper=Dumper, sort_keys=False, allow_unicode=True)
     try:
         output.write_text(content, "utf-8")
     except OSError as error:

@@ -19,12 +19,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-Quantity = Annotated[
-    str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")
-]
+Quantity = Annotated[str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")]
 At = Annotated[
-    list[str] | None,
-    typer.Option(metavar="AXIS=VALUE", help="Only points with this value: target=copper-ofhc."),
+    list[str] | None, typer.Option(metavar="AXIS=VALUE", help="Only points with this value: target=copper-ofhc.")
 ]
 
 
@@ -38,13 +35,10 @@ def fit(
         ),
     ],
     quantity: Quantity = None,
-    form: Annotated[
-        str | None, typer.Option(metavar="NAME", help="The form of law; by default every one.")
-    ] = None,
+    form: Annotated[str | None, typer.Option(metavar="NAME", help="The form of law; by default every one.")] = None,
     at: At = None,
     out: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Write the fit as a law that a sweep can name."),
+        Path | None, typer.Option(metavar="FILE", help="Write the fit as a law that a sweep can name.")
     ] = None,
     name: Annotated[str, typer.Option(help="Name of that law.")] = "",
     as_json: Json = False,
@@ -75,19 +69,14 @@ def fit(
 
 @app.command()
 def surrogate(
-    cube: Annotated[
-        Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")
-    ],
+    cube: Annotated[Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")],
     quantity: Quantity = None,
     at: Annotated[
         list[str] | None,
-        typer.Option(
-            metavar="AXIS=VALUE", help="Predict the value here: speed=6.2 km/s; for every axis."
-        ),
+        typer.Option(metavar="AXIS=VALUE", help="Predict the value here: speed=6.2 km/s; for every axis."),
     ] = None,
     plot: Annotated[
-        Path | None,
-        typer.Option(metavar="FILE", help="Draw predicted over computed values: PNG, SVG or PDF."),
+        Path | None, typer.Option(metavar="FILE", help="Draw predicted over computed values: PNG, SVG or PDF.")
     ] = None,
     as_json: Json = False,
 ) -> None:
@@ -133,10 +122,7 @@ def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
     columns = [with_unit(each.name.replace("_", " "), each.unit) for each in runs.inputs]
     rows = [
         (
-            *(
-                f"{value * display_of(each.unit).factor:.6g}"
-                for value, each in zip(place, runs.inputs, strict=True)
-            ),
+            *(f"{value * display_of(each.unit).factor:.6g}" for value, each in zip(place, runs.inputs, strict=True)),
             *(f"{value * shown.factor:.5g}" for value in numbers),
             "" if abs(numbers[1] - numbers[0]) <= numbers[2] else "outside",
         )
@@ -167,9 +153,7 @@ def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]
     from studies.values.formats import display_of
 
     shown = display_of(made.runs.unit)
-    value, interval = (
-        float(each[0]) * shown.factor for each in (prediction.values, prediction.intervals)
-    )
+    value, interval = (float(each[0]) * shown.factor for each in (prediction.values, prediction.intervals))
     unit = f" {shown.unit}" if shown.unit else ""
     print(f"predicted at {', '.join(at)}: {value:.4g} ± {interval:.2g}{unit} (95 %, for a run)")
 
@@ -203,9 +187,7 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
     chosen = [each for each in every if quantity in (None, each.quantity)]
     if not chosen:
         there = ", ".join(each.quantity for each in every) or "none that a law is about"
-        raise InvalidInput(
-            [Finding("--quantity", str(quantity), f"one that {source} has", f"it has: {there}")]
-        )
+        raise InvalidInput([Finding("--quantity", str(quantity), f"one that {source} has", f"it has: {there}")])
     return [each.at(each.read_place(at)) for each in chosen]
 
 
@@ -217,9 +199,7 @@ def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
         cure = "choose with --quantity and --form" if done else "see the reasons without --out"
         raise InvalidInput([Finding("--out", there, "one fit", cure)])
     law = done[0].law(name)
-    out.write_text(
-        json.dumps(law.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n", "utf-8"
-    )
+    out.write_text(json.dumps(law.document(), indent=1, ensure_ascii=False, allow_nan=False) + "\n", "utf-8")
 
 
 def _print_fits(fits: "list[FittedForm]") -> None:
@@ -242,9 +222,7 @@ def _print_fits(fits: "list[FittedForm]") -> None:
     unit = "mm" if dimension == 1 else f"mm{dimension}"
     for each in fits:
         if each.solution is None:
-            rows.append(
-                (each.form.name, each.form.equation_for(measured.quantity), each.reason, "", "", "")
-            )
+            rows.append((each.form.name, each.form.equation_for(measured.quantity), each.reason, "", "", ""))
             continue
         constants = ", ".join(
             f"{name} = {_short(value.value)} ({_short(value.low)} to {_short(value.high)})"

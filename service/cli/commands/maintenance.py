@@ -8,15 +8,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
-from service.cli.commands.options import (
-    FAILURE,
-    SOME_FAILED,
-    SUCCESS,
-    Data,
-    DatabaseUrl,
-    Json,
-    settings_of,
-)
+from service.cli.commands.options import FAILURE, SOME_FAILED, SUCCESS, Data, DatabaseUrl, Json, settings_of
 from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
@@ -39,8 +31,7 @@ UNITS = {"d": "days", "h": "hours", "m": "minutes"}
 def create_key(
     name: Annotated[str, typer.Argument(help="Owner of the sweeps submitted with the key.")],
     scope: Annotated[
-        list[str] | None,
-        typer.Option(help="read, submit (default) or admin; each includes those before it."),
+        list[str] | None, typer.Option(help="read, submit (default) or admin; each includes those before it.")
     ] = None,
     expires: Annotated[
         str | None, typer.Option(help="Lifetime, such as 90d, 12h or 30m; by default unlimited.")
@@ -83,9 +74,7 @@ def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUr
 
 @keys.command("revoke")
 def revoke_key(
-    key: Annotated[
-        str, typer.Argument(metavar="KEY", help="Id or prefix of a key, as `list` prints it.")
-    ],
+    key: Annotated[str, typer.Argument(metavar="KEY", help="Id or prefix of a key, as `list` prints it.")],
     data: Data = None,
     database_url: DatabaseUrl = None,
 ) -> None:
@@ -144,9 +133,7 @@ def doctor(as_json: Json = False, data: Data = None, database_url: DatabaseUrl =
 
 @app.command()
 def backup(
-    out: Annotated[
-        Path, typer.Argument(metavar="OUT", help="Folder; an earlier backup there is updated.")
-    ],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="Folder; an earlier backup there is updated.")],
     data: Data = None,
 ) -> None:
     """Copy database and files (SQLite) while the service runs. OUT then is a data directory."""
@@ -178,10 +165,7 @@ def adopt(data: Data = None, database_url: DatabaseUrl = None) -> None:
 
 @app.command("forget-lost")
 def forget_lost(
-    count: Annotated[
-        int,
-        typer.Argument(metavar="COUNT", min=0, help="Number of results, as the service reports."),
-    ],
+    count: Annotated[int, typer.Argument(metavar="COUNT", min=0, help="Number of results, as the service reports.")],
     data: Data = None,
     database_url: DatabaseUrl = None,
 ) -> None:
@@ -198,9 +182,7 @@ def forget_lost(
 
 @app.command()
 def remeasure(
-    dry_run: Annotated[
-        bool, typer.Option("--dry-run", help="Only list the outdated results.")
-    ] = False,
+    dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the outdated results.")] = False,
     data: Data = None,
     database_url: DatabaseUrl = None,
 ) -> None:
@@ -211,10 +193,7 @@ def remeasure(
 
     settings = settings_of(data=data, database_url=database_url)
     done: list[Remeasured] = []
-    with (
-        open_store(settings) as store,
-        nullcontext() if dry_run else without_services(settings, store),
-    ):
+    with open_store(settings) as store, nullcontext() if dry_run else without_services(settings, store):
         plan = plan_of(store)
         print_plan(plan)
         if dry_run or not plan.measurable:

@@ -14,12 +14,8 @@ if TYPE_CHECKING:
 SUCCESS, FAILURE, INVALID, SOME_FAILED = 0, 1, 2, 3
 LOCAL = "http://127.0.0.1:8000"
 
-Out = Annotated[
-    Path, typer.Option(help="Folder for cube.nc, runs.csv, report.html and report.json.")
-]
-Overwrite = Annotated[
-    bool, typer.Option("--overwrite", help="Replace another sweep in the folder.")
-]
+Out = Annotated[Path, typer.Option(help="Folder for cube.nc, runs.csv, report.html and report.json.")]
+Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another sweep in the folder.")]
 Threads = Annotated[
     str | None,
     typer.Option(
@@ -27,33 +23,23 @@ Threads = Annotated[
         help="Threads of a run; auto (default) uses cores that no other run needs. Results are independent of it.",
     ),
 ]
-Keep = Annotated[
-    str,
-    typer.Option(help="Files kept for each run: numbers, also the final state, also the film."),
-]
+Keep = Annotated[str, typer.Option(help="Files kept for each run: numbers, also the final state, also the film.")]
 Url = Annotated[str, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service.")]
 KeyFile = Annotated[
     Path | None,
-    typer.Option(
-        help="File with the API key; default WHIPPLE_API_KEY. Not needed on the service's machine."
-    ),
+    typer.Option(help="File with the API key; default WHIPPLE_API_KEY. Not needed on the service's machine."),
 ]
 SweepFile = Annotated[Path, typer.Argument(metavar="FILE", help="A sweep document (YAML or JSON).")]
 Laws = Annotated[
     list[Path] | None,
-    typer.Option(
-        "--law", metavar="FILE", help="A law that `whipple fit` wrote, to compare too; repeatable."
-    ),
+    typer.Option("--law", metavar="FILE", help="A law that `whipple fit` wrote, to compare too; repeatable."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, for programs.")]
 SweepId = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
 RunId = Annotated[str, typer.Argument(metavar="RUN", help="Run id, or the beginning of it.")]
-Data = Annotated[
-    Path | None, typer.Option(help="Folder of database and results; default WHIPPLE_DATA.")
-]
+Data = Annotated[Path | None, typer.Option(help="Folder of database and results; default WHIPPLE_DATA.")]
 DatabaseUrl = Annotated[
-    str | None,
-    typer.Option(help="Database; set WHIPPLE_DATABASE_URL instead if it contains a password."),
+    str | None, typer.Option(help="Database; set WHIPPLE_DATABASE_URL instead if it contains a password.")
 ]
 
 
@@ -86,8 +72,7 @@ def settings_of(**options: Any) -> "Settings":
     except ValidationError as error:
         cure = "correct the option, or WHIPPLE_* in the environment"
         raise InvalidInput(
-            Finding(".".join(map(str, item["loc"])), str(item["input"]), item["msg"], cure)
-            for item in error.errors()
+            Finding(".".join(map(str, item["loc"])), str(item["input"]), item["msg"], cure) for item in error.errors()
         ) from None
 
 

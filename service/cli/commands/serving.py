@@ -15,15 +15,11 @@ Pem = Annotated[Path | None, typer.Option(metavar="FILE", help="PEM file for --e
 @app.command()
 def serve(
     host: Annotated[str | None, typer.Option(help="Address to listen on.")] = None,
-    port: Annotated[
-        int | None, typer.Option(help="Port to listen on; 0 selects a free one.")
-    ] = None,
+    port: Annotated[int | None, typer.Option(help="Port to listen on; 0 selects a free one.")] = None,
     data: Data = None,
     engine: Annotated[
         str | None,
-        typer.Option(
-            help="tls://HOST:PORT of a Dask scheduler; by default runs are computed on this machine."
-        ),
+        typer.Option(help="tls://HOST:PORT of a Dask scheduler; by default runs are computed on this machine."),
     ] = None,
     tls_ca: Pem = None,
     tls_cert: Pem = None,

@@ -37,9 +37,7 @@ DetailLevel = Annotated[
 def validate(
     cases: Cases = None,
     level: DetailLevel = "quick",
-    out: Annotated[
-        Path, typer.Option(metavar="DIR", help="Folder for pages, cubes and reports.")
-    ] = Path("validation"),
+    out: Annotated[Path, typer.Option(metavar="DIR", help="Folder for pages, cubes and reports.")] = Path("validation"),
     threads: Threads = None,
     listing: Annotated[bool, typer.Option("--list", help="Print the cases alone.")] = False,
     as_json: Json = False,
@@ -56,9 +54,7 @@ def validate(
         return
     folder = folder_of(out)
     settings = settings_of(data=folder / STORE, threads=threads)
-    rows = list(
-        _printed(validated(chosen, chosen_level, folder, settings, showing_progress), quiet=as_json)
-    )
+    rows = list(_printed(validated(chosen, chosen_level, folder, settings, showing_progress), quiet=as_json))
     failed = sum(each.row.passed is False for each in rows)
     if as_json:
         print(json.dumps([each.as_json() for each in rows], indent=2, allow_nan=False))

@@ -16,9 +16,7 @@ from studies.reports.plot.traces import Trace, traces_of
 MOST_LETTERS = 44  # in a line of the legend: as many as fit a telephone
 
 
-def plot(
-    figure: Figure, width: int = WIDTH, panels: Sequence[Panel] | None = None
-) -> dict[str, Any]:
+def plot(figure: Figure, width: int = WIDTH, panels: Sequence[Panel] | None = None) -> dict[str, Any]:
     """The Plotly specification of a figure of some width: ``data``, which is the same for each, and ``layout``.
 
     ``panels`` are those to draw where one drawing does not hold the whole figure; axes are those of the figure.

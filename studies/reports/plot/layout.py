@@ -38,9 +38,7 @@ HEADROOM = 0.06  # above the highest point
 MOST_TICKS = 7  # of an axis in per cent
 
 
-def layout_of(
-    figure: Figure, panels: Sequence[Panel], entries: Sequence[str], width: int
-) -> dict[str, Any]:
+def layout_of(figure: Figure, panels: Sequence[Panel], entries: Sequence[str], width: int) -> dict[str, Any]:
     """The layout of some panels of a figure; ``entries`` are those of the legend."""
     inside = width - LEFT - RIGHT
     columns = min({1: 1, 2: 2, 4: 2}.get(len(panels), 3), max(1, inside // PANEL_WIDTH))
@@ -167,11 +165,7 @@ def _cell_ticks(panel: Panel) -> dict[str, Any]:
         nearest = min([size, *(other - size for other in apart)])
         if nearest >= TICK_APART * (apart[0] if apart else size):
             apart.append(size)
-    return {
-        "tickvals": [0.0, *apart],
-        "ticktext": ["0", *(f"1/{1.0 / size:.4g}" for size in apart)],
-        "tickangle": 0,
-    }
+    return {"tickvals": [0.0, *apart], "ticktext": ["0", *(f"1/{1.0 / size:.4g}" for size in apart)], "tickangle": 0}
 
 
 def _x_range(figure: Figure) -> tuple[float, float] | None:
@@ -223,9 +217,7 @@ def _own_range(figure: Figure, panel: Panel) -> tuple[float, float] | None:
     if mine is None:
         return None
     spans = [span for span in map(_span, figure.panels) if span is not None]
-    half = max(
-        0.5 * (high - low) / abs(0.5 * (high + low)) if high + low else 0.0 for low, high in spans
-    )
+    half = max(0.5 * (high - low) / abs(0.5 * (high + low)) if high + low else 0.0 for low, high in spans)
     middle = 0.5 * (mine[0] + mine[1]) * display_of(figure.y.unit).factor
     reach = abs(middle) * half * (1.0 + 2.0 * HEADROOM) or 1.0
     return (middle - reach, middle + reach)

@@ -16,14 +16,7 @@ OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 # Further laws, dashed.
 COLOURS = (*OKABE_ITO, "#7e4fc9", "#8c5a3c", "#7a8a00", "#3f7f93")
 SYMBOLS = ("square", "triangle-up", "diamond", "triangle-down", "star-diamond", "hexagon")
-AGAIN = (
-    "circle",
-    "cross",
-    "x",
-    "star",
-    "pentagon",
-    "bowtie",
-)  # with the same colours, of the next labels
+AGAIN = ("circle", "cross", "x", "star", "pentagon", "bowtie")  # with the same colours, of the next labels
 # For lines that follow one number: lightness grows along it, and each step reads on white and on black.
 RAMP = ("#5b4cc4", "#0072b2", "#009e9e", "#7fa800", "#d99000")
 INK, GREY, RULE, CRIMSON = "#1a1a1a", "#8a8a8a", "#e4e4e4", "#a3003c"
@@ -85,11 +78,7 @@ LOOKS = {
     "level": CURVE,
     "law": Look(size=6, ring=1.2, own_entry=True),
     "observation": Look(size=9, ring=2, bars=True),
-    "missing": Look(
-        size=9,
-        ring=2,
-        more={"hovertemplate": "%{x}: %{text}<extra></extra>", "cliponaxis": False},
-    ),
+    "missing": Look(size=9, ring=2, more={"hovertemplate": "%{x}: %{text}<extra></extra>", "cliponaxis": False}),
     "history": Look(stroke=1.8),
     "run": Look(size=6),  # small and open, so that the mean and its bar stay in sight
     "limit": Look(size=12, more={"cliponaxis": False}),
@@ -102,16 +91,12 @@ def styles_of(figure: Figure) -> dict[str, Style]:
     series = [series for panel in figure.panels for series in panel.series]
     names = list(dict.fromkeys(each.label for each in series))
     if any(each.kind == "history" for each in series):
-        return STYLES | {
-            name: Style(_on_ramp(place, len(names)), "circle") for place, name in enumerate(names)
-        }
+        return STYLES | {name: Style(_on_ramp(place, len(names)), "circle") for place, name in enumerate(names)}
     coloured = [name for name in names if name not in STYLES]
     marks = SYMBOLS + AGAIN
     return STYLES | {
         name: Style(
-            COLOURS[place % len(COLOURS)],
-            marks[place % len(marks)],
-            dash="solid" if place < len(OKABE_ITO) else "dash",
+            COLOURS[place % len(COLOURS)], marks[place % len(marks)], dash="solid" if place < len(OKABE_ITO) else "dash"
         )
         for place, name in enumerate(coloured)
     }

@@ -5,16 +5,7 @@ from itertools import pairwise
 from typing import Any
 
 from studies.reports.figures import Figure, Series
-from studies.reports.plot.styles import (
-    FLAGGED,
-    LOOKS,
-    NO_MESH_ERROR,
-    OUTSIDE,
-    STYLES,
-    WINDOW,
-    Style,
-    channels,
-)
+from studies.reports.plot.styles import FLAGGED, LOOKS, NO_MESH_ERROR, OUTSIDE, STYLES, WINDOW, Style, channels
 from studies.reports.view import Scale
 from studies.values.formats import display_of
 
@@ -45,9 +36,7 @@ def traces_of(series: Series, style: Style, figure: Figure, has_range: bool) -> 
         yield _legend_entry(style, mode, dotted=not has_range)
     if series.kind == "law" and _is_drawn_outside(series, y):
         yield _legend_entry(STYLES[OUTSIDE], "lines+markers", dotted=True) | {"label": OUTSIDE}
-    if any(
-        is_open and not flags for is_open, flags in zip(series.flagged, series.doubts, strict=False)
-    ):
+    if any(is_open and not flags for is_open, flags in zip(series.flagged, series.doubts, strict=False)):
         yield _legend_entry(STYLES[NO_MESH_ERROR], "markers") | {"label": NO_MESH_ERROR}
     if series.kind == "law" and series.connected:
         yield from _strokes(x, y, series.in_range, style)
@@ -79,9 +68,7 @@ def traces_of(series: Series, style: Style, figure: Figure, has_range: bool) -> 
         yield _rings(series, x, y, doubted)
 
 
-def _shade(
-    x: Sequence[Any], y: Sequence[Any], window: Sequence[float], style: Style
-) -> Iterator[Trace]:
+def _shade(x: Sequence[Any], y: Sequence[Any], window: Sequence[float], style: Style) -> Iterator[Trace]:
     """The part of a line inside a window of the abscissa, broad and pale, with an entry of the legend."""
     ends = list(zip(x, y, strict=True))
     pieces = [(a, b) for a, b in pairwise(ends) if None not in (*a, *b) and b[0] > window[0]]
@@ -102,10 +89,7 @@ def _shade(
 
 def _is_drawn_outside(series: Series, values: Sequence[Any]) -> bool:
     """Whether a law has a value outside of its range."""
-    return any(
-        value is not None and not inside
-        for inside, value in zip(series.in_range, values, strict=True)
-    )
+    return any(value is not None and not inside for inside, value in zip(series.in_range, values, strict=True))
 
 
 def _rings(series: Series, x: Sequence[Any], y: Sequence[Any], doubted: Sequence[int]) -> Trace:
@@ -120,9 +104,7 @@ def _rings(series: Series, x: Sequence[Any], y: Sequence[Any], doubted: Sequence
         "y": [y[place] for place in doubted],
         "text": [series.doubts[place] for place in doubted],
         # Towards the middle of the panel, so that no label is cut.
-        "textposition": [
-            "bottom right" if place < len(x) / 2 else "bottom left" for place in doubted
-        ],
+        "textposition": ["bottom right" if place < len(x) / 2 else "bottom left" for place in doubted],
         "textfont": {"color": style.colour, "size": 12},
         "marker": {
             "color": style.colour,
@@ -149,27 +131,19 @@ def _legend_entry(style: Style, mode: str, *, dotted: bool = False) -> Trace:
         "mode": mode,
         "x": [None],
         "y": [None],
-        "line": {
-            "color": style.colour,
-            "width": 1.4 if dotted else 2.0,
-            "dash": "dot" if dotted else style.dash,
-        },
+        "line": {"color": style.colour, "width": 1.4 if dotted else 2.0, "dash": "dot" if dotted else style.dash},
         "marker": {"color": style.colour, "size": 7, "symbol": symbol, "line": {"width": 1.2}},
         "hoverinfo": "skip",
     }
 
 
-def _strokes(
-    x: Sequence[Any], y: Sequence[Any], inside: Sequence[bool], style: Style
-) -> Iterator[Trace]:
+def _strokes(x: Sequence[Any], y: Sequence[Any], inside: Sequence[bool], style: Style) -> Iterator[Trace]:
     """As the style has it between two points inside the range, dotted elsewhere."""
     for solid, width, dash in ((True, 2.0, style.dash), (False, 1.4, "dot")):
         pairs = [
             place
             for place in range(len(x) - 1)
-            if y[place] is not None
-            and y[place + 1] is not None
-            and (inside[place] and inside[place + 1]) == solid
+            if y[place] is not None and y[place + 1] is not None and (inside[place] and inside[place + 1]) == solid
         ]
         if pairs:
             yield {
@@ -181,13 +155,9 @@ def _strokes(
             }
 
 
-def _band(
-    x: Sequence[Any], low: Sequence[Any], high: Sequence[Any], series: Series, style: Style
-) -> Iterator[Trace]:
+def _band(x: Sequence[Any], low: Sequence[Any], high: Sequence[Any], series: Series, style: Style) -> Iterator[Trace]:
     """A shaded area with its edges; bars where a line through the points means nothing."""
-    complete = [
-        place for place in range(len(x)) if low[place] is not None and high[place] is not None
-    ]
+    complete = [place for place in range(len(x)) if low[place] is not None and high[place] is not None]
     if not series.connected or len(complete) < 2:
         yield {
             "named": True,

@@ -16,15 +16,7 @@ from studies.cubes.points import Place
 from studies.laws import OTHER_MATERIAL
 from studies.reports.verdict import summary, texts
 from studies.reports.verdict.bands import Band, Value, bands_of
-from studies.reports.verdict.evidence import (
-    AxisOfSweep,
-    Evidence,
-    JudgedPoint,
-    Reference,
-    StatedWord,
-    Subject,
-    beside,
-)
+from studies.reports.verdict.evidence import AxisOfSweep, Evidence, JudgedPoint, Reference, StatedWord, Subject, beside
 from studies.reports.verdict.trends import Exponent, Trend, exponents_of, is_uneven, trend_of
 
 __all__ = ["LawVerdict", "QuantityVerdict", "StatedBand", "Verdict", "of_law", "verdict"]
@@ -72,9 +64,7 @@ class LawVerdict:
     reference: Reference
     caveat: str  # "recalled, cross-checked"; empty where the law was read in a source
     no_range: str  # "no range stated by its source"; empty where one is
-    other_material: (
-        bool  # whether every point is outside its range because of the material of the target
-    )
+    other_material: bool  # whether every point is outside its range because of the material of the target
     bands: tuple[StatedBand, ...]
     points: int
     judged: int  # points inside the range with a value and without a flag
@@ -104,9 +94,7 @@ class QuantityVerdict:
     recommendation: str  # empty where no point judges anything
     sentences: tuple[str, ...]  # of it
     reason: str  # why no law is recommended; empty where one is
-    laws: tuple[
-        LawVerdict, ...
-    ]  # against observations first, and those that are close at most points
+    laws: tuple[LawVerdict, ...]  # against observations first, and those that are close at most points
     unjudged: tuple[str, ...]  # sentences on the laws that no point can judge
     drawn: tuple[str, ...]  # sentences on the laws that enter no verdict
     flags: tuple[str, ...]  # sentences
@@ -146,9 +134,7 @@ def verdict(
     compare, so there is no verdict. ``published`` has the groups of published shots (``ComparedShots`` as plain
     values); None where nothing is known of them.
     """
-    if mixed_mains := [
-        text for name, text in mixed.items() if name in {each.quantity for each in evidence}
-    ]:
+    if mixed_mains := [text for name, text in mixed.items() if name in {each.quantity for each in evidence}]:
         reason = " ".join(["No verdict.", *mixed_mains])
         return Verdict(reason, (reason,))
     every = [_of_quantity(each, axes) for each in evidence]
@@ -156,30 +142,17 @@ def verdict(
         (verdict for verdict, each in zip(every, evidence, strict=True) if each.subjects),
         key=lambda verdict: bool(verdict.reason),
     )
-    without = summary.without_recommendation(
-        {each.quantity: each.reason for each in every if each.reason}
-    )
+    without = summary.without_recommendation({each.quantity: each.reason for each in every if each.reason})
     compared = [each for each in evidence if each.subjects]
     rests, bars = summary.rests_text(compared), summary.bars_text(compared)
     shots = summary.shots_text(published)
     lines = (*(each.recommendation for each in quantities), without, rests, shots)
-    return Verdict(
-        "",
-        tuple(filter(None, lines)),
-        tuple(quantities),
-        without,
-        rests,
-        bars,
-        shots,
-        texts.terms(),
-    )
+    return Verdict("", tuple(filter(None, lines)), tuple(quantities), without, rests, bars, shots, texts.terms())
 
 
 def _of_quantity(evidence: Evidence, axes: Sequence[AxisOfSweep]) -> QuantityVerdict:
     laws = tuple(
-        of_law(subject, axes, has_model=evidence.has_model)
-        for subject in evidence.subjects
-        if not subject.drawn_only
+        of_law(subject, axes, has_model=evidence.has_model) for subject in evidence.subjects if not subject.drawn_only
     )
     sentences = summary.recommendation(evidence.quantity, laws)
     return QuantityVerdict(
@@ -212,17 +185,11 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         reference=subject.reference,
         caveat=subject.caveat,
         no_range=subject.no_range,
-        other_material=bool(subject.points)
-        and all(OTHER_MATERIAL in point.outside for point in subject.points),
-        bands=tuple(
-            _stated(band, axes, subject.reference, is_simulation)
-            for band in bands_of(subject.points, axes)
-        ),
+        other_material=bool(subject.points) and all(OTHER_MATERIAL in point.outside for point in subject.points),
+        bands=tuple(_stated(band, axes, subject.reference, is_simulation) for band in bands_of(subject.points, axes)),
         points=len(subject.points),
         judged=len(judged),
-        close_points=frozenset(
-            number for number, point in enumerate(subject.points) if point.word == "close"
-        ),
+        close_points=frozenset(number for number, point in enumerate(subject.points) if point.word == "close"),
         smallest=float(residuals.min()) if judged else None,
         largest=float(residuals.max()) if judged else None,
         average=float(residuals.mean()) if judged and not uneven else None,
@@ -230,15 +197,9 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         exponents=() if is_simulation else tuple(exponents_of(judged, axes)),
         tested=len(tested),
         inside=sum(abs(point.residual) <= point.bar for point in tested),
-        each=tuple(
-            _stated_point(point, subject.reference, is_simulation) for point in subject.points
-        ),
+        each=tuple(_stated_point(point, subject.reference, is_simulation) for point in subject.points),
     )
-    details = (
-        texts.residual_text(law),
-        texts.exponents_text(law),
-        texts.agreement_text(law, has_model),
-    )
+    details = (texts.residual_text(law), texts.exponents_text(law), texts.agreement_text(law, has_model))
     return replace(law, sentence=texts.sentence(law), details=tuple(filter(None, details)))
 
 
@@ -259,9 +220,7 @@ def _finite(number: float) -> float | None:
     return number if math.isfinite(number) else None
 
 
-def _stated(
-    band: Band, axes: Sequence[AxisOfSweep], reference: Reference, is_simulation: bool
-) -> StatedBand:
+def _stated(band: Band, axes: Sequence[AxisOfSweep], reference: Reference, is_simulation: bool) -> StatedBand:
     residuals = band.residuals
     return StatedBand(
         word=beside(reference, band.stated),

@@ -105,9 +105,7 @@ def abscissa_of(axes: Sequence[AxisOfSweep]) -> AxisOfSweep:
     return [*preferred, *numeric, *axes][0]
 
 
-def _columns(
-    points: Sequence[JudgedPoint], abscissa: AxisOfSweep
-) -> dict[Value, list[JudgedPoint]]:
+def _columns(points: Sequence[JudgedPoint], abscissa: AxisOfSweep) -> dict[Value, list[JudgedPoint]]:
     """The points at each value of the abscissa; numbers ascend."""
     columns: dict[Value, list[JudgedPoint]] = {}
     for point in points:
@@ -141,17 +139,12 @@ def _by_slice(
             slices.setdefault(key, {}).setdefault(value, []).append(point)
     alike: dict[tuple[tuple[Word | None, tuple[Value, ...]], ...], list[Key]] = {}
     for key, mine in slices.items():
-        runs = tuple(
-            (word, tuple(stretch))
-            for word, stretch in groupby(mine, key=lambda value: _common(mine[value]))
-        )
+        runs = tuple((word, tuple(stretch)) for word, stretch in groupby(mine, key=lambda value: _common(mine[value])))
         alike.setdefault(runs, []).append(key)
     for runs, keys in alike.items():
         places = tuple(dict(key) for key in keys)
         for word, stretch in runs:
-            mine = {
-                value: [point for key in keys for point in slices[key][value]] for value in stretch
-            }
+            mine = {value: [point for key in keys for point in slices[key][value]] for value in stretch}
             if word is not None:
                 yield _band(word, abscissa, stretch, order, places, mine)
                 continue

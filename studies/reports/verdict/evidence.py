@@ -12,32 +12,18 @@ from numpy.typing import ArrayLike
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import (
-    Place,
-    axes_of,
-    comparable,
-    main_quantities,
-    places_of,
-    simulated,
-)
+from studies.cubes.points import Place, axes_of, comparable, main_quantities, places_of, simulated
 from studies.cubes.variable import Variable
 from studies.laws import CAVEATS, DRAWN_ONLY, FITTED, NO_RANGE
 from studies.reports.joint import joint_uncertainty, law_scatter
-from studies.reports.matched import (
-    BEYOND_AXES,
-    ELSEWHERE,
-    MatchedObservation,
-    interpolate,
-)
+from studies.reports.matched import BEYOND_AXES, ELSEWHERE, MatchedObservation, interpolate
 
 Reference = Literal["simulation", "observation"]
 State = Literal["judged", "outside", "unjudged"]
 Word = Literal["close", "agrees", "under", "over", "outside", "unjudged"]  # for a point
 # For a band: "trusted" where all points are close and inside their joint uncertainty, which is a test; else "within".
 # Beside a simulation, whose models are no nearer to nature for that, "numerically" stands in place of "trusted".
-StatedWord = Literal[
-    "trusted", "numerically", "within", "agrees", "under", "over", "outside", "unjudged"
-]
+StatedWord = Literal["trusted", "numerically", "within", "agrees", "under", "over", "outside", "unjudged"]
 
 # The largest difference and joint uncertainty of a point that is close: a tenth, by convention and whatever the
 # numbers are.
@@ -83,9 +69,7 @@ class JudgedPoint:
     at: Place
     law: float  # NaN where the law has no answer
     reference: float  # NaN where there is nothing to compare with
-    uncertainty: float = (
-        math.nan
-    )  # of both together, over the reference; NaN where no part is known
+    uncertainty: float = math.nan  # of both together, over the reference; NaN where no part is known
     # Whether the uncertainty includes what makes it a test: the mesh error, or the error of the observation.
     tests: bool = False
     outside: str = ""  # why it is outside the range of the law, or the law has no answer
@@ -160,9 +144,7 @@ class Evidence:
 
     quantity: str
     subjects: tuple[Subject, ...]  # against observations first
-    parts: Mapping[
-        str, int
-    ]  # parts of the error bars, each with the points that have it; none without a subject
+    parts: Mapping[str, int]  # parts of the error bars, each with the points that have it; none without a subject
     points: int  # points with a value
     flagged: tuple[tuple[str, ...], ...]  # the flags of each point and of its run
     has_scatter: bool  # whether the published scatter of any law is known
@@ -186,9 +168,7 @@ class Evidence:
         return 0 < self.points == self.parts.get(MODEL, 0) and not self.distant
 
 
-def evidence_of(
-    points: xr.Dataset, observations: Sequence[MatchedObservation]
-) -> Iterator[Evidence]:
+def evidence_of(points: xr.Dataset, observations: Sequence[MatchedObservation]) -> Iterator[Evidence]:
     """The evidence on each main quantity of a cube of points."""
     for name in main_quantities(points):
         quantity = _Quantity(points, name)
@@ -272,11 +252,7 @@ class _Quantity:
         tests = self.tests()
         unjudged = [self._why_unjudged(number) for number in range(len(self.places))]
         for law in self._laws(
-            cubes.BY_LAW,
-            cubes.BY_LAW_IN_RANGE,
-            cubes.LAW_TITLE,
-            cubes.LAW_CONFIDENCE,
-            cubes.BY_LAW_REASON,
+            cubes.BY_LAW, cubes.BY_LAW_IN_RANGE, cubes.LAW_TITLE, cubes.LAW_CONFIDENCE, cubes.BY_LAW_REASON
         ):
             bars = self.bars(law.label)
             yield Subject(
@@ -312,9 +288,7 @@ class _Quantity:
         """The simulation and each law against the observed shots."""
         if not shots:
             return
-        yield Subject(
-            "simulation", "simulation", "observation", tuple(map(self._simulated_shot, shots))
-        )
+        yield Subject("simulation", "simulation", "observation", tuple(map(self._simulated_shot, shots)))
         if not cubes.BY_LAW_AT_OBSERVATION.is_in(self.points, self.name):
             return
         rows = [shot.observation for shot in shots]
@@ -335,9 +309,7 @@ class _Quantity:
                         shot.at,
                         float(law.answers[number]),
                         shot.observed,
-                        _over(
-                            math.hypot(shot.uncertainty or 0.0, law.spread(number)), shot.observed
-                        ),
+                        _over(math.hypot(shot.uncertainty or 0.0, law.spread(number)), shot.observed),
                         shot.uncertainty is not None,
                         "" if law.outside[number] == FITTED else law.outside[number],
                         FITTED if law.outside[number] == FITTED else "" if shot.value else NO_SIZE,
@@ -352,9 +324,7 @@ class _Quantity:
         """The simulation at the parameters of a shot, by unflagged points alone."""
         name, bars = self.name, cubes.UNCERTAINTY.named(self.name)
         unflagged = self._shaped([not flags for flags in self.flags])
-        usable = self.points.assign(
-            {name: self.points[name].where(unflagged), bars: self._shaped(self.bars())}
-        )
+        usable = self.points.assign({name: self.points[name].where(unflagged), bars: self._shaped(self.bars())})
         value, bar, how = interpolate(usable, name, shot.at)
         meshed = usable.assign({bars: usable[bars].where(self._shaped(self.tests()))})
         known = math.isfinite(interpolate(meshed, name, shot.at)[1])
@@ -385,15 +355,9 @@ class _Quantity:
     ) -> Iterator["_Law"]:
         """Each law with its answers, (points,) or at some observed shots."""
         some = {} if rows is None else {"observation": list(rows)}
-        found, inside = (
-            variable.of(self.points, self.name).isel(some) for variable in (answers, in_range)
-        )
+        found, inside = (variable.of(self.points, self.name).isel(some) for variable in (answers, in_range))
         # Cubes of schema 3 and earlier have no reasons at observed shots.
-        stated = (
-            reasons.of(self.points, self.name).isel(some)
-            if reasons.is_in(self.points, self.name)
-            else None
-        )
+        stated = reasons.of(self.points, self.name).isel(some) if reasons.is_in(self.points, self.name) else None
         scatter, rangeless = self.scatter(), without_range(self.points, self.name)
         stated_confidences = reading.confidences_of(self.points, self.name, confidences)
         for number, label in enumerate(found[str(found.dims[-1])].values):
@@ -445,9 +409,7 @@ def without_range(points: xr.Dataset, quantity: str) -> frozenset[str]:
     """Labels of the laws of the runs whose source states no range."""
     if not cubes.LAW_RANGE.is_in(points, quantity):
         return frozenset()
-    labels, ranges = (
-        variable.of(points, quantity).values for variable in (cubes.LAW_LABEL, cubes.LAW_RANGE)
-    )
+    labels, ranges = (variable.of(points, quantity).values for variable in (cubes.LAW_LABEL, cubes.LAW_RANGE))
     each = zip(map(str, labels), map(str, ranges), strict=True)
     return frozenset(label for label, words in each if words.startswith(NO_RANGE))
 

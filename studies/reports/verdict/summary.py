@@ -3,13 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from studies.reports.verdict.evidence import (
-    DEFINITION,
-    MODEL,
-    SCATTER,
-    TRUST,
-    Evidence,
-)
+from studies.reports.verdict.evidence import DEFINITION, MODEL, SCATTER, TRUST, Evidence
 from studies.reports.verdict.texts import (
     MOST_REASONS,
     NONE_AT_ALL,
@@ -80,9 +74,7 @@ def why_no_law(evidence: Evidence, laws: Sequence["LawVerdict"]) -> str:
     if not inside:
         return "no point inside the range of a law"
     # Without the number of points behind it.
-    reasons = dict.fromkeys(
-        reason.rpartition(" (")[0] for band in inside for reason in band.unjudged
-    )
+    reasons = dict.fromkeys(reason.rpartition(" (")[0] for band in inside for reason in band.unjudged)
     return f"not judged: {'; '.join(list(reasons)[:MOST_REASONS])}"
 
 
@@ -124,10 +116,7 @@ def _which(laws: Sequence["LawVerdict"], *, recommended: bool = True) -> str:
             f"no law can be recommended to {at_most(TRUST)} against {OF[best.reference]}, because the joint "
             f"uncertainty is wider where laws agree; the nearest, {nearest}"
         )
-    return (
-        f"no law is within {at_most(TRUST)} of {OF[best.reference]} at any judged point; the nearest, "
-        f"{nearest}"
-    )
+    return f"no law is within {at_most(TRUST)} of {OF[best.reference]} at any judged point; the nearest, {nearest}"
 
 
 def _merit(law: "LawVerdict") -> tuple[int, float, int, float]:
@@ -150,13 +139,7 @@ def _use(law: "LawVerdict", recommended: bool) -> str:
 
 def _doing(law: "LawVerdict", it: str) -> str:
     """What a law does where it is judged and not close: "up to 4 km/s it under-predicts by 16 to 25 %"."""
-    return joined(
-        [
-            f"{band.where} {it}{_verb(band)}"
-            for band in law.bands
-            if band.judged and band.word not in CLOSE
-        ]
-    )
+    return joined([f"{band.where} {it}{_verb(band)}" for band in law.bands if band.judged and band.word not in CLOSE])
 
 
 def _verb(band: "StatedBand") -> str:
@@ -249,9 +232,7 @@ def _rests(evidence: Evidence) -> str:
     left = f"; {flagged} of {plural(evidence.all_points, 'point')} flagged and not judged"
     count = sum(evidence.shots.values())
     doubted = [
-        word if known == count else f"{known} {word}"
-        for word, known in evidence.shots.items()
-        if word not in SURE
+        word if known == count else f"{known} {word}" for word, known in evidence.shots.items() if word not in SURE
     ]
     how = f" ({joined(doubted)})" if doubted else ""
     beside = f"; beside {plural(count, 'observed shot')}{how}" if count else ""

@@ -8,14 +8,7 @@ from typing import TYPE_CHECKING
 
 from studies.cubes.points import Place
 from studies.reports.verdict.bands import Band
-from studies.reports.verdict.evidence import (
-    TRUST,
-    AxisOfSweep,
-    Reference,
-    StatedWord,
-    Subject,
-    beside,
-)
+from studies.reports.verdict.evidence import TRUST, AxisOfSweep, Reference, StatedWord, Subject, beside
 from studies.reports.verdict.trends import UNEVEN, Exponent, Trend
 from studies.values.formats import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
 from studies.values.least_squares import CONFIDENCE
@@ -67,9 +60,7 @@ def word_of(band: Band, reference: Reference, is_simulation: bool) -> str:
         gives = difference(band.residuals)
         if band.untested:
             why = untested(band.untested, len(band.judged), reference, is_simulation)
-            return (
-                f"not judged: error bars of up to ±{bar} cover the difference ({gives}), but {why}"
-            )
+            return f"not judged: error bars of up to ±{bar} cover the difference ({gives}), but {why}"
         return f"agrees within the joint uncertainty of up to ±{bar} ({gives})"
     if band.word == "unjudged":
         return f"not judged: {listed(band.unjudged)}"
@@ -166,9 +157,7 @@ def residual_text(law: "LawVerdict") -> str:
         return f"At the one judged point {difference([law.smallest])}."
     if law.average is not None:
         average, ends = difference([law.average]), difference([law.smallest, law.largest])
-        return (
-            f"On average {average}." if ends == average else f"On average {average}, from {ends}."
-        )
+        return f"On average {average}." if ends == average else f"On average {average}, from {ends}."
     text = f"From {difference([law.smallest, law.largest])}, so no average is given"
     return f"{text}; {_trend(law.trend)}."
 
@@ -184,9 +173,7 @@ def _trend(trend: Trend | None) -> str:
         for slope in clear
     ]
     if lost:
-        texts.append(
-            f"none beyond its interval along {joined([words(slope.axis) for slope in lost])}"
-        )
+        texts.append(f"none beyond its interval along {joined([words(slope.axis) for slope in lost])}")
     share = f"{100.0 * CONFIDENCE:.0f}{NARROW_SPACE}%"
     return f"linear trend over {trend.n} points: {' and '.join(texts)} ({share} interval)"
 
@@ -200,9 +187,7 @@ def exponents_text(law: "LawVerdict") -> str:
     texts = []
     for axis in dict.fromkeys(each.axis for each in law.exponents):
         mine = [each for each in law.exponents if each.axis == axis]
-        texts.append(
-            f"of {words(axis)} {_exponents(mine)} in {OF[law.reference]} against {_of_law(mine)} in the law"
-        )
+        texts.append(f"of {words(axis)} {_exponents(mine)} in {OF[law.reference]} against {_of_law(mine)} in the law")
     return f"Exponents fitted to the same points: {'; '.join(texts)}." if texts else ""
 
 
@@ -211,8 +196,7 @@ def _exponents(mine: Sequence[Exponent]) -> str:
     sure = [each for each in mine if each.interval <= abs(each.reference)]
     if not sure:
         low, high = (
-            pick(each.reference + sign * each.interval for each in mine)
-            for pick, sign in ((min, -1.0), (max, 1.0))
+            pick(each.reference + sign * each.interval for each in mine) for pick, sign in ((min, -1.0), (max, 1.0))
         )
         return f"not determined (interval {decimals(low, 2)} to {decimals(high, 2)})"
     if len(mine) == 1:
@@ -248,9 +232,7 @@ def outside_texts(laws: Sequence["LawVerdict"]) -> tuple[str, ...]:
     others = list(dict.fromkeys(law.title for law in laws if law.other_material))
     for law in laws:
         if not law.other_material:
-            says = "; ".join(
-                f"{band.where} {band.says.partition(' (it gives')[0]}" for band in law.bands
-            )
+            says = "; ".join(f"{band.where} {band.says.partition(' (it gives')[0]}" for band in law.bands)
             # The sentence names its variants at the beginning.
             says = says.replace(f"{law.subject.partition('/')[2]} is not stated", "not stated")
             groups.setdefault((law.reference, says), {}).setdefault(law.title, []).append(law)
@@ -268,10 +250,7 @@ def outside_texts(laws: Sequence["LawVerdict"]) -> tuple[str, ...]:
 def drawn_texts(subjects: Sequence[Subject]) -> tuple[str, ...]:
     """The laws that are compared and drawn alone, each once, with the reason."""
     reasons = {each.title: each.drawn_only for each in subjects if each.drawn_only}
-    return tuple(
-        f"{title}: drawn and compared, and in no verdict: {reason}."
-        for title, reason in reasons.items()
-    )
+    return tuple(f"{title}: drawn and compared, and in no verdict: {reason}." for title, reason in reasons.items())
 
 
 def _variants(laws: Sequence["LawVerdict"]) -> str:

@@ -12,9 +12,7 @@ from studies.values.least_squares import linear
 
 # Beyond this ratio of the largest to the smallest residual an average hides what the residuals do.
 UNEVEN = 2.0
-FEWEST = (
-    3  # values of an axis to which an exponent is fitted: fewer leave no scatter to judge it by
-)
+FEWEST = 3  # values of an axis to which an exponent is fitted: fewer leave no scatter to judge it by
 
 
 @dataclass(frozen=True)
@@ -62,10 +60,7 @@ def is_uneven(residuals: np.ndarray) -> bool:
 def trend_of(places: Sequence[Place], residuals: np.ndarray, axes: Sequence[AxisOfSweep]) -> Trend:
     """The plane r = r0 + sum of slope x axis, by least squares; only the axes that the points can tell apart."""
     varied = [
-        (
-            axis,
-            np.array([float(place[axis.name]) for place in places]) * display_of(axis.unit).factor,
-        )
+        (axis, np.array([float(place[axis.name]) for place in places]) * display_of(axis.unit).factor)
         for axis in axes
         if axis.unit is not None
         and len({place.get(axis.name) for place in places} - {None}) > 1

@@ -27,10 +27,7 @@ LAST = 600  # characters of a block's output, for whoever reads why it failed
 SMALL = {
     "name": "small",
     "scenario": "thin_plate",
-    "fixed": {
-        **dict.fromkeys(("projectile", "target"), "copper-ofhc"),
-        "projectile_diameter": "8 mm",
-    },
+    "fixed": {**dict.fromkeys(("projectile", "target"), "copper-ofhc"), "projectile_diameter": "8 mm"},
     "axes": {"speed": ["4 km/s"], "plate_thickness": ["2 mm"]},
     "resolution": 16,
 }
@@ -160,10 +157,7 @@ class Reader:
 def blocks_of(page: Path) -> list[Block]:
     """Those of a page, in order."""
     text = page.read_text(encoding="utf-8")
-    return [
-        Block(result[1], result[2], text.count("\n", 0, result.start()) + 1)
-        for result in FENCED.finditer(text)
-    ]
+    return [Block(result[1], result[2], text.count("\n", 0, result.start()) + 1) for result in FENCED.finditer(text)]
 
 
 def cloned(place: Path) -> Path:

@@ -44,11 +44,7 @@ def row_of_checkpoints(here: CrashTest, ids: list[str]) -> Row:
 def rows_of_cubes(expected: Sequence[Path], got: Sequence[Path]) -> Iterator[Row]:
     """Every variable has the bits that were expected, and so has the file."""
     pairs = list(zip(expected, got, strict=True))
-    odd = [
-        name
-        for undisturbed_cube, cube in pairs
-        for name in inspection.differences(undisturbed_cube, cube)
-    ]
+    odd = [name for undisturbed_cube, cube in pairs for name in inspection.differences(undisturbed_cube, cube)]
     compared = sum(map(inspection.count_variables, got))
     names = ", ".join(sorted(set(odd))) or "none"
     yield Row(f"of {compared} variables in {len(got)} cubes, other bits", "none", names, not odd)

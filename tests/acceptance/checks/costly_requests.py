@@ -29,10 +29,7 @@ PAUSE_SECONDS = 0.5  # between two requests of one sender
 LONGEST_ANSWER = 150.0  # s; a child has 120 for a sweep
 HEADER = 200 << 20  # bytes
 # Half-sent heads: more than may be connected, and fewer than a process may open.
-HALVES = (
-    510,
-    900,
-)
+HALVES = (510, 900)
 CHUNKS = 1_000_000
 GRACE_SECONDS = 2.0  # after a deadline
 
@@ -64,25 +61,16 @@ def served(program: tuple[str, ...] = ("-m", "service")) -> Iterator[Service]:
             service.kill()
 
 
-def refused(
-    service: Service, names: Iterable[str], limits: AnswerLimits = AnswerLimits()
-) -> Iterator[Row]:
+def refused(service: Service, names: Iterable[str], limits: AnswerLimits = AnswerLimits()) -> Iterator[Row]:
     """Each body is sent wherever a document is taken."""
-    with (
-        httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS) as client,
-        probing(service.port) as probe,
-    ):
+    with httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS) as client, probing(service.port) as probe:
         for name in names:
             yield _row_of_answers(name, list(_answers(client, BODIES[name], service)), limits)
     yield from _rows_of_others("bad bodies", probe, limits)
 
 
 def closed(
-    service: Service,
-    header: int,
-    halves: Iterable[int],
-    seconds: float,
-    limits: AnswerLimits = AnswerLimits(),
+    service: Service, header: int, halves: Iterable[int], seconds: float, limits: AnswerLimits = AnswerLimits()
 ) -> Iterator[Row]:
     """A header of so many bytes, then so many half-sent heads with a slow client among them."""
     with probing(service.port) as probe:
@@ -98,9 +86,7 @@ def closed(
         yield from _rows_of_others(f"{count} half-sent heads", probe, limits)
 
 
-def pipelined(
-    service: Service, count: int, seconds: float, limits: AnswerLimits = AnswerLimits()
-) -> Iterator[Row]:
+def pipelined(service: Service, count: int, seconds: float, limits: AnswerLimits = AnswerLimits()) -> Iterator[Row]:
     """Many connections that send requests without reading the responses hold nobody up."""
     with probing(service.port) as probe, slow_clients.pipelining(service.port, count, "/docs"):
         time.sleep(seconds)
@@ -217,9 +203,7 @@ class RequestCost:
             self.status in REFUSALS
             and self.seconds <= limits.refusal
             and self.bytes <= MOST_BYTES
-            and (
-                self.findings < MOST_FINDINGS or (self.findings == MOST_FINDINGS and self.more > 0)
-            )
+            and (self.findings < MOST_FINDINGS or (self.findings == MOST_FINDINGS and self.more > 0))
         )
 
 
@@ -237,8 +221,7 @@ def _answers(client: httpx.Client, body: CostlyBody, service: Service) -> Iterat
 
 def _row_of_answers(name: str, answers: list[RequestCost], limits: AnswerLimits) -> Row:
     text = ", ".join(
-        f"{cost.status} after {cost.seconds:.2f} s ({cost.bytes} B, {cost.findings} + {cost.more})"
-        for cost in answers
+        f"{cost.status} after {cost.seconds:.2f} s ({cost.bytes} B, {cost.findings} + {cost.more})" for cost in answers
     )
     limit = f"each refused in {limits.refusal:g} s of computing ({MOST_BYTES} B, {MOST_FINDINGS} findings)"
     return Row(name, limit, text, all(cost.is_cheap(limits) for cost in answers))
@@ -246,10 +229,6 @@ def _row_of_answers(name: str, answers: list[RequestCost], limits: AnswerLimits)
 
 def _rows_of_others(name: str, probe: LivenessProbe, limits: AnswerLimits) -> Iterator[Row]:
     asked = len(probe.statuses)
-    yield at_most(
-        f"{name}: slowest of {asked} other answers (s)", limit=limits.live, got=probe.slowest
-    )
+    yield at_most(f"{name}: slowest of {asked} other answers (s)", limit=limits.live, got=probe.slowest)
     odd = probe.refusals()
-    yield Row(
-        f"{name}: other answers that are not 200", "none", odd or "none", asked > 0 and not odd
-    )
+    yield Row(f"{name}: other answers that are not 200", "none", odd or "none", asked > 0 and not odd)

@@ -117,9 +117,7 @@ class Small:
     def live(self, **more: str) -> int | None:
         forks = get_context("forkserver")
         forks.set_forkserver_preload([inline_service.__name__])
-        life = forks.Process(
-            target=inline_service.live, args=(self.artifacts.root, WORK.runs, more)
-        )
+        life = forks.Process(target=inline_service.live, args=(self.artifacts.root, WORK.runs, more))
         life.start()
         life.join(START_SECONDS)
         return life.exitcode
@@ -169,9 +167,7 @@ def _is_claimed(here: FaultSite, _observed: Observed) -> bool:
 
 def _has_unregistered_answer(here: FaultSite, before: Observed) -> bool:
     answers = [
-        here.artifacts.attempt_directory(claim) / RESULT
-        for claim in here.store.leases()
-        if claim.kind is Kind.RUN
+        here.artifacts.attempt_directory(claim) / RESULT for claim in here.store.leases() if claim.kind is Kind.RUN
     ]
     return any(map(Path.is_file, answers)) and _count(here, State.SUCCEEDED) == before.succeeded
 
@@ -199,9 +195,7 @@ CLAIMED = Expected("a row says running", _is_claimed)
 UNREGISTERED = Expected("an answer is complete, and no row names it", _has_unregistered_answer)
 UNPUBLISHED = Expected("cube and report are complete, and no row names them", _is_unpublished)
 EXPECTED: Mapping[str, Expected] = {
-    "submission-before-commit": Expected(
-        "no sweep is there", lambda here, _: not here.store.queue().states
-    ),
+    "submission-before-commit": Expected("no sweep is there", lambda here, _: not here.store.queue().states),
     "submission-after-commit": Expected("it is accepted whole", _is_accepted),
     "claim-after-commit": CLAIMED,
     "claim-after-submit": CLAIMED,
@@ -216,14 +210,9 @@ EXPECTED: Mapping[str, Expected] = {
 
 def _sound(here: FaultSite, where: str) -> Iterator[Row]:
     """The store in itself, and every file that it names."""
-    wrong = [
-        *inspection.contradictions(here.store),
-        *inspection.damaged(here.store, here.artifacts),
-    ]
+    wrong = [*inspection.contradictions(here.store), *inspection.damaged(here.store, here.artifacts)]
     wrong += inspection.half_files(here.store, here.artifacts)
-    yield Row(
-        f"{where}: what is wrong in store and files", "nothing", wrong or "nothing", not wrong
-    )
+    yield Row(f"{where}: what is wrong in store and files", "nothing", wrong or "nothing", not wrong)
 
 
 # --- a sweep without a service -----------------------------------------------------------------------
@@ -240,22 +229,13 @@ def of_a_copy() -> Iterator[Row]:
         yield Row(f"died at {COPY}", -SIGKILL, status, status == -SIGKILL)
         there = {file.name for file in out.iterdir()} & PUBLISHED
         parts = [file.name for file in out.glob(".*.part")]
-        yield Row(
-            "files copied out, half ones",
-            "1, 0",
-            f"{len(there)}, {len(parts)}",
-            len(there) == 1 and not parts,
-        )
+        yield Row("files copied out, half ones", "1, 0", f"{len(there)}, {len(parts)}", len(there) == 1 and not parts)
         status = _run(arguments)
         yield Row("the next one ends well", 0, status, status == 0)
-        with closing(
-            Store.open(f"sqlite:///{out / '.whipple' / 'whipple.db'}", migrate=False)
-        ) as store:
+        with closing(Store.open(f"sqlite:///{out / '.whipple' / 'whipple.db'}", migrate=False)) as store:
             row, *_ = store.sweeps().items  # the youngest; the one before had ended already
             begun = sum(run.attempt for run in inspection.runs(store, [row.id]).values())
-            wanted = {
-                file.name: file.sha256 for file in store.artifacts(row.id) if file.name in PUBLISHED
-            }
+            wanted = {file.name: file.sha256 for file in store.artifacts(row.id) if file.name in PUBLISHED}
         yield Row("runs computed again", 0, begun - WORK.runs, begun == WORK.runs)
         got = {name: digest(out / name) for name in wanted}
         whole = wanted == got and len(got) == len(PUBLISHED)

@@ -79,6 +79,4 @@ def site(plan: KillPlan, place: Path, seed: int) -> Iterator[CrashTest]:
         if plan.external:
             server = ends.enter_context(postgresql_server())
             url = ends.enter_context(server.database())
-        yield ends.enter_context(
-            crash_test(plan.work, place, seed=seed, database_url=url, external=plan.external)
-        )
+        yield ends.enter_context(crash_test(plan.work, place, seed=seed, database_url=url, external=plan.external))

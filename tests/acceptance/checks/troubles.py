@@ -15,13 +15,7 @@ import xarray as xr
 
 from service.records.jobs import Cause
 from studies.values.files import write_text
-from tests.acceptance.checks.common import (
-    fetch,
-    folder,
-    rows_of_cubes,
-    rows_of_store,
-    undisturbed,
-)
+from tests.acceptance.checks.common import fetch, folder, rows_of_cubes, rows_of_store, undisturbed
 from tests.acceptance.support import inspection, outage
 from tests.acceptance.support.crash_test import CrashTest, Work, crash_test
 from tests.acceptance.support.faults import KillMoment
@@ -77,11 +71,7 @@ def database_locked(**more: Any) -> Iterator[Row]:
 
 def database_away() -> Iterator[Row]:
     """A PostgreSQL server that crashes and comes back."""
-    with (
-        outage.postgresql() as database,
-        folder() as place,
-        crash_test(WORK, place, database_url=database.url) as here,
-    ):
+    with outage.postgresql() as database, folder() as place, crash_test(WORK, place, database_url=database.url) as here:
         ids = here.submit()
         wait_until(lambda: here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
         database.stop()
@@ -94,11 +84,7 @@ def database_away() -> Iterator[Row]:
 def disk_full(**more: Any) -> Iterator[Row]:
     """The rows of it; ``more`` words for the service."""
     settings = {"WHIPPLE_DISK_RESERVE": str(RESERVE)}
-    with (
-        folder() as place,
-        _small_disk(place / "data"),
-        crash_test(LONG, place, settings=settings, **more) as here,
-    ):
+    with folder() as place, _small_disk(place / "data"), crash_test(LONG, place, settings=settings, **more) as here:
         ids = here.submit()
         wait_until(lambda: here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
         filler = here.artifacts.root / "filler"
@@ -119,16 +105,8 @@ def _rows_of_want(here: CrashTest, before: int, since: int, filler: Path) -> Ite
     why = wait_until(lambda: here.store.queue().blocked_reason, seconds=PATIENCE)
     yield Row("why nothing is begun", "the reserve", why, "the reserve is" in why)
     _wait_for_looks(here, filler)
-    ends = {
-        (body["cause"], "the disk was full" in body["reason"])
-        for body in _bodies(here, "requeued", before)
-    }
-    yield Row(
-        "how runs ended that met it: lost, the disk was full",
-        {("lost", True)},
-        ends,
-        ends == {("lost", True)},
-    )
+    ends = {(body["cause"], "the disk was full" in body["reason"]) for body in _bodies(here, "requeued", before)}
+    yield Row("how runs ended that met it: lost, the disk was full", {("lost", True)}, ends, ends == {("lost", True)})
     begun = len(_bodies(here, "started", since))
     yield Row("attempts begun meanwhile", 0, begun, begun == 0)
 
@@ -147,11 +125,7 @@ def _has_other_reason(here: CrashTest, reason: str | None) -> bool:
 
 def _bodies(here: CrashTest, kind: str, last: int) -> list[Mapping[str, Any]]:
     """What events of a kind say that happened since."""
-    return [
-        event.body
-        for event in inspection.events(here.store)
-        if event.kind == kind and event.number > last
-    ]
+    return [event.body for event in inspection.events(here.store) if event.kind == kind and event.number > last]
 
 
 def clock_set() -> Iterator[Row]:
@@ -231,9 +205,7 @@ def _small_disk(data: Path) -> Iterator[None]:
     data.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK}", "none", str(data)]
     if os.getuid() != 0 or subprocess.run(mount, check=False, capture_output=True).returncode:
-        raise PermissionError(
-            "no file system can be mounted here: it needs root, and a container that allows it"
-        )
+        raise PermissionError("no file system can be mounted here: it needs root, and a container that allows it")
     try:
         yield
     finally:

@@ -50,9 +50,7 @@ class Seen:
 def chromium() -> Iterator[Browser]:
     """A browser for the duration of a block."""
     with sync_playwright() as playwright:
-        browser = playwright.chromium.launch(
-            executable_path=CHROMIUM, args=list(FLAGS), timeout=PATIENCE
-        )
+        browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS), timeout=PATIENCE)
         try:
             yield browser
         finally:
@@ -73,18 +71,12 @@ def opened(
     page.on("request", lambda request: requests.append(request.url))
     try:
         page.goto(file.as_uri(), timeout=PATIENCE)
-        yield (
-            page,
-            messages,
-            [url for url in requests if not url.startswith(("data:", file.as_uri()))],
-        )
+        yield (page, messages, [url for url in requests if not url.startswith(("data:", file.as_uri()))])
     finally:
         context.close()
 
 
-def look(
-    browser: Browser, file: Path, width: int, scheme: Scheme, picture: Path | None = None
-) -> Seen:
+def look(browser: Browser, file: Path, width: int, scheme: Scheme, picture: Path | None = None) -> Seen:
     """Open a page, and keep a picture of all of it."""
     with opened(browser, file, width, scheme) as (page, messages, requests):
         wider = page.evaluate("document.documentElement.scrollWidth - innerWidth")

@@ -44,14 +44,10 @@ def plain(body: bytes) -> Callable[[], bytes]:
 
 def observed(begin: str, piece: str, end: str = "") -> Callable[[], bytes]:
     """A sweep with a table of observations as text."""
-    return filled(
-        SWEEP + f'"observations": "{begin}'.encode(), piece.encode(), f'{end}"}}'.encode()
-    )
+    return filled(SWEEP + f'"observations": "{begin}'.encode(), piece.encode(), f'{end}"}}'.encode())
 
 
-MATERIALS = numbered(
-    b'{"scenario": "thin_plate", "materials": {', b'"m%d":{"x":1},', b'"m":1}}', FEW
-)
+MATERIALS = numbered(b'{"scenario": "thin_plate", "materials": {', b'"m%d":{"x":1},', b'"m":1}}', FEW)
 WRONG_TYPES = (
     b'{"name": [1], "title": {}, "scenario": "thin_plate", "fixed": 3, "axes": [{}], "combine": 0, '
     b'"resolution": {"start": []}, "offsets": "x", "materials": "y", "observations": 1.5}'
@@ -67,23 +63,15 @@ LAUGHS = b"a0: &a0 [ha, ha]\n" + b"".join(
 
 IN_JSON: Mapping[str, Callable[[], bytes]] = {
     "3 000 materials": MATERIALS,
-    "materials": numbered(
-        b'{"scenario": "thin_plate", "materials": {', b'"m%d":{},', b'"m":1}}', MOST_MAPPINGS
-    ),
+    "materials": numbered(b'{"scenario": "thin_plate", "materials": {', b'"m%d":{},', b'"m":1}}', MOST_MAPPINGS),
     "unknown keys": numbered(b"{", b'"scenari%d":1,', b'"x":1}', MANY),
-    "unknown parameters": numbered(
-        SWEEP + b'"fixed": {', b'"plate_thicknes%d":1,', b'"x":1}}', MANY
-    ),
-    "unknown axes": numbered(
-        b'{"scenario": "thin_plate", "axes": {', b'"a%d":1,', b'"x":1}}', 300_000
-    ),
+    "unknown parameters": numbered(SWEEP + b'"fixed": {', b'"plate_thicknes%d":1,', b'"x":1}}', MANY),
+    "unknown axes": numbered(b'{"scenario": "thin_plate", "axes": {', b'"a%d":1,', b'"x":1}}', 300_000),
     "unknown keys of a law": numbered(
         b'{"scenario": "thin_plate", "laws": [', b'{"form":"power","nme%d":1},', b"{}]}", 49
     ),
     "refused points": plain(REFUSED_POINTS),
-    "unknown keys of a material": numbered(
-        SWEEP + b'"materials": {"m": {', b'"k%d":1,', b'"x":1}}}', MANY
-    ),
+    "unknown keys of a material": numbered(SWEEP + b'"materials": {"m": {', b'"k%d":1,', b'"x":1}}}', MANY),
     "unknown keys of a range": numbered(
         b'{"scenario": "thin_plate", "axes": {"speed": {', b'"star%d":1,', b'"x":1}}}', MANY
     ),
@@ -99,23 +87,15 @@ IN_JSON: Mapping[str, Callable[[], bytes]] = {
     "integer of 4 MB": filled(SWEEP + b'"offsets": ', b"9", b"}"),
     "number of 4 MB": filled(SWEEP + b'"offsets": 0.', b"9", b"}"),
     "long integers": filled(SWEEP + b'"offsets": [', b"9" * 4000 + b",", b"1]}"),
-    "numbers that are none": filled(
-        b'{"scenario": "thin_plate", "axes": {"speed": [', b"NaN,", b"1]}}"
-    ),
+    "numbers that are none": filled(b'{"scenario": "thin_plate", "axes": {"speed": [', b"NaN,", b"1]}}"),
     "name of 4 MB": filled(SWEEP + b'"name": "', b"n", b'"}'),
     "scenario of 4 MB": filled(b'{"scenario": "', b"thin_plate ", b'"}'),
     "key of 4 MB": filled(b'{"materials": {"', b"m.", b'": {}}}'),
     "NUL": filled(b'{"scenario": ["', b"\\u0000", b'"]}'),
     "halves of characters": filled(b'{"scenario": ["', b'\\ud800","', b'"]}'),
-    "axis of 4 MB": filled(
-        b'{"scenario": "thin_plate", "axes": {"speed": [', b'"6 km/s",', b"1]}}"
-    ),
-    "axis of one material": filled(
-        b'{"scenario": "thin_plate", "axes": {"target": [', b'"copper-ofhc",', b"1]}}"
-    ),
-    "1 000 wrong values": filled(
-        b'{"scenario": "thin_plate", "axes": {"speed": [', b'"6 kn/s",', b"1]}}", 9_000
-    ),
+    "axis of 4 MB": filled(b'{"scenario": "thin_plate", "axes": {"speed": [', b'"6 km/s",', b"1]}}"),
+    "axis of one material": filled(b'{"scenario": "thin_plate", "axes": {"target": [', b'"copper-ofhc",', b"1]}}"),
+    "1 000 wrong values": filled(b'{"scenario": "thin_plate", "axes": {"speed": [', b'"6 kn/s",', b"1]}}", 9_000),
     "range of 1e400 steps": plain(
         b'{"scenario": "thin_plate", "axes": {"speed": '
         b'{"start": "1e-190 m/s", "stop": "1e199 m/s", "step": "1e-199 m/s"}}}'

@@ -11,19 +11,8 @@ from typing import Any
 from service.files.artifacts import Artifacts
 from service.records.jobs import StoreUnavailable
 from service.store import Store
-from tests.acceptance.support.faults import (
-    AttemptObserver,
-    Fault,
-    KillMoment,
-    ObservedAttempt,
-    Victim,
-)
-from tests.acceptance.support.process_tree import (
-    ProcessTree,
-    kill_and_wait,
-    parent_of,
-    process_tree,
-)
+from tests.acceptance.support.faults import AttemptObserver, Fault, KillMoment, ObservedAttempt, Victim
+from tests.acceptance.support.process_tree import ProcessTree, kill_and_wait, parent_of, process_tree
 from tests.acceptance.support.serving import Service
 from tests.service.support.cluster import DaskCluster, ShellProcess, running
 from tests.service.support.fakes import is_gone, wait_until
@@ -71,11 +60,7 @@ class Work:
         return {
             "name": f"crash-test-{number}",
             "scenario": "thin_plate",
-            "fixed": {
-                "projectile": "copper-ofhc",
-                "target": "copper-ofhc",
-                "projectile_diameter": "8 mm",
-            },
+            "fixed": {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"},
             "axes": {"speed": speeds, "plate_thickness": thicknesses},
             "resolution": self.resolution,
         }
@@ -181,9 +166,7 @@ class CrashTest:
         return self.chance.choice(attempts) if attempts else None
 
     def _has_ended(self) -> bool:
-        return not any(
-            count for state, count in self.store.queue().states.items() if not _is_end(state)
-        )
+        return not any(count for state, count in self.store.queue().states.items() if not _is_end(state))
 
     def _all_ended(self, ids: list[str]) -> bool:
         return all(self.store.sweep(id).is_terminal for id in ids)

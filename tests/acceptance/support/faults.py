@@ -38,12 +38,7 @@ class KillMoment(StrEnum):
 
 
 # With a process of its own.
-OF_A_PROCESS = (
-    KillMoment.CHECKPOINTED,
-    KillMoment.COMPUTING,
-    KillMoment.PUBLISHING,
-    KillMoment.ANY,
-)
+OF_A_PROCESS = (KillMoment.CHECKPOINTED, KillMoment.COMPUTING, KillMoment.PUBLISHING, KillMoment.ANY)
 
 
 @dataclass(frozen=True)

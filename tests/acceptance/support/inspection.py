@@ -77,9 +77,7 @@ def resumed(store: Store, artifacts: Artifacts, sweeps: list[str]) -> list[str]:
         if file.name == RESULT and artifacts.is_intact(file)
     }
     return [
-        id
-        for id, file in answers.items()
-        if " step " in str(artifacts.read_json(file)["provenance"].get("checkpoint"))
+        id for id, file in answers.items() if " step " in str(artifacts.read_json(file)["provenance"].get("checkpoint"))
     ]
 
 
@@ -95,11 +93,7 @@ def half_files(store: Store, artifacts: Artifacts) -> list[str]:
 def _folders_that_count(store: Store, artifacts: Artifacts) -> list[Path]:
     """Those of registered files, and those that would be registered at the next look."""
     registered = {artifacts.path(file).parent for file in files(store)}
-    complete = {
-        artifacts.attempt_directory(claim)
-        for claim in store.leases()
-        if artifacts.complete_files(claim)
-    }
+    complete = {artifacts.attempt_directory(claim) for claim in store.leases() if artifacts.complete_files(claim)}
     return sorted(registered | complete)
 
 

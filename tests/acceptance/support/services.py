@@ -40,9 +40,7 @@ class Services:
 
 
 @contextmanager
-def sharing(
-    place: Path, database_url: str, work: Work, count: int, **environment: str
-) -> Iterator[Services]:
+def sharing(place: Path, database_url: str, work: Work, count: int, **environment: str) -> Iterator[Services]:
     """So many services, until the end of the block."""
     with ExitStack() as ends:
         tree = ends.enter_context(process_tree())

@@ -8,10 +8,7 @@ from tests.acceptance.checks.pages import pages, rows_of_page
 from tests.claims import Row, claim
 
 
-@claim(
-    "docs-run",
-    says="the blocks of every page of docs/ do what it says: run in order, verbatim, in a fresh clone",
-)
+@claim("docs-run", says="the blocks of every page of docs/ do what it says: run in order, verbatim, in a fresh clone")
 def docs_run() -> Iterator[Row]:
     for page in pages():
         with tempfile.TemporaryDirectory(prefix="whipple-docs-") as name:

@@ -4,14 +4,7 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import whipple
-from tests.acceptance.support.browser import (
-    SCHEMES,
-    WIDTHS,
-    chromium,
-    look,
-    print_page,
-    rows_of,
-)
+from tests.acceptance.support.browser import SCHEMES, WIDTHS, chromium, look, print_page, rows_of
 from tests.claims import Row, at_most, claim
 
 # Pictures of the page stay here, to be looked at.

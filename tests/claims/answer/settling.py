@@ -42,9 +42,7 @@ def endings(draw: tuple[str, dict[str, Any]]) -> list[Ending]:
 
     def computed(**changes: Any) -> RunResult:
         with tempfile.TemporaryDirectory() as folder:
-            return execute(
-                resolve(scenario, {**parameters, **changes}, roles), Path(folder), threads=1
-            )
+            return execute(resolve(scenario, {**parameters, **changes}, roles), Path(folder), threads=1)
 
     ended = computed()
     later = computed(end_time=2.0 * ended.numbers["end_time"], stop="end_time")
@@ -83,9 +81,7 @@ def settled() -> Iterator[Row]:
     )
     flagged = sum(each.flagged for each in measured)
     yield at_most(
-        f"share of {len(measured)} measurements flagged as still growing",
-        limit=FLAGGED,
-        got=flagged / len(measured),
+        f"share of {len(measured)} measurements flagged as still growing", limit=FLAGGED, got=flagged / len(measured)
     )
     median = float(np.nanmedian([each.share for each in calm]))
     yield Row("median error bar of the settled, share of the value", "", f"{median:.1%}", None)

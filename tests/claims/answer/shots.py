@@ -16,10 +16,7 @@ SAME = 2e-3
 CHOSEN = 2  # shots of each table: the shortest bars, and both holes
 
 
-@claim(
-    "shots",
-    says="docs/shots.md has every published shot that ships, and what the default recipe gives for it now",
-)
+@claim("shots", says="docs/shots.md has every published shot that ships, and what the default recipe gives for it now")
 def published_shots() -> Iterator[Row]:
     document = shots.stored()
     yield equal("physics version", expected=PHYSICS_VERSION, got=document["physics_version"])

@@ -20,9 +20,7 @@ from tests.claims import Row, claim
 from tests.studies.support import fakes
 
 NAME = "hole_diameter"
-MOST = (
-    0.10  # the difference up to which the report calls a law numerically close, or within so much
-)
+MOST = 0.10  # the difference up to which the report calls a law numerically close, or within so much
 CLOSE = ("numerically", "within")
 PERCENT = re.compile(r"(\d+(?:\.\d+)?)(?: to (\d+(?:\.\d+)?))?\u202f%")
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?")
@@ -40,12 +38,7 @@ TILTED = fakes.Law(
 
 
 # A law of the second quantity of craters.
-HALF = fakes.Law(
-    "half",
-    "crater_diameter",
-    lambda shot, _: 2.0 * (shot.speed / 5e3) ** (2.0 / 3.0),
-    title="half",
-)
+HALF = fakes.Law("half", "crater_diameter", lambda shot, _: 2.0 * (shot.speed / 5e3) ** (2.0 / 3.0), title="half")
 
 
 # ---- sentences -----------------------------------------------------------------------------------
@@ -162,9 +155,7 @@ def _recomputed(dataset: xr.Dataset, case: str, stated: Mapping[str, Any]) -> It
     if not stated["laws"]:
         return
     best = max(stated["laws"], key=lambda law: law["close"])
-    clauses = [
-        f"{each['where']}: {each['says']}" for each in best["bands"] if each["word"] in CLOSE
-    ]
+    clauses = [f"{each['where']}: {each['says']}" for each in best["bands"] if each["word"] in CLOSE]
     places = [stated["recommendation"].find(clause) for clause in clauses]
     said = -1 not in places and places == sorted(places)
     where = f"{case}: recommendation names each band by itself, in the words of the list"
@@ -254,12 +245,7 @@ def _bands(where: str, bands: list[dict[str, Any]], frame: xr.Dataset) -> Iterat
         if band["word"] in CLOSE or band["says"].startswith(CLOSE):
             same = band["says"].startswith(band["word"])
             yield Row(f"{where}: {band['where']}, word", band["says"], band["word"], same)
-    yield Row(
-        f"{where}: points in bands",
-        int(frame.residual.size),
-        covered,
-        covered == frame.residual.size,
-    )
+    yield Row(f"{where}: points in bands", int(frame.residual.size), covered, covered == frame.residual.size)
 
 
 def _selected(text: str, frame: xr.Dataset) -> xr.DataArray:
@@ -275,9 +261,7 @@ def _selected(text: str, frame: xr.Dataset) -> xr.DataArray:
     if others:
         thicknesses = [1e-3 * float(each) for each in NUMBER.findall(others)]
         near = [np.isclose(frame.plate_thickness, each) for each in thicknesses]
-        mask = mask & xr.zeros_like(frame.plate_thickness, dtype=bool).copy(
-            data=np.any(near, axis=0)
-        )
+        mask = mask & xr.zeros_like(frame.plate_thickness, dtype=bool).copy(data=np.any(near, axis=0))
     return mask.broadcast_like(frame.residual)
 
 
@@ -319,20 +303,13 @@ def _each_point(where: str, listed: list[dict[str, Any]], frame: xr.Dataset) -> 
         at = frame.sel({name: each["at"][name] for name in frame.dims})
         residual, bar = float(at.residual), float(at.bar.fillna(0.0))
         sizes = (abs(residual), bar, bool(at.tests))
-        word = (
-            "outside" if not at.inside else "unjudged" if not at.usable else _word(residual, *sizes)
-        )
+        word = "outside" if not at.inside else "unjudged" if not at.usable else _word(residual, *sizes)
         numbers = [(each["predicted"], at.law), (each["reference"], at.value)]
         same = all(a is None if np.isnan(b) else a == float(b) for a, b in numbers)
         if not same or each["word"] != word:
             wrong.append(each)
     count = [len(listed), frame.residual.size]
-    return Row(
-        f"{where}: points in the list",
-        count[1],
-        count[0] - len(wrong),
-        not wrong and count[0] == count[1],
-    )
+    return Row(f"{where}: points in the list", count[1], count[0] - len(wrong), not wrong and count[0] == count[1])
 
 
 def _word(residual: float, size: float, bar: float, tests: bool) -> str:
@@ -359,15 +336,11 @@ def _details(where: str, details: list[str], frame: xr.Dataset) -> Iterator[Row]
     residual = frame.residual.values.ravel()[judged]
     for text in details:
         if text.startswith(("On average", "At the one")):
-            alike = residual.min() * residual.max() > 0 and max(abs(residual)) <= 2 * min(
-                abs(residual)
-            )
+            alike = residual.min() * residual.max() > 0 and max(abs(residual)) <= 2 * min(abs(residual))
             mean = 100.0 * abs(float(residual.mean()))
             got = float(PERCENT.findall(text)[0][0])
             near = math.isclose(got, mean, abs_tol=0.5)
-            yield Row(
-                f"{where}: average (%)", round(mean, 2), got, near and (alike or residual.size == 1)
-            )
+            yield Row(f"{where}: average (%)", round(mean, 2), got, near and (alike or residual.size == 1))
         elif text.startswith("From"):
             yield from _trend(where, text, frame, judged, residual)
         elif text.startswith("Exponents"):
@@ -380,14 +353,10 @@ def _details(where: str, details: list[str], frame: xr.Dataset) -> Iterator[Row]
             yield Row(f"{where}: inside the joint uncertainty", counts, stated, counts == stated)
 
 
-def _trend(
-    where: str, text: str, frame: xr.Dataset, judged: np.ndarray, residual: np.ndarray
-) -> Iterator[Row]:
+def _trend(where: str, text: str, frame: xr.Dataset, judged: np.ndarray, residual: np.ndarray) -> Iterator[Row]:
     sizes = abs(residual)
     uneven = residual.min() < 0 < residual.max() or sizes.max() > 2 * sizes.min()
-    yield Row(
-        f"{where}: no average is given", "uneven", "uneven" if uneven else "even", bool(uneven)
-    )
+    yield Row(f"{where}: no average is given", "uneven", "uneven" if uneven else "even", bool(uneven))
     clear = {
         axis.replace(" ", "_"): (value, half)
         for value, half, axis in re.findall(
@@ -395,18 +364,11 @@ def _trend(
         )
     }
     _, _, lost = text.partition("none beyond its interval along ")
-    axes = [
-        axis
-        for axis in ("speed", "plate_thickness")
-        if axis in clear or axis.replace("_", " ") in lost
-    ]
+    axes = [axis for axis in ("speed", "plate_thickness") if axis in clear or axis.replace("_", " ") in lost]
     if not axes:
         return
     scales = {"speed": 1e3, "plate_thickness": 1e-3}
-    columns = [
-        frame[axis].broadcast_like(frame.residual).values.ravel()[judged] / scales[axis]
-        for axis in axes
-    ]
+    columns = [frame[axis].broadcast_like(frame.residual).values.ravel()[judged] / scales[axis] for axis in axes]
     matrix = np.column_stack([np.ones(len(residual)), *columns])
     slopes = np.linalg.pinv(matrix) @ residual
     freedom = len(residual) - matrix.shape[1]
@@ -431,17 +393,12 @@ def _student(freedom: int) -> float:
     grid = np.linspace(0.0, 60.0, 600_001)
     density = (1.0 + grid**2 / freedom) ** (-0.5 * (freedom + 1))
     share = np.cumsum(density)
-    scale = math.sqrt(freedom * math.pi) * math.exp(
-        math.lgamma(0.5 * freedom) - math.lgamma(0.5 * (freedom + 1))
-    )
+    scale = math.sqrt(freedom * math.pi) * math.exp(math.lgamma(0.5 * freedom) - math.lgamma(0.5 * (freedom + 1)))
     return float(grid[np.searchsorted(share * grid[1] / scale, 0.475)])
 
 
 def _exponents(where: str, text: str, frame: xr.Dataset, judged: np.ndarray) -> Iterator[Row]:
-    flat = {
-        key: frame[key].broadcast_like(frame.residual).values.ravel()[judged]
-        for key in ("value", "law", "speed")
-    }
+    flat = {key: frame[key].broadcast_like(frame.residual).values.ravel()[judged] for key in ("value", "law", "speed")}
     others = np.zeros(judged.sum())
     if "plate_thickness" in frame.dims:
         others = frame.plate_thickness.broadcast_like(frame.residual).values.ravel()[judged]
@@ -459,16 +416,9 @@ def _exponents(where: str, text: str, frame: xr.Dataset, judged: np.ndarray) -> 
     for (key, slopes), said in zip(fits.items(), words.groups(), strict=True):
         ends = sorted({min(slopes), max(slopes)})
         single = len(slopes) == 1 and key == "value"
-        got = [_fraction(each) for each in said.split(" ± " if single else " to ")][
-            : 1 if single else 2
-        ]
-        near = all(
-            abs(a - b) < 0.00501
-            for a, b in zip((ends[0], ends[-1]), (got[0], got[-1]), strict=True)
-        )
-        yield Row(
-            f"{where}: exponent of speed, {key}", [round(each, 3) for each in ends], said, near
-        )
+        got = [_fraction(each) for each in said.split(" ± " if single else " to ")][: 1 if single else 2]
+        near = all(abs(a - b) < 0.00501 for a, b in zip((ends[0], ends[-1]), (got[0], got[-1]), strict=True))
+        yield Row(f"{where}: exponent of speed, {key}", [round(each, 3) for each in ends], said, near)
 
 
 def _fraction(text: str) -> float:
@@ -495,12 +445,8 @@ def verdict_words() -> Iterator[Row]:
         quantity["recommendation"],
     )
     bands, quantity, _ = _synthetic(low)
-    yield _says(
-        "law 20 % low above 5 km/s, below", "up to 5 km/s: numerically to 1\u202f%", bands[0]
-    )
-    yield _says(
-        "law 20 % low above 5 km/s, above", "from 6 km/s: under-predicts by 20\u202f%", bands[-1]
-    )
+    yield _says("law 20 % low above 5 km/s, below", "up to 5 km/s: numerically to 1\u202f%", bands[0])
+    yield _says("law 20 % low above 5 km/s, above", "from 6 km/s: under-predicts by 20\u202f%", bands[-1])
     yield _has(
         "law 20 % low above 5 km/s",
         "use the law up to 5 km/s: numerically to 1\u202f% against the simulation; from 6 km/s it under-predicts by "
@@ -513,54 +459,28 @@ def verdict_words() -> Iterator[Row]:
     (band,), quantity, _ = _synthetic(exact, speeds=(5e3,))
     yield _says("one point", "at 5 km/s: numerically to 1\u202f%", band)
     yield _has("one point", "(a single point)", quantity["recommendation"])
-    yield _has(
-        "one point",
-        "At the one judged point no difference",
-        " ".join(quantity["laws"][0]["details"]),
-    )
-    (band,), _, document = _synthetic(
-        exact, change=lambda result: replace(result, state="failed", reason="no")
-    )
+    yield _has("one point", "At the one judged point no difference", " ".join(quantity["laws"][0]["details"]))
+    (band,), _, document = _synthetic(exact, change=lambda result: replace(result, state="failed", reason="no"))
     yield _says("all failed", "from 2 to 7 km/s: not judged: the run failed", band)
-    yield _is(
-        "all failed", "No recommendation for hole diameter (not judged: the run failed).", document
-    )
-    (band,), quantity, document = _synthetic(
-        exact, change=lambda result: replace(result, flags=("under_resolved",))
-    )
+    yield _is("all failed", "No recommendation for hole diameter (not judged: the run failed).", document)
+    (band,), quantity, document = _synthetic(exact, change=lambda result: replace(result, flags=("under_resolved",)))
     yield _says("all flagged", "from 2 to 7 km/s: not judged: flagged as under resolved", band)
-    yield _is(
-        "all flagged",
-        "No recommendation for hole diameter (not judged: flagged as under resolved).",
-        document,
-    )
+    yield _is("all flagged", "No recommendation for hole diameter (not judged: flagged as under resolved).", document)
     yield _has("all flagged", "Under resolved: 6 of 6 points", " ".join(quantity["flags"]))
     (band,), quantity, document = _synthetic(lambda v: 1.0 + (v - 4500.0) / 5e4)
     law = quantity["laws"][0]
-    yield _says(
-        "mixed sign", "from 2 to 7 km/s: within 5\u202f% (beyond the joint uncertainty)", band
-    )
-    yield _has(
-        "mixed sign", "no average is given; linear trend over 6 points: +2.0 ±", law["details"][0]
-    )
+    yield _says("mixed sign", "from 2 to 7 km/s: within 5\u202f% (beyond the joint uncertainty)", band)
+    yield _has("mixed sign", "no average is given; linear trend over 6 points: +2.0 ±", law["details"][0])
     (residual,) = document["residuals"]
-    averages = [
-        law["average"],
-        residual["everywhere"]["bias"],
-        residual["everywhere"]["relative_bias"],
-    ]
+    averages = [law["average"], residual["everywhere"]["bias"], residual["everywhere"]["relative_bias"]]
     yield Row("mixed sign: averages in report.json", [None] * 3, averages, averages == [None] * 3)
     bare = "on average" in residual["sentence"].lower()
-    yield Row(
-        "mixed sign: average in the sentence of residuals", "none", residual["sentence"], not bare
-    )
+    yield Row("mixed sign: average in the sentence of residuals", "none", residual["sentence"], not bare)
     versions = iter(range(100))
     document = _document(exact, change=lambda result: _with_version(result, 1 + next(versions) % 2))
     verdict = document["verdict"]
     yield _has("mixed versions", "by versions 1 and 2 of its definition", verdict["reason"])
-    yield Row(
-        "mixed versions: quantities judged", [], verdict["quantities"], not verdict["quantities"]
-    )
+    yield Row("mixed versions: quantities judged", [], verdict["quantities"], not verdict["quantities"])
 
 
 def _words_of_one_kind() -> Iterator[Row]:
@@ -575,9 +495,7 @@ def _words_of_one_kind() -> Iterator[Row]:
     text = "from 2 to 7 km/s: within 5\u202f% (beyond the joint uncertainty at 1 of 6 points)"
     yield _says("law 5 % high at 2 km/s", text, bands[0])
     bands, quantity, _ = _synthetic(lambda v: 1.3 if v == 4e3 else 1.0)
-    yield _says(
-        "contradicted at 4 km/s, between", "at 4 km/s: over-predicts by 30\u202f%", bands[1]
-    )
+    yield _says("contradicted at 4 km/s, between", "at 4 km/s: over-predicts by 30\u202f%", bands[1])
     yield _has(
         "contradicted at 4 km/s",
         "use the law up to 3 km/s: numerically to 1\u202f%, from 5 km/s: numerically to 1\u202f%, each against the "
@@ -617,18 +535,11 @@ def _document(
 ) -> dict[str, Any]:
     """The comparison of holes of 2 v/(5 km/s) d on every grid with a law that gives this times a factor, as JSON."""
     law = fakes.Law(
-        "law",
-        NAME,
-        lambda shot, _: _ratio(shot.speed) * factor(shot.speed),
-        title="the law",
-        rangeless=rangeless,
+        "law", NAME, lambda shot, _: _ratio(shot.speed) * factor(shot.speed), title="the law", rangeless=rangeless
     )
     fixed = {"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3}
     sweep = fakes.Sweep(
-        (fakes.Axis("speed", "m s-1", speeds),),
-        fixed,
-        refinements=fakes.refinements(offsets=(0.0,)),
-        model_part="none",
+        (fakes.Axis("speed", "m s-1", speeds),), fixed, refinements=fakes.refinements(offsets=(0.0,)), model_part="none"
     )
     results = {point.run.id: change(_result(point.run)) for point in sweep.runs()}
     catalogue = fakes.catalogue()

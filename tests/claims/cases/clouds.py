@@ -34,9 +34,7 @@ CASE = {
 MOMENTUM = 15.80  # N s, of the whole projectile
 PRINTED = 0.005  # N s: half of its last digit
 CLOSED = 1e-6  # of the momentum
-FASTEST = (
-    1.1  # of the free surface's velocity 2 u_p; of like metals u_p is half of the impact speed
-)
+FASTEST = 1.1  # of the free surface's velocity 2 u_p; of like metals u_p is half of the impact speed
 
 
 @dataclass(frozen=True)
@@ -87,10 +85,7 @@ def _balances(each: Cloud) -> Iterator[Row]:
     momentum = np.sum(histories["axial_momentum"], axis=0) - histories["axial_impulse"]
     momentum += np.sum(histories["departed_axial_momentum"], axis=0)
     yield absolute(
-        f"{where} axial momentum at the touch (N s)",
-        expected=MOMENTUM,
-        got=float(momentum[0]),
-        within=PRINTED,
+        f"{where} axial momentum at the touch (N s)", expected=MOMENTUM, got=float(momentum[0]), within=PRINTED
     )
     error = float(np.abs(momentum / momentum[0] - 1.0).max())
     yield at_most(f"{where} axial momentum at any time, relative error", limit=CLOSED, got=error)

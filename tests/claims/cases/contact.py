@@ -116,16 +116,9 @@ def contact_loss() -> Iterator[Row]:
         crater = _crater("bardenhagen", cell, END)
         lost.append(crater.removed)
         yield absolute(
-            f"{where}: energy removed (of the initial)",
-            expected=expected,
-            got=crater.removed,
-            within=PRINTED,
+            f"{where}: energy removed (of the initial)", expected=expected, got=crater.removed, within=PRINTED
         )
-        yield at_least(
-            f"{where}: part of it in the first 1.3 us",
-            limit=MOST,
-            got=crater.touched / crater.removed,
-        )
+        yield at_least(f"{where}: part of it in the first 1.3 us", limit=MOST, got=crater.touched / crater.removed)
         yield at_most(
             f"{where}: of what the printed criterion removes in the first 1.3 us",
             limit=1.0,
@@ -142,9 +135,7 @@ def contact_loss() -> Iterator[Row]:
     "printed criterion lets them creep farther; where the gap is known they stay in place within 0.1 cells",
 )
 def contact_creep() -> Iterator[Row]:
-    faces = {
-        (contact, cells): _overlap(contact, cells) for contact in CRITERIA for cells in (20.0, 40.0)
-    }
+    faces = {(contact, cells): _overlap(contact, cells) for contact in CRITERIA for cells in (20.0, 40.0)}
     for (contact, cells), (overlap, energy) in faces.items():
         where = f"{CRITERIA[contact]}, a shock through {cells:g} cells"
         yield Row(f"{where}: overlap of the faces (cells)", "", overlap, None)
@@ -179,9 +170,7 @@ def contact_gap_impact() -> Iterator[Row]:
                     value = shots[contact].measurements[name].value
                     got = math.nan if value is None else 1e3 * value
                     yield Row(f"{where}, {says}: {name} (mm)", "", got, None)
-            lost = {
-                contact: shots[contact].numbers["contact_energy_fraction"] for contact in CRITERIA
-            }
+            lost = {contact: shots[contact].numbers["contact_energy_fraction"] for contact in CRITERIA}
             yield at_most(
                 f"{where}: energy that contact at the gap removed, against contact (of the initial)",
                 limit=lost["bardenhagen"],

@@ -46,9 +46,7 @@ def appendix_a() -> Iterator[Row]:
 @claim("deck-bar", says="the deck of the thesis' elastic bar equals its scenario bit for bit")
 def deck_bar() -> Iterator[Row]:
     """Every number of every particle after some steps."""
-    own = _problem(
-        "elastic_bar", geometry="quarter", recipe="thesis", wall="symmetric", fixed_dt=1e-8
-    )
+    own = _problem("elastic_bar", geometry="quarter", recipe="thesis", wall="symmetric", fixed_dt=1e-8)
     text = bar_deck(own, young=100e9, poisson=0.3)
     first, second = (start(each) for each in (own, _problem("deck", deck=text)))
     for _ in range(STEPS):

@@ -52,9 +52,6 @@ def _criterion_of_logarithms(fit: FittedForm) -> float:
     count = len(ratios)
     size = count * np.log(np.mean(fit.solution.residuals**2))
     measured = np.log(
-        [
-            value / shot.projectile_diameter
-            for value, shot in zip(fit.measured.values, fit.measured.shots, strict=True)
-        ]
+        [value / shot.projectile_diameter for value, shot in zip(fit.measured.values, fit.measured.shots, strict=True)]
     )
     return float(size + 2.0 * measured.sum() if fit.form.logarithmic else size)

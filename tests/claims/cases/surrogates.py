@@ -50,15 +50,10 @@ def ishigami_indices() -> Iterator[Row]:
             yield Row(f"{index.name}, {kind}", round(exact, 3), text, got.low <= exact <= got.high)
 
 
-@claim(
-    "sobol-intervals",
-    says="the intervals of Sobol indices hold Ishigami's exact ones at 90 % or more of 20 seeds",
-)
+@claim("sobol-intervals", says="the intervals of Sobol indices hold Ishigami's exact ones at 90 % or more of 20 seeds")
 def sobol_intervals() -> Iterator[Row]:
     every = [indices_of(ishigami, NAMES, BOUNDS, samples=1024, seed=seed) for seed in SEEDS]
-    yield at_least(
-        "share inside", limit=COVERED[0], got=float(np.mean([_inside(e) for e in every]))
-    )
+    yield at_least("share inside", limit=COVERED[0], got=float(np.mean([_inside(e) for e in every])))
 
 
 def _inside(indices: list[InputIndices]) -> list[bool]:
@@ -93,9 +88,7 @@ def surrogate_left_out() -> Iterator[Row]:
 def _rows(where: str, left: LeftOut) -> Iterator[Row]:
     errors = ", ".join(f"{1e3 * error:+.3f}" for error in left.errors)
     yield Row(f"{where}: predicted minus computed (mm)", "", errors, None)
-    text = (
-        f"rms {1e3 * left.rms:.3f} mm, largest {1e3 * left.largest:.3f} mm, Q2 {left.explained:.4f}"
-    )
+    text = f"rms {1e3 * left.rms:.3f} mm, largest {1e3 * left.largest:.3f} mm, Q2 {left.explained:.4f}"
     yield Row(f"{where}: errors", "", text, None)
     # A dozen runs: the share of one cube is 11 of 12, or outside of these limits.
     yield Row(f"{where}: coverage", "", round(left.coverage, 3), None)
@@ -118,9 +111,7 @@ def surrogate_unseen() -> Iterator[Row]:
         c, m, n, b = rng.uniform((0.5, 0.3, 0.2, 0.0), (2.5, 1.0, 0.9, 1.5))
         scatter = 10 ** rng.uniform(-3.0, -1.5)
 
-        def size(
-            x: np.ndarray, c: float = c, m: float = m, n: float = n, b: float = b
-        ) -> np.ndarray:
+        def size(x: np.ndarray, c: float = c, m: float = m, n: float = n, b: float = b) -> np.ndarray:
             return c * x[:, 0] ** m * x[:, 1] ** n + b
 
         inputs = (SurrogateInput("v", "1", 2.0, 7.0), SurrogateInput("t", "1", 0.1, 0.6))
@@ -128,9 +119,7 @@ def surrogate_unseen() -> Iterator[Row]:
             np.column_stack(
                 [
                     each.low + (each.high - each.low) * np.array(column)
-                    for each, column in zip(
-                        inputs, Sampling(method, count, number).coordinates(2), strict=True
-                    )
+                    for each, column in zip(inputs, Sampling(method, count, number).coordinates(2), strict=True)
                 ]
             )
             for method, count in ((SOBOL, PLACES), (LATIN, UNSEEN))

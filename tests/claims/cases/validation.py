@@ -52,9 +52,7 @@ def _cube(document: Mapping[str, Any]) -> xr.Dataset:
     """The cube of a sweep that is computed in this process."""
     sweep = Sweep.parse(document)
     with tempfile.TemporaryDirectory(prefix="whipple-claims-") as folder:
-        results = {
-            point.run.id: execute(point.run, Path(folder), threads=1) for point in sweep.runs()
-        }
+        results = {point.run.id: execute(point.run, Path(folder), threads=1) for point in sweep.runs()}
     return cube.build(sweep, results)
 
 
@@ -80,12 +78,7 @@ def validation_pages() -> Iterator[Row]:
 # Of a core: by particle-steps and 0.1 us each, measured 2026-11-23.
 MINUTES = {"hole-laws": 50.0, "table-3-3-half-model": 9.0, "table-3-4-half-model": 16.0}
 CLAIMS = [
-    Claim(
-        name,
-        validation.load(name).says,
-        partial(_rows, [name], "fine"),
-        minutes=MINUTES.get(name, 0.0),
-    )
+    Claim(name, validation.load(name).says, partial(_rows, [name], "fine"), minutes=MINUTES.get(name, 0.0))
     for name in validation.names()
 ]
 CLAIMS += [
@@ -97,11 +90,4 @@ CLAIMS += [
     )
     for name in ("table-3-3", "table-3-4")
 ]
-CLAIMS.append(
-    Claim(
-        "validation-quick",
-        "every validation case holds on coarse grids",
-        _quick_rows,
-        quick=True,
-    )
-)
+CLAIMS.append(Claim("validation-quick", "every validation case holds on coarse grids", _quick_rows, quick=True))

@@ -23,10 +23,7 @@ SHAPES = {
 }
 
 
-@claim(
-    "demo",
-    says="the demo computes holes and craters, cubes and reports, with energy kept within 1 %",
-)
+@claim("demo", says="the demo computes holes and craters, cubes and reports, with energy kept within 1 %")
 def demo() -> Iterator[Row]:
     with tempfile.TemporaryDirectory() as folder:
         out = Path(folder) / "demo"
@@ -52,17 +49,8 @@ def _cube(name: str, shape: dict[str, int], path: Path) -> Iterator[Row]:
         sizes = {axis: int(cube.sizes[axis]) for axis in shape}
         yield Row(f"axes of {name}", shape, sizes, sizes == shape)
         drift = np.abs(cube["audit_largest_energy_drift"].to_numpy())
-        yield at_most(
-            f"largest energy drift of any run of {name}",
-            limit=ENERGY_DRIFT_LIMIT,
-            got=float(drift.max()),
-        )
+        yield at_most(f"largest energy drift of any run of {name}", limit=ENERGY_DRIFT_LIMIT, got=float(drift.max()))
         for quantity in ("hole_diameter", "crater_depth", "crater_diameter"):
             if quantity in cube:
                 values = np.round(cube[quantity].to_numpy() * 1e3, 2).tolist()
-                yield Row(
-                    f"{quantity} by {', '.join(map(str, cube[quantity].dims))} (mm)",
-                    "",
-                    values,
-                    None,
-                )
+                yield Row(f"{quantity} by {', '.join(map(str, cube[quantity].dims))} (mm)", "", values, None)

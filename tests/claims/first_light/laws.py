@@ -61,9 +61,7 @@ def formulas(thickness_ratio: float) -> dict[str, Formula]:
     }
 
 
-def compare(
-    table: Mapping[str, str], computed: Mapping[str, Formula], factor: float, digits: int
-) -> Iterator[Row]:
+def compare(table: Mapping[str, str], computed: Mapping[str, Formula], factor: float, digits: int) -> Iterator[Row]:
     """One row a law: all its printed numbers beside the computed ones, in the printed digits."""
     speeds = np.array(SPEEDS) * 1e3
     unit = "D/d" if factor == 1.0 else "mm"

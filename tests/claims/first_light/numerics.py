@@ -44,12 +44,7 @@ def viscosity_work() -> Iterator[Row]:
     blind = simulate(replace(problem, viscosity=cold)).audit.energy_drift
     yield at_most("energy drift with the work (of the initial energy)", limit=0.01, got=abs(sound))
     is_flagged = abs(blind) > ENERGY_DRIFT_LIMIT
-    yield Row(
-        "energy drift without it",
-        f"beyond {ENERGY_DRIFT_LIMIT:.0%}: flagged",
-        f"{blind:+.2%}",
-        is_flagged,
-    )
+    yield Row("energy drift without it", f"beyond {ENERGY_DRIFT_LIMIT:.0%}: flagged", f"{blind:+.2%}", is_flagged)
 
 
 @claim(
@@ -78,9 +73,7 @@ def uniform_pressure() -> Iterator[Row]:
 def uniform_expansion() -> Iterator[Row]:
     for name, shape in SHAPES.items():
         exact = expansion_error("cartesian", shape).relative
-        yield at_most(
-            f"{name}, 3-D: error of the volume rate", limit=ROUND_OFF, got=float(exact.max())
-        )
+        yield at_most(f"{name}, 3-D: error of the volume rate", limit=ROUND_OFF, got=float(exact.max()))
         error, cells = expansion_error("axisymmetric", shape)
         far = cells > NEAR_AXIS
         yield at_most(

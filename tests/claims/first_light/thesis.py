@@ -25,12 +25,7 @@ from studies.values.results import RunResult
 from tests.claims import Row, claim, relative
 
 THREADS = 2
-F90_HOLE = {
-    (2, 0.5): 14.81,
-    (6, 0.5): 18.97,
-    (2, 1.0): 15.29,
-    (6, 1.0): 21.15,
-}  # (km/s, mm cells): mm
+F90_HOLE = {(2, 0.5): 14.81, (6, 0.5): 18.97, (2, 1.0): 15.29, (6, 1.0): 21.15}  # (km/s, mm cells): mm
 
 # c of a longitudinal wave in E = 117 GPa, nu = 0.35, 8930 kg/m3: MPM3D-F90's time step is 0.1 h / c.
 ELASTIC_WAVE = math.sqrt(117e9 * 0.65 / (1.35 * 0.30) / 8930.0)
@@ -79,17 +74,13 @@ def _millimetres(result: RunResult, name: str) -> float:
     return math.nan if value is None else value * 1e3
 
 
-@claim(
-    "thesis-deck-particles", says="the thesis' thin plate has its 10 544 particles at 1 mm cells"
-)
+@claim("thesis-deck-particles", says="the thesis' thin plate has its 10 544 particles at 1 mm cells")
 def particles() -> Row:
     count = int(_thin(2, 1e-3, "quarter").numbers["particles"])
     return Row("particles, quarter model, 1 mm cells", 10544, count, count == 10544)
 
 
-@claim(
-    "thesis-deck-hole", says="the thesis' deck gives MPM3D-F90's hole within 8 % at 0.5 mm cells"
-)
+@claim("thesis-deck-hole", says="the thesis' deck gives MPM3D-F90's hole within 8 % at 0.5 mm cells")
 def hole() -> Iterator[Row]:
     for speed in (2, 6):
         for cell, gate in ((1.0, None), (0.5, 0.08)):
@@ -102,19 +93,12 @@ def hole() -> Iterator[Row]:
             else:
                 yield Row(text, f"{expected} (20 %)", round(got, 2), None)
             areal = _millimetres(result, "hole_diameter_areal")
-            yield Row(
-                f"diameter by areal density, {speed} km/s, {cell} mm (mm)",
-                expected,
-                round(areal, 2),
-                None,
-            )
+            yield Row(f"diameter by areal density, {speed} km/s, {cell} mm (mm)", expected, round(areal, 2), None)
             drift = result.numbers["largest_energy_drift"]
             yield Row(f"energy drift, {speed} km/s, {cell} mm", "", f"{drift:+.2%}", None)
 
 
-@claim(
-    "thesis-deck-axisymmetric", says="the same physics in axisymmetry converges and agrees with 3-D"
-)
+@claim("thesis-deck-axisymmetric", says="the same physics in axisymmetry converges and agrees with 3-D")
 def axisymmetric() -> Iterator[Row]:
     for speed in (2, 6):
         series = {
@@ -133,10 +117,7 @@ def axisymmetric() -> Iterator[Row]:
         )
         solid = _millimetres(_thin(speed, 0.5e-3, "quarter"), "hole_diameter")
         yield relative(
-            f"axisymmetric against 3-D at 16 cells, {speed} km/s (mm)",
-            expected=solid,
-            got=series[16],
-            within=0.06,
+            f"axisymmetric against 3-D at 16 cells, {speed} km/s (mm)", expected=solid, got=series[16], within=0.06
         )
 
 
@@ -161,30 +142,15 @@ def _block(geometry: str, cell: float) -> dict[str, Any]:
     }
 
 
-@claim(
-    "thesis-crater",
-    says="the thesis' crater at 6 km/s: depth 14 mm, diameter 25 mm at its resolution",
-)
+@claim("thesis-crater", says="the thesis' crater at 6 km/s: depth 14 mm, diameter 25 mm at its resolution")
 def crater() -> Iterator[Row]:
     result = _execute("thick_plate", _block("half", 1e-3))
     depth, diameter = (_millimetres(result, name) for name in ("crater_depth", "crater_diameter"))
     references = "experiment 14 / 25.4, MPM3D-F90 14.5 / 25.5"
-    yield Row(
-        f"crater depth, 3-D, 1 mm cells (mm); {references}",
-        "14 +- 1.5",
-        round(depth, 2),
-        abs(depth - 14) <= 1.5,
-    )
-    yield Row(
-        "crater diameter, 3-D, 1 mm cells (mm)",
-        "25 +- 2",
-        round(diameter, 2),
-        abs(diameter - 25) <= 2,
-    )
+    yield Row(f"crater depth, 3-D, 1 mm cells (mm); {references}", "14 +- 1.5", round(depth, 2), abs(depth - 14) <= 1.5)
+    yield Row("crater diameter, 3-D, 1 mm cells (mm)", "25 +- 2", round(diameter, 2), abs(diameter - 25) <= 2)
     yield Row("energy drift, 3-D", "", f"{result.numbers['largest_energy_drift']:+.2%}", None)
     for cell in (1e-3, 0.5e-3):
         flat = _execute("thick_plate", _block("axisymmetric", cell))
         both = [round(_millimetres(flat, name), 2) for name in ("crater_depth", "crater_diameter")]
-        yield Row(
-            f"depth, diameter, axisymmetric, {cell * 1e3:g} mm cells (mm)", "14 / 25.4", both, None
-        )
+        yield Row(f"depth, diameter, axisymmetric, {cell * 1e3:g} mm cells (mm)", "14 / 25.4", both, None)

@@ -32,21 +32,15 @@ SWEEP = {
 
 
 @claim(
-    "rooms",
-    says="service and studies have few rooms, few imports between them, few floors and no circle",
-    quick=True,
+    "rooms", says="service and studies have few rooms, few imports between them, few floors and no circle", quick=True
 )
 def rooms() -> Iterator[Row]:
     for each in house.houses():
         circle = " -> ".join(each.circle)
-        yield Row(
-            f"{each.package}: circles", expected="none", got=circle or "none", passed=not circle
-        )
+        yield Row(f"{each.package}: circles", expected="none", got=circle or "none", passed=not circle)
         if each.package != "solver":
             yield at_most(f"{each.package}: rooms", limit=ROOMS, got=len(each.lines))
-            yield at_most(
-                f"{each.package}: arrows between rooms", limit=ARROWS, got=len(each.arrows)
-            )
+            yield at_most(f"{each.package}: arrows between rooms", limit=ARROWS, got=len(each.arrows))
             if not circle:
                 yield at_most(f"{each.package}: floors", limit=FLOORS, got=len(each.floors))
 
@@ -59,36 +53,21 @@ def class_names() -> Iterator[Row]:
         yield Row(f"class {name}", expected="one file", got=", ".join(files), passed=None)
 
 
-@claim(
-    "lines",
-    says="there is a third less to read: 25 000 lines of product and 20 000 of tests (an aim)",
-)
+@claim("lines", says="there is a third less to read: 25 000 lines of product and 20 000 of tests (an aim)")
 def lines() -> Iterator[Row]:
     product = sum(house.lines_under(house.ROOT / package) for package in house.PACKAGES)
     tests = house.lines_under(house.ROOT / "tests")
-    yield Row(
-        "lines of solver, studies and service",
-        expected=f"{PRODUCT}, an aim",
-        got=product,
-        passed=None,
-    )
+    yield Row("lines of solver, studies and service", expected=f"{PRODUCT}, an aim", got=product, passed=None)
     yield Row("lines of tests", expected=f"{TESTS}, an aim", got=tests, passed=None)
 
 
-@claim(
-    "starts",
-    says="the service is ready, and a sweep of a run that is there published, within two seconds",
-)
+@claim("starts", says="the service is ready, and a sweep of a run that is there published, within two seconds")
 def starts() -> Iterator[Row]:
     with tempfile.TemporaryDirectory(prefix="whipple-starts-") as name:
         begin = time.perf_counter()
         with serving(Path(name) / "data") as service:
             service.wait_until_ready()
-            yield at_most(
-                "whipple serve until it is ready (s)",
-                limit=READY,
-                got=time.perf_counter() - begin,
-            )
+            yield at_most("whipple serve until it is ready (s)", limit=READY, got=time.perf_counter() - begin)
         _swept(Path(name), "first")
         seconds = _swept(Path(name), "again", "--overwrite")
         yield at_most("whipple sweep of a run that is there (s)", limit=CACHED, got=seconds)
@@ -99,14 +78,6 @@ def _swept(folder: Path, name: str, *options: str) -> float:
     document = folder / f"{name}.json"
     document.write_text(json.dumps({**SWEEP, "name": name}))
     begin = time.perf_counter()
-    command = [
-        sys.executable,
-        "-m",
-        "service",
-        "sweep",
-        str(document),
-        "--out",
-        str(folder / "out"),
-    ]
+    command = [sys.executable, "-m", "service", "sweep", str(document), "--out", str(folder / "out")]
     subprocess.run([*command, *options], cwd=house.ROOT, check=True, capture_output=True)
     return time.perf_counter() - begin

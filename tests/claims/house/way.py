@@ -56,17 +56,13 @@ os.replace = traced
 )
 def way() -> Iterator[Row]:
     listed = LISTED.findall((house.ROOT / "CONTRIBUTING.md").read_text("utf-8"))
-    yield at_most(
-        "files on the way from POST /v1/sweeps to cube.nc", limit=MOST_FILES, got=len(listed)
-    )
+    yield at_most("files on the way from POST /v1/sweeps to cube.nc", limit=MOST_FILES, got=len(listed))
     missing = [name for name in listed if not (house.ROOT / name).is_file()]
     yield Row("listed files that do not exist", "none", ", ".join(missing) or "none", not missing)
     used = {name for name in _files_used() if not HELPERS.fullmatch(name)}
     others = sorted(used - set(listed))
     yield at_most("files of a real sweep", limit=len(listed), got=len(used))
-    yield Row(
-        "files of a real sweep that are not listed", "none", ", ".join(others) or "none", not others
-    )
+    yield Row("files of a real sweep that are not listed", "none", ", ".join(others) or "none", not others)
 
 
 def _files_used() -> set[str]:

@@ -21,10 +21,7 @@ def bad_bodies() -> Iterator[Row]:
         yield from costly_requests.refused(service, BODIES)
 
 
-@claim(
-    "heads",
-    says="endless heads and half-sent heads by the hundred are closed, and others are answered meanwhile",
-)
+@claim("heads", says="endless heads and half-sent heads by the hundred are closed, and others are answered meanwhile")
 def endless_heads() -> Iterator[Row]:
     with served() as service:
         yield from costly_requests.closed(service, HEADER_BYTES, HALF_SENT, HEAD_SECONDS)

@@ -44,9 +44,7 @@ class Crater:
 def crater_walls() -> Iterator[Row]:
     for shape, wall in WALLS.items():
         diameter = value("crater_diameter", cratered(wall, CRATER)) / CELL
-        yield absolute(
-            f"{shape} (cells)", expected=2.0 * CRATER / CELL, got=diameter, within=2.0 * TENTH
-        )
+        yield absolute(f"{shape} (cells)", expected=2.0 * CRATER / CELL, got=diameter, within=2.0 * TENTH)
 
 
 @claim(

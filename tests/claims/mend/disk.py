@@ -18,10 +18,7 @@ def disk_identity() -> Iterator[Row]:
         yield from shared_disk.directory_moved(place, url)
 
 
-@claim(
-    "frozen-leader",
-    says="a leader that is frozen (SIGSTOP) is replaced within 15 s, and stands by when it goes on",
-)
+@claim("frozen-leader", says="a leader that is frozen (SIGSTOP) is replaced within 15 s, and stands by when it goes on")
 def frozen_leader() -> Iterator[Row]:
     with folder() as place, postgresql_server() as server, server.database() as url:
         yield from shared_disk.frozen_leader(place, url)

@@ -8,10 +8,7 @@ from tests.acceptance.checks import readme as checks
 from tests.claims import Row, claim
 
 
-@claim(
-    "readme",
-    says="the blocks of README.md do what it says: run in order, verbatim, in a fresh clone",
-)
+@claim("readme", says="the blocks of README.md do what it says: run in order, verbatim, in a fresh clone")
 def readme() -> Iterator[Row]:
     yield checks.row_of_curl()
     with tempfile.TemporaryDirectory(prefix="whipple-readme-") as name:

@@ -10,11 +10,7 @@ from typing import Any
 import numpy as np
 
 from solver.eos.linear_elastic import LinearElastic
-from solver.failure.johnson_cook import (
-    JohnsonCookDamage,
-    ModifiedJohnsonCookDamage,
-    fracture_strain,
-)
+from solver.failure.johnson_cook import JohnsonCookDamage, ModifiedJohnsonCookDamage, fracture_strain
 from solver.failure.none import NoFailure
 from solver.problem import ArtificialViscosity, Matter
 from solver.simulation import simulate
@@ -163,10 +159,7 @@ def damage_at_a_point() -> Iterator[Row]:
             where = f"{form}, {held}"
             used = (middle.plastic_strain - failure.threshold) / (limit - failure.threshold)
             yield relative(
-                f"{where}: damage at half of the way",
-                expected=used,
-                got=middle.damage,
-                within=DAMAGE_ROUND_OFF,
+                f"{where}: damage at half of the way", expected=used, got=middle.damage, within=DAMAGE_ROUND_OFF
             )
             yield absolute(
                 f"{where}: plastic strain in the last step before failure",
@@ -175,10 +168,7 @@ def damage_at_a_point() -> Iterator[Row]:
                 within=0.5 * step,
             )
             yield absolute(
-                f"{where}: distance of the stress ({STEPS[0]} steps)",
-                expected=0.0,
-                got=missed[0],
-                within=STRESS,
+                f"{where}: distance of the stress ({STEPS[0]} steps)", expected=0.0, got=missed[0], within=STRESS
             )
             order = math.log2(missed[0] / missed[1])
             yield absolute(f"{where}: its order", expected=1.0, got=order, within=ORDER)
@@ -195,9 +185,7 @@ def heat_of_plastic_work() -> Iterator[Row]:
     law, rate, steps = steel.strength, 1e3, STEPS[1]
     point = PointState(WELDOX.density, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, steel.room_temperature)
     for _ in range(steps):
-        point, energy, _ = advance(
-            steel, ArtificialViscosity(), 1.0, 1.0 / rate / steps, rate * STRETCH, point
-        )
+        point, energy, _ = advance(steel, ArtificialViscosity(), 1.0, 1.0 / rate / steps, rate * STRETCH, point)
         point = point._replace(density=WELDOX.density, energy=energy)
     strain, rated = point.plastic_strain, (1.0 + rate / law.reference_rate) ** law.C
     plastic = rated * (law.A * strain + law.B * strain ** (law.n + 1.0) / (law.n + 1.0))

@@ -59,9 +59,7 @@ def shot(speed: float, cell: float, method: str = "mpm") -> RunResult:
     parameters: dict[str, float | str] = {"speed": speed, "cells_per_diameter": DIAMETER / cell}
     if method != "mpm":
         parameters |= {"method": method, "geometry": "quarter"}
-    run = resolve(
-        "plugging", parameters, {role: materials.load(name) for role, name in ROLES.items()}
-    )
+    run = resolve("plugging", parameters, {role: materials.load(name) for role, name in ROLES.items()})
     with TemporaryDirectory() as folder:
         return execute(run, Path(folder), threads=1)
 
@@ -69,9 +67,7 @@ def shot(speed: float, cell: float, method: str = "mpm") -> RunResult:
 def _through(result: RunResult) -> float:
     """Time at which the mean of the projectile has flown gap and thickness, s."""
     time = np.array(result.histories["time"])
-    momentum = np.array(
-        result.histories["axial_momentum"][result.histories["bodies"].index("projectile")]
-    )
+    momentum = np.array(result.histories["axial_momentum"][result.histories["bodies"].index("projectile")])
     speed = SPEED * momentum / momentum[0]
     flown = np.cumsum(np.diff(time) * 0.5 * (speed[1:] + speed[:-1]))
     return float(np.interp(REAR, flown, time[1:], right=math.nan))
@@ -112,10 +108,7 @@ def plugging() -> Iterator[Row]:
         )
         velocity = _value(result, "residual_velocity")
         yield Row(
-            f"{cell * 1e3:g} mm: residual velocity (m/s; 181 is recalled)",
-            expected=RESIDUAL,
-            got=velocity,
-            passed=None,
+            f"{cell * 1e3:g} mm: residual velocity (m/s; 181 is recalled)", expected=RESIDUAL, got=velocity, passed=None
         )
 
 
@@ -133,16 +126,10 @@ def plugging_methods() -> Iterator[Row]:
     )
     for name, says, expected, within, unit in gated:
         row = relative(
-            f"1 mm, sph-fem: {says}",
-            expected=expected / unit,
-            got=_value(coupled, name) / unit,
-            within=within,
+            f"1 mm, sph-fem: {says}", expected=expected / unit, got=_value(coupled, name) / unit, within=within
         )
         yield replace(row, others={"mpm": _value(points, name) / unit})
-    for name, says, published, unit in (
-        ("first_contact", "first contact (us)", CONTACT / 1e-6, 1e-6),
-        *SHOWN,
-    ):
+    for name, says, published, unit in (("first_contact", "first contact (us)", CONTACT / 1e-6, 1e-6), *SHOWN):
         yield Row(
             f"1 mm, sph-fem: {says}",
             expected=published,
@@ -192,7 +179,5 @@ def ballistic_limit() -> Iterator[Row]:
             yield equal("0.5 mm: reason why no curve is fitted", expected="", got=curve["reason"])
         for name, recalled in RECHT_IPSON.items():
             constant = curve[name] or {"value": math.nan, "half_interval": math.nan}
-            label = (
-                f"{cell * 1e3:g} mm: {name} of Recht and Ipson, ± {constant['half_interval']:.2g}"
-            )
+            label = f"{cell * 1e3:g} mm: {name} of Recht and Ipson, ± {constant['half_interval']:.2g}"
             yield Row(label, expected=recalled, got=constant["value"], passed=None)

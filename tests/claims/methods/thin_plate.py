@@ -89,9 +89,7 @@ def rows(computed: Computed) -> Iterator[Row]:
 def _holes(computed: Computed) -> Iterator[Row]:
     dataset = cube.build(computed.sweep, computed.results)
     for name, says in HOLES.items():
-        readings = {
-            method: ComparedReading(dataset, name, {"method": method}) for method in METHODS
-        }
+        readings = {method: ComparedReading(dataset, name, {"method": method}) for method in METHODS}
         for method, reading in readings.items():
             value, bar, verdict = reading.converged
             grids = ", ".join(f"{reading.on(grid):.4g}" for grid in reading.grids)

@@ -79,10 +79,7 @@ def laws_in_the_report() -> Iterator[Row]:
         yield _same(f"{where}: its error bar (m)", bar, point["uncertainty"])
         scatter = hole.levels[0].scatter
         yield Row(
-            f"{where}: scatter over offsets in it (m)",
-            "above 0",
-            point["offsets"],
-            point["offsets"] == scatter > 0.0,
+            f"{where}: scatter over offsets in it (m)", "above 0", point["offsets"], point["offsets"] == scatter > 0.0
         )
     laws = [each for each in document["residuals"] if each["quantity"] == NAME]
     yield Row("laws in the report", "at least 4", len(laws), len(laws) >= 4)

@@ -87,9 +87,7 @@ def _holes(questions: list[Question]) -> list[Hole]:
     context = multiprocessing.get_context("spawn")
     order = sorted(range(len(questions)), key=lambda index: -questions[index][1])
     with ProcessPoolExecutor(WORKERS, mp_context=context) as pool:
-        converged = dict(
-            zip(order, pool.map(hole, [questions[index] for index in order]), strict=True)
-        )
+        converged = dict(zip(order, pool.map(hole, [questions[index] for index in order]), strict=True))
     return [converged[index] for index in range(len(questions))]
 
 
@@ -117,10 +115,7 @@ def _energy(holes: list[Hole]) -> Iterator[Row]:
 def refined() -> tuple[dict[float, Convergence], list[Hole]]:
     """The verdict for each speed, of which every offset of every resolution must have a hole, and all runs."""
     questions: list[Question] = [
-        (speed, through, offset, "axisymmetric")
-        for speed in SPEEDS
-        for through in THROUGH
-        for offset in OFFSETS
+        (speed, through, offset, "axisymmetric") for speed in SPEEDS for through in THROUGH for offset in OFFSETS
     ]
     holes = _holes(questions)
     samples: dict[float, list[Sample]] = {speed: [] for speed in SPEEDS}
@@ -140,8 +135,7 @@ def thin_plate_convergence() -> Iterator[Row]:
         where = f"{speed / 1e3:g} km/s"
         means = {round(THICKNESS / level.spacing): level for level in converged.levels}
         text = ", ".join(
-            f"{through}: {1e3 * means[through].value:.3f} +- {1e3 * means[through].scatter:.3f}"
-            for through in THROUGH
+            f"{through}: {1e3 * means[through].value:.3f} +- {1e3 * means[through].scatter:.3f}" for through in THROUGH
         )
         yield Row(f"{where}: D by cells through the plate (mm)", "", text, None)
         runs = sum(level.runs for level in converged.levels)

@@ -25,10 +25,7 @@ ORDINARY_SPEEDS, FAST_SPEEDS = (2e3, 7e3), (7e3, 15e3)  # m/s
 MEASURED_SHARE = 0.98
 WORKERS = 2  # processes of one thread each
 
-SCENARIOS = {
-    "thin_plate": "hole_diameter",
-    "thick_plate": "crater_depth",
-}  # and what is asked of it
+SCENARIOS = {"thin_plate": "hole_diameter", "thick_plate": "crater_depth"}  # and what is asked of it
 ODDS = {"thin_plate": 0.8, "thick_plate": 0.2}
 DIAMETERS = (1e-3, 20e-3)  # m
 THICKNESSES = (0.15, 1.5)  # of the projectile's diameter
@@ -60,10 +57,7 @@ class Answer:
 
 
 def draws(
-    count: int,
-    speeds: tuple[float, float],
-    seed: int,
-    shares: Mapping[str, Mapping[float, float]] = CELLS,
+    count: int, speeds: tuple[float, float], seed: int, shares: Mapping[str, Mapping[float, float]] = CELLS
 ) -> list[tuple[str, dict[str, Any]]]:
     """Scenarios with their parameters (SI); numbers and materials are drawn, models are those of the default."""
     random = np.random.default_rng(seed)
@@ -178,9 +172,7 @@ def robustness() -> Iterator[Row]:
 def robustness_fast() -> Iterator[Row]:
     drawn = draws(FAST, FAST_SPEEDS, SEED + 1)
     answered = answers(drawn)
-    yield Row(
-        f"{FAST} draws: {_counts(answered)}", "", f"{sum(each.measured for each in answered)}", None
-    )
+    yield Row(f"{FAST} draws: {_counts(answered)}", "", f"{sum(each.measured for each in answered)}", None)
     yield Row(f"flags of them: {_flags(answered)}", "", "", None)
     yield _kept(drawn, answered)
     yield from _sound(answered)

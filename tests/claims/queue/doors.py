@@ -17,8 +17,7 @@ from tests.service.support.databases import postgresql_server
 
 
 @claim(
-    "openapi",
-    says="schemathesis (fixed seed, operations alone and in sequence) finds nothing against the description",
+    "openapi", says="schemathesis (fixed seed, operations alone and in sequence) finds nothing against the description"
 )
 def openapi() -> Iterator[Row]:
     tests = _loaded("test_openapi", WHIPPLE_EXAMPLES="60", WHIPPLE_SEQUENCES="60")
@@ -32,10 +31,7 @@ def openapi() -> Iterator[Row]:
         yield _row("sequences of operations", check, described, sequences)
 
 
-@claim(
-    "bodies",
-    says="10 000 bodies that Hypothesis invents are accepted or refused with a reason: none fails",
-)
+@claim("bodies", says="10 000 bodies that Hypothesis invents are accepted or refused with a reason: none fails")
 def bodies() -> Iterator[Row]:
     tests = _loaded("test_bodies", WHIPPLE_BODIES="10000")
     with ExitStack() as ends:

@@ -40,9 +40,7 @@ def size() -> Iterator[Row]:
 def sized(name: str, url: str, place: Path) -> Iterator[Row]:
     """The rows of one database."""
     with filling(url) as here:
-        yield Row(
-            f"{name}: transactions to accept {LARGE} runs", 1, here.commits, here.commits == 1
-        )
+        yield Row(f"{name}: transactions to accept {LARGE} runs", 1, here.commits, here.commits == 1)
         few, many = here.accepting["small"], here.accepting["large"]
         yield Row(f"{name}: statements to accept {LARGE} runs, as for 1", few, many, few == many)
         for page, with_key in product(PAGES, (False, True)):

@@ -66,29 +66,19 @@ def beside_the_particles() -> Iterator[Row]:
 def converged_sweep() -> Iterator[Row]:
     figures_by_name = dict(figures.sweep())
     measured_runs = int(figures_by_name["sweep_former_runs"])
-    yield Row(
-        "runs that the former tree was measured on",
-        len(SWEEP),
-        measured_runs,
-        measured_runs == len(SWEEP),
-    )
+    yield Row("runs that the former tree was measured on", len(SWEEP), measured_runs, measured_runs == len(SWEEP))
     share = figures_by_name["sweep_share_of_former"]
     yield at_most("core-seconds over the former ones", limit=SWEEP_SHARE, got=share)
     for name in ("core_s", "former_core_s", "particle_steps", "former_particle_steps"):
         yield Row(name, "", figures_by_name[f"sweep_{name}"], None)
 
 
-@claim(
-    "demo-cost",
-    says="the demo's 22 runs take at most 200 core-seconds, and 150 s on two cores from a cold start",
-)
+@claim("demo-cost", says="the demo's 22 runs take at most 200 core-seconds, and 150 s on two cores from a cold start")
 def demo_cost() -> Iterator[Row]:
     figures_by_name = dict(figures.demo())
     yield Row("runs", 22, figures_by_name["demo_runs"], figures_by_name["demo_runs"] == 22)
     yield at_most("core-seconds", limit=DEMO_CORE_S, got=figures_by_name["demo_core_s"])
-    yield at_most(
-        "wall, cold start included (s)", limit=DEMO_WALL_S, got=figures_by_name["demo_wall_s"]
-    )
+    yield at_most("wall, cold start included (s)", limit=DEMO_WALL_S, got=figures_by_name["demo_wall_s"])
 
 
 @claim("two-threads", says="two threads of a run do 0.85 of the work of two runs of one thread")

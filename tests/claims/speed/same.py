@@ -18,23 +18,12 @@ from tests.benchmarks.measure import COARSE, PERTURBATION, STATE_STEPS
 from tests.claims import Row, at_most, claim
 from tests.claims.computed import rows_of_tests
 
-CASES = list(
-    itertools.product(COARSE, ("linear", "gimp", "quadratic-bspline"), ("musl", "usf", "usl"))
-)
+CASES = list(itertools.product(COARSE, ("linear", "gimp", "quadratic-bspline"), ("musl", "usf", "usl")))
 STATE = 1e-10  # of a field's largest value
 PERTURBED = 10  # former runs with other round-off
 LEAST = 1e-6  # of a diameter: spreads below it are not asked for
 
-FIELDS = (
-    "position",
-    "velocity",
-    "density",
-    "energy",
-    "pressure",
-    "deviator",
-    "plastic_strain",
-    "temperature",
-)
+FIELDS = ("position", "velocity", "density", "energy", "pressure", "deviator", "plastic_strain", "temperature")
 
 
 @claim(

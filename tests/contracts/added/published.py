@@ -9,6 +9,4 @@ def _rows(level, cubes):
     yield absolute("attached share", expected=1.0, got=got, within=0.0)
 
 
-CASE = Validation(
-    name="attached", says="A plate stays", source="-", sweeps=lambda level: {}, rows=_rows
-)
+CASE = Validation(name="attached", says="A plate stays", source="-", sweeps=lambda level: {}, rows=_rows)

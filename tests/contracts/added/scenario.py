@@ -11,9 +11,9 @@ from studies.scenarios import thin_plate
 class SmallPlate(thin_plate.ThinPlate):
     """Parameters of the plate; it is coarse by default."""
 
-    cells_per_diameter: Annotated[
-        Dimensionless, Described("grid cells across the projectile's diameter", 2.0, 8.0)
-    ] = 2.0
+    cells_per_diameter: Annotated[Dimensionless, Described("grid cells across the projectile's diameter", 2.0, 8.0)] = (
+        2.0
+    )
 
 
 SCENARIO = replace(

@@ -49,11 +49,7 @@ def api(tmp_path: Path) -> Iterator[Api]:
 
 def test_api_process__never_loads_solver_or_datasets(tmp_path: Path) -> None:
     answer = subprocess.run(
-        [sys.executable, "-c", HIT_EVERY_ROUTE, str(tmp_path)],
-        cwd=ROOT,
-        capture_output=True,
-        text=True,
-        check=False,
+        [sys.executable, "-c", HIT_EVERY_ROUTE, str(tmp_path)], cwd=ROOT, capture_output=True, text=True, check=False
     )
     assert answer.returncode == 0, answer.stderr
     assert int(answer.stdout.split()[0]) > 15
@@ -80,9 +76,7 @@ def test_service__elsewhere_without_a_key_does_not_start(tmp_path: Path) -> None
         pass
 
 
-@pytest.mark.parametrize(
-    "host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "", "["]
-)
+@pytest.mark.parametrize("host", ["evil.example", "evil.example:8000", "127.0.0.1.evil.example", "", "["])
 def test_host__of_somebody_else_is_not_answered(api: Api, host: str) -> None:
     response = api.http.get("/v1/sweeps", headers={"Host": host})
     assert response.status_code == 421
@@ -109,10 +103,7 @@ def test_request__that_says_twice_where_it_comes_from_or_goes_is_refused(
     api: Api, name: str, values: list[str]
 ) -> None:
     headers = [(name, value) for value in values]
-    answers = [
-        api.http.get("/livez", headers=headers),
-        api.http.post("/v1/sweeps", json=SWEEP, headers=headers),
-    ]
+    answers = [api.http.get("/livez", headers=headers), api.http.post("/v1/sweeps", json=SWEEP, headers=headers)]
     for answer in answers:
         assert answer.status_code == answer.json()["status"] == 400
         assert answer.json()["type"].endswith("bad-request")
@@ -132,17 +123,13 @@ def test_request__that_says_twice_where_it_comes_from_or_goes_is_refused(
         {"Origin": ""},
     ],
 )
-def test_write__from_another_site_is_refused_and_stores_nothing(
-    api: Api, headers: dict[str, str]
-) -> None:
+def test_write__from_another_site_is_refused_and_stores_nothing(api: Api, headers: dict[str, str]) -> None:
     response = api.http.post("/v1/sweeps", json=SWEEP, headers=headers)
     assert response.status_code == 403
     assert api.http.get("/v1/sweeps").json()["items"] == []
 
 
-@pytest.mark.parametrize(
-    "headers", [{}, {"Sec-Fetch-Site": "same-origin", "Origin": "http://127.0.0.1:8000"}]
-)
+@pytest.mark.parametrize("headers", [{}, {"Sec-Fetch-Site": "same-origin", "Origin": "http://127.0.0.1:8000"}])
 def test_write__of_a_program_or_an_own_page_is_taken(api: Api, headers: dict[str, str]) -> None:
     assert api.http.post("/v1/sweeps", json=SWEEP, headers=headers).status_code == 202
 

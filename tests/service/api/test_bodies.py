@@ -18,10 +18,7 @@ from hypothesis import strategies as st
 from tests.service.support.api import SWEEP, Api, open_api
 
 BODIES = int(os.environ.get("WHIPPLE_BODIES", "300"))
-THOROUGH = settings(
-    max_examples=BODIES // 2,
-    suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large],
-)
+THOROUGH = settings(max_examples=BODIES // 2, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 JSON, YAML = "application/json", "application/yaml"
 REFUSALS = (413, 415, 422)
 
@@ -42,10 +39,7 @@ WORDS = NAMES | st.sampled_from(["thick_plate", "taylor_bar", "zip", "copper-ofh
 SCALARS = st.none() | st.booleans() | NUMBERS | QUANTITIES | WORDS | st.text(max_size=8)
 VALUES = st.recursive(
     SCALARS,
-    lambda inner: (
-        st.lists(inner, max_size=4)
-        | st.dictionaries(NAMES | st.text(max_size=8), inner, max_size=4)
-    ),
+    lambda inner: st.lists(inner, max_size=4) | st.dictionaries(NAMES | st.text(max_size=8), inner, max_size=4),
     max_leaves=12,
 )
 
@@ -137,9 +131,7 @@ def test_any_submission__is_accepted_or_refused(
 ) -> None:
     headers = {b"Content-Type": media_type.encode()}
     if key is not None:
-        headers[b"Idempotency-Key"] = key.encode("utf-8", "surrogatepass").translate(
-            None, b"\r\n\0"
-        )
+        headers[b"Idempotency-Key"] = key.encode("utf-8", "surrogatepass").translate(None, b"\r\n\0")
     there = path.draw(st.sampled_from(["/v1/sweeps", "/v1/sweeps/estimate"]))
     before = api.store.last_event()
     response = api.http.post(there, content=body, headers=headers, params=query)
@@ -166,13 +158,9 @@ def test_any_change__is_made_or_refused(api: Api, body: bytes, media_type: str) 
     path=st.text(max_size=30),
     query=st.dictionaries(st.text(max_size=8), st.text(max_size=8), max_size=3),
     method=st.sampled_from(["GET", "HEAD", "POST", "PATCH", "DELETE", "PUT", "OPTIONS"]),
-    place=st.sampled_from(
-        ["/", "/v1/", "/v1/sweeps/", "/v1/runs/", "/v1/runs/0/files/", "/static/", "/docs"]
-    ),
+    place=st.sampled_from(["/", "/v1/", "/v1/sweeps/", "/v1/runs/", "/v1/runs/0/files/", "/static/", "/docs"]),
 )
-def test_any_address__has_an_answer(
-    api: Api, path: str, query: dict[str, str], method: str, place: str
-) -> None:
+def test_any_address__has_an_answer(api: Api, path: str, query: dict[str, str], method: str, place: str) -> None:
     quoted = "".join(f"%{byte:02x}" for byte in path.encode("utf-8", "surrogatepass"))
     response = api.http.request(method, place + quoted, params=query)
     assert response.status_code < 500, (path, response.text)

@@ -89,9 +89,7 @@ def test_file__head_answers_what_get_would(api: Api, file: tuple[str, bytes]) ->
         }
 
 
-def test_file__is_sent_in_part_where_the_copy_is_the_same(
-    api: Api, file: tuple[str, bytes]
-) -> None:
+def test_file__is_sent_in_part_where_the_copy_is_the_same(api: Api, file: tuple[str, bytes]) -> None:
     path, content = file
     tag = api.http.head(path).headers["ETag"]
     part = {"Range": "bytes=1-3", "If-Range": tag}
@@ -109,9 +107,7 @@ def test_file__that_is_another_one_now_is_a_412_problem(api: Api, file: tuple[st
         assert api.http.get(path, headers={"If-Match": meant}).content == content
     for other in ('"old"', f"W/{tag}"):  # a weak tag is never the same as a strong one
         for method in ("GET", "HEAD"):
-            refused = api.http.request(
-                method, path, headers={"If-Match": other, "Range": "bytes=0-0"}
-            )
+            refused = api.http.request(method, path, headers={"If-Match": other, "Range": "bytes=0-0"})
             assert refused.status_code == 412
     assert refused.headers["Content-Type"] == "application/problem+json"
 
@@ -220,10 +216,7 @@ def test_log__that_grows_while_it_is_sent_has_the_length_that_was_announced(api:
     log = Artifacts(api.settings.data).attempt_directory(claim) / "log.txt"
     log.parent.mkdir(parents=True)
     log.write_bytes(b"x" * 3_000_000)
-    with (
-        served(api) as url,
-        httpx.stream("GET", f"{url}/v1/runs/{claim.id}/log", timeout=60) as response,
-    ):
+    with served(api) as url, httpx.stream("GET", f"{url}/v1/runs/{claim.id}/log", timeout=60) as response:
         chunks = response.iter_bytes()
         length = len(next(chunks))
         with log.open("ab") as end:

@@ -37,11 +37,7 @@ def is_problem(response: Any, status: int) -> bool:
 
 BAD: dict[str, tuple[dict[str, Any], str, str]] = {
     "unknown scenario": ({"scenario": "thin_plat"}, "/scenario", "thin_plate"),
-    "unknown material": (
-        {"fixed": {**FIXED, "target": "coper-ofhc"}},
-        "/fixed/target",
-        "copper-ofhc",
-    ),
+    "unknown material": ({"fixed": {**FIXED, "target": "coper-ofhc"}}, "/fixed/target", "copper-ofhc"),
     "unknown parameter": ({"fixed": {**FIXED, "sped": "6 km/s"}}, "/fixed/sped", "speed"),
     "unknown constant": (
         {"fixed": {**FIXED, "target.strength.AA": "90 MPa"}},
@@ -121,9 +117,7 @@ def test_malformed_json__is_refused_with_line_and_column(api: Api, path: str) ->
         (b'name: "\\0"', YAML),
     ],
 )
-def test_document_that_says_nothing_clear__is_refused(
-    api: Api, text: bytes, headers: dict[str, str]
-) -> None:
+def test_document_that_says_nothing_clear__is_refused(api: Api, text: bytes, headers: dict[str, str]) -> None:
     assert is_problem(api.http.post("/v1/sweeps", content=text, headers=headers), 422)
 
 
@@ -182,9 +176,7 @@ def test_unforeseen_error__tells_its_text_to_the_log_only(
     assert response.json()["request_id"] in caplog.text
 
 
-def test_store_that_is_away__is_a_503_to_be_tried_again(
-    api: Api, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_store_that_is_away__is_a_503_to_be_tried_again(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
     from service.records.jobs import StoreUnavailable
 
     def be_away(*_: Any, **__: Any) -> None:
@@ -219,11 +211,7 @@ def test_body__that_ends_with_its_connection_is_no_failure_of_the_service(
 
 @pytest.mark.parametrize(
     ("path", "allow"),
-    [
-        ("/v1/sweeps", "GET, POST"),
-        ("/v1/sweeps/{id}", "DELETE, GET, PATCH"),
-        ("/v1/sweeps/{id}/cube.nc", "GET, HEAD"),
-    ],
+    [("/v1/sweeps", "GET, POST"), ("/v1/sweeps/{id}", "DELETE, GET, PATCH"), ("/v1/sweeps/{id}/cube.nc", "GET, HEAD")],
 )
 def test_wrong_method__lists_every_method_of_the_path(api: Api, path: str, allow: str) -> None:
     response = api.http.put(path.format(id="0" * 32))

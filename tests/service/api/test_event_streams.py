@@ -86,11 +86,7 @@ def test_sweep__that_has_ended_is_told_whole_and_then_ends(api: Api) -> None:
     assert kinds.count("started") == 3
     assert kinds.count("succeeded") == 2
     assert kinds[-1] == "published"
-    assert (messages[-1].name, messages[-1].id, messages[-1].data["state"]) == (
-        "end",
-        None,
-        "succeeded",
-    )
+    assert (messages[-1].name, messages[-1].id, messages[-1].data["state"]) == ("end", None, "succeeded")
 
 
 def test_sweep__goes_on_behind_the_last_event_that_was_seen(api: Api) -> None:
@@ -106,9 +102,7 @@ def test_sweep__goes_on_behind_the_last_event_that_was_seen(api: Api) -> None:
         assert list(messages(iter(asked.split("\n")))) == rest
 
 
-def test_sweep__of_more_events_than_a_page_is_told_whole(
-    api: Api, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_sweep__of_more_events_than_a_page_is_told_whole(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
     id = api.submit(axes={"speed": {"start": "3 km/s", "stop": "6 km/s", "step": "0.5 km/s"}})
     api.compute()
     whole = whole_stream(api, f"/v1/sweeps/{id}/events")
@@ -269,9 +263,7 @@ def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.M
         assert list(stream)[-1].name == "end"
 
 
-@pytest.mark.parametrize(
-    "path", ["/v1/sweeps/{}/events", "/v1/runs/{}/events", "/v1/runs/{}/history"]
-)
+@pytest.mark.parametrize("path", ["/v1/sweeps/{}/events", "/v1/runs/{}/events", "/v1/runs/{}/history"])
 def test_stream__of_nothing_is_a_404(api: Api, path: str) -> None:
     assert api.http.get(path.format("0" * 32)).status_code == 404
     assert streams_of(api).open == 0

@@ -86,9 +86,7 @@ def test_request__by_way_of_a_declared_proxy_needs_none(tmp_path: Path, peer: st
 
 
 @pytest.mark.parametrize("peer", ["10.0.4.2", "::1", "testclient"])
-def test_request__that_goes_around_the_declared_proxy_needs_a_key(
-    tmp_path: Path, peer: str
-) -> None:
+def test_request__that_goes_around_the_declared_proxy_needs_a_key(tmp_path: Path, peer: str) -> None:
     with open_api(tmp_path, trusted_proxy=["10.0.3.0/24", "10.0.4.1"], **ELSEWHERE) as api:
         around = TestClient(api.http.app, base_url=NAME, client=(peer, 50000))
         forwarded = {"X-Forwarded-For": "10.0.4.1", "Forwarded": "for=10.0.4.1"}
@@ -97,8 +95,7 @@ def test_request__that_goes_around_the_declared_proxy_needs_a_key(
 
 
 @pytest.mark.parametrize(
-    "header",
-    ["Bearer whp_wrong", "Bearer " + "x" * 5000, "Bearer", "Bearer ", "Basic YTpi", "", "bearer é"],
+    "header", ["Bearer whp_wrong", "Bearer " + "x" * 5000, "Bearer", "Bearer ", "Basic YTpi", "", "bearer é"]
 )
 def test_key__that_is_unknown_is_refused_everywhere(api: Api, tmp_path: Path, header: str) -> None:
     headers = {b"Authorization": header.encode("latin-1")}
@@ -142,12 +139,7 @@ def test_scope__allows_what_it_says_and_no_more(api: Api, scope: Scope) -> None:
 
 # --- whose sweep is whose -------------------------------------------------------------------------
 
-ORDERS = (
-    ("POST", "/cancel", None),
-    ("POST", "/retry", None),
-    ("PATCH", "", {"priority": 3}),
-    ("DELETE", "", None),
-)
+ORDERS = (("POST", "/cancel", None), ("POST", "/retry", None), ("PATCH", "", {"priority": 3}), ("DELETE", "", None))
 
 
 def submitted(api: Api, key: dict[str, str]) -> dict[str, Any]:
@@ -155,9 +147,7 @@ def submitted(api: Api, key: dict[str, str]) -> dict[str, Any]:
 
 
 @pytest.mark.parametrize(("method", "path", "body"), ORDERS)
-def test_order__is_taken_from_the_owner_and_from_admin_alone(
-    api: Api, method: str, path: str, body: Any
-) -> None:
+def test_order__is_taken_from_the_owner_and_from_admin_alone(api: Api, method: str, path: str, body: Any) -> None:
     anna = key_for(api, Scope.SUBMIT, name="anna")
     bert = key_for(api, Scope.SUBMIT, name="bert")
     carl = key_for(api, Scope.ADMIN, name="carl")

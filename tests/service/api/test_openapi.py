@@ -19,10 +19,7 @@ from hypothesis import HealthCheck, Phase, given, seed, settings
 from hypothesis.errors import Unsatisfiable
 from hypothesis.stateful import run_state_machine_as_test
 from schemathesis.generation import GenerationMode
-from schemathesis.specs.openapi.checks import (
-    ensure_resource_availability,
-    positive_data_acceptance,
-)
+from schemathesis.specs.openapi.checks import ensure_resource_availability, positive_data_acceptance
 
 from service.api.app import build_app
 from service.api.partial_cubes import PartialCubes
@@ -173,9 +170,7 @@ def operations() -> list[str]:
 
 @pytest.mark.parametrize("mode", GenerationMode)
 @pytest.mark.parametrize("operation", operations())
-def test_operation__answers_as_it_is_described(
-    described: Described, operation: str, mode: GenerationMode
-) -> None:
+def test_operation__answers_as_it_is_described(described: Described, operation: str, mode: GenerationMode) -> None:
     method, path = operation.split()
     rightly = mode is GenerationMode.POSITIVE
     schema = described.schema if rightly else described.unguarded
@@ -202,9 +197,7 @@ def test_calls__came_through_to_what_they_asked_for(described: Described) -> Non
     assert not {401, 403, 421, 500} & set(seen), seen
 
 
-def test_sequences__of_operations_answer_as_they_are_described(
-    described: Described, tmp_path: Path
-) -> None:
+def test_sequences__of_operations_answer_as_they_are_described(described: Described, tmp_path: Path) -> None:
     seen: set[tuple[str, int]] = set()
     folders = (tmp_path / str(number) for number in itertools.count())
 
@@ -235,16 +228,12 @@ def test_sequences__of_operations_answer_as_they_are_described(
         def validate_response(self, response: Any, case: Any, **given: Any) -> None:
             seen.add((case.operation.label, int(response.status_code)))
             case.validate_response(
-                response,
-                excluded_checks=excluded(case),
-                transport_kwargs=given,
-                recorder=self.recorder,
+                response, excluded_checks=excluded(case), transport_kwargs=given, recorder=self.recorder
             )
 
     for more in range(SEEDS):  # which operations a seed leads to changes with the description
         run_state_machine_as_test(
-            seed(SEED + more)(Machine),
-            settings=settings(BUDGET, max_examples=SEQUENCES, stateful_step_count=STEPS),
+            seed(SEED + more)(Machine), settings=settings(BUDGET, max_examples=SEQUENCES, stateful_step_count=STEPS)
         )
         if {200, 202, 204, 409} <= {status for _, status in seen}:
             break

@@ -152,8 +152,7 @@ def luminance(colour: str) -> float:
 def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(api: Api) -> None:
     sheet = api.http.get("/static/style.css").text
     light, dark = (
-        dict(re.findall(r"--(\w+): (#[0-9a-f]{6});", block))
-        for block in re.findall(r":root \{([^}]*)\}", sheet)
+        dict(re.findall(r"--(\w+): (#[0-9a-f]{6});", block)) for block in re.findall(r":root \{([^}]*)\}", sheet)
     )
     assert light.keys() == dark.keys() >= {"accent", "quiet", "good", "bad", "open"}
     assert not re.findall(r"(?<![-\w])color: #", sheet)

@@ -60,9 +60,7 @@ def published(api: Api, tmp_path_factory: pytest.TempPathFactory) -> str:
     [claim] = api.store.lease(10, term)
     sweep = Sweep.parse(SWEEP)
     answers = {
-        point.run.id: outcome_from_json(
-            answer_of(point.run.id, hole_at(point.coordinates["speed"]))
-        )
+        point.run.id: outcome_from_json(answer_of(point.run.id, hole_at(point.coordinates["speed"])))
         for point in sweep.runs()
     }
     file = cube.write(cube.build(sweep, answers), folder / "cube.nc")
@@ -152,9 +150,7 @@ def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id(half: Ha
     assert str(api.settings.data) not in response.text
 
 
-@pytest.mark.parametrize(
-    ("limit", "message"), [({"seconds": 0}, "0 s"), ({"memory": 1 << 26}, "log")]
-)
+@pytest.mark.parametrize(("limit", "message"), [({"seconds": 0}, "0 s"), ({"memory": 1 << 26}, "log")])
 def test_partial_cube__beyond_a_limit_is_refused_and_leaves_no_file(
     tmp_path: Path, limit: dict[str, int], message: str
 ) -> None:

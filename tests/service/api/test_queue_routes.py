@@ -94,9 +94,7 @@ def test_readyz__says_what_was_looked_at(api: Api) -> None:
     assert set(answer["checks"]) == {"store", "data", "disk", "leader", "workers"}
 
 
-def test_readyz__needs_a_store_that_can_be_written(
-    api: Api, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_readyz__needs_a_store_that_can_be_written(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
     def ping() -> None:
         raise StoreUnavailable("the database is locked")
 
@@ -129,9 +127,7 @@ def test_readyz__takes_the_write_lock_once_a_second_however_often_it_is_asked(
     assert len(pings) == 2
 
 
-def test_readyz__does_not_wait_for_a_store_that_does_not_answer(
-    api: Api, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_readyz__does_not_wait_for_a_store_that_does_not_answer(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
     pings: list[None] = []
     goes_on = threading.Event()
 
@@ -232,9 +228,7 @@ def test_metrics__count_requests_by_template_and_never_by_what_a_user_wrote(api:
     assert not re.search(r"nope|BREW|nowhere|" + id, text)
 
 
-def test_metrics__without_a_store_still_say_what_they_know(
-    api: Api, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_metrics__without_a_store_still_say_what_they_know(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
     assert sample(measured(api), "whipple_store_up") == 1
 
     def queue() -> None:

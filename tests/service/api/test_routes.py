@@ -168,11 +168,7 @@ def test_submit__of_several_resolutions_and_offsets_plans_each_run(api: Api) -> 
     assert api.http.get(f"/v1/sweeps/{id}").json()["planned"] == 12
     points = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"]
     assert points[1]["index"] == [0, 0, 1]
-    assert points[1]["coordinates"] == {
-        "speed": 3000.0,
-        "cells_per_diameter": 8.0,
-        "offset": 0.333333333333,
-    }
+    assert points[1]["coordinates"] == {"speed": 3000.0, "cells_per_diameter": 8.0, "offset": 0.333333333333}
     document = api.http.get(f"/v1/sweeps/{id}/document").json()
     assert (document["resolution"], document["offsets"]) == ([8.0, 16.0], 3)
     assert api.http.post("/v1/sweeps", json=document).json()["reused"] == 12

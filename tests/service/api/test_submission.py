@@ -47,16 +47,9 @@ def test_key__of_many_at_once_is_one_sweep(api: Api) -> None:
 
 
 @pytest.mark.parametrize(
-    "again",
-    [
-        {"document": sweep_of(name="another")},
-        {"query": "?priority=5"},
-        {"query": "?keep=film"},
-    ],
+    "again", [{"document": sweep_of(name="another")}, {"query": "?priority=5"}, {"query": "?keep=film"}]
 )
-def test_key__with_another_request_is_refused_and_stores_nothing(
-    api: Api, again: dict[str, Any]
-) -> None:
+def test_key__with_another_request_is_refused_and_stores_nothing(api: Api, again: dict[str, Any]) -> None:
     submit(api, key=KEY)
     refused = submit(api, key=KEY, **again)
     assert refused.status_code == 422

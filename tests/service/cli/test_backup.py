@@ -37,9 +37,7 @@ def harness(tmp_path: Path) -> Iterator[Harness]:
 
 def computed(harness: Harness, runs: int, *, first: int = 0, name: str = "asked") -> str:
     """A sweep with all its files."""
-    row = harness.store.create_sweep(
-        Submission(sweep_of(runs_of(*["fine"] * runs, first=first), name=name))
-    )
+    row = harness.store.create_sweep(Submission(sweep_of(runs_of(*["fine"] * runs, first=first), name=name)))
     while harness.store.sweep(row.id).state is not SweepState.SUCCEEDED:
         for ticket in harness.tick():
             harness.end_well(ticket)
@@ -99,9 +97,7 @@ def test_backup__again_copies_what_is_new_alone(harness: Harness, tmp_path: Path
         assert files_of(store, tmp_path / "out") == files_of(harness.store, harness.settings.data)
 
 
-def test_backup__while_the_service_writes_is_of_one_moment(
-    harness: Harness, tmp_path: Path
-) -> None:
+def test_backup__while_the_service_writes_is_of_one_moment(harness: Harness, tmp_path: Path) -> None:
     stop = threading.Event()
 
     def write() -> None:
@@ -144,9 +140,7 @@ def test_backup__leaves_out_what_was_deleted_meanwhile(
     assert all_is_intact(settings)
 
 
-def test_backup__says_what_is_damaged_and_does_not_take_it(
-    harness: Harness, tmp_path: Path
-) -> None:
+def test_backup__says_what_is_damaged_and_does_not_take_it(harness: Harness, tmp_path: Path) -> None:
     [_, (_, file), *_] = harness.store.files()
     there = Artifacts(harness.settings.data).path(file)
     there.write_bytes(b"x" * file.size)
@@ -172,15 +166,10 @@ def test_backup__that_is_killed_leaves_the_earlier_one_whole(
             back_up(harness.settings, out, harness.store)
     assert (out / "whipple.db").read_bytes() == before
     back_up(harness.settings, out, harness.store)
-    assert sorted(file.name for file in out.iterdir() if file.is_file()) == [
-        "whipple.db",
-        "whipple.lock",
-    ]
+    assert sorted(file.name for file in out.iterdir() if file.is_file()) == ["whipple.db", "whipple.lock"]
 
 
-def test_backup__is_a_data_directory_that_belongs_to_its_database(
-    harness: Harness, tmp_path: Path
-) -> None:
+def test_backup__is_a_data_directory_that_belongs_to_its_database(harness: Harness, tmp_path: Path) -> None:
     identity.settle(harness.settings, harness.store)
     back_up(harness.settings, tmp_path / "out", harness.store)
     restored = settings_in(tmp_path / "out")
@@ -189,9 +178,7 @@ def test_backup__is_a_data_directory_that_belongs_to_its_database(
         assert store.data_id() == harness.store.data_id()
 
 
-def test_backup__into_a_directory_where_a_service_works_is_refused(
-    harness: Harness, tmp_path: Path
-) -> None:
+def test_backup__into_a_directory_where_a_service_works_is_refused(harness: Harness, tmp_path: Path) -> None:
     with holding(Settings(data=tmp_path / "out")), pytest.raises(DataInUse):
         back_up(harness.settings, tmp_path / "out", harness.store)
 
@@ -202,9 +189,7 @@ def test_backup__into_itself_is_refused(harness: Harness, tmp_path: Path) -> Non
             back_up(harness.settings, out, harness.store)
 
 
-def test_command__says_what_it_copied(
-    harness: Harness, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command__says_what_it_copied(harness: Harness, tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     out = tmp_path / "out"
     with holding(harness.settings):  # a service runs
         assert run("backup", out, "--data", harness.settings.data) == 0
@@ -231,9 +216,7 @@ def test_postgresql__dump_first_then_files_restores_the_same_bits(
             shutil.copytree(tmp_path / "data", tmp_path / "copy")
             before = files_of(harness.store, tmp_path / "data")
         words = ("--quiet", "--set", "ON_ERROR_STOP=1", "--file")
-        subprocess.run(
-            [tool("psql"), *words, dump, plain(fresh)], check=True, stdout=subprocess.DEVNULL
-        )
+        subprocess.run([tool("psql"), *words, dump, plain(fresh)], check=True, stdout=subprocess.DEVNULL)
         settings = settings_in(tmp_path / "copy", database_url=fresh, disk_reserve=0)
         with closing(open_store(settings)) as store:
             files = files_of(store, tmp_path / "copy")

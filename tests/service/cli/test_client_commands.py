@@ -95,31 +95,21 @@ def test_progress__is_told_with_an_id_and_units_that_other_commands_take(capsys:
     content = {"run_id": id, "fraction": 0.17, "eta_seconds": 20.0, "measured": measured}
     print_event(SweepEvent("progress", None, content))
     output = capsys.readouterr().out.strip()
-    assert output == (
-        f"{id}  17%, 20 s left  hole_diameter=14.44 mm, plateau_velocity=2 km/s, unheard_of=1.0"
-    )
+    assert output == (f"{id}  17%, 20 s left  hole_diameter=14.44 mm, plateau_velocity=2 km/s, unheard_of=1.0")
 
 
-def test_runs__are_told_with_values_as_a_sweep_has_them(
-    api: Api, tmp_path: Path, capsys: Capsys
-) -> None:
+def test_runs__are_told_with_values_as_a_sweep_has_them(api: Api, tmp_path: Path, capsys: Capsys) -> None:
     file = tmp_path / "sweep.yaml"
     text = examples.text("smoke") + "offsets: 2\n"
     file.write_text(text.replace("axes:", "axes:\n  target.strength.A: [90 MPa]"))
     assert run("runs", submitted(capsys, file)) == 0
     output = capsys.readouterr().out
     heading, *rows = output.splitlines()
-    assert re.split(r"\s{2,}", heading)[3:6] == [
-        "target.strength.A (MPa)",
-        "speed (km/s)",
-        "offset",
-    ]
+    assert re.split(r"\s{2,}", heading)[3:6] == ["target.strength.A (MPa)", "speed (km/s)", "offset"]
     assert ["90", "6", "0.5"] in [row.split()[3:6] for row in rows]
 
 
-def test_id__may_be_its_beginning_unless_several_have_it(
-    api: Api, tmp_path: Path, capsys: Capsys
-) -> None:
+def test_id__may_be_its_beginning_unless_several_have_it(api: Api, tmp_path: Path, capsys: Capsys) -> None:
     file = tmp_path / "sweep.yaml"
     file.write_text(examples.text("smoke").replace("3 km/s", "5.5 km/s"))
     ids = [submitted(capsys, file, "--idempotency-key", f"k{number}") for number in range(17)]
@@ -165,9 +155,7 @@ def test_queue__is_paused_and_resumed(api: Api, capsys: Capsys) -> None:
     assert not api.store.queue().paused
 
 
-def test_run__gives_its_files_and_its_log(
-    api: Api, smoke: Path, tmp_path: Path, capsys: Capsys
-) -> None:
+def test_run__gives_its_files_and_its_log(api: Api, smoke: Path, tmp_path: Path, capsys: Capsys) -> None:
     id = submitted(capsys, smoke)
     api.compute()
     run_id = api.store.sweep_runs(id).items[0].run.id
@@ -192,11 +180,7 @@ def elsewhere(tmp_path: Path) -> Iterator[tuple[str, str]]:
 
 
 def test_key__comes_from_a_file_or_the_environment(
-    elsewhere: tuple[str, str],
-    smoke: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: Capsys,
+    elsewhere: tuple[str, str], smoke: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
 ) -> None:
     url, secret = elsewhere
     file = tmp_path / "key"

@@ -81,11 +81,7 @@ assert not heavy & set(sys.modules), heavy & set(sys.modules)
     ],
 )
 def test_sweep__of_bad_input_ends_with_2_and_the_cure(
-    whipple: Run,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    text: str,
-    texts: list[str],
+    whipple: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str], text: str, texts: list[str]
 ) -> None:
     file = tmp_path / "sweep.yaml"
     file.write_text(text)
@@ -108,9 +104,7 @@ def test_estimate__prints_the_cost_and_that_of_each_accuracy(
         assert preset.meaning in output
 
 
-@pytest.mark.parametrize(
-    "arguments", [["sweep"], ["nonsense"], ["serve", "--port", "x"], ["fetch"]]
-)
+@pytest.mark.parametrize("arguments", [["sweep"], ["nonsense"], ["serve", "--port", "x"], ["fetch"]])
 def test_command__that_is_incomplete_ends_with_2(whipple: Run, arguments: list[str]) -> None:
     assert whipple(*arguments) == 2
 
@@ -126,11 +120,7 @@ def test_command__that_is_incomplete_ends_with_2(whipple: Run, arguments: list[s
     ],
 )
 def test_serve__refuses_a_place_that_it_must_not_or_cannot_take(
-    whipple: Run,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
-    arguments: list[str],
-    word: str,
+    whipple: Run, tmp_path: Path, capsys: pytest.CaptureFixture[str], arguments: list[str], word: str
 ) -> None:
     assert whipple("serve", *arguments, "--data", tmp_path / "data") == 2
     assert word in capsys.readouterr().err
@@ -184,8 +174,7 @@ def computed(**counts: int) -> Callable[..., local.Finished]:
 
 
 @pytest.mark.parametrize(
-    ("counts", "status"),
-    [({"succeeded": 2}, 0), ({"succeeded": 1, "failed": 1}, 3), ({"cancelled": 2}, 3)],
+    ("counts", "status"), [({"succeeded": 2}, 0), ({"succeeded": 1, "failed": 1}, 3), ({"cancelled": 2}, 3)]
 )
 def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
     whipple: Run,
@@ -222,11 +211,7 @@ def test_sweep__takes_the_threads_that_it_is_given_and_not_those_of_the_environm
 
 
 def test_sweep__that_cannot_be_published_ends_with_1_and_the_reason(
-    whipple: Run,
-    smoke: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    whipple: Run, smoke: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
     def fail(*_: object, **__: object) -> None:
         raise local.PublicationFailed("no space left on device")
@@ -246,10 +231,7 @@ def test_warm__that_fails_says_why(
 
 def verified(monkeypatch: pytest.MonkeyPatch, *figures: float) -> None:
     """Let a verification case give these figures where 1 within 0.5 is expected."""
-    rows = [
-        verification.relative("pressure (GPa)", expected=1.0, got=figure, within=0.5)
-        for figure in figures
-    ]
+    rows = [verification.relative("pressure (GPa)", expected=1.0, got=figure, within=0.5) for figure in figures]
     answers = [verification.Verified("similarity", row, 0.1) for row in rows]
     monkeypatch.setattr(validation_commands, "verify", lambda _names: answers)
 
@@ -293,12 +275,7 @@ def test_validate__refuses_what_it_does_not_have(
     ],
 )
 def test_catalogue__is_that_of_the_api_in_tables_with_units(
-    whipple: Run,
-    api: Api,
-    capsys: pytest.CaptureFixture[str],
-    kind: str,
-    name: str,
-    words: list[str],
+    whipple: Run, api: Api, capsys: pytest.CaptureFixture[str], kind: str, name: str, words: list[str]
 ) -> None:
     items = api.http.get(f"/v1/{kind}").json()["items"]
     assert whipple(kind, "--json") == 0
@@ -378,12 +355,7 @@ def test_estimate__warns_of_what_is_allowed_and_hardly_useful(
 
 
 def test_submit_status_fetch__bring_a_sweep_home(
-    whipple: Run,
-    api: Api,
-    url: str,
-    smoke: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    whipple: Run, api: Api, url: str, smoke: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert whipple("submit", smoke, "--url", url) == 0
     id = capsys.readouterr().out.split()[0]

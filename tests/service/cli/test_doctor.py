@@ -7,13 +7,7 @@ import pytest
 from pydantic import ByteSize
 
 from service import execution
-from service.cli.doctor import (
-    Check,
-    CheckStatus,
-    check_store,
-    check_workers,
-    examine,
-)
+from service.cli.doctor import Check, CheckStatus, check_store, check_workers, examine
 from service.queue import data_identity as identity
 from service.records.settings import Settings
 from service.store import Store
@@ -86,12 +80,7 @@ def elsewhere(tmp_path: Path) -> Settings:
     file = tmp_path / "own.pem"
     file.touch()
     return Settings(
-        data=tmp_path,
-        engine=ELSEWHERE,
-        tls_ca=file,
-        tls_cert=file,
-        tls_key=file,
-        memory_limit=ByteSize(1 << 30),
+        data=tmp_path, engine=ELSEWHERE, tls_ca=file, tls_cert=file, tls_key=file, memory_limit=ByteSize(1 << 30)
     )
 
 
@@ -102,10 +91,7 @@ def elsewhere(tmp_path: Path) -> Settings:
     ({"b": "numpy 1, here 2"}, CheckStatus.ERROR),
 ])  # fmt: skip
 def test_workers__on_an_engine_that_answers(
-    elsewhere: Settings,
-    monkeypatch: pytest.MonkeyPatch,
-    workers: dict[str, str],
-    status: CheckStatus,
+    elsewhere: Settings, monkeypatch: pytest.MonkeyPatch, workers: dict[str, str], status: CheckStatus
 ) -> None:
     answer = execution.Cluster(ELSEWHERE, workers)
     monkeypatch.setattr(execution, "probe", lambda _settings: answer)
@@ -114,9 +100,7 @@ def test_workers__on_an_engine_that_answers(
     assert ("numpy 1, here 2" in result.detail) == ("numpy 1, here 2" in workers.values())
 
 
-def test_workers__on_an_engine_that_does_not(
-    elsewhere: Settings, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_workers__on_an_engine_that_does_not(elsewhere: Settings, monkeypatch: pytest.MonkeyPatch) -> None:
     def refuse(_settings: Settings) -> execution.Cluster:
         raise ConnectionRefusedError("nobody is there")
 

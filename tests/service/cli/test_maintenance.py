@@ -96,9 +96,7 @@ def test_command__without_a_database_says_how_to_name_one(
     assert not data.exists()
 
 
-def test_command__of_another_revision_leaves_the_database_alone(
-    store: Store, capsys: Capsys
-) -> None:
+def test_command__of_another_revision_leaves_the_database_alone(store: Store, capsys: Capsys) -> None:
     with store._database.writing() as writing:
         writing.exec_driver_sql("UPDATE alembic_version SET version_num = '0001'")
     assert run("keys", "create", "anna") == 1
@@ -109,9 +107,7 @@ def test_command__of_another_revision_leaves_the_database_alone(
 # --- files that are away ---------------------------------------------------------------------------
 
 
-def test_adopt__lets_an_empty_directory_belong_to_the_database(
-    data: Path, store: Store, capsys: Capsys
-) -> None:
+def test_adopt__lets_an_empty_directory_belong_to_the_database(data: Path, store: Store, capsys: Capsys) -> None:
     identity.settle(Settings(data=data), store)
     (data / identity.FILE).unlink()
     assert run("doctor") == 1

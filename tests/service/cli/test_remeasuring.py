@@ -24,14 +24,7 @@ from studies import measurements
 from studies.sweeps.sweep import Sweep
 from studies.values.files import RESULT, STATE
 from tests.service.support.api import SWEEP
-from tests.service.support.changed_measurement import (
-    FAULT,
-    MEASUREMENT,
-    TODAY,
-    VALUE,
-    VERSION,
-    raise_the_version,
-)
+from tests.service.support.changed_measurement import FAULT, MEASUREMENT, TODAY, VALUE, VERSION, raise_the_version
 from tests.service.support.command import run
 from tests.service.support.fakes import wait_until
 
@@ -101,9 +94,7 @@ def solved(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
         yield Solved(Settings(), store)
 
 
-def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
-    solved: Solved, capsys: Capsys
-) -> None:
+def test_results__follow_the_new_definition_and_their_sweeps_are_marked(solved: Solved, capsys: Capsys) -> None:
     old = {id: solved.result(id) for id in solved.runs()}
     earlier = [solved.store.run_file(id, RESULT) for id in old]
     assert run("remeasure") == 0
@@ -120,9 +111,7 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(
         assert (row.attempt, row.state) == (1, State.SUCCEEDED)
         file = solved.store.run_file(id, RESULT)
         assert (row.path, row.size, row.sha256) == (file.path, file.size, file.sha256)
-        others = {
-            name: item for name, item in result["measurements"].items() if name != MEASUREMENT
-        }
+        others = {name: item for name, item in result["measurements"].items() if name != MEASUREMENT}
         assert others.items() <= old[id]["measurements"].items()
     assert solved.is_intact()
     assert all(solved.artifacts.is_intact(file) for file in earlier)  # nothing is written in place
@@ -155,12 +144,8 @@ def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     assert all(cube[name].identical(before[name]) for name in rest if before[name].size)
 
 
-def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(
-    solved: Solved, capsys: Capsys
-) -> None:
-    other = solved.store.create_sweep(
-        Submission(Sweep.parse({**OTHER, "axes": {"speed": ["8 km/s"]}}))
-    )
+def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(solved: Solved, capsys: Capsys) -> None:
+    other = solved.store.create_sweep(Submission(Sweep.parse({**OTHER, "axes": {"speed": ["8 km/s"]}})))
     damaged, fine = solved.runs()
     before = solved.result(damaged)
     file = solved.artifacts.path(solved.store.run_file(damaged, STATE))
@@ -175,9 +160,7 @@ def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(
     assert solved.store.sweep(other.id).state is SweepState.QUEUED  # no run was begun
 
 
-def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(
-    solved: Solved, capsys: Capsys
-) -> None:
+def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(solved: Solved, capsys: Capsys) -> None:
     for id in solved.runs():
         solved.store.forget_files(id, [STATE])
     assert run("remeasure") == 0
@@ -189,9 +172,7 @@ def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(
 # --- what interrupts it ----------------------------------------------------------------------------
 
 
-def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(
-    solved: Solved, capsys: Capsys
-) -> None:
+def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(solved: Solved, capsys: Capsys) -> None:
     plan = plan_of(solved.store)
     assert len(plan.measurable) == 2
     [first] = islice(remeasure_runs(solved.settings, solved.store, plan.measurable), 1)
@@ -202,10 +183,7 @@ def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(
     assert capsys.readouterr().out.startswith("to measure again: 1 results")
     assert solved.store.run_file(first.run_id, RESULT) == file
     assert run("remeasure") == 0
-    assert (
-        capsys.readouterr().out
-        == "to measure again: 0 results of 0 sweeps; without a stored final state: 0\n"
-    )
+    assert capsys.readouterr().out == "to measure again: 0 results of 0 sweeps; without a stored final state: 0\n"
 
 
 def test_child__that_dies_is_told_of_and_leaves_all_to_the_next_time(
@@ -233,9 +211,7 @@ def test_command__refuses_where_a_service_works(solved: Solved, capsys: Capsys) 
     assert solved.store.files() == files
 
 
-def test_command__refuses_where_a_service_leads_on_postgresql(
-    tmp_path: Path, postgresql_url: str
-) -> None:
+def test_command__refuses_where_a_service_leads_on_postgresql(tmp_path: Path, postgresql_url: str) -> None:
     settings = Settings(data=tmp_path, database_url=postgresql_url)
     with closing(Store.open(postgresql_url, cost=lambda run: 1.0)) as store:
         leadership = store.lead("host:7")

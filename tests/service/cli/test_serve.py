@@ -115,10 +115,7 @@ STUCK = (
 
 def test_signal__ends_the_process_though_a_thread_goes_on(tmp_path: Path) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-c", STUCK, str(tmp_path)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        text=True,
+        [sys.executable, "-c", STUCK, str(tmp_path)], cwd=ROOT, stdout=subprocess.PIPE, text=True
     )
     try:
         assert process.stdout is not None

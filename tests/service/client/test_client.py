@@ -28,9 +28,7 @@ def client(api: Api) -> Iterator[Client]:
         yield opened
 
 
-def test_client__without_an_address_asks_that_of_the_environment(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_client__without_an_address_asks_that_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setenv("WHIPPLE_SERVICE", "http://127.0.0.1:8001")
     assert Client().url == "http://127.0.0.1:8001"
     assert Client("http://127.0.0.1:8002").url == "http://127.0.0.1:8002"
@@ -38,9 +36,7 @@ def test_client__without_an_address_asks_that_of_the_environment(
     assert Client().url == "http://127.0.0.1:8000"
 
 
-def test_submit__takes_a_file_with_the_observations_beside_it(
-    client: Client, tmp_path: Path
-) -> None:
+def test_submit__takes_a_file_with_the_observations_beside_it(client: Client, tmp_path: Path) -> None:
     text = examples.text("smoke") + "\nobservations: shots.csv\n"
     (tmp_path / "smoke.yaml").write_text(text)
     (tmp_path / "shots.csv").write_text(
@@ -128,10 +124,7 @@ def test_client__of_something_else_says_what_it_got(monkeypatch: pytest.MonkeyPa
     def page(request: Any) -> httpx.Response:
         return httpx.Response(502, text="<html>bad gateway</html>")
 
-    with (
-        Client(transport=httpx.MockTransport(page)) as client,
-        pytest.raises(ServiceError, match="502"),
-    ):
+    with Client(transport=httpx.MockTransport(page)) as client, pytest.raises(ServiceError, match="502"):
         client.submit(SWEEP)
 
 

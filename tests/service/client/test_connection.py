@@ -15,13 +15,7 @@ import xarray as xr
 import whipple
 from service.client import connection
 from service.client import remote_cube as remote
-from service.client.client import (
-    KEY_VARIABLE,
-    Client,
-    ServiceError,
-    SweepHandle,
-    Unreachable,
-)
+from service.client.client import KEY_VARIABLE, Client, ServiceError, SweepHandle, Unreachable
 from service.records.jobs import Scope
 from studies.values.errors import InvalidInput, MissingExtra
 from studies.values.files import SWEEP_FILES
@@ -121,9 +115,7 @@ def test_delete__whose_answer_was_lost_is_done(api: Api, url: str) -> None:
 
 def test_service__that_comes_back_is_waited_for() -> None:
     gone = httpx.ConnectError("refused")
-    client, sent = scripted(
-        httpx.Response(200, json=TERMINAL), gone, gone, httpx.Response(200, json=TERMINAL)
-    )
+    client, sent = scripted(httpx.Response(200, json=TERMINAL), gone, gone, httpx.Response(200, json=TERMINAL))
     for _ in range(2):
         assert client.sweep("x").status().state == "succeeded"
     assert len(sent) == 4
@@ -150,9 +142,7 @@ def test_address__that_never_answered_is_told_at_once() -> None:
 
 
 def test_store__that_is_locked_for_a_while_is_asked_again() -> None:
-    client, sent = scripted(
-        problem(503, **{"retry-after": "0"}), httpx.Response(200, json=TERMINAL)
-    )
+    client, sent = scripted(problem(503, **{"retry-after": "0"}), httpx.Response(200, json=TERMINAL))
     assert client.sweep("x").status().state == "succeeded"
     assert len(sent) == 2
 
@@ -264,9 +254,7 @@ def test_messages__of_several_lines_comments_and_unknown_words() -> None:
 
 
 @pytest.fixture
-def published(
-    api: Api, url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> Iterator[SweepHandle]:
+def published(api: Api, url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SweepHandle]:
     """A sweep with a real cube."""
     cube = xr.Dataset({"hole_diameter": ("speed", [0.1, 0.2])}, {"speed": [3e3, 6e3]})
     cube.to_netcdf(tmp_path / "cube.nc", engine="netcdf4")
@@ -289,9 +277,7 @@ def test_open_cube__takes_an_address_too(published: SweepHandle) -> None:
         assert cube.hole_diameter.sel(speed=3e3).item() == 0.1
 
 
-def test_open_cube__sends_the_key(
-    api: Api, published: SweepHandle, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_open_cube__sends_the_key(api: Api, published: SweepHandle, monkeypatch: pytest.MonkeyPatch) -> None:
     _, secret = api.store.create_key("anna", [Scope.READ])
     monkeypatch.setattr(published._connection, "headers", {"Authorization": "Bearer whp_wrong"})
     with pytest.raises(FileNotFoundError):

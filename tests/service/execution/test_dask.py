@@ -111,9 +111,7 @@ def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
     user.wait_for_slots(WORKERS)
 
 
-def test_nanny_killed__nothing_of_it_is_left(
-    cluster: DaskCluster, user: EngineUser, tmp_path: Path
-) -> None:
+def test_nanny_killed__nothing_of_it_is_left(cluster: DaskCluster, user: EngineUser, tmp_path: Path) -> None:
     extra = cluster.start_workers(1)
     user.wait_for_slots(WORKERS + 1)
     attempts = [attempt_in(tmp_path, number, "deaf") for number in range(WORKERS + 1)]
@@ -149,21 +147,13 @@ def test_worker_frozen__a_message_reaches_the_others(user: EngineUser, tmp_path:
 def start_service(cluster: DaskCluster, attempts: list[Attempt]) -> "subprocess.Popen[bytes]":
     remote = cluster.remote()
     files = [str(file) for file in (remote.ca, remote.certificate, remote.key)]
-    job = {
-        "remote": [remote.address, *files],
-        "attempts": [asdict(message) for message in attempts],
-    }
+    job = {"remote": [remote.address, *files], "attempts": [asdict(message) for message in attempts]}
     return subprocess.Popen(
-        [sys.executable, "-c", SERVICE, json.dumps(job)],
-        cwd=ROOT,
-        env=environment(),
-        stdout=subprocess.PIPE,
+        [sys.executable, "-c", SERVICE, json.dumps(job)], cwd=ROOT, env=environment(), stdout=subprocess.PIPE
     )
 
 
-def test_service_killed__the_next_one_follows_its_attempts(
-    cluster: DaskCluster, tmp_path: Path
-) -> None:
+def test_service_killed__the_next_one_follows_its_attempts(cluster: DaskCluster, tmp_path: Path) -> None:
     short, long = attempt_in(tmp_path, 1), attempt_in(tmp_path, 2, seconds=6.0)
     with start_service(cluster, [short, long]) as process:
         try:
@@ -185,9 +175,7 @@ def test_service_killed__the_next_one_follows_its_attempts(
         assert not {short.key, long.key} & user.engine.attempts()
 
 
-def test_service_that_stands_by__leaves_its_attempts_to_the_next(
-    cluster: DaskCluster, tmp_path: Path
-) -> None:
+def test_service_that_stands_by__leaves_its_attempts_to_the_next(cluster: DaskCluster, tmp_path: Path) -> None:
     attempt = attempt_in(tmp_path, seconds=3.0)
     with serving(cluster.remote(), leave_seconds=None) as user:
         user.wait_for_slots(WORKERS)
@@ -201,9 +189,7 @@ def test_service_that_stands_by__leaves_its_attempts_to_the_next(
 # --- the scheduler goes away ---------------------------------------------------------------------
 
 
-def test_connection_cut__attempts_go_on_and_are_found_again(
-    cluster: DaskCluster, tmp_path: Path
-) -> None:
+def test_connection_cut__attempts_go_on_and_are_found_again(cluster: DaskCluster, tmp_path: Path) -> None:
     line = NetworkLine(cluster.port)
     long, short = attempt_in(tmp_path, 1, seconds=5.0), attempt_in(tmp_path, 2, seconds=0.5)
     try:
@@ -343,9 +329,7 @@ def test_tcp__is_refused(tmp_path: Path) -> None:
         Settings(data=tmp_path, engine="tcp://127.0.0.1:8786")
 
 
-def test_other_authority__the_scheduler_is_not_trusted(
-    cluster: DaskCluster, tmp_path: Path
-) -> None:
+def test_other_authority__the_scheduler_is_not_trusted(cluster: DaskCluster, tmp_path: Path) -> None:
     other = DaskCluster(tmp_path, cluster.port)
     other.certify()
     reason_of_away(other, "certificate verify failed")

@@ -17,9 +17,7 @@ def test_differences__name_the_versions_of_both_sides() -> None:
     assert f"physics={PHYSICS_VERSION} " in dask_worker.OFFER
     assert dask_worker.differences(own) == ""
     other = {**own, "physics": "0", "numba": "0.1"}
-    expected = (
-        f"physics 0, on the service {PHYSICS_VERSION}; numba 0.1, on the service {own['numba']}"
-    )
+    expected = f"physics 0, on the service {PHYSICS_VERSION}; numba 0.1, on the service {own['numba']}"
     assert dask_worker.differences(other) == expected
     assert "--preload" in dask_worker.differences(None)
 
@@ -28,9 +26,7 @@ def test_worker__offers_one_slot_and_lets_its_attempt_leave_when_it_ends(tmp_pat
     attempt, endings = attempt_in(tmp_path, seconds=20.0), list[Ending]()
     has_progress = threading.Event()
     state = SimpleNamespace(total_resources={}, available_resources={})
-    worker = SimpleNamespace(
-        startup_information={}, state=state, log_event=lambda _topic, _event: has_progress.set()
-    )
+    worker = SimpleNamespace(startup_information={}, state=state, log_event=lambda _topic, _event: has_progress.set())
     dask_worker.dask_setup(worker)
     assert state.total_resources == state.available_resources == {dask_worker.OFFER: 1.0}
     assert list(worker.startup_information) == [dask_worker.SOFTWARE]

@@ -45,9 +45,7 @@ def test_engine__of_a_cluster_without_its_libraries_names_the_extra(
             ask(settings)
 
 
-def test_slot__whose_supervisor_fails_serves_the_next_attempt(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_slot__whose_supervisor_fails_serves_the_next_attempt(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def fail(*_arguments: Any) -> None:
         raise ZeroDivisionError("an unexpected error")
 

@@ -21,15 +21,7 @@ from service.records.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
 from tests.service.support.cluster import patiently
-from tests.service.support.fakes import (
-    is_gone,
-    open_store,
-    run_id,
-    runs_of,
-    settings_in,
-    sweep_of,
-    wait_until,
-)
+from tests.service.support.fakes import is_gone, open_store, run_id, runs_of, settings_in, sweep_of, wait_until
 from tests.service.support.targets import FakeRun
 
 ROOT = Path(__file__).parents[3]
@@ -63,11 +55,7 @@ class Local:
 @pytest.fixture(scope="module")
 def local(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Local]:
     settings = settings_in(tmp_path_factory.mktemp("data"), workers=2)
-    with (
-        holding(settings),
-        closing(open_store(settings)) as store,
-        start_engine(settings, store) as dispatcher,
-    ):
+    with holding(settings), closing(open_store(settings)) as store, start_engine(settings, store) as dispatcher:
         yield Local(settings, store, dispatcher)
 
 
@@ -79,13 +67,7 @@ def test_whole_path__files_are_there_and_whole(local: Local) -> None:
     assert row.state is SweepState.SUCCEEDED
     assert (row.counts["succeeded"], row.counts["failed"]) == (1, 2)
     artifacts, files = Artifacts(local.settings.data), local.store.artifacts(row.id)
-    assert {file.name for file in files} == {
-        "cube.nc",
-        "runs.csv",
-        "report.html",
-        "report.json",
-        "log.txt",
-    }
+    assert {file.name for file in files} == {"cube.nc", "runs.csv", "report.html", "report.json", "log.txt"}
     assert all(artifacts.is_intact(file) for file in files)
     causes = [run.cause for run in local.runs(row)]
     assert causes == [None, Cause.VERDICT, Cause.ERROR]
@@ -162,15 +144,11 @@ class Answered:
 @pytest.fixture(scope="module")
 def answered(tmp_path_factory: pytest.TempPathFactory) -> Answered:
     out, progress = tmp_path_factory.mktemp("sweep") / "out", list[SweepStatus]()
-    finished = run_sweep(
-        document(), out, progress=progress.append, settings=settings_of(out), keep="film"
-    )
+    finished = run_sweep(document(), out, progress=progress.append, settings=settings_of(out), keep="film")
     return Answered(finished, progress)
 
 
-def test_run_sweep__leaves_the_published_files_with_the_registered_digests(
-    answered: Answered,
-) -> None:
+def test_run_sweep__leaves_the_published_files_with_the_registered_digests(answered: Answered) -> None:
     out = Path(answered.finished)
     assert {file.name for file in out.iterdir()} == {".whipple", "runs", *PUBLISHED}
     with closing(open_store(settings_of(out))) as store:
@@ -192,9 +170,7 @@ def test_run_sweep__refuses_an_unknown_retention(tmp_path: Path) -> None:
 def test_run_sweep__tells_how_far_it_is_until_the_end(answered: Answered) -> None:
     assert answered.progress[-1] == answered.finished.sweep
     assert answered.finished.counts["succeeded"] == 2
-    assert [row.progress for row in answered.progress] == sorted(
-        row.progress for row in answered.progress
-    )
+    assert [row.progress for row in answered.progress] == sorted(row.progress for row in answered.progress)
 
 
 def test_run_sweep__again_from_a_file_computes_nothing_new(answered: Answered) -> None:
@@ -233,18 +209,9 @@ def test_run_sweep__gives_up_what_the_folder_was_asked_before(tmp_path: Path) ->
 def test_run_sweep__from_a_script_without_a_guard_runs_it_once(tmp_path: Path) -> None:
     out, script = tmp_path / "out", tmp_path / "script.py"
     call = f"run_sweep({document()!r}, {str(out)!r})"
-    script.write_text(
-        f"from service.cli.local import run_sweep\nprint({call}.counts['succeeded'])\n"
-    )
-    environment = {
-        "WHIPPLE_TARGETS_MODULE": "tests.service.support.targets",
-        "PYTHONPATH": str(ROOT),
-    }
+    script.write_text(f"from service.cli.local import run_sweep\nprint({call}.counts['succeeded'])\n")
+    environment = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets", "PYTHONPATH": str(ROOT)}
     answer = subprocess.run(
-        [sys.executable, script],
-        env={**os.environ, **environment},
-        check=True,
-        capture_output=True,
-        text=True,
+        [sys.executable, script], env={**os.environ, **environment}, check=True, capture_output=True, text=True
     )
     assert answer.stdout == "2\n"

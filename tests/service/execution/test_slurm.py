@@ -35,9 +35,7 @@ def test_slurm__the_documented_program_starts_workers_that_get_work(tmp_path: Pa
         (tmp_path / name).chmod(0o755)
     program = documented("cluster = SLURMCluster(", "python")
     program = program.replace("8786", str(cluster.port)).replace("JOBS = 10", "JOBS = 1")
-    (tmp_path / "cluster.py").write_text(
-        program.replace("cores=4", "cores=2").replace("processes=4", "processes=2")
-    )
+    (tmp_path / "cluster.py").write_text(program.replace("cores=4", "cores=2").replace("processes=4", "processes=2"))
     path = os.pathsep.join([str(tmp_path), environment()["PATH"]])
     process = ShellProcess("python cluster.py", tmp_path, "slurm", {"PATH": path})
     cluster.processes.append(process)

@@ -53,9 +53,7 @@ def test_describe__size_and_digest(tmp_path: Path) -> None:
 
 
 @pytest.mark.parametrize("damage", ["[]", "{} ", None])
-def test_intact__sees_other_bytes_other_sizes_and_absence(
-    artifacts: Artifacts, damage: str | None
-) -> None:
+def test_intact__sees_other_bytes_other_sizes_and_absence(artifacts: Artifacts, damage: str | None) -> None:
     file = registered(artifacts)
     assert artifacts.is_intact(file)
     if damage is None:

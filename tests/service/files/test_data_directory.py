@@ -29,11 +29,7 @@ HOLD = (
 def held_elsewhere(folder: Path) -> Iterator["subprocess.Popen[str]"]:
     """A process that works in the folder."""
     process = subprocess.Popen(
-        [sys.executable, "-c", HOLD, str(folder)],
-        cwd=ROOT,
-        stdin=subprocess.PIPE,
-        stdout=subprocess.PIPE,
-        text=True,
+        [sys.executable, "-c", HOLD, str(folder)], cwd=ROOT, stdin=subprocess.PIPE, stdout=subprocess.PIPE, text=True
     )
     try:
         assert process.stdout is not None
@@ -127,9 +123,7 @@ def test_data__is_for_its_owner_alone_and_what_was_open_is_tightened(tmp_path: P
 
 
 def test_data__that_workers_may_share_by_their_group_keeps_it(tmp_path: Path) -> None:
-    settings = Settings(
-        data=tmp_path / "data", database_url="postgresql+psycopg://nobody@nowhere/x"
-    )
+    settings = Settings(data=tmp_path / "data", database_url="postgresql+psycopg://nobody@nowhere/x")
     settings.data.mkdir()
     settings.data.chmod(0o2775)
     with holding(settings):

@@ -48,9 +48,7 @@ def full(words: str = os.strerror(errno.ENOSPC)) -> Ending:
     return Ending(Cause.ERROR, "OSError", f"[Errno 28] {words}: 'state.npz'", (), 1.0)
 
 
-def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(
-    harness: Harness, disk: Disk
-) -> None:
+def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(harness: Harness, disk: Disk) -> None:
     disk.free = RESERVE - 1
     harness.store.create_sweep(Submission(sweep_of(1)))
     assert harness.tick() == []
@@ -74,9 +72,7 @@ def test_reserve__what_is_under_way_goes_on_and_is_registered(harness: Harness, 
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
-def test_full_disk__the_run_is_queued_again_and_costs_nothing(
-    harness: Harness, disk: Disk, number: int
-) -> None:
+def test_full_disk__the_run_is_queued_again_and_costs_nothing(harness: Harness, disk: Disk, number: int) -> None:
     harness.store.create_sweep(Submission(sweep_of(1)))
     for _ in range(3):
         [ticket] = harness.tick()
@@ -89,9 +85,7 @@ def test_full_disk__the_run_is_queued_again_and_costs_nothing(
 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
-def test_full_disk__a_run_that_leaves_room_behind_has_crashed(
-    harness: Harness, number: int
-) -> None:
+def test_full_disk__a_run_that_leaves_room_behind_has_crashed(harness: Harness, number: int) -> None:
     harness.store.create_sweep(Submission(sweep_of(1)))
     for _ in range(3):
         [ticket] = harness.tick()
@@ -127,9 +121,7 @@ def test_full_disk__is_believed_whatever_the_library_says(harness: Harness, disk
         (Cause.CRASH, "the process died: SIGBUS"),
     ],
 )
-def test_full_disk__is_judged_by_the_room_that_there_was(
-    harness: Harness, cause: Cause, reason: str
-) -> None:
+def test_full_disk__is_judged_by_the_room_that_there_was(harness: Harness, cause: Cause, reason: str) -> None:
     harness.store.create_sweep(Submission(sweep_of(1)))
     [ticket] = harness.tick()
     harness.end_badly(ticket, cause, reason=reason, free=RESERVE - 1)  # there is room again
@@ -156,9 +148,7 @@ def test_full_disk__is_judged_once_however_long_the_store_is_away(
     assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
 
 
-def test_full_disk__after_it_nothing_is_begun_for_a_while(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_full_disk__after_it_nothing_is_begun_for_a_while(harness: Harness, monkeypatch: pytest.MonkeyPatch) -> None:
     harness.store.create_sweep(Submission(sweep_of(1)))
     [ticket] = harness.tick()
     monkeypatch.setattr(space, "PAUSE_SECONDS", 3600.0)
@@ -170,15 +160,11 @@ def test_full_disk__after_it_nothing_is_begun_for_a_while(
 
 
 @pytest.mark.parametrize("cause", [None, Cause.LOST, Cause.TIME_LIMIT, Cause.MEMORY_LIMIT])
-def test_want_of_space__explains_only_errors_and_crashes(
-    tmp_path: Path, disk: Disk, cause: Cause | None
-) -> None:
+def test_want_of_space__explains_only_errors_and_crashes(tmp_path: Path, disk: Disk, cause: Cause | None) -> None:
     disk.free = 0
     assert not is_full_disk(Ending(cause, "", "", (), 1.0), Space(tmp_path, RESERVE))
 
 
-def test_want_of_space__an_error_with_room_on_the_disk_is_an_error(
-    tmp_path: Path, disk: Disk
-) -> None:
+def test_want_of_space__an_error_with_room_on_the_disk_is_an_error(tmp_path: Path, disk: Disk) -> None:
     ending = Ending(Cause.ERROR, "RuntimeError", "something else", (), 1.0)
     assert not is_full_disk(ending, Space(tmp_path, RESERVE))

@@ -40,15 +40,11 @@ def computed(harness: Harness) -> None:
 
 
 def result_of(harness: Harness, number: int) -> Path:
-    return Artifacts(harness.settings.data).path(
-        harness.store.run_file(run_id(number), "result.json")
-    )
+    return Artifacts(harness.settings.data).path(harness.store.run_file(run_id(number), "result.json"))
 
 
 @pytest.mark.parametrize("damage", ["{}", None])
-def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(
-    harness: Harness, damage: str | None
-) -> None:
+def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(harness: Harness, damage: str | None) -> None:
     harness.store.create_sweep(Submission(sweep_of(2)))
     computed(harness)
     [publication] = harness.tick()
@@ -133,9 +129,7 @@ def large(harness: Harness) -> Harness:
 
 def shared(harness: Harness, *numbers: int) -> Attempt:
     """The publication of a sweep that shares these runs."""
-    harness.store.create_sweep(
-        Submission(sweep_of(runs_of(*["fine"] * len(numbers), first=numbers[0])))
-    )
+    harness.store.create_sweep(Submission(sweep_of(runs_of(*["fine"] * len(numbers), first=numbers[0]))))
     [publication] = harness.tick()
     return publication
 
@@ -148,9 +142,7 @@ def lose(harness: Harness, publication: Attempt, *numbers: int) -> list[Attempt]
     return harness.tick()
 
 
-def test_many_lost_results__are_named_and_none_is_forgotten(
-    large: Harness, caplog: pytest.LogCaptureFixture
-) -> None:
+def test_many_lost_results__are_named_and_none_is_forgotten(large: Harness, caplog: pytest.LogCaptureFixture) -> None:
     large.store.create_sweep(Submission(sweep_of(runs_of("fine", first=90), name="another")))
     large.store.pause()
     publication = shared(large, *range(6))

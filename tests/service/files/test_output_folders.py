@@ -30,10 +30,7 @@ ANOTHER: dict[str, tuple[dict[str, Any], str]] = {
     "one more fixed": ({"fixed": {**FIXED, "friction": 0.1}}, "fixed.friction: 0.1"),
     "resolution": ({"resolution": 16}, "resolution: 16"),
     "resolutions": ({"resolution": [8, 16]}, "axes: resolution, speed"),
-    "axis": (
-        {"axes": {**SWEEP["axes"], "friction": [0, 0.1]}},
-        "axes: friction, speed",
-    ),
+    "axis": ({"axes": {**SWEEP["axes"], "friction": [0, 0.1]}}, "axes: friction, speed"),
 }
 
 
@@ -84,18 +81,14 @@ def leave_report(folder: Path, held: dict[str, Any]) -> None:
 # --- sweep ------------------------------------------------------------------------------------------
 
 
-def test_run_sweep__refuses_the_folder_of_another_sweep_before_it_makes_anything(
-    tmp_path: Path,
-) -> None:
+def test_run_sweep__refuses_the_folder_of_another_sweep_before_it_makes_anything(tmp_path: Path) -> None:
     leave_report(tmp_path, document(name="first"))
     with pytest.raises(InvalidInput, match="'first'"):
         run_sweep(sweep_of(resolution=16), tmp_path)
     assert [one.name for one in tmp_path.iterdir()] == ["report.json"]
 
 
-def test_run_sweep__into_the_folder_of_another_goes_by_its_store_and_replaces_on_request(
-    tmp_path: Path,
-) -> None:
+def test_run_sweep__into_the_folder_of_another_goes_by_its_store_and_replaces_on_request(tmp_path: Path) -> None:
     settings = settings_in(tmp_path / ".whipple", workers=1)
     asked = {**SWEEP, "axes": {"speed": ["3 km/s"]}}
     run_sweep(asked, tmp_path, settings=settings)
@@ -110,9 +103,7 @@ def test_run_sweep__into_the_folder_of_another_goes_by_its_store_and_replaces_on
         run_sweep(asked, tmp_path, settings=settings)
 
 
-def test_sweep__of_another_into_a_folder_ends_with_2(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_sweep__of_another_into_a_folder_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     leave_report(tmp_path / "out", document(name="first"))
     file = tmp_path / "sweep.json"
     file.write_text(json.dumps(sweep_of(resolution=16)))
@@ -129,9 +120,7 @@ def api(tmp_path: Path) -> Iterator[Api]:
         yield opened
 
 
-def test_fetch__refuses_the_folder_of_another_sweep_and_replaces_on_request(
-    api: Api, tmp_path: Path
-) -> None:
+def test_fetch__refuses_the_folder_of_another_sweep_and_replaces_on_request(api: Api, tmp_path: Path) -> None:
     id, out = api.submit(), tmp_path / "out"
     api.compute()
     leave_report(out, document(name="first", resolution=16))

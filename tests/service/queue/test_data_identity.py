@@ -47,9 +47,7 @@ def test_settle__gives_both_one_id_that_stays(settings: Settings, store: Store) 
     assert identity.read(settings.data) == store.data_id() == first
 
 
-def test_settle__refuses_an_empty_directory_for_results_of_a_store_without_id(
-    settings: Settings, store: Store
-) -> None:
+def test_settle__refuses_an_empty_directory_for_results_of_a_store_without_id(settings: Settings, store: Store) -> None:
     store.create_sweep(Submission(sweep_of(1)))
     finish_all(store)
     settings.data.mkdir()
@@ -61,9 +59,7 @@ def test_settle__refuses_an_empty_directory_for_results_of_a_store_without_id(
     identity.settle(settings, store)
 
 
-def test_settle__refuses_a_directory_that_is_not_there_and_makes_none(
-    settings: Settings, store: Store
-) -> None:
+def test_settle__refuses_a_directory_that_is_not_there_and_makes_none(settings: Settings, store: Store) -> None:
     identity.settle(settings, store)
     shutil.rmtree(settings.data)
     with pytest.raises(WrongDirectory, match=f"missing.*{store.data_id()}; mount the directory"):
@@ -71,9 +67,7 @@ def test_settle__refuses_a_directory_that_is_not_there_and_makes_none(
     assert not settings.data.exists()
 
 
-@pytest.mark.parametrize(
-    ("in_directory", "in_database"), [(None, True), (OTHER, False), (OTHER, True)]
-)
+@pytest.mark.parametrize(("in_directory", "in_database"), [(None, True), (OTHER, False), (OTHER, True)])
 def test_settle__refuses_two_ids_until_the_directory_is_adopted(
     settings: Settings, store: Store, in_directory: str | None, in_database: bool
 ) -> None:

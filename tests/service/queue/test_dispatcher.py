@@ -120,15 +120,11 @@ def test_lead_lost_while_the_engine_starts__begins_no_term(harness: Harness) -> 
     assert not dispatcher.leads()
 
 
-def test_leader__of_postgresql_is_one_and_the_next_takes_over(
-    tmp_path: Path, postgresql_url: str
-) -> None:
+def test_leader__of_postgresql_is_one_and_the_next_takes_over(tmp_path: Path, postgresql_url: str) -> None:
     settings = settings_in(tmp_path, database_url=postgresql_url, poll_seconds=0.05)
     with closing(open_store(settings)) as one, closing(open_store(settings)) as other:
         first, second = (
-            Dispatcher(
-                settings, store, open_engine=lambda _inbox: RecordingEngine(), timings=AT_ONCE
-            )
+            Dispatcher(settings, store, open_engine=lambda _inbox: RecordingEngine(), timings=AT_ONCE)
             for store in (one, other)
         )
         first.start()
@@ -153,9 +149,7 @@ def test_engine_that_does_not_start__is_reported_at_once_and_tried_again(harness
             raise OSError("no certificate")
         return engine
 
-    dispatcher = Dispatcher(
-        harness.settings, harness.store, open_engine=open_engine, timings=AT_ONCE
-    )
+    dispatcher = Dispatcher(harness.settings, harness.store, open_engine=open_engine, timings=AT_ONCE)
     with pytest.raises(OSError, match="no certificate"):
         dispatcher.start()
     assert not dispatcher.is_alive()

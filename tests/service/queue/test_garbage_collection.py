@@ -30,9 +30,7 @@ def harness(tmp_path: Path) -> Iterator[Harness]:
 def collector(harness: Harness, *, reserve: int = 0, **timings: float) -> GarbageCollector:
     """A collector at the begin of a round."""
     space = Space(harness.settings.data, reserve)
-    return GarbageCollector(
-        harness.settings, harness.store, harness.artifacts, space, Timings(**timings)
-    )
+    return GarbageCollector(harness.settings, harness.store, harness.artifacts, space, Timings(**timings))
 
 
 def collect(harness: Harness, *, reserve: int = 0) -> None:
@@ -167,9 +165,7 @@ def test_checkpoint__of_a_run_under_way_stays_without_old_temporary_files(harnes
 
 
 @pytest.mark.parametrize("name", ["checkpoint.npz", "a2/result-0123.json"])
-def test_temporary_file__goes_after_a_while_when_the_disk_is_full(
-    harness: Harness, name: str
-) -> None:
+def test_temporary_file__goes_after_a_while_when_the_disk_is_full(harness: Harness, name: str) -> None:
     _, counted = lost_and_finished(harness)
     half = temporary(counted.parent / name.replace("a2", counted.name))
     collect(harness, reserve=FULL)
@@ -180,9 +176,7 @@ def test_temporary_file__goes_after_a_while_when_the_disk_is_full(
 
 
 @pytest.mark.parametrize("is_cancelled", [False, True])
-def test_checkpoint__of_a_run_without_result_stays_for_a_retry(
-    harness: Harness, is_cancelled: bool
-) -> None:
+def test_checkpoint__of_a_run_without_result_stays_for_a_retry(harness: Harness, is_cancelled: bool) -> None:
     id = harness.submit(1)
     [attempt] = harness.tick()
     checkpoint = checkpoint_of(attempt)
@@ -201,9 +195,7 @@ def test_checkpoint__of_a_run_without_result_stays_for_a_retry(
 
 
 @pytest.mark.parametrize("other", [None, Keep.FINAL])
-def test_final_state__stays_as_long_as_a_sweep_retains_it(
-    harness: Harness, other: Keep | None
-) -> None:
+def test_final_state__stays_as_long_as_a_sweep_retains_it(harness: Harness, other: Keep | None) -> None:
     harness.submit(1, keep=Keep.NUMBERS)
     if other is not None:
         harness.submit(runs_of("fine"), keep=other)
@@ -217,9 +209,7 @@ def test_final_state__stays_as_long_as_a_sweep_retains_it(
     assert names >= {"result.json", "log.txt"}
 
 
-def test_final_state__of_a_collection_that_was_killed_after_the_row_goes_later(
-    harness: Harness,
-) -> None:
+def test_final_state__of_a_collection_that_was_killed_after_the_row_goes_later(harness: Harness) -> None:
     _, counted = lost_and_finished(harness)
     harness.store.forget_files(run_id(0), ["state.npz"])  # and then the process was killed
     state = counted / "state.npz"
@@ -242,9 +232,7 @@ def publish(harness: Harness) -> Path:
     return Path(publication.directory)
 
 
-def test_publication__that_was_replaced_goes_when_it_is_old_and_all_with_the_sweep(
-    harness: Harness,
-) -> None:
+def test_publication__that_was_replaced_goes_when_it_is_old_and_all_with_the_sweep(harness: Harness) -> None:
     id = harness.submit(runs_of("raise"))
     first = publish(harness)
     harness.store.retry_sweep(id)

@@ -95,9 +95,7 @@ def test_cancel__is_asked_for_until_the_attempt_has_ended(harness: Harness) -> N
     assert len(harness.engine.stopped) == 2
 
 
-def test_store_that_cannot_be_written__stopping_and_garbage_collection_go_on(
-    harness: Harness,
-) -> None:
+def test_store_that_cannot_be_written__stopping_and_garbage_collection_go_on(harness: Harness) -> None:
     deleted = harness.settings.data / "sweeps" / harness.submit(1)
     harness.store.cancel_sweep(deleted.name)
     harness.store.delete_sweep(deleted.name)

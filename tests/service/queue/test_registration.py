@@ -38,19 +38,11 @@ def test_whole_path__from_sweep_to_files(harness: Harness) -> None:
     harness.tick()
     assert harness.store.sweep(id).state is SweepState.SUCCEEDED
     files = harness.store.artifacts(id)
-    assert {file.name for file in files} == {
-        "cube.nc",
-        "runs.csv",
-        "report.html",
-        "report.json",
-        "log.txt",
-    }
+    assert {file.name for file in files} == {"cube.nc", "runs.csv", "report.html", "report.json", "log.txt"}
     assert all(harness.artifacts.is_intact(file) for file in files)
 
 
-def test_result__its_row_has_files_and_numbers_but_no_history_and_no_checkpoint(
-    harness: Harness,
-) -> None:
+def test_result__its_row_has_files_and_numbers_but_no_history_and_no_checkpoint(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     checkpoint = checkpoint_of(harness)
     harness.end_well(attempt)
@@ -177,9 +169,7 @@ def test_ending_that_cannot_be_registered__holds_nobody_up_and_fails_in_the_end(
     assert set(harness.engine.forgotten) == {attempt.key for attempt in attempts}
 
 
-def test_ending_that_cannot_be_registered__is_tried_again_after_a_while(
-    tmp_path: Path, tried: list[Lease]
-) -> None:
+def test_ending_that_cannot_be_registered__is_tried_again_after_a_while(tmp_path: Path, tried: list[Lease]) -> None:
     with open_harness(tmp_path, replace(AT_ONCE, registration_retry=3600.0)) as harness:
         harness.end_well(harness.begin(1)[0])
         for _ in range(3):

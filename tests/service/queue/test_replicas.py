@@ -23,9 +23,7 @@ def two(postgresql_url: str, tmp_path: Path) -> Iterator[tuple[Api, Api]]:
 
 
 @pytest.mark.parametrize("headers", [{}, KEY])
-def test_submission__to_both_at_once_is_computed_once(
-    two: tuple[Api, Api], headers: dict[str, str]
-) -> None:
+def test_submission__to_both_at_once_is_computed_once(two: tuple[Api, Api], headers: dict[str, str]) -> None:
     def submit(number: int) -> dict[str, int]:
         return two[number % 2].http.post("/v1/sweeps", json=SWEEP, headers=headers).json()
 

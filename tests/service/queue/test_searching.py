@@ -17,9 +17,7 @@ from tests.service.support.targets import PERFORATES
 
 DOCUMENT: dict[str, Any] = {
     "scenario": "plugging",
-    "axes": {
-        "speed": {"limit_of": "perforated", "between": ["100 m/s", "200 m/s"], "tolerance": "5 m/s"}
-    },
+    "axes": {"speed": {"limit_of": "perforated", "between": ["100 m/s", "200 m/s"], "tolerance": "5 m/s"}},
     "resolution": 8,
 }
 SWEEP = Sweep.parse(DOCUMENT)
@@ -51,10 +49,7 @@ def test_search__submits_ordinary_runs_until_it_has_its_interval(harness: Harnes
     publication = searched(harness, [], speeds)
     assert speeds == BISECTION[: len(speeds)]
     assert len(speeds) == 7
-    above, below = (
-        min(v for v in speeds if v >= PERFORATES),
-        max(v for v in speeds if v < PERFORATES),
-    )
+    above, below = (min(v for v in speeds if v >= PERFORATES), max(v for v in speeds if v < PERFORATES))
     assert above - below <= 5.0
     status = harness.store.sweep(id)
     assert (status.planned, status.new, status.counts["succeeded"]) == (7, 7, 7)
@@ -107,9 +102,7 @@ def test_search__goes_on_after_a_restart(tmp_path: Path) -> None:
         assert reborn.store.sweep(id).counts["succeeded"] == 7
 
 
-def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried(
-    harness: Harness,
-) -> None:
+def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried(harness: Harness) -> None:
     id, speeds = submit(harness), list[float]()
     begun = harness.tick()
     for attempt in begun:
@@ -119,10 +112,7 @@ def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried
     harness.end_badly(third, Cause.LOST)
     [publication] = harness.tick()
     assert publication.kind is Kind.PUBLISH
-    assert {each["state"] for each in publication.spec["outcomes"]} == {
-        State.SUCCEEDED,
-        State.CANCELLED,
-    }
+    assert {each["state"] for each in publication.spec["outcomes"]} == {State.SUCCEEDED, State.CANCELLED}
     harness.end_well(publication)
     harness.tick()
     assert harness.store.sweep(id).state is SweepState.CANCELLED
@@ -134,9 +124,7 @@ def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried
 
 
 @pytest.mark.parametrize("failed", [150.0, 175.0])
-def test_failed_run__is_a_try_that_leaves_the_interval_wider(
-    harness: Harness, failed: float
-) -> None:
+def test_failed_run__is_a_try_that_leaves_the_interval_wider(harness: Harness, failed: float) -> None:
     submit(harness)
     speeds, begun = list[float](), harness.tick()
     while not any(attempt.kind is Kind.PUBLISH for attempt in begun):

@@ -35,9 +35,7 @@ def end_with(harness: Harness, attempt: Attempt, answer: object) -> None:
     harness.end(attempt, Ending(None, "", "", (describe(file),), 1.0))
 
 
-@pytest.mark.parametrize(
-    "answer", [{"state": "succeeded"}, [], {"state": "succeeded", "measurements": []}, None]
-)
+@pytest.mark.parametrize("answer", [{"state": "succeeded"}, [], {"state": "succeeded", "measurements": []}, None])
 def test_malformed_result__counts_as_a_crash(harness: Harness, answer: object) -> None:
     harness.submit(1)
     for _ in range(3):
@@ -99,9 +97,7 @@ def fails(number: int, tried: list[int] | None = None) -> Callable[[], None]:
 
 
 @pytest.mark.parametrize("cause", [None, Cause.LOST])
-@pytest.mark.parametrize(
-    "number", [errno.EIO, errno.ESTALE, errno.ENOTCONN, errno.ENOENT, *sorted(OWN_SHORTAGE)]
-)
+@pytest.mark.parametrize("number", [errno.EIO, errno.ESTALE, errno.ENOTCONN, errno.ENOENT, *sorted(OWN_SHORTAGE)])
 def test_disk_that_fails__is_tried_again_and_costs_the_run_nothing(
     harness: Harness, checks: Checks, number: int, cause: Cause | None
 ) -> None:
@@ -129,9 +125,7 @@ def test_disk_that_fails_for_long__counts_unless_the_shortage_is_our_own(
         assert (harness.run().attempt, harness.run().crashes) == (1 + counts, counts)
 
 
-def test_disk_that_fails__is_not_read_at_each_tick_and_holds_nobody_up(
-    tmp_path: Path, checks: Checks
-) -> None:
+def test_disk_that_fails__is_not_read_at_each_tick_and_holds_nobody_up(tmp_path: Path, checks: Checks) -> None:
     with open_harness(tmp_path, replace(AT_ONCE, verification_retry=3600.0)) as harness:
         for attempt in harness.begin(3):
             harness.end_well(attempt)
@@ -145,9 +139,7 @@ def test_disk_that_fails__is_not_read_at_each_tick_and_holds_nobody_up(
 
 
 @pytest.mark.parametrize("damage", ["{}", "", None])
-def test_damaged_result__is_computed_again_unless_the_disk_was_late(
-    tmp_path: Path, damage: str | None
-) -> None:
+def test_damaged_result__is_computed_again_unless_the_disk_was_late(tmp_path: Path, damage: str | None) -> None:
     with open_harness(tmp_path, NO_DOUBT) as harness:
         late, damaged = harness.begin(2)
         files = [Path(harness.compute(one).files[0].path) for one in (late, damaged)]

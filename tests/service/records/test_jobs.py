@@ -54,9 +54,7 @@ def test_budget__is_of_each_cause(cause: Cause, crashes: int, again: bool) -> No
     ("crash_step", "step", "counted"),
     [(None, None, 2), (None, 100, 0), (100, 100, 2), (100, 101, 0), (100, 50, 2), (100, None, 2)],
 )
-def test_crashes__are_counted_anew_after_progress(
-    crash_step: int | None, step: int | None, counted: int
-) -> None:
+def test_crashes__are_counted_anew_after_progress(crash_step: int | None, step: int | None, counted: int) -> None:
     assert crashes_before(lease_of(crashes=2, crash_step=crash_step), step) == counted
 
 

@@ -92,9 +92,7 @@ def test_request__is_a_line_with_route_status_and_seconds(api: Api, lines: Lines
     assert "secret" not in json.dumps(shown)
 
 
-def test_request__that_fails_has_its_id_on_every_line(
-    api: Api, lines: Lines, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_request__that_fails_has_its_id_on_every_line(api: Api, lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(id: str) -> None:
         logging.getLogger("service.store").warning("about to fail")
         raise RuntimeError("out of order")
@@ -116,9 +114,7 @@ def test_request__by_machines_every_few_seconds_is_no_line(api: Api, lines: Line
     assert of_requests(lines) == []
 
 
-def test_request__of_what_is_not_there_is_a_line_without_what_was_written(
-    api: Api, lines: Lines
-) -> None:
+def test_request__of_what_is_not_there_is_a_line_without_what_was_written(api: Api, lines: Lines) -> None:
     api.http.get("/a/secret/path")
     api.http.get("/v1/sweeps/" + "x" * 500)
     unknown, long = of_requests(lines)

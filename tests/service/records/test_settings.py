@@ -34,17 +34,13 @@ def test_sizes__are_read_with_their_units(monkeypatch: pytest.MonkeyPatch) -> No
     assert (settings.memory_limit, settings.disk_reserve) == (4 * GIBIBYTE, 500_000_000)
 
 
-def test_memory__of_a_run_is_the_machines_divided_by_the_workers(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_memory__of_a_run_is_the_machines_divided_by_the_workers(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(module, "_available_memory", lambda: 8 * GIBIBYTE)
     assert Settings(workers=4).memory_of_a_run == 2 * GIBIBYTE
     assert Settings(workers=4, memory_limit=ByteSize(GIBIBYTE)).memory_of_a_run == GIBIBYTE
 
 
-def test_memory__a_container_may_have_less_than_the_machine(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_memory__a_container_may_have_less_than_the_machine(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     limit = tmp_path / "memory.max"
     limit.write_text(f"{GIBIBYTE}\n")
     monkeypatch.setattr(module, "CONTROL_GROUP", limit)
@@ -86,14 +82,11 @@ def test_engine__needs_its_certificates(certificates: dict[str, Any]) -> None:
 
 
 def test_database__is_one_of_two() -> None:
-    assert refusals(database_url="mysql://a/b") == {
-        "database_url": "a URL of one of these: sqlite, postgresql"
-    }
+    assert refusals(database_url="mysql://a/b") == {"database_url": "a URL of one of these: sqlite, postgresql"}
 
 
 @pytest.mark.parametrize(
-    ("url", "several"),
-    [(None, False), ("sqlite:////tmp/x.db", False), ("postgresql+psycopg://a/b", True)],
+    ("url", "several"), [(None, False), ("sqlite:////tmp/x.db", False), ("postgresql+psycopg://a/b", True)]
 )
 def test_replicas__only_with_postgresql(url: str | None, several: bool) -> None:
     assert Settings(database_url=url).has_replicas is several
@@ -127,8 +120,6 @@ def test_threads__are_those_that_are_asked_for_or_the_free_workers(
     assert Settings(threads=None).threads_of_a_run(workers=1, runs=4) == 1
 
 
-def test_threads__one_on_machines_whose_cores_are_not_counted(
-    certificates: dict[str, Any],
-) -> None:
+def test_threads__one_on_machines_whose_cores_are_not_counted(certificates: dict[str, Any]) -> None:
     elsewhere = Settings(engine="tls://scheduler.example.org:8786", **certificates)
     assert elsewhere.threads_of_a_run(workers=8, runs=1) == 1

@@ -98,17 +98,10 @@ HANGS = (
 )
 
 
-@pytest.mark.parametrize(
-    ("seconds", "then", "said"), [(0.2, "threading.Event().wait()", ""), (600, "pass", "left\n")]
-)
-def test_end_within__ends_a_process_that_hangs_and_no_other(
-    seconds: float, then: str, said: str
-) -> None:
+@pytest.mark.parametrize(("seconds", "then", "said"), [(0.2, "threading.Event().wait()", ""), (600, "pass", "left\n")])
+def test_end_within__ends_a_process_that_hangs_and_no_other(seconds: float, then: str, said: str) -> None:
     process = subprocess.Popen(
-        [sys.executable, "-c", HANGS.format(seconds=seconds, then=then)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        text=True,
+        [sys.executable, "-c", HANGS.format(seconds=seconds, then=then)], cwd=ROOT, stdout=subprocess.PIPE, text=True
     )
     assert process.stdout is not None
     assert process.stdout.readline() == "ready\n"
@@ -160,9 +153,7 @@ GOES = (
 
 
 def test_go__keeps_what_was_printed_and_what_was_registered_for_the_end() -> None:
-    answer = subprocess.run(
-        [sys.executable, "-c", GOES], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False
-    )
+    answer = subprocess.run([sys.executable, "-c", GOES], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
     assert (answer.returncode, answer.stdout) == (0, "in order\n")
 
 

@@ -2,16 +2,7 @@
 
 import pytest
 
-from service.records.jobs import (
-    RESULT,
-    Cause,
-    Conflict,
-    NotFound,
-    State,
-    Stored,
-    Submission,
-    SweepState,
-)
+from service.records.jobs import RESULT, Cause, Conflict, NotFound, State, Stored, Submission, SweepState
 from service.store import Store
 from tests.service.support.fakes import run_id, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
@@ -167,9 +158,7 @@ def test_delete__takes_only_sweeps_that_have_ended(store: Store) -> None:
     assert store.deleted_sweeps([sweep, run_id(77)]) == {sweep}
 
 
-@pytest.mark.parametrize(
-    "method", ["sweep", "cancel_sweep", "retry_sweep", "delete_sweep", "run", "run_files"]
-)
+@pytest.mark.parametrize("method", ["sweep", "cancel_sweep", "retry_sweep", "delete_sweep", "run", "run_files"])
 def test_unknown_id__is_not_found(store: Store, method: str) -> None:
     with pytest.raises(NotFound):
         getattr(store, method)(run_id(77))

@@ -54,10 +54,7 @@ def test_connection__is_durable_and_waits_for_no_lock_for_ever(store: Store) -> 
 
 def test_reader__sees_one_moment(store: Store, database_url: str) -> None:
     count = sa.select(sa.func.count()).select_from(SWEEPS)
-    with (
-        closing(Store.open(database_url, cost=lambda run: 1.0)) as other,
-        store._database.reading() as reading,
-    ):
+    with closing(Store.open(database_url, cost=lambda run: 1.0)) as other, store._database.reading() as reading:
         before = reading.execute(count).scalar()
         other.create_sweep(Submission(sweep_of(1)))
         assert reading.execute(count).scalar() == before
@@ -67,10 +64,7 @@ def test_writer__that_waits_too_long_for_another_process_changes_nothing(
     database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(connection, "BUSY_MILLISECONDS", 50)
-    with (
-        closing(Store.open(database_url, cost=lambda run: 1.0)) as store,
-        closing(Store.open(database_url)) as other,
-    ):
+    with closing(Store.open(database_url, cost=lambda run: 1.0)) as store, closing(Store.open(database_url)) as other:
         with other._database.writing():
             with pytest.raises(StoreUnavailable, match="lock"):
                 store.create_sweep(Submission(sweep_of(1)))
@@ -158,9 +152,7 @@ def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> Non
             database.migrate()
             assert database.revision() == "next"
             with database.reading() as reading:
-                notes: set[str] = set(
-                    reading.scalars(sa.select(sa.column("note")).select_from(SWEEPS))
-                )
+                notes: set[str] = set(reading.scalars(sa.select(sa.column("note")).select_from(SWEEPS)))
                 assert notes == {"none"}
         assert [store.sweep(id) for id in (done, waiting)] == before
         store.requeue(held, Cause.LOST, reason="the service ended during the attempt")

@@ -54,9 +54,7 @@ def test_later_sweep__neither_waits_for_a_long_one_nor_catches_up(store: Store) 
 @pytest.fixture
 def priced(database_url: str) -> Iterator[Store]:
     """A store in which a run costs what its parameter says."""
-    with closing(
-        Store.open(database_url, cost=lambda run: float(str(run.parameters["cost"])))
-    ) as opened:
+    with closing(Store.open(database_url, cost=lambda run: float(str(run.parameters["cost"])))) as opened:
         yield opened
 
 

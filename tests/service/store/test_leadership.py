@@ -73,9 +73,7 @@ def test_lead__of_a_silent_service_ends(
     leading.close()
 
 
-def test_transaction__of_a_frozen_service_ends(
-    replicas: Replicas, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_transaction__of_a_frozen_service_ends(replicas: Replicas, monkeypatch: pytest.MonkeyPatch) -> None:
     timeout = {"idle_in_transaction_session_timeout": "500ms"}
     monkeypatch.setattr(connection, "POSTGRESQL", connection.POSTGRESQL | timeout)
     url = replicas[0]._database.url.render_as_string(hide_password=False)

@@ -2,16 +2,7 @@
 
 import pytest
 
-from service.records.jobs import (
-    RESULT,
-    Cause,
-    Kind,
-    NotFound,
-    State,
-    Submission,
-    SweepState,
-    crashes_before,
-)
+from service.records.jobs import RESULT, Cause, Kind, NotFound, State, Submission, SweepState, crashes_before
 from service.store import Store
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result

@@ -22,11 +22,7 @@ def test_sweeps__are_paged_youngest_first_and_filtered_by_state(store: Store) ->
     rest = store.sweeps(limit=2, cursor=first.next_cursor)
     ids = [status.id for page in (first, rest) for status in page.items]
     assert (ids, rest.next_cursor) == ([queued, cancelled, done], None)
-    expected = {
-        SweepState.SUCCEEDED: [done],
-        SweepState.CANCELLED: [cancelled],
-        SweepState.QUEUED: [queued],
-    }
+    expected = {SweepState.SUCCEEDED: [done], SweepState.CANCELLED: [cancelled], SweepState.QUEUED: [queued]}
     for state in SweepState:
         of_state = [status.id for status in store.sweeps(state=state).items]
         assert of_state == expected.get(state, [])
@@ -84,9 +80,7 @@ def test_tally__of_an_ended_sweep_is_read_once(store: Store) -> None:
     assert store.sweep(sweep).counts["succeeded"] == 2
 
 
-def test_tally__is_read_again_when_another_sweep_queues_a_run(
-    store: Store, database_url: str
-) -> None:
+def test_tally__is_read_again_when_another_sweep_queues_a_run(store: Store, database_url: str) -> None:
     sweep = store.create_sweep(Submission(sweep_of(1), keep=Keep.NUMBERS)).id
     finish_all(store)
     with closing(Store.open(database_url)) as replica:

@@ -27,10 +27,7 @@ PATIENCE = 120.0  # s, for everything that is done at once
 def replicas(database_url: str) -> Iterator[list[Store]]:
     """Services on one database."""
     with ExitStack() as ends:
-        yield [
-            ends.enter_context(closing(Store.open(database_url, cost=lambda run: 1.0)))
-            for _ in range(REPLICAS)
-        ]
+        yield [ends.enter_context(closing(Store.open(database_url, cost=lambda run: 1.0))) for _ in range(REPLICAS)]
 
 
 def at_once(*doings: Callable[[], object]) -> list[object]:
@@ -65,9 +62,7 @@ def check(store: Store) -> None:
     pending = sa.select(JOBS.c.sweep_id).where(JOBS.c.state == State.WAITING)
     with store._database.reading() as connection:
         rows = connection.execute(waiting).all()
-        assert set(connection.scalars(pending)) == {
-            row.sweep_id for row in rows if row.state in active
-        }
+        assert set(connection.scalars(pending)) == {row.sweep_id for row in rows if row.state in active}
         assert set(connection.scalars(queued)) <= {row.run_id for row in rows}
 
 
@@ -192,12 +187,7 @@ def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> Non
 
         return work
 
-    at_once(
-        submit_and_cancel(people, 0),
-        submit_and_cancel(others, 1),
-        compute(dispatcher),
-        compute(second),
-    )
+    at_once(submit_and_cancel(people, 0), submit_and_cancel(others, 1), compute(dispatcher), compute(second))
     check(dispatcher)
     for lease in dispatcher.leases():
         dispatcher.requeue(lease, Cause.LOST, reason="stopped")

@@ -4,16 +4,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from service.records.jobs import (
-    Cause,
-    Keep,
-    LastAttempt,
-    NotFound,
-    State,
-    Stored,
-    Submission,
-    SweepState,
-)
+from service.records.jobs import Cause, Keep, LastAttempt, NotFound, State, Stored, Submission, SweepState
 from service.store import Store
 from tests.service.support.fakes import run_id, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result
@@ -144,9 +135,7 @@ def test_verdict__stays_until_it_is_replaced(store: Store, retried_verdict: str)
 
 
 @pytest.mark.parametrize("end", ["cancelled", "stopped", "failed"])
-def test_verdict__comes_back_when_the_retry_ends_without_a_result(
-    store: Store, retried_verdict: str, end: str
-) -> None:
+def test_verdict__comes_back_when_the_retry_ends_without_a_result(store: Store, retried_verdict: str, end: str) -> None:
     leases = lease_runs(store, 0 if end == "cancelled" else 1)
     if end == "failed":
         assert store.fail(leases[0], Cause.ERROR, failure="OSError", reason="no", files=[STATE])
@@ -186,9 +175,7 @@ def test_film__that_cannot_be_computed_leaves_the_result(store: Store) -> None:
 
 
 @pytest.mark.parametrize("is_adopted", [False, True])
-def test_film__demanded_while_the_run_is_under_way_is_computed_afterwards(
-    store: Store, is_adopted: bool
-) -> None:
+def test_film__demanded_while_the_run_is_under_way_is_computed_afterwards(store: Store, is_adopted: bool) -> None:
     submitted(store, Keep.FINAL)
     [lease] = lease_runs(store, 1)
     submitted(store, Keep.FILM)

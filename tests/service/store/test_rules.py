@@ -14,14 +14,7 @@ from pathlib import Path
 import sqlalchemy as sa
 from hypothesis import settings
 from hypothesis import strategies as st
-from hypothesis.stateful import (
-    Bundle,
-    MultipleResults,
-    RuleBasedStateMachine,
-    invariant,
-    multiple,
-    rule,
-)
+from hypothesis.stateful import Bundle, MultipleResults, RuleBasedStateMachine, invariant, multiple, rule
 
 from service.files.lost_results import Loss
 from service.records.jobs import (
@@ -91,11 +84,7 @@ class Rules(RuleBasedStateMachine):
         asked = sweep_of([FakeRun(run_id(number)) for number in wanted])
         return self.store.create_sweep(Submission(asked, priority=priority, keep=keep)).id
 
-    @rule(
-        target=sweeps,
-        key=st.sampled_from(["a", "b"]),
-        wanted=st.sampled_from([[0], [1, 2]]),
-    )
+    @rule(target=sweeps, key=st.sampled_from(["a", "b"]), wanted=st.sampled_from([[0], [1, 2]]))
     def submit_with_key(self, key: str, wanted: list[int]) -> MultipleResults[str]:
         asked, body = sweep_of([FakeRun(run_id(number)) for number in wanted]), str(wanted)
         known, id = self.sent.get(key, (body, None))
@@ -284,9 +273,7 @@ class Rules(RuleBasedStateMachine):
         self.store.resume()
         term = self.store.begin_term("last")
         for lease in self.store.leases():
-            assert self.store.requeue(
-                lease, Cause.LOST, reason="the service ended during the attempt"
-            )
+            assert self.store.requeue(lease, Cause.LOST, reason="the service ended during the attempt")
         finish_all(self.store, term=term)
         for row in self.store.sweeps(limit=1000).items:
             assert row.is_terminal

@@ -79,9 +79,7 @@ def filling(url: str) -> Iterator[Filled]:
         accepting = {"small": len(few), "large": len(many)}
         of_large = len(commits)
         for number in range(20, 20 + PARTS):
-            part = store.create_sweep(
-                Submission(sweep_of(runs_of(*["fine"] * PART, first=number * LARGE)))
-            )
+            part = store.create_sweep(Submission(sweep_of(runs_of(*["fine"] * PART, first=number * LARGE))))
         store.lease(LARGE // 5, TERM)
         others = (JOBS.c.id > run_id(9)) & (JOBS.c.id != run_id(10 * LARGE))
         with store._database.writing() as connection:
@@ -112,9 +110,7 @@ def _cancelled(store: Store) -> tuple[str, ...]:
 # --- statements ------------------------------------------------------------------------------------
 
 
-def test_accept__is_one_transaction_of_two_statements_more_for_each_thousand_runs(
-    filled: Filled,
-) -> None:
+def test_accept__is_one_transaction_of_two_statements_more_for_each_thousand_runs(filled: Filled) -> None:
     assert filled.accepting["large"] == filled.accepting["small"] + 2 * ((LARGE - 1) // BATCH)
     assert filled.commits == 1
 
@@ -320,8 +316,7 @@ def test_finish__reads_a_few_rows_however_long_its_sweep(filled: Filled) -> None
 
 # A line of a plan that reads a whole table, or a whole index of it; SQLite says SEARCH of a part.
 SCAN = re.compile(
-    r"(?:SCAN |(?:Seq Scan|Index (?:Only )?Scan (?:Backward )?using \S+) on (?:\w+ (?=\w))?)(\w+)",
-    re.ASCII,
+    r"(?:SCAN |(?:Seq Scan|Index (?:Only )?Scan (?:Backward )?using \S+) on (?:\w+ (?=\w))?)(\w+)", re.ASCII
 )
 
 

@@ -131,9 +131,7 @@ class Api:
         return [self._stored(f"{name}/{file}", content) for file, content in FILES.items()]
 
     def result(self, name: str) -> Result:
-        numbers: dict[str, Any] = {
-            "hole_diameter": {"value": 0.0148, "uncertainty": None, "flags": []}
-        }
+        numbers: dict[str, Any] = {"hole_diameter": {"value": 0.0148, "uncertainty": None, "flags": []}}
         return Result(
             files=(self._stored(f"{name}/result.json", b"{}"),),
             succeeded=True,

@@ -22,9 +22,7 @@ NO_PAUSE = replace(DEFAULT, broken_worker_pause=0.0)
 TARGETS = "tests.service.support.targets"
 
 
-def attempt_at(
-    folder: Path, behaviour: str = "fine", *, limit: float = 120.0, **more: Any
-) -> Attempt:
+def attempt_at(folder: Path, behaviour: str = "fine", *, limit: float = 120.0, **more: Any) -> Attempt:
     """An attempt at a run that behaves as named."""
     run = FakeRun(run_id(1), {"behaviour": behaviour, **more})
     folder.mkdir(parents=True, exist_ok=True)

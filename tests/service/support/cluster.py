@@ -131,11 +131,7 @@ class DaskCluster:
     def certify(self) -> None:
         """Make the certificates."""
         subprocess.run(
-            ["bash", "-ec", documented("openssl")],
-            cwd=self.folder,
-            check=True,
-            capture_output=True,
-            timeout=120,
+            ["bash", "-ec", documented("openssl")], cwd=self.folder, check=True, capture_output=True, timeout=120
         )
 
     def remote(self, port: int | None = None) -> Remote:
@@ -159,9 +155,7 @@ class DaskCluster:
             process.kill()
         patiently(lambda: all(process.is_gone() for process in self.processes))
 
-    def _start(
-        self, command: str, name: str, more: Mapping[str, str] | None = None
-    ) -> ShellProcess:
+    def _start(self, command: str, name: str, more: Mapping[str, str] | None = None) -> ShellProcess:
         command = command.replace(EXAMPLE_HOST, "127.0.0.1").replace(EXAMPLE_PORT, str(self.port))
         process = ShellProcess(command, self.folder, f"{name}-{len(self.processes)}", more or {})
         self.processes.append(process)
@@ -238,9 +232,7 @@ class EngineUser:
 
 
 @contextmanager
-def using(
-    engine_of: Callable[[Inbox], Engine], *, leave_seconds: float | None = 0.0
-) -> Iterator[EngineUser]:
+def using(engine_of: Callable[[Inbox], Engine], *, leave_seconds: float | None = 0.0) -> Iterator[EngineUser]:
     """An engine until the end of the block."""
     inbox: Inbox = SimpleQueue()
     user = EngineUser(engine_of(inbox), inbox)

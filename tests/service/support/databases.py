@@ -30,9 +30,7 @@ class Postgresql:
 
     def __init__(self, address: str):
         self._address = sa.make_url(address).set(drivername="postgresql+psycopg")
-        self._engine = sa.create_engine(
-            self._address, isolation_level="AUTOCOMMIT", pool_pre_ping=True
-        )
+        self._engine = sa.create_engine(self._address, isolation_level="AUTOCOMMIT", pool_pre_ping=True)
         for durability in ("fsync", "full_page_writes"):  # a test does not outlive a power cut
             self._execute(f"ALTER SYSTEM SET {durability} = off")
         self._execute("SELECT pg_reload_conf()")
@@ -73,9 +71,7 @@ class Postgresql:
     def _empty(self, url: str) -> None:
         """End every connection to a database, and bring its tables back to the rows of the template."""
         name = sa.make_url(url).database
-        self._execute(
-            f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{name}'"
-        )
+        self._execute(f"SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE datname = '{name}'")
         engine = sa.create_engine(url, poolclass=sa.NullPool)
         with engine.begin() as connection:
             tables = ", ".join(f'"{table.name}"' for table in self._first)

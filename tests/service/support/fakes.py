@@ -17,9 +17,7 @@ from tests.service.support.targets import FakeRun
 DEADLINE = 60.0  # s; a busy machine is slow, a hanging test is not waited for
 
 
-def wait_until(
-    condition: Callable[[], Any], *, seconds: float = DEADLINE, pause: float = 0.05
-) -> Any:
+def wait_until(condition: Callable[[], Any], *, seconds: float = DEADLINE, pause: float = 0.05) -> Any:
     """Poll ``condition`` until it is true, and return its value; fails after so many seconds."""
     end = time.monotonic() + seconds
     while not (answer := condition()):
@@ -43,10 +41,7 @@ def run_id(number: int) -> str:
 
 def runs_of(*behaviours: str, first: int = 0, **parameters: Any) -> list[FakeRun]:
     """Runs that behave as named, numbered from ``first``."""
-    return [
-        FakeRun(run_id(first + place), {"behaviour": word, **parameters})
-        for place, word in enumerate(behaviours)
-    ]
+    return [FakeRun(run_id(first + place), {"behaviour": word, **parameters}) for place, word in enumerate(behaviours)]
 
 
 @dataclass(frozen=True)
@@ -71,10 +66,7 @@ class FakeSweep:
         return {"name": self.name, "runs": [run.id for run in self.asked]}
 
     def runs(self) -> list[FakePoint]:
-        return [
-            FakePoint((place,), {"speed": 1000.0 * place}, run)
-            for place, run in enumerate(self.asked)
-        ]
+        return [FakePoint((place,), {"speed": 1000.0 * place}, run) for place, run in enumerate(self.asked)]
 
     every_run = runs
 

@@ -13,15 +13,7 @@ from service.records.jobs import Cause, Kind, RunRow, Submission
 from service.records.settings import Settings
 from service.records.timings import Timings
 from service.store import Store
-from tests.service.support.fakes import (
-    DEADLINE,
-    FlakyStore,
-    RecordingEngine,
-    open_store,
-    run_id,
-    settings_in,
-    sweep_of,
-)
+from tests.service.support.fakes import DEADLINE, FlakyStore, RecordingEngine, open_store, run_id, settings_in, sweep_of
 from tests.service.support.targets import FakeRun, execute, publish
 
 PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")

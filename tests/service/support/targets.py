@@ -53,11 +53,7 @@ class FakeRun:
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""
-        return {
-            "scenario": self.scenario,
-            "parameters": dict(self.parameters),
-            "materials": {FAKE: self.id},
-        }
+        return {"scenario": self.scenario, "parameters": dict(self.parameters), "materials": {FAKE: self.id}}
 
     @staticmethod
     def from_json(plain: Mapping[str, Any]) -> "FakeRun":
@@ -113,9 +109,7 @@ def publish(
         raise RuntimeError("this sweep cannot be published")
     while _is_closed(SWEEP_GATE):
         time.sleep(PAUSE)
-    outcomes_as_json = {
-        id: {"state": one["state"], "reason": one["reason"]} for id, one in outcomes.items()
-    }
+    outcomes_as_json = {id: {"state": one["state"], "reason": one["reason"]} for id, one in outcomes.items()}
     for name in ("cube.nc", "runs.csv", "report.html", "report.json"):
         write_text(directory / name, json.dumps(outcomes_as_json, sort_keys=True))
     return {}

@@ -26,9 +26,7 @@ def watched(clock: StallClock, seconds: int, *, busy: float = 0.0, has_steps: bo
         (0, 0.005, False, 61),  # waits, and looks around now and then
     ],
 )
-def test_stall__is_silence_of_ten_intervals(
-    longest: int, busy: float, has_steps: bool, stalls_after: float
-) -> None:
+def test_stall__is_silence_of_ten_intervals(longest: int, busy: float, has_steps: bool, stalls_after: float) -> None:
     clock = StallClock(60.0)
     assert watched(clock, longest, has_steps=False) == float("inf")
     clock.hear()

@@ -55,9 +55,7 @@ def _end_idle_process() -> Iterator[None]:
         (Keep.FILM, ["result.json", "state.npz", "film.npz", "log.txt"]),
     ],
 )
-def test_run__leaves_what_is_retained_with_size_and_digest(
-    tmp_path: Path, keep: Keep, names: list[str]
-) -> None:
+def test_run__leaves_what_is_retained_with_size_and_digest(tmp_path: Path, keep: Keep, names: list[str]) -> None:
     ending = supervise(replace(attempt_at(tmp_path), keep=keep))
     assert ending.cause is None
     assert [file.name for file in ending.files] == names
@@ -132,9 +130,7 @@ def test_ending__has_cause_reason_and_free_space(
     assert ending.free is not None
 
 
-def test_broken_worker__costs_the_run_nothing(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_broken_worker__costs_the_run_nothing(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """A folder that cannot be made, a disk that is away, a stale mount, no process."""
     occupied = attempt_at(tmp_path / "1")
     Path(occupied.directory).touch()
@@ -371,9 +367,7 @@ def test_log__has_the_trace_of_a_failure(tmp_path: Path) -> None:
         assert trace in log_of(attempt_at(tmp_path))
 
 
-def test_log__that_gets_too_long_loses_its_middle(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_log__that_gets_too_long_loses_its_middle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(attempt_log, "LOG_BYTES", 4 * MEBIBYTE)
     ending = supervise(attempt_at(tmp_path, "roar", mebibytes=20))
     [log] = [file for file in ending.files if file.name == "log.txt"]

@@ -67,9 +67,7 @@ def test_process__is_replaced_when_an_attempt_left_something_running(tmp_path: P
 
 
 @pytest.mark.parametrize("has_attempt", [False, True])
-def test_process__that_dies_before_it_accepts_an_attempt_is_replaced(
-    tmp_path: Path, has_attempt: bool
-) -> None:
+def test_process__that_dies_before_it_accepts_an_attempt_is_replaced(tmp_path: Path, has_attempt: bool) -> None:
     first = process_of(supervise(attempt_at(tmp_path / "1")))
     if has_attempt:
         os.kill(first, signal.SIGSTOP)  # it cannot accept the attempt, and dies of it
@@ -151,9 +149,7 @@ def test_supervisor_killed__the_process_goes_with_it(tmp_path: Path, behaviour: 
 @pytest.mark.parametrize("has_attempt", [False, True])
 def test_stdin__its_end_ends_the_process(tmp_path: Path, has_attempt: bool) -> None:
     command = [sys.executable, "-m", "service.workers.warm_process"]
-    with subprocess.Popen(
-        command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=ROOT
-    ) as process:
+    with subprocess.Popen(command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, cwd=ROOT) as process:
         assert process.stdin is not None
         if has_attempt:
             message = {"attempt": vars(attempt_at(tmp_path, "hang"))}

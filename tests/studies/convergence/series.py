@@ -36,22 +36,16 @@ class Width:
     ratio: float  # median of bar over error
 
 
-def widths(
-    spacings: Sequence[float], offsets: int, count: int, seed: int = 20261123
-) -> Iterator[Width]:
+def widths(spacings: Sequence[float], offsets: int, count: int, seed: int = 20261123) -> Iterator[Width]:
     """Coverage and widths of ``count`` series of each kind, and of all together."""
     random = Random(seed)
-    pairs = {
-        kind: [_judged(kind, random, spacings, offsets) for _ in range(count)] for kind in KINDS
-    }
+    pairs = {kind: [_judged(kind, random, spacings, offsets) for _ in range(count)] for kind in KINDS}
     for kind, mine in pairs.items():
         yield _width(kind, mine)
     yield _width("all", [pair for mine in pairs.values() for pair in mine])
 
 
-def _judged(
-    kind: str, random: Random, spacings: Sequence[float], offsets: int
-) -> tuple[float, float]:
+def _judged(kind: str, random: Random, spacings: Sequence[float], offsets: int) -> tuple[float, float]:
     """Bar and error of one series: f(h) = LIMIT + C h^p, and a normal noise that is a share of the cell."""
     order, error, noise, outside = random.uniform(1.0, 2.0), random.choice((-1.0, 1.0)), 0.0, 0.0
     if kind in ("quiet", "coarsest outside"):
@@ -85,9 +79,7 @@ def _samples(random: Random, spacings: Sequence[float], offsets: int, law: Law) 
     return samples
 
 
-def curves(
-    spacings: Sequence[float], offsets: int, count: int, seed: int = 20261124
-) -> Iterator[Width]:
+def curves(spacings: Sequence[float], offsets: int, count: int, seed: int = 20261124) -> Iterator[Width]:
     """The same of ``count`` curves of each kind, of ``POINTS`` points each."""
     random = Random(seed)
     every = []

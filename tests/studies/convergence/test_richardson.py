@@ -40,9 +40,7 @@ def alone(*values: float) -> Convergence:
 
 def shifted(*levels: Sequence[float]) -> Convergence:
     """The same with several offsets each."""
-    return converge(
-        Sample(2.0**place, value) for place, level in enumerate(levels) for value in level
-    )
+    return converge(Sample(2.0**place, value) for place, level in enumerate(levels) for value in level)
 
 
 # --- known order ------------------------------------------------------------------------------------
@@ -94,9 +92,7 @@ def test_published_example__that_oscillates_is_not_extrapolated() -> None:
     st.floats(1.1, 4.0),
     st.floats(-1.0, 1.0).filter(lambda error: abs(error) > 1e-3),
 )
-def test_order__is_found_for_any_ratios(
-    order: float, first: float, second: float, error: float
-) -> None:
+def test_order__is_found_for_any_ratios(order: float, first: float, second: float, error: float) -> None:
     spacings = (1.0, first, first * second)
     values = [error * h**order for h in spacings]
     assert observed_order(spacings, values) == pytest.approx(order, rel=1e-6)
@@ -168,9 +164,7 @@ def test_oscillation_within_the_scatter__costs_the_scatter_alone() -> None:
 
 @pytest.mark.parametrize("count", [2, 3])
 @pytest.mark.parametrize("value", [20.0, 0.0])
-def test_equal_values__leave_what_noise_hides_and_without_noise_nothing(
-    value: float, count: int
-) -> None:
+def test_equal_values__leave_what_noise_hides_and_without_noise_nothing(value: float, count: int) -> None:
     noisy = converge(Sample(2.0**place, value, sub_cell=0.1) for place in range(count))
     # Of three grids: noise of 0.1, 0.05 and 0.025 cells, of which a cell of the finest has the root mean square.
     share = math.sqrt((0.1**2 + 0.05**2 + 0.025**2) / 3.0)
@@ -192,10 +186,7 @@ def power_law(order: float, ratios: tuple[float, float], difference: float) -> l
     """A power law with this difference of the two finest grids."""
     spacings = (1.0, ratios[0], ratios[0] * ratios[1])
     grown = [math.expm1(order * math.log(h)) / order for h in spacings]
-    return [
-        Sample(h, LIMIT + difference * size / grown[1])
-        for h, size in zip(spacings, grown, strict=True)
-    ]
+    return [Sample(h, LIMIT + difference * size / grown[1]) for h, size in zip(spacings, grown, strict=True)]
 
 
 @given(st.floats(0.3, 6.0), RATIOS, RATIOS, st.sampled_from((ERROR, -ERROR)))
@@ -247,8 +238,7 @@ def test_scatter__above_a_difference_hides_the_order() -> None:
 def test_one_offset__has_the_noise_that_its_measurement_states() -> None:
     values = (20.0, 20.5, 21.5)
     loud, quiet = (
-        converge(Sample(2.0**place, value, noise) for place, value in enumerate(values))
-        for noise in (0.6, 0.4)
+        converge(Sample(2.0**place, value, noise) for place, value in enumerate(values)) for noise in (0.6, 0.4)
     )
     assert quiet.verdict == "converging"
     assert loud.verdict == "not in the asymptotic range"
@@ -344,10 +334,7 @@ def test_series__has_the_mean_order_and_bars_that_hold_what_each_point_shows() -
 
 def test_series__with_a_point_that_fits_its_order_within_noise_is_extrapolated() -> None:
     calm = [Sample(h, LIMIT + ERROR * h, sub_cell=0.02 * h) for h in HALVING]
-    turning = [
-        Sample(h, LIMIT + d, sub_cell=0.02 * h)
-        for h, d in zip(HALVING, (0.03, 0.04, 0.02), strict=True)
-    ]
+    turning = [Sample(h, LIMIT + d, sub_cell=0.02 * h) for h, d in zip(HALVING, (0.03, 0.04, 0.02), strict=True)]
     assert converge(turning).verdict == "not in the asymptotic range"
     points = converge_series([calm, turning, calm])
     assert {point.rule for point in points} == {"extrapolated with p = 1"}
@@ -363,9 +350,7 @@ def test_series__with_a_point_that_fits_its_order_within_noise_is_extrapolated()
     ],
     ids=["oscillatory", "two grids", "contradicted"],
 )
-def test_series__with_a_point_that_cannot_be_extrapolated_has_the_finest_values(
-    bad: list[Sample],
-) -> None:
+def test_series__with_a_point_that_cannot_be_extrapolated_has_the_finest_values(bad: list[Sample]) -> None:
     points = converge_series([series(1.0, HALVING), bad, series(1.0, HALVING)])
     assert {point.rule for point in points} == {"finest grid"}
     assert "1 of 3 points of the series do not fit the observed order 1" in points[0].reason
@@ -398,15 +383,9 @@ def test_two_grids__of_little_difference_in_size_hide_an_error_in_their_noise() 
 
 @pytest.mark.parametrize(
     ("values", "scatter"),
-    [
-        ((1.0, 3.0), 1.0),
-        ((1.0, 2.5, 3.0), 1.0),
-        ((1.0, 2.0, 3.0, 6.0), math.sqrt((4.0 + 1.0 + 0.0 + 9.0) / 3.0)),
-    ],
+    [((1.0, 3.0), 1.0), ((1.0, 2.5, 3.0), 1.0), ((1.0, 2.0, 3.0, 6.0), math.sqrt((4.0 + 1.0 + 0.0 + 9.0) / 3.0))],
 )
-def test_scatter__is_half_the_range_of_few_and_the_deviation_of_more(
-    values: Sequence[float], scatter: float
-) -> None:
+def test_scatter__is_half_the_range_of_few_and_the_deviation_of_more(values: Sequence[float], scatter: float) -> None:
     (level,) = levels_of(Sample(1.0, value) for value in values)
     assert level.value == pytest.approx(sum(values) / len(values))
     assert level.scatter == pytest.approx(scatter)
@@ -481,12 +460,7 @@ def test_coarse_grid_without_anything_to_measure__decides_nothing() -> None:
 def test_quality_flags__are_named_with_the_resolutions_that_have_them() -> None:
     flagged = [
         Sample(h, LIMIT + ERROR * h, quality_flags=quality_flags)
-        for h, quality_flags in (
-            (1.0, ()),
-            (2.0, ("late",)),
-            (4.0, ("late", "coarse")),
-            (8.0, ("odd",)),
-        )
+        for h, quality_flags in ((1.0, ()), (2.0, ("late",)), (4.0, ("late", "coarse")), (8.0, ("odd",)))
     ]
     result = converge(flagged)
     assert result.verdict == "converging"
@@ -512,16 +486,12 @@ NUMBERS = ("value", "uncertainty", "mesh", "offsets", "measurement", "extrapolat
 
 def samples_of(levels: Sequence[Sequence[float]]) -> list[Sample]:
     return [
-        Sample(1.5**place, value, sub_cell=0.01, rest=0.02)
-        for place, level in enumerate(levels)
-        for value in level
+        Sample(1.5**place, value, sub_cell=0.01, rest=0.02) for place, level in enumerate(levels) for value in level
     ]
 
 
 @given(LEVELS, st.randoms(use_true_random=False))
-def test_converge__does_not_see_the_order_of_runs(
-    levels: list[list[float]], random: object
-) -> None:
+def test_converge__does_not_see_the_order_of_runs(levels: list[list[float]], random: object) -> None:
     samples = samples_of(levels)
     shuffled = list(samples)
     random.shuffle(shuffled)  # type: ignore[attr-defined]
@@ -529,9 +499,7 @@ def test_converge__does_not_see_the_order_of_runs(
 
 
 @given(LEVELS, st.integers(-20, 20), st.integers(-20, 20))
-def test_converge__does_not_see_the_units(
-    levels: list[list[float]], of_value: int, of_length: int
-) -> None:
+def test_converge__does_not_see_the_units(levels: list[list[float]], of_value: int, of_length: int) -> None:
     plain = converge(samples_of(levels))
     factor = 2.0**of_value  # exact, so that no decision is on the edge
     scaled = converge(
@@ -563,8 +531,7 @@ def test_converge__extrapolates_only_what_converges(levels: list[list[float]]) -
 @pytest.mark.parametrize("grids", [1, 2, 3])
 def test_finest_grid__that_is_too_coarse_has_no_error_bar(grids: int) -> None:
     samples = [
-        Sample(2.0**n, 10.0 + 2.0**n, 0.1, 0.1, quality_flags=("too_coarse",) if n == 0 else ())
-        for n in range(grids)
+        Sample(2.0**n, 10.0 + 2.0**n, 0.1, 0.1, quality_flags=("too_coarse",) if n == 0 else ()) for n in range(grids)
     ]
     result = converge(samples)
     assert result.verdict == ("single grid" if grids == 1 else "not in the asymptotic range")

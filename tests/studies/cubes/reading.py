@@ -36,9 +36,7 @@ def _order(dataset: xr.Dataset) -> Iterator[Row]:
     not_results = [name for name in shown if dataset[name].attrs["group"] != "result"]
     yield equal("variables printed first that are no results", expected=0, got=len(not_results))
     expected = ["hole_diameter", "hole_diameter_reading_uncertainty", "hole_diameter_converged"]
-    yield equal(
-        "the first three are the laws' quantity", expected=1, got=int(shown[:3] == expected)
-    )
+    yield equal("the first three are the laws' quantity", expected=1, got=int(shown[:3] == expected))
     groups = [GROUPS.index(array.attrs["group"]) for array in dataset.data_vars.values()]
     yield equal("variables behind a later group", expected=0, got=int((np.diff(groups) < 0).sum()))
 
@@ -48,12 +46,8 @@ def _labels(dataset: xr.Dataset) -> Iterator[Row]:
     yield at_most("longest long_name (characters)", limit=LONGEST_LABEL, got=max(map(len, names)))
     parameters = json.loads(dataset.attrs["vocabulary"])["parameters"]
     kept = {str(each.attrs.get("comment") or each.attrs["long_name"]) for each in dataset.values()}
-    meanings = [
-        meaning for _, meaning in json.loads(dataset.attrs["vocabulary"])["quantities"].values()
-    ]
-    yield equal(
-        "definitions of quantities that are lost", expected=0, got=len(set(meanings) - kept)
-    )
+    meanings = [meaning for _, meaning in json.loads(dataset.attrs["vocabulary"])["quantities"].values()]
+    yield equal("definitions of quantities that are lost", expected=0, got=len(set(meanings) - kept))
     lost = [
         name
         for name, (_, _, meaning) in parameters.items()
@@ -65,15 +59,9 @@ def _labels(dataset: xr.Dataset) -> Iterator[Row]:
 def _coordinates(dataset: xr.Dataset) -> Iterator[Row]:
     fixed = json.loads(dataset.attrs["sweep"])["fixed"]
     scalars = [name for name in fixed if name in dataset.coords and not dataset[name].dims]
-    yield equal(
-        "fixed parameters that are scalar coordinates", expected=len(fixed), got=len(scalars)
-    )
+    yield equal("fixed parameters that are scalar coordinates", expected=len(fixed), got=len(scalars))
     history = dataset.hole_diameter_history
-    yield equal(
-        "histories have the coordinate of time",
-        expected=1,
-        got=int("history_time" in history.coords),
-    )
+    yield equal("histories have the coordinate of time", expected=1, got=int("history_time" in history.coords))
     gaps = history.notnull() & dataset.history_time.isnull()
     yield equal("values of a history without a time", expected=0, got=int(gaps.sum()))
 

@@ -23,10 +23,7 @@ ROUND_OFF = 1e-12
 def computed(plain: dict[str, Any], directory: Path) -> xr.Dataset:
     """The cube of a sweep, computed here, written and read again."""
     sweep = Sweep.parse(plain)
-    results = {
-        point.run.id: execute(point.run, directory / point.run.id, threads=1)
-        for point in sweep.runs()
-    }
+    results = {point.run.id: execute(point.run, directory / point.run.id, threads=1) for point in sweep.runs()}
     path = cube.write(cube.build(sweep, results), directory / "cube.nc")
     return xr.load_dataset(path)
 
@@ -63,9 +60,7 @@ def table(expected: dict[tuple[str, str], float], got: dict[tuple[str, str], flo
 
 
 @pytest.mark.claim("mend-again", "sweep-over-methods", minutes=1.5)
-def test_sweep_over_methods__is_the_hand_made_table(
-    tmp_path: Path, compared: Callable[[Row], None]
-) -> None:
+def test_sweep_over_methods__is_the_hand_made_table(tmp_path: Path, compared: Callable[[Row], None]) -> None:
     """A sweep over methods has the bodies of each run by name, in the cube and in the report."""
     dataset = computed(
         {
@@ -85,22 +80,15 @@ def test_sweep_over_methods__is_the_hand_made_table(
     # A cylinder of arne-elastic, 20 mm by 80 mm, 7838 kg/m3, at 300 m/s.
     mass, speed, none = 7838.0 * np.pi * 0.01**2 * 0.08, 300.0, np.nan
     bodies = ("projectile", "target", "target-elements")
-    for kind, moving in (
-        ("kinetic_energy", 0.5 * mass * speed**2),
-        ("axial_momentum", mass * speed),
-    ):
+    for kind, moving in (("kinetic_energy", 0.5 * mass * speed**2), ("axial_momentum", mass * speed)):
         rows = {"mpm": (moving, 0, none), "sph": (moving, 0, none), "sph-fem": (moving, 0, 0)}
         expected = {
-            (method, body): value
-            for method, row in rows.items()
-            for body, value in zip(bodies, row, strict=True)
+            (method, body): value for method, row in rows.items() for body, value in zip(bodies, row, strict=True)
         }
         for row in table(expected, starts(dataset, kind)):
             compared(row)
     report = reported(dataset)
-    for number, (contact, method) in enumerate(
-        (("gap", "mpm"), ("repulsion", "sph"), ("repulsion", "sph-fem"))
-    ):
+    for number, (contact, method) in enumerate((("gap", "mpm"), ("repulsion", "sph"), ("repulsion", "sph-fem"))):
         run = report["runs"][number]
         got = (run["state"], run["at"]["method"], str(dataset.contact.values[number]))
         compared(equal(f"run {number}", expected=("succeeded", method, contact), got=got))
@@ -108,15 +96,10 @@ def test_sweep_over_methods__is_the_hand_made_table(
 
 
 @pytest.mark.claim("mend-again", "sweep-over-decks", minutes=0.5)
-def test_sweep_over_decks__is_the_hand_made_table(
-    tmp_path: Path, compared: Callable[[Row], None]
-) -> None:
+def test_sweep_over_decks__is_the_hand_made_table(tmp_path: Path, compared: Callable[[Row], None]) -> None:
     """A sweep over decks with two bodies and one has the bodies of each run by name, in the cube and in the report."""
     two, one = appendix_deck(), soil_deck()
-    dataset = computed(
-        {"scenario": "deck", "fixed": {"end_time": "1e-6 s"}, "axes": {"deck": [two, one]}},
-        tmp_path,
-    )
+    dataset = computed({"scenario": "deck", "fixed": {"end_time": "1e-6 s"}, "axes": {"deck": [two, one]}}, tmp_path)
     first, second, none = two.splitlines()[0], one.splitlines()[0], np.nan
     # 129 of 130 particles of 8.9 g/cm3 and half a millimetre at 200 m/s, one at rest; 16.8 t of soil that
     # fall at 1 m/s.

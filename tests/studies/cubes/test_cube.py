@@ -19,10 +19,7 @@ from tests.studies.cubes.reading import checks
 from tests.studies.support import compliance, fakes
 from tests.studies.support.fakes import Axis, Sweep
 
-ZIP = Sweep(
-    (Axis("speed", "m s-1", (5e3, 2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3, 2e-3))),
-    combine="zip",
-)
+ZIP = Sweep((Axis("speed", "m s-1", (5e3, 2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3, 2e-3))), combine="zip")
 WORDS = Sweep(
     (Axis("projectile", None, ("tin", "lead")), Axis("speed", "m s-1", (5e3, 3e3))),
     fixed={"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3},
@@ -77,8 +74,7 @@ def test_axis__of_names_selects_by_name_and_of_a_material_constant_has_a_cf_name
 def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouched() -> None:
     sweep = fakes.holes()
     whole, hurt = (
-        cube.build(sweep, outcomes, fakes.catalogue())
-        for outcomes in (fakes.results(sweep), fakes.with_trouble(sweep))
+        cube.build(sweep, outcomes, fakes.catalogue()) for outcomes in (fakes.results(sweep), fakes.with_trouble(sweep))
     )
     failed, cancelled = (hurt.sel(speed=2e3, plate_thickness=thick) for thick in (2e-3, 3e-3))
     assert np.isnan(failed.hole_diameter)
@@ -88,8 +84,7 @@ def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouch
     assert STATES[int(cancelled.run_state)] == "cancelled"
     assert cancelled.run_reason.item() == "cancelled by its user"
     xr.testing.assert_identical(
-        hurt.hole_diameter.sel(speed=slice(4e3, None)),
-        whole.hole_diameter.sel(speed=slice(4e3, None)),
+        hurt.hole_diameter.sel(speed=slice(4e3, None)), whole.hole_diameter.sel(speed=slice(4e3, None))
     )
 
 
@@ -125,9 +120,7 @@ def test_observations__reach_the_cube_with_what_the_laws_say() -> None:
     assert dataset.sizes["observation"] == len(fakes.SHOTS)
     assert float(dataset.hole_diameter_observed[0]) == fakes.SHOTS[0].value
     assert np.isnan(dataset.hole_diameter_observed_uncertainty[2])
-    answers = dataset.hole_diameter_by_law_at_observation.sel(
-        hole_diameter_observed_law="maiden_al"
-    )
+    answers = dataset.hole_diameter_by_law_at_observation.sel(hole_diameter_observed_law="maiden_al")
     assert fakes.SHOTS[0].shot is not None
     assert float(answers[0]) == fakes.HOLE_LAWS[0].evaluate(fakes.SHOTS[0].shot, "").value
 
@@ -198,12 +191,7 @@ def test_undeclared_number__stays_out_and_is_named() -> None:
 
 @pytest.mark.parametrize("case", ["grid", "zip", "words", "refined", "offsets", "nothing"])
 def test_file__opens_as_it_was_built_and_passes_the_cf_checker(tmp_path: Path, case: str) -> None:
-    sweeps = {
-        "zip": ZIP,
-        "words": WORDS,
-        "refined": fakes.refined_holes(),
-        "offsets": fakes.refined_holes((16.0,)),
-    }
+    sweeps = {"zip": ZIP, "words": WORDS, "refined": fakes.refined_holes(), "offsets": fakes.refined_holes((16.0,))}
     sweep = sweeps.get(case, fakes.holes())
     outcomes = {} if case == "nothing" else fakes.results(sweep)
     shots = fakes.SHOTS if case in ("grid", "refined") else ()
@@ -249,9 +237,7 @@ def test_plot__labels_its_axes_in_words_and_units(tmp_path: Path) -> None:
     dataset.hole_diameter.sel(plate_thickness=2e-3).plot(ax=axes[0])
     assert axes[0].get_xlabel() == "speed [m s-1]"
     assert axes[0].get_ylabel() == "hole diameter [m]"
-    dataset.hole_diameter_history.isel(speed=0, plate_thickness=0).plot(
-        x="history_time", ax=axes[1]
-    )
+    dataset.hole_diameter_history.isel(speed=0, plate_thickness=0).plot(x="history_time", ax=axes[1])
     assert axes[1].get_xlabel() == "time [s]"
     assert axes[1].get_ylabel() == "hole diameter, history [m]"
 
@@ -292,19 +278,14 @@ def test_distribution__lies_over_its_bins() -> None:
     assert dataset[name].isel(speed=1).isnull().all()
 
 
-@pytest.mark.parametrize(
-    ("grids", "flagged"), [((16.0,), True), ((16.0, 32.0), True), (fakes.CELLS, False)]
-)
-def test_value_of_the_mesh__keeps_its_flag_below_three_grids(
-    grids: tuple[float, ...], flagged: bool
-) -> None:
+@pytest.mark.parametrize(("grids", "flagged"), [((16.0,), True), ((16.0, 32.0), True), (fakes.CELLS, False)])
+def test_value_of_the_mesh__keeps_its_flag_below_three_grids(grids: tuple[float, ...], flagged: bool) -> None:
     sweep = fakes.refined_holes(grids)
     outcomes = {
         run: replace(
             result,
             measurements={
-                name: replace(measured, flags=(MESH_DETERMINED,))
-                for name, measured in result.measurements.items()
+                name: replace(measured, flags=(MESH_DETERMINED,)) for name, measured in result.measurements.items()
             },
         )
         for run, result in fakes.results(sweep).items()

@@ -22,11 +22,7 @@ SWEEP = Sweep.parse(
     {
         "scenario": "plugging",
         "axes": {
-            "speed": {
-                "limit_of": "perforated",
-                "between": ["100 m/s", "400 m/s"],
-                "tolerance": "20 m/s",
-            },
+            "speed": {"limit_of": "perforated", "between": ["100 m/s", "400 m/s"], "tolerance": "20 m/s"},
             "nose": ["blunt", "conical"],
         },
         "resolution": 8,

@@ -79,16 +79,10 @@ def test_screened__without_a_screening_run_names_it() -> None:
     ("model_part", "screens", "reason"),
     [
         ("none", None, "not assessed: model_part is none"),
-        (
-            "screen",
-            {},
-            "not assessed: screening runs at the middle of the sweep; stronger: its scr",
-        ),
+        ("screen", {}, "not assessed: screening runs at the middle of the sweep; stronger: its scr"),
     ],
 )
-def test_not_assessed__is_nan_with_the_reason(
-    model_part: str, screens: dict[str, float] | None, reason: str
-) -> None:
+def test_not_assessed__is_nan_with_the_reason(model_part: str, screens: dict[str, float] | None, reason: str) -> None:
     dataset = built(model_part, screens)
     assert np.isnan(dataset.hole_diameter_model_part).all()
     assert set(contributions_in(dataset).values()) == {None}
@@ -102,9 +96,7 @@ def test_stored__is_that_of_scenario_and_family() -> None:
     assert contributions_in(dataset) == shares
     expected = HOLE * np.linalg.norm(list(shares.values()))
     np.testing.assert_allclose(dataset.hole_diameter_model_part, expected)
-    assert "python -m docs.model_part" in str(
-        dataset.hole_diameter_model_part_reason.values.flat[0]
-    )
+    assert "python -m docs.model_part" in str(dataset.hole_diameter_model_part_reason.values.flat[0])
 
 
 def test_stored__of_a_class_that_nobody_computed_is_not_assessed() -> None:
@@ -122,9 +114,7 @@ def test_stored__of_other_speeds_and_plates_says_how_far_away_it_was_measured() 
     del fixed["plate_thickness"]
     axes = {"speed": ["2 km/s", "5 km/s"], "plate_thickness": ["2 mm", "6 mm"]}
     dataset = built("stored", fixed=fixed, axes=axes)
-    assert "at t/d 0.25, 4 and 6 km/s" in str(
-        dataset.hole_diameter_model_part_reason.values.flat[0]
-    )
+    assert "at t/d 0.25, 4 and 6 km/s" in str(dataset.hole_diameter_model_part_reason.values.flat[0])
     # 2 of 4 km/s, and 0.75 of 0.25.
     factors = dataset.hole_diameter_model_part_distance.isel(cells_per_diameter=-1)
     np.testing.assert_allclose(factors, [[2.0, 3.0], [1.0, 3.0]])

@@ -45,14 +45,9 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
     samples: dict[float, list[Sample]] = {speed: [] for speed in fakes.VERDICTS}
     for p in SWEEP.runs():
         m, spacing = results[p.run.id].measurements["hole_diameter"], 1 / p.coordinates[RESOLUTION]
-        samples[p.coordinates["speed"]].append(
-            Sample(spacing, m.value, m.parts["resolution"], m.parts["growth"])
-        )
+        samples[p.coordinates["speed"]].append(Sample(spacing, m.value, m.parts["resolution"], m.parts["growth"]))
     for point, expected, (speed, verdict) in zip(
-        refined(dataset, "hole_diameter"),
-        converge_series(samples.values()),
-        fakes.VERDICTS.items(),
-        strict=True,
+        refined(dataset, "hole_diameter"), converge_series(samples.values()), fakes.VERDICTS.items(), strict=True
     ):
         cell = dataset.sel(speed=speed)
         assert VERDICT_WORDS[int(cell.hole_diameter_converged_verdict)] == verdict.replace(" ", "_")
@@ -146,14 +141,10 @@ def test_points__have_converged_values_and_error_bars() -> None:
     points = points_of(dataset)
     assert points.run_state.dims == ("speed",)
     np.testing.assert_array_equal(points.hole_diameter, dataset.hole_diameter_converged)
-    np.testing.assert_array_equal(
-        points.hole_diameter_reading_uncertainty, dataset.hole_diameter_converged_uncertainty
-    )
+    np.testing.assert_array_equal(points.hole_diameter_reading_uncertainty, dataset.hole_diameter_converged_uncertainty)
 
 
-def test_part_of_the_definition__is_that_of_the_finest_runs_with_a_value_and_in_no_error_bar() -> (
-    None
-):
+def test_part_of_the_definition__is_that_of_the_finest_runs_with_a_value_and_in_no_error_bar() -> None:
     def stated(**coordinates: float) -> dict[str, Any]:
         run = run_at(SWEEP, **coordinates)
         hole = fakes.result(run).measurements["hole_diameter"]

@@ -64,17 +64,13 @@ def states(count: int) -> list[Snapshot]:
     return [simulation.snapshot()._replace(time=float(number)) for number in range(count)]
 
 
-def test_film__has_frames_of_every_particle_from_the_first_to_the_last_state(
-    whole: dict[str, Any],
-) -> None:
+def test_film__has_frames_of_every_particle_from_the_first_to_the_last_state(whole: dict[str, Any]) -> None:
     begin = start(small_problem(), threads=1).particles
     order = np.argsort(begin.number)
     np.testing.assert_array_equal(whole["position"][0], begin.position[order].astype(np.float32))
     end = simulate(small_problem(), threads=1).snapshot
     order = np.argsort(end.particles.number)
-    np.testing.assert_array_equal(
-        whole["position"][-1], end.particles.position[order].astype(np.float32)
-    )
+    np.testing.assert_array_equal(whole["position"][-1], end.particles.position[order].astype(np.float32))
     assert whole["time"][-1] == end.time
     frames, count = whole["time"].size, whole["number"].size
     assert 10 < frames <= MOST
@@ -157,9 +153,7 @@ def test_film__of_a_large_run_shows_some_particles_and_stays_small(tmp_path: Pat
 # --- over a break --------------------------------------------------------------------------------
 
 
-def test_resume__gives_the_film_of_a_run_that_never_stopped(
-    run: Run, whole: dict[str, Any], tmp_path: Path
-) -> None:
+def test_resume__gives_the_film_of_a_run_that_never_stopped(run: Run, whole: dict[str, Any], tmp_path: Path) -> None:
     checkpoint = broken_off(run, tmp_path)
     execute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
     resumed = read(tmp_path / "film.npz")

@@ -44,11 +44,7 @@ def test_open_film__has_time_particle_and_body_with_their_units(folder: Path) ->
     film = whipple.open_film(folder)
     assert film.position.dims == ("time", "particle", "component")
     assert film.time.values.tolist() == [0.0, 1.0, 2.0]
-    assert film.body.sel(particle=[ABSENT, 0, film.sizes["particle"] - 1]).values.tolist() == [
-        "",
-        "plate",
-        "ball",
-    ]
+    assert film.body.sel(particle=[ABSENT, 0, film.sizes["particle"] - 1]).values.tolist() == ["", "plate", "ball"]
     assert np.isnan(film.speed.sel(particle=LEFT)).values.tolist() == [False, True, True]
     units = [film[name].attrs["units"] for name in ("time", "position", *FIELDS)]
     assert units == ["s", "m", "m s-1", "Pa", "K", "1", "1"]
@@ -74,9 +70,7 @@ def test_open_film__of_something_else_is_refused(tmp_path: Path, content: bytes 
     assert run("export", file, "--vtk", tmp_path / "out") == 2
 
 
-def test_export__is_what_a_reader_of_vtu_files_reads(
-    folder: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_export__is_what_a_reader_of_vtu_files_reads(folder: Path, capsys: pytest.CaptureFixture[str]) -> None:
     assert run("export", folder, "--vtk", folder / "out") == 0
     assert "3 frames, bodies 1 ball, 2 plate" in capsys.readouterr().out
     film = whipple.open_film(folder)

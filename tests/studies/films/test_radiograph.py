@@ -69,18 +69,12 @@ def test_radiograph__of_a_ball_is_the_chord_through_it(taken: tuple[Radiograph, 
 def test_radiograph__sees_what_departed_where_it_has_flown() -> None:
     problem, snapshot, whole = ball("axisymmetric")
     particles = snapshot.particles
-    last = {
-        name: getattr(particles, name).copy()
-        for name in Departed._fields
-        if name not in ("body", "time")
-    }
+    last = {name: getattr(particles, name).copy() for name in Departed._fields if name not in ("body", "time")}
     gone = Departed(body=snapshot.body, time=np.zeros(snapshot.body.size), **last)
     empty = particles._replace(alive=np.zeros_like(particles.alive))
     left = snapshot._replace(particles=empty, departed=gone)
     here = radiograph(problem, snapshot, pixel=PIXEL, whole=whole)
-    np.testing.assert_array_equal(
-        radiograph(problem, left, pixel=PIXEL, whole=whole).density, here.density
-    )
+    np.testing.assert_array_equal(radiograph(problem, left, pixel=PIXEL, whole=whole).density, here.density)
 
 
 def test_radiograph__comes_back_from_the_file_of_sections(tmp_path: Path) -> None:

@@ -44,9 +44,7 @@ def test_section__at_the_end_is_the_final_state(scenario: str) -> None:
     for name in ("plastic_strain", "temperature", "pressure", "density"):
         expected = getattr(state.particles, name)[order]
         unit = section.FIELDS[name]
-        np.testing.assert_allclose(
-            end.fields[name], expected, rtol=HALF_PRECISION, atol=1e-7 * unit
-        )
+        np.testing.assert_allclose(end.fields[name], expected, rtol=HALF_PRECISION, atol=1e-7 * unit)
     speed = np.linalg.norm(state.particles.velocity[order], axis=1)
     np.testing.assert_allclose(end.fields["speed"], speed, rtol=HALF_PRECISION, atol=1e-6)
 

@@ -57,10 +57,7 @@ def test_fit__is_that_of_the_law_which_it_becomes(form: Form) -> None:
 
 
 def test_fit__shows_published_laws_of_its_form_beside() -> None:
-    points = of_cube(
-        sized_cube(HOLES, lambda shot: 2e-3 + 1e-3 * shot.speed**0.3, "hole_diameter"),
-        "hole_diameter",
-    )
+    points = of_cube(sized_cube(HOLES, lambda shot: 2e-3 + 1e-3 * shot.speed**0.3, "hole_diameter"), "hole_diameter")
     published = {each.form.name: each.published for each in fits_of(points)}
     stated = {law.title: law.constants for law in published["maiden"]}
     # Ma (2005), Eq. 1-3; the general form has 2.40 / C with C in km/s.

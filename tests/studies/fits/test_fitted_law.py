@@ -83,18 +83,14 @@ def test_laws__of_one_name_are_refused(law: FittedLaw) -> None:
         Sweep.parse({**CRATERS, "laws": [law.document(), law.document()]})
 
 
-def test_file__of_a_fit_is_read_into_the_document_of_a_sweep(
-    law: FittedLaw, tmp_path: Path
-) -> None:
+def test_file__of_a_fit_is_read_into_the_document_of_a_sweep(law: FittedLaw, tmp_path: Path) -> None:
     (tmp_path / "my.json").write_text(json.dumps(law.document()))
     sweep = tmp_path / "sweep.yaml"
     sweep.write_text(json.dumps({**CRATERS, "laws": ["my.json"]}))
     assert Sweep.parse(read_sweep_file(sweep)).laws == (law,)
 
 
-def test_command__writes_a_fit_that_a_sweep_reads(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
+def test_command__writes_a_fit_that_a_sweep_reads(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
     dataset = sized_cube(CRATERS, lambda shot: 2e-4 * shot.speed**0.5, "crater_depth")
     dataset.to_netcdf(tmp_path / "cube.nc")
     file = tmp_path / "my.json"
@@ -102,11 +98,6 @@ def test_command__writes_a_fit_that_a_sweep_reads(
     assert run("fit", str(tmp_path), *options) == 0
     assert "n = 0.5 (0.5 to 0.5)" in capsys.readouterr().out
     assert read_law(json.loads(file.read_text()), "law").constants["n"].value == pytest.approx(0.5)
-    for wrong in (
-        ["--form", "cubic"],
-        ["--quantity", "depth"],
-        ["--at", "x=1"],
-        ["--out", str(file)],
-    ):
+    for wrong in (["--form", "cubic"], ["--quantity", "depth"], ["--at", "x=1"], ["--out", str(file)]):
         assert run("fit", str(tmp_path), *wrong) == 2
     assert run("fit", str(file)) == 2

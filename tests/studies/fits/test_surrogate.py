@@ -10,14 +10,7 @@ import xarray as xr
 from scipy.special import ndtr
 
 from studies.fits.indices import indices_of, indices_of_surrogate
-from studies.fits.surrogate import (
-    NUGGET,
-    Surrogate,
-    _process,
-    runs_of,
-    sampled_slices,
-    surrogate_of,
-)
+from studies.fits.surrogate import NUGGET, Surrogate, _process, runs_of, sampled_slices, surrogate_of
 from studies.laws import Shot
 from studies.values.errors import InvalidInput, MissingExtra
 from tests.service.support.command import run
@@ -49,9 +42,7 @@ def test_surrogate__meets_the_runs_within_their_intervals(surrogate: Surrogate) 
 
 
 def test_slices__sample_a_density_between_bounds() -> None:
-    samples = np.array(
-        sampled_slices(lambda at: -0.5 * float(at @ at), np.zeros(2), np.array([[-9.0, 9.0]] * 2))
-    )
+    samples = np.array(sampled_slices(lambda at: -0.5 * float(at @ at), np.zeros(2), np.array([[-9.0, 9.0]] * 2)))
     assert samples.mean() == pytest.approx(0.0, abs=0.2)
     assert (samples < 1.0).mean() == pytest.approx(ndtr(1.0), abs=0.08)
 
@@ -102,9 +93,7 @@ def test_surrogate__uses_runs_of_coarse_grids_and_says_which_it_leaves_out() -> 
             return "closed_on_axis"
         return "too_coarse" if shot.plate_thickness != 3e-3 else ""
 
-    runs = runs_of(
-        sized_cube({**HOLES, "offsets": 2}, bent, "hole_diameter", flag), "hole_diameter"
-    )
+    runs = runs_of(sized_cube({**HOLES, "offsets": 2}, bent, "hole_diameter", flag), "hole_diameter")
     assert [each.name for each in runs.inputs] == ["speed", "plate_thickness"]
     assert (len(runs.values), runs.not_used, runs.too_coarse) == (30, {"closed on axis": 6}, 20)
     assert list(runs.axes_not_used) == ["offset"]
@@ -114,10 +103,7 @@ def test_surrogate__uses_runs_of_coarse_grids_and_says_which_it_leaves_out() -> 
 
 def test_surrogate__of_runs_that_have_lost_an_axis_is_refused() -> None:
     cube = sized_cube(
-        HOLES,
-        bent,
-        "hole_diameter",
-        lambda shot: "closed_on_axis" if shot.plate_thickness != 3e-3 else "",
+        HOLES, bent, "hole_diameter", lambda shot: "closed_on_axis" if shot.plate_thickness != 3e-3 else ""
     )
     with pytest.raises(InvalidInput, match="6 of 18 runs that count") as refused:
         runs_of(cube, "hole_diameter")
@@ -125,9 +111,7 @@ def test_surrogate__of_runs_that_have_lost_an_axis_is_refused() -> None:
 
 
 def test_place__is_read_with_units_and_inside_the_runs() -> None:
-    runs = runs_of(
-        sized_cube({**HOLES, "resolution": [16, 32]}, bent, "hole_diameter"), "hole_diameter"
-    )
+    runs = runs_of(sized_cube({**HOLES, "resolution": [16, 32]}, bent, "hole_diameter"), "hole_diameter")
     texts = ["speed=5 km/s", "plate_thickness = 2 mm"]
     assert runs.read_place(texts).tolist() == [5000.0, 2e-3, 32.0]
     for wrong in (texts[:1], [*texts, "x=1"], ["speed=9 km/s", texts[1]], ["speed=5", texts[1]]):
@@ -140,10 +124,7 @@ def test_command__prints_errors_indices_and_a_prediction(
 ) -> None:
     cube.isel(speed=slice(1, 6)).to_netcdf(tmp_path / "cube.nc")
     picture = tmp_path / "a.svg"
-    assert (
-        run("surrogate", str(tmp_path), "--at", "speed=5.5 km/s", "--json", "--plot", str(picture))
-        == 0
-    )
+    assert run("surrogate", str(tmp_path), "--at", "speed=5.5 km/s", "--json", "--plot", str(picture)) == 0
     plain = json.loads(capsys.readouterr().out)
     assert len(plain["left_out"]["runs"]) == plain["runs"] == plain["runs_of_the_cube"] == 5
     assert plain["runs_not_used"] == plain["axes_not_used"] == []
@@ -154,9 +135,7 @@ def test_command__prints_errors_indices_and_a_prediction(
     assert run("surrogate", str(tmp_path), "--quantity", "hole") == 2
 
 
-def test_surrogate__without_its_extra_names_it(
-    monkeypatch: pytest.MonkeyPatch, cube: xr.Dataset
-) -> None:
+def test_surrogate__without_its_extra_names_it(monkeypatch: pytest.MonkeyPatch, cube: xr.Dataset) -> None:
     monkeypatch.setitem(sys.modules, "sklearn.gaussian_process", None)
     with pytest.raises(MissingExtra, match=r"whipple\[surrogate\]"):
         surrogate_of(cube, "crater_depth")

@@ -60,12 +60,7 @@ def test_zhang_tan__meets_the_projectile_at_its_smallest_speed() -> None:
 
 def test_strength_ln__has_a_variant_for_each_stated_yield_stress() -> None:
     law = laws.load("strength_ln")
-    assert list(law.variants(copper_shot(6000.0))) == [
-        "Y = 240 MPa",
-        "Y = 157 MPa",
-        "Y = 120 MPa",
-        "Y = 90 MPa",
-    ]
+    assert list(law.variants(copper_shot(6000.0))) == ["Y = 240 MPa", "Y = 157 MPa", "Y = 120 MPa", "Y = 90 MPa"]
     low, high = law.band(copper_shot(6000.0))
     assert (low / 8e-3, high / 8e-3) == pytest.approx((4.138, 4.962), abs=5e-4)
 
@@ -168,11 +163,7 @@ def test_shot_from__takes_the_length_of_a_cylinder_over_its_own_diameter() -> No
 
 @pytest.mark.parametrize(
     "absent",
-    [
-        {"projectile_shape": "cylinder", "projectile_length": None},
-        {"projectile_diameter": None},
-        {"speed": None},
-    ],
+    [{"projectile_shape": "cylinder", "projectile_length": None}, {"projectile_diameter": None}, {"speed": None}],
 )
 def test_shot_from__without_a_number_it_needs_is_no_shot(absent: dict[str, Any]) -> None:
     with pytest.raises(KeyError):
@@ -266,9 +257,7 @@ def test_shot_of__takes_the_equivalent_sphere_of_a_cylinder() -> None:
 
 
 def test_law__is_not_judged_by_the_shot_that_its_constant_is_fitted_to() -> None:
-    cube = points_of(
-        build(Sweep.parse(read_sweep_file(Path(examples.folder()) / "sphere.yaml")), {})
-    )
+    cube = points_of(build(Sweep.parse(read_sweep_file(Path(examples.folder()) / "sphere.yaml")), {}))
     shots = list(matched_observations(cube, "crater_depth"))
     [evidence] = [each for each in evidence_of(cube, shots) if each.quantity == "crater_depth"]
     subjects = {each.name: each for each in evidence.subjects if each.reference == "observation"}

@@ -27,9 +27,7 @@ def test_critical_diameter__has_no_jump(equation: object) -> None:
 
 
 @pytest.mark.parametrize("equation", [whipple_jsc, whipple_reimerdes])
-def test_thin_bumper__stops_less_and_a_thick_one_as_much_as_by_christiansen(
-    equation: object,
-) -> None:
+def test_thin_bumper__stops_less_and_a_thick_one_as_much_as_by_christiansen(equation: object) -> None:
     for thickness, less in ((0.2e-3, True), (3e-3, False)):
         shield = replace(SHIELD, bumper_thickness=thickness)
         mine = equation.critical_diameter(9e3, *DENSITIES, shield)  # type: ignore[attr-defined]
@@ -39,8 +37,7 @@ def test_thin_bumper__stops_less_and_a_thick_one_as_much_as_by_christiansen(
 
 def test_critical_diameter__beyond_65_degrees_is_that_at_65() -> None:
     oblique, steeper = (
-        whipple_nno.critical_diameter(9e3, *DENSITIES, SHIELD, math.radians(angle))
-        for angle in (65.0, 80.0)
+        whipple_nno.critical_diameter(9e3, *DENSITIES, SHIELD, math.radians(angle)) for angle in (65.0, 80.0)
     )
     normal = whipple_nno.critical_diameter(9e3, *DENSITIES, SHIELD)
     assert oblique == steeper

@@ -93,9 +93,7 @@ def test_with_value__of_an_unknown_path_gives_the_nearest(copper: Material, path
         ("yield_stresses", [{"value": 1}], "label"),
     ],
 )
-def test_load__refuses_with_the_key(
-    document: dict[str, Any], path: str, value: object, word: str
-) -> None:
+def test_load__refuses_with_the_key(document: dict[str, Any], path: str, value: object, word: str) -> None:
     *parents, last = path.split(".")
     place = document
     for parent in parents:
@@ -128,19 +126,13 @@ def test_typed__is_a_material_whose_source_is_the_user() -> None:
     steel = materials.read_own(typed(), name="our-steel")
     assert (steel.density, steel.value_at("strength.A")) == (7850.0, 900e6)
     assert steel.value_at("tension.spall_strength") is None
-    assert {(one.source, one.confidence) for one in steel.sources.values()} == {
-        ("stated by the user", "user")
-    }
+    assert {(one.source, one.confidence) for one in steel.sources.values()} == {("stated by the user", "user")}
     assert materials.load(steel.document()) == steel
 
 
 def test_base__gives_what_is_left_out(copper: Material) -> None:
     ours = materials.read_own({"base": "copper-ofhc", "strength": {"A": "95 MPa"}}, name="ours")
-    assert ours.resolved() == {
-        **copper.with_value("strength.A", 95e6).resolved(),
-        "name": "ours",
-        "title": "ours",
-    }
+    assert ours.resolved() == {**copper.with_value("strength.A", 95e6).resolved(), "name": "ours", "title": "ours"}
     assert ours.sources["density"] == copper.sources["density"]
 
 

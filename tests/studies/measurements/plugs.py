@@ -24,9 +24,7 @@ def _ring(inner: float, outer: float, low: float, high: float) -> tuple[np.ndarr
     return radius.ravel(), depth.ravel()
 
 
-def plugged(
-    *, free: bool = True, is_open: bool = True, speed: float = PUSHER, plate: float = 10.0
-) -> PlugView:
+def plugged(*, free: bool = True, is_open: bool = True, speed: float = PUSHER, plate: float = 10.0) -> PlugView:
     """A dished plate, a plug with a tenth of it failed and flying along, and a projectile behind it."""
     hole = 0.5 * (FRONT + REAR)
     upper = _ring(FRONT, PLATE, 0.0, 0.5 * THICKNESS)
@@ -58,9 +56,7 @@ def plugged(
     )
 
 
-def slowed(
-    touch: float, *, perforated: float = 1.0, end: float = 200e-6, freed: float = 120e-6
-) -> History:
+def slowed(touch: float, *, perforated: float = 1.0, end: float = 200e-6, freed: float = 120e-6) -> History:
     """A projectile that slows down evenly from the touch until its plug is free."""
     times = np.linspace(0.0, end, 161)
     lost = np.clip((times - touch) / (freed - touch), 0.0, 1.0) * 0.3

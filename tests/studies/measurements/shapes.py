@@ -46,9 +46,7 @@ class KnownShape:
 
     fine: Callable[[], Any]
     coarse: Callable[[], Any]  # in which the order of particles is changed
-    sizes: Mapping[
-        str, tuple[float, float]
-    ]  # by measurement: the size, and how far off the reading may be
+    sizes: Mapping[str, tuple[float, float]]  # by measurement: the size, and how far off the reading may be
 
 
 def rows_of(shape: KnownShape) -> Iterator[Row]:
@@ -59,9 +57,7 @@ def rows_of(shape: KnownShape) -> Iterator[Row]:
         yield absolute(name, expected=size, got=read(name, state).value, within=off)
     for name in shape.sizes:
         expected, got = (read(name, each).value for each in (coarse, shuffled))
-        yield relative(
-            f"{name}, particles in another order", expected=expected, got=got, within=SAME
-        )
+        yield relative(f"{name}, particles in another order", expected=expected, got=got, within=SAME)
 
 
 def setting_of_plate(kind: str, **changes: Any) -> Any:
@@ -90,16 +86,10 @@ def setting_of_plate(kind: str, **changes: Any) -> Any:
     )
 
 
-def body_of(
-    name: str, density: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> Any:
+def body_of(name: str, density: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Any:
     """What ``view`` asks a body for."""
     return SimpleNamespace(
-        name=name,
-        density=density,
-        spacing=(PARTICLE,) * 3,
-        velocity=np.array(velocity),
-        mass=np.ones(1),
+        name=name, density=density, spacing=(PARTICLE,) * 3, velocity=np.array(velocity), mass=np.ones(1)
     )
 
 
@@ -198,9 +188,7 @@ def shapes() -> dict[str, KnownShape]:
     block = {"radius": 16e-3, "thickness": 12e-3}
     return {
         "scooped half space": _of_block(_scoop, scooped, **block),
-        "drilled ellipse of 20 x 12 mm": _of_block(
-            _drill, _axes("hole_diameter"), radius=20e-3, thickness=2e-3
-        ),
+        "drilled ellipse of 20 x 12 mm": _of_block(_drill, _axes("hole_diameter"), radius=20e-3, thickness=2e-3),
         # With three points a cell it would pass without walls at the circle that halves a window's area.
         "crater of a tilted shot": _of_block(_tilted, tilted, **block),
         "two separated spheres": KnownShape(two_balls, two_balls, _spheres()),

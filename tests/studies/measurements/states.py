@@ -42,9 +42,7 @@ def line(begin: float, end: float) -> np.ndarray:
     return begin + PARTICLE * (np.arange(count) + 0.5)
 
 
-def impact(
-    radius: np.ndarray, depth: np.ndarray, *, thickness: float, breadth: float, **changes: Any
-) -> ImpactView:
+def impact(radius: np.ndarray, depth: np.ndarray, *, thickness: float, breadth: float, **changes: Any) -> ImpactView:
     """A body of revolution of particles, all of it target and in one piece."""
     whole = np.ones(radius.size, bool)
     return ImpactView(
@@ -108,10 +106,7 @@ def dented_disc(left: float, *, stretch: float = 1.0) -> ImpactView:
     floor = np.meshgrid(line(0.0, HOLE / stretch), line(gone, THICKNESS), indexing="ij")
     radius, depth = (axis.ravel() for axis in floor)
     state = impact(
-        np.append(disc.radius, stretch * radius),
-        np.append(disc.depth, depth),
-        thickness=THICKNESS,
-        breadth=RADIUS,
+        np.append(disc.radius, stretch * radius), np.append(disc.depth, depth), thickness=THICKNESS, breadth=RADIUS
     )
     mass = np.append(disc.mass, DENSITY * radius * PARTICLE**2)
     return dataclasses.replace(state, mass=mass)
@@ -144,9 +139,7 @@ def with_particle(state: ImpactView, radius: float, depth: float) -> ImpactView:
         "attached": True,
         "attached_target": True,
     }
-    arrays: dict[str, Any] = {
-        name: np.append(getattr(state, name), value) for name, value in added.items()
-    }
+    arrays: dict[str, Any] = {name: np.append(getattr(state, name), value) for name, value in added.items()}
     return dataclasses.replace(state, **arrays)
 
 
@@ -211,14 +204,11 @@ def bar(
     lines = (across, np.zeros(1) if round_model else across, along)
     places = [np.arange(axis.size) for axis in lines]
     place, points = (
-        np.stack([axis.ravel() for axis in np.meshgrid(*grid, indexing="ij")], axis=-1)
-        for grid in (places, lines)
+        np.stack([axis.ravel() for axis in np.meshgrid(*grid, indexing="ij")], axis=-1) for grid in (places, lines)
     )
     inside = np.hypot(points[:, 0], points[:, 1]) < 0.5 * BAR_DIAMETER
     points, place = points[inside], place[inside]
-    mass = DENSITY * (
-        points[:, 0] * PARTICLE**2 if round_model else np.full(len(points), PARTICLE**3)
-    )
+    mass = DENSITY * (points[:, 0] * PARTICLE**2 if round_model else np.full(len(points), PARTICLE**3))
     return BarView(
         **{
             "place": place,
@@ -317,9 +307,7 @@ def smeared(rates: np.ndarray) -> np.ndarray:
 # Debris
 
 CLOUD_SPEED = 6000.0  # m/s
-MELTING = Melting(
-    heat_capacity=400.0, room_temperature=300.0, melt_temperature=1300.0, latent_heat=200e3
-)
+MELTING = Melting(heat_capacity=400.0, room_temperature=300.0, melt_temperature=1300.0, latent_heat=200e3)
 
 
 def cloud(position: np.ndarray, velocity: np.ndarray, **changes: Any) -> CloudView:
@@ -362,10 +350,7 @@ BALLS = (2.5e-3, 30e-3, 3000.0), (2e-3, 45e-3, 5000.0)  # radius, middle (m), ax
 def two_balls() -> CloudView:
     """Two separated spheres that fly along the axis; the first is the projectile's."""
     places = [ball(radius, middle) for radius, middle, _ in BALLS]
-    speeds = [
-        np.full((len(place), 3), (0.0, 0.0, speed))
-        for place, (_, _, speed) in zip(places, BALLS, strict=True)
-    ]
+    speeds = [np.full((len(place), 3), (0.0, 0.0, speed)) for place, (_, _, speed) in zip(places, BALLS, strict=True)]
     first = np.repeat([True, False], [len(place) for place in places])
     return cloud(np.concatenate(places), np.concatenate(speeds), projectile=first)
 

@@ -11,14 +11,7 @@ import pytest
 from solver.simulation import start
 from solver.state import Departed, Snapshot
 from studies import scenarios
-from studies.measurements._cloud import (
-    FEW_PARTICLES,
-    NOTHING_BEHIND,
-    CloudView,
-    connected,
-    exceeded,
-    view,
-)
+from studies.measurements._cloud import FEW_PARTICLES, NOTHING_BEHIND, CloudView, connected, exceeded, view
 from studies.measurements._distributions import DISTRIBUTIONS
 from studies.measurements._distributions import SPEEDS as SPEEDS_OF_BINS
 from studies.runs.run import materials_of
@@ -119,9 +112,7 @@ def test_ring__has_the_radius_that_a_hundredth_of_it_exceeds() -> None:
     assert ratio == pytest.approx(length / (2.0 * radius), rel=TENTH / radius)
 
 
-@pytest.mark.parametrize(
-    ("name", "share"), [("tip_velocity_percent", 0.01), ("tip_velocity_permille", 0.001)]
-)
+@pytest.mark.parametrize(("name", "share"), [("tip_velocity_percent", 0.01), ("tip_velocity_permille", 0.001)])
 def test_tip__of_an_expanding_ball_is_that_of_its_cap(name: str, share: float) -> None:
     expected = CENTRE_SPEED + EXPANSION * EXPANDED * capped(share)
     assert value(name, expanding_ball()) == pytest.approx(expected, abs=EXPANSION * TENTH)
@@ -214,9 +205,7 @@ def numbers(state: CloudView) -> dict[str, float]:
     return {name: read(name, state).value for name in scenarios.load("debris_cloud").measurements}
 
 
-def test_view__of_the_touch_has_the_whole_projectile_before_the_plate(
-    touching: tuple[Any, Snapshot],
-) -> None:
+def test_view__of_the_touch_has_the_whole_projectile_before_the_plate(touching: tuple[Any, Snapshot]) -> None:
     setting, snapshot = touching
     before, mass = view(*touching), DENSITY * math.pi / 6.0 * setting.projectile_diameter**3
     assert value("mass_before", before) == pytest.approx(mass, rel=ROUND_OFF)
@@ -228,11 +217,7 @@ def test_view__of_the_touch_has_the_whole_projectile_before_the_plate(
 def through(setting: Any, snapshot: Snapshot, time: float) -> Snapshot:
     """The projectile departed at the touch, and flown for a time (s)."""
     particles, gone = snapshot.particles, snapshot.body == 0
-    last = {
-        name: getattr(particles, name)[gone]
-        for name in Departed._fields
-        if name not in ("body", "time")
-    }
+    last = {name: getattr(particles, name)[gone] for name in Departed._fields if name not in ("body", "time")}
     departed = Departed(body=snapshot.body[gone], time=np.zeros(gone.sum()), **last)
     left = particles._replace(alive=(~gone).astype(np.uint8))
     return snapshot._replace(time=time, particles=left, departed=departed)

@@ -63,13 +63,7 @@ from tests.studies.measurements.states import (
 
 TENTH = 0.1 * CELL
 LAST_LAYER = BAR_LENGTH - 0.5 * PARTICLE
-OF_THE_WALL_ALONE = (
-    "rigid_energy",
-    "vibration_energy",
-    "strain_energy",
-    "lost_energy",
-    "rebound_momentum",
-)
+OF_THE_WALL_ALONE = ("rigid_energy", "vibration_energy", "strain_energy", "lost_energy", "rebound_momentum")
 AXES = ("largest", "smallest", "mean_root")
 Build = Callable[[], Any]
 
@@ -206,9 +200,7 @@ def waving_bar() -> Any:
 
 def middles(last: float = 3.0) -> History:
     values = np.array([0.0, 2.0, -5.0, last])
-    return History(
-        1e-6 * np.arange(values.size), {"middle_velocity": values, "middle_stress": values}
-    )
+    return History(1e-6 * np.arange(values.size), {"middle_velocity": values, "middle_stress": values})
 
 
 def pulled() -> History:
@@ -254,17 +246,9 @@ KNOWN: list[tuple[str, Build, float, float]] = [
         for shift in (SHIFTS if name == "hole_diameter" else [0.0])
     ),
     # Straight walls have their radius to a part of a particle, wherever the bins begin and whatever stands behind.
+    *(("hole_diameter", lambda s=shift: sunk(s), 2.0 * HOLE, 0.05 * PARTICLE) for shift in SHIFTS[::3]),
     *(
-        ("hole_diameter", lambda s=shift: sunk(s), 2.0 * HOLE, 0.05 * PARTICLE)
-        for shift in SHIFTS[::3]
-    ),
-    *(
-        (
-            "hole_diameter",
-            lambda w=w, z=z: collared_disc(HOLE, inwards=w, depth=z),
-            2.0 * (HOLE - w),
-            0.05 * PARTICLE,
-        )
+        ("hole_diameter", lambda w=w, z=z: collared_disc(HOLE, inwards=w, depth=z), 2.0 * (HOLE - w), 0.05 * PARTICLE)
         for w in (CELL, 4.0 * CELL)
         for z in (-CELL, CELL, THICKNESS)
     ),
@@ -275,17 +259,9 @@ KNOWN: list[tuple[str, Build, float, float]] = [
     # Layers that begin a particle apart: between the two.
     ("hole_diameter", jagged_disc, 2.0 * HOLE - PARTICLE, PARTICLE),
     ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + 3.3e-3), 2 * HOLE + 6.6e-3, 1e-14),
+    *(("crater_diameter", lambda s=share: cap(s), 2.0 * CRATER, 2.0 * TENTH) for share in (0.3, 0.5, 0.8)),
     *(
-        ("crater_diameter", lambda s=share: cap(s), 2.0 * CRATER, 2.0 * TENTH)
-        for share in (0.3, 0.5, 0.8)
-    ),
-    *(
-        (
-            "crater_diameter",
-            lambda c=c: cratered(WALLS["cylinder"], c * CELL),
-            2 * CRATER,
-            2 * TENTH,
-        )
+        ("crater_diameter", lambda c=c: cratered(WALLS["cylinder"], c * CELL), 2 * CRATER, 2 * TENTH)
         for c in (3.0, 5.0, 7.0)
     ),
     *(
@@ -295,12 +271,7 @@ KNOWN: list[tuple[str, Build, float, float]] = [
     ),
     # Lattice points leave one by one, so the reading follows a tenth of a cell to within a particle.
     *(
-        (
-            name,
-            lambda s=shift: scooped_half_space(CRATER + s * CELL),
-            of(CRATER + shift * CELL),
-            off,
-        )
+        (name, lambda s=shift: scooped_half_space(CRATER + s * CELL), of(CRATER + shift * CELL), off)
         for name, of, off in (
             ("crater_depth", lambda r: r - CAP, 2.0 * PARTICLE),
             ("crater_diameter", lambda r: 2.0 * r, 4.0 * PARTICLE),
@@ -318,10 +289,7 @@ KNOWN: list[tuple[str, Build, float, float]] = [
         math.pi * CRATER**2 * 7.0 * CELL,
         math.pi * CRATER**2 * TENTH,
     ),
-    *(
-        ("crater_lip_height", lambda c=cells: walled_crater(c * CELL), cells * CELL, TENTH)
-        for cells in (1.0, 2.5, 5.0)
-    ),
+    *(("crater_lip_height", lambda c=cells: walled_crater(c * CELL), cells * CELL, TENTH) for cells in (1.0, 2.5, 5.0)),
     ("crater_rebound", lambda: depths(1e-3, 4e-3, 5e-3, math.nan, 4.5e-3), 0.1, ROUND_OFF),
     *((f"crater_diameter_{axis}", lambda: cap(0.5), 2 * CRATER, 2 * TENTH) for axis in AXES),
     ("crater_depth_over_diameter", lambda: scooped_half_space(CRATER), 0.5, PARTICLE / CRATER),
@@ -350,10 +318,7 @@ KNOWN: list[tuple[str, Build, float, float]] = [
     ("lost_energy", strained_bar, 1.0 - 0.25 - 0.2, 1e-9),
     ("rebound_momentum", strained_bar, 0.5, ROUND_OFF),
     *(("rear_face_place", state, LAST_LAYER, 1e-14) for state in bars(straight)),
-    *(
-        ("rear_face_place", state, 2.0 / 3.0 * LAST_LAYER + TENTH, 1e-14)
-        for state in bars(stretched)
-    ),
+    *(("rear_face_place", state, 2.0 / 3.0 * LAST_LAYER + TENTH, 1e-14) for state in bars(stretched)),
     ("rear_face_velocity", lambda: rear_faces(0.02, 0.020, 0.0195), -500.0, 1e-8),
     # Linear along the bar, and other values away from the axis.
     ("middle_velocity", waving_bar, 0.5 * BAR_LENGTH, 1e-14),
@@ -423,21 +388,13 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ),
     ("hole_diameter_areal", lambda: dented_disc(1.0, stretch=1.9), "not_perforated"),
     ("hole_diameter", lambda: dented_disc(1.0, stretch=1.9), "not_perforated"),
-    (
-        "hole_diameter",
-        lambda: collared_disc(HOLE, inwards=HOLE - PARTICLE, depth=CELL),
-        "not_perforated",
-    ),
+    ("hole_diameter", lambda: collared_disc(HOLE, inwards=HOLE - PARTICLE, depth=CELL), "not_perforated"),
     ("hole_diameter_lip", lambda: drilled_disc(HOLE), "no_lip"),
     ("hole_diameter_lip", lambda: lipped_disc(HOLE, HOLE + 1.1 * DIAMETER), "no_lip"),
     ("crater_depth", bored_half_space, "perforated"),
     ("crater_depth_over_diameter", bored_half_space, "perforated"),
     ("crater_diameter", lambda: scooped_half_space(0.0), "no_crater"),
-    (
-        "crater_diameter",
-        lambda: cratered(lambda z: (2.0 if z < 1.5 * CELL else 12.0) * CELL, CRATER),
-        "no_crater",
-    ),
+    ("crater_diameter", lambda: cratered(lambda z: (2.0 if z < 1.5 * CELL else 12.0) * CELL, CRATER), "no_crater"),
     ("crater_depth_over_diameter", lambda: scooped_half_space(0.0), "no_crater"),
     *(
         (name, lambda: scooped_half_space(BREADTH - 2.0 * CELL), "not_contained")
@@ -458,15 +415,9 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("rear_face_velocity", lambda: rear_faces(0.02, math.nan), "lost_particles"),
     ("rear_face_velocity", lambda: rear_faces(0.02), "one_observation"),
     *((f"middle_{name}", bar_without_corner, "lost_particles") for name in ("velocity", "stress")),
-    *(
-        (f"middle_peak_{name}", lambda: middles(math.nan), "lost_particles")
-        for name in ("velocity", "stress")
-    ),
+    *((f"middle_peak_{name}", lambda: middles(math.nan), "lost_particles") for name in ("velocity", "stress")),
     *((name, lambda: bar(is_loaded=True), "loaded") for name in OF_THE_WALL_ALONE),
-    *(
-        (name, lambda: pushed(np.full(9, math.nan)), "loaded")
-        for name in ("contact_time", "wall_pull")
-    ),
+    *((name, lambda: pushed(np.full(9, math.nan)), "loaded") for name in ("contact_time", "wall_pull")),
     ("contact_time", lambda: pushed(rectangle(1.2e-6, 0.6e-6)), "in_contact"),
     ("contact_time", lambda: pushed(rectangle(1.2e-6, 1.1e-6)), "in_contact"),
     ("plateau_pressure", lambda: plates(0.0), "no_shock"),
@@ -520,31 +471,15 @@ def scooped() -> Any:
 UNMOVED: list[tuple[str, Build, Build, float]] = [
     # A particle that flies in the hole fills half of a ring of the bin, at its own radius.
     *(
-        (
-            "hole_diameter",
-            lambda: drilled_disc(HOLE),
-            stray(part, depth),
-            2.0 * part * 0.5 * PARTICLE,
-        )
+        ("hole_diameter", lambda: drilled_disc(HOLE), stray(part, depth), 2.0 * part * 0.5 * PARTICLE)
         for part in (0.3, 0.6, 0.9)
         for depth in (0.3, 0.5)
     ),
     # Beside the plate nothing shares its bin.
-    *(
-        ("hole_diameter", lambda: drilled_disc(HOLE), stray(0.3, depth), ROUND_OFF)
-        for depth in (-1.125, 2.125)
-    ),
-    *(
-        ("hole_diameter_areal", lambda: drilled_disc(HOLE), stray(part), 1e-14)
-        for part in (0.3, 0.6, 0.9)
-    ),
+    *(("hole_diameter", lambda: drilled_disc(HOLE), stray(0.3, depth), ROUND_OFF) for depth in (-1.125, 2.125)),
+    *(("hole_diameter_areal", lambda: drilled_disc(HOLE), stray(part), 1e-14) for part in (0.3, 0.6, 0.9)),
     # One of the eight particles through the thickness: an eighth of a particle on each side.
-    (
-        "hole_diameter_areal",
-        lambda: drilled_disc(HOLE),
-        stray(1.0 - 0.6 * PARTICLE / HOLE),
-        2.0 * PARTICLE / 8.0,
-    ),
+    ("hole_diameter_areal", lambda: drilled_disc(HOLE), stray(1.0 - 0.6 * PARTICLE / HOLE), 2.0 * PARTICLE / 8.0),
     ("hole_diameter_midplane", lambda: drilled_disc(HOLE), stray(0.6, -1.0), 0.0),
     *((name, lambda: drilled_disc(HOLE), slug, 0.0) for name in OPENINGS),
     *(
@@ -577,12 +512,8 @@ def test_hole_diameter__follows_the_drill_without_jumps(name: str) -> None:
     assert np.allclose(np.diff(diameters), 0.2 * CELL, atol=0.05 * CELL)
 
 
-@pytest.mark.parametrize(
-    ("share", "depth"), [(0.009, -1.5), (0.009, 1.5), (0.011, -1.5), (0.011, 1.5)]
-)
-def test_hole_diameter__is_narrowed_by_one_per_cent_of_a_full_bin_and_by_no_less(
-    share: float, depth: float
-) -> None:
+@pytest.mark.parametrize(("share", "depth"), [(0.009, -1.5), (0.009, 1.5), (0.011, -1.5), (0.011, 1.5)])
+def test_hole_diameter__is_narrowed_by_one_per_cent_of_a_full_bin_and_by_no_less(share: float, depth: float) -> None:
     """Rings half-way to the axis, in a bin of their own and beside the wall."""
     full = (HOLE + DIAMETER) ** 2 - HOLE**2
     state = with_particle(drilled_disc(HOLE), 0.5 * HOLE, depth * CELL)
@@ -594,9 +525,7 @@ def test_hole_diameter__is_narrowed_by_one_per_cent_of_a_full_bin_and_by_no_less
         assert math.isclose(diameter, 2.0 * HOLE, abs_tol=0.05 * PARTICLE)
     else:
         # The wall moves by the space that the ring fills.
-        assert math.isclose(
-            diameter, 2.0 * math.sqrt(HOLE**2 - share * full), abs_tol=0.05 * PARTICLE
-        )
+        assert math.isclose(diameter, 2.0 * math.sqrt(HOLE**2 - share * full), abs_tol=0.05 * PARTICLE)
 
 
 @pytest.mark.parametrize("build", [conical_disc, lambda: drilled_disc(HOLE)])

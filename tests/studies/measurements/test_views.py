@@ -111,9 +111,7 @@ def test_view__weighs_each_sector_per_radian(kind: str) -> None:
 
 
 @pytest.mark.parametrize(("free_cells", "touching"), [(0, True), (1, False)])
-def test_view__takes_neighbouring_cells_for_contact_and_no_others(
-    free_cells: int, touching: bool
-) -> None:
+def test_view__takes_neighbouring_cells_for_contact_and_no_others(free_cells: int, touching: bool) -> None:
     edge = (math.floor(HOLE / CELL) - free_cells) * CELL  # where the last cell of the slug ends
     state = plate("axisymmetric", slug=edge)
     assert state.attached_target.all() == touching
@@ -242,9 +240,7 @@ def test_normal_hole__is_seen_from_the_first_touch() -> None:
 
 
 @pytest.mark.parametrize("hole", [0.0, RADIUS - ASIDE])
-def test_oblique_shot__without_a_hole_within_the_rim_is_seen_from_the_first_touch(
-    hole: float,
-) -> None:
+def test_oblique_shot__without_a_hole_within_the_rim_is_seen_from_the_first_touch(hole: float) -> None:
     setting, particles = plate_of_particles("half", hole=hole, middle=ASIDE)
     setting.problem.bodies[0].velocity[0] = 1.0
     assert view(setting, snapshot_of(particles)).target_radius == RADIUS
@@ -268,8 +264,7 @@ def bar_of_arrays(kind: str) -> tuple[Any, Particles]:
     particles.mass[:] = state.mass
     particles.density[:] = DENSITY
     matter = SimpleNamespace(
-        eos=LinearElastic(density=DENSITY, bulk_modulus=BULK, temperature=293.0),
-        shear_modulus=SHEAR,
+        eos=LinearElastic(density=DENSITY, bulk_modulus=BULK, temperature=293.0), shear_modulus=SHEAR
     )
     body = SimpleNamespace(
         name="bar",
@@ -351,10 +346,7 @@ def test_view_of_plates__knows_each_particle_by_its_number(kind: str) -> None:
     record, cells = (Axisymmetric, (1, 90, 0)) if flat else (Cartesian3D, (1, 1, 90))
     geometry = grid(record, lower=(0.0,) * 3, cells=cells, spacing=CELL)
     setting = SimpleNamespace(
-        problem=SimpleNamespace(geometry=geometry),
-        layer=state.layer,
-        section=state.section,
-        speed=state.speed,
+        problem=SimpleNamespace(geometry=geometry), layer=state.layer, section=state.section, speed=state.speed
     )
     order = np.random.default_rng(0).permutation(state.mass.size)
     shuffled = Particles(*(field[order] for field in particles))

@@ -113,10 +113,7 @@ def test_refusal__lists_every_wrong_row() -> None:
     ("given", "words"),
     [
         ("sped,quantity,value,source\n1,hole_diameter,1 mm,x", "did you mean 'speed'"),
-        (
-            "quantity,value,source,speed [km/s],speed [m/s]\nhole_diameter,1 mm,x,3,9000",
-            "each column",
-        ),
+        ("quantity,value,source,speed [km/s],speed [m/s]\nhole_diameter,1 mm,x,3,9000", "each column"),
         (3, "CSV text or a list"),
         ([3], "a mapping"),
         ([{3: "x"}], "name [unit]"),

@@ -31,9 +31,7 @@ MAIDEN = "maiden_al"  # its stated range is 2.5 to 5.5 km/s
 
 def holes(*shots: fakes.Observed, **replaced: Any) -> xr.Dataset:
     sweep = fakes.holes()
-    return cube.build(
-        sweep, {**fakes.results(sweep), **replaced}, fakes.catalogue(observations=shots)
-    )
+    return cube.build(sweep, {**fakes.results(sweep), **replaced}, fakes.catalogue(observations=shots))
 
 
 def refined_holes(*shots: fakes.Observed, **replaced: Any) -> xr.Dataset:
@@ -43,11 +41,7 @@ def refined_holes(*shots: fakes.Observed, **replaced: Any) -> xr.Dataset:
 
 
 def residual(dataset: xr.Dataset, subject: str, reference: str = "simulation") -> Residual:
-    (entry,) = [
-        each
-        for each in compare(dataset).residuals
-        if (each.subject, each.reference) == (subject, reference)
-    ]
+    (entry,) = [each for each in compare(dataset).residuals if (each.subject, each.reference) == (subject, reference)]
     return entry
 
 
@@ -111,13 +105,9 @@ def test_law__is_counted_where_it_has_a_meaning_and_the_run_succeeded() -> None:
 
 
 @pytest.mark.parametrize(("flag", "compared"), [*((f, 0) for f in NOT_COMPARED), ("near_rim", 1)])
-def test_law__is_not_compared_with_a_value_whose_flags_speak_against_it(
-    flag: str, compared: int
-) -> None:
+def test_law__is_not_compared_with_a_value_whose_flags_speak_against_it(flag: str, compared: int) -> None:
     run = fakes.holes().runs()[0].run
-    flagged = replace(
-        fakes.result(run), measurements={"hole_diameter": fakes.measured(0.012, flag)}
-    )
+    flagged = replace(fakes.result(run), measurements={"hole_diameter": fakes.measured(0.012, flag)})
     assert residual(holes(**{run.id: flagged}), "maiden_c").points == 17 + compared
 
 
@@ -130,9 +120,7 @@ def with_confidence(word: str) -> xr.Dataset:
 
 
 @pytest.mark.parametrize("word", ["memory", "indicative"])
-def test_law__that_is_drawn_only_enters_no_verdict_no_recommendation_and_no_average(
-    word: str,
-) -> None:
+def test_law__that_is_drawn_only_enters_no_verdict_no_recommendation_and_no_average(word: str) -> None:
     comparison = compare(with_confidence(word))
     (quantity,) = comparison.verdict.quantities
     assert all(law.subject == "simulation" for law in quantity.laws)
@@ -169,9 +157,7 @@ def test_verdict__lists_laws_for_other_materials_in_one_sentence() -> None:
     )
     catalogue = replace(fakes.catalogue(), laws=(*fakes.HOLE_LAWS, *laws))
     (quantity,) = compare(cube.build(sweep, fakes.results(sweep), catalogue)).verdict.quantities
-    assert quantity.unjudged[-1] == (
-        "For targets of other materials: title of first; title of second."
-    )
+    assert quantity.unjudged[-1] == ("For targets of other materials: title of first; title of second.")
     assert not any("glass" in text for text in quantity.unjudged)
 
 
@@ -202,10 +188,7 @@ def test_quantity__whose_runs_mix_versions_of_its_definition_gets_no_verdict() -
 def test_error_bar__judges_where_resolutions_show_the_mesh_error() -> None:
     dataset = refined_holes()
     entry = residual(dataset, "maiden_c")
-    difference = (
-        dataset.hole_diameter_by_law.sel(hole_diameter_law="maiden_c")
-        - dataset.hole_diameter_converged
-    )
+    difference = dataset.hole_diameter_by_law.sel(hole_diameter_law="maiden_c") - dataset.hole_diameter_converged
     bars = dataset.hole_diameter_converged_uncertainty
     assert entry.everywhere.rms == pytest.approx(float((difference**2).mean() ** 0.5))
     assert (entry.everywhere.judged, entry.everywhere.converged) == (6, 3)
@@ -225,9 +208,7 @@ def test_error_bar__of_a_single_grid_judges_nothing(offsets: tuple[float, ...]) 
 
 def test_sentence__names_the_direction_of_the_number_that_it_prints() -> None:
     # Law 20.5 and 0.5 mm against 20 and 0.8 mm: 0.1 mm larger, 17.5 % smaller.
-    apart = Statistics(
-        2, bias=1e-4, rms=1.0, relative_bias=-0.175, relative_smallest=-0.2, relative_rms=1.0
-    )
+    apart = Statistics(2, bias=1e-4, rms=1.0, relative_bias=-0.175, relative_smallest=-0.2, relative_rms=1.0)
     entry = Residual("hole_diameter", "m", "law", "a law", "simulation", apart, apart, points=2)
     assert "17.5\u202f% smaller than the simulation" in sentence(entry)
 
@@ -288,15 +269,11 @@ def test_observation__of_another_material_adds_no_constants_to_the_laws_of_the_r
 
 
 @pytest.mark.parametrize(("target", "judged"), [("copper", 0), ("aluminium", 1)])
-def test_observation__of_another_material_than_all_runs_judges_nothing(
-    target: str, judged: int
-) -> None:
+def test_observation__of_another_material_than_all_runs_judges_nothing(target: str, judged: int) -> None:
     dataset = holes(fakes.observed(4e3, 3e-3, 17.9e-3))
     words = json.loads(dataset.attrs["vocabulary"])
     words["parameters"] = [*words["parameters"], "target"]
-    dataset = dataset.assign_coords(target="aluminium").assign(
-        observation_target=("observation", [target])
-    )
+    dataset = dataset.assign_coords(target="aluminium").assign(observation_target=("observation", [target]))
     comparison = compare(dataset.assign_attrs(vocabulary=json.dumps(words)))
     assert len(comparison.observations) == 1
     against = [each for each in comparison.residuals if each.reference == "observation"]

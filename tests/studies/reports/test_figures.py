@@ -22,9 +22,7 @@ REFINED = fakes.refined_holes()
 OFFSETS_ALONE = fakes.refined_holes((16.0,))
 TWO_GRIDS = fakes.refined_holes((16.0, 32.0), (0.0,))
 PLAIN = fakes.holes()
-LONELY = (
-    4e3  # the speed at which only the finest resolution has a value, where coarse runs are lost
-)
+LONELY = 4e3  # the speed at which only the finest resolution has a value, where coarse runs are lost
 
 
 def built(sweep: Sweep, outcomes: dict[str, Any] | None = None, **catalogue: Any) -> xr.Dataset:
@@ -36,19 +34,14 @@ def without_coarse_runs() -> xr.Dataset:
     lost = [
         point.run.id
         for point in REFINED.runs()
-        if point.coordinates["speed"] == LONELY
-        and point.coordinates["cells_per_diameter"] < fakes.CELLS[-1]
+        if point.coordinates["speed"] == LONELY and point.coordinates["cells_per_diameter"] < fakes.CELLS[-1]
     ]
     crashed = dict.fromkeys(lost, MissingResult("crashed", "out of luck"))
     return built(REFINED, {**fakes.results(REFINED), **crashed})
 
 
 def drawn(dataset: xr.Dataset, ending: str) -> Figure:
-    (entry,) = [
-        figure
-        for figure in figures(dataset, compare(dataset))
-        if figure.name == f"hole_diameter_{ending}"
-    ]
+    (entry,) = [figure for figure in figures(dataset, compare(dataset)) if figure.name == f"hole_diameter_{ending}"]
     return entry
 
 
@@ -107,10 +100,7 @@ def test_mark__is_open_where_resolutions_tell_no_mesh_error(sweep: Sweep) -> Non
     ("sweep", "words"),
     [
         (REFINED, "uncertainty: mesh error, scatter over offsets, measurement. Open points"),
-        (
-            TWO_GRIDS,
-            "uncertainty: mesh error, position on the grid (as single runs state it)",
-        ),
+        (TWO_GRIDS, "uncertainty: mesh error, position on the grid (as single runs state it)"),
         (OFFSETS_ALONE, "the mean over offsets, without bars: mesh error unknown."),
         (PLAIN, "Points are runs, without bars: mesh error unknown."),
     ],
@@ -124,10 +114,7 @@ def test_caption__names_the_parts_that_error_bars_have(sweep: Sweep, words: str)
 
 def test_caption__counts_points_without_a_mesh_error() -> None:
     dataset = without_coarse_runs()
-    assert (
-        "mesh error (unknown at 1 of 6 points, without bars), scatter"
-        in drawn(dataset, "laws").caption
-    )
+    assert "mesh error (unknown at 1 of 6 points, without bars), scatter" in drawn(dataset, "laws").caption
     assert "missing at 1 of 6 points, whose mesh error" in drawn(dataset, "residuals").caption
 
 
@@ -189,9 +176,7 @@ def test_axis__is_set_by_the_simulation_and_the_laws_inside_their_range() -> Non
 
 
 @pytest.mark.parametrize(("share", "explained"), [(0.1, True), (0.9, False)])
-def test_caption_of_growth__explains_a_hole_that_closes_again(
-    share: float, explained: bool
-) -> None:
+def test_caption_of_growth__explains_a_hole_that_closes_again(share: float, explained: bool) -> None:
     dataset = built(PLAIN)
     history = dataset.hole_diameter_history
     history[(0,) * (history.ndim - 1)] *= np.where(np.arange(history.shape[-1]) % 2, share, 1.0)
@@ -219,8 +204,7 @@ def test_axis_of_residuals__has_no_sign_at_zero() -> None:
 def test_panels__stand_below_each_other_where_the_page_is_narrow() -> None:
     figure = drawn(built(PLAIN), "laws")
     lefts = [
-        {plot(figure, width)["layout"][f"xaxis{panel}"]["domain"][0] for panel in ("", "2", "3")}
-        for width in WIDTHS
+        {plot(figure, width)["layout"][f"xaxis{panel}"]["domain"][0] for panel in ("", "2", "3")} for width in WIDTHS
     ]
     assert [len(each) for each in lefts] == [3, 2, 1]
 
@@ -252,9 +236,7 @@ def test_band__does_not_reach_over_a_point_whose_mesh_error_is_unknown() -> None
     [(PLAIN, "every point is one run on one mesh"), (OFFSETS_ALONE, "one resolution")],
     ids=["plain", "offsets"],
 )
-def test_band__is_absent_without_resolutions_and_the_caption_says_why(
-    sweep: Sweep, reason: str
-) -> None:
+def test_band__is_absent_without_resolutions_and_the_caption_says_why(sweep: Sweep, reason: str) -> None:
     figure = drawn(built(sweep), "residuals")
     assert bands(figure) == []
     assert reason in figure.caption
@@ -354,9 +336,7 @@ def with_many_laws(*, inside: int) -> xr.Dataset:
 
 
 @pytest.mark.parametrize("inside", [3, 9])
-def test_figure__of_many_laws_draws_those_inside_their_range_and_lists_the_others(
-    inside: int,
-) -> None:
+def test_figure__of_many_laws_draws_those_inside_their_range_and_lists_the_others(inside: int) -> None:
     dataset = with_many_laws(inside=inside)
     for name in ("hole_diameter_laws", "hole_diameter_residuals"):
         (drawn,) = [each for each in figures(dataset, compare(dataset)) if each.name == name]
@@ -440,8 +420,6 @@ def test_caption__names_laws_that_coincide_and_laws_left_out_as_unjudged() -> No
 def test_companions__leave_out_a_reading_that_repeats_another() -> None:
     dataset = built(PLAIN)
     assert len(drawn(dataset, "companions").panels[0].series) == 2
-    dataset["hole_diameter_areal"] = dataset["hole_diameter_areal"].copy(
-        data=dataset["hole_diameter"].values
-    )
+    dataset["hole_diameter_areal"] = dataset["hole_diameter_areal"].copy(data=dataset["hole_diameter"].values)
     names = {figure.name for figure in figures(dataset, compare(dataset))}
     assert "hole_diameter_companions" not in names

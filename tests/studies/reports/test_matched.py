@@ -15,9 +15,7 @@ AXES = {"speed": (1.0, 2.0, 4.0), "plate_thickness": (1.0, 3.0, 4.0)}
 CUBIC = (1.0, 2.0, 3.0, 4.0)  # x^3 there: f[2, 3, 1] = 6 and f[2, 3, 4] = 9
 
 
-def grid(
-    law: Callable[..., np.ndarray], bar: float = 0.0, /, **axes: tuple[float, ...]
-) -> xr.Dataset:
+def grid(law: Callable[..., np.ndarray], bar: float = 0.0, /, **axes: tuple[float, ...]) -> xr.Dataset:
     """Runs over all combinations of axis values that measure exactly a law, each with an error bar."""
     value = law(*np.meshgrid(*axes.values(), indexing="ij"))
     dims = tuple(axes)
@@ -49,9 +47,7 @@ def bowl(speed: np.ndarray, thickness: np.ndarray) -> np.ndarray:
 
 
 @pytest.mark.parametrize("speeds", [(2.0, 3.0, 5.0), (3.0, 5.0, 9.0), (1.0, 3.0, 5.0, 9.0)])
-def test_interpolation__of_a_quadratic_has_the_error_of_its_chord(
-    speeds: tuple[float, ...],
-) -> None:
+def test_interpolation__of_a_quadratic_has_the_error_of_its_chord(speeds: tuple[float, ...]) -> None:
     def law(speed: np.ndarray) -> np.ndarray:
         return 7.0 - 3.0 * speed + 0.5 * speed**2
 
@@ -73,9 +69,7 @@ def test_interpolation__of_the_two_thirds_law_is_inside_its_bar(speeds: tuple[fl
 
 
 @pytest.mark.parametrize(("speed", "share"), [(4.5, 1.0), (3.25, 0.75), (5.75, 0.75)])
-def test_interpolation__between_two_values_has_up_to_half_their_difference(
-    speed: float, share: float
-) -> None:
+def test_interpolation__between_two_values_has_up_to_half_their_difference(speed: float, share: float) -> None:
     dataset = grid(lambda speed: 10.0 * speed, speed=(2.0, 7.0))
     assert interpolate(dataset, "depth", {"speed": speed})[1] == pytest.approx(25.0 * share)
 
@@ -132,10 +126,7 @@ def test_shot_on_a_run__that_closed_on_its_axis_is_not_compared(flag: int, compa
         ({"speed": 9.0, "plate_thickness": 3.0}, "the shot lies outside the axis speed"),
         ({"speed": 3.0}, "the shot does not state plate thickness"),
         ({"speed": 1.5, "plate_thickness": 1.0}, "a neighbouring run has no comparable value"),
-        (
-            {"speed": 2.0, "plate_thickness": 3.0, "target": "tin"},
-            "the shot has another target",
-        ),
+        ({"speed": 2.0, "plate_thickness": 3.0, "target": "tin"}, "the shot has another target"),
     ],
 )
 def test_shot_that_no_run_answers__says_why(at: dict[str, float | str], reason: str) -> None:
@@ -158,7 +149,4 @@ def test_shot_in_a_zip__is_matched_by_the_run_with_its_parameters_alone() -> Non
     )
     at = {"speed": 2.0, "plate_thickness": 2.0}
     assert interpolate(dataset, "depth", at) == (4.0, 0.2, "computed")
-    assert (
-        interpolate(dataset, "depth", {**at, "speed": 2.5})[2]
-        == "no run has the parameters of the shot"
-    )
+    assert interpolate(dataset, "depth", {**at, "speed": 2.5})[2] == "no run has the parameters of the shot"

@@ -28,14 +28,8 @@ def cube_of(sweep: Sweep, factor: float) -> xr.Dataset:
 @pytest.mark.parametrize(
     ("factor", "says"),
     [
-        (
-            0.7,
-            "30\u202f% smaller than by mpm (2 points): more than the error bars of both together.",
-        ),
-        (
-            1.02,
-            "2\u202f% larger than by mpm (2 points): no more than the error bars of both together.",
-        ),
+        (0.7, "30\u202f% smaller than by mpm (2 points): more than the error bars of both together."),
+        (1.02, "2\u202f% larger than by mpm (2 points): no more than the error bars of both together."),
     ],
 )
 def test_methods__are_compared_by_the_bars_of_both(factor: float, says: str) -> None:

@@ -31,9 +31,7 @@ Reported = tuple[dict, str]
 
 
 def reported(sweep: Sweep, folder: Path, sections: dict[str, Path]) -> Reported:
-    files = publish_sweep(
-        sweep, fakes.results(sweep), folder, fakes.catalogue(sweep.scenario), sections
-    )
+    files = publish_sweep(sweep, fakes.results(sweep), folder, fakes.catalogue(sweep.scenario), sections)
     document = json.loads(Path(files["report.json"]).read_text())
     return document, Path(files["report.html"]).read_text()
 
@@ -56,11 +54,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Reported:
 
 def test_picture__says_what_was_measured_and_when(report: Reported) -> None:
     document, html = report
-    [end] = [
-        p
-        for p in pictures_of_run(document, 0)
-        if p["kind"] == "end" and p["field"] == "plastic_strain"
-    ]
+    [end] = [p for p in pictures_of_run(document, 0) if p["kind"] == "end" and p["field"] == "plastic_strain"]
     hole = document["runs"][0]["values"]["hole_diameter"]
     assert end["across"] == [{"quantity": "hole_diameter", "label": "hole diameter", "value": hole}]
     assert f"hole diameter {printed(hole, 'length')} mm" in end["alt"]
@@ -134,9 +128,7 @@ def test_raster__has_matter_to_half_a_width_from_its_particles() -> None:
     assert (columns.max() + 1) * pixel == pytest.approx(6e-3, abs=2 * pixel)
     assert rows.min() * pixel == pytest.approx(1e-3, abs=2 * pixel)
     assert (rows.max() + 1) * pixel == pytest.approx(3e-3, abs=2 * pixel)
-    assert (
-        particles[rows.min() + 2 : rows.max() - 2, columns.min() + 2 : columns.max() - 2] >= 0
-    ).all()
+    assert (particles[rows.min() + 2 : rows.max() - 2, columns.min() + 2 : columns.max() - 2] >= 0).all()
 
 
 def test_raster__without_a_mirror_has_one_side_alone() -> None:
@@ -184,8 +176,7 @@ def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None
     assert drawn
     radius = float(re.findall(r'<circle class="body" [^>]*r="([\d.]+)"', drawn[0])[0])
     wide, high = (
-        float(re.findall(rf'<rect class="body" [^>]*{name}="([\d.]+)"', drawn[0])[0])
-        for name in ("width", "height")
+        float(re.findall(rf'<rect class="body" [^>]*{name}="([\d.]+)"', drawn[0])[0]) for name in ("width", "height")
     )
     assert 2 * radius / wide == pytest.approx(8 / 56, rel=0.01)
     assert high / wide == pytest.approx(2 / 56, rel=0.03)
@@ -221,9 +212,7 @@ def test_growth__shades_the_window_in_which_it_is_judged(tmp_path: Path) -> None
     assert drawing
     (piece,) = json.loads(drawing[1])["pieces"]
     shades = [trace for trace in piece["data"] if trace["line"]["width"] == SHADE]
-    for shade, line in zip(
-        [each for each in shades if None not in each["x"]], histories, strict=True
-    ):
+    for shade, line in zip([each for each in shades if None not in each["x"]], histories, strict=True):
         assert shade["x"][0] == pytest.approx(35.0)
         assert shade["x"][-1] == pytest.approx(40.0)
         assert shade["y"][-1] == line["y"][-1]

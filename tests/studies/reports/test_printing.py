@@ -16,8 +16,7 @@ from tests.studies.support import fakes
 from tests.studies.support.fakes import Axis, Sweep
 
 WORDS = Sweep(
-    (Axis("projectile", None, ("tin", "lead")),),
-    fixed={"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3},
+    (Axis("projectile", None, ("tin", "lead")),), fixed={"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3}
 )
 
 
@@ -31,9 +30,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
-def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(
-    folder: Path, tmp_path: Path
-) -> None:
+def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folder: Path, tmp_path: Path) -> None:
     import xarray as xr
 
     with xr.open_dataset(folder / "cube.nc") as dataset:
@@ -79,9 +76,7 @@ def test_draw__writes_the_format_of_the_ending(format: str, tmp_path: Path) -> N
     assert len(list(tmp_path.iterdir())) == 1
 
 
-def test_draw__without_matplotlib_names_the_extra(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_draw__without_matplotlib_names_the_extra(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     plain_import = builtins.__import__
 
     def refuse(name: str, *rest: Any) -> Any:

@@ -37,9 +37,7 @@ HOLES = {
 def outcomes(document: dict) -> dict[str, dict]:
     """A result for each run but the first, which crashed."""
     first, *others = Sweep.parse(document).runs()
-    hole = Measured(
-        0.018, 0.0004, {"resolution": 0.0004}, (), {"time": [0.0, 1e-5], "value": [None, 0.018]}, 1
-    )
+    hole = Measured(0.018, 0.0004, {"resolution": 0.0004}, (), {"time": [0.0, 1e-5], "value": [None, 0.018]}, 1)
     return {
         first.run.id: {"state": "crashed", "reason": "killed by signal 9"},
         **{
@@ -92,9 +90,7 @@ def test_cube__has_the_same_bytes_whoever_computes_the_sweep(tmp_path: Path) -> 
     assert "time (s)" in (tmp_path / "2" / "report.html").read_text()
 
 
-def test_cube__has_laws_materials_and_shots_that_ship_or_that_the_sweep_brings(
-    folder: Path,
-) -> None:
+def test_cube__has_laws_materials_and_shots_that_ship_or_that_the_sweep_brings(folder: Path) -> None:
     with xr.open_dataset(folder / "cube.nc") as dataset:
         crashed = dataset.sel(speed=3e3, plate_thickness=2e-3)
         assert crashed.run_reason.item() == "killed by signal 9"
@@ -108,9 +104,7 @@ def test_cube__has_laws_materials_and_shots_that_ship_or_that_the_sweep_brings(
     assert materials["copper-ofhc"]["numbers"]["strength.A"]["source"]
 
 
-def test_deck__stands_by_its_first_line_and_digest_and_the_cube_has_its_text(
-    tmp_path: Path,
-) -> None:
+def test_deck__stands_by_its_first_line_and_digest_and_the_cube_has_its_text(tmp_path: Path) -> None:
     texts = [appendix_deck().replace("tstep 400", f"tstep {steps}") for steps in (400, 401)]
     assert all("nbmp 260" in text for text in texts)
     document = {"name": "decks", "scenario": "deck", "axes": {"deck": texts}}

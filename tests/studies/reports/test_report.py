@@ -30,17 +30,12 @@ from tests.studies.support.printed import Page, at, read_page
 SWEEPS = {
     "grid": fakes.holes(),
     "craters": fakes.craters(),
-    "zip": Sweep(
-        (Axis("speed", "m s-1", (2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3))),
-        combine="zip",
-    ),
+    "zip": Sweep((Axis("speed", "m s-1", (2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3))), combine="zip"),
     "words": Sweep(
         (Axis("projectile", None, ("tin", "lead")),),
         fixed={"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3},
     ),
-    "no speed": Sweep(
-        (Axis("plate_thickness", "m", (2e-3, 3e-3)), Axis("target.strength.A", "Pa", (9e7, 2e8)))
-    ),
+    "no speed": Sweep((Axis("plate_thickness", "m", (2e-3, 3e-3)), Axis("target.strength.A", "Pa", (9e7, 2e8)))),
     "one run": Sweep((Axis("speed", "m s-1", (5e3,)),)),
     "refined": fakes.refined_holes(),
     "offsets": fakes.refined_holes((16.0,)),
@@ -116,13 +111,10 @@ def test_page__every_text_is_the_one_in_the_document(case: Case) -> None:
 
 
 @pytest.mark.parametrize(("name", "is_long"), [("grid", True), ("methods", False)])
-def test_page__has_the_main_figure_under_the_headline_and_long_lists_folded(
-    name: str, is_long: bool
-) -> None:
+def test_page__has_the_main_figure_under_the_headline_and_long_lists_folded(name: str, is_long: bool) -> None:
     html = page.page(document_of(cube_of(name)))
     headline, figure, laws, section = (
-        html.index(text)
-        for text in ('class="recommendation"', 'data-plot="0"', 'class="bands"', 'id="figures"')
+        html.index(text) for text in ('class="recommendation"', 'data-plot="0"', 'class="bands"', 'id="figures"')
     )
     assert headline < figure < laws < section
     assert html.count('data-plot="0"') == 1
@@ -144,9 +136,7 @@ def test_drawings__show_the_points_of_the_document(case: Case) -> None:
         drawn = {(a, b) for t in traces for a, b in zip(t["x"], t["y"], strict=True)}
         for series in (each for panel in figure["panels"] for each in panel["series"]):
             for name in ("y", "low", "high"):
-                for a, b in zip(
-                    series["x"], series[name] or [None] * len(series["x"]), strict=True
-                ):
+                for a, b in zip(series["x"], series[name] or [None] * len(series["x"]), strict=True):
                     if a is not None and b is not None:
                         assert (a if isinstance(a, str) else a * x, b * y) in drawn
 
@@ -181,11 +171,7 @@ def test_convergence__has_the_values_of_each_resolution(case: Case) -> None:
     if not dataset.attrs["refinements"]:
         assert document["convergence"] is None
         return
-    (holes,) = [
-        each
-        for each in document["convergence"]["quantities"]
-        if each["quantity"] == "hole_diameter"
-    ]
+    (holes,) = [each for each in document["convergence"]["quantities"] if each["quantity"] == "hole_diameter"]
     for row in holes["points"]:
         cell = dataset.sel(row["at"])
         assert row["value"] == float(cell.hole_diameter_converged)

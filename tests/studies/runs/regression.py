@@ -39,13 +39,7 @@ QUARTER = {
 }
 APART = {"geometry": "quarter", "gap": 4e-3}  # beyond the reach of repulsion
 MESHED = {"geometry": "quarter", "section": "square", "wall": "symmetric"}
-PLUG = {
-    "speed": 2000.0,
-    "projectile_length": 20e-3,
-    "plate_thickness": 4e-3,
-    "plate_radius": 45e-3,
-    "end_time": 1.2e-5,
-}
+PLUG = {"speed": 2000.0, "projectile_length": 20e-3, "plate_thickness": 4e-3, "plate_radius": 45e-3, "end_time": 1.2e-5}
 # Each names what it adds; beside it, all is as by default and as small as the contract of scenarios has it.
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "thin plate": ("thin_plate", {**LARGE, "plate_radius": 24e-3}),
@@ -72,10 +66,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         {**THESIS, "projectile": "copper-thesis-plastic", "target": "copper-thesis-plastic"},
     ),
     "debris cloud": ("debris_cloud", {}),
-    "Taylor bar": (
-        "taylor_bar",
-        {"reference_length": 8e-3, "reference_diameter": 10e-3, "reference_width": 9e-3},
-    ),
+    "Taylor bar": ("taylor_bar", {"reference_length": 8e-3, "reference_diameter": 10e-3, "reference_width": 9e-3}),
     "Taylor bar, quarter": ("taylor_bar", {"geometry": "quarter"}),
     "elastic bar": ("elastic_bar", {}),
     "elastic bar, sph": ("elastic_bar", {**MESHED, "method": "sph"}),

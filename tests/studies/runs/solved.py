@@ -34,12 +34,7 @@ RUNS: dict[str, dict[str, Any]] = {
         "downrange": 0.5,
         "end_time": 4e-6,
     },
-    "taylor_bar": {
-        "cells_per_diameter": 4.0,
-        "end_time": 20e-6,
-        "reference_length": 16.2e-3,
-        "speed": 400.0,
-    },
+    "taylor_bar": {"cells_per_diameter": 4.0, "end_time": 20e-6, "reference_length": 16.2e-3, "speed": 400.0},
     "elastic_bar": {},
     "plate_impact": {"cells_per_thickness": 40.0},
 }
@@ -49,13 +44,8 @@ BROKEN_OFF_AFTER = 23  # steps; between two observations in each of the runs
 def asked(scenario: str, **changes: Any) -> Run:
     parameters = {**RUNS[scenario], **changes}
     defaults = declared(scenarios.load(scenario).parameters)
-    names = {
-        role: str(parameters.get(role, defaults[role].default))
-        for role in scenarios.load(scenario).materials
-    }
-    return resolve(
-        scenario, parameters, {role: materials.load(name) for role, name in names.items()}
-    )
+    names = {role: str(parameters.get(role, defaults[role].default)) for role in scenarios.load(scenario).materials}
+    return resolve(scenario, parameters, {role: materials.load(name) for role, name in names.items()})
 
 
 def after(steps: int) -> Callable[[], bool]:

@@ -36,9 +36,7 @@ def scenario(request: pytest.FixtureRequest) -> str:
     return name
 
 
-def test_resume__gives_the_result_of_a_run_that_never_stopped(
-    scenario: str, tmp_path: Path
-) -> None:
+def test_resume__gives_the_result_of_a_run_that_never_stopped(scenario: str, tmp_path: Path) -> None:
     run, file = asked(scenario), tmp_path / "checkpoint"
     for _ in range(2):  # broken off twice
         with pytest.raises(Interrupted):
@@ -53,9 +51,7 @@ def test_resume__gives_the_result_of_a_run_that_never_stopped(
     resumed = execute(run, tmp_path / "resumed", threads=1, checkpoint=file)
     assert "from the checkpoint" in str(resumed.provenance["checkpoint"])
     assert without_provenance(tmp_path / "resumed") == without_provenance(solved(scenario))
-    states = [
-        (folder / "state.npz").read_bytes() for folder in (solved(scenario), tmp_path / "resumed")
-    ]
+    states = [(folder / "state.npz").read_bytes() for folder in (solved(scenario), tmp_path / "resumed")]
     assert states[0] == states[1]
     whole = json.loads((solved(scenario) / "result.json").read_text())
     assert "checkpoint" not in whole["provenance"]
@@ -89,23 +85,15 @@ def test_saved__is_told_each_checkpoint_that_is_written_or_gone_on_from(tmp_path
                 control=RunControl(must_stop=after(steps), checkpointed=reported.append),
             )
     assert reported == [10, 10, 30]
-    execute(
-        run, tmp_path, threads=1, checkpoint=file, control=RunControl(checkpointed=reported.append)
-    )
+    execute(run, tmp_path, threads=1, checkpoint=file, control=RunControl(checkpointed=reported.append))
     assert reported == [10, 10, 30, 30]
 
 
-def test_saved__is_not_told_of_a_checkpoint_that_does_not_fit_or_could_not_be_written(
-    tmp_path: Path,
-) -> None:
+def test_saved__is_not_told_of_a_checkpoint_that_does_not_fit_or_could_not_be_written(tmp_path: Path) -> None:
     file, reported = tmp_path / "checkpoint", list[int]()
     file.write_text("damaged")
     execute(
-        asked("elastic_bar"),
-        tmp_path,
-        threads=1,
-        checkpoint=file,
-        control=RunControl(checkpointed=reported.append),
+        asked("elastic_bar"), tmp_path, threads=1, checkpoint=file, control=RunControl(checkpointed=reported.append)
     )
     nowhere = tmp_path / "nowhere" / "checkpoint"
     with pytest.raises(Interrupted):
@@ -136,9 +124,7 @@ def test_log__of_a_run_that_goes_on_says_where(tmp_path: Path) -> None:
     run, lines, file = asked("elastic_bar"), list[str](), tmp_path / "checkpoint"
     with pytest.raises(Interrupted):
         execute(run, tmp_path, threads=1, checkpoint=file, control=RunControl(must_stop=after(10)))
-    result = execute(
-        run, tmp_path, threads=1, checkpoint=file, control=RunControl(log=lines.append)
-    )
+    result = execute(run, tmp_path, threads=1, checkpoint=file, control=RunControl(log=lines.append))
     assert result.provenance["checkpoint"] in lines
 
 
@@ -204,8 +190,7 @@ def test_growth__looks_at_as_many_observations_whichever_was_a_step_late() -> No
 
 # A cell is 0.5 mm, and half a per cent of 15 mm is 0.075 mm: the quarter of a cell decides; on 64 cells the share does.
 @pytest.mark.parametrize(
-    ("cells", "dent", "settled"),
-    [(16.0, 0.12, True), (16.0, 0.13, False), (64.0, 0.07, True), (64.0, 0.08, False)],
+    ("cells", "dent", "settled"), [(16.0, 0.12, True), (16.0, 0.13, False), (64.0, 0.07, True), (64.0, 0.08, False)]
 )
 def test_settled__is_a_range_below_a_share_of_the_value_or_a_quarter_of_a_cell(
     cells: float, dent: float, settled: bool
@@ -218,18 +203,14 @@ def test_settled__is_a_range_below_a_share_of_the_value_or_a_quarter_of_a_cell(
 
 def test_measured__on_fewer_than_two_cells_through_the_plate_has_no_error_bar() -> None:
     for cells, flags in ((7.0, ("too_coarse",)), (8.0, ())):
-        hole = watched([*STEADY, *STEADY[5:]], cells_per_diameter=cells).measured_as(
-            "hole_diameter"
-        )
+        hole = watched([*STEADY, *STEADY[5:]], cells_per_diameter=cells).measured_as("hole_diameter")
         assert [flag for flag in hole.flags if flag == "too_coarse"] == list(flags)
         assert (hole.uncertainty is None) == bool(flags)
         assert hole.value == pytest.approx(15e-3)
 
 
 @pytest.mark.parametrize(("diameter", "flags"), [(4.9, ("wide_bar",)), (5.1, ())])
-def test_hole_diameter__whose_bar_is_above_a_tenth_of_it_says_so(
-    diameter: float, flags: tuple[str, ...]
-) -> None:
+def test_hole_diameter__whose_bar_is_above_a_tenth_of_it_says_so(diameter: float, flags: tuple[str, ...]) -> None:
     assert watched([diameter] * 20).measured_as("hole_diameter").flags == flags
 
 
@@ -270,9 +251,7 @@ def results() -> dict[str, RunResult]:
     return {name: RunResult.from_json(json.loads(text)) for name, text in texts.items()}
 
 
-def test_result__has_all_that_its_scenario_measures(
-    results: dict[str, RunResult], scenario: str
-) -> None:
+def test_result__has_all_that_its_scenario_measures(results: dict[str, RunResult], scenario: str) -> None:
     result = results[scenario]
     assert result.state == "succeeded"
     assert list(result.measurements) == list(scenarios.load(scenario).measurements)
@@ -291,9 +270,7 @@ def test_result__of_a_bar_that_lost_its_answer_says_so(tmp_path: Path) -> None:
     assert result.reason.startswith("lost_particles: no final_length")
 
 
-def test_result__counts_what_is_loose_in_impacts_only(
-    results: dict[str, RunResult], scenario: str
-) -> None:
+def test_result__counts_what_is_loose_in_impacts_only(results: dict[str, RunResult], scenario: str) -> None:
     """A bar has no rim from which anything could be separated, nor a resolution that an impact needs."""
     numbers, flags = results[scenario].numbers, results[scenario].flags
     impact = scenario == "thin_plate"
@@ -311,9 +288,7 @@ def test_result__of_a_bar_that_was_stopped_early_says_so(results: dict[str, RunR
     assert taylor["final_length"].value is not None
 
 
-def test_result__follows_the_history_up_to_its_last_observation(
-    results: dict[str, RunResult],
-) -> None:
+def test_result__follows_the_history_up_to_its_last_observation(results: dict[str, RunResult]) -> None:
     bar = results["elastic_bar"].measurements
     contact = bar["contact_time"]
     # Nothing is known while the bar stands at the wall, and nothing changes once it has left.
@@ -335,9 +310,7 @@ class Clock:
         return self.now
 
 
-def shares_and_times_left(
-    monkeypatch: pytest.MonkeyPatch, begun: float
-) -> list[tuple[float, float | None]]:
+def shares_and_times_left(monkeypatch: pytest.MonkeyPatch, begun: float) -> list[tuple[float, float | None]]:
     """What an observer says that sees the rest of a run, twenty times in the whole of it, once a second."""
     reported: list[Progress] = []
     watched = observer_of(asked("thin_plate"), reported.append)
@@ -350,9 +323,7 @@ def shares_and_times_left(
 
 
 @pytest.mark.parametrize("begun", [0.0, 0.5, 0.8])
-def test_time_left__is_at_the_pace_of_this_process(
-    monkeypatch: pytest.MonkeyPatch, begun: float
-) -> None:
+def test_time_left__is_at_the_pace_of_this_process(monkeypatch: pytest.MonkeyPatch, begun: float) -> None:
     (_, first), *others = shares_and_times_left(monkeypatch, begun)
     assert first is None
     assert others
@@ -361,9 +332,7 @@ def test_time_left__is_at_the_pace_of_this_process(
 
 
 @pytest.mark.parametrize("scenario", ["elastic_bar", "plate_impact"])
-def test_estimate__is_near_the_real_number_of_steps(
-    results: dict[str, RunResult], scenario: str
-) -> None:
+def test_estimate__is_near_the_real_number_of_steps(results: dict[str, RunResult], scenario: str) -> None:
     run = asked(scenario)
     chosen = scenarios.load(scenario)
     size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
@@ -373,9 +342,7 @@ def test_estimate__is_near_the_real_number_of_steps(
 def test_result__has_the_molten_share_of_its_final_state(results: dict[str, RunResult]) -> None:
     stated = results["debris_cloud"].numbers["molten_mass_fraction"]
     final = load_state(solved("debris_cloud") / "state.npz")
-    assert stated == molten_fraction(
-        observer_of(asked("debris_cloud")).setting.problem.bodies, final
-    )
+    assert stated == molten_fraction(observer_of(asked("debris_cloud")).setting.problem.bodies, final)
     assert stated > 0.0
 
 
@@ -385,12 +352,8 @@ def test_molten_fraction__is_of_mass_and_counts_retired_debris() -> None:
     snapshot = SimpleNamespace(
         body=np.zeros(3, int),
         particles=SimpleNamespace(
-            mass=body.mass[:3],
-            density=density,
-            temperature=np.array([MELT, 0.99 * MELT, 2.0 * MELT]),
+            mass=body.mass[:3], density=density, temperature=np.array([MELT, 0.99 * MELT, 2.0 * MELT])
         ),
-        departed=SimpleNamespace(
-            body=np.zeros(1, int), mass=body.mass[3:], temperature=np.array([1.1 * MELT])
-        ),
+        departed=SimpleNamespace(body=np.zeros(1, int), mass=body.mass[3:], temperature=np.array([1.1 * MELT])),
     )
     assert molten_fraction([body], snapshot) == pytest.approx((1.0 + 3.0 + 4.0) / 10.0)

@@ -8,9 +8,7 @@ from tests.contracts.test_scenarios import asked
 
 
 @pytest.mark.parametrize(("scenario", "differs"), [("thin_plate", False), ("debris_cloud", True)])
-def test_latent_heat__belongs_to_the_identity_of_runs_that_are_measured_with_it(
-    scenario: str, differs: bool
-) -> None:
+def test_latent_heat__belongs_to_the_identity_of_runs_that_are_measured_with_it(scenario: str, differs: bool) -> None:
     copper = materials.load("copper-ofhc")
     other = copper.with_value("thermal.latent_heat_of_fusion", 1e5)
     run = asked(scenario)

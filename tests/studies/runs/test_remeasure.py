@@ -52,9 +52,7 @@ def again(folder: Path, run: Run) -> RunResult:
 
 
 @pytest.mark.parametrize("scenario", sorted(RUNS))
-def test_reading__of_a_stored_state_gives_the_same_bits_as_the_solver_did(
-    scenario: str, patched: Patch
-) -> None:
+def test_reading__of_a_stored_state_gives_the_same_bits_as_the_solver_did(scenario: str, patched: Patch) -> None:
     run, before = asked(scenario), result_in(solved(scenario))
     of_a_state = [name for name in definitions(scenario) if not measurements.load(name).follows]
     for name in of_a_state:
@@ -89,10 +87,7 @@ def test_nothing__changed_leaves_the_result_as_it_is() -> None:
 
 def test_definition__that_changed_gives_its_values_and_the_rest_stays(patched: Patch) -> None:
     patched("hole_diameter", read=lambda view: Reading(float(view.mass.sum()), {"resolution": 0.5}))
-    before, after = (
-        result_in(solved("thin_plate")),
-        again(solved("thin_plate"), asked("thin_plate")),
-    )
+    before, after = (result_in(solved("thin_plate")), again(solved("thin_plate"), asked("thin_plate")))
     state = load_state(solved("thin_plate") / "state.npz")
     assert after.measurements["hole_diameter"].value == pytest.approx(state.particles.mass.sum())
     others = {name: each for name, each in after.measurements.items() if name != "hole_diameter"}
@@ -142,9 +137,7 @@ def test_follower__is_read_off_the_stored_histories(scenario: str, patched: Patc
 
 
 @pytest.mark.parametrize("scenario", ["elastic_bar", "plate_impact"])
-def test_follower__of_what_changed_keeps_its_value_and_says_so(
-    scenario: str, patched: Patch
-) -> None:
+def test_follower__of_what_changed_keeps_its_value_and_says_so(scenario: str, patched: Patch) -> None:
     name, followed = a_follower(scenario)
     before = result_in(solved(scenario)).measurements[name]
     patched(name)
@@ -163,9 +156,7 @@ def test_follower__of_what_changed_keeps_its_value_and_says_so(
 def test_measurement__that_is_new_is_read_too(patched: Patch) -> None:
     run, whole = asked("thin_plate"), result_in(solved("thin_plate"))
     less = {name: each for name, each in whole.measurements.items() if name != "hole_diameter"}
-    after = remeasure(
-        run, replace(whole, measurements=less), solved("thin_plate") / "state.npz", by=WHO
-    )
+    after = remeasure(run, replace(whole, measurements=less), solved("thin_plate") / "state.npz", by=WHO)
     before = whole.measurements["hole_diameter"]
     assert after.measurements["hole_diameter"].value == before.value
     assert list(after.measurements) == list(whole.measurements)

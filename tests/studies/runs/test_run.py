@@ -153,12 +153,7 @@ NO_CONTENT = ("film_interval",)  # a film shows a run and does not change it
 
 
 @pytest.mark.parametrize(
-    "name",
-    [
-        name
-        for name, parameter in THIN.items()
-        if parameter.kind != "material" and name not in NO_CONTENT
-    ],
+    "name", [name for name, parameter in THIN.items() if parameter.kind != "material" and name not in NO_CONTENT]
 )
 def test_identity__is_changed_by_every_parameter(name: str) -> None:
     before = asked(**SETTING.get(name, {}))
@@ -170,9 +165,7 @@ def test_identity__is_changed_by_the_scenario() -> None:
     assert asked(BLOCK, scenario="thick_plate").id != asked().id
 
 
-def test_identity__is_changed_by_the_version_of_the_physics(
-    monkeypatch: pytest.MonkeyPatch,
-) -> None:
+def test_identity__is_changed_by_the_version_of_the_physics(monkeypatch: pytest.MonkeyPatch) -> None:
     before = asked().id
     monkeypatch.setattr(run, "PHYSICS_VERSION", PHYSICS_VERSION + 1)
     assert asked().id != before
@@ -213,17 +206,13 @@ def test_resolve__refuses_a_missing_material() -> None:
         ({"plate_thickness": 0.9e-3}, "plate_thickness"),
     ],
 )
-def test_resolve__refuses_parameters_that_contradict_each_other(
-    changes: dict[str, Any], field: str
-) -> None:
+def test_resolve__refuses_parameters_that_contradict_each_other(changes: dict[str, Any], field: str) -> None:
     assert refused(**changes) == [field]
 
 
 @pytest.mark.parametrize("scenario", ["thin_plate", "thick_plate"])
 @pytest.mark.parametrize("diameter", [1e-3, 8e-3])
-def test_resolve__refuses_a_window_below_a_tenth_of_its_default(
-    scenario: str, diameter: float
-) -> None:
+def test_resolve__refuses_a_window_below_a_tenth_of_its_default(scenario: str, diameter: float) -> None:
     least = 0.1 * WINDOW_PER_DIAMETER * diameter
     parameters = PARAMETERS if scenario == "thin_plate" else BLOCK
     at: dict[str, Any] = {"scenario": scenario, "projectile_diameter": diameter}
@@ -249,9 +238,7 @@ def test_resolve__refuses_a_block_smaller_than_the_projectile(field: str) -> Non
 
 def test_resolve__finds_everything_at_once() -> None:
     fields_refused = refused(speed=-1.0, courant=2.0, geometry="cube", sped=1.0)
-    assert sorted(fields_refused) == [
-        f"parameters.{name}" for name in ("courant", "geometry", "sped", "speed")
-    ]
+    assert sorted(fields_refused) == [f"parameters.{name}" for name in ("courant", "geometry", "sped", "speed")]
 
 
 def test_resolve__fills_in_every_default() -> None:
@@ -277,11 +264,7 @@ def computed(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Path,
     """A small run: its result, its directory and the progress that it reported."""
     directory = tmp_path_factory.mktemp("run") / "made by execute"
     reports: list[Progress] = []
-    return (
-        execute(asked(), directory, RunControl(progress=reports.append), threads=1),
-        directory,
-        reports,
-    )
+    return (execute(asked(), directory, RunControl(progress=reports.append), threads=1), directory, reports)
 
 
 Computed = tuple[RunResult, Path, list[Progress]]
@@ -301,11 +284,7 @@ def test_execute__leaves_a_result_and_a_state(computed: Computed) -> None:
     assert (result.state, result.reason, result.failure) == ("succeeded", None, None)
     assert (result.run_id, result.stop) == (asked().id, "end_time")
     assert set(result.measurements) == set(scenarios.load("thin_plate").measurements)
-    assert sorted(file.name for file in directory.iterdir()) == [
-        "result.json",
-        "sections.npz",
-        "state.npz",
-    ]
+    assert sorted(file.name for file in directory.iterdir()) == ["result.json", "sections.npz", "state.npz"]
     plain = plain_result(directory)
     assert plain == result.as_json()
     assert RunResult.from_json(plain).as_json() == plain
@@ -356,9 +335,7 @@ def test_execute__histories_sum_to_the_audited_energy_and_momentum(computed: Com
     histories, whole = result.histories, 2.0 * math.pi
     assert histories["time"] == [progress.time for progress in reports]
     assert histories["bodies"] == ["projectile", "target"]
-    energy = sum(
-        np.sum(histories[f"{kind}_energy"], axis=0) for kind in ("kinetic", "internal", "departed")
-    )
+    energy = sum(np.sum(histories[f"{kind}_energy"], axis=0) for kind in ("kinetic", "internal", "departed"))
     energy = energy + histories["contact_energy"] + histories["otherwise_removed_energy"]
     drift = result.numbers["energy_drift"]
     assert energy[-1] == pytest.approx(energy[0] * (1.0 + drift), rel=1e-12)
@@ -409,9 +386,7 @@ def test_execute__twice_gives_the_same_numbers(computed: Computed, tmp_path: Pat
     assert again.measurements == computed[0].measurements
 
 
-def test_execute__of_an_unphysical_run_leaves_a_failed_result_with_its_reason(
-    tmp_path: Path,
-) -> None:
+def test_execute__of_an_unphysical_run_leaves_a_failed_result_with_its_reason(tmp_path: Path) -> None:
     """A constant step that is twenty times too long."""
     result = execute(asked(fixed_dt=1e-6, end_time=1e-4), tmp_path, threads=1)
     assert (result.state, result.failure) == ("failed", "UnphysicalState")
@@ -433,9 +408,7 @@ def test_execute__returns_whatever_limit_the_solver_finds_crossed(
     assert result.reason.startswith("speed = 3000 at particle ")
 
 
-def test_execute__does_not_hide_a_mistake_in_the_program(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
+def test_execute__does_not_hide_a_mistake_in_the_program(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     def broken(*arguments: Any) -> None:
         raise ZeroDivisionError
 
@@ -464,13 +437,7 @@ def settling(**changes: Any) -> Run:
     """A crater that is judged by a generous measure of growth."""
     return asked(
         BLOCK,
-        **{
-            "scenario": "thick_plate",
-            "end_time": 40e-6,
-            "settled_window": 3e-6,
-            "settled_growth": 0.2,
-            **changes,
-        },
+        **{"scenario": "thick_plate", "end_time": 40e-6, "settled_window": 3e-6, "settled_growth": 0.2, **changes},
     )
 
 

@@ -18,11 +18,7 @@ from tests.contracts.test_scenarios import BARS, CORNERS, DIAMETER, ROUND_OFF, a
 # Impacts
 
 
-@pytest.fixture(
-    scope="module",
-    params=CORNERS,
-    ids=lambda corner: "-".join(map(str, (corner[0], *corner[1].values()))),
-)
+@pytest.fixture(scope="module", params=CORNERS, ids=lambda corner: "-".join(map(str, (corner[0], *corner[1].values()))))
 def run(request: pytest.FixtureRequest) -> Run:
     name, changes = request.param
     return asked(name, **changes)
@@ -47,14 +43,10 @@ def test_build__weighs_what_the_bodies_weigh(run: Run, setting: ImpactSetting) -
     assert math.isclose(projectile.mass.sum(), projectile.density * volume, rel_tol=ROUND_OFF)
     # A round target in axisymmetry, a square one otherwise.
     face = math.pi * setting.radius**2 / whole if whole > 1.0 else 4.0 * setting.radius**2 * part
-    assert math.isclose(
-        target.mass.sum(), target.density * face * setting.thickness, rel_tol=ROUND_OFF
-    )
+    assert math.isclose(target.mass.sum(), target.density * face * setting.thickness, rel_tol=ROUND_OFF)
 
 
-def test_build__puts_the_projectile_in_front_of_the_target(
-    run: Run, setting: ImpactSetting
-) -> None:
+def test_build__puts_the_projectile_in_front_of_the_target(run: Run, setting: ImpactSetting) -> None:
     axis = impact_axis(setting.problem.geometry)
     projectile, target = setting.problem.bodies
     assert projectile.position[:, axis].max() < 0.0 < target.position[:, axis].min()
@@ -98,11 +90,7 @@ def test_taylor_bar__has_at_the_start_the_size_that_was_asked_for(geometry: str)
     scenario = scenarios.load("taylor_bar")
     setting = built(asked("taylor_bar", geometry=geometry, bar_length=11.1e-3))
     view = scenario.observer.view(setting, start(setting.problem, threads=1).snapshot())
-    for name, size in (
-        ("final_length", 11.1e-3),
-        ("mushroom_diameter", DIAMETER),
-        ("width_at_fifth", DIAMETER),
-    ):
+    for name, size in (("final_length", 11.1e-3), ("mushroom_diameter", DIAMETER), ("width_at_fifth", DIAMETER)):
         assert math.isclose(measurements.load(name).read(view).value, size, rel_tol=1e-9)
 
 

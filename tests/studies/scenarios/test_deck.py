@@ -18,14 +18,7 @@ from studies.runs.run import materials_of, resolve
 from studies.scenarios._deck import MOST_BYTES, read_deck, read_file_text
 from studies.scenarios._deck_problem import fixed_step
 from studies.values.errors import InvalidInput
-from tests.studies.support.decks import (
-    appendix_deck,
-    bar_deck,
-    detonation_deck,
-    fluid_deck,
-    soil_deck,
-    thousandfold,
-)
+from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, soil_deck, thousandfold
 
 MEBIBYTE = 1 << 20
 DECKS: dict[str, Callable[[], str]] = {
@@ -81,9 +74,7 @@ def test_appendix__becomes_the_problem_that_it_says() -> None:
 
 
 def test_bar__of_a_deck_equals_that_of_the_scenario_bit_for_bit() -> None:
-    own = problem(
-        "elastic_bar", geometry="quarter", recipe="thesis", wall="symmetric", fixed_dt=1e-8
-    )
+    own = problem("elastic_bar", geometry="quarter", recipe="thesis", wall="symmetric", fixed_dt=1e-8)
     assert own.bodies[0].mass.size == 260
     text = bar_deck(own, young=100e9, poisson=0.3)
     first, second = (start(each) for each in (own, problem("deck", deck=text)))
@@ -171,10 +162,7 @@ def test_macro__unknown_is_named_with_its_line_and_the_nearest() -> None:
 
 
 def test_deck__without_the_rotation_terms_has_none() -> None:
-    for text, expected in (
-        (appendix_deck(), True),
-        (appendix_deck().replace("jaum on", "jaum off"), False),
-    ):
+    for text, expected in ((appendix_deck(), True), (appendix_deck().replace("jaum on", "jaum off"), False)):
         assert resolve("deck", {"deck": text}, {}).parameters["jaumann"] is expected
 
 
@@ -202,9 +190,7 @@ def test_gravity__of_all_bodies_is_that_of_the_problem() -> None:
     ],
     ids=["of one of three", "of two of three", "of no body", "too short"],
 )
-def test_gravity__that_not_all_bodies_have_is_refused_with_its_line(
-    loads: list[str], bad: str
-) -> None:
+def test_gravity__that_not_all_bodies_have_is_refused_with_its_line(loads: list[str], bad: str) -> None:
     text = fluid_deck().replace("velo", "\n".join(["load", *loads, "endl", "velo"]))
     assert f"deck line {line_of(text, bad)}" in error(text)
 

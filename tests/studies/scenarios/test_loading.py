@@ -20,12 +20,7 @@ SQUARE: dict[str, Any] = {"section": "square", "geometry": "quarter"}
 
 
 @pytest.mark.parametrize(
-    "text",
-    [
-        PULSE,
-        "0 s 0\n500 ns 1.0\n\n0.01 ms 1\n 1.05e-5 s   0\n",
-        "0us 0; 0.5us 1; 10us 1; 10.5us 0",
-    ],
+    "text", [PULSE, "0 s 0\n500 ns 1.0\n\n0.01 ms 1\n 1.05e-5 s   0\n", "0us 0; 0.5us 1; 10us 1; 10.5us 0"]
 )
 def test_pulse__is_one_table_in_every_spelling(text: str) -> None:
     pulse = read_pulse(text)
@@ -57,9 +52,7 @@ def test_pulse__is_one_table_in_every_spelling(text: str) -> None:
         ({"section": "square"}, "section", "set geometry to quarter"),
     ],
 )
-def test_loads__that_make_no_sense_are_refused(
-    changes: dict[str, Any], field: str, reason: str
-) -> None:
+def test_loads__that_make_no_sense_are_refused(changes: dict[str, Any], field: str, reason: str) -> None:
     with pytest.raises(InvalidInput, match=reason) as caught:
         asked("elastic_bar", **changes)
     assert [finding.field for finding in caught.value.findings] == [field]
@@ -71,9 +64,7 @@ def test_loads__that_make_no_sense_are_refused(
     ids=lambda changes: "-".join(changes),
 )
 @pytest.mark.parametrize("name", BARS)
-def test_identity__of_a_bar_is_changed_by_loads_and_section(
-    name: str, changes: dict[str, Any]
-) -> None:
+def test_identity__of_a_bar_is_changed_by_loads_and_section(name: str, changes: dict[str, Any]) -> None:
     without = {key: value for key, value in changes.items() if key == "geometry"}
     before = asked(name, **LONG, **without)
     none = {"pressure": None, "pulse": None, "gravity": 0.0, "section": "round"}
@@ -112,11 +103,7 @@ def test_square_bar__weighs_and_measures_what_was_asked_for(name: str) -> None:
     # Every particle has the mass of its own box, which the lattice fills without a rest.
     assert np.allclose(bar.mass, bar.density * math.prod(bar.spacing), rtol=ROUND_OFF)
     view = scenarios.load(name).observer.view(setting, start(setting.problem, threads=1).snapshot())
-    for measured, size in (
-        ("final_length", 11.1e-3),
-        ("mushroom_diameter", side),
-        ("width_at_fifth", side),
-    ):
+    for measured, size in (("final_length", 11.1e-3), ("mushroom_diameter", side), ("width_at_fifth", side)):
         assert math.isclose(measurements.load(measured).read(view).value, size, rel_tol=1e-9)
 
 
@@ -129,9 +116,7 @@ def test_sweep__varies_the_amplitude_of_a_pulse() -> None:
     }
     sweep = Sweep.parse(document)
     assert Sweep.parse(sweep.document()).runs() == sweep.runs()
-    peaks = [
-        [load.pressure[1] for load in built(point.run).problem.tractions] for point in sweep.runs()
-    ]
+    peaks = [[load.pressure[1] for load in built(point.run).problem.tractions] for point in sweep.runs()]
     assert peaks == [[], [1e8], [-2e8]]
 
 
@@ -144,9 +129,7 @@ def test_histories__of_a_loaded_bar_sum_to_the_audited_energy_and_momentum(tmp_p
     work, drift = histories["load_work"][-1], result.numbers["energy_drift"]
     assert work == result.numbers["load_work"]
     assert abs(work) > 0.1 * energy[0]
-    assert energy[-1] - energy[0] == pytest.approx(
-        drift * (energy[0] + abs(work)), abs=1e-12 * energy[0]
-    )
+    assert energy[-1] - energy[0] == pytest.approx(drift * (energy[0] + abs(work)), abs=1e-12 * energy[0])
     assert abs(drift) < 1e-10
     momentum = np.sum(histories["axial_momentum"], axis=0) - histories["axial_impulse"]
     assert momentum == pytest.approx(momentum[0], rel=1e-9)
@@ -178,14 +161,9 @@ def test_pressed_bar__has_the_wave_of_one_dimension_by_every_method(tmp_path: An
     stress = -PRESSED["pressure"]
     velocity = stress / math.sqrt(100e9 * 8900.0)  # p / (rho c) of the default matter
     for method in METHODS:
-        result = execute(
-            asked("elastic_bar", method=method, **PRESSED), tmp_path / method, threads=1
-        )
+        result = execute(asked("elastic_bar", method=method, **PRESSED), tmp_path / method, threads=1)
         # The mean of the plateau while it passes: coarse grids ring about it.
-        passing = {
-            name: mean_of(result.measurements[f"middle_{name}"].history)
-            for name in ("velocity", "stress")
-        }
+        passing = {name: mean_of(result.measurements[f"middle_{name}"].history) for name in ("velocity", "stress")}
         assert passing == pytest.approx({"velocity": velocity, "stress": stress}, rel=0.05), method
         # Mesh and particles in one body's place book one impulse.
         assert result.numbers["momentum_error"] < 1e-9, method
@@ -201,9 +179,7 @@ def test_pressed_bar__has_the_wave_of_one_dimension_by_every_method(tmp_path: An
         ({"method": "fem", "scheme": "usl"}, "scheme"),
     ],
 )
-def test_method_of_a_bar__refuses_what_it_cannot_compute(
-    changes: dict[str, Any], field: str
-) -> None:
+def test_method_of_a_bar__refuses_what_it_cannot_compute(changes: dict[str, Any], field: str) -> None:
     with pytest.raises(InvalidInput) as caught:
         asked("elastic_bar", **{**PRESSED, **changes})
     assert field in {finding.field for finding in caught.value.findings}

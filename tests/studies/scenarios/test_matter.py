@@ -30,10 +30,7 @@ COPPER = materials.load("copper-ofhc")
 THESIS = materials.load("copper-thesis-plastic")  # no spall strength
 STEINBERG = (120e6, 640e6, 36.0, 0.45, 28.3e-12, 3.77e-4, 1.5, 2.02)  # of copper
 PRESSED = dataclasses.replace(
-    COPPER,
-    strength=materials.Model(
-        "steinberg-guinan", dict(zip(SteinbergGuinan._fields, STEINBERG, strict=True))
-    ),
+    COPPER, strength=materials.Model("steinberg-guinan", dict(zip(SteinbergGuinan._fields, STEINBERG, strict=True)))
 )
 ROLES: Materials = {"projectile": COPPER, "target": COPPER}
 
@@ -73,9 +70,7 @@ def test_material__without_an_equation_of_state_is_elastic() -> None:
 
 
 def test_bulk_modulus__is_part_of_a_run_where_it_acts() -> None:
-    stiff = dataclasses.replace(
-        COPPER, elastic=dataclasses.replace(COPPER.elastic, bulk_modulus=150e9)
-    )
+    stiff = dataclasses.replace(COPPER, elastic=dataclasses.replace(COPPER.elastic, bulk_modulus=150e9))
     for form, differs in (("hugoniot", False), ("cubic", False), ("elastic", True)):
         soft, hard = (materials.simulated(one.resolved(), eos_form=form) for one in (COPPER, stiff))
         assert (soft != hard) == differs
@@ -89,17 +84,11 @@ def test_cubic__is_refused_where_its_curve_turns_down() -> None:
 
 
 @pytest.mark.parametrize("scenario", ["thin_plate", "thick_plate", "taylor_bar"])
-@pytest.mark.parametrize(
-    ("name", "value"), [("tension", "unlimited"), ("thermal_softening", False)]
-)
-def test_boiling__is_refused_without_melting_and_its_tension(
-    scenario: str, name: str, value: Any
-) -> None:
+@pytest.mark.parametrize(("name", "value"), [("tension", "unlimited"), ("thermal_softening", False)])
+def test_boiling__is_refused_without_melting_and_its_tension(scenario: str, name: str, value: Any) -> None:
     result = scenarios.load(scenario)
     asked = {
-        one.name: {"speed": 4e3, "projectile_diameter": 8e-3, "plate_thickness": 2e-3}.get(
-            one.name, "copper-ofhc"
-        )
+        one.name: {"speed": 4e3, "projectile_diameter": 8e-3, "plate_thickness": 2e-3}.get(one.name, "copper-ofhc")
         for one in dataclasses.fields(result.parameters)
         if one.default is dataclasses.MISSING
     }
@@ -151,9 +140,7 @@ def test_matter__without_a_spall_strength_or_a_floor_bears_any_tension(material:
         (Fracture(failure="spall", failure_time=1e-6), Spall(1.9e9, 1e-6)),
     ],
 )
-def test_failure__is_that_of_the_parameters_with_the_constants_of_the_material(
-    given: Any, expected: object
-) -> None:
+def test_failure__is_that_of_the_parameters_with_the_constants_of_the_material(given: Any, expected: object) -> None:
     assert check_failure(given, ROLES) == []
     assert failure_of(given, COPPER) == expected
 

@@ -34,9 +34,7 @@ def seen(setting: Setting, snapshot: Snapshot, **changes: np.ndarray) -> PlugVie
     return view(setting, snapshot._replace(particles=particles))
 
 
-def test_coupled_plate__has_the_mass_of_the_plate_and_meets_itself_on_nodes(
-    coupled: tuple[Setting, Snapshot],
-) -> None:
+def test_coupled_plate__has_the_mass_of_the_plate_and_meets_itself_on_nodes(coupled: tuple[Setting, Snapshot]) -> None:
     elements, _, particles = coupled[0].problem.bodies
     whole = STEEL * WIDTH**2 * THICKNESS
     assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
@@ -46,9 +44,7 @@ def test_coupled_plate__has_the_mass_of_the_plate_and_meets_itself_on_nodes(
     assert all(max(x, y) == 20e-3 for x, y, _ in shared)
 
 
-def test_coupled_plate__has_rings_as_wide_as_a_spacing_beside_its_particles(
-    coupled: tuple[Setting, Snapshot],
-) -> None:
+def test_coupled_plate__has_rings_as_wide_as_a_spacing_beside_its_particles(coupled: tuple[Setting, Snapshot]) -> None:
     position = coupled[0].problem.bodies[0].position
     widths = np.diff(np.unique(position[position[:, 1] == 0.0, 0]))
     assert widths[:3] == pytest.approx(SPACING, rel=1e-9)
@@ -71,18 +67,14 @@ def test_coupled_plate__is_held_at_its_rim_alone(coupled: tuple[Setting, Snapsho
     np.testing.assert_array_equal(held, np.isclose(position[:, :2].max(axis=1), WIDTH))
 
 
-def test_view_of_a_coupled_plate__is_attached_through_its_elements(
-    coupled: tuple[Setting, Snapshot],
-) -> None:
+def test_view_of_a_coupled_plate__is_attached_through_its_elements(coupled: tuple[Setting, Snapshot]) -> None:
     whole = seen(*coupled)
     assert whole.attached[~whole.projectile].all()
     assert not whole.has_plug
     assert whole.mass[~whole.projectile].sum() == pytest.approx(4.0 * STEEL * WIDTH**2 * THICKNESS)
 
 
-def test_view_of_a_coupled_plate__sees_a_plug_behind_failed_particles(
-    coupled: tuple[Setting, Snapshot],
-) -> None:
+def test_view_of_a_coupled_plate__sees_a_plug_behind_failed_particles(coupled: tuple[Setting, Snapshot]) -> None:
     setting, snapshot = coupled
     particles = snapshot.particles
     radius = np.hypot(particles.position[:, 0], particles.position[:, 1])
@@ -96,9 +88,7 @@ def test_view_of_a_coupled_plate__sees_a_plug_behind_failed_particles(
     np.testing.assert_array_equal(cut.attached, plate & (radius >= 14e-3))
 
 
-def test_view_of_a_coupled_plate__lets_go_where_its_elements_fail(
-    coupled: tuple[Setting, Snapshot],
-) -> None:
+def test_view_of_a_coupled_plate__lets_go_where_its_elements_fail(coupled: tuple[Setting, Snapshot]) -> None:
     setting, snapshot = coupled
     particles = snapshot.particles
     far = particles.position[:, :2].max(axis=1)
@@ -119,18 +109,14 @@ def test_plugging__is_computed_by_each_method() -> None:
         assert (setting.problem.contact is None) == (method != "mpm")
 
 
-def test_coupled_plate__has_the_viscosity_of_a_grid_and_particles_that_repel(
-    coupled: tuple[Setting, Snapshot],
-) -> None:
+def test_coupled_plate__has_the_viscosity_of_a_grid_and_particles_that_repel(coupled: tuple[Setting, Snapshot]) -> None:
     problem = coupled[0].problem
     viscosity = built(asked("plugging")).problem.viscosity
     assert problem.viscosity == viscosity
     assert problem.smoothing == Smoothing(CubicSpline(), viscosity=viscosity, stiffness=0.01)
 
 
-def test_coupled_plate__is_one_solid_and_the_projectile_another(
-    coupled: tuple[Setting, Snapshot],
-) -> None:
+def test_coupled_plate__is_one_solid_and_the_projectile_another(coupled: tuple[Setting, Snapshot]) -> None:
     stepper = start(coupled[0].problem, threads=1).stepper
     elements, projectile, particles = stepper.particles.solids  # type: ignore[attr-defined]
     assert elements == particles != projectile

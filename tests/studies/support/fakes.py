@@ -75,24 +75,17 @@ class Sweep:
         return {
             "title": self.title,
             "scenario": self.scenario,
-            "fixed": {
-                name: f"{1000 * v:g} mm" if isinstance(v, float) else v
-                for name, v in self.fixed.items()
-            },
+            "fixed": {name: f"{1000 * v:g} mm" if isinstance(v, float) else v for name, v in self.fixed.items()},
             "axes": axes,
             "combine": self.combine,
-            "resolution": next(
-                (list(a.values) for a in self.refinements if "cells" in a.name), 32.0
-            ),
+            "resolution": next((list(a.values) for a in self.refinements if "cells" in a.name), 32.0),
         }
 
     def runs(self) -> list[Point]:
         places = [range(len(axis.values)) for axis in self.axes]
         rows = itertools.product(*places) if self.combine == "grid" else zip(*places, strict=True)
         steps = list(itertools.product(*(range(len(axis.values)) for axis in self.refinements)))
-        return [
-            self._point(number, index, step) for number, index in enumerate(rows) for step in steps
-        ]
+        return [self._point(number, index, step) for number, index in enumerate(rows) for step in steps]
 
     def _point(self, number: int, index: Sequence[int], step: tuple[int, ...]) -> Point:
         axes = (*self.axes, *self.refinements)
@@ -172,27 +165,14 @@ def _strength(shot: Shot, variant: str) -> float:
 
 YIELDS = ("Y = 240 MPa", "Y = 157 MPa", "Y = 120 MPa", "Y = 90 MPa")
 HOLE_LAWS = (
-    Law(
-        "maiden_al", "hole_diameter", _maiden, valid=(2500.0, 5500.0), title="thesis 1-3, aluminium"
-    ),
+    Law("maiden_al", "hole_diameter", _maiden, valid=(2500.0, 5500.0), title="thesis 1-3, aluminium"),
     Law("maiden_c", "hole_diameter", _maiden_c, title="general form with the sound speed"),
     Law("zhang_tan", "hole_diameter", _zhang, title="thesis 1-4"),
-    Law(
-        "strength_ln",
-        "hole_diameter",
-        _strength,
-        labels=YIELDS,
-        valid=(0.0, 1.0),
-        title="thesis 1-5",
-    ),
+    Law("strength_ln", "hole_diameter", _strength, labels=YIELDS, valid=(0.0, 1.0), title="thesis 1-5"),
 )
 CRATER_LAWS = (
     Law("charters_summers", "crater_depth", lambda s, _: 2.28 * (s.speed / 3940) ** (2 / 3)),
-    Law(
-        "two_thirds",
-        "crater_depth",
-        lambda s, _: 0.431 * 8.93 ** (1 / 3) * (s.speed / 1e3) ** (2 / 3),
-    ),
+    Law("two_thirds", "crater_depth", lambda s, _: 0.431 * 8.93 ** (1 / 3) * (s.speed / 1e3) ** (2 / 3)),
 )
 PARAMETERS = {
     name: Parameter(name=name, kind=kind, unit=unit, meaning=meaning)  # type: ignore[arg-type]
@@ -214,26 +194,14 @@ HOLES = {
 CRATERS = {
     "crater_depth": Quantity("crater_depth", "m", "depth from the original surface"),
     "crater_diameter": Quantity("crater_diameter", "m", "diameter at the original surface"),
-    "crater_depth_over_diameter": Quantity(
-        "crater_depth_over_diameter", "1", "depth over diameter"
-    ),
+    "crater_depth_over_diameter": Quantity("crater_depth_over_diameter", "1", "depth over diameter"),
 }
 MATERIALS = {
     "copper-ofhc": {
         "title": "OFHC copper",
         "numbers": {
-            "density": {
-                "value": 8930.0,
-                "unit": "kg m-3",
-                "source": "Marsh (1980)",
-                "confidence": "read",
-            },
-            "strength.A": {
-                "value": 90e6,
-                "unit": "Pa",
-                "source": "Johnson & Cook (1983)",
-                "confidence": "read",
-            },
+            "density": {"value": 8930.0, "unit": "kg m-3", "source": "Marsh (1980)", "confidence": "read"},
+            "strength.A": {"value": 90e6, "unit": "Pa", "source": "Johnson & Cook (1983)", "confidence": "read"},
         },
     }
 }
@@ -266,12 +234,7 @@ def scaled(outcome: RunResult, factor: float) -> RunResult:
     return replace(outcome, measurements=values)
 
 
-PROVENANCE: dict[str, str | float] = {
-    "whipple": "0.1.0",
-    "numba": "0.68.1",
-    "physics_version": 1,
-    "seconds": 4.2,
-}
+PROVENANCE: dict[str, str | float] = {"whipple": "0.1.0", "numba": "0.68.1", "physics_version": 1, "seconds": 4.2}
 
 
 def of_version(outcome: RunResult, quantity: str, version: int) -> RunResult:
@@ -282,9 +245,7 @@ def of_version(outcome: RunResult, quantity: str, version: int) -> RunResult:
 
 def measured(value: float, *flags: str) -> Measured:
     times: list[float | None] = [2e-6 * step for step in range(21)]
-    grown: list[float | None] = [
-        value * (1 - math.exp(-(2e-6 * step) / 6e-6)) for step in range(21)
-    ]
+    grown: list[float | None] = [value * (1 - math.exp(-(2e-6 * step) / 6e-6)) for step in range(21)]
     parts = {"growth": 0.01 * value, "resolution": 0.02 * value}
     history = {"time": times, "value": grown}
     return Measured(value, math.hypot(*parts.values()), parts, flags, history, 1)
@@ -325,12 +286,7 @@ def result(run: Run) -> RunResult:
         }
     cells = run.parameters.get("cells_per_diameter", 32.0)
     return RunResult(
-        run.id,
-        "succeeded",
-        measurements=values,
-        numbers=_numbers(shot, cells),
-        stop="converged",
-        provenance=PROVENANCE,
+        run.id, "succeeded", measurements=values, numbers=_numbers(shot, cells), stop="converged", provenance=PROVENANCE
     )
 
 
@@ -397,16 +353,12 @@ def with_trouble(sweep: Sweep) -> dict[str, Any]:
     outcomes[third] = replace(outcomes[third], flags=("under_resolved",))
     outcomes[fourth] = replace(
         outcomes[fourth],
-        measurements={
-            "hole_diameter": replace(measured(0.01, "not_perforated"), value=None, uncertainty=None)
-        },
+        measurements={"hole_diameter": replace(measured(0.01, "not_perforated"), value=None, uncertainty=None)},
     )
     return outcomes
 
 
-def observed(
-    speed: float, thickness: float, value: float, uncertainty: float | None = 0.3e-3
-) -> Observed:
+def observed(speed: float, thickness: float, value: float, uncertainty: float | None = 0.3e-3) -> Observed:
     at = {"speed": speed, "plate_thickness": thickness, "projectile_diameter": DIAMETER}
     shot = Shot(speed, DIAMETER, thickness)
     return Observed(at, "hole_diameter", value, uncertainty, "Somebody (2001), Table 3", shot)

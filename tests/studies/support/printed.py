@@ -35,9 +35,7 @@ class Page(HTMLParser):
         self.links += [named[key] or "" for key in ("src", "href") if key in named]
         if tag not in ("meta", "link", "br"):
             drawing = tag if "data-drawing" in named else ""
-            self._open.append(
-                [drawing or tag, named.get("data-path"), named.get("value"), "", drawing]
-            )
+            self._open.append([drawing or tag, named.get("data-path"), named.get("value"), "", drawing])
 
     def handle_endtag(self, tag: str) -> None:
         _, path, value, text, drawing = self._open.pop()

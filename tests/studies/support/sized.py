@@ -40,7 +40,5 @@ def sized_cube(
     for point in sweep.runs():
         shot = laws.shot_of(point.run)
         measured = replace(fakes.measured(size(shot)), flags=tuple(filter(None, [flag(shot)])))
-        results[point.run.id] = RunResult(
-            point.run.id, "succeeded", measurements={quantity: measured}
-        )
+        results[point.run.id] = RunResult(point.run.id, "succeeded", measurements={quantity: measured})
     return cube.build(sweep, results)

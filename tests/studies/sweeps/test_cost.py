@@ -38,9 +38,7 @@ def test_preset__that_makes_too_many_runs_is_not_expanded() -> None:
 
 
 def test_preset__of_runs_that_are_too_large_says_so() -> None:
-    small = replace(
-        SWEEP, max_particles=max(run.estimate(each.run).particles for each in SWEEP.runs())
-    )
+    small = replace(SWEEP, max_particles=max(run.estimate(each.run).particles for each in SWEEP.runs()))
     (fine,) = [each for each in presets_of(small, 1000) if each.name == "fine"]
     assert fine.cost is None
     assert fine.reason.endswith("in a run")

@@ -19,10 +19,7 @@ SAMPLED: Mapping[str, Any] = {
     "combine": "sobol",
     "points": 16,
     "seed": 3,
-    "axes": {
-        "speed": {"low": "3 km/s", "high": "7 km/s"},
-        "plate_thickness": {"low": "1 mm", "high": "2 mm"},
-    },
+    "axes": {"speed": {"low": "3 km/s", "high": "7 km/s"}, "plate_thickness": {"low": "1 mm", "high": "2 mm"}},
 }
 
 
@@ -46,9 +43,7 @@ def test_points__have_a_value_in_every_stratum_of_every_axis(method: str) -> Non
 
 @pytest.mark.parametrize("method", METHODS)
 def test_points__follow_from_the_seed(method: str) -> None:
-    first, again, other = (
-        Sweep.parse(changed(combine=method, seed=seed)).axes for seed in (3, 3, 4)
-    )
+    first, again, other = (Sweep.parse(changed(combine=method, seed=seed)).axes for seed in (3, 3, 4))
     assert first == again != other
 
 
@@ -97,16 +92,10 @@ def test_document__with_values_of_its_own_keeps_them() -> None:
         ),
     ],
 )
-def test_sample__that_is_wrong_is_refused_by_name(
-    document: dict[str, Any], field: str, cure: str
-) -> None:
+def test_sample__that_is_wrong_is_refused_by_name(document: dict[str, Any], field: str, cure: str) -> None:
     with pytest.raises(InvalidInput) as refused:
         Sweep.parse(document)
-    assert [
-        finding
-        for finding in refused.value.findings
-        if finding.field == field and cure in finding.cure
-    ]
+    assert [finding for finding in refused.value.findings if finding.field == field and cure in finding.cure]
 
 
 def test_sample__is_limited_by_the_number_of_runs() -> None:

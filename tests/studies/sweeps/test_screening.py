@@ -60,10 +60,7 @@ def test_strength_deviation__is_that_of_published_strengths() -> None:
 def test_strength__of_any_material_is_scaled_in_its_stresses_alone(name: str) -> None:
     run = run_of(name)
     stronger, weaker, *_ = screens_of(run)
-    for screen, factor in (
-        (stronger, 1.0 + STRENGTH_DEVIATION),
-        (weaker, 1.0 - STRENGTH_DEVIATION),
-    ):
+    for screen, factor in ((stronger, 1.0 + STRENGTH_DEVIATION), (weaker, 1.0 - STRENGTH_DEVIATION)):
         assert screen.run is not None
         before, after = (materials_of(each)["target"] for each in (run, screen.run))
         stresses = {p for p, unit in before.paths().items() if unit == "Pa" and "strength." in p}

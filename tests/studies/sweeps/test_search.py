@@ -15,11 +15,7 @@ SEARCH = Search("perforated", 100.0, 200.0, 2.0)
 DOCUMENT: dict[str, Any] = {
     "scenario": "plugging",
     "axes": {
-        "speed": {
-            "limit_of": "perforated",
-            "between": ["100 m/s", "200 m/s"],
-            "tolerance": "10 m/s",
-        },
+        "speed": {"limit_of": "perforated", "between": ["100 m/s", "200 m/s"], "tolerance": "10 m/s"},
         "nose": ["blunt", "conical"],
     },
     "resolution": 8,
@@ -56,9 +52,7 @@ def test_search__says_that_an_end_gave_nothing() -> None:
     assert "without an outcome at 200 m/s" in limit.reason
 
 
-@pytest.mark.parametrize(
-    ("ones", "interval"), [({150.0}, (100.0, 200.0)), ({100.0, 200.0}, (100.0, 200.0))]
-)
+@pytest.mark.parametrize(("ones", "interval"), [({150.0}, (100.0, 200.0)), ({100.0, 200.0}, (100.0, 200.0))])
 def test_search__gives_the_interval_of_outcomes_that_are_not_monotone(
     ones: set[float], interval: tuple[float, float]
 ) -> None:
@@ -109,9 +103,7 @@ def test_sweep__searches_each_point_of_the_other_axes() -> None:
     assert [point.coordinates["speed"] for point in sweep.runs()[::2]] == [100.0, 150.0, 200.0]
     assert Sweep.parse(sweep.document()) == sweep
     exact = {"blunt": 180.0, "conical": 120.0}
-    limits = sweep.limits(
-        lambda run: float(run.parameters["speed"] or 0.0) >= exact[str(run.parameters["nose"])]
-    )
+    limits = sweep.limits(lambda run: float(run.parameters["speed"] or 0.0) >= exact[str(run.parameters["nose"])])
     assert [at["nose"] for at, _ in limits] == ["blunt", "conical"]
     for at, limit in limits:
         assert limit.lower < exact[str(at["nose"])] <= limit.upper
@@ -145,8 +137,7 @@ def test_search__is_refused_with_its_field(change: dict[str, Any], field: str) -
 
 
 @pytest.mark.parametrize(
-    "change",
-    [{"offsets": 3}, {"resolution": [8, 12]}, {"combine": "zip"}, {"model_part": "screen"}],
+    "change", [{"offsets": 3}, {"resolution": [8, 12]}, {"combine": "zip"}, {"model_part": "screen"}]
 )
 def test_search__takes_one_grid(change: dict[str, Any]) -> None:
     with pytest.raises(InvalidInput, match=r"limit|zip"):

@@ -166,9 +166,7 @@ def test_document__is_the_same_however_the_units_are_written() -> None:
 
 
 def test_document__keeps_materials_and_observations() -> None:
-    document = changed(
-        "observations", "speed [km/s],quantity,value,source\n6,hole_diameter,19 mm,x"
-    )
+    document = changed("observations", "speed [km/s],quantity,value,source\n6,hole_diameter,19 mm,x")
     copper = materials.load("copper-ofhc").document()
     document["materials"] = {"my-copper": {**copper, "name": "my-copper"}}
     document["fixed"]["target"] = "my-copper"
@@ -191,9 +189,7 @@ def test_constant__that_two_materials_measure_differently_is_one_of_neither() ->
         "gamma0": (2.02, "1"),
     }
     sourced = {"source": "Steinberg (1996), UCRL-MA-106439", "confidence": "verified"}
-    strength = {
-        name: {"value": value, "unit": unit, **sourced} for name, (value, unit) in constants.items()
-    }
+    strength = {name: {"value": value, "unit": unit, **sourced} for name, (value, unit) in constants.items()}
     copper = materials.load("copper-ofhc").document()
     pressed = {**copper, "name": "pressed", "strength": {"kind": "steinberg-guinan", **strength}}
     document = changed("axes/target", ["copper-ofhc", "pressed"])
@@ -302,11 +298,7 @@ def test_runs__name_the_points_that_are_refused() -> None:
         ("axes/shape", {"start": "a"}, ["axes.shape", "list of values"]),
         ("axes/projectile", {"start": "a"}, ["axes.projectile", "fixed or varied"]),
         ("axes/speed", {"start": "2 km/s"}, ["axes.speed.stop", "axes.speed.step"]),
-        (
-            "axes/speed",
-            {"start": "2 km/s", "stop": "7 km/s", "stp": 1},
-            ["axes.speed.stp", "did you mean"],
-        ),
+        ("axes/speed", {"start": "2 km/s", "stop": "7 km/s", "stp": 1}, ["axes.speed.stp", "did you mean"]),
         (
             "axes/speed",
             {"start": "2 km/s", "stop": "7 km/s", "step": "2 km/s"},
@@ -317,16 +309,8 @@ def test_runs__name_the_points_that_are_refused() -> None:
             {"start": "2 km/s", "stop": "7 km/s", "step": "-1 km/s"},
             ["axes.speed.step", "leads from start to stop"],
         ),
-        (
-            "axes/speed",
-            {"start": "2 km/s", "stop": "7 km/s", "step": "0 km/s"},
-            ["axes.speed.step"],
-        ),
-        (
-            "axes/speed",
-            {"start": "2 km/s", "stop": "90 km/s", "step": "1 km/s"},
-            ["axes.speed.stop", "20 km/s"],
-        ),
+        ("axes/speed", {"start": "2 km/s", "stop": "7 km/s", "step": "0 km/s"}, ["axes.speed.step"]),
+        ("axes/speed", {"start": "2 km/s", "stop": "90 km/s", "step": "1 km/s"}, ["axes.speed.stop", "20 km/s"]),
         (
             "axes/speed",
             {"start": "2 km/s", "stop": "7 km/s", "step": "1e-9 km/s"},
@@ -365,10 +349,7 @@ def test_parse__tells_everything_at_once() -> None:
     document["combine"] = "product"
     document["resolution"] = "fine"
     message = refused(document)
-    assert all(
-        field in message
-        for field in ("fixed.target", "fixed.shap", "axes.speed[0]", "combine", "resolution")
-    )
+    assert all(field in message for field in ("fixed.target", "fixed.shap", "axes.speed[0]", "combine", "resolution"))
 
 
 PLACES = ["fixed", "axes", "axes/speed", "axes/speed/start", "fixed/target", "fixed/shape"]
@@ -376,9 +357,7 @@ PLACES += ["fixed/target.strength.A", "fixed/threads", "materials", "observation
 PLACES += ["offsets", "accuracy"]
 ANYTHING = st.recursive(
     st.none() | st.booleans() | st.integers() | st.floats() | st.text(max_size=8),
-    lambda some: (
-        st.lists(some, max_size=3) | st.dictionaries(st.text(max_size=8), some, max_size=3)
-    ),
+    lambda some: st.lists(some, max_size=3) | st.dictionaries(st.text(max_size=8), some, max_size=3),
     max_leaves=6,
 )
 
@@ -440,9 +419,7 @@ def test_limits__refuse_a_run_of_too_many_particles_at_its_point() -> None:
 
 
 def test_limits__on_particles_hold_at_every_accuracy_and_are_no_part_of_the_question() -> None:
-    few, many = (
-        Sweep.parse(refined(resolution=32), SweepLimits(max_particles=most)) for most in (10, 10**9)
-    )
+    few, many = (Sweep.parse(refined(resolution=32), SweepLimits(max_particles=most)) for most in (10, 10**9))
     assert few == many
     assert few.document() == many.document()
     free = Sweep.parse(refined(resolution=None, accuracy="draft"), SweepLimits(max_particles=10))
@@ -493,9 +470,7 @@ def test_refinement__of_one_resolution_and_one_offset_changes_no_run() -> None:
     plain, listed = Sweep.parse(DOCUMENT), Sweep.parse(refined(resolution=[32], offsets=1))
     assert plain == listed
     assert plain.refinements == ()
-    assert [point.run.parameters for point in plain.runs()] == [
-        point.run.parameters for point in listed.runs()
-    ]
+    assert [point.run.parameters for point in plain.runs()] == [point.run.parameters for point in listed.runs()]
 
 
 @pytest.mark.parametrize(
@@ -614,9 +589,7 @@ def test_read_yaml__refuses_a_key_that_stands_twice() -> None:
         read_yaml("axes:\n  speed: [1]\n  speed: [2]\n", "sweep.yaml")
 
 
-@pytest.mark.parametrize(
-    "text", ["a: [1", "- 1", "", "a: !!python/object/apply:os.getcwd []", "[" * 5000, "\x00"]
-)
+@pytest.mark.parametrize("text", ["a: [1", "- 1", "", "a: !!python/object/apply:os.getcwd []", "[" * 5000, "\x00"])
 def test_read_yaml__of_broken_text_names_the_file(text: str) -> None:
     with pytest.raises(InvalidInput, match=r"sweep\.yaml"):
         read_yaml(text, "sweep.yaml")

@@ -9,11 +9,7 @@ from studies.sweeps.warnings import warnings_of
 
 HOLES = {
     "scenario": "thin_plate",
-    "fixed": {
-        "projectile": "copper-ofhc",
-        "target": "copper-ofhc",
-        "projectile_diameter": "8 mm",
-    },
+    "fixed": {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"},
     "resolution": 16,
 }
 
@@ -30,15 +26,9 @@ def test_sweep__of_hypervelocity_impacts_on_thin_plates_is_left_in_peace() -> No
     ("axes", "words"),
     [
         # 8930 kg/m3 (100 m/s)^2 / 90 MPa
-        (
-            {"speed": ["0.1 km/s", "6 km/s"], "plate_thickness": ["2 mm"]},
-            ["speed 100 m/s", "= 0.99 ", "1 of 2"],
-        ),
+        ({"speed": ["0.1 km/s", "6 km/s"], "plate_thickness": ["2 mm"]}, ["speed 100 m/s", "= 0.99 ", "1 of 2"]),
         # 2.28 (6/3.94)^(2/3) = 3.018 diameters deep: 62.5 / 3.018
-        (
-            {"speed": ["6 km/s"], "plate_thickness": ["500 mm", "4 mm"]},
-            ["t/d = 62.5", " 21 times", "1 of 2"],
-        ),
+        ({"speed": ["6 km/s"], "plate_thickness": ["500 mm", "4 mm"]}, ["t/d = 62.5", " 21 times", "1 of 2"]),
     ],
 )
 def test_sweep__is_warned_of_with_number_and_count(axes: dict[str, Any], words: list[str]) -> None:

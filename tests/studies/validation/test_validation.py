@@ -92,9 +92,7 @@ def cube_of(document: Any, values: Mapping[str, Callable[[Mapping[str, Any]], fl
     results = {}
     for point in sweep.runs():
         measurements = {
-            name: Measured(
-                of(point.coordinates), 1e-6, {"resolution": 1e-6}, (), {"time": [], "value": []}, 1
-            )
+            name: Measured(of(point.coordinates), 1e-6, {"resolution": 1e-6}, (), {"time": [], "value": []}, 1)
             for name, of in values.items()
         }
         results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=measurements)
@@ -143,9 +141,7 @@ def test_picture__has_each_grid_ours_and_theirs(cube: Any) -> None:
     labels = [line.label for line in picture.lines]
     assert labels[-2:] == ["whipple, converged", "MPM3D"]
     theirs = picture.lines[-1].points
-    assert theirs == tuple(
-        (v, d, 0.0) for v, d in ((4.0, 12.0), (5.0, 14.0), (6.0, 16.0), (7.0, 17.0))
-    )
+    assert theirs == tuple((v, d, 0.0) for v, d in ((4.0, 12.0), (5.0, 14.0), (6.0, 16.0), (7.0, 17.0)))
     speed, depth, _ = picture.lines[-2].points[0]
     assert speed == 4.0
     assert depth == pytest.approx(16.0, abs=1e-3)

@@ -47,11 +47,7 @@ def test_declared__reads_kind_unit_and_bounds() -> None:
         "boolean",
         "text",
     ]
-    assert (known["speed"].unit, known["speed"].minimum, known["speed"].required) == (
-        "m s-1",
-        1.0,
-        True,
-    )
+    assert (known["speed"].unit, known["speed"].minimum, known["speed"].required) == ("m s-1", 1.0, True)
     assert (known["length"].optional, known["length"].required) == (True, False)
     assert known["shape"].choices == ("sphere", "cylinder")
     assert known["target"].unit is None
@@ -87,12 +83,7 @@ def test_parse_parameters__takes_bare_si_from_behind_the_door_alone() -> None:
 
 def test_parse_parameters__tells_everything_at_once() -> None:
     message = refused({"sped": 1, "shape": "cube", "courant": 2, "layers": 1.5, "heating": 1})
-    for words in (
-        "fixed.sped",
-        "did you mean 'speed'",
-        "fixed.shape",
-        "nearest allowed value is 1",
-    ):
+    for words in ("fixed.sped", "did you mean 'speed'", "fixed.shape", "nearest allowed value is 1"):
         assert words in message
     for name in ("layers", "heating", "speed: nothing", "target: nothing"):
         assert f"fixed.{name}" in message

@@ -99,9 +99,7 @@ def test_parse_quantity__refuses_with_a_cure(given: object, unit: str, word: str
         ("2 kg", Bounds(100.0, 500.0), "write for example '100 m/s'"),
     ],
 )
-def test_parse_quantity__proposes_allowed_values_alone(
-    given: object, bounds: Bounds, cure: str
-) -> None:
+def test_parse_quantity__proposes_allowed_values_alone(given: object, bounds: Bounds, cure: str) -> None:
     with pytest.raises(InvalidInput) as caught:
         parse_quantity(given, "m s-1", "fixed.speed", bounds)
     assert caught.value.findings[0].cure == cure
@@ -136,10 +134,7 @@ def test_round_quantity__gives_zero_no_sign() -> None:
 
 @pytest.mark.parametrize(("unit_text", "unit"), quantities._FACTORS)
 def test_factors__of_usual_units_are_those_of_pint(unit_text: str, unit: str) -> None:
-    assert quantities._conversion(unit_text, unit) == (
-        quantities._FACTORS[unit_text, unit],
-        Decimal(0),
-    )
+    assert quantities._conversion(unit_text, unit) == (quantities._FACTORS[unit_text, unit], Decimal(0))
 
 
 def test_import__of_quantities_leaves_pint_for_the_first_unusual_unit() -> None:

@@ -17,23 +17,11 @@ from studies import materials
 from studies.runs.execution import setting_of
 from studies.runs.run import Run, estimate, resolve
 from studies.scenarios._impact import ImpactShot
-from studies.scenarios._numerics import (
-    BY_RECIPE,
-    Numerics,
-    check_numerics,
-    numerics,
-)
+from studies.scenarios._numerics import BY_RECIPE, Numerics, check_numerics, numerics
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from studies.values.parameters import declared
-from studies.values.recipes import (
-    IMPACT_RECIPES,
-    RECIPES,
-    DebrisName,
-    ImpactRecipe,
-    Recipe,
-    RecipeName,
-)
+from studies.values.recipes import IMPACT_RECIPES, RECIPES, DebrisName, ImpactRecipe, Recipe, RecipeName
 
 COPPER = materials.load("copper-ofhc")
 GIVEN: dict[str, Any] = {
@@ -97,11 +85,7 @@ def test_thesis__is_what_the_solver_does_without_being_told() -> None:
 
 @pytest.mark.parametrize(
     ("changes", "axisymmetric", "quarter"),
-    [
-        ({}, 3, 2),
-        ({"recipe": "thesis"}, 2, 2),
-        ({"particles_per_cell": 4}, 4, 4),
-    ],
+    [({}, 3, 2), ({"recipe": "thesis"}, 2, 2), ({"particles_per_cell": 4}, 4, 4)],
 )
 def test_particles__are_what_is_stated_then_what_the_geometry_then_what_the_recipe_says(
     changes: dict[str, Any], axisymmetric: int, quarter: int
@@ -126,27 +110,15 @@ def test_particles__of_an_accuracy_give_way_to_a_stated_number_alone(
 ) -> None:
     shot = {"projectile_diameter": "8 mm", "plate_thickness": "2 mm"}
     copper = {"projectile": "copper-ofhc", "target": "copper-ofhc"}
-    document = {
-        "scenario": "thin_plate",
-        "fixed": {**shot, **copper, **fixed},
-        "axes": {"speed": ["4 km/s"]},
-    }
+    document = {"scenario": "thin_plate", "fixed": {**shot, **copper, **fixed}, "axes": {"speed": ["4 km/s"]}}
     sweep = Sweep.parse({**document, "accuracy": accuracy})
-    for same in (
-        sweep,
-        Sweep.parse(sweep.document()),
-        sweep.at_accuracy("fine").at_accuracy(accuracy),
-    ):
+    for same in (sweep, Sweep.parse(sweep.document()), sweep.at_accuracy("fine").at_accuracy(accuracy)):
         assert {point.run.parameters["particles_per_cell"] for point in same.runs()} == {count}
 
 
 @pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
 def test_particles__of_a_taylor_bar_are_those_of_the_recipe(geometry: str) -> None:
-    document = {
-        "scenario": "taylor_bar",
-        "fixed": {"geometry": geometry},
-        "axes": {"speed": ["190 m/s"]},
-    }
+    document = {"scenario": "taylor_bar", "fixed": {"geometry": geometry}, "axes": {"speed": ["190 m/s"]}}
     (point,) = Sweep.parse({**document, "accuracy": "draft"}).runs()
     assert point.run.parameters["particles_per_cell"] == 3
 
@@ -183,9 +155,7 @@ def test_identity__is_of_the_values_and_not_of_the_name() -> None:
         ({"debris": "retire"}, "retirement", Retirement(body=1, after=1e-5)),
     ],
 )
-def test_numerics__become_what_the_solver_takes(
-    change: dict[str, Any], name: str, expected: object
-) -> None:
+def test_numerics__become_what_the_solver_takes(change: dict[str, Any], name: str, expected: object) -> None:
     problem = setting_of(asked(**change)).problem
     assert getattr(problem, name) == expected
     assert type(getattr(problem, name)) is type(expected)
@@ -213,9 +183,7 @@ def test_particles__are_as_many_as_asked_and_estimated(geometry: str, count: int
 def test_estimate__knows_the_shape_and_the_recipe() -> None:
     linear, wide = (asked(shape=shape, geometry="quarter") for shape in ("linear", "gimp"))
     assert estimate(linear).core_seconds < estimate(wide).core_seconds
-    assert estimate(asked(courant=0.15)).steps == pytest.approx(
-        2 * estimate(asked(courant=0.3)).steps, abs=1
-    )
+    assert estimate(asked(courant=0.15)).steps == pytest.approx(2 * estimate(asked(courant=0.3)).steps, abs=1)
 
 
 # Debris and grid
@@ -250,9 +218,7 @@ def flight(geometry: str) -> int:
 
 
 def test_offset__shifts_the_grid_along_the_flight_and_no_body(geometry: str) -> None:
-    aligned, shifted = (
-        setting_of(asked(geometry=geometry, offset=offset)).problem for offset in (0.0, 0.25)
-    )
+    aligned, shifted = (setting_of(asked(geometry=geometry, offset=offset)).problem for offset in (0.0, 0.25))
     shift = np.asarray(shifted.geometry.lower) - np.asarray(aligned.geometry.lower)
     expected = np.zeros(3)
     expected[flight(geometry)] = -0.25 * aligned.geometry.spacing
