@@ -36,10 +36,9 @@ from solver.state import (
 )
 from solver.steps.crossing import exit_face
 from solver.steps.method import Method, Partition
-from solver.steps.points import QUANTITIES, Limits, Tally, find_fault
+from solver.steps.points import Limits, Tally, first_fault
 from solver.steps.threads import ThreadPool, asked_threads
 from solver.steps.timestep import first_step, stable_step
-from solver.vectors import LANES
 
 # Steps between reorderings of the particle arrays, for memory locality; debris is retired before them.
 SORT_INTERVAL = 100
@@ -53,7 +52,7 @@ SHARE, MOST_SHARES = 32768, 16
 DENSEST, THINNEST, SPEED_FACTOR, ENERGY_FACTOR = 8.0, 1e-9, 10.0, 100.0
 
 # Numbers of a Simulation.
-CARRIED = ("time", "step", "dt", "smallest_step", "particle_steps", "removed", "removed_by_contact", "worked")
+CARRIED_NUMBERS = ("time", "step", "dt", "smallest_step", "particle_steps", "removed", "removed_by_contact", "worked")
 DEPARTED = "departed_"  # before the names of its arrays
 
 Observer = Callable[[Snapshot], str | None]
@@ -190,7 +189,7 @@ class Simulation:
             **self.stepper.carried(),
         }
         numbers = {
-            **{name: getattr(self, name) for name in CARRIED},
+            **{name: getattr(self, name) for name in CARRIED_NUMBERS},
             "counters": asdict(self.counters),
             "ledger": ledger,
             "start": first,
@@ -200,7 +199,7 @@ class Simulation:
     def take_over(self, carried: Carried) -> None:
         """Go on from what a simulation of the same problem carried."""
         numbers, arrays = carried.numbers, carried.arrays
-        for name in CARRIED:
+        for name in CARRIED_NUMBERS:
             # Checkpoints without loads have no work.
             setattr(self, name, numbers.get(name, 0.0) if name == "worked" else numbers[name])
         self.counters = Counters(**numbers["counters"])
@@ -261,18 +260,13 @@ class Simulation:
 
     def _raise(self, first: int) -> None:
         particles, body = self.stepper.material_points(self.particles, self.body)
-        found = [
-            (p, *find_fault(self.problem.bodies[int(body[p])].matter, self.limits, particles, p))
-            for p in range(first, min(first + LANES, body.size))
-            if particles.mass[p] > 0.0
-        ]
-        culprit, kind, value = next(one for one in found if one[1])
+        culprit, quantity, value = first_fault(self.problem, self.limits, particles, body, first)
         raise UnphysicalState(
             particle=int(particles.number[culprit]),
             body=self.problem.bodies[int(body[culprit])].name,
             time=self.time,
             step=self.step,
-            quantity=QUANTITIES[kind],
+            quantity=quantity,
             value=value,
         )
 

@@ -257,9 +257,9 @@ def move_nodes(around, joints, forces, held, walls, box, loads, drivers, table, 
             for k in range(first[joint], first[joint + 1]):
                 i = members[k]
                 mass += table[MASS, i]
-                carried = table[MASS, i] * table[VX + axis, i]
-                momentum += carried
-                kinetic += 0.5 * carried * table[VX + axis, i]
+                own = table[MASS, i] * table[VX + axis, i]
+                momentum += own
+                kinetic += 0.5 * own * table[VX + axis, i]
                 pushed += loads[i, axis]
                 for pair in range(start[i], start[i + 1]):
                     force += forces[pairs[pair], axis]

@@ -24,7 +24,7 @@ from solver.checkpoints import (
 from solver.errors import Interrupted
 from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
 from solver.problem import Contact, Damping, Face, Problem, Retirement, Scheme
-from solver.simulation import CARRIED, Outcome, Simulation, simulate
+from solver.simulation import CARRIED_NUMBERS, Outcome, Simulation, simulate
 from solver.state import Snapshot
 from tests.solver.bodies import ABOUT_AXIS, FREE, after, block, box, leaving, two_blocks
 
@@ -179,7 +179,7 @@ def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(name: str, file
         file.unlink()
 
 
-@pytest.mark.parametrize("name", CARRIED)
+@pytest.mark.parametrize("name", CARRIED_NUMBERS)
 def test_restart__would_differ_without_any_of_the_numbers_carried(
     name: str, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -187,8 +187,8 @@ def test_restart__would_differ_without_any_of_the_numbers_carried(
     problem = rubbing(end_time=0.5 * END, gravity=GRAVITY)
     expected = Witness(file).run(problem)
     stopped(problem, file)
-    others = tuple(other for other in CARRIED if other != name)
-    monkeypatch.setattr(simulation_module, "CARRIED", others)
+    others = tuple(other for other in CARRIED_NUMBERS if other != name)
+    monkeypatch.setattr(simulation_module, "CARRIED_NUMBERS", others)
     assert not same_bits(Witness(file).run(problem), expected)
 
 

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 from solver.matter.stress import SOUND_SPEED_FLOOR
 from solver.problem import ArtificialViscosity, Problem, StepRule
 from solver.simulation import Simulation, start
-from solver.steps.points import Tally, empty_tallies, summarise
+from solver.steps.points import Tally, summarise
 from solver.steps.timestep import FIRST_STEP, GROWTH, VOLUME_CHANGE, stable_step
 from tests.solver.bodies import (
     DENSITY,
@@ -33,7 +33,7 @@ volume_rates = st.floats(0.0, 1e12)
 
 def tally(*signals_and_rates: tuple[float, float], speed: float = 0.0) -> Tally:
     """What a step reports whose shares reported this of particles that fly at a speed."""
-    rows = empty_tallies(len(signals_and_rates))
+    rows = np.zeros((len(signals_and_rates), len(Tally._fields)))
     for row, (signal, rate) in enumerate(signals_and_rates):
         rows[row, :4] = signal, signal + speed, speed, rate
     summary = np.zeros(len(Tally._fields))

@@ -15,7 +15,7 @@ rule. ``solve_pressure`` does both.
 from collections.abc import Callable
 from typing import Annotated, Any, NamedTuple
 
-from solver.jit import device, generic, implements
+from solver.jit import device, generic, overridable
 from solver.units import FromMaterial, JoulePerKilogramKelvin, Kelvin, KilogramPerCubicMetre
 from solver.vectors import maximum
 
@@ -42,14 +42,9 @@ def pressure_terms(eos, density, energy):
     """(a, b) of the tangent p = a + b e, in Pa and kg/m3, at a density in kg/m3 and an energy in J/kg."""
 
 
-@generic
+@overridable
 def linearisations(eos):
-    """Number of tangents that it takes to solve for the energy."""
-
-
-@implements(linearisations, object)
-def _(eos):
-    """By default the pressure is linear in the energy."""
+    """Number of tangents that it takes to solve for the energy; by default the pressure is linear in the energy."""
     return 1
 
 
@@ -63,36 +58,21 @@ def temperature(eos, density, energy):
     """Temperature in K of matter with a specific internal energy in J/kg; may fall below zero, the caller counts."""
 
 
-@generic
+@overridable
 def outside_range(eos, density):
-    """True where the form is continued beyond the densities it was measured for."""
-
-
-@implements(outside_range, object)
-def _(eos, density):
-    """By default nowhere."""
+    """True where the form is continued beyond the densities it was measured for; by default nowhere."""
     return False
 
 
-@generic
+@overridable
 def below_range(eos, density):
-    """True where matter is so thin that the form holds on to a constant."""
-
-
-@implements(below_range, object)
-def _(eos, density):
-    """By default nowhere."""
+    """True where matter is so thin that the form holds on to a constant; by default nowhere."""
     return False
 
 
-@generic
+@overridable
 def reference_density(eos):
-    """Density without pressure at zero internal energy, kg/m3."""
-
-
-@implements(reference_density, object)
-def _(eos):
-    """By default the record's own."""
+    """Density without pressure at zero internal energy, kg/m3; by default the record's own."""
     return eos.density
 
 
@@ -101,25 +81,18 @@ def reference_sound_speed(eos):
     """Bulk sound speed of the reference state, m/s."""
 
 
-@generic
+@overridable
 def burns(eos):
-    """True for an explosive, whose particles are lit at times of their own (``Body.lighting``)."""
-
-
-@implements(burns, object)
-def _(eos):
-    """By default nothing burns."""
+    """True for an explosive, whose particles are lit at times of their own (``Body.lighting``); by default False."""
     return False
 
 
-@generic
+@overridable
 def burning(eos, table, p, lanes, time, spacing):
-    """The parameters of the eight particles from p on, with what has burnt at a time (s) in cells of a size (m)."""
+    """The parameters of eight particles from p on, with what has burnt at a time (s) in cells of a size (m).
 
-
-@implements(burning, object)
-def _(eos, table, p, lanes, time, spacing):
-    """By default those of the body."""
+    By default those of the body.
+    """
     return eos
 
 
