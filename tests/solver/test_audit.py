@@ -126,8 +126,9 @@ def test_audit__shares_are_of_the_initial_energy_and_the_work_of_loads() -> None
     assert result.energy_drift == -0.125
 
 
+@pytest.mark.claim("numerics", "viscosity-work")
 def test_audit__computes_no_term_from_the_balance() -> None:
-    """Energy that the viscosity takes and does not give back stays missing."""
+    """Switching off the work of the artificial viscosity makes the energy audit see it."""
     whole, short = (
         simulate(two_blocks("axisymmetric", viscosity=ArtificialViscosity(heating=heating))).audit
         for heating in (1.0, 0.0)

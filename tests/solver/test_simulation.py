@@ -34,6 +34,7 @@ from tests.solver.bodies import (
 )
 
 each_scheme = pytest.mark.parametrize("scheme", list(Scheme))
+ELASTIC = block(box(4, 4), (1.0, 1.0), (3.0, 3.0))
 
 
 # Its memory
@@ -63,6 +64,7 @@ def test_start__refuses_a_body_outside_the_grid() -> None:
     ("changes", "error"),
     [
         ({"bodies": ()}, "without particles"),
+        ({"bodies": (replace(ELASTIC, name="ghost", position=np.zeros((0, 3)), mass=np.zeros(0)), ELASTIC)}, "ghost"),
         *(({"courant": value}, f"courant = {value}") for value in (0.0, -0.4, 1.1, float("nan"))),
         *(({"end_time": value}, "end_time") for value in (0.0, -1e-6, float("nan"))),
     ],
@@ -70,13 +72,6 @@ def test_start__refuses_a_body_outside_the_grid() -> None:
 def test_problem__refuses_what_cannot_be_computed(changes: Mapping[str, Any], error: str) -> None:
     with pytest.raises(ProblemError, match=error):
         replace(two_blocks("axisymmetric"), **changes)
-
-
-def test_problem__refuses_an_empty_body_and_names_it() -> None:
-    problem = two_blocks("axisymmetric")
-    empty = replace(problem.bodies[0], name="ghost", position=np.zeros((0, 3)), mass=np.zeros(0))
-    with pytest.raises(ProblemError, match="ghost"):
-        replace(problem, bodies=(empty, problem.bodies[1]))
 
 
 # Unphysical states
@@ -104,29 +99,30 @@ def _take_three(simulation: Simulation) -> None:
         ("energy", np.nan, "specific internal energy", np.nan),
         ("velocity", 1e5, "speed", 5e4),
         ("density", 9.0 * DENSITY, "density", 8.1 * DENSITY),
+        ("density", 0.5e-9 * DENSITY, "density", None),  # its volume spoils its neighbours: the first is named
     ],
 )
 def test_unphysical_state__names_particle_body_time_quantity_and_value(
-    name: str, value: float, quantity: str, least: float
+    name: str, value: float, quantity: str, least: float | None
 ) -> None:
     error = error_after(name, value)
+    if least is None:
+        assert error.quantity == quantity
+        return
     assert (error.particle, error.body, error.quantity, error.step) == (11, "flyer", quantity, 6)
     assert np.isnan(error.value) if np.isnan(value) else error.value > least
     expected = f"{quantity} = {error.value:g} at particle 11 of 'flyer', t = "
     assert str(error).startswith(expected)
 
 
-def test_density__next_to_nothing_ends_the_run() -> None:
-    """A volume grown by 1e9 spoils its neighbours within the same step; the first of them is named."""
-    assert error_after("density", 0.5e-9 * DENSITY).quantity == "density"
-
-
+@pytest.mark.claim("speed", "nan-seen")
 @each_scheme
 @pytest.mark.parametrize(
     "field",
     ["velocity", "density", "energy", "pressure", "viscosity", "deviator", "plastic_strain", "temperature"],
 )  # fmt: skip
 def test_nan__in_any_field_ends_the_run_within_three_steps(field: str, scheme: Scheme) -> None:
+    """A NaN in any field ends the run within three steps."""
     error_after(field, np.nan, scheme=scheme)
 
 
@@ -267,11 +263,8 @@ def test_observer__stops_the_run_with_its_reason() -> None:
     assert outcome.stop == "seen enough"
     assert 0.4e-6 < outcome.snapshot.time < 0.6e-6
     assert outcome.audit.time == outcome.snapshot.time
-
-
-def test_observer__may_stop_before_the_first_step() -> None:
-    outcome = simulate(two_blocks("axisymmetric"), lambda snapshot: "no")
-    assert (outcome.stop, outcome.snapshot.step) == ("no", 0)
+    at_once = simulate(two_blocks("axisymmetric"), lambda snapshot: "no")
+    assert (at_once.stop, at_once.snapshot.step) == ("no", 0)
 
 
 @each_kind

@@ -106,9 +106,11 @@ def test_damping__is_defined_per_time(order: int, fixed_dt: float) -> None:
     assert left == pytest.approx(np.exp(-rate * simulation.time), rel=0.02)
 
 
+@pytest.mark.claim("speed", "same-bits")
 @each_shape
 @pytest.mark.parametrize("scheme", [Scheme.MUSL, Scheme.USF])
 def test_scheme__gives_the_same_bits_with_any_number_of_threads(shape: Any, scheme: Scheme) -> None:
+    """Two threads change no bit in any shape and scheme."""
     problem = two_blocks("axisymmetric", shape=shape, scheme=scheme, damping=Damping(1e6, 2))
     serial, parallel = (after(problem, STEPS, threads=threads, shares=3).particles for threads in (1, 2))
     assert_same_bits(serial, parallel)

@@ -45,36 +45,22 @@ def step(reported: Tally, previous: float = 1.0, rule: StepRule = StepRule.CONVE
     return stable_step(reported, courant=COURANT, spacing=SPACING, previous=previous, rule=rule, travel=travel)
 
 
-@given(signals, signals, volume_rates, st.floats(1e-12, 1e-3))
-def test_step__lets_no_signal_cross_more_than_its_part_of_a_cell(
-    signal: float, speed: float, rate: float, previous: float
+@given(signals, signals, volume_rates, st.floats(1e-12, 1e-3), st.sampled_from(StepRule))
+def test_step__keeps_signals_particles_volumes_and_growth_within_their_parts(
+    signal: float, speed: float, rate: float, previous: float, rule: StepRule
 ) -> None:
-    reported = tally((signal, rate), speed=speed)
-    for rule, fastest in ((StepRule.ACOUSTIC, signal), (StepRule.CONVECTIVE, signal + speed)):
-        dt = step(reported, previous, rule)
-        assert dt > 0.0
-        assert dt * fastest <= COURANT * SPACING * (1.0 + ROUND_OFF)
-
-
-@given(signals, signals, st.sampled_from(StepRule))
-def test_step__lets_no_particle_move_more_than_its_part_of_a_cell(signal: float, speed: float, rule: StepRule) -> None:
-    dt = step(tally((signal, 0.0), speed=speed), rule=rule)
+    dt = step(tally((signal, rate), speed=speed), previous, rule)
+    assert dt > 0.0
+    assert dt * (signal + speed * (rule == StepRule.CONVECTIVE)) <= COURANT * SPACING * (1.0 + ROUND_OFF)
     assert dt * speed <= TRAVEL * SPACING * (1.0 + ROUND_OFF)
+    assert dt * rate <= VOLUME_CHANGE * (1.0 + ROUND_OFF)
+    assert dt <= GROWTH * previous
 
 
 def test_acoustic_step__does_not_fall_with_a_speed_that_travel_allows() -> None:
     slow, fast = (tally((6e3, 0.0), speed=speed) for speed in (0.0, 6e3))
     assert step(fast, rule=StepRule.ACOUSTIC) == step(slow, rule=StepRule.ACOUSTIC)
     assert step(fast) == pytest.approx(0.5 * step(slow))
-
-
-@given(signals, volume_rates, st.floats(1e-12, 1e-3))
-def test_step__grows_slowly_and_changes_no_volume_by_more_than_a_tenth(
-    signal: float, rate: float, previous: float
-) -> None:
-    dt = step(tally((signal, rate)), previous)
-    assert dt * rate <= VOLUME_CHANGE * (1.0 + ROUND_OFF)
-    assert dt <= GROWTH * previous
 
 
 def test_step__is_the_smallest_of_all_shares_and_falls_at_once() -> None:
