@@ -312,10 +312,7 @@ def held_components(problem: Problem, position: np.ndarray) -> np.ndarray:
             if face == Face.SYMMETRIC:
                 held[on, axis] = 1
                 continue
-            along = np.arange(3) != axis
-            place = position[:, along]
-            inside = (place >= problem.clamp.lower[along]) & (place <= problem.clamp.upper[along])
-            held[on & inside.all(axis=1)] = 1
+            held[on & problem.clamp.holds(position, axis)] = 1
     return held
 
 

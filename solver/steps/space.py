@@ -83,6 +83,12 @@ def own_length(geometry, p, lanes):
 
 
 @device
+def deviator_of(table, p):
+    """The six components of the deviator of a point of a table, Pa."""
+    return (table[S11, p], table[S22, p], table[S33, p], table[S12, p], table[S23, p], table[S31, p])
+
+
+@device
 def deviators_of(table, p, lanes):
     """The deviators of eight points of a table, six components in Pa."""
     return (

@@ -2,7 +2,7 @@
 
 A file adds one: a parameter record (a NamedTuple of floats and tables) under ``EOS``'s ``record``, and the device
 functions below implemented for its type, without ``if``, so that they act on eight points at a time. A material file
-gives the fields that are ``Described``; ``Density``, ``HeatCapacity`` and ``RoomTemperature`` come from the rest of
+gives the fields that are ``Described``; ``Density``, ``HeatCapacity`` and ``RoomTemperature`` are those of the rest of
 the material; ``make`` computes the others, which have defaults. A form with any other field is for verification alone.
 ``tests/contracts/test_eos.py`` then asks it for p(rho0, 0) = 0, for a sound speed equal to the derivative along the
 isentrope, and for finite answers at the corners.
@@ -13,10 +13,9 @@ rule. ``solve_pressure`` does both.
 """
 
 from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
 from solver.jit import device, generic, overridable
-from solver.units import FromMaterial, JoulePerKilogramKelvin, Kelvin, KilogramPerCubicMetre
 from solver.vectors import maximum
 
 
@@ -30,11 +29,6 @@ class EosEntry(NamedTuple):
     # As ``eos_form`` in a sweep names it: for materials of its kind, or of any where it needs no constant of its own.
     form: str = ""
     boils: bool = False  # its vapour bears no tension: melting has to end tension before
-
-
-Density = Annotated[KilogramPerCubicMetre, FromMaterial("density")]
-HeatCapacity = Annotated[JoulePerKilogramKelvin, FromMaterial("thermal.heat_capacity")]
-RoomTemperature = Annotated[Kelvin, FromMaterial("thermal.room_temperature")]
 
 
 @generic

@@ -7,17 +7,8 @@ and temperature there say what a fast signal, a thin state and a hot one are.
 from typing import NamedTuple
 
 from solver.jit import implements
-from solver.matter.eos import (
-    Density,
-    EosEntry,
-    HeatCapacity,
-    RoomTemperature,
-    pressure_terms,
-    reference_sound_speed,
-    sound_speed_squared,
-    temperature,
-)
-from solver.units import Dimensionless, MetrePerSecond
+from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.units import Density, Dimensionless, HeatCapacity, MetrePerSecond, RoomTemperature
 
 
 class IdealGas(NamedTuple):

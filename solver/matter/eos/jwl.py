@@ -29,10 +29,7 @@ import numpy as np
 
 from solver.jit import device, gives, implements
 from solver.matter.eos import (
-    Density,
     EosEntry,
-    HeatCapacity,
-    RoomTemperature,
     burning,
     burns,
     pressure_terms,
@@ -41,7 +38,7 @@ from solver.matter.eos import (
     temperature,
 )
 from solver.state import LIGHTING
-from solver.units import Dimensionless, MetrePerSecond, Pascal
+from solver.units import Density, Dimensionless, HeatCapacity, MetrePerSecond, Pascal, RoomTemperature
 from solver.vectors import exp, load, maximum, minimum
 
 BURN_WIDTH = 1.5  # cells over which the burnt fraction rises: LS-DYNA's, see above

@@ -11,17 +11,8 @@ import math
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.eos import (
-    Density,
-    EosEntry,
-    HeatCapacity,
-    RoomTemperature,
-    pressure_terms,
-    reference_sound_speed,
-    sound_speed_squared,
-    temperature,
-)
-from solver.units import FromMaterial, Pascal
+from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.units import Density, FromMaterial, HeatCapacity, Pascal, RoomTemperature
 from solver.vectors import log
 
 

@@ -10,14 +10,14 @@ from functools import cache
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.eos import Density, EosEntry, HeatCapacity, RoomTemperature, pressure_terms, sound_speed_squared
+from solver.matter.eos import EosEntry, pressure_terms, sound_speed_squared
 from solver.matter.eos._hugoniot import (
     implement_common,
     isentropic_sound_speed_squared,
     reference_curve,
     with_isentrope,
 )
-from solver.units import Described, Dimensionless, MetrePerSecond
+from solver.units import Density, Described, Dimensionless, HeatCapacity, MetrePerSecond, RoomTemperature
 from solver.vectors import maximum, minimum, where
 
 # Where p_H is continued by its tangent, as a part of the pole. At 0.8 the Hugoniot pressure of copper is 15 TPa,

@@ -10,22 +10,14 @@ from functools import cache
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.eos import (
-    Density,
-    EosEntry,
-    HeatCapacity,
-    RoomTemperature,
-    below_range,
-    pressure_terms,
-    sound_speed_squared,
-)
+from solver.matter.eos import EosEntry, below_range, pressure_terms, sound_speed_squared
 from solver.matter.eos._hugoniot import (
     implement_common,
     isentropic_sound_speed_squared,
     reference_curve,
     with_isentrope,
 )
-from solver.units import Described, Dimensionless, MetrePerSecond
+from solver.units import Density, Described, Dimensionless, HeatCapacity, MetrePerSecond, RoomTemperature
 from solver.vectors import maximum, minimum, where
 
 THINNEST = -0.5  # Ma (2005), at Eq. 2-25 (printed 0.5)

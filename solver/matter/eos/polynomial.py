@@ -12,17 +12,8 @@ Temperature: the room's with the energy E0, and the heat capacity from there on.
 from typing import Annotated, NamedTuple
 
 from solver.jit import device, implements
-from solver.matter.eos import (
-    Density,
-    EosEntry,
-    HeatCapacity,
-    RoomTemperature,
-    pressure_terms,
-    reference_sound_speed,
-    sound_speed_squared,
-    temperature,
-)
-from solver.units import Described, Dimensionless, Pascal
+from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.units import Density, Described, Dimensionless, HeatCapacity, Pascal, RoomTemperature
 
 MOST = 1e13  # Pa
 

@@ -27,10 +27,7 @@ from numpy.polynomial import Polynomial
 
 from solver.jit import device, implements
 from solver.matter.eos import (
-    Density,
     EosEntry,
-    HeatCapacity,
-    RoomTemperature,
     linearisations,
     outside_range,
     pressure_terms,
@@ -39,7 +36,16 @@ from solver.matter.eos import (
     temperature,
 )
 from solver.matter.eos._hugoniot import ISENTROPE_DEGREE, horner
-from solver.units import Below, Described, Dimensionless, JoulePerKilogram, Pascal
+from solver.units import (
+    Below,
+    Density,
+    Described,
+    Dimensionless,
+    HeatCapacity,
+    JoulePerKilogram,
+    Pascal,
+    RoomTemperature,
+)
 from solver.vectors import absolute, exp, log, maximum, minimum, where
 
 RANGE = 2.0  # compression mu up to which the isentrope is tabulated
