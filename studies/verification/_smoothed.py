@@ -5,9 +5,8 @@ from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Problem, Smoothing
+from solver.problem.geometry import Cartesian3D, grid
 from solver.sph.smoothing import CubicSpline
 from studies.values.recipes import Recipe
 from studies.verification import DEFAULT, Row, observed_order, reported

@@ -10,10 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.absorb import absorber
-from solver.geometry import grid, lattice_measure
-from solver.geometry.axisymmetric import Axisymmetric
+from solver.grid.absorb import absorber
 from solver.problem import Body, Face, Problem
+from solver.problem.geometry import Axisymmetric, grid, lattice_measure
 from solver.simulation import Outcome, simulate
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, at_most, reported

@@ -6,9 +6,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from solver.audit import Audit
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Contact, Face, Problem
+from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Simulation, start
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, at_least, at_most, reported

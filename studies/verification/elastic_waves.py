@@ -4,9 +4,8 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from solver.geometry import grid, lattice_measure
-from solver.geometry.axisymmetric import Axisymmetric
 from solver.problem import Body, Face, Problem
+from solver.problem.geometry import Axisymmetric, grid, lattice_measure
 from solver.simulation import simulate
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, relative, reported

@@ -12,9 +12,8 @@ import numpy as np
 
 from solver.fem.elements import Hexahedron
 from solver.fem.mesh import lattice, node_masses
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Face, Mesh, Problem
+from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import simulate, start
 from studies.values.recipes import Recipe
 from studies.verification import DEFAULT, Case, Row, absolute, at_most, observed_order, relative, reported

@@ -7,9 +7,9 @@ is (A + B eps^n) (1 + C ln rate*) (1 - T*^m) at the plastic strain that the poin
 import math
 from collections.abc import Iterator
 
-from solver.eos.mie_grueneisen import mie_grueneisen
-from solver.strength.johnson_cook import JohnsonCook
-from solver.stress import PointState
+from solver.matter.eos.mie_grueneisen import mie_grueneisen
+from solver.matter.strength.johnson_cook import JohnsonCook
+from solver.matter.stress import PointState
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, at_most, relative
 from studies.verification._matter import matter_of, sheared

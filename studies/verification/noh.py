@@ -8,9 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.geometry import grid, lattice_measure
-from solver.geometry.axisymmetric import Axisymmetric
 from solver.problem import Body, Face, Problem
+from solver.problem.geometry import Axisymmetric, grid, lattice_measure
 from solver.simulation import simulate
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, observed_order, relative, reported

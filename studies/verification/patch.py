@@ -9,10 +9,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.geometry import grid, lattice_measure
-from solver.geometry.axisymmetric import Axisymmetric
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Face, Problem
+from solver.problem.geometry import Axisymmetric, Cartesian3D, grid, lattice_measure
 from solver.simulation import Simulation, start
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most, reported

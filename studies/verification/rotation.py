@@ -9,12 +9,11 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
+from solver.matter.stress import PointState, advance
+from solver.matter.tensor import Unturned, equivalent_stress
 from solver.problem import ArtificialViscosity, Body, Face, Problem
+from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import start
-from solver.stress import PointState, advance
-from solver.tensor import Unturned, equivalent_stress
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most, reported
 from studies.verification._column import lattice, solver_numerics

@@ -5,11 +5,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
+from solver.matter.tensor import equivalent_stress
 from solver.problem import ArtificialViscosity, Body, Face, Problem, Smoothing
+from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Simulation, start
-from solver.tensor import equivalent_stress
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, at_most, reported
 from studies.verification._column import lattice

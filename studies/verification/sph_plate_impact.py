@@ -5,8 +5,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.geometry import grid
 from solver.problem import Body, Face, Problem, Smoothing
+from solver.problem.geometry import grid
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, relative, reported
 from studies.verification._collision import SPACING, Collision, Piece, collide, collision_problem, waves

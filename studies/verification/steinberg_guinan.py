@@ -7,10 +7,10 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from solver.eos.mie_grueneisen import mie_grueneisen
-from solver.problem import Matter
-from solver.strength.steinberg_guinan import SteinbergGuinan
-from solver.stress import PointState
+from solver.matter.eos.mie_grueneisen import mie_grueneisen
+from solver.matter.laws import Matter
+from solver.matter.strength.steinberg_guinan import SteinbergGuinan
+from solver.matter.stress import PointState
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, at_most, relative
 from studies.verification._matter import matter_of, sheared

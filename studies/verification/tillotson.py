@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from solver.eos.tillotson import tillotson
-from solver.problem import ArtificialViscosity, Matter
-from solver.stress import PointState, advance
+from solver.matter.eos.tillotson import tillotson
+from solver.matter.laws import Matter
+from solver.matter.stress import PointState, advance
+from solver.problem import ArtificialViscosity
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, relatives
 from studies.verification._collision import Piece, collide, collision_problem
