@@ -144,9 +144,9 @@ def bar(family: str, across: int, along: int) -> Any:
     from solver.geometry.axisymmetric import Axisymmetric
     from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Body, Face, Problem
+    from studies.cases.setups.smoothed import COURANT, SPH
     from studies.materials import load
     from studies.scenarios._matter import matter
-    from studies.verification._smoothed import COURANT, SPH
 
     copper, is_smoothed = load("copper-ofhc"), family == "plane_sph"
     kind = Hexahedron() if family == "3d_hexahedra" else Quadrilateral()

@@ -14,8 +14,8 @@ from solver.shapes import weights, width
 from solver.state import BLOCK, empty_nodes, empty_table, views
 from solver.transfer import new_pack, scatter_state
 from solver.vectors import LANES
+from tests.cases.fields import velocity_gradients
 from tests.solver.bodies import DENSITY, SPACING, Stencil, box, stencil, tabulated
-from tests.verification.fields import velocity_gradients
 
 SHAPES = entries("solver.shapes", "SHAPE")
 BOXES = {"axisymmetric": box(8, 8), "cartesian": box(8, 8, 8)}

@@ -17,9 +17,9 @@ from solver.strength.drucker_prager import DruckerPrager
 from solver.stress import PointState, advance
 from solver.tension.recoverable import RecoverableTension
 from solver.tensor import equivalent_stress
+from studies.cases.solutions.detonation import TNT, Isentrope, chapman_jouguet
+from studies.cases.verification.chapman_jouguet import bar, explosive
 from studies.values.recipes import RECIPES
-from studies.verification._detonation import TNT, Isentrope, chapman_jouguet
-from studies.verification.chapman_jouguet import bar, explosive
 
 ROUND_OFF = 1e-12
 INTEGRATED = 1e-9  # of the energy along an isentrope by Simpson's rule
