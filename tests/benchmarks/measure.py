@@ -142,9 +142,9 @@ def bar(family: str, across: int, along: int) -> Any:
     from solver.fem.mesh import lattice, node_masses
     from solver.problem import Body, Face, Problem
     from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
+    from studies.cases.setups.smoothed import COURANT, SPH
     from studies.materials import load
     from studies.scenarios._matter import matter
-    from studies.verification._smoothed import COURANT, SPH
 
     copper, is_smoothed = load("copper-ofhc"), family == "plane_sph"
     kind = Hexahedron() if family == "3d_hexahedra" else Quadrilateral()

@@ -16,8 +16,8 @@ from solver.registry import entries
 from solver.state import empty_table, views
 from solver.steps.space import new_pack
 from solver.vectors import LANES
+from tests.cases.fields import velocity_gradients
 from tests.solver.bodies import DENSITY, SPACING, Stencil, box, stencil, tabulated
-from tests.verification.fields import velocity_gradients
 
 SHAPES = entries("solver.grid.shapes", "SHAPE")
 BOXES = {"axisymmetric": box(8, 8), "cartesian": box(8, 8, 8)}

@@ -18,9 +18,9 @@ from solver.matter.tension.recoverable import RecoverableTension
 from solver.matter.tensor import equivalent_stress
 from solver.problem import ArtificialViscosity, Problem
 from solver.simulation import start
+from studies.cases.solutions.detonation import TNT, Isentrope, chapman_jouguet
+from studies.cases.verification.chapman_jouguet import bar, explosive
 from studies.values.recipes import RECIPES
-from studies.verification._detonation import TNT, Isentrope, chapman_jouguet
-from studies.verification.chapman_jouguet import bar, explosive
 
 ROUND_OFF = 1e-12
 INTEGRATED = 1e-9  # of the energy along an isentrope by Simpson's rule
