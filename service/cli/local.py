@@ -23,7 +23,8 @@ from service.records.timings import DEFAULT, Timings
 from service.store import Store, digest_of
 from solver.errors import WhippleError
 from studies.sweeps.document import read_sweep_file
-from studies.sweeps.sweep import Sweep, SweepLimits
+from studies.sweeps.reading import SweepLimits
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import Finding, InvalidInput
 from studies.values.files import FILM
 

@@ -11,7 +11,7 @@ import xarray as xr
 from studies.convergence.richardson import VERDICTS
 from studies.cubes import variables as cubes
 from studies.cubes.points import simulated
-from studies.sweeps.sweep import RESOLUTION
+from studies.sweeps.reading import RESOLUTION
 from studies.validation import Line, Picture, PublishedNumber
 from studies.values.formats import NONE, digits, display_of, with_bar, with_unit
 from studies.verification import Row, absolute, relative
