@@ -1,7 +1,7 @@
 """The nearest allowed name, for the cure of a finding."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
@@ -76,7 +76,7 @@ def nearest_cure(value: object, allowed: Iterable[str]) -> str:
     return "use one of: " + ", ".join(names[:MOST_NAMES]) + more if names else "leave it out"
 
 
-def unknown_keys(mapping: Iterable[object], known: Iterable[str], field: str, limit: str) -> Iterator[Finding]:
+def unknown_keys(mapping: Iterable[object], known: Collection[str], field: str, limit: str) -> Iterator[Finding]:
     """The error for each key of a mapping that is none of the known ones."""
     for key in mapping:
         if key not in known:
