@@ -92,11 +92,8 @@ def test_request__that_says_twice_where_it_comes_from_or_goes_is_refused(
     shared_api: Api, name: str, values: list[str]
 ) -> None:
     headers = [(name, value) for value in values]
-    answers = [
-        shared_api.http.get("/livez", headers=headers),
-        shared_api.http.post("/v1/sweeps", json=SWEEP, headers=headers),
-    ]
-    for answer in answers:
+    http = shared_api.http
+    for answer in (http.get("/livez", headers=headers), http.post("/v1/sweeps", json=SWEEP, headers=headers)):
         assert answer.status_code == answer.json()["status"] == 400
         assert answer.json()["type"].endswith("bad-request")
         assert name in answer.json()["detail"]

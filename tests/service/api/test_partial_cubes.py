@@ -22,8 +22,9 @@ def finish(api: Api, lease: Lease) -> None:
     """Register the result of a run as a real one would be."""
     measured = Measured(HOLE, 1e-4, {"growth": 1e-4}, (), {"time": [0.0], "value": [HOLE]}, 1)
     result = RunResult(lease.id, "succeeded", measurements={"hole_diameter": measured}).as_json()
+    plain = api.result(lease.id)
     stored = api._stored(f"{lease.id}/result.json", json.dumps(result).encode())
-    api.store.finish(lease, replace(api.result(lease.id), files=(stored,)))
+    api.store.finish(lease, replace(plain, files=(stored,)))
 
 
 def opened(content: bytes, folder: Path) -> xr.Dataset:
