@@ -133,14 +133,14 @@ def test_any_submission__is_accepted_or_refused(
     if key is not None:
         headers[b"Idempotency-Key"] = key.encode("utf-8", "surrogatepass").translate(None, b"\r\n\0")
     there = path.draw(st.sampled_from(["/v1/sweeps", "/v1/sweeps/estimate"]))
-    before = api.store.last_event()
+    before = api.store.events.last()
     response = api.http.post(there, content=body, headers=headers, params=query)
     if response.is_success:
         assert response.status_code in (200, 202)
     else:
         assert response.status_code in REFUSALS, (body, response.text)
         assert is_clear(response), (body, response.text)
-        assert api.store.last_event() == before, "something was stored"
+        assert api.store.events.last() == before, "something was stored"
 
 
 @settings(max_examples=max(50, BODIES // 10))

@@ -28,14 +28,14 @@ def addresses(api: Api) -> dict[str, tuple[str, bytes]]:
     """Every kind of file: where it is, and what is in it."""
     id = api.submit()
     run = ""
-    for claim in api.store.lease(100, api.term()):
+    for claim in api.store.leases.take(100, api.term()):
         run = claim.id
         stored = [
             api._stored(f"{claim.id}/{name}", content)
             for name, content in (("result.json", b"{}"), ("state.npz", STATE), ("log.txt", LOG))
         ]
         plain = api.result(claim.id)
-        api.store.finish(claim, Result(**{**vars(plain), "files": tuple(stored)}))
+        api.store.leases.finish(claim, Result(**{**vars(plain), "files": tuple(stored)}))
     api.compute()
     sweep = {name: (f"/v1/sweeps/{id}/{name}", content) for name, content in FILES.items()}
     return sweep | {
@@ -146,7 +146,7 @@ def test_sweep_file__of_an_unfinished_sweep_is_a_409_that_says_how_far_it_is(api
 def test_sweep_file__that_was_removed_by_hand_is_a_404(api: Api) -> None:
     id = api.submit()
     api.compute()
-    (api.settings.data / api.store.artifacts(id)[0].path).unlink()
+    (api.settings.data / api.store.publications.files(id)[0].path).unlink()
     assert api.http.get(f"/v1/sweeps/{id}/cube.nc").status_code == 404
 
 
@@ -178,7 +178,7 @@ def test_run_file__of_no_run_is_a_404(api: Api, path: str) -> None:
 def test_log__of_a_running_run_is_what_there_is_and_grows(api: Api) -> None:
     api.compute()
     id = api.submit(axes={"speed": ["9 km/s"]})
-    [claim] = api.store.lease(1, api.term())
+    [claim] = api.store.leases.take(1, api.term())
     here = f"/v1/runs/{claim.id}/log"
     assert api.http.get(here).status_code == 404  # nothing is printed yet
     log = Artifacts(api.settings.data).attempt_directory(claim) / "log.txt"
@@ -191,7 +191,7 @@ def test_log__of_a_running_run_is_what_there_is_and_grows(api: Api) -> None:
     more = api.http.get(here, headers={"Range": f"bytes={len(first.content)}-"})
     assert (more.status_code, more.content) == (206, b"step 2\n")
     assert api.http.get(f"/v1/sweeps/{id}").json()["state"] == "running"
-    api.store.fail(claim, Cause.ERROR, failure="ValueError", reason="x")
+    api.store.leases.fail(claim, Cause.ERROR, failure="ValueError", reason="x")
     assert api.http.get(here).content == b"step 1\nstep 2\n"
 
 
@@ -200,7 +200,7 @@ def test_log__of_a_run_that_is_computed_again_is_that_of_the_attempt(api: Api) -
     api.compute()
     asked = api.http.post("/v1/sweeps", params={"keep": "film"}, json=sweep_of())
     assert asked.json()["new"] == 2
-    [claim] = api.store.lease(1, api.term())
+    [claim] = api.store.leases.take(1, api.term())
     here = f"/v1/runs/{claim.id}/log"
     log = Artifacts(api.settings.data).attempt_directory(claim) / "log.txt"
     log.parent.mkdir(parents=True)
@@ -212,7 +212,7 @@ def test_log__of_a_run_that_is_computed_again_is_that_of_the_attempt(api: Api) -
 def test_log__that_grows_while_it_is_sent_has_the_length_that_was_announced(api: Api) -> None:
     api.compute()
     api.submit(axes={"speed": ["9.5 km/s"]})
-    [claim] = api.store.lease(1, api.term())
+    [claim] = api.store.leases.take(1, api.term())
     log = Artifacts(api.settings.data).attempt_directory(claim) / "log.txt"
     log.parent.mkdir(parents=True)
     log.write_bytes(b"x" * 3_000_000)
@@ -226,7 +226,7 @@ def test_log__that_grows_while_it_is_sent_has_the_length_that_was_announced(api:
 
 
 def test_log__of_a_run_that_has_not_begun_is_a_404(api: Api) -> None:
-    run = api.store.sweep_runs(api.submit(axes={"speed": ["9.9 km/s"]})).items[0].run.id
+    run = api.store.sweeps.points(api.submit(axes={"speed": ["9.9 km/s"]})).items[0].run.id
     assert api.http.get(f"/v1/runs/{run}/log").status_code == 404
 
 
@@ -235,7 +235,7 @@ def test_file__that_no_longer_has_its_digest_is_not_served(api: Api) -> None:
     api.compute()
     path = f"/v1/sweeps/{id}/cube.nc"
     tag = api.http.get(path).headers["etag"]
-    _, stored = api.store.sweep_and_file(id, "cube.nc")
+    _, stored = api.store.sweeps.get_with_file(id, "cube.nc")
     assert stored is not None
     file = api.settings.data / stored.path
     content = file.read_bytes()

@@ -71,7 +71,7 @@ def report_progress(api: Api, claim: Lease, step: int) -> None:
     """Say how far a run is, as the dispatcher does."""
     progress = {"time": 1e-6 * step, "end_time": 1e-4, "step": step, "eta_seconds": 5.0}
     progress["measured"] = {"hole_diameter": 0.01 + 1e-5 * step}  # type: ignore[assignment]
-    api.store.record_progress([(claim, step / 100, 0.1 * step, progress)])
+    api.store.leases.record_progress([(claim, step / 100, 0.1 * step, progress)])
 
 
 # --- what is told ---------------------------------------------------------------------------------
@@ -125,8 +125,8 @@ def test_sweep__that_is_deleted_ends(api: Api) -> None:
     id = api.submit()
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
         assert next(stream).data["kind"] == "accepted"
-        api.store.cancel_sweep(id)
-        api.store.delete_sweep(id)
+        api.store.sweeps.cancel(id)
+        api.store.sweeps.delete(id)
         rest = list(stream)
     assert rest[-1].name == "end"
     assert rest[-1].data["state"] in ("cancelled", "deleted")
@@ -146,7 +146,7 @@ def test_queue__is_told_from_now_on_and_does_not_end(api: Api) -> None:
 
 def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
     id = api.submit()
-    [claim] = api.store.lease(1, api.term())
+    [claim] = api.store.leases.take(1, api.term())
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
         report_progress(api, claim, 7)
         progress = next(message for message in stream if message.name == "progress")
@@ -163,7 +163,7 @@ def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
 @pytest.mark.parametrize("kind", ["sweeps", "runs"])
 def test_history__has_the_same_events_in_pages(api: Api, kind: str) -> None:
     sweep = api.submit()
-    run = api.store.sweep_runs(sweep).items[0].run.id
+    run = api.store.sweeps.points(sweep).items[0].run.id
     api.compute()
     here = f"/v1/{kind}/{sweep if kind == 'sweeps' else run}"
     stream = whole_stream(api, f"{here}/events")
@@ -245,7 +245,7 @@ def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.M
     id = api.submit()
     away = threading.Event()
     asked = threading.Event()
-    plain = api.store.last_event
+    plain = api.store.events.last
 
     def last_event() -> int:
         if away.is_set():
@@ -272,10 +272,10 @@ def test_stream__of_nothing_is_a_404(api: Api, path: str) -> None:
 @pytest.mark.parametrize("kind", ["sweeps", "runs"])
 def test_stream__behind_an_event_that_is_not_there_yet_begins_anew(api: Api, kind: str) -> None:
     sweep = api.submit()
-    run = api.store.sweep_runs(sweep).items[0].run.id
+    run = api.store.sweeps.points(sweep).items[0].run.id
     api.compute()
     path = f"/v1/{kind}/{sweep if kind == 'sweeps' else run}/events"
-    whole, last = whole_stream(api, path), api.store.last_event()
+    whole, last = whole_stream(api, path), api.store.events.last()
     assert whole_stream(api, path, last=last) == whole[-1:]  # its end alone
     for beyond in (last + 1, 10**17):  # it was seen before a backup was restored
         assert whole_stream(api, path, last=beyond) == whole
@@ -283,7 +283,7 @@ def test_stream__behind_an_event_that_is_not_there_yet_begins_anew(api: Api, kin
 
 def test_queue__behind_an_event_that_is_not_there_yet_is_told_from_now_on(api: Api) -> None:
     api.submit()
-    beyond = api.store.last_event() + 1000
+    beyond = api.store.events.last() + 1000
     with served(api) as url, listening(url, "/v1/queue/events", last=beyond) as stream:
         api.http.post("/v1/queue/pause")
         assert next(stream).data["kind"] == "paused"

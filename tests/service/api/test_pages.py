@@ -106,7 +106,7 @@ def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
     api.submit()
     assert "no run starts" not in api.http.get("/").text.lower()
     api.http.post("/v1/queue/pause")
-    api.store.set_blocked_reason("the scheduler <is> away")
+    api.store.queue.set_blocked_reason("the scheduler <is> away")
     page = api.http.get("/").text
     assert "The queue has been paused since" in page
     assert "the scheduler &lt;is&gt; away" in page

@@ -40,7 +40,7 @@ def finish(api: Api, claim: Lease) -> None:
     content = json.dumps(answer_of(claim.id, hole_at(claim.spec["parameters"]["speed"]))).encode()
     plain = vars(api.result(claim.id))
     stored = api._stored(f"{claim.id}/result.json", content)
-    api.store.finish(claim, Result(**{**plain, "files": (stored,)}))
+    api.store.leases.finish(claim, Result(**{**plain, "files": (stored,)}))
 
 
 @pytest.fixture(scope="module")
@@ -55,9 +55,9 @@ def published(api: Api, tmp_path_factory: pytest.TempPathFactory) -> str:
     id = api.submit()
     folder = tmp_path_factory.mktemp("published")
     term = api.term()
-    for claim in api.store.lease(10, term):
+    for claim in api.store.leases.take(10, term):
         finish(api, claim)
-    [claim] = api.store.lease(10, term)
+    [claim] = api.store.leases.take(10, term)
     sweep = Sweep.parse(SWEEP)
     answers = {
         point.run.id: outcome_from_json(answer_of(point.run.id, hole_at(point.coordinates["speed"])))
@@ -66,7 +66,7 @@ def published(api: Api, tmp_path_factory: pytest.TempPathFactory) -> str:
     file = cube.write(cube.build(sweep, answers), folder / "cube.nc")
     contents = {**FILES, "cube.nc": file.read_bytes()}
     stored = [api._stored(f"{id}/{name}", content) for name, content in contents.items()]
-    api.store.publish(claim, stored, seconds=0.1)
+    api.store.publications.publish(claim, stored, seconds=0.1)
     return f"/v1/sweeps/{id}"
 
 
@@ -87,7 +87,7 @@ class Half:
 def half(api: Api, published: str) -> Half:
     api.compute()  # what other tests left in the queue
     id = api.submit(axes={"speed": [f"{next(FRESH)} m/s", f"{next(FRESH)} m/s"]})
-    first, second = api.store.lease(2, api.term())
+    first, second = api.store.leases.take(2, api.term())
     finish(api, first)
     return Half(api, id, second)
 
@@ -132,7 +132,7 @@ def test_partial_cube__without_a_result_is_a_409(tmp_path: Path) -> None:
 
 def test_partial_cube__without_the_files_of_a_run_says_that(half: Half, tmp_path: Path) -> None:
     api, here = half.api, half.address
-    for point in api.store.sweep_runs(half.id).items:
+    for point in api.store.sweeps.points(half.id).items:
         if point.run.path is not None:
             (api.settings.data / point.run.path).write_bytes(b"damaged")
     response = api.http.get(f"{here}/cube.nc?partial=true")
@@ -143,7 +143,7 @@ def test_partial_cube__without_the_files_of_a_run_says_that(half: Half, tmp_path
 
 def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id(half: Half) -> None:
     api, here = half.api, half.address
-    api.store.finish(half.running, api.result(half.running.id))  # its result is "{}"
+    api.store.leases.finish(half.running, api.result(half.running.id))  # its result is "{}"
     response = api.http.get(f"{here}/cube.nc?partial=true")
     assert response.status_code == 500
     assert "request_id" in response.json()["detail"]

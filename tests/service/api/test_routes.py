@@ -37,7 +37,7 @@ def test_submit__has_committed_the_row_before_it_answers(api: Api, tmp_path: Pat
 
     id = api.submit()
     other = Store.open(api.settings.url)
-    assert other.sweep(id).planned == 2
+    assert other.sweeps.get(id).planned == 2
     other.close()
 
 

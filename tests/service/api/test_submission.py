@@ -112,9 +112,9 @@ def test_change__gives_another_priority(api: Api) -> None:
     first, second = api.submit(), api.submit(axes={"speed": ["7 km/s"]})
     changed = api.http.patch(f"/v1/sweeps/{second}", json={"priority": -5})
     assert (changed.status_code, changed.json()["priority"]) == (200, -5)
-    [claim] = api.store.lease(1, api.term())
-    assert claim.id == api.store.sweep_runs(second).items[0].run.id
-    assert api.store.sweep(first).priority == 0
+    [claim] = api.store.leases.take(1, api.term())
+    assert claim.id == api.store.sweeps.points(second).items[0].run.id
+    assert api.store.sweeps.get(first).priority == 0
 
 
 @pytest.mark.parametrize(
@@ -144,7 +144,7 @@ def test_change__that_says_nothing_clear_is_refused(api: Api, body: bytes, field
     assert refused.status_code == 422, refused.text
     assert refused.json()["errors"][0]["field"] == field
     assert all(refused.json()["errors"][0][word] for word in ("value", "limit", "cure"))
-    assert api.store.sweep(id).priority == 0
+    assert api.store.sweeps.get(id).priority == 0
 
 
 def test_change__of_another_media_type_is_a_415(api: Api) -> None:
@@ -164,9 +164,9 @@ def test_change__of_a_sweep_that_has_ended_is_a_conflict(api: Api) -> None:
 
 def test_delete__of_a_sweep_that_is_being_cancelled_says_what_to_do(api: Api) -> None:
     id = api.submit(resolution=9)
-    mine = {point.run.id for point in api.store.sweep_runs(id).items}
-    leases = [lease for lease in api.store.lease(1000, api.term()) if lease.id in mine]
-    api.store.finish(leases[0], api.result(leases[0].id))  # so that there is something to publish
+    mine = {point.run.id for point in api.store.sweeps.points(id).items}
+    leases = [lease for lease in api.store.leases.take(1000, api.term()) if lease.id in mine]
+    api.store.leases.finish(leases[0], api.result(leases[0].id))  # so that there is something to publish
     api.http.post(f"/v1/sweeps/{id}/cancel")
     refused = api.http.delete(f"/v1/sweeps/{id}")
     assert refused.status_code == 409
