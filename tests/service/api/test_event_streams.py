@@ -253,7 +253,7 @@ def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.M
             raise StoreUnavailable("the database is locked")
         return plain()
 
-    monkeypatch.setattr(api.store, "last_event", last_event)
+    monkeypatch.setattr(api.store.events, "last", last_event)
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
         next(stream)
         away.set()

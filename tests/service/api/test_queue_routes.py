@@ -234,7 +234,7 @@ def test_metrics__without_a_store_still_say_what_they_know(api: Api, monkeypatch
     def queue() -> None:
         raise StoreUnavailable("the database is away")
 
-    monkeypatch.setattr(api.store, "queue", queue)
+    monkeypatch.setattr(api.store.queue, "status", queue)
     result = measured(api)
     assert sample(result, "whipple_store_up") == 0
     assert sample(result, "whipple_slots") == 2

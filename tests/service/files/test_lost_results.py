@@ -180,10 +180,10 @@ def test_many_lost_results__are_computed_again_when_people_allow_it(large: Harne
 def test_few_lost_results__again_and_again_are_no_more_than_a_share_of_all(
     large: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("service.store.lost_results.AT_ONCE", timedelta(0))
+    monkeypatch.setattr("service.store.publications.AT_ONCE", timedelta(0))
     assert len(lose(large, shared(large, 0, 1, 2), 0, 1, 2)) == 3
     [again] = lose(large, shared(large, 4, 5, 6), 4, 5, 6)
     assert again.kind is Kind.PUBLISH
     assert "5 a day" in str(large.store.queue.status().blocked_reason)
-    monkeypatch.setattr("service.store.lost_results.MOST_OF_ALL", 1.2)  # of the five that are left
+    monkeypatch.setattr("service.store.publications.MOST_OF_ALL", 1.2)  # of the five that are left
     assert len(lose(large, again, 4, 5, 6)) == 3
