@@ -52,7 +52,7 @@ def open_service(settings: Settings, start_engine: StartEngine) -> Iterator[Fast
         settings.data.mkdir(parents=True, exist_ok=True)
     with closing(Store.open(settings.url)) as store:
         identity.settle(settings, store)
-        check_binding(settings, has_keys=store.has_keys())
+        check_binding(settings, has_keys=store.keys.any_usable())
         with start_engine(settings, store) as engine:
             app = build_app(settings, store, engine)
             with closing(app.state.event_streams):

@@ -127,7 +127,7 @@ def submit_any(api: Api, count: int) -> None:
         headers = {b"Content-Type": media_type.encode()}
         if key is not None:
             headers[b"Idempotency-Key"] = key.encode("utf-8", "surrogatepass").translate(None, b"\r\n\0")
-        before = api.store.last_event()
+        before = api.store.events.last()
         path = "/v1/sweeps/estimate" if estimate else "/v1/sweeps"
         response = api.http.post(path, content=body, headers=headers, params=query)
         if response.is_success:
@@ -135,7 +135,7 @@ def submit_any(api: Api, count: int) -> None:
         else:
             assert response.status_code in REFUSALS, (body, response.text)
             assert is_clear(response), (body, response.text)
-            assert api.store.last_event() == before, "something was stored"
+            assert api.store.events.last() == before, "something was stored"
 
     check()
 

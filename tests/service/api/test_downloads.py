@@ -24,11 +24,11 @@ def addresses(shared_api: Api) -> dict[str, tuple[str, bytes]]:
     api = shared_api
     id = api.submit()
     run = ""
-    for lease in api.store.lease(100, api.term()):
+    for lease in api.store.leases.take(100, api.term()):
         run = lease.id
         contents = {"result.json": b"{}", "state.npz": STATE, "log.txt": LOG}
         stored = tuple(api._stored(f"{run}/{name}", content) for name, content in contents.items())
-        api.store.finish(lease, replace(api.result(run), files=stored))
+        api.store.leases.finish(lease, replace(api.result(run), files=stored))
     api.compute()
     sweep = {name: (f"/v1/sweeps/{id}/{name}", content) for name, content in FILES.items()}
     return sweep | {
@@ -129,7 +129,7 @@ def test_sweep_file__of_an_unfinished_sweep_is_a_409_that_says_how_far_it_is(api
 def test_sweep_file__that_was_removed_by_hand_is_a_404(api: Api) -> None:
     id = api.submit()
     api.compute()
-    (api.settings.data / api.store.artifacts(id)[0].path).unlink()
+    (api.settings.data / api.store.publications.files(id)[0].path).unlink()
     assert api.http.get(f"/v1/sweeps/{id}/cube.nc").status_code == 404
 
 
@@ -168,9 +168,9 @@ def written_log(api: Api, lease: Lease, content: bytes) -> Path:
 
 def test_log__of_a_running_run_grows(api: Api) -> None:
     id = api.submit(axes={"speed": ["9 km/s"]})
-    here = f"/v1/runs/{api.store.sweep_runs(id).items[0].run.id}/log"
+    here = f"/v1/runs/{api.store.sweeps.points(id).items[0].run.id}/log"
     assert api.http.get(here).status_code == 404  # it has not begun
-    [lease] = api.store.lease(1, api.term())
+    [lease] = api.store.leases.take(1, api.term())
     assert api.http.get(here).status_code == 404  # nothing is printed yet
     log = written_log(api, lease, b"step 1\n")
     first = api.http.get(here)
@@ -180,7 +180,7 @@ def test_log__of_a_running_run_grows(api: Api) -> None:
     more = api.http.get(here, headers={"Range": f"bytes={len(first.content)}-"})
     assert (more.status_code, more.content) == (206, b"step 2\n")
     assert api.http.get(f"/v1/sweeps/{id}").json()["state"] == "running"
-    api.store.fail(lease, Cause.ERROR, failure="ValueError", reason="x")
+    api.store.leases.fail(lease, Cause.ERROR, failure="ValueError", reason="x")
     assert api.http.get(here).content == b"step 1\nstep 2\n"
 
 
@@ -189,7 +189,7 @@ def test_log__of_a_run_that_is_computed_again_is_that_of_the_attempt(api: Api) -
     api.compute()
     asked = api.http.post("/v1/sweeps", params={"keep": "film"}, json=sweep_of())
     assert asked.json()["new"] == 2
-    [lease] = api.store.lease(1, api.term())
+    [lease] = api.store.leases.take(1, api.term())
     written_log(api, lease, b"once more\n")
     assert api.http.get(f"/v1/runs/{lease.id}/log").content == b"once more\n"
     assert api.http.get(f"/v1/sweeps/{id}").json()["state"] == "succeeded"
@@ -197,7 +197,7 @@ def test_log__of_a_run_that_is_computed_again_is_that_of_the_attempt(api: Api) -
 
 def test_log__that_grows_while_it_is_sent_has_the_length_that_was_announced(api: Api) -> None:
     api.submit()
-    [lease] = api.store.lease(1, api.term())
+    [lease] = api.store.leases.take(1, api.term())
     log = written_log(api, lease, b"x" * 3_000_000)
     with served(api) as url, httpx.stream("GET", f"{url}/v1/runs/{lease.id}/log", timeout=60) as response:
         chunks = response.iter_bytes()
@@ -213,7 +213,7 @@ def test_file__that_no_longer_has_its_digest_is_not_served(api: Api) -> None:
     api.compute()
     path = f"/v1/sweeps/{id}/cube.nc"
     tag = api.http.get(path).headers["etag"]
-    _, stored = api.store.sweep_and_file(id, "cube.nc")
+    _, stored = api.store.sweeps.get_with_file(id, "cube.nc")
     assert stored is not None
     file = api.settings.data / stored.path
     content = file.read_bytes()

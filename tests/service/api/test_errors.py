@@ -120,7 +120,7 @@ def test_unforeseen_error__tells_its_text_to_the_log_only(
     def break_down(*_: Any, **__: Any) -> None:
         raise RuntimeError("secret path /etc/x")
 
-    monkeypatch.setattr(type(shared_api.store), "sweeps", break_down)
+    monkeypatch.setattr(shared_api.store.sweeps, "page", break_down)
     response = shared_api.http.get("/v1/sweeps")
     assert is_problem(response, 500)
     assert "secret" not in response.text
@@ -132,7 +132,7 @@ def test_store_that_is_away__is_a_503_to_be_tried_again(shared_api: Api, monkeyp
     def be_away(*_: Any, **__: Any) -> None:
         raise StoreUnavailable("the database is locked")
 
-    monkeypatch.setattr(type(shared_api.store), "create_sweep", be_away)
+    monkeypatch.setattr(shared_api.store.sweeps, "create", be_away)
     response = shared_api.http.post("/v1/sweeps", json=SWEEP)
     assert is_problem(response, 503)
     assert response.headers["Retry-After"]

@@ -87,8 +87,8 @@ def test_sweep__that_is_deleted_ends(api: Api) -> None:
     id = api.submit()
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
         assert content(next(stream))["kind"] == "accepted"
-        api.store.cancel_sweep(id)
-        api.store.delete_sweep(id)
+        api.store.sweeps.cancel(id)
+        api.store.sweeps.delete(id)
         *_, end = stream
     assert end.name == "end"
     assert content(end)["state"] in ("cancelled", "deleted")
@@ -97,7 +97,7 @@ def test_sweep__that_is_deleted_ends(api: Api) -> None:
 def test_queue__is_told_from_now_on_and_does_not_end(api: Api) -> None:
     api.submit()
     api.compute()
-    beyond = api.store.last_event() + 1000
+    beyond = api.store.events.last() + 1000
     with served(api) as url:
         for last in (None, beyond):
             with listening(url, "/v1/queue/events", last=last) as stream:
@@ -110,10 +110,10 @@ def test_queue__is_told_from_now_on_and_does_not_end(api: Api) -> None:
 
 def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
     id = api.submit()
-    [lease] = api.store.lease(1, api.term())
+    [lease] = api.store.leases.take(1, api.term())
     report = {"time": 7e-6, "end_time": 1e-4, "step": 7, "eta_seconds": 5.0, "measured": {"hole_diameter": 0.01007}}
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
-        api.store.record_progress([(lease, 0.07, 0.7, report)])
+        api.store.leases.record_progress([(lease, 0.07, 0.7, report)])
         progress = next(event for event in stream if event.name == "progress")
     assert progress.id is None
     told = content(progress)
@@ -128,7 +128,7 @@ def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
 def ended(request: pytest.FixtureRequest, api: Api) -> str:
     """The address of a sweep or a run that has ended."""
     sweep = api.submit()
-    run = api.store.sweep_runs(sweep).items[0].run.id
+    run = api.store.sweeps.points(sweep).items[0].run.id
     api.compute()
     return f"/v1/{request.param}/{sweep if request.param == 'sweeps' else run}"
 
@@ -145,7 +145,7 @@ def test_history__has_the_same_events_in_pages(api: Api, ended: str) -> None:
 
 def test_stream__behind_an_event_that_is_not_there_yet_begins_anew(api: Api, ended: str) -> None:
     path = f"{ended}/events"
-    whole, last = whole_stream(api, path), api.store.last_event()
+    whole, last = whole_stream(api, path), api.store.events.last()
     assert whole_stream(api, path, last=last) == whole[-1:]  # its end alone
     for beyond in (last + 1, 10**17):  # seen before a backup was restored
         assert whole_stream(api, path, last=beyond) == whole
@@ -217,7 +217,7 @@ def test_listeners__are_let_go_when_the_service_leaves(api: Api) -> None:
 
 
 def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
-    away, asked, plain = threading.Event(), threading.Event(), api.store.last_event
+    away, asked, plain = threading.Event(), threading.Event(), api.store.events.last
 
     def last_event() -> int:
         if away.is_set():
@@ -225,7 +225,7 @@ def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.M
             raise StoreUnavailable("the database is locked")
         return plain()
 
-    monkeypatch.setattr(api.store, "last_event", last_event)
+    monkeypatch.setattr(api.store.events, "last", last_event)
     id = api.submit()
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
         next(stream)

@@ -25,7 +25,7 @@ WITHOUT_KEY = {"/livez", "/readyz", "/version"}  # asked by machines that have n
 
 def key_for(api: Api, *scopes: Scope, name: str = "anna", **more: Any) -> dict[str, str]:
     """The header of a new key."""
-    _, secret = api.store.create_key(name, scopes, **more)
+    _, secret = api.store.keys.create(name, scopes, **more)
     return {"Authorization": f"Bearer {secret}"}
 
 
@@ -33,7 +33,7 @@ def key_for(api: Api, *scopes: Scope, name: str = "anna", **more: Any) -> dict[s
 def api(tmp_path: Path) -> Iterator[Api]:
     """A service that can be reached from elsewhere; the key which lets it start is nobody's."""
     with closing(Store.open(Settings(data=tmp_path).url)) as store:
-        store.create_key("nobody", [])
+        store.keys.create("nobody", [])
     with open_api(tmp_path, **ELSEWHERE) as opened:
         yield opened
 
@@ -97,10 +97,10 @@ def test_key__that_is_unknown_is_refused_everywhere(api: Api, shared_api: Api) -
 
 
 def test_key__that_is_revoked_or_past_its_time_is_refused(api: Api) -> None:
-    row, secret = api.store.create_key("bert", [Scope.READ])
+    row, secret = api.store.keys.create("bert", [Scope.READ])
     key = {"Authorization": f"Bearer {secret}"}
     assert api.http.get("/v1/sweeps", headers=key).status_code == 200
-    api.store.revoke_key(row.id)
+    api.store.keys.revoke(row.id)
     assert is_refused(api.http.get("/v1/sweeps", headers=key), 401, "invalid_token")
     old = key_for(api, Scope.READ, expires=datetime.now(UTC) - timedelta(seconds=1))
     assert is_refused(api.http.get("/v1/sweeps", headers=old), 401, "invalid_token")
@@ -173,7 +173,7 @@ def test_key__on_the_loopback_owns_what_is_submitted_with_it(tmp_path: Path) -> 
 
 
 def test_secret__is_neither_logged_nor_answered(api: Api) -> None:
-    _, secret = api.store.create_key("anna", [Scope.READ])
+    _, secret = api.store.keys.create("anna", [Scope.READ])
     written = io.StringIO()
     logs.configure(written)
     logging.getLogger(logs.OURS).setLevel(logging.DEBUG)

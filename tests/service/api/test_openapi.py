@@ -105,7 +105,7 @@ def described(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Described]:
 def describing(folder: Path) -> Iterator[Described]:
     """A service in a folder, with its description."""
     with closing(Store.open(Settings(data=folder).url)) as store:
-        _, secret = store.create_key("anna", [Scope.ADMIN])
+        _, secret = store.keys.create("anna", [Scope.ADMIN])
     with open_api(folder, host="0.0.0.0", allowed_hosts=(HOST, "testserver")) as api:
         app: Any = api.http.app
         app.state.partial_cubes = SamePartialCube(folder / "cache")
@@ -115,7 +115,7 @@ def describing(folder: Path) -> Iterator[Described]:
             body = sweep_of(axes={"speed": [f"{number + 2} km/s"]})
             answer = api.http.post("/v1/sweeps", json=body, headers=headers)
             sweeps.append(answer.json()["id"])
-            runs.append(api.store.sweep_runs(sweeps[-1]).items[0].run.id)
+            runs.append(api.store.sweeps.points(sweeps[-1]).items[0].run.id)
             if number < ENDED:
                 api.compute(failures=number // 2)
         document, stage = app.openapi(), Stage()

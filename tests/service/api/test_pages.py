@@ -91,7 +91,7 @@ def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
     api.submit()
     assert "no run starts" not in api.http.get("/").text.lower()
     api.http.post("/v1/queue/pause")
-    api.store.set_blocked_reason("the scheduler <is> away")
+    api.store.queue.set_blocked_reason("the scheduler <is> away")
     page = api.http.get("/").text
     assert "The queue has been paused since" in page
     assert "the scheduler &lt;is&gt; away" in page
@@ -108,7 +108,7 @@ def test_sweeps__print_what_a_user_wrote_as_text(api: Api) -> None:
 def test_sweeps__page_back_to_the_oldest(api: Api) -> None:
     sweep = Sweep.parse(SWEEP)
     for number in range(51):
-        api.store.create_sweep(Submission(replace(sweep, title=f"sweep number {number}.")))
+        api.store.sweeps.create(Submission(replace(sweep, title=f"sweep number {number}.")))
     first = api.http.get("/").text
     [older] = [address for address in Links(first).addresses if "cursor" in address]
     assert "sweep number 0." not in first

@@ -24,7 +24,7 @@ def finish(api: Api, lease: Lease) -> None:
     result = RunResult(lease.id, "succeeded", measurements={"hole_diameter": measured}).as_json()
     plain = api.result(lease.id)
     stored = api._stored(f"{lease.id}/result.json", json.dumps(result).encode())
-    api.store.finish(lease, replace(plain, files=(stored,)))
+    api.store.leases.finish(lease, replace(plain, files=(stored,)))
 
 
 def opened(content: bytes, folder: Path) -> xr.Dataset:
@@ -38,7 +38,7 @@ def test_partial_cube__has_the_results_so_far_and_says_so(api: Api, tmp_path: Pa
     refused = api.http.get(partial)
     assert refused.status_code == 409
     assert "none of its runs" in refused.json()["detail"]
-    first, second = api.store.lease(2, api.term())
+    first, second = api.store.leases.take(2, api.term())
     finish(api, first)
     assert api.http.get(file).status_code == 409
     response = api.http.get(partial)
@@ -55,7 +55,7 @@ def test_partial_cube__has_the_results_so_far_and_says_so(api: Api, tmp_path: Pa
     tag = response.headers["ETag"]
     assert api.http.get(partial).headers["ETag"] == tag
     finish(api, second)
-    path = api.store.run(first.id).path
+    path = api.store.runs.get(first.id).path
     assert path is not None
     (api.settings.data / path).write_bytes(b"damaged")
     response = api.http.get(partial)
@@ -65,8 +65,8 @@ def test_partial_cube__has_the_results_so_far_and_says_so(api: Api, tmp_path: Pa
 
 def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_the_end_is_the_cube(api: Api) -> None:
     file = f"/v1/sweeps/{api.submit()}/cube.nc"
-    for lease in api.store.lease(2, api.term()):
-        api.store.finish(lease, api.result(lease.id))  # "{}"
+    for lease in api.store.leases.take(2, api.term()):
+        api.store.leases.finish(lease, api.result(lease.id))  # "{}"
     response = api.http.get(f"{file}?partial=true")
     assert response.status_code == 500
     assert "request_id" in response.json()["detail"]

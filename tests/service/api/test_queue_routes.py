@@ -43,7 +43,7 @@ def test_queue__counts_jobs_once_while_nothing_happens(api: Api) -> None:
     """And anew after each event."""
     api.submit()
     counted: list[str] = []
-    engine = api.store._database._engine
+    engine = api.store.database._engine
 
     @sa.event.listens_for(engine, "before_cursor_execute")
     def note(_c: Any, _cursor: Any, statement: str, *_rest: Any) -> None:
@@ -51,10 +51,10 @@ def test_queue__counts_jobs_once_while_nothing_happens(api: Api) -> None:
             counted.append(statement)
 
     for _ in range(20):
-        assert api.store.queue().states[State.QUEUED] == 2
+        assert api.store.queue.status().states[State.QUEUED] == 2
     assert len(counted) <= 3  # another one every half a second
-    api.store.lease(1, api.term())
-    assert api.store.queue().states[State.RUNNING] == 1
+    api.store.leases.take(1, api.term())
+    assert api.store.queue.status().states[State.RUNNING] == 1
 
 
 def test_pause__begins_no_runs_until_resume(api: Api) -> None:
@@ -63,10 +63,10 @@ def test_pause__begins_no_runs_until_resume(api: Api) -> None:
     assert paused.status_code == 200
     assert paused.json()["paused"] is not None
     assert "resume" in paused.json()["links"]
-    assert api.store.lease(10, api.term()) == ()
+    assert api.store.leases.take(10, api.term()) == ()
     assert api.http.post("/v1/queue/pause").json()["paused"] == paused.json()["paused"]
     assert api.http.post("/v1/queue/resume").json()["paused"] is None
-    assert len(api.store.lease(10, api.term())) == 2
+    assert len(api.store.leases.take(10, api.term())) == 2
 
 
 # --- health ---------------------------------------------------------------------------------------
@@ -228,7 +228,7 @@ def test_metrics__without_a_store_still_say_what_they_know(api: Api, monkeypatch
     def queue() -> None:
         raise StoreUnavailable("the database is away")
 
-    monkeypatch.setattr(api.store, "queue", queue)
+    monkeypatch.setattr(api.store.queue, "status", queue)
     result = measured(api)
     assert sample(result, "whipple_store_up") == 0
     assert sample(result, "whipple_slots") == 2

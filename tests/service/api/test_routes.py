@@ -20,7 +20,7 @@ def test_submission__is_stored_before_the_response_that_says_where_it_is(api: Ap
     assert response.headers["Location"] == sweep["links"]["self"]
     assert int(response.headers["Retry-After"]) > 0
     with closing(Store.open(api.settings.url)) as other:
-        assert other.sweep(sweep["id"]).planned == 2
+        assert other.sweeps.get(sweep["id"]).planned == 2
     again = api.http.post("/v1/sweeps", json=MORE).json()
     assert [again[name] for name in ("planned", "reused", "new")] == [2, 1, 1]
 
@@ -79,8 +79,8 @@ def test_delete__is_refused_before_a_sweep_has_ended(api: Api) -> None:
     refused = api.http.delete(here)
     assert refused.status_code == 409
     assert "cancel" in refused.json()["detail"]
-    [first, _] = api.store.lease(2, api.term())
-    api.store.finish(first, api.result(first.id))  # so that there is something to publish
+    [first, _] = api.store.leases.take(2, api.term())
+    api.store.leases.finish(first, api.result(first.id))  # so that there is something to publish
     api.http.post(f"{here}/cancel")
     refused = api.http.delete(here)
     assert refused.status_code == 409

@@ -83,10 +83,10 @@ def test_change__gives_another_priority_until_the_sweep_has_ended(api: Api) -> N
     first, second = api.submit(), api.submit(axes={"speed": ["7 km/s"]})
     changed = api.http.patch(f"/v1/sweeps/{second}", json={"priority": -5})
     assert (changed.status_code, changed.json()["priority"]) == (200, -5)
-    [lease] = api.store.lease(1, api.term())
-    assert lease.id == api.store.sweep_runs(second).items[0].run.id
-    assert api.store.sweep(first).priority == 0
-    api.store.finish(lease, api.result(lease.id))
+    [lease] = api.store.leases.take(1, api.term())
+    assert lease.id == api.store.sweeps.points(second).items[0].run.id
+    assert api.store.sweeps.get(first).priority == 0
+    api.store.leases.finish(lease, api.result(lease.id))
     api.compute()
     refused = api.http.patch(f"/v1/sweeps/{second}", json={"priority": 1})
     assert refused.status_code == 409

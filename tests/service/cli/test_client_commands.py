@@ -59,9 +59,9 @@ def test_submit__waits_if_it_shall_and_ends_as_the_sweep_does(
     file.write_text(examples.text("smoke").replace("3 km/s", speed))
     ended: list[int] = []
     waiting = threading.Thread(target=lambda: ended.append(run("submit", file, "--wait")))
-    before = len(api.store.sweeps().items)
+    before = len(api.store.sweeps.page().items)
     waiting.start()
-    until(lambda: len(api.store.sweeps().items) > before, seconds=DEADLINE)
+    until(lambda: len(api.store.sweeps.page().items) > before, seconds=DEADLINE)
     api.compute(failures=failures)
     waiting.join(DEADLINE)
     assert ended == [status]
@@ -82,7 +82,7 @@ def test_status__watches_what_happens_until_the_end(api: Api, smoke: Path, capsy
     assert ended == [0]
     for word in ("accepted", "planned=2", "published", "succeeded, 100%"):
         assert word in output
-    runs = {point.run.id for point in api.store.sweep_runs(id).items}
+    runs = {point.run.id for point in api.store.sweeps.points(id).items}
     ids = set(re.findall(r"\b[0-9a-f]{12,}\b", output))
     assert ids <= runs | {id}
     assert id in ids
@@ -121,7 +121,7 @@ def test_id__may_be_its_beginning_unless_several_have_it(api: Api, tmp_path: Pat
     assert all(id[:16] in output for id in candidates)
     assert run("status", ids[0][:20], "--json") == 0
     assert json.loads(capsys.readouterr().out)["id"] == ids[0]
-    run_id = api.store.sweep_runs(ids[0]).items[0].run.id
+    run_id = api.store.sweeps.points(ids[0]).items[0].run.id
     assert run("log", run_id[:20]) == 1
     assert run_id in capsys.readouterr().err
     assert run("runs", ids[0][:20], "--json") == 0
@@ -137,7 +137,7 @@ def test_orders__move_a_sweep(api: Api, tmp_path: Path, capsys: Capsys) -> None:
     file.write_text(examples.text("smoke").replace("3 km/s", "6.5 km/s"))
     id = submitted(capsys, file)
     assert run("priority", id, "-5") == 0
-    assert api.store.sweep(id).priority == -5
+    assert api.store.sweeps.get(id).priority == -5
     assert run("cancel", id) == 0
     assert "cancelled" in capsys.readouterr().out
     api.compute()  # what there was is published
@@ -148,17 +148,17 @@ def test_orders__move_a_sweep(api: Api, tmp_path: Path, capsys: Capsys) -> None:
 def test_queue__is_paused_and_resumed(api: Api, capsys: Capsys) -> None:
     assert run("pause") == 0
     assert "paused since" in capsys.readouterr().out
-    assert api.store.queue().paused
+    assert api.store.queue.status().paused
     assert run("resume") == 0
     assert run("queue") == 0
     assert capsys.readouterr().out.count("open: ") == 2
-    assert not api.store.queue().paused
+    assert not api.store.queue.status().paused
 
 
 def test_run__gives_its_files_and_its_log(api: Api, smoke: Path, tmp_path: Path, capsys: Capsys) -> None:
     id = submitted(capsys, smoke)
     api.compute()
-    run_id = api.store.sweep_runs(id).items[0].run.id
+    run_id = api.store.sweeps.points(id).items[0].run.id
     assert run("fetch-run", run_id, "--out", tmp_path / "run") == 0
     assert (tmp_path / "run" / "result.json").read_bytes() == b"{}"
     assert run("log", run_id) == 1  # this engine writes none
@@ -174,7 +174,7 @@ def elsewhere(tmp_path: Path) -> Iterator[tuple[str, str]]:
     with open_api(tmp_path / "data") as api:
         settings = api.settings.model_copy(update={"host": "0.0.0.0"})
         api.http.app.state.settings = settings  # type: ignore[attr-defined]
-        _, secret = api.store.create_key("anna", [Scope.SUBMIT])
+        _, secret = api.store.keys.create("anna", [Scope.SUBMIT])
         with served(api) as url:
             yield url, secret
 

@@ -70,7 +70,7 @@ def test_fetch__brings_the_three_files_whole(api: Api, client: Client, tmp_path:
 def test_fetch__of_a_damaged_file_leaves_nothing(api: Api, client: Client, tmp_path: Path) -> None:
     handle = client.submit(sweep_of(name="damaged"))
     api.compute()
-    stored = api.store.artifacts(handle.id)[0]
+    stored = api.store.publications.files(handle.id)[0]
     (api.settings.data / stored.path).write_bytes(b"x" * stored.size)
     with pytest.raises(ServiceError, match="not the file that was registered"):
         handle.fetch(tmp_path)

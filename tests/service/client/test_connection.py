@@ -94,14 +94,14 @@ def problem(status: int, **headers: str) -> httpx.Response:
 
 
 def test_submission__whose_answer_was_lost_is_accepted_once(api: Api, url: str) -> None:
-    before = len(api.store.sweeps(limit=1000).items)
+    before = len(api.store.sweeps.page(limit=1000).items)
     transport = Flaky(url, "behind", "behind")
     with Client(url, transport=transport) as client:
         handle = client.submit(sweep_of(name="sent three times"))
     assert len(transport.sent) == 3
     assert len({request.headers["Idempotency-Key"] for request in transport.sent}) == 1
-    assert len(api.store.sweeps(limit=1000).items) == before + 1
-    assert api.store.sweep(handle.id).name == "sent three times"
+    assert len(api.store.sweeps.page(limit=1000).items) == before + 1
+    assert api.store.sweeps.get(handle.id).name == "sent three times"
 
 
 def test_delete__whose_answer_was_lost_is_done(api: Api, url: str) -> None:
@@ -278,7 +278,7 @@ def test_open_cube__takes_an_address_too(published: SweepHandle) -> None:
 
 
 def test_open_cube__sends_the_key(api: Api, published: SweepHandle, monkeypatch: pytest.MonkeyPatch) -> None:
-    _, secret = api.store.create_key("anna", [Scope.READ])
+    _, secret = api.store.keys.create("anna", [Scope.READ])
     monkeypatch.setattr(published._connection, "headers", {"Authorization": "Bearer whp_wrong"})
     with pytest.raises(FileNotFoundError):
         published.open_cube()
