@@ -64,7 +64,7 @@ def identities() -> dict[str, str]:
 
 def use(folder: Path) -> dict[str, Any]:
     """Expand the sweep, compute it, make its cube, and verify the added case; figures as plain objects."""
-    from studies import validation, verification
+    from studies.cases import validation, verification
     from studies.cubes import cube
     from studies.materials import load
     from studies.runs.execution import execute, setting_of

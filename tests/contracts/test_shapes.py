@@ -17,9 +17,9 @@ from solver.registry import entries
 from solver.state import empty_table, views
 from solver.steps.space import new_pack
 from solver.vectors import LANES
+from tests.cases.fields import expansion_error, force_of_uniform_pressure, velocity_gradients
 from tests.rows import Row, at_most, equal
 from tests.solver.bodies import DENSITY, SPACING, Stencil, box, stencil, tabulated
-from tests.verification.fields import expansion_error, force_of_uniform_pressure, velocity_gradients
 
 SHAPES = entries("solver.grid.shapes", "SHAPE")
 BOXES = {"axisymmetric": box(8, 8), "cartesian": box(8, 8, 8)}

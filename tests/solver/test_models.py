@@ -23,9 +23,9 @@ from solver.matter.tension.recoverable import RecoverableTension
 from solver.matter.tensor import equivalent_stress, scaled
 from solver.problem import ArtificialViscosity, Problem
 from solver.simulation import start
+from studies.cases.solutions.detonation import TNT, Isentrope, chapman_jouguet
+from studies.cases.verification.chapman_jouguet import bar, explosive
 from studies.values.recipes import RECIPES
-from studies.verification._detonation import TNT, Isentrope, chapman_jouguet
-from studies.verification.chapman_jouguet import bar, explosive
 from tests.contracts.test_eos import made, pressure, shock
 from tests.contracts.test_strength import copper, directions
 from tests.solver.bodies import DENSITY, MELT, ROOM, SHEAR_MODULUS, SOUND_SPEED, SPACING, elastic_copper, real_copper

@@ -18,11 +18,11 @@ from solver.matter.tensor import equivalent_stress
 from solver.problem import ArtificialViscosity
 from solver.simulation import simulate
 from studies import materials
+from studies.cases.setups.matter import matter_of
+from studies.cases.verification import bits
 from studies.runs.execution import execute, setting_of
 from studies.scenarios._matter import matter
 from studies.sweeps.sweep import Sweep
-from studies.verification import bits
-from studies.verification._matter import matter_of
 from tests.claims import Row, absolute, at_least, at_most, claim, equal, relative
 
 WELDOX = materials.load("weldox-460-e")

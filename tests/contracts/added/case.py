@@ -1,7 +1,8 @@
 """The bulk modulus of an added equation of state is its slope at rest."""
 
 from solver.registry import entries
-from studies.verification import Case, relative
+from studies.cases.rows import relative
+from studies.cases.verification import VerificationCase
 
 
 def _run(recipe):
@@ -13,4 +14,4 @@ def _run(recipe):
     yield relative("bulk modulus (Pa)", expected=140e9, got=pressure / 1e-6, within=1e-5)
 
 
-CASE = Case("murnaghan", "Bulk modulus", "Murnaghan (1944)", _run)
+CASE = VerificationCase("murnaghan", "Bulk modulus", "Murnaghan (1944)", _run)
