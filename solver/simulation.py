@@ -15,7 +15,7 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.fem.step import ElementStepper
 from solver.grid.debris import clear_debris
 from solver.grid.step import Stepper, shares_of
-from solver.matter.eos import reference_density, reference_sound_speed
+from solver.matter.eos import reference_sound_speed
 from solver.matter.failure import weakens
 from solver.matter.strength import stored_part
 from solver.problem import Body, Problem
@@ -38,7 +38,7 @@ from solver.steps.crossing import exit_face
 from solver.steps.method import Method, Partition
 from solver.steps.points import Limits, Tally, first_fault
 from solver.steps.threads import ThreadPool, asked_threads
-from solver.steps.timestep import first_step, stable_step
+from solver.steps.timestep import fastest, first_step, stable_step
 
 # Steps between reorderings of the particle arrays, for memory locality; debris is retired before them.
 SORT_INTERVAL = 100
@@ -140,7 +140,7 @@ class Simulation:
         self.stepper = _method(problem)(problem, self.limits, self.pool, self.shares)
         self.impulse = np.zeros(3)
         self._departures = [NONE_DEPARTED]
-        self.dt = problem.fixed_dt or _first_step(problem)
+        self.dt = problem.fixed_dt or first_step(problem)
         self._arrange()
         self.start = totals(self.particles)
 
@@ -230,14 +230,7 @@ class Simulation:
         self.smallest_step = min(self.smallest_step, dt)
         self._book(balance.gone)
         if self.problem.fixed_dt is None:
-            self.dt = stable_step(
-                self.tally,
-                courant=self.problem.courant,
-                spacing=self.problem.geometry.spacing,
-                previous=dt,
-                rule=self.problem.step_rule,
-                travel=self.problem.travel,
-            )
+            self.dt = stable_step(self.problem, self.tally, dt)
 
     def _book(self, gone: int) -> None:
         """Counters, ledger and faults of the step that was just taken."""
@@ -439,23 +432,7 @@ def _check_inside(problem: Problem, body: Body) -> None:
             )
 
 
-def _fastest(problem: Problem) -> float:
-    """Largest initial speed of any particle, m/s."""
-    return max(float(np.sqrt((np.asarray(body.velocity) ** 2).sum(axis=-1)).max()) for body in problem.bodies)
-
-
 def _limits(problem: Problem) -> Limits:
     sound = max(reference_sound_speed(body.matter.eos) for body in problem.bodies)
-    speed = max(_fastest(problem), sound)
+    speed = max(fastest(problem), sound)
     return Limits(densest=DENSEST, thinnest=THINNEST, energy=ENERGY_FACTOR * 0.5 * speed**2, speed=SPEED_FACTOR * speed)
-
-
-def _first_step(problem: Problem) -> float:
-    sound = max(
-        math.sqrt(
-            reference_sound_speed(body.matter.eos) ** 2
-            + 4.0 / 3.0 * body.matter.shear_modulus / reference_density(body.matter.eos)
-        )
-        for body in problem.bodies
-    )
-    return first_step(sound + _fastest(problem), courant=problem.courant, spacing=problem.geometry.spacing)

@@ -225,7 +225,7 @@ def test_restart__again_and_again_ends_with_the_same_bits(file: Path) -> None:
 
 
 @pytest.mark.claim("methods", "methods-speed")
-@pytest.mark.parametrize("name", ["outflow", *OF_OTHER_METHODS])
+@pytest.mark.parametrize("name", ["outflow", "retired", *OF_OTHER_METHODS])
 def test_restart__with_other_threads_ends_with_the_same_bits(name: str, file: Path) -> None:
     """Two threads change no bit of any method."""
     problem = PROBLEMS[name][0]()

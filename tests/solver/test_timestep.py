@@ -1,6 +1,7 @@
 """The step is the smallest of what each term asks for, and grows slowly."""
 
 import math
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -27,6 +28,7 @@ from tests.solver.bodies import (
 )
 
 COURANT, TRAVEL = 0.4, 0.5
+BLOCKS = two_blocks("axisymmetric", courant=COURANT, travel=TRAVEL)
 signals = st.floats(10.0, 1e6)
 volume_rates = st.floats(0.0, 1e12)
 
@@ -41,8 +43,8 @@ def tally(*signals_and_rates: tuple[float, float], speed: float = 0.0) -> Tally:
     return Tally(*summary.tolist())
 
 
-def step(reported: Tally, previous: float = 1.0, rule: StepRule = StepRule.CONVECTIVE, travel: float = TRAVEL) -> float:
-    return stable_step(reported, courant=COURANT, spacing=SPACING, previous=previous, rule=rule, travel=travel)
+def step(reported: Tally, previous: float = 1.0, rule: StepRule = StepRule.CONVECTIVE) -> float:
+    return stable_step(replace(BLOCKS, step_rule=rule), reported, previous)
 
 
 @given(signals, signals, volume_rates, st.floats(1e-12, 1e-3), st.sampled_from(StepRule))
