@@ -26,7 +26,6 @@ from solver.state import (
     MASS,
     NONE_DEPARTED,
     Departed,
-    Particles,
     Snapshot,
     empty_table,
     joined,
@@ -387,7 +386,9 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
     table, begin = empty_table(sum(sizes), burns=explosive, remembers=remembers), 0
     for body, size in zip(problem.bodies, sizes, strict=True):
         _check_inside(problem, body)
-        _fill(views(table[:, begin : begin + size]), body)
+        particles = views(table[:, begin : begin + size])
+        particles.position[:], particles.velocity[:], particles.mass[:] = body.position, body.velocity, body.mass
+        body.fill(particles)
         if body.lighting is not None:
             table[LIGHTING, begin : begin + size] = body.lighting
         begin += size
@@ -408,14 +409,6 @@ def _method(problem: Problem) -> type[Method]:
 def _remembers(body: Body) -> bool:
     """Whether the matter of a body needs the rows ``HARDENED`` and ``STORED``."""
     return bool(weakens(body.matter.failure) or stored_part(body.matter.strength) > 0.0)
-
-
-def _fill(particles: Particles, body: Body) -> None:
-    """The initial state of a body's particles."""
-    particles.position[:] = body.position
-    particles.velocity[:] = body.velocity
-    particles.mass[:] = body.mass
-    body.fill(particles)
 
 
 def _check_inside(problem: Problem, body: Body) -> None:

@@ -275,23 +275,10 @@ class PointUpdate:
     ) -> None:
         """Take the points of a body in a span of the table to a time; ``gradients`` are lines of a table."""
         problem = self.problem
-        self.kernels[body](
-            space,
-            problem.shape,
-            self.packs[share],
-            problem.bodies[body].matter,
-            problem.stress_rate,
-            viscosity,
-            self.limits,
-            table,
-            *span,
-            gradients,
-            self.tallies,
-            share * len(problem.bodies) + body,
-            time,
-            dt,
-            whole_work,
-        )
+        laws = problem.bodies[body].matter, problem.stress_rate, viscosity, self.limits
+        row = share * len(problem.bodies) + body
+        points = table, *span, gradients, self.tallies, row
+        self.kernels[body](space, problem.shape, self.packs[share], *laws, *points, time, dt, whole_work)
 
     def tally(self) -> Tally:
         """What all shares counted in the last updates."""
