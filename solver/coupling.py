@@ -26,7 +26,7 @@ from solver.sph.step import ParticleStepper
 from solver.sph.tables import MOVED
 from solver.state import MASS, NEW_X, VX, Particles
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import CULPRIT, MAXIMA, Limits, Tally
+from solver.steps.points import CULPRIT, MAXIMA, StateLimits, Tally
 from solver.steps.threads import ThreadPool
 
 # Courant number of elements, of which each knows its stable step. ``Problem.courant`` is that of the particles.
@@ -38,7 +38,7 @@ NEAR = 1.5
 class CoupledStepper(Method):
     """The stages of a step of particles and elements; ``shares`` of each may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         meshed = [body for body in problem.bodies if body.mesh]
         if any(body.mesh for body in problem.bodies[len(meshed) :]):
             raise ProblemError("bodies with a mesh come first; reorder the bodies")

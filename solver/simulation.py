@@ -35,7 +35,7 @@ from solver.state import (
 )
 from solver.steps.crossing import exit_face
 from solver.steps.method import Method, Partition
-from solver.steps.points import Limits, Tally, first_fault
+from solver.steps.points import StateLimits, Tally, first_fault
 from solver.steps.threads import ThreadPool, asked_threads
 from solver.steps.timestep import fastest, first_step, stable_step
 
@@ -72,7 +72,7 @@ class Recorder(Protocol):
 class Counters:
     """Counts of the safeguards that acted on a state, over all steps and particles; every clamp is counted.
 
-    Limits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
+    StateLimits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
     their strain rate below the reference rate, the shear modulus of expanded matter, and in Steinberg and Guinan's
     strength the softest solid and the thinnest.
     """
@@ -425,7 +425,9 @@ def _check_inside(problem: Problem, body: Body) -> None:
             )
 
 
-def _limits(problem: Problem) -> Limits:
+def _limits(problem: Problem) -> StateLimits:
     sound = max(reference_sound_speed(body.matter.eos) for body in problem.bodies)
     speed = max(fastest(problem), sound)
-    return Limits(densest=DENSEST, thinnest=THINNEST, energy=ENERGY_FACTOR * 0.5 * speed**2, speed=SPEED_FACTOR * speed)
+    return StateLimits(
+        densest=DENSEST, thinnest=THINNEST, energy=ENERGY_FACTOR * 0.5 * speed**2, speed=SPEED_FACTOR * speed
+    )

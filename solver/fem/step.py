@@ -38,7 +38,7 @@ from solver.problem import Body, Face, Problem, Scheme, mean_pressure
 from solver.problem.geometry import Cartesian3D
 from solver.state import DENSITY, ENERGY, MASS, NEW_X, NEW_Z, STRAIN, Particles, X, Z, empty_table, lines, views
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import Limits, PointUpdate
+from solver.steps.points import PointUpdate, StateLimits
 from solver.steps.space import ElementPoints
 from solver.steps.threads import ThreadPool
 
@@ -49,7 +49,7 @@ SHOWN = slice(DENSITY, NEW_X)
 
 
 @dataclass
-class Loaded:
+class LoadedEnd:
     """The end faces of a body that a traction presses on."""
 
     load: Any  # a Traction
@@ -60,7 +60,7 @@ class Loaded:
 class ElementStepper(Method):
     """The stages of a step over one problem's meshes; ``shares`` of the elements may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         _check(problem)
         self.problem, self.pool, self.shares = problem, pool, shares
         self._heating = float(problem.viscosity.heating)
@@ -96,7 +96,7 @@ class ElementStepper(Method):
             whole = body.density * volumes.sum(axis=1, keepdims=True)
             self.part[pairs] = (whole * parts).ravel()
             self.loaded += [
-                Loaded(load, mesh.kind, end_faces(mesh, body.position, load) + int(nodes[number]))
+                LoadedEnd(load, mesh.kind, end_faces(mesh, body.position, load) + int(nodes[number]))
                 for load in problem.tractions
                 if load.body == number
             ]

@@ -46,7 +46,7 @@ from solver.problem.geometry import dimensions, node_count
 from solver.state import NEW_X, NEW_Z, X, Z, lines
 from solver.steps.crossing import cross_faces
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import CULPRIT, FAULT, OUTSIDE, Limits, PointUpdate
+from solver.steps.points import CULPRIT, FAULT, OUTSIDE, PointUpdate, StateLimits
 from solver.steps.space import VELOCITY
 from solver.steps.threads import ThreadPool
 from solver.vectors import first_lanes, line, number, set_line, spread, where
@@ -129,7 +129,7 @@ class Field:
 class Stepper(Method):
     """The ordered stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         if problem.shape is None:
             problem = replace(problem, shape=Linear())
         self.problem = problem

@@ -47,7 +47,7 @@ from solver.sph.tables import MOVED, new_memory, tables_of
 from solver.state import MASS, VX, Particles, lines
 from solver.steps.crossing import cross_faces
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import Limits, PointUpdate
+from solver.steps.points import PointUpdate, StateLimits
 from solver.steps.space import AXES, Scattered
 from solver.steps.threads import ThreadPool
 
@@ -60,7 +60,7 @@ SPARE = 1.2  # of the rows of the tables
 
 
 @dataclass
-class Loaded:
+class LoadedLayer:
     """Particles that a traction presses on in a step."""
 
     axis: int
@@ -73,7 +73,7 @@ class Loaded:
 class ParticleStepper(Method):
     """The stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         if problem.smoothing is None:
             raise ProblemError("smoothed particles need the numerics of their smoothing")
         _check(problem, problem.smoothing)
@@ -82,7 +82,7 @@ class ParticleStepper(Method):
         self.pool = pool
         self.axes = _axes(problem)
         self.pressed = pressed_ends(problem, self.axes)
-        self.loaded: list[Loaded] = []
+        self.loaded: list[LoadedLayer] = []
         self.before = np.zeros(1)  # the step that ended at n, s
         self.space = Scattered(problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes)
         self.points = PointUpdate(problem, limits, shares)
@@ -274,7 +274,7 @@ class ParticleStepper(Method):
                 forces = end.forces(table, columns, pressure)
                 self.pushed[columns, axis] += forces / table[MASS, columns]
                 before = table[VX + axis, columns].copy()
-                self.loaded.append(Loaded(axis, columns, forces, before, before))
+                self.loaded.append(LoadedLayer(axis, columns, forces, before, before))
 
     def _complete(self, partition: Partition) -> None:
         """Give particles on a plane of symmetry the smoothing length of the mass that they have with their images."""
