@@ -63,7 +63,7 @@ from solver.vectors import (
 
 
 class StateLimits(NamedTuple):
-    """StateLimits beyond which a state is unphysical."""
+    """Limits beyond which a state is unphysical."""
 
     densest: float  # times the reference density
     thinnest: float  # times the reference density
