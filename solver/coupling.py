@@ -13,6 +13,7 @@ energy is kept to the work of the difference, which the audit shows. Only partic
 nodes act on others, as debris that comes to them, without being pushed back, and the audit shows that too.
 """
 
+import operator
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -172,12 +173,4 @@ def _added(first: StepBalance, second: StepBalance) -> StepBalance:
     tally = np.add(first.tally, second.tally)
     tally[:MAXIMA] = np.maximum(first.tally, second.tally)[:MAXIMA]
     tally[CULPRIT] = first.tally.culprit if first.tally.fault else second.tally.culprit
-    return StepBalance(
-        first.impulse + second.impulse,
-        first.energy + second.energy,
-        first.contact + second.contact,
-        first.work + second.work,
-        first.gone + second.gone,
-        first.reflected + second.reflected,
-        Tally(*tally.tolist()),
-    )
+    return StepBalance(*map(operator.add, first, second))._replace(tally=Tally(*tally.tolist()))
