@@ -160,7 +160,9 @@ def test_delete__takes_only_sweeps_that_have_ended(store: Store) -> None:
     assert store.retention.deleted_sweeps([sweep, run_id(77)]) == {sweep}
 
 
-@pytest.mark.parametrize("method", ["sweeps.get", "sweeps.cancel", "sweeps.retry", "sweeps.delete", "runs.get", "runs.files"])
+@pytest.mark.parametrize(
+    "method", ["sweeps.get", "sweeps.cancel", "sweeps.retry", "sweeps.delete", "runs.get", "runs.files"]
+)
 def test_unknown_id__is_not_found(store: Store, method: str) -> None:
     with pytest.raises(NotFound):
         attrgetter(method)(store)(run_id(77))
