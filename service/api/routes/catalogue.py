@@ -16,13 +16,13 @@ from studies.values.recipes import ACCURACY, IMPACT_RECIPES, RECIPES
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 
 WRITING = threading.Lock()  # ``cache`` alone lets every thread that finds nothing write the catalogue
-Catalogue = Callable[[], BaseModel]
+Listing = Callable[[], BaseModel]
 
 
-def written_once(path: str, model: Any) -> Callable[[Catalogue], Catalogue]:
+def written_once(path: str, model: Any) -> Callable[[Listing], Listing]:
     """Add an endpoint for a list that never changes: its response is written by the first request."""
 
-    def add(catalogue: Catalogue) -> Catalogue:
+    def add(catalogue: Listing) -> Listing:
         @cache
         def written() -> bytes:
             return catalogue().model_dump_json(by_alias=True).encode()

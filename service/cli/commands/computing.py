@@ -14,7 +14,7 @@ from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
     Json,
-    Keep,
+    KeepOption,
     Laws,
     Out,
     Overwrite,
@@ -65,7 +65,7 @@ def sweep(
     overwrite: Overwrite = False,
     threads: Threads = None,
     law: Laws = None,
-    keep: Keep = "final",
+    keep: KeepOption = "final",
 ) -> None:
     """Compute a sweep on this machine, without a service. Repeated, it resumes.
 

@@ -7,7 +7,7 @@ from typing import Any
 import pytest
 
 from studies.sweeps.cost import cost_of
-from studies.sweeps.search import Outcome, Search, SearchedLimit, SearchVerdict, replay
+from studies.sweeps.search import LimitOutcome, Search, SearchedLimit, SearchVerdict, replay
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 
@@ -22,7 +22,7 @@ DOCUMENT: dict[str, Any] = {
 }
 
 
-def searched(outcome_of: Callable[[float], Outcome | str]) -> SearchedLimit:
+def searched(outcome_of: Callable[[float], LimitOutcome | str]) -> SearchedLimit:
     return replay(SEARCH, outcome_of, "m s-1")
 
 
