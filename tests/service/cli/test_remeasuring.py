@@ -160,7 +160,7 @@ def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(solved: Solved,
     assert solved.store.sweeps.get(other.id).state is SweepState.QUEUED  # no run was begun
 
 
-def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(solved: Solved, capsys: Capsys) -> None:
+def test_result__whose_state_was_not_kept_is_named(solved: Solved, capsys: Capsys) -> None:
     for id in solved.runs():
         solved.store.retention.forget_files(id, [STATE])
     assert run("remeasure") == 0
