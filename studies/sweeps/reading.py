@@ -195,8 +195,14 @@ class _DocumentReading:
             limit, cure = f"at most {most} materials", "remove materials that no run uses"
             self.findings.append(Finding("materials", f"{len(documents)} materials", limit, cure))
             return {}
-        read = {name: self.findings.attempt(_own_material, name, document) for name, document in documents.items()}
+        read = {name: self.findings.attempt(self._material, name, document) for name, document in documents.items()}
         return {name: material for name, material in read.items() if material is not None}
+
+    def _material(self, name: Any, document: Any) -> Material:
+        if name in shipped.names():
+            limit = "a name that no shipped material has"
+            raise refusal(f"materials.{name}", name, limit, f"call it my-{name}")
+        return read_own(document, f"materials.{name}", str(name))
 
     def _laws(self, terms: AllowedNames) -> "tuple[FittedLaw, ...]":
         """The fitted laws; each has a name of its own and is about what the scenario measures."""
@@ -394,13 +400,6 @@ class _DocumentReading:
                     cure = "give the cells per projectile diameter: resolution: 16"
                     finding = Finding("resolution", "nothing", finding.limit, cure)
                 self.findings.append(finding)
-
-
-def _own_material(name: Any, document: Any) -> Material:
-    if name in shipped.names():
-        limit = "a name that no shipped material has"
-        raise refusal(f"materials.{name}", name, limit, f"call it my-{name}")
-    return read_own(document, f"materials.{name}", str(name))
 
 
 def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]) -> AllowedNames:

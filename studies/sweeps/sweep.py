@@ -161,7 +161,7 @@ class Sweep:
             "combine": self.combine,
             "points": self.sampling.points if self.sampling else None,
             "seed": self.sampling.seed if self.sampling else None,
-            "resolution": _one_or_all(self.resolutions),
+            "resolution": list(self.resolutions) if len(self.resolutions) > 1 else next(iter(self.resolutions), None),
             "offsets": self.offsets if self.offsets > 1 else None,
             "materials": {name: each.document() for name, each in self.materials.items()},
             "observations": [each.document(terms) for each in self.observations],
@@ -375,8 +375,3 @@ def _written_axis(axis: Axis) -> Any:
         return values
     low, high = (written(end, axis.unit) for end in axis.bounds)
     return {"low": low, "high": high, "values": values}
-
-
-def _one_or_all(values: tuple[float, ...]) -> float | list[float] | None:
-    """Values as a document writes them: one as itself, several as a list."""
-    return list(values) if len(values) > 1 else next(iter(values), None)
