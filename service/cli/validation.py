@@ -8,7 +8,7 @@ from typing import Any
 
 from service.cli.local import STORE_OF_FOLDER, run_sweeps
 from service.records.jobs import SweepStatus
-from service.records.settings import Settings
+from service.settings import Settings
 from solver.errors import WhippleError
 from studies import validation, verification
 from studies.fits.measured import open_cube

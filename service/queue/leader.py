@@ -15,17 +15,17 @@ from typing import Any
 from service.execution.protocol import Engine
 from service.files.artifacts import Artifacts
 from service.files.disk_space import Space
+from service.logs import about
 from service.queue import searching
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
 from service.queue.registration import Registrar
 from service.queue.verification import Verification
-from service.records.attempt import Attempt, Ending
 from service.records.jobs import Kind, Lease, State, StoreUnavailable
-from service.records.logs import about
-from service.records.settings import Settings
-from service.records.timings import Timings
+from service.settings import Settings
 from service.store import Store
+from service.workers.attempt import Attempt, Ending
+from service.workers.timings import Timings
 
 log = logging.getLogger(__name__)
 

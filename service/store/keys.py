@@ -29,8 +29,8 @@ class Keys:
         self._database = database
         self._noting = Lock()  # held while a use is noted
 
-    def create(self, name: str, scopes: Iterable[Scope], expires: datetime | None = None) -> tuple[KeyRow, str]:
-        """Create a key; return it with its secret, which is stored nowhere."""
+    def issue(self, name: str, scopes: Iterable[Scope], expires: datetime | None = None) -> tuple[KeyRow, str]:
+        """Issue a key; return it with its secret, which is stored nowhere."""
         secret = MARK + secrets.token_urlsafe(SECRET_BYTES)
         row = {
             "id": uuid.uuid4().hex,

@@ -33,7 +33,7 @@ from service.store.statements import (
     retention_if,
     unless_result,
 )
-from service.store.tables import CONTROL, JOBS, POINTS, TERMS
+from service.store.tables import ARTIFACTS, CONTROL, JOBS, POINTS, TERMS
 
 
 class Leases:
@@ -181,6 +181,19 @@ class Leases:
             elif outcome is not None:
                 log_attempts(connection, moment, "cancelled", lease)
         return outcome
+
+    def publish(self, lease: Lease, files: Sequence[Stored], *, seconds: float) -> bool:
+        """Register the files of a publication, in place of earlier ones, all at once."""
+        moment = now()
+        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment}
+        with self._database.writing() as connection:
+            if not connection.execute(JOBS.update().where(is_held(lease)).values(end)).rowcount:
+                return False
+            connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id == lease.id))
+            register_files(connection, lease.id, files)
+            names = [file.name for file in files]
+            log_attempts(connection, moment, "published", lease, files=names)
+        return True
 
     def _end(
         self,

@@ -24,7 +24,6 @@ from service.store.statements import (
     is_held,
     now,
     one_row,
-    register_files,
     release_publications,
     stored_record,
 )
@@ -50,7 +49,7 @@ _IS_FORGOTTEN = JOBS.c.failure == FAILURE
 
 
 class Publications:
-    """What a publication needs, and how its attempt ends: with files, or with results found lost."""
+    """What a publication needs, what it has published, and the results that it found lost."""
 
     def __init__(self, database: Database):
         self._database = database
@@ -76,19 +75,6 @@ class Publications:
         query = query.where(JOBS.c.sweep_id == sweep_id).order_by(ARTIFACTS.c.name)
         with self._database.reading() as connection:
             return tuple(stored_record(row) for row in connection.execute(query))
-
-    def publish(self, lease: Lease, files: Sequence[Stored], *, seconds: float) -> bool:
-        """Register the files of a publication, in place of earlier ones, all at once."""
-        moment = now()
-        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment}
-        with self._database.writing() as connection:
-            if not connection.execute(JOBS.update().where(is_held(lease)).values(end)).rowcount:
-                return False
-            connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id == lease.id))
-            register_files(connection, lease.id, files)
-            names = [file.name for file in files]
-            log_attempts(connection, moment, "published", lease, files=names)
-        return True
 
     def lose_results(self, lease: Lease, losses: Sequence[Loss], *, most: int) -> bool:
         """End a publication that found results of its runs lost: it waits until they are computed again.

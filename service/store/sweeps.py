@@ -141,8 +141,11 @@ class Sweeps:
             sweep = expand(sweep, self._cost)
         moment = now()
         with self._database.commanding() as connection:
-            id = accepted_before(connection, submission) or accept(connection, submission, sweep, moment)
-            return sweep_status(connection, id)
+            earlier = accepted_before(connection, submission)
+            status = sweep_status(connection, earlier or accept(connection, submission, sweep, moment))
+            if earlier is None:
+                log_event(connection, moment, "accepted", sweep_id=status.id, planned=status.planned, new=status.new)
+            return status
 
     def extend(self, lease: Lease, points: "Sequence[Point]") -> bool:
         """Add points to the sweep of a leased publication, which waits for them.

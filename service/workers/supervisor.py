@@ -16,10 +16,10 @@ from typing import Any
 from service.files import attempt_log
 from service.files.artifacts import LOG, OF_A_RUN, describe
 from service.files.disk_space import free_bytes
-from service.records.attempt import Attempt, Ending
 from service.records.jobs import Cause, Kind, Stored
-from service.records.timings import DEFAULT, Timings
+from service.workers.attempt import Attempt, Ending
 from service.workers.stall import StallClock
+from service.workers.timings import DEFAULT, Timings
 from service.workers.warm import Message, Slot, WarmProcess
 from service.workers.warm_process import STATUS_MEMORY
 from studies.values.files import RESULT, SWEEP_FILES

@@ -66,7 +66,7 @@ def published(api: Api, tmp_path_factory: pytest.TempPathFactory) -> str:
     file = cube.write(cube.build(sweep, answers), folder / "cube.nc")
     contents = {**FILES, "cube.nc": file.read_bytes()}
     stored = [api._stored(f"{id}/{name}", content) for name, content in contents.items()]
-    api.store.publications.publish(claim, stored, seconds=0.1)
+    api.store.leases.publish(claim, stored, seconds=0.1)
     return f"/v1/sweeps/{id}"
 
 

@@ -17,7 +17,7 @@ from service.cli import validation as validation_commands
 from service.cli.commands import computing
 from service.cli.console import SHORT_ID, print_table
 from service.records.jobs import RUN_STATES, Keep, SweepState, SweepStatus
-from service.records.settings import Settings
+from service.settings import Settings
 from studies import examples, verification
 from studies.values.recipes import ACCURACY
 from tests.service.support.api import FILES, Api, open_api, served

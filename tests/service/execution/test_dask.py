@@ -16,10 +16,10 @@ from pydantic import ByteSize, ValidationError
 
 from service.execution import dask
 from service.execution.dask import SchedulerConnection, probe
-from service.records.attempt import Attempt, Away, Back, Ended
 from service.records.jobs import Cause
-from service.records.settings import Settings
-from service.records.timings import DEFAULT
+from service.settings import Settings
+from service.workers.attempt import Attempt, Away, Back, Ended
+from service.workers.timings import DEFAULT
 from solver import PHYSICS_VERSION
 from tests.service.support.cluster import (
     PRELOAD,
@@ -47,7 +47,7 @@ SERVICE = """
 import json, sys, time
 from pathlib import Path
 from queue import SimpleQueue
-from service.records.attempt import Attempt
+from service.workers.attempt import Attempt
 from service.execution.dask import DaskEngine, Remote
 job = json.loads(sys.argv[1])
 address, *files = job["remote"]

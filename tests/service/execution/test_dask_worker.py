@@ -5,7 +5,7 @@ from pathlib import Path
 from types import SimpleNamespace
 
 from service.execution import dask_worker
-from service.records.attempt import Ending
+from service.workers.attempt import Ending
 from solver import PHYSICS_VERSION
 from tests.service.support.cluster import attempt_in, checkpoint_step, pid_of
 from tests.service.support.fakes import is_gone

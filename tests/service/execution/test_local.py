@@ -17,7 +17,7 @@ from service.files.artifacts import Artifacts
 from service.files.data_directory import holding
 from service.queue.dispatcher import Dispatcher
 from service.records.jobs import Cause, RunRow, State, Submission, SweepState, SweepStatus
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
 from tests.service.support.cluster import patiently

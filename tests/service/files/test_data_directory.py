@@ -12,7 +12,7 @@ import pytest
 from service.cli.local import run_sweep
 from service.cli.serve import serve
 from service.files.data_directory import DataInUse, holding
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
 from tests.service.execution.test_local import document, settings_of
@@ -20,7 +20,7 @@ from tests.service.execution.test_local import document, settings_of
 ROOT = Path(__file__).parents[3]
 HOLD = (
     "import sys; from pathlib import Path; from service.files.data_directory import holding; "
-    "from service.records.settings import Settings\n"
+    "from service.settings import Settings\n"
     "with holding(Settings(data=Path(sys.argv[1]))): print('held', flush=True); sys.stdin.read()"
 )
 

@@ -13,8 +13,8 @@ import pytest
 from service.files import disk_space as space
 from service.files.disk_space import Space
 from service.queue.retry import excuse_full_disk
-from service.records.attempt import Ending
 from service.records.jobs import Cause, Kind, State, StoreUnavailable, Submission
+from service.workers.attempt import Ending
 from tests.service.support.fakes import sweep_of
 from tests.service.support.harness import Harness, open_harness
 

@@ -12,9 +12,9 @@ import pytest
 
 from service.files.disk_space import Space
 from service.queue.garbage_collection import FOLDERS_AT_ONCE, MOST_REMOVED, GarbageCollector
-from service.records.attempt import Attempt
 from service.records.jobs import Cause, Keep, NotFound, State, StoreUnavailable
-from service.records.timings import Timings
+from service.workers.attempt import Attempt
+from service.workers.timings import Timings
 from tests.service.support.fakes import failing, run_id, runs_of
 from tests.service.support.harness import Harness, open_harness
 

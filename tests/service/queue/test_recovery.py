@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from service.records.attempt import Attempt, Away, Back, Ended
 from service.records.jobs import Cause, State, StoreUnavailable, SweepState
+from service.workers.attempt import Attempt, Away, Back, Ended
 from tests.service.support.fakes import RecordingEngine, failing, run_id
 from tests.service.support.harness import Harness
 

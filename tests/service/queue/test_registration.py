@@ -10,8 +10,8 @@ from service.queue.leader import MOST_REGISTRATIONS
 from service.queue.registration import Registrar
 from service.queue.retry import FREE_LOSSES
 from service.queue.verification import VerifiedEnding
-from service.records.attempt import Attempt, Ending
 from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable, SweepState
+from service.workers.attempt import Attempt, Ending
 from tests.service.support.fakes import failing, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FAKE

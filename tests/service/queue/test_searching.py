@@ -7,8 +7,8 @@ from typing import Any
 import pytest
 
 from service.queue import searching
-from service.records.attempt import Attempt
 from service.records.jobs import Cause, Kind, State, Submission, SweepState
+from service.workers.attempt import Attempt
 from studies.sweeps.sweep import Point, Sweep
 from tests.service.support.fakes import open_store
 from tests.service.support.harness import Harness, open_harness

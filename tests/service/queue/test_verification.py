@@ -13,8 +13,8 @@ import pytest
 
 from service.files.artifacts import Artifacts, describe
 from service.queue.verification import OWN_SHORTAGE
-from service.records.attempt import Attempt, Ending
 from service.records.jobs import Cause, Lease, State, Stored
+from service.workers.attempt import Attempt, Ending
 from tests.service.support.fakes import DEADLINE, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 

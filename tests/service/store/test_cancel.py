@@ -107,7 +107,7 @@ def test_retry__publishes_again_and_keeps_the_earlier_files_until_then(store: St
     assert [file.name for file in store.publications.files(sweep)] == ["cube.nc", "log.txt"]
     store.sweeps.retry(sweep)
     [publication] = store.leases.take(1, TERM)
-    assert store.publications.publish(publication, [stored("report.html", "report.html")], seconds=1.0)
+    assert store.leases.publish(publication, [stored("report.html", "report.html")], seconds=1.0)
     assert [file.name for file in store.publications.files(sweep)] == ["report.html"]
 
 
@@ -143,7 +143,7 @@ def test_publication__of_an_earlier_result_no_longer_counts(store: Store) -> Non
     store.sweeps.retry(sweep)
     [stale] = store.leases.take(9, TERM)
     assert store.runs.replace_result(run_id(0), stored().sha256, NEW, SUMMARY) == (sweep,)
-    assert not store.publications.publish(stale, [stored("cube.nc", "cube.nc")], seconds=1.0)
+    assert not store.leases.publish(stale, [stored("cube.nc", "cube.nc")], seconds=1.0)
     assert [lease.sweep_id for lease in store.leases.take(9, TERM)] == [sweep]
 
 
@@ -160,7 +160,9 @@ def test_delete__takes_only_sweeps_that_have_ended(store: Store) -> None:
     assert store.retention.deleted_sweeps([sweep, run_id(77)]) == {sweep}
 
 
-@pytest.mark.parametrize("method", ["sweeps.get", "sweeps.cancel", "sweeps.retry", "sweeps.delete", "runs.get", "runs.files"])
+@pytest.mark.parametrize(
+    "method", ["sweeps.get", "sweeps.cancel", "sweeps.retry", "sweeps.delete", "runs.get", "runs.files"]
+)
 def test_unknown_id__is_not_found(store: Store, method: str) -> None:
     with pytest.raises(NotFound):
         attrgetter(method)(store)(run_id(77))

@@ -164,7 +164,7 @@ def test_publication__waits_for_the_last_run_and_comes_before_others(store: Stor
     store.sweeps.create(Submission(sweep_of(runs_of("fine", first=20)), priority=-100))
     [publication] = store.leases.take(1, TERM)
     assert publication.sweep_id == sweep
-    assert store.publications.publish(publication, [stored("cube.nc", "cube.nc")], seconds=1.0)
+    assert store.leases.publish(publication, [stored("cube.nc", "cube.nc")], seconds=1.0)
     status = store.sweeps.get(sweep)
     assert (status.state, status.counts["failed"]) == (SweepState.SUCCEEDED, 1)
 

@@ -143,7 +143,7 @@ def test_finish__the_last_two_runs_at_once_publish_once(replicas: list[Store]) -
         at_once(finishing(store, one), finishing(other, two))
         [publication] = store.leases.take(9, TERM)
         assert publication.kind is Kind.PUBLISH
-        assert store.publications.publish(publication, [stored("cube.nc")], seconds=1.0)
+        assert store.leases.publish(publication, [stored("cube.nc")], seconds=1.0)
 
 
 def test_cancel__while_another_sweep_joins_leaves_the_run_to_it(replicas: list[Store]) -> None:
@@ -199,7 +199,7 @@ def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> Non
 
 def end(store: Store, lease: Lease, number: int) -> None:
     if lease.kind is Kind.PUBLISH:
-        store.publications.publish(lease, [stored("cube.nc")], seconds=1.0)
+        store.leases.publish(lease, [stored("cube.nc")], seconds=1.0)
     elif number % 4 == 0:
         store.leases.requeue(lease, Cause.LOST, reason="worker lost")
     else:

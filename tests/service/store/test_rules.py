@@ -174,7 +174,7 @@ class Rules(RuleBasedStateMachine):
     def finish(self, lease: Lease, succeeded: bool) -> None:
         counts = self.counts(lease)
         if lease.kind is Kind.PUBLISH:
-            assert self.store.publications.publish(lease, [stored("cube.nc")], seconds=1.0) == counts
+            assert self.store.leases.publish(lease, [stored("cube.nc")], seconds=1.0) == counts
             return
         assert self.store.leases.finish(lease, result(succeeded=succeeded)) == counts
         if counts:

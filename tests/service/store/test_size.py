@@ -16,7 +16,7 @@ from fastapi.testclient import TestClient
 from service.api.app import build_app
 from service.files.artifacts import Artifacts
 from service.records.jobs import Scope, State, Submission, SweepState
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from service.store.statements import now
 from service.store.submission import BATCH
@@ -90,7 +90,7 @@ def filling(url: str) -> Iterator[Filled]:
         older = store.sweeps.page(limit=PARTS + 1).next_cursor
         assert older is not None
         sweeps = (large.id, part.id, small.id, cancelled, older)
-        yield Filled(store, *sweeps, store.keys.create("anna", [Scope.READ])[1], accepting, of_large)
+        yield Filled(store, *sweeps, store.keys.issue("anna", [Scope.READ])[1], accepting, of_large)
 
 
 def _cancelled(store: Store) -> tuple[str, ...]:

@@ -17,9 +17,9 @@ from queue import Empty, SimpleQueue
 
 from service.execution.dask import DaskEngine, Remote
 from service.execution.protocol import Engine
-from service.records.attempt import Attempt, Ended, Ending, Inbox, Message, ProgressMessage
 from service.records.jobs import Kind
-from service.records.timings import DEFAULT, Timings
+from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message, ProgressMessage
+from service.workers.timings import DEFAULT, Timings
 from tests.service.support.fakes import is_gone, run_id, wait_until
 from tests.service.support.targets import FakeRun
 

@@ -9,11 +9,11 @@ from pathlib import Path
 from typing import Any, cast
 from unittest.mock import patch
 
-from service.records.attempt import Attempt
 from service.records.jobs import Stored, StoreUnavailable
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from service.store.leadership import Leadership, Terms
+from service.workers.attempt import Attempt
 from studies.sweeps.sweep import Sweep
 from tests.service.support.targets import FakeRun
 

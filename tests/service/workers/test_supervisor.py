@@ -15,11 +15,11 @@ import pytest
 from service.files import attempt_log
 from service.files.artifacts import digest
 from service.files.lost_results import list_in
-from service.records.attempt import Attempt
 from service.records.jobs import Cause, Keep, Kind
-from service.records.timings import DEFAULT
 from service.workers import warm
+from service.workers.attempt import Attempt
 from service.workers.supervisor import Supervisor
+from service.workers.timings import DEFAULT
 from tests.service.support.attempts import (
     LIMIT,
     NO_PAUSE,

@@ -11,8 +11,8 @@ from pathlib import Path
 
 import pytest
 
-from service.records.attempt import Attempt
 from service.workers import warm_process
+from service.workers.attempt import Attempt
 from service.workers.warm import MOST_ATTEMPTS
 from studies.runs.run import resolve
 from tests.service.support.attempts import (
@@ -114,7 +114,7 @@ def test_run__of_another_version_fails_and_its_reason_names_the_cure(tmp_path: P
 
 SUPERVISOR = """
 import json, sys, time
-from service.records.attempt import Attempt
+from service.workers.attempt import Attempt
 from service.workers.supervisor import Supervisor
 from service.workers.warm import Slot
 slot = Slot()
