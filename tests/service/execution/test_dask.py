@@ -12,7 +12,7 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
-from pydantic import ByteSize, ValidationError
+from pydantic import ByteSize
 
 from service.execution import dask
 from service.execution.dask import SchedulerConnection, probe
@@ -175,17 +175,6 @@ def test_service_killed__the_next_one_follows_its_attempts(cluster: DaskCluster,
         assert not {short.key, long.key} & user.engine.attempts()
 
 
-def test_service_that_stands_by__leaves_its_attempts_to_the_next(cluster: DaskCluster, tmp_path: Path) -> None:
-    attempt = attempt_in(tmp_path, seconds=3.0)
-    with serving(cluster.remote(), leave_seconds=None) as user:
-        user.wait_for_slots(WORKERS)
-        user.begin(attempt)
-    with serving(cluster.remote()) as user:
-        user.wait_for_slots(WORKERS)
-        user.engine.follow(attempt.key)
-        assert user.end_of(attempt).cause is None
-
-
 # --- the scheduler goes away ---------------------------------------------------------------------
 
 
@@ -322,11 +311,6 @@ def test_worker_of_another_kind__gets_no_work_and_is_named(
 
 
 # --- trust ---------------------------------------------------------------------------------------
-
-
-def test_tcp__is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValidationError, match="tls://"):
-        Settings(data=tmp_path, engine="tcp://127.0.0.1:8786")
 
 
 def test_other_authority__the_scheduler_is_not_trusted(cluster: DaskCluster, tmp_path: Path) -> None:

@@ -15,7 +15,7 @@ from service.files.data_directory import DataInUse, holding
 from service.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
-from tests.service.execution.test_local import document, settings_of
+from tests.service.cli.test_run_sweep import document, settings_of
 
 ROOT = Path(__file__).parents[3]
 HOLD = (

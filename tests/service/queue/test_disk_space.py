@@ -62,16 +62,6 @@ def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(harness: Harne
     assert harness.dispatcher.blocked_reason() is harness.store.queue.status().blocked_reason is None
 
 
-def test_reserve__what_is_under_way_goes_on_and_is_registered(harness: Harness, disk: Disk) -> None:
-    harness.store.sweeps.create(Submission(sweep_of(1)))
-    [ticket] = harness.tick()
-    disk.free = 0
-    harness.end_well(ticket)
-    harness.tick()
-    assert harness.run().state is State.SUCCEEDED
-    assert harness.engine.stopped == []
-
-
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
 def test_full_disk__the_run_is_queued_again_and_costs_nothing(harness: Harness, disk: Disk, number: int) -> None:
     harness.store.sweeps.create(Submission(sweep_of(1)))
@@ -94,12 +84,6 @@ def test_full_disk__a_run_that_leaves_room_behind_has_crashed(harness: Harness, 
     assert [ticket.kind for ticket in harness.tick()] == [Kind.PUBLISH]
     assert (harness.run().state, harness.run().cause) == (State.FAILED, Cause.CRASH)
     assert "the disk was full" in str(harness.run().reason)
-
-
-def test_full_disk__is_full_without_a_reserve_too(tmp_path: Path, disk: Disk) -> None:
-    disk.free = 0
-    assert Space(tmp_path, 0).is_used_up()
-    assert Space(tmp_path, 0).blocked_reason() is None
 
 
 def test_full_disk__is_believed_whatever_the_library_says(harness: Harness, disk: Disk) -> None:

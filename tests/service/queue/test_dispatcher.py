@@ -199,16 +199,6 @@ def test_close__queues_what_was_under_way_and_registers_what_ended(harness: Harn
     assert harness.store.leases.held() == ()
 
 
-def test_leave__claims_nothing_more(harness: Harness) -> None:
-    harness.engine.free = 0
-    harness.submit(2)
-    harness.dispatcher.start()
-    harness.dispatcher.leave()
-    harness.engine.free = 2
-    harness.dispatcher.close()
-    assert harness.engine.submitted == []
-
-
 def test_close__with_a_store_that_is_away_ends(harness: Harness) -> None:
     harness.begin(1)
     harness.dispatcher.start()

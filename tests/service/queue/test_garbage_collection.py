@@ -80,16 +80,6 @@ def temporary(file: Path) -> Path:
 # --- attempts ------------------------------------------------------------------------------------
 
 
-def test_lost_attempt__goes_when_it_is_old(harness: Harness) -> None:
-    lost, counted = lost_and_finished(harness)
-    collect(harness)
-    assert lost.is_dir()
-    make_old(harness.settings.data / "runs")
-    collect(harness)
-    assert not lost.exists()
-    assert counted.is_dir()
-
-
 def test_lost_attempt__goes_at_once_when_the_disk_is_full(harness: Harness) -> None:
     lost, counted = lost_and_finished(harness)
     no_row_is_written = failing(harness.store.retention, "drop", "forget_runs")

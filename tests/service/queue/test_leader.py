@@ -72,12 +72,6 @@ def test_threads__of_the_workers_are_shared_by_runs_that_begin_together(
     assert {attempt.threads for attempt in harness.begin(runs)} == {threads}
 
 
-def test_threads__of_a_later_run_are_a_share_too(harness: Harness) -> None:
-    harness.engine.free = 4
-    harness.begin(1)
-    assert [attempt.threads for attempt in harness.begin(runs_of("fine", first=1))] == [2]
-
-
 # --- stopping and progress -----------------------------------------------------------------------
 
 

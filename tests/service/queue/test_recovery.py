@@ -41,14 +41,6 @@ def test_new_life__registers_what_is_complete_and_queues_the_rest(harness: Harne
     assert harness.run(1).crashes == 0
 
 
-def test_lost__a_result_that_is_complete_on_disk_counts(harness: Harness) -> None:
-    [attempt] = harness.begin(1)
-    harness.compute(attempt)
-    harness.end_badly(attempt, Cause.LOST)  # its worker died just then
-    harness.tick()
-    assert is_first_success(harness)
-
-
 def test_new_term__a_store_that_is_away_at_its_begin_loses_no_result(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     harness.end_well(attempt)
@@ -72,16 +64,6 @@ def test_new_life__a_publication_is_made_again(harness: Harness) -> None:
     harness.end_well(again)
     successor.tick()
     assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
-
-
-def test_new_life__a_run_that_was_being_cancelled_ends_cancelled(harness: Harness) -> None:
-    id = harness.submit(1)
-    harness.tick()
-    harness.store.sweeps.cancel(id)
-    engine = RecordingEngine()
-    harness.successor(engine).tick()
-    assert harness.run().state is State.CANCELLED
-    assert engine.submitted == []
 
 
 # --- an engine that outlives the service ---------------------------------------------------------

@@ -119,15 +119,6 @@ def test_shared_run__has_the_priority_of_the_most_urgent_sweep(store: Store) -> 
         store.sweeps.set_priority(patient, 1)
 
 
-def test_priority__of_a_sweep_that_has_ended_does_not_count(store: Store) -> None:
-    submit(store, 0, 1, priority=-5)
-    [lease] = lease_runs(store, 1)
-    store.leases.fail(lease, Cause.CRASH, failure="SIGSEGV", reason="")
-    finish_all(store)
-    submit(store, 0, 1, priority=5)
-    assert priorities(store, 1) == [5]
-
-
 def test_priority_classes__have_virtual_times_of_their_own(store: Store) -> None:
     submit(store, 0, 50)
     submit(store, 100, 40, priority=-1)
