@@ -27,7 +27,7 @@ PATIENCE = 120.0  # s, for everything that is done at once
 def replicas(database_url: str) -> Iterator[list[Store]]:
     """Services on one database."""
     with ExitStack() as ends:
-        yield [ends.enter_context(closing(Store.open(database_url, cost=lambda run: 1.0))) for _ in range(REPLICAS)]
+        yield [ends.enter_context(closing(Store.open(database_url))) for _ in range(REPLICAS)]
 
 
 def at_once(*doings: Callable[[], object]) -> list[object]:

@@ -68,7 +68,7 @@ def filled(request: pytest.FixtureRequest) -> Iterator[Filled]:
 @contextmanager
 def filling(url: str) -> Iterator[Filled]:
     """A store in which much has happened: no sweep has most of the rows, and few runs are under way."""
-    with closing(Store.open(url, cost=lambda run: 1.0)) as store:
+    with closing(Store.open(url)) as store:
         cancelled = _cancelled(store)
         with statements(store) as few:
             small = store.sweeps.create(Submission(sweep_of(runs_of("fine", first=10 * LARGE))))

@@ -5,7 +5,7 @@ from typing import cast
 import pytest
 
 from service.records.jobs import Cause, CrashCount, Keep, Submission
-from service.store import Store, digest_of
+from service.store import Store
 from tests.service.support.fakes import run_id, sweep_of
 from tests.service.support.rows import finish_all, lease_runs, result
 from tests.service.support.targets import FakeRun
@@ -43,8 +43,8 @@ def test_failed_transaction__leaves_nothing(store: Store) -> None:
 
 def test_digest__finds_the_same_sweep(store: Store) -> None:
     status = store.sweeps.create(Submission(sweep_of(2)))
-    assert store.sweeps.find(digest_of(sweep_of(2))) == status
-    assert store.sweeps.find(digest_of(sweep_of(3))) is None
+    assert store.sweeps.find(sweep_of(2).digest) == status
+    assert store.sweeps.find(sweep_of(3).digest) is None
 
 
 def test_shared_run__keeps_the_most_that_a_sweep_demands(store: Store) -> None:

@@ -15,6 +15,8 @@ from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
+import psutil
+
 from service.execution.dask import DaskEngine, Remote
 from service.execution.protocol import Engine
 from service.records.jobs import Kind
@@ -57,20 +59,13 @@ def environment() -> dict[str, str]:
 
 def family(pid: int) -> list[int]:
     """A process and all that descend from it."""
-    parents: dict[int, int] = {}
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            with suppress(OSError):  # it ended just now
-                fields = (entry / "stat").read_text().rpartition(")")[2].split()
-                parents[int(entry.name)] = int(fields[1])
-    pids = [pid]
-    for ancestor in pids:
-        pids += [child for child, parent in parents.items() if parent == ancestor]
-    return pids
+    with suppress(psutil.NoSuchProcess):
+        return [pid, *(child.pid for child in psutil.Process(pid).children(recursive=True))]
+    return [pid]
 
 
 def parent_of(pid: int) -> int:
-    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    return psutil.Process(pid).ppid()
 
 
 @dataclass
