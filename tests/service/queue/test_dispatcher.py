@@ -118,23 +118,6 @@ def test_lead_lost_while_the_engine_starts__begins_no_term(harness: Harness) -> 
     assert not dispatcher.leads()
 
 
-def test_leader__of_postgresql_is_one_and_the_next_takes_over(tmp_path: Path, postgresql_url: str) -> None:
-    settings = settings_in(tmp_path, database_url=postgresql_url, poll_seconds=0.05)
-    with closing(open_store(settings)) as one, closing(open_store(settings)) as other:
-        first, second = (
-            Dispatcher(settings, store, open_engine=lambda _inbox: RecordingEngine(), timings=AT_ONCE)
-            for store in (one, other)
-        )
-        first.start()
-        second.start()
-        assert (first.leads(), second.leads()) == (True, False)
-        assert first.is_alive()
-        assert second.is_alive()
-        first.close()
-        wait_until(second.leads)
-        second.close()
-
-
 # --- errors --------------------------------------------------------------------------------------
 
 
