@@ -22,7 +22,8 @@ from service.store import Store, digest_of
 from service.workers.timings import DEFAULT, Timings
 from solver.errors import WhippleError
 from studies.sweeps.document import read_sweep_file
-from studies.sweeps.sweep import Sweep, SweepLimits
+from studies.sweeps.reading import SweepLimits
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import Finding, InvalidInput
 from studies.values.files import FILM
 

@@ -8,8 +8,9 @@ from service.records.jobs import Lease, MeasuredRun, State
 from service.store import Store
 from solver.errors import WhippleError
 from studies.runs.run import Run
+from studies.sweeps.reading import ACCEPTED
 from studies.sweeps.search import Outcome, outcome_in
-from studies.sweeps.sweep import ACCEPTED, Point, Sweep
+from studies.sweeps.sweep import Point, Sweep
 
 log = logging.getLogger(__name__)
 

@@ -3,7 +3,6 @@
 import re
 import shutil
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +14,6 @@ from service.api.routes import health
 from service.records.jobs import State, StoreUnavailable
 from tests.service.support.api import Api, open_api
 from tests.service.support.fakes import DEADLINE
-
-
-@pytest.fixture
-def api(tmp_path: Path) -> Iterator[Api]:
-    with open_api(tmp_path) as opened:
-        yield opened
-
 
 # --- queue ----------------------------------------------------------------------------------------
 
@@ -37,7 +29,9 @@ def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
 
 
 def test_queue__gives_the_reason_that_readiness_gives(api: Api) -> None:
-    assert api.http.get("/v1/queue").json()["blocked_reason"] == not_ready(api)
+    reason = api.http.get("/v1/queue").json()["blocked_reason"]
+    assert reason == not_ready(api)
+    assert "no service leads" in reason
     api.term()
     api.engine.reason = "there is no worker today"
     api.http.app.state.readiness = health.ReadinessCheck()  # type: ignore[attr-defined]

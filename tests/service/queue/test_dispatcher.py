@@ -11,7 +11,7 @@ from service.queue.dispatcher import OTHER_LEADER, Dispatcher
 from service.queue.leader import NO_WORKER
 from service.records.jobs import Cause, State, StoreUnavailable
 from service.workers.attempt import Attempt, Inbox
-from tests.service.support.fakes import RecordingEngine, failing, open_store, settings_in, wait_until
+from tests.service.support.fakes import RecordingEngine, failing, open_store, wait_until
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
 
