@@ -2,6 +2,7 @@
 
 import math
 import re
+from collections import Counter
 from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, replace
@@ -27,9 +28,11 @@ from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
 
+pytestmark = pytest.mark.claim("queue", "size")
 LARGE, PART = 10_000, 100  # runs
 PARTS = 8  # sweeps of so many
 PAGE = 3  # statements, whatever the size
+WRITE = re.compile(r"(?:UPDATE|DELETE FROM|INSERT INTO) (\w+)")
 
 
 @dataclass(frozen=True)
@@ -111,6 +114,7 @@ def _cancelled(store: Store) -> tuple[str, ...]:
 
 
 def test_accept__is_one_transaction_of_two_statements_more_for_each_thousand_runs(filled: Filled) -> None:
+    """10 000 runs are accepted in one transaction, of two statements more for each thousand."""
     assert filled.accepting["large"] == filled.accepting["small"] + 2 * ((LARGE - 1) // BATCH)
     assert filled.commits == 1
 
@@ -198,7 +202,10 @@ def _write_files(filled: Filled, artifacts: Artifacts) -> None:
 
 
 def test_pages__take_at_most_three_statements_with_the_check_of_the_key(filled: Filled, tmp_path: Path) -> None:
-    """Of a service that has just begun. The use of the key was noted just before, so that it is not noted now."""
+    """A page about 10 000 runs takes at most three statements, the check of the key included.
+
+    The service has just begun; the use of the key was noted just before, so that it is not noted now.
+    """
     store = filled.store
     with store.database.writing() as connection:
         connection.execute(KEYS.update().values(used=now()))
@@ -217,6 +224,7 @@ def test_pages__take_at_most_three_statements_with_the_check_of_the_key(filled: 
 
 
 def test_commands__take_as_many_statements_for_many_runs_as_for_one(filled: Filled) -> None:
+    """A command on 10 000 runs takes as many statements as on one, a cancel one for each table."""
     commands: dict[str, Callable[[str], object]] = {
         "priority": lambda id: filled.store.sweeps.set_priority(id, 3),
         "cancel": filled.store.sweeps.cancel,
@@ -228,6 +236,9 @@ def test_commands__take_as_many_statements_for_many_runs_as_for_one(filled: Fill
         with statements(filled.store) as many:
             command(filled.large)
         assert len(many) == len(few), name
+        if name == "cancel":
+            written = Counter(write[1] for text in many if (write := WRITE.match(text)))
+            assert set(written.values()) == {1}, written
 
 
 # --- plans -----------------------------------------------------------------------------------------
@@ -270,6 +281,7 @@ WHOLE = {
 
 @pytest.mark.parametrize("query", QUERIES)
 def test_query__takes_at_most_three_statements_that_read_through_an_index(filled: Filled, query: str) -> None:
+    """A query beside 10 000 runs takes at most three statements, and reads no table whole in vain."""
     _fresh(filled.store)
     with plans(filled.store) as asked:
         QUERIES[query](filled)
@@ -280,6 +292,7 @@ def test_query__takes_at_most_three_statements_that_read_through_an_index(filled
 
 
 def test_lease__is_read_through_its_index_in_its_order(filled: Filled) -> None:
+    """A claim of the next jobs among 10 000 sorts nothing."""
     with plans(filled.store) as texts:
         assert len(filled.store.leases.take(2, TERM)) == 2
     [plan] = [text for text in texts if "jobs_queue" in text]
