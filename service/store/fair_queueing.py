@@ -14,9 +14,14 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.records.jobs import ACTIVE, KEPT_BY, Keep, Kind, Lease, State, at_least
-from service.store.statements import (
+from service.store.tables import (
+    ARTIFACTS,
     HAS_RESULT,
+    JOBS,
+    POINTS,
+    PRIORITY_CLASSES,
     PUBLICATIONS,
+    SWEEPS,
     ended_by_accident,
     hold_publications,
     insert_into,
@@ -24,7 +29,6 @@ from service.store.statements import (
     runs_of,
     unless_result,
 )
-from service.store.tables import ARTIFACTS, JOBS, POINTS, PRIORITY_CLASSES, SWEEPS
 from studies.values.files import FILM
 
 LAST = 1e300  # a virtual time after every other

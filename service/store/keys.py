@@ -13,8 +13,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import KeyRow, NotFound, Scope, StoreUnavailable
 from service.store.connection import Database
-from service.store.statements import Row, now, one_row
-from service.store.tables import KEYS
+from service.store.tables import KEYS, Row, now, one_row
 
 MARK = "whp_"  # by which people and secret scanners recognise a secret of this service
 PREFIX_LENGTH = len(MARK) + 8

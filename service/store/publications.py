@@ -15,19 +15,22 @@ from service.records.jobs import TERMINAL, Cause, Kind, Lease, PublishedRun, Sta
 from service.store import fair_queueing
 from service.store.connection import Database
 from service.store.events import log_attempts, log_event
-from service.store.statements import (
-    NO_PROGRESS,
+from service.store.leases import count_attempt, wait_again
+from service.store.tables import (
+    ARTIFACTS,
+    CONTROL,
+    EVENTS,
+    JOBS,
     POINT_STATE,
+    POINTS,
+    SWEEPS,
     batches,
-    count_attempt,
     invalidate_tallies,
-    is_held,
     now,
     one_row,
     release_publications,
     stored_record,
 )
-from service.store.tables import ARTIFACTS, CONTROL, EVENTS, JOBS, POINTS, SWEEPS
 
 FAILURE = "ResultLost"
 REASON = "its registered result was lost or damaged"
@@ -83,11 +86,9 @@ class Publications:
         limits for all results.
         """
         moment = now()
-        wait = JOBS.update().where(is_held(lease)).values(NO_PROGRESS)
-        wait = wait.values(state=State.WAITING, unfinished_point=sa.null())
         reason = f"results of {len(losses)} runs are lost"
         with self._database.writing() as connection:
-            if not connection.execute(wait).rowcount:
+            if not wait_again(connection, lease):
                 return False
             _forget_results(connection, moment, lease, losses, most)
             count_attempt(connection, Cause.LOST)

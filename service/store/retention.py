@@ -9,8 +9,7 @@ import sqlalchemy as sa
 from service.records.jobs import KEPT_BY, TERMINAL, Keep, Kind, LastAttempt, Stored, at_least
 from service.store.connection import Database
 from service.store.events import log_event
-from service.store.statements import batches, now, stored_record
-from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
+from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS, batches, now, stored_record
 
 AFTER_HEX = "g"  # added to the beginning of an id, it comes after every id that begins so
 BY_JOB = [ARTIFACTS.c.job_id, ARTIFACTS.c.name]

@@ -9,20 +9,24 @@ import sqlalchemy as sa
 from service.records.jobs import TERMINAL, Kind, MeasuredRun, NotFound, RunRow, State, Stored
 from service.store.connection import Database
 from service.store.events import log_event
-from service.store.statements import (
-    RUN_COLUMNS,
+from service.store.tables import (
+    ARTIFACTS,
+    JOBS,
+    POINTS,
+    SWEEPS,
+    Row,
     batches,
     begins,
     ended_by_accident,
     now,
     one_row,
     release_publications,
-    run_record,
     runs_of,
     stored_record,
 )
-from service.store.tables import ARTIFACTS, JOBS, POINTS, SWEEPS
 from studies.values.files import RESULT, STATE
+
+RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
 
 
 class Runs:
@@ -157,3 +161,8 @@ class Runs:
             for sweep_id in marked:
                 log_event(connection, moment, "outdated", sweep_id=sweep_id)
         return tuple(marked)
+
+
+def run_record(row: Row) -> RunRow:
+    """A run from a row with RUN_COLUMNS."""
+    return RunRow(**{field: row._mapping[JOBS.c[field]] for field in RunRow.__dataclass_fields__})

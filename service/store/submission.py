@@ -11,8 +11,7 @@ from service.records.expansion import ExpandedPoint, ExpandedSweep, expand
 from service.records.jobs import Keep, KeyReused, Kind, State, Submission
 from service.store import fair_queueing
 from service.store.connection import JsonText
-from service.store.statements import PUBLISH_PRIORITY, insert_into, release_publications
-from service.store.tables import IDEMPOTENCY, JOBS, POINTS, SWEEPS
+from service.store.tables import IDEMPOTENCY, JOBS, POINTS, PUBLISH_PRIORITY, SWEEPS, insert_into, release_publications
 
 if TYPE_CHECKING:
     from studies.sweeps.sweep import Sweep

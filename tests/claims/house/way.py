@@ -31,7 +31,7 @@ LISTED = re.compile(r"^\d+\. `((?:service|studies)/[\w/]+\.py)`", re.MULTILINE)
 # pictures of a run: no cube has them.
 HELPERS = re.compile(
     r"service/(records|files|cli)/.*|studies/(values|films)/.*"
-    r"|service/api/(access|middleware)\.py|service/store/(connection|events|statements)\.py"
+    r"|service/api/(access|middleware)\.py|service/store/(connection|events|tables)\.py"
 )
 TRACE = "WHIPPLE_WAY"  # environment: file to which a child process adds the files on its stack
 # Imported by the interpreter of each child process.

@@ -14,7 +14,7 @@ from pathlib import Path
 import pytest
 from pydantic import ByteSize
 
-from service.execution import dask
+from service.execution import dask, dask_worker
 from service.execution.dask import SchedulerConnection, probe
 from service.records.jobs import Cause
 from service.settings import Settings
@@ -220,25 +220,23 @@ def test_scheduler_killed__runs_leave_a_checkpoint_and_the_service_waits(tmp_pat
         assert user.compute(attempt_in(tmp_path, seconds=1.0))[0].cause is None
 
 
-def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(tmp_path: Path) -> None:
-    timings = replace(DEFAULT, answer=2.0)
-    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote(), timings) as user:
-        [frozen] = cluster.processes
-        cluster.start_workers(1)
-        user.wait_for_slots(1)
+def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(cluster: DaskCluster, tmp_path: Path) -> None:
+    with serving(cluster.remote(), replace(DEFAULT, answer=2.0)) as user:
+        frozen = cluster.processes[0].process.pid
+        user.wait_for_slots(WORKERS)
         attempt = attempt_in(tmp_path, seconds=3.0)
         [pid] = user.begin(attempt)
-        os.killpg(frozen.process.pid, signal.SIGSTOP)
+        os.killpg(frozen, signal.SIGSTOP)
         try:
             assert user.engine.slots() == 0
             with pytest.raises(OSError, match="away"):
                 user.engine.stop([attempt.key])
             user.wait_for(Away)
         finally:
-            os.killpg(frozen.process.pid, signal.SIGCONT)
+            os.killpg(frozen, signal.SIGCONT)
         assert user.end_of(attempt).cause is None
         assert pid_of(attempt) == pid
-        user.wait_for_slots(1)
+        user.wait_for_slots(WORKERS)
 
 
 def test_follow__that_failed_can_be_asked_for_again(
@@ -256,9 +254,12 @@ def test_follow__that_failed_can_be_asked_for_again(
     assert user.end_of(attempt).failure == "Gone"
 
 
-def test_no_worker_comes__attempts_that_wait_for_one_are_lost(tmp_path: Path) -> None:
-    timings = replace(DEFAULT, no_slot=1.0)
-    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote(), timings) as user:
+def test_no_worker_comes__attempts_that_wait_for_one_are_lost(
+    cluster: DaskCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask_worker, "OFFER", "whipple of tomorrow")
+    monkeypatch.setattr(dask_worker, "software", lambda: {"whipple": "tomorrow"})
+    with serving(cluster.remote(), replace(DEFAULT, no_slot=1.0)) as user:
         attempt = attempt_in(tmp_path)
         user.wait_for(Back)
         user.engine.submit(attempt)
@@ -308,6 +309,17 @@ def test_worker_of_another_kind__gets_no_work_and_is_named(
     assert not {pid_of(attempt) for attempt in attempts} & other.descendants
     other.kill()
     patiently(lambda: workers() == before)
+
+
+def test_differences__name_the_versions_of_both_sides() -> None:
+    own = dask_worker.software()
+    assert {"whipple", "physics", "python", "numba", "numpy"} == own.keys()
+    assert f"physics={PHYSICS_VERSION} " in dask_worker.OFFER
+    assert dask_worker.differences(own) == ""
+    other = {**own, "physics": "0", "numba": "0.1"}
+    expected = f"physics 0, on the service {PHYSICS_VERSION}; numba 0.1, on the service {own['numba']}"
+    assert dask_worker.differences(other) == expected
+    assert "--preload" in dask_worker.differences(None)
 
 
 # --- trust ---------------------------------------------------------------------------------------

@@ -7,8 +7,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import NotFound, Scope
 from service.store import Store
-from service.store.statements import now
-from service.store.tables import KEYS
+from service.store.tables import KEYS, now
 from tests.service.support.fakes import wait_until
 
 BOTH = frozenset({Scope.READ, Scope.SUBMIT})

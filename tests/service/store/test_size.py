@@ -19,9 +19,8 @@ from service.files.artifacts import Artifacts
 from service.records.jobs import Scope, State, Submission, SweepState
 from service.settings import Settings
 from service.store import Store
-from service.store.statements import now
 from service.store.submission import BATCH
-from service.store.tables import JOBS, KEYS
+from service.store.tables import JOBS, KEYS, now
 from service.store.time_left import tallies_of
 from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.databases import Postgresql
