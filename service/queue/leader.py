@@ -230,10 +230,7 @@ class Leader:
         self._written = now
         news = [(flight.leases[key], progress) for key, progress in flight.progress.items() if key in flight.leases]
         flight.progress.clear()
-        self._store.leases.record_progress([_progress_row(lease, progress) for lease, progress in news])
-        self._store.leases.record_checkpoints(
-            [(lease, progress["checkpoint"]) for lease, progress in news if "checkpoint" in progress]
-        )
+        self._store.leases.record_progress(news)
 
     # --- what begins -----------------------------------------------------------------------------
 
@@ -308,7 +305,3 @@ class Leader:
         document, outcomes = self._store.publications.inputs(lease.sweep_id)
         root = self._artifacts.root
         return {"document": document, "outcomes": [outcome.as_json(root) for outcome in outcomes]}
-
-
-def _progress_row(lease: Lease, progress: Mapping[str, Any]) -> tuple[Lease, float, float, Mapping[str, Any]]:
-    return lease, float(progress.get("fraction") or 0.0), float(progress["seconds"]), progress

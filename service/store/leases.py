@@ -119,25 +119,26 @@ class Leases:
 
     # --- progress --------------------------------------------------------------------------------
 
-    def record_progress(self, news: Sequence[tuple[Lease, float, float, Mapping[str, Any]]]) -> None:
-        """Note the progress of attempts: lease, fraction, seconds so far, progress of the solver."""
+    def record_progress(self, news: Sequence[tuple[Lease, Mapping[str, Any]]]) -> None:
+        """Note the last message about each of these attempts, and the step of its last checkpoint."""
+        progress = {name: sa.bindparam(f"new_{name}", type_=JOBS.c[name].type) for name in NO_PROGRESS}
         rows = [
-            {**held_by(lease), "now_at": fraction, "spent": seconds, "message": dict(progress)}
-            for lease, fraction, seconds, progress in news
+            {
+                **held_by(lease),
+                "new_fraction": float(message.get("fraction") or 0.0),
+                "new_seconds": float(message["seconds"]),
+                "new_progress": dict(message),
+            }
+            for lease, message in news
         ]
-        self._note(rows, fraction="now_at", seconds="spent", progress="message")
-
-    def record_checkpoints(self, news: Sequence[tuple[Lease, int]]) -> None:
-        """Note the step of the last checkpoint of attempts."""
-        rows = [{**held_by(lease), "saved": step} for lease, step in news]
-        self._note(rows, checkpoint="saved")
-
-    def _note(self, rows: Sequence[Mapping[str, Any]], **columns: str) -> None:
-        """Write news of attempts that still count; ``columns`` names the parameter of each column."""
-        values = {name: sa.bindparam(parameter, type_=JOBS.c[name].type) for name, parameter in columns.items()}
-        if rows:
-            with self._database.writing() as connection:
-                connection.execute(JOBS.update().where(IS_HELD).values(values), rows)
+        saved = [
+            {**held_by(lease), "step": message["checkpoint"]} for lease, message in news if "checkpoint" in message
+        ]
+        with self._database.writing() as connection:
+            if rows:
+                connection.execute(JOBS.update().where(IS_HELD).values(progress), rows)
+            if saved:
+                connection.execute(JOBS.update().where(IS_HELD).values(checkpoint=sa.bindparam("step")), saved)
 
     # --- ends ------------------------------------------------------------------------------------
 

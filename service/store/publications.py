@@ -108,11 +108,13 @@ def _forget_results(
     _check_limits(connection, moment, losses)
     ids = [loss.run_id for loss in losses]
     connection.execute(_FORGET, [{"run": loss.run_id, "was": loss.sha256} for loss in losses])
+    cancelled = sa.select(SWEEPS.c.id).where(SWEEPS.c.cancelled.is_not(None))
     for batch in batches(ids):
         gone = JOBS.c.id.in_(batch) & _IS_FORGOTTEN
         files = sa.select(JOBS.c.id).where(gone)
         connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(files)))
-        _detach_from_cancelled(connection, batch)
+        of_cancelled = POINTS.update().where(POINTS.c.run_id.in_(batch), POINTS.c.sweep_id.in_(cancelled))
+        connection.execute(of_cancelled.values(detached=True))
         _queue(connection, moment, gone, most)
     invalidate_tallies(connection, len(ids))
     priority = connection.execute(sa.select(SWEEPS.c.priority).where(SWEEPS.c.id == lease.sweep_id)).scalar_one()
@@ -145,12 +147,6 @@ def _forgotten(connection: sa.Connection, since: datetime) -> int:
     """Number of results forgotten since a moment."""
     count = sa.select(sa.func.count()).where(EVENTS.c.kind == LOST, EVENTS.c.time > since)
     return connection.execute(count).scalar_one()
-
-
-def _detach_from_cancelled(connection: sa.Connection, ids: Sequence[str]) -> None:
-    cancelled = sa.select(SWEEPS.c.id).where(SWEEPS.c.cancelled.is_not(None))
-    detach = POINTS.update().where(POINTS.c.run_id.in_(ids), POINTS.c.sweep_id.in_(cancelled))
-    connection.execute(detach.values(detached=True))
 
 
 def _queue(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool], most: int) -> None:

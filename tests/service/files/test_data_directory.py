@@ -86,14 +86,6 @@ def test_hard_link__is_refused_before_the_database_is_touched(
     assert database.stat().st_size == 0
 
 
-def test_killed__leaves_it_free(tmp_path: Path) -> None:
-    with held_elsewhere(tmp_path) as process:
-        process.kill()
-        process.wait()
-        with holding(Settings(data=tmp_path)) as folder:
-            assert folder == tmp_path
-
-
 def test_refusal__comes_before_the_database_is_touched(tmp_path: Path) -> None:
     settings = settings_of(tmp_path)
     with held_elsewhere(settings.data), pytest.raises(DataInUse):

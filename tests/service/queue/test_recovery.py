@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from service.records.jobs import Cause, State, StoreUnavailable, SweepState
-from service.workers.attempt import Attempt, Away, Back, Ended
+from service.workers.attempt import Attempt, Away, Back
 from tests.service.support.fakes import RecordingEngine, failing, run_id
 from tests.service.support.harness import Harness
 
@@ -82,16 +82,6 @@ def test_adoption__attempts_go_on_through_changes_of_leader(harness: Harness) ->
     assert is_first_success(harness)
     assert first.key in engine.forgotten
     assert len(engine.submitted) == 1  # in the free slot
-
-
-def test_adoption__fences_the_leader_of_before(harness: Harness) -> None:
-    first, _ = harness.begin(3)
-    own = harness.inbox
-    assert own is not None
-    harness.successor(RecordingEngine(under_way={first.key})).tick()
-    own.put(Ended(first.key, harness.compute(first)))
-    assert harness.tick() == []  # the ending does not count, and nothing is claimed
-    assert harness.run().state is State.RUNNING
 
 
 def test_adoption__of_a_run_that_is_being_cancelled_ends_it(harness: Harness) -> None:

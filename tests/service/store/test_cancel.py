@@ -14,7 +14,7 @@ def test_cancel__publishes_what_was_computed(store: Store) -> None:
     sweep = store.sweeps.create(Submission(sweep_of(4))).id
     done, running = lease_runs(store, 2)
     store.leases.finish(done, result())
-    store.leases.record_progress([(running, 0.5, 3.0, {})])
+    store.leases.record_progress([(running, {"fraction": 0.5, "seconds": 3.0})])
     status = store.sweeps.cancel(sweep)
     assert status.state is SweepState.CANCELLING
     assert status.progress == pytest.approx(0.25)

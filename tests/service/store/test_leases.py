@@ -33,9 +33,10 @@ def test_blocked_reason__is_that_of_the_youngest_term(store: Store) -> None:
 def test_progress__reaches_runs_and_sweep(store: Store) -> None:
     sweep = store.sweeps.create(Submission(sweep_of(2))).id
     leases = lease_runs(store, 2)
-    store.leases.record_progress([(leases[0], 0.5, 3.0, {"step": 9})])
+    message = {"fraction": 0.5, "seconds": 3.0, "step": 9}
+    store.leases.record_progress([(leases[0], message)])
     run = store.runs.get(leases[0].id)
-    assert (run.fraction, run.progress) == (0.5, {"step": 9})
+    assert (run.fraction, run.progress) == (0.5, message)
     status = store.sweeps.get(sweep)
     assert status.progress == pytest.approx(0.25)
     # One and a half core seconds left at 6 s each, two side by side.

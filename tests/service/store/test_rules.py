@@ -215,7 +215,7 @@ class Rules(RuleBasedStateMachine):
         held = self.held.get(lease.key)
         counts = held is not None and held.term == lease.term
         before = self.checkpoint_of(lease.id)
-        self.store.leases.record_checkpoints([(lease, step)])
+        self.store.leases.record_progress([(lease, {"seconds": 1.0, "checkpoint": step})])
         assert self.checkpoint_of(lease.id) == (step if counts else before)
 
     # --- what must hold

@@ -12,11 +12,10 @@ from typing import Any
 
 import pytest
 
-from service.files import attempt_log
 from service.files.artifacts import digest
 from service.files.lost_results import list_in
 from service.records.jobs import Cause, Keep, Kind
-from service.workers import warm
+from service.workers import supervisor, warm
 from service.workers.attempt import Attempt
 from service.workers.timings import DEFAULT
 from tests.service.support.attempts import (
@@ -311,7 +310,7 @@ def test_log__has_the_trace_of_a_failure(tmp_path: Path) -> None:
 
 
 def test_log__that_gets_too_long_loses_its_middle(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(attempt_log, "LOG_BYTES", 4 * MEBIBYTE)
+    monkeypatch.setattr(supervisor, "LOG_BYTES", 4 * MEBIBYTE)
     ending = supervise(attempt_at(tmp_path, "roar", mebibytes=20))
     [log] = [file for file in ending.files if file.name == "log.txt"]
     assert 2 * MEBIBYTE < log.size < 3 * MEBIBYTE
