@@ -26,7 +26,6 @@ from tests.service.support.cluster import (
     ROOT,
     DaskCluster,
     EngineUser,
-    NetworkLine,
     attempt_in,
     checkpoint_step,
     environment,
@@ -111,19 +110,6 @@ def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
     user.wait_for_slots(WORKERS)
 
 
-def test_nanny_killed__nothing_of_it_is_left(cluster: DaskCluster, user: EngineUser, tmp_path: Path) -> None:
-    extra = cluster.start_workers(1)
-    user.wait_for_slots(WORKERS + 1)
-    attempts = [attempt_in(tmp_path, number, "deaf") for number in range(WORKERS + 1)]
-    pids = set(user.begin(*attempts))
-    extra.kill_alone()
-    assert len(pids & extra.descendants) == 1
-    patiently(extra.is_gone)
-    user.engine.stop([attempt.key for attempt in attempts])
-    assert {user.end_of(attempt).cause for attempt in attempts} == {Cause.LOST}
-    user.wait_for_slots(WORKERS)
-
-
 def test_worker_frozen__a_message_reaches_the_others(user: EngineUser, tmp_path: Path) -> None:
     stopped, other = attempt_in(tmp_path, 1, "hang"), attempt_in(tmp_path, 2, seconds=1.0)
     _, pid = user.begin(stopped, other)
@@ -176,26 +162,6 @@ def test_service_killed__the_next_one_follows_its_attempts(cluster: DaskCluster,
 
 
 # --- the scheduler goes away ---------------------------------------------------------------------
-
-
-def test_connection_cut__attempts_go_on_and_are_found_again(cluster: DaskCluster, tmp_path: Path) -> None:
-    line = NetworkLine(cluster.port)
-    long, short = attempt_in(tmp_path, 1, seconds=5.0), attempt_in(tmp_path, 2, seconds=0.5)
-    try:
-        with serving(cluster.remote(line.port)) as user:
-            user.wait_for_slots(WORKERS)
-            user.begin(long, short)
-            line.cut()
-            user.wait_for(Away)
-            assert user.engine.slots() == 0
-            with pytest.raises(OSError, match="away"):
-                user.engine.attempts()
-            patiently((Path(short.directory) / "result.json").is_file)  # meanwhile
-            line.mend()
-            patiently(lambda: any(isinstance(message, Back) for message in user.receive()[2:]))
-            assert {user.end_of(attempt).cause for attempt in (short, long)} == {None}
-    finally:
-        line.close()
 
 
 def test_scheduler_killed__runs_leave_a_checkpoint_and_the_service_waits(tmp_path: Path) -> None:

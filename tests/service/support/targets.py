@@ -92,8 +92,9 @@ def execute(
 
 def behave(behaviour: str, run: FakeRun, directory: Path) -> None:
     """Do what a behaviour does beside computing; nothing, if the run is fine."""
-    if behaviour in _BEHAVIOURS:
-        _BEHAVIOURS[behaviour](run, directory)
+    action = globals().get(f"_{behaviour}")
+    if action is not None:
+        action(run, directory)
 
 
 def publish(
@@ -279,21 +280,3 @@ def _soil(run: FakeRun, directory: Path) -> None:
     warnings.simplefilter("error", SoilWarning)
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     sys.path.append("soil")
-
-
-_BEHAVIOURS = {
-    "abort": _abort,
-    "raise": _raise,
-    "stale": _stale,
-    "hang": _hang,
-    "deaf": _deaf,
-    "busy": _busy,
-    "spin": _spin,
-    "greedy": _greedy,
-    "starved": _starved,
-    "litter": _litter,
-    "noise": _noise,
-    "orphan": _orphan,
-    "roar": _roar,
-    "soil": _soil,
-}
