@@ -41,7 +41,7 @@ class Runs:
         with self._database.reading() as connection:
             return run_record(one_row(connection, query, "run", id))
 
-    def beginning(self, prefix: str, limit: int) -> tuple[RunRow, ...]:
+    def with_prefix(self, prefix: str, limit: int) -> tuple[RunRow, ...]:
         """Runs whose ids begin so, in the order of their ids."""
         query = sa.select(*RUN_COLUMNS).where(JOBS.c.kind == Kind.RUN, begins(JOBS.c.id, prefix))
         with self._database.reading() as connection:
