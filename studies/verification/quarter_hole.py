@@ -7,7 +7,7 @@ import numpy as np
 from solver.simulation import simulate
 from solver.state import Snapshot
 from studies import measurements
-from studies.measurements._impact import view
+from studies.measurements.impact.view import view
 from studies.values.recipes import Recipe
 from studies.verification import Case, Row, absolute, reported
 from studies.verification._impacts import SMALL, impact_setting, unfolded

@@ -10,7 +10,7 @@ from pathlib import Path
 import numpy as np
 
 from studies import examples
-from studies.measurements._impact import ImpactView, view
+from studies.measurements.impact.view import ImpactView, view
 from studies.runs.execution import execute, setting_of
 from studies.runs.remeasure import load_state
 from studies.runs.run import Run

@@ -5,7 +5,7 @@ import math
 import numpy as np
 
 from studies.measurements import History
-from studies.measurements._plug import PlugView
+from studies.measurements.plug import PlugView
 
 STEEL = 7850.0
 CELL = 0.5e-3

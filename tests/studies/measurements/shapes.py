@@ -13,7 +13,7 @@ from solver.geometry import grid
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.state import Particles, Snapshot, empty_table, views
-from studies.measurements._impact import ImpactView, view
+from studies.measurements.impact.view import ImpactView, view
 from tests.rows import Row, absolute, relative
 from tests.studies.measurements.states import (
     BALLS,

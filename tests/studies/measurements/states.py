@@ -10,13 +10,11 @@ from scipy.optimize import brentq
 
 from studies import measurements
 from studies.measurements import History, Reading
-from studies.measurements._bar import BarView
-from studies.measurements._cloud import CloudView, connected
-from studies.measurements._impact import ImpactView
-from studies.measurements._plates import FLYER, TARGET, PlateView
-from studies.measurements._push import MOMENTUM
-from studies.measurements._whole import WholeView
-from studies.measurements.rear_face import PLACE
+from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
+from studies.measurements.cloud import CloudView, connected
+from studies.measurements.impact.view import ImpactView
+from studies.measurements.plates import FLYER, TARGET, PlateView
+from studies.measurements.whole import WholeView
 from studies.scenarios import Melting
 from tests.studies.measurements.plugs import PlugView, plugged, slowed
 
@@ -283,7 +281,7 @@ def pushed(rates: np.ndarray, interval: float = 1e-8) -> History:
     """A bar that is pushed at some rates (shares of its momentum per second), one in each interval."""
     times = interval * np.arange(rates.size + 1)
     momentum = -1.0 + np.concatenate([[0.0], np.cumsum(rates * interval)])
-    return History(times, {MOMENTUM: momentum})
+    return History(times, {rebound_momentum.name: momentum})
 
 
 def rectangle(contact: float, end: float = 2e-6, interval: float = 1e-8) -> np.ndarray:
@@ -460,7 +458,7 @@ def joined(push: History, front: History) -> History:
     size = min(push.times.size, front.times.size)
     plug = slowed(5e-6).values
     rise = 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, max(push.times.size, front.times.size)))
-    values = {**push.values, **front.values, **plug, "crater_depth": rise, PLACE: BAR_LENGTH - rise}
+    values = {**push.values, **front.values, **plug, "crater_depth": rise, rear_face_place.name: BAR_LENGTH - rise}
     values |= {"middle_velocity": -1e5 * rise, "middle_stress": -1e12 * rise}
     return History(front.times[:size], {name: value[:size] for name, value in values.items()})
 

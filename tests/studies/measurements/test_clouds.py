@@ -11,9 +11,16 @@ import pytest
 from solver.simulation import start
 from solver.state import Departed, Snapshot
 from studies import scenarios
-from studies.measurements._cloud import FEW_PARTICLES, NOTHING_BEHIND, CloudView, connected, exceeded, view
-from studies.measurements._distributions import DISTRIBUTIONS
-from studies.measurements._distributions import SPEEDS as SPEEDS_OF_BINS
+from studies.measurements.cloud import (
+    DISTRIBUTIONS,
+    FEW_PARTICLES,
+    NOTHING_BEHIND,
+    CloudView,
+    connected,
+    exceeded,
+    view,
+)
+from studies.measurements.cloud import SPEEDS as SPEEDS_OF_BINS
 from studies.runs.run import materials_of
 from studies.values.results import DEFINITION
 from tests.contracts.test_scenarios import asked

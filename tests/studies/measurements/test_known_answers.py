@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from studies.measurements import History
-from studies.measurements.rear_face import PLACE
+from studies.measurements.bar import rear_face_place
 from studies.values.results import DEFINITION
 from tests.studies.measurements.states import (
     BAR_DIAMETER,
@@ -121,7 +121,7 @@ def depths(*depth: float) -> History:
 
 
 def rear_faces(*place: float) -> History:
-    return History(np.arange(len(place)) * 1e-6, {PLACE: np.array(place)})
+    return History(np.arange(len(place)) * 1e-6, {rear_face_place.name: np.array(place)})
 
 
 def torn(skin: float, below: float) -> Any:

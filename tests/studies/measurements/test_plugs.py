@@ -5,7 +5,7 @@ import math
 import numpy as np
 import pytest
 
-from studies.measurements._plug import _flying_with, _pieces
+from studies.measurements.plug import _flying_with, _pieces
 from studies.values.results import DEFINITION
 from tests.studies.measurements.plugs import (
     DISHED,

@@ -12,9 +12,10 @@ from solver.geometry import grid
 from solver.geometry.axisymmetric import Axisymmetric
 from solver.geometry.cartesian3d import Cartesian3D
 from solver.state import Particles, Snapshot, empty_table, views
-from studies.measurements._bar import view as view_of_bar
-from studies.measurements._impact import ImpactView, azimuthal_spread, view
-from studies.measurements._plates import view as view_of_plates
+from studies.measurements.bar import view as view_of_bar
+from studies.measurements.impact.opening import azimuthal_spread
+from studies.measurements.impact.view import ImpactView, view
+from studies.measurements.plates import view as view_of_plates
 from tests.studies.measurements.shapes import body_of, setting_of_plate, snapshot_of
 from tests.studies.measurements.states import (
     BAR_DIAMETER,

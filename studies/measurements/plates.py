@@ -1,4 +1,4 @@
-"""The view of two colliding plates: layers, the plateau behind each shock, and the shock's front.
+"""Two colliding plates: layers, the plateau behind each shock, and the shock's front.
 
 The plateau of a plate is its matter between the interface and its shock, without the three cells next to the interface
 and without the outer 20 % of that distance. The front is where the pressure, layer by layer, falls to half of the
@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import RESOLUTION_IN_CELLS, History, Reading
+from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, Reading, measurement
 
 # Cells left out at the interface: matter that met at the touch is heated by the start of the shock.
 AT_INTERFACE = 3.0
@@ -141,40 +141,139 @@ def plateau_mean(view: PlateView, values: np.ndarray, plates: tuple[int, ...]) -
     return Reading(mean, {"scatter": math.sqrt(variance)})
 
 
-def density_from_spacing(view: PlateView, plate: int) -> Reading:
-    """Mass between the outermost layers of a plateau over the volume between them."""
-    chosen, flag = plateau(view, plate)
-    if flag:
-        return Reading(math.nan, flags=(flag,))
-    layers = profile(view, plate)
-    first, last = int(chosen[0]), int(chosen[-1])
-    mass = layers.mass[first : last + 1].sum() - 0.5 * (layers.mass[first] + layers.mass[last])
-    volume = view.section * (layers.distance[last] - layers.distance[first])
-    steps = np.diff(layers.distance[first : last + 1])
-    # The spread of single spacings, of which the ends have two.
-    scatter = float(mass / volume * np.std(steps) * math.sqrt(2.0) / steps.sum())
-    return Reading(float(mass / volume), {"scatter": scatter})
+@measurement(
+    title="Plateau pressure",
+    unit="Pa",
+    meaning="volume-weighted mean pressure between the shocks, without three cells at the interface and the outer 20 % "
+    "on each side",
+    version=1,
+)
+def plateau_pressure(view: PlateView) -> Reading:
+    return plateau_mean(view, view.pressure, (FLYER, TARGET))
 
 
-def front_in_matter(view: PlateView, plate: int) -> Reading:
-    """The distance (m) that a shock has run in its plate, in undisturbed matter."""
-    ends = front(profile(view, plate))
-    if ends.flag:
-        return Reading(math.nan, flags=(ends.flag,))
-    place = interface(view) + (ends.distance if plate == TARGET else -ends.distance)
-    run = place if plate == TARGET else view.speed * view.time - place
-    return Reading(run, {"resolution": RESOLUTION_IN_CELLS * view.cell})
+@measurement(
+    title="Scatter of the plateau pressure",
+    unit="1",
+    meaning="volume-weighted standard deviation of the pressure of particles on the plateau, over its mean",
+    version=1,
+)
+def plateau_scatter(view: PlateView) -> Reading:
+    """A plateau should be flat."""
+    pressure = plateau_pressure.read(view)
+    if pressure.flags:
+        return Reading(math.nan, flags=pressure.flags)
+    return Reading(pressure.parts["scatter"] / pressure.value)
 
 
-def speed_from(history: History, name: str) -> Reading:
-    """Slope of a front's path, by least squares over the later half of the time so far; m/s."""
-    path = history.values[name]
-    late = np.isfinite(path) & (history.times >= LATE * history.times[-1])
-    if late.sum() < FEWEST:
-        return Reading(math.nan, flags=("no_plateau",))
-    times, path = history.times[late], path[late]
-    deviation = times - times.mean()
-    slope = float((deviation * path).sum() / (deviation**2).sum())
-    left = path - path.mean() - slope * deviation
-    error = math.sqrt(float((left**2).sum()) / (times.size - 2) / float((deviation**2).sum()))
-    return Reading(slope, {"fit": error})
+@measurement(
+    title="Plateau velocity",
+    unit="m s-1",
+    meaning="volume-weighted mean velocity between the shocks, without three cells at the interface and the outer 20 % "
+    "on each side",
+    version=1,
+)
+def plateau_velocity(view: PlateView) -> Reading:
+    return plateau_mean(view, view.velocity, (FLYER, TARGET))
+
+
+# ---- one of each plate ---------------------------------------------------------------------------
+
+
+def _density(name: str, plate: int) -> Measurement:
+    def read(view: PlateView) -> Reading:
+        return plateau_mean(view, view.density, (plate,))
+
+    return Measurement(
+        name=f"{name}_density",
+        title=f"Density in the {name}",
+        unit="kg m-3",
+        meaning=f"volume-weighted mean of the density that particles carry on the plateau of the {name}",
+        version=1,
+        read=read,
+    )
+
+
+def _density_from_spacing(name: str, plate: int) -> Measurement:
+    def read(view: PlateView) -> Reading:
+        """Mass between the outermost layers of a plateau over the volume between them."""
+        chosen, flag = plateau(view, plate)
+        if flag:
+            return Reading(math.nan, flags=(flag,))
+        layers = profile(view, plate)
+        first, last = int(chosen[0]), int(chosen[-1])
+        mass = layers.mass[first : last + 1].sum() - 0.5 * (layers.mass[first] + layers.mass[last])
+        volume = view.section * (layers.distance[last] - layers.distance[first])
+        steps = np.diff(layers.distance[first : last + 1])
+        # The spread of single spacings, of which the ends have two.
+        scatter = float(mass / volume * np.std(steps) * math.sqrt(2.0) / steps.sum())
+        return Reading(float(mass / volume), {"scatter": scatter})
+
+    return Measurement(
+        name=f"{name}_density_from_spacing",
+        title=f"Density in the {name} from spacing",
+        unit="kg m-3",
+        meaning=f"mass between the outermost layers of the plateau of the {name}, over the volume between them: what "
+        "the positions of particles say, not what they carry",
+        version=1,
+        read=read,
+    )
+
+
+def _shock_front(name: str, plate: int) -> Measurement:
+    def read(view: PlateView) -> Reading:
+        """The distance (m) that the shock has run in its plate, in undisturbed matter."""
+        ends = front(profile(view, plate))
+        if ends.flag:
+            return Reading(math.nan, flags=(ends.flag,))
+        place = interface(view) + (ends.distance if plate == TARGET else -ends.distance)
+        run = place if plate == TARGET else view.speed * view.time - place
+        return Reading(run, {"resolution": RESOLUTION_IN_CELLS * view.cell})
+
+    return Measurement(
+        name=f"{name}_shock_front",
+        title=f"Shock front in the {name}",
+        unit="m",
+        meaning="distance of the shock front, where the pressure falls to half, from the impact face of the "
+        f"undisturbed {name}",
+        version=1,
+        read=read,
+    )
+
+
+def _shock_speed(name: str, _: int) -> Measurement:
+    def read(history: History) -> Reading:
+        """Slope of a front's path, by least squares over the later half of the time so far; m/s."""
+        path = history.values[f"{name}_shock_front"]
+        late = np.isfinite(path) & (history.times >= LATE * history.times[-1])
+        if late.sum() < FEWEST:
+            return Reading(math.nan, flags=("no_plateau",))
+        times, path = history.times[late], path[late]
+        deviation = times - times.mean()
+        slope = float((deviation * path).sum() / (deviation**2).sum())
+        left = path - path.mean() - slope * deviation
+        error = math.sqrt(float((left**2).sum()) / (times.size - 2) / float((deviation**2).sum()))
+        return Reading(slope, {"fit": error})
+
+    return Measurement(
+        name=f"{name}_shock_speed",
+        title=f"Shock speed in the {name}",
+        unit="m s-1",
+        meaning=f"speed of the shock relative to the undisturbed {name}: slope of the front's path in the later half "
+        "of the time",
+        version=1,
+        read=read,
+        follows=(f"{name}_shock_front",),
+    )
+
+
+MEASUREMENT = (
+    plateau_pressure,
+    plateau_scatter,
+    plateau_velocity,
+    *(
+        of_plate(name, plate)
+        for of_plate in (_density, _density_from_spacing, _shock_front, _shock_speed)
+        for name, plate in PLATES.items()
+    ),
+)

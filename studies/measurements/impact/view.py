@@ -1,28 +1,21 @@
-"""The view of an impact: a state in cylindrical coordinates about its hole, and the edges of matter in it.
-
-An edge stands where a density, averaged over one cell, falls to half of its undisturbed value. The average counts each
-particle over its own width, so the edge moves continuously when particles do: positions are finer than a cell, and one
-stray particle does not move them.
-"""
+"""The view of an impact: a state in cylindrical coordinates about its hole."""
 
 import math
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
 from studies.measurements import RESOLUTION_IN_CELLS
+from studies.measurements.impact.edges import overlap
 
 SECTOR = math.radians(10.0)  # width of the sectors in which a three-dimensional hole is measured
-HALF = 0.5  # of the undisturbed density: an edge
 OPEN = 0.5  # of the nominal areal density, below which a cell is open: the edge of a hole
 # Particles lose contact when they are drawn more than a cell apart: at a stretch of two, where two fill a cell. A plate
 # that is stretched to twice its size in both directions has a quarter of its areal density: what is denser is a plate
 # and no numerical film.
 FILM = 0.25
 MOUTH = 2.0  # cells below the original surface, in which the mouth of a crater is looked for
-SAMPLES_PER_CELL = 16  # of a profile; its crossing is interpolated between samples
 
 
 @dataclass(frozen=True, eq=False)
@@ -261,150 +254,3 @@ def _touching(geometry: Any, cell: np.ndarray, among: np.ndarray, seed: np.ndarr
     reached[labels[among & seed]] = True
     touching[among] = reached[labels[among]]
     return touching
-
-
-def edge_from_outside(
-    place: np.ndarray, weight: np.ndarray, *, width: float, window: float, start: float, stop: float, nominal: Any
-) -> float:
-    """Walk from ``start`` down to ``stop`` and return where matter ends, NaN where it never does.
-
-    ``place`` and ``weight`` (n,) are particles spread evenly over ``width``; ``nominal(a, b)`` is the undisturbed
-    weight between two places. Matter ends where the weight within ``window`` falls to half of the nominal one.
-    """
-    samples = max(2, math.ceil((start - stop) / window * SAMPLES_PER_CELL))
-    centre = np.linspace(start, stop, samples)
-    share = _share_of_nominal(place, weight, width, window, centre, nominal)
-    below = np.flatnonzero(share < HALF)
-    if not below.size:
-        return math.nan
-    first = int(below[0])
-    return float(start) if first == 0 else _crossing(centre, share, first)
-
-
-def edge_from_inside(
-    place: np.ndarray, weight: np.ndarray, *, width: float, window: float, start: float, stop: float, nominal: Any
-) -> float:
-    """Walk from ``stop`` up to ``start`` and return where matter begins; ``start`` where it never does.
-
-    As ``edge_from_outside``, from the other end: what is empty beyond the edge does not count. NaN where matter
-    stands at ``stop`` itself.
-    """
-    samples = max(2, math.ceil((start - stop) / window * SAMPLES_PER_CELL))
-    centre = np.linspace(start, stop, samples)
-    # Most edges lie in the nearer half, and most particles in the other one.
-    for first in (samples // 2, 0):
-        near = np.flatnonzero(place - 0.5 * width < centre[first] + 0.5 * window)
-        share = _share_of_nominal(place[near], weight[near], width, window, centre[first:], nominal)
-        solid = np.flatnonzero(share >= HALF)
-        if solid.size:
-            last = int(solid[-1])
-            at_stop = last + 1 == share.size
-            return math.nan if at_stop else _crossing(centre[first:], share, last + 1)
-    return float(start)
-
-
-def _share_of_nominal(
-    place: np.ndarray, weight: np.ndarray, width: float, window: float, centre: np.ndarray, nominal: Any
-) -> np.ndarray:
-    """Weight within a window about each centre, over the undisturbed one; nothing counts below the last centre."""
-    low, high = np.maximum(centre - 0.5 * window, centre[-1]), centre + 0.5 * window
-    below = cumulated(place, weight, width, np.concatenate([low, high]))
-    share: np.ndarray = (below[low.size :] - below[: low.size]) / nominal(low, high)
-    return share
-
-
-def _crossing(centre: np.ndarray, share: np.ndarray, below: int) -> float:
-    """Where the share falls to half, between the sample ``below`` and the one before it."""
-    part = (share[below - 1] - HALF) / (share[below - 1] - share[below])
-    return float(centre[below - 1] + part * (centre[below] - centre[below - 1]))
-
-
-def cumulated(place: np.ndarray, weight: np.ndarray, width: float, at: np.ndarray) -> np.ndarray:
-    """Weight below each place in ``at``, particles spread evenly over their width."""
-    if not place.size:
-        return np.zeros_like(at)
-    knots, heights = _cumulation(place, weight, width)
-    return np.interp(at, knots, heights, left=0.0, right=float(weight.sum()))
-
-
-def place_holding(place: np.ndarray, weight: np.ndarray, width: float, total: float) -> float:
-    """The place below which a total weight lies, particles spread evenly over their width; inf where there is less."""
-    if weight.sum() <= total:
-        return math.inf
-    knots, heights = _cumulation(place, weight, width)
-    # Round-off may take a height below the one before it.
-    return float(np.interp(total, np.maximum.accumulate(heights), knots))
-
-
-def _cumulation(place: np.ndarray, weight: np.ndarray, width: float) -> tuple[np.ndarray, np.ndarray]:
-    """Places (2 n,), ascending, at which a particle begins or ends, and the weight below each."""
-    knots = np.concatenate([place - 0.5 * width, place + 0.5 * width])
-    slopes = np.concatenate([weight, -weight]) / width
-    order = np.argsort(knots, kind="stable")
-    knots = knots[order]
-    slope = np.cumsum(slopes[order])
-    return knots, np.concatenate([[0.0], np.cumsum(slope[:-1] * np.diff(knots))])
-
-
-def overlap(centre: np.ndarray, width: float, low: float, high: float) -> np.ndarray:
-    """Share of each particle, spread evenly over ``width``, that lies between two places."""
-    inside = np.minimum(centre + 0.5 * width, high) - np.maximum(centre - 0.5 * width, low)
-    return np.clip(inside / width, 0.0, 1.0)
-
-
-def equal_area_diameter(radii: np.ndarray) -> float:
-    """Diameter of the circle with the area of a hole given by its radius in equal sectors."""
-    return 2.0 * math.sqrt(float(np.mean(radii**2)))
-
-
-def azimuthal_spread(radii: np.ndarray) -> float:
-    """Standard error of the mean diameter from the scatter of sectors about a smooth shape, 0 for a body of revolution.
-
-    Independent radii of standard deviation s scatter by s sqrt(1 + 4 + 1) in r[i-1] - 2 r[i] + r[i+1]; a smooth
-    shape, as the oval of an oblique shot, adds next to nothing.
-    """
-    if radii.size < 3:
-        return 0.0
-    scatter = math.sqrt(float(np.mean(np.diff(radii, n=2) ** 2)) / 6.0)
-    return 2.0 * scatter / math.sqrt(radii.size)
-
-
-def radii_by_sector(
-    view: ImpactView,
-    places: np.ndarray,
-    weight: np.ndarray,
-    areal_density: float,
-    *,
-    edge: Callable[..., float] = edge_from_outside,
-    window: float | None = None,
-) -> np.ndarray:
-    """Edge radius of some matter in each sector, between the axis and the rim (m); NaN where there is no edge.
-
-    ``places`` (k,) are the indices of the particles, ``weight`` (k,) the mass per radian of each that counts,
-    ``areal_density`` (kg/m2) the undisturbed one; ``edge`` walks inwards from the rim or outwards from the axis, with a
-    window of one cell unless told.
-    """
-    radius, sectors = view.radius[places], view.sector[places]
-    radii = np.empty(view.sectors)
-    for sector in range(view.sectors):
-        mine = (weight > 0.0) & (sectors == sector)
-        radii[sector] = edge(
-            radius[mine],
-            weight[mine],
-            width=view.radial_width,
-            window=window or view.cell,
-            start=view.target_radius - view.cell,
-            stop=0.0,
-            nominal=lambda low, high: 0.5 * areal_density * (high**2 - low**2),
-        )
-    return radii
-
-
-def contained(view: ImpactView, radii: np.ndarray) -> bool:
-    """Whether an opening stays clear of the rim."""
-    return bool(np.nanmax(radii) < view.target_radius - 3.0 * view.cell)
-
-
-def rim_flags(view: ImpactView, diameter: float) -> tuple[str, ...]:
-    """``near_rim`` where an opening is wider than half of its plate, so that the rim affects it."""
-    return ("near_rim",) if diameter > view.target_radius else ()
