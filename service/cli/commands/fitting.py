@@ -166,7 +166,7 @@ def _draw(made: "Surrogate", file: Path) -> None:
 
 
 def _refuse_form(form: str | None) -> None:
-    from studies.laws._forms import FORMS
+    from studies.laws.forms import FORMS
     from studies.values.nearest import nearest_cure
 
     cure = nearest_cure(form, FORMS)
@@ -177,7 +177,7 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
     from studies.fits.measured import of_cube, of_table, open_cube, quantities_of
-    from studies.laws._forms import SIZES
+    from studies.laws.forms import SIZES
 
     if source.endswith(".csv") or (source in observations.names() and not Path(source).exists()):
         every = list(of_table(source, SIZES))
@@ -205,7 +205,7 @@ def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
 def _print_fits(fits: "list[FittedForm]") -> None:
     from service.cli.console import print_table
     from studies.fits.fit import compared, verdicts
-    from studies.laws._forms import dimension_of
+    from studies.laws.forms import dimension_of
 
     measured = fits[0].measured
     weights = "weighted by their uncertainties" if measured.errors is not None else "equal weights"

@@ -6,7 +6,7 @@ import numpy as np
 
 from studies.fits.fit import FittedForm, fits_of, verdicts
 from studies.fits.measured import of_table
-from studies.laws._forms import LENGTHS, columns_of
+from studies.laws.forms import LENGTHS, columns_of
 from tests.claims import Row, claim, equal
 
 # Constants in mm and km/s, and root of the mean square in mm, as printed: the first three digits, two of the last.

@@ -10,7 +10,7 @@ from studies import laws, materials
 from studies.fits.fit import compared, fit, fits_of, forms_of, verdicts
 from studies.fits.measured import MeasuredShots, of_cube
 from studies.laws import Shot
-from studies.laws._forms import FORMS, Form, columns_of, dimension_of
+from studies.laws.forms import FORMS, Form, columns_of, dimension_of
 from studies.values.least_squares import NotIdentified, linear
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
 
