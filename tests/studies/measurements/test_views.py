@@ -16,7 +16,7 @@ from studies.measurements.bar import view as view_of_bar
 from studies.measurements.impact.opening import azimuthal_spread
 from studies.measurements.impact.view import ImpactView, view
 from studies.measurements.plates import view as view_of_plates
-from tests.studies.measurements.shapes import body_of, setting_of_plate, snapshot_of
+from studies.measurements.plug import _flying_with, _pieces
 from tests.studies.measurements.states import (
     BAR_DIAMETER,
     BAR_LENGTH,
@@ -34,10 +34,13 @@ from tests.studies.measurements.states import (
     ROUND_OFF,
     THICKNESS,
     bar,
+    body_of,
     line,
     plates,
     read,
     scooped_half_space,
+    setting_of_plate,
+    snapshot_of,
     value,
 )
 
@@ -354,3 +357,17 @@ def test_view_of_plates__knows_each_particle_by_its_number(kind: str) -> None:
     shuffled_state = view_of_plates(setting, Snapshot(LATE, 0, shuffled, state.body[order]))
     for name in ("plateau_pressure", "target_density_from_spacing", "flyer_shock_front"):
         assert math.isclose(value(name, shuffled_state), value(name, state), rel_tol=1e-9)
+
+
+def test_failed_matter__joins_nothing_and_flies_with_the_plug() -> None:
+    """A row of cells: plug, two failed particles of which one stays behind, plate up to its rim."""
+    cell = np.stack([np.arange(8), np.zeros(8, int), np.zeros(8, int)], axis=1)
+    whole = np.array([1, 1, 1, 0, 0, 1, 1, 1], bool)
+    rim, mass = cell[:, 0] == 7, np.ones(8)
+    attached, core = _pieces(cell, mass, whole, rim)
+    assert np.flatnonzero(core).tolist() == [0, 1, 2]
+    assert np.flatnonzero(attached).tolist() == [5, 6, 7]
+    velocity = np.array([100.0, 100.0, 100.0, 60.0, 90.0, 0.0, 0.0, 0.0])
+    assert np.flatnonzero(_flying_with(cell, mass, velocity, core, ~whole)).tolist() == [3]
+    velocity[3] = 40.0
+    assert not _flying_with(cell, mass, velocity, core, ~whole).any()
