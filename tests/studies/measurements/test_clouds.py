@@ -10,12 +10,10 @@ import pytest
 
 from solver.simulation import start
 from solver.state import Departed, Snapshot
-from studies import scenarios
-from studies.measurements.cloud import DISTRIBUTIONS, FEW_PARTICLES, CloudView, connected, exceeded, view
+from studies.measurements.cloud import DISTRIBUTIONS, FEW_PARTICLES, connected, exceeded, view
 from studies.measurements.cloud import SPEEDS as SPEEDS_OF_BINS
-from studies.runs.run import materials_of
 from studies.values.results import DEFINITION
-from tests.contracts.test_scenarios import asked
+from tests.contracts.test_scenarios import asked, built
 from tests.studies.measurements.states import (
     BALLS,
     CELL,
@@ -120,14 +118,8 @@ def test_distribution__of_an_expanding_ball_is_that_of_its_slices() -> None:
 @pytest.fixture(scope="module", params=["axisymmetric", "quarter", "half"])
 def touching(request: pytest.FixtureRequest) -> tuple[Any, Snapshot]:
     """A projectile that touches its plate."""
-    run = asked("debris_cloud", geometry=request.param)
-    scenario = scenarios.load("debris_cloud")
-    setting = scenario.build(scenario.parameters(**run.parameters), materials_of(run))
+    setting = built(asked("debris_cloud", geometry=request.param))
     return setting, start(setting.problem).snapshot()
-
-
-def numbers(state: CloudView) -> dict[str, float]:
-    return {name: read(name, state).value for name in scenarios.load("debris_cloud").measurements}
 
 
 def test_view__of_the_touch_has_the_whole_projectile_before_the_plate(touching: tuple[Any, Snapshot]) -> None:
@@ -161,19 +153,3 @@ def test_view__counts_what_departed_where_it_has_flown(touching: tuple[Any, Snap
     assert value("largest_fragment", state) == pytest.approx(mass, rel=ROUND_OFF)
     length = read("cloud_length", state).value + setting.thickness
     assert flight - diameter < length < flight
-
-
-def test_view__does_not_depend_on_the_order_of_particles(touching: tuple[Any, Snapshot]) -> None:
-    setting, snapshot = touching
-    flying = through(setting, snapshot, 1e-5)
-    expected = numbers(view(setting, flying))
-    for seed in range(3):
-        random = np.random.default_rng(seed)
-        order = random.permutation(flying.body.size)
-        late = random.permutation(flying.departed.mass.size)
-        shuffled = flying._replace(
-            particles=type(flying.particles)(*(field[order] for field in flying.particles)),
-            body=flying.body[order],
-            departed=Departed(*(field[late] for field in flying.departed)),
-        )
-        assert numbers(view(setting, shuffled)) == pytest.approx(expected, rel=1e-10, nan_ok=True)
