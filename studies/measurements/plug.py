@@ -91,7 +91,7 @@ def mean_velocity(view: PlugView, which: np.ndarray) -> float:
 
 def view(setting: Any, snapshot: Any) -> PlugView:
     """The view of a snapshot (``solver.state.Snapshot``) in an ``ImpactSetting``."""
-    from solver.geometry import impact_axis
+    from solver.problem.geometry import impact_axis
 
     problem, particles = setting.problem, snapshot.particles
     living = np.flatnonzero(particles.alive)

@@ -18,7 +18,8 @@ from service.cli.commands import computing
 from service.cli.console import SHORT_ID, print_table
 from service.records.jobs import RUN_STATES, Keep, SweepState, SweepStatus
 from service.records.settings import Settings
-from studies import examples, verification
+from studies import examples
+from studies.cases import rows
 from studies.values.recipes import ACCURACY
 from tests.service.support.api import FILES, Api, open_api, served
 from tests.service.support.command import run
@@ -231,8 +232,8 @@ def test_warm__that_fails_says_why(
 
 def verified(monkeypatch: pytest.MonkeyPatch, *figures: float) -> None:
     """Let a verification case give these figures where 1 within 0.5 is expected."""
-    rows = [verification.relative("pressure (GPa)", expected=1.0, got=figure, within=0.5) for figure in figures]
-    answers = [verification.Verified("similarity", row, 0.1) for row in rows]
+    compared = [rows.relative("pressure (GPa)", expected=1.0, got=figure, within=0.5) for figure in figures]
+    answers = [rows.Verified("similarity", row, 0.1) for row in compared]
     monkeypatch.setattr(validation_commands, "verify", lambda _names: answers)
 
 

@@ -9,9 +9,7 @@ from typing import Any, get_type_hints
 import numpy as np
 from scipy.optimize import brentq
 
-from solver.geometry import grid
-from solver.geometry.axisymmetric import Axisymmetric
-from solver.geometry.cartesian3d import Cartesian3D
+from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.state import Particles, Snapshot
 from studies import measurements
 from studies.measurements import History, Reading

@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
+from solver.problem.geometry import Cartesian3D, grid
 from solver.state import empty_table, views
 from studies.measurements.impact.view import ImpactView, view
 from tests.rows import Row, absolute, relative

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.eos import reference_sound_speed
+from solver.matter.eos import reference_sound_speed
 from solver.simulation import start
 from solver.state import Departed, Particles, Snapshot, empty_table, views
 from studies import measurements, scenarios
