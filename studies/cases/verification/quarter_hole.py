@@ -10,7 +10,7 @@ from studies import measurements
 from studies.cases.rows import Row, absolute, reported
 from studies.cases.setups.impacts import SMALL, impact_setting, unfolded
 from studies.cases.verification import VerificationCase
-from studies.measurements._impact import view
+from studies.measurements.impact.view import view
 from studies.values.recipes import Recipe
 
 END_TIME = 25e-6  # s

@@ -14,7 +14,7 @@ from typing import Any
 import xarray as xr
 
 from service.cli.validation import STORE, selected, validated
-from service.records.settings import Settings
+from service.settings import Settings
 from studies.cases import validation
 from studies.cases.validation import Level
 from studies.cubes import cube
