@@ -8,7 +8,7 @@ that its figure is a number.
 import math
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -178,6 +178,12 @@ def observed_order(errors: Iterable[float], *, ratio: float = 2.0) -> float:
     if not (coarse > 0.0 and fine > 0.0):
         return math.nan
     return math.log(coarse / fine) / math.log(ratio)
+
+
+def trend(claim: str, errors: Sequence[float]) -> Row:
+    """A reported row of the error on the finest grid of a series with its observed order; of no error there is none."""
+    order = observed_order(errors)
+    return reported(claim, errors[-1], order=None if math.isnan(order) else order)
 
 
 def timed(

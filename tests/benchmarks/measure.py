@@ -144,7 +144,7 @@ def bar(family: str, across: int, along: int) -> Any:
     from solver.geometry.axisymmetric import Axisymmetric
     from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Body, Face, Problem
-    from studies.cases.setups.smoothed import COURANT, SPH
+    from studies.cases.setups.methods import COURANT, SPH
     from studies.materials import load
     from studies.scenarios._matter import matter
 

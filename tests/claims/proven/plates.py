@@ -18,7 +18,7 @@ import numpy as np
 
 from solver.errors import WhippleError
 from studies import materials
-from studies.cases.verification.energy import CELLS_PER_DIAMETER
+from studies.cases.verification.conservation import CELLS_PER_DIAMETER
 from studies.convergence.richardson import Convergence, Sample, converge
 from studies.runs.execution import HOTTEST_SHARE_FLAG, execute
 from studies.runs.run import resolve

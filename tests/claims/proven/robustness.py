@@ -13,7 +13,7 @@ from typing import Any
 import numpy as np
 
 from studies import materials
-from studies.cases.verification.energy import CELLS_PER_DIAMETER
+from studies.cases.verification.conservation import CELLS_PER_DIAMETER
 from studies.runs.execution import execute
 from studies.runs.run import resolve
 from studies.values.results import RunResult
