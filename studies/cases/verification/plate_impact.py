@@ -60,8 +60,8 @@ METAL_PAIRS = (
 )
 
 
-# Seen from other frames, of the impact speed: that of the centre of mass, of the flyer, and one that moves with neither.
 BOOST_SPEED = 4e3  # m/s
+# Of the impact speed: the frame of the centre of mass, that of the flyer, and one that moves with neither.
 BOOSTS = (0.0, -0.5, -1.0, 0.618)
 
 # Smoothed particles and finite elements, fixed before any run: what is asked at 2 km/s. The other speed is reported.

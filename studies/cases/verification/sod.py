@@ -8,7 +8,7 @@ import numpy as np
 from solver.errors import UnphysicalState
 from solver.problem import Problem
 from solver.simulation import simulate
-from studies.cases.rows import Row, at_least, at_most, observed_order, relatives, reported, trend
+from studies.cases.rows import Row, at_least, at_most, observed_order, refinement, relatives, reported, trend
 from studies.cases.setups.column import (
     INTERFACE_CELLS,
     OUTER_SHARE,
@@ -54,9 +54,7 @@ def _on_grid(recipe: Recipe) -> Iterator[Row]:
         for row in _rows(gases[CELLS[-1]], CELLS[-1]):
             named = replace(row, claim=f"{chosen.shape}: {row.claim}")
             yield named if chosen.shape == GATED else named.ungated()
-        for cells, error in zip(CELLS, errors, strict=True):
-            order = observed_order(errors) if cells == CELLS[-1] else None
-            yield reported(f"{chosen.shape}: L1 error of the density, {cells} cells", error, order=order)
+        yield from refinement(f"{chosen.shape}: L1 error of the density, {{}} cells", CELLS, errors)
         if recipe.shape == GATED:
             break
 

@@ -24,9 +24,9 @@ from studies.cases.setups.impacts import (
     boosted,
     differing_values,
     enlarged,
-    gap,
     image,
     impact_setting,
+    largest_difference,
     mirrored,
     ordered,
     scaled,
@@ -64,7 +64,7 @@ def _mirror(recipe: Recipe) -> Iterator[Row]:
     yield at_most(
         f"oblique impact and its mirror image, {STEPS} steps: largest difference",
         limit=ROUND_OFF,
-        got=gap(straight, turned, spacing=oblique.geometry.spacing, speed=SPEED).largest,
+        got=largest_difference(straight, turned, spacing=oblique.geometry.spacing, speed=SPEED),
     )
     quarter = impact_setting(recipe, geometry="quarter").problem
     part = ordered(advanced(quarter).particles)
@@ -73,7 +73,7 @@ def _mirror(recipe: Recipe) -> Iterator[Row]:
         yield at_most(
             f"quarter against {name} of the whole, {STEPS} steps: largest difference",
             limit=ROUND_OFF,
-            got=gap(part, other, spacing=quarter.geometry.spacing, speed=SPEED).largest,
+            got=largest_difference(part, other, spacing=quarter.geometry.spacing, speed=SPEED),
         )
 
 
@@ -110,7 +110,7 @@ def _grid_shift(recipe: Recipe) -> Iterator[Row]:
         yield at_most(
             f"{geometry}: {SHIFT} cells farther, {STEPS} steps: largest difference",
             limit=ROUND_OFF,
-            got=gap(here, moved, spacing=spacing, speed=SPEED).largest,
+            got=largest_difference(here, moved, spacing=spacing, speed=SPEED),
         )
 
         flight = SPEED / COURANT * along  # one cell a step
@@ -120,7 +120,7 @@ def _grid_shift(recipe: Recipe) -> Iterator[Row]:
         yield at_most(
             f"{geometry}: one cell farther in every step, {STEPS} steps: largest difference",
             limit=ROUND_OFF,
-            got=gap(here, still, spacing=spacing, speed=float(flight.max())).largest,
+            got=largest_difference(here, still, spacing=spacing, speed=float(flight.max())),
         )
 
 
