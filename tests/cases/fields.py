@@ -4,15 +4,15 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.geometry import PACK, gather, grid, hoop_factor, lattice_measure, node_positions, velocity_gradient
-from solver.geometry.axisymmetric import Axisymmetric
-from solver.geometry.cartesian3d import Cartesian3D
+from solver.grid.nodes import Nodes, node_positions
+from solver.grid.shapes.linear import Linear
+from solver.grid.step import Field
+from solver.grid.transfer import scatter_state
 from solver.jit import kernel
 from solver.problem import Body, Face, Problem
-from solver.shapes.linear import Linear
-from solver.state import Nodes, Particles, X, empty_table, views
-from solver.step import Field
-from solver.transfer import find_nodes, new_pack, scatter_state
+from solver.problem.geometry import Axisymmetric, Cartesian3D, grid, hoop_factor, lattice_measure
+from solver.state import Particles, X, empty_table, views
+from solver.steps.space import PACK, find_nodes, gather, new_pack, velocity_gradient
 from solver.vectors import LANES, first_lanes, load, store
 from tests.solver.bodies import elastic_copper, tabulated
 

@@ -6,9 +6,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from solver.matter.stress import PointState, advance
 from solver.problem import ArtificialViscosity, Problem
 from solver.simulation import Simulation, start
-from solver.stress import PointState, advance
 from tests.solver.bodies import ABOUT_AXIS, DENSITY, OPEN, ROOM, SPACING, block, box, elastic_copper, real_copper
 
 ROUND_OFF = 1e-12

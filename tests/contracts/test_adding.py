@@ -140,8 +140,8 @@ def used(distribution: Path) -> dict[str, Any]:
 def test_table__names_every_registry_and_every_added_file(table: dict[str, tuple[str, str, str]]) -> None:
     files = {f"{FILES.get(kind, kind)}.{ending}" for kind, (_, ending, _) in table.items()}
     assert files == {file.name for file in ADDED.iterdir() if file.is_file()}
-    registries = ("shapes", "tension", "failure", "strength", "eos")
-    assert {place for place, _, _ in table.values()} >= {f"solver/{name}" for name in registries}
+    models = {f"solver/matter/{name}" for name in ("tension", "failure", "strength", "eos")}
+    assert {place for place, _, _ in table.values()} >= {"solver/grid/shapes", *models}
 
 
 def test_sweep__computes_with_every_added_model(used: dict[str, Any]) -> None:

@@ -8,7 +8,8 @@ import math
 from collections.abc import Iterator
 from dataclasses import dataclass
 
-from solver.problem import Matter, Problem
+from solver.matter.laws import Matter
+from solver.problem import Problem
 from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
 from solver.units import Metre, MetrePerSecond

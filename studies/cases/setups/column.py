@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
-from solver.problem import Body, Face, Matter, Problem
+from solver.matter.laws import Matter
+from solver.problem import Body, Face, Problem
+from solver.problem.geometry import Cartesian3D, grid
 from solver.state import Snapshot
 from solver.units import JoulePerKilogram, KilogramPerCubicMetre, Metre, MetrePerSecond
 from studies.cases.setups.lattices import MIRRORS, lattice, middles

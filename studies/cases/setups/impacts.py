@@ -6,8 +6,8 @@ from typing import Any
 
 import numpy as np
 
-from solver.geometry import grid
 from solver.problem import Clamp, Problem
+from solver.problem.geometry import grid
 from solver.simulation import Simulation, start
 from solver.state import Particles
 from studies import scenarios
@@ -32,7 +32,7 @@ SMALL: Mapping[str, Any] = {
 }
 RATE_INDEPENDENT = "copper-thesis-plastic"
 
-# Of a tensor, in the order of solver/tensor.py.
+# Of a tensor, in the order of solver/matter/tensor.py.
 COMPONENTS = ((0, 0), (1, 1), (2, 2), (0, 1), (1, 2), (2, 0))
 
 

@@ -2,8 +2,9 @@
 
 import numpy as np
 
-from solver.geometry import lattice_measure
-from solver.problem import Body, Face, Matter
+from solver.matter.laws import Matter
+from solver.problem import Body, Face
+from solver.problem.geometry import lattice_measure
 
 FREE = (Face.FREE, Face.FREE)
 MIRROR = (Face.SYMMETRIC, Face.FREE)  # below, and free above

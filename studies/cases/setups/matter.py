@@ -6,14 +6,15 @@ from typing import Any
 
 import numpy as np
 
-from solver.eos.ideal_gas import IdealGas
-from solver.eos.linear_elastic import LinearElastic
-from solver.eos.mie_grueneisen import mie_grueneisen
-from solver.problem import ArtificialViscosity, Matter
-from solver.strength.elastic import Elastic
-from solver.stress import PointState, advance
-from solver.tension.unlimited import UnlimitedTension
-from solver.tensor import equivalent_stress
+from solver.matter.eos.ideal_gas import IdealGas
+from solver.matter.eos.linear_elastic import LinearElastic
+from solver.matter.eos.mie_grueneisen import mie_grueneisen
+from solver.matter.laws import Matter
+from solver.matter.strength.elastic import Elastic
+from solver.matter.stress import PointState, advance
+from solver.matter.tension.unlimited import UnlimitedTension
+from solver.matter.tensor import equivalent_stress
+from solver.problem import ArtificialViscosity
 from studies.cases.solutions.hugoniot import Solid
 from studies.cases.solutions.waves import Isotropic
 

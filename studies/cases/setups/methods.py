@@ -13,9 +13,8 @@ import numpy as np
 from solver.audit import Audit
 from solver.fem.elements import Hexahedron
 from solver.fem.mesh import lattice, node_masses
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Problem, Smoothing
+from solver.problem.geometry import Cartesian3D, grid
 from solver.sph.smoothing import CubicSpline
 from studies.cases.rows import Row, absolute
 from studies.values.recipes import RECIPES, Recipe

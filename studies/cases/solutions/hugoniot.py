@@ -1,6 +1,6 @@
 """Exact states of plane shocks in Mie-Grueneisen solids without strength, and of their release.
 
-Written from the equations alone, apart from ``solver.eos``: Rankine and Hugoniot's jumps with Us = c0 + s up,
+Written from the equations alone, apart from ``solver.matter.eos``: Rankine and Hugoniot's jumps with Us = c0 + s up,
 pressure and velocity continuous where two bodies meet, and the isentrope dp/drho = c^2, du = -c drho / rho behind a
 centred wave (Zel'dovich and Raizer 1966, chapters I and XI). The solid is p = p_H (1 - gamma mu / 2) + gamma rho e
 with gamma rho = gamma0 rho0 in compression, and p = rho0 c0^2 mu + gamma0 rho e in expansion.

@@ -1,4 +1,4 @@
-"""Tillotson's copper, its shocks and its isentropes, written from the equations alone, apart from ``solver.eos``.
+"""Tillotson's copper, its shocks and its isentropes, written from the equations alone, apart from the solver.
 
 Tillotson (1962), General Atomic GA-3216; constants of copper as in ``studies/materials/copper-ofhc-tillotson.toml``.
 """

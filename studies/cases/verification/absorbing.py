@@ -12,10 +12,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from solver.absorb import absorber
-from solver.geometry import grid
-from solver.geometry.axisymmetric import Axisymmetric
+from solver.grid.absorb import absorber
 from solver.problem import Problem
+from solver.problem.geometry import Axisymmetric, grid
 from solver.simulation import Outcome, simulate
 from studies.cases.rows import Row, absolute, at_most, relative, reported
 from studies.cases.setups.column import Stretch, column, solver_numerics

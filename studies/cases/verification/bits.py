@@ -6,7 +6,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any, get_args
 
-from solver.checkpoint import Checkpointing
+from solver.checkpoints import Checkpointing
 from solver.errors import Interrupted
 from solver.problem import Problem
 from solver.registry import entries
@@ -79,7 +79,7 @@ ADDITIONS = {
 
 def _run(recipe: Recipe) -> Iterator[Row]:
     for geometry in CELLS:
-        for shape in entries("solver.shapes", "SHAPE"):
+        for shape in entries("solver.grid.shapes", "SHAPE"):
             for scheme in get_args(SchemeName):
                 chosen = replace(recipe, shape=shape, scheme=scheme)
                 where, problem = f"{geometry}, {shape}, {scheme}", impact(geometry, chosen)

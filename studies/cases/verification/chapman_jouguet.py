@@ -12,7 +12,7 @@ from functools import partial
 
 import numpy as np
 
-from solver.eos.jwl import JonesWilkinsLee, burnt_fraction, lighting_times
+from solver.matter.eos.jwl import JonesWilkinsLee, burnt_fraction, lighting_times
 from solver.problem import Problem
 from solver.simulation import Outcome, simulate
 from studies.cases.rows import Row, absolute, refinement, relative

@@ -12,9 +12,8 @@ from typing import Any
 import numpy as np
 
 from solver.audit import Audit
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Contact, Criterion, Problem, StepRule
+from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Simulation, start
 from studies.cases.rows import Row, absolute, at_least, at_most, relative, reported
 from studies.cases.setups.column import Stretch, column, solver_numerics

@@ -21,9 +21,8 @@ import numpy as np
 
 from solver.fem.elements import Hexahedron
 from solver.fem.mesh import lattice, node_masses
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Face, Problem, Traction
+from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
 from studies.cases.rows import Row, at_most, relative, reported

@@ -9,9 +9,8 @@ from functools import partial
 
 import numpy as np
 
-from solver.geometry import grid
-from solver.geometry.axisymmetric import Axisymmetric
 from solver.problem import ArtificialViscosity, Problem, Smoothing
+from solver.problem.geometry import Axisymmetric, grid
 from solver.simulation import simulate, start
 from solver.state import Particles
 from studies.cases.rows import Row, absolute, observed_order, relative, relatives, reported, trend

@@ -8,9 +8,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from solver.geometry import grid
-from solver.geometry.axisymmetric import Axisymmetric
 from solver.problem import Problem
+from solver.problem.geometry import Axisymmetric, grid
 from solver.simulation import simulate
 from studies.cases.rows import Row, at_most, observed_order, relative, relatives, reported, trend
 from studies.cases.setups.column import (

@@ -15,13 +15,11 @@ import numpy as np
 from solver.fem.elements import Hexahedron
 from solver.fem.mesh import lattice as mesh_of
 from solver.fem.mesh import node_masses
-from solver.geometry import grid
-from solver.geometry.axisymmetric import Axisymmetric
-from solver.geometry.cartesian3d import Cartesian3D
+from solver.matter.stress import PointState, advance
+from solver.matter.tensor import Unturned, equivalent_stress
 from solver.problem import ArtificialViscosity, Body, Problem, Smoothing
+from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.simulation import Simulation, start
-from solver.stress import PointState, advance
-from solver.tensor import Unturned, equivalent_stress
 from studies.cases.rows import Row, absolute, at_most, observed_order, reported
 from studies.cases.setups.column import solver_numerics
 from studies.cases.setups.lattices import FREE, MIRROR, lattice, lattice_body, middles

@@ -11,8 +11,8 @@ from typing import Any
 
 import numpy as np
 
-from solver.geometry import grid
 from solver.problem import Body, Problem, Smoothing
+from solver.problem.geometry import grid
 from studies.cases.rows import Row, absolute, relatives, reported, trend
 from studies.cases.setups.collision import SPACING, Collision, Piece, Wave, collide, collision_problem, waves
 from studies.cases.setups.lattices import MIRRORS, lattice, middles

@@ -4,9 +4,10 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from solver.eos.tillotson import tillotson
-from solver.problem import ArtificialViscosity, Matter
-from solver.stress import PointState, advance
+from solver.matter.eos.tillotson import tillotson
+from solver.matter.laws import Matter
+from solver.matter.stress import PointState, advance
+from solver.problem import ArtificialViscosity
 from studies.cases.rows import Row, relatives
 from studies.cases.setups.collision import Piece, collide, collision_problem
 from studies.cases.setups.matter import matter_of

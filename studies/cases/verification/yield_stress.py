@@ -10,11 +10,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Any
 
-from solver.eos.mie_grueneisen import mie_grueneisen
-from solver.problem import Matter
-from solver.strength.johnson_cook import JohnsonCook
-from solver.strength.steinberg_guinan import SteinbergGuinan
-from solver.stress import PointState
+from solver.matter.eos.mie_grueneisen import mie_grueneisen
+from solver.matter.laws import Matter
+from solver.matter.strength.johnson_cook import JohnsonCook
+from solver.matter.strength.steinberg_guinan import SteinbergGuinan
+from solver.matter.stress import PointState
 from studies.cases.rows import Row, absolute, at_most, relative
 from studies.cases.setups.matter import matter_of, sheared
 from studies.cases.verification import VerificationCase

@@ -15,7 +15,7 @@ from tests.cases.fields import expansion_error, force_of_uniform_pressure
 from tests.claims import Row, at_most, claim, equal
 
 ROUND_OFF = 1e-12
-SHAPES = {name: entry.record() for name, entry in entries("solver.shapes", "SHAPE").items()}
+SHAPES = {name: entry.record() for name, entry in entries("solver.grid.shapes", "SHAPE").items()}
 # Midpoints of two particles per cell miss the integral of r N' + N by 1/32 at the first node of a spline, where its
 # support is cut by the axis; anywhere else, and for the other shapes, the sum is exact.
 AT_FIRST_NODE = {"linear": ROUND_OFF, "gimp": ROUND_OFF, "quadratic-bspline": 1.0 / 32.0}
