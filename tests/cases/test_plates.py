@@ -8,13 +8,14 @@ import functools
 import math
 import multiprocessing
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from solver.errors import WhippleError
 from studies import materials
@@ -24,7 +25,7 @@ from studies.runs.execution import HOTTEST_SHARE_FLAG, execute
 from studies.runs.run import resolve
 from studies.values.recipes import RECIPES
 from studies.values.results import ENERGY_DRIFT_LIMIT, numerical_parts
-from tests.claims import Row, at_most, claim, relative
+from tests.rows import Row, at_most, relative
 
 MATERIAL, DIAMETER, THICKNESS = "copper-ofhc", 8e-3, 2e-3  # t/d = 0.25
 SPEEDS = (2e3, 4e3, 6e3)  # m/s
@@ -124,12 +125,13 @@ def refined() -> tuple[dict[float, Convergence], list[Hole]]:
     return {speed: converge(some) for speed, some in samples.items()}, holes
 
 
-@claim(
-    "thin-plate-convergence",
-    says="holes in a thin plate at 4 to 32 cells through it, mean of three offsets: order or what it is; 4 to 8 "
-    "cells change it by at most 8 %, 8 to 16 by at most 2 %; every run keeps its energy within 1 %",
-)
-def thin_plate_convergence() -> Iterator[Row]:
+@pytest.mark.claim("holes", "thin-plate-convergence", minutes=120.0)
+def test_thin_plate_convergence__changes_holes_less_with_each_grid(compared: Callable[[Row], None]) -> None:
+    """Holes in a thin plate at 4 to 32 cells through it, mean of three offsets, change by 8 % and by 2 %.
+
+    Order, or what it is; 4 to 8 cells change a hole by at most 8 %, 8 to 16 by at most 2 %; every run keeps its energy
+    within 1 %.
+    """
     convergences, holes = refined()
     for speed, converged in convergences.items():
         where = f"{speed / 1e3:g} km/s"
@@ -137,29 +139,30 @@ def thin_plate_convergence() -> Iterator[Row]:
         text = ", ".join(
             f"{through}: {1e3 * means[through].value:.3f} +- {1e3 * means[through].scatter:.3f}" for through in THROUGH
         )
-        yield Row(f"{where}: D by cells through the plate (mm)", "", text, None)
+        compared(Row(f"{where}: D by cells through the plate (mm)", "", text, None))
         runs = sum(level.runs for level in converged.levels)
         valued = sum(level.values for level in converged.levels)
-        yield Row(f"{where}: runs with a hole", runs, valued, valued == runs)
+        compared(Row(f"{where}: runs with a hole", runs, valued, valued == runs))
         for through, most in CHANGES.items():
             before, after = means[through // 2].value, means[through].value
-            yield relative(
-                f"{where}: D at {through} cells against {through // 2} (mm)",
-                expected=1e3 * before,
-                got=1e3 * after,
-                within=most,
+            compared(
+                relative(
+                    f"{where}: D at {through} cells against {through // 2} (mm)",
+                    expected=1e3 * before,
+                    got=1e3 * after,
+                    within=most,
+                )
             )
         order = "" if math.isnan(converged.order) else f", order {converged.order:.2f}"
         value = f"D = {1e3 * converged.value:.3f} +- {1e3 * converged.uncertainty:.3f} mm"
-        yield Row(f"{where}: {converged.reason}", "", f"{converged.verdict}{order}; {value}", None)
-    yield from _energy(holes)
+        compared(Row(f"{where}: {converged.reason}", "", f"{converged.verdict}{order}; {value}", None))
+    for row in _energy(holes):
+        compared(row)
 
 
-@claim(
-    "thin-plate-geometries",
-    says="the hole of the body of revolution is that of the quarter model within 4 % at 4 cells through the plate",
-)
-def thin_plate_geometries() -> Iterator[Row]:
+@pytest.mark.claim("holes", "thin-plate-geometries", minutes=10.0)
+def test_thin_plate_geometries__agree(compared: Callable[[Row], None]) -> None:
+    """The hole of the body of revolution is that of the quarter model within 4 % at 4 cells through the plate."""
     questions: list[Question] = [
         (speed, THROUGH[0], offset, geometry)
         for speed in SPEEDS
@@ -170,11 +173,14 @@ def thin_plate_geometries() -> Iterator[Row]:
     values = np.array([each.diameter for each in holes])
     means = values.reshape(len(SPEEDS), 2, len(OFFSETS)).mean(axis=2)
     for speed, (solid, flat) in zip(SPEEDS, means, strict=True):
-        yield relative(
-            f"{speed / 1e3:g} km/s: D axisymmetric against 3-D, {THROUGH[0]} cells through the plate, "
-            f"mean of {len(OFFSETS)} offsets (mm)",
-            expected=1e3 * solid,
-            got=1e3 * flat,
-            within=GEOMETRIES_AGREE,
+        compared(
+            relative(
+                f"{speed / 1e3:g} km/s: D axisymmetric against 3-D, {THROUGH[0]} cells through the plate, "
+                f"mean of {len(OFFSETS)} offsets (mm)",
+                expected=1e3 * solid,
+                got=1e3 * flat,
+                within=GEOMETRIES_AGREE,
+            )
         )
-    yield from _energy(holes)
+    for row in _energy(holes):
+        compared(row)
