@@ -9,12 +9,11 @@ from pathlib import Path
 import pytest
 
 from service.records.jobs import Kind
-from tests.acceptance.checks import kills
+from tests.acceptance.checks import fault_points, kills
 from tests.acceptance.checks.common import fetch, row_of_checkpoints, rows_of_cubes, rows_of_store, undisturbed
 from tests.acceptance.support import inspection
 from tests.acceptance.support.crash_test import Work, crash_test
 from tests.acceptance.support.faults import Fault, KillMoment, Victim
-from tests.claims.queue.crashes import fault_points
 from tests.rows import Row, at_least, check, equal
 from tests.service.support.fakes import wait_until
 

@@ -81,6 +81,7 @@ def johnson_cook(strain: float, rate: float, temperature: float) -> float:
     0.0
     """
     A, B, n, C, m, _ = JOHNSON_COOK
+    assert m is not None  # copper softens
     homologous = min(max((temperature - ROOM) / (MELT - ROOM), 0.0), 1.0)
     rated = 1.0 + C * math.log(max(rate, 1.0))
     return float((A + B * strain**n) * rated * (1.0 - homologous**m))

@@ -14,7 +14,7 @@ from service.queue.dispatcher import Dispatcher
 from service.records.jobs import Kind, Submission
 from service.workers.attempt import Attempt, Ended, Ending, Inbox
 from service.workers.warm_process import perform
-from tests.claims.queue.crashes import fault_points
+from tests.acceptance.support import fault_points
 from tests.service.support.fakes import RecordingEngine, open_store, settings_in, sweep_of
 from tests.service.support.targets import Run
 

@@ -13,7 +13,7 @@ from typing import Any
 import httpx
 
 from service.client.client import Client
-from tests.claims.queue.crashes import fault_points
+from tests.acceptance.support import fault_points
 from tests.service.support.cluster import free_port
 from tests.service.support.fakes import wait_until
 

@@ -4,8 +4,8 @@ import tempfile
 from collections.abc import Iterator
 from pathlib import Path
 
+from tests.acceptance.checks import readme as checks
 from tests.claims import Row, claim
-from tests.claims.mend.readme import readme as checks
 
 
 @claim("readme", says="the blocks of README.md do what it says: run in order, verbatim, in a fresh clone")

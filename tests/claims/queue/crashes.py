@@ -2,9 +2,9 @@
 
 from collections.abc import Iterator
 
+from tests.acceptance.checks import fault_points as points
 from tests.acceptance.checks import kills
 from tests.claims import Row, claim
-from tests.claims.queue.crashes import fault_points as points
 from tests.service.support.databases import postgresql_server
 
 
