@@ -3,16 +3,7 @@
 import math
 from typing import Any
 
-from studies.scenarios._deck_records import (
-    MOST_NODES,
-    Deck,
-    DeckBody,
-    DeckGravity,
-    DeckState,
-    Lattice,
-    Vector,
-    refuse_line,
-)
+from studies.decks.deck import MOST_NODES, Deck, DeckBody, DeckGravity, DeckState, Lattice, Vector, refuse_line
 from studies.values.recipes import SchemeName
 
 WHOLE = 1e-6  # of a cell: a span is a whole number of cells

@@ -32,9 +32,8 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NoReturn
 
-from studies.scenarios._deck_checks import count_of, finished, least_count
-from studies.scenarios._deck_macros import EOS_COUNTS, KINDS, OPTIONS, REFUSED, TITLES, Quantity
-from studies.scenarios._deck_records import (
+from studies.decks.checks import count_of, finished, least_count
+from studies.decks.deck import (
     MOST_NODES,
     MOST_PARTICLES,
     Deck,
@@ -46,7 +45,8 @@ from studies.scenarios._deck_records import (
     Lattice,
     refuse_line,
 )
-from studies.scenarios._deck_words import INTEGER, SEPARATORS, Word, Words
+from studies.decks.macros import EOS_COUNTS, KINDS, OPTIONS, REFUSED, TITLES, Quantity
+from studies.decks.words import INTEGER, SEPARATORS, Word, Words
 from studies.values.errors import Finding, InvalidInput
 from studies.values.nearest import nearest_cure
 

@@ -4,8 +4,8 @@ import math
 import re
 from dataclasses import dataclass
 
-from studies.scenarios._deck_macros import SHIFTS, Quantity
-from studies.scenarios._deck_records import Vector, refuse_line
+from studies.decks.deck import Vector, refuse_line
+from studies.decks.macros import SHIFTS, Quantity
 
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[dDeE]([+-]?\d{1,4}))?")
 INTEGER = re.compile(r"[+-]?\d{1,15}")

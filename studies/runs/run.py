@@ -15,11 +15,11 @@ from typing import TYPE_CHECKING, Any
 
 from solver import PHYSICS_VERSION
 from solver.registry import entries
-from solver.units import Described, marked
+from solver.units import Described
 from studies import scenarios
 from studies.materials import Material, simulated
 from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import declared, parse_parameters
+from studies.values.parameters import declared, flat, marks, parse_parameters
 
 if TYPE_CHECKING:
     from studies.scenarios import Materials
@@ -69,8 +69,8 @@ class Run:
         parameters = scenarios.load(self.scenario).parameters
         defaults = {name: each.default for name, each in declared(parameters).items()}
         record = SimpleNamespace(**{**defaults, **self.parameters}, materials=self.materials)
-        marks = marked(parameters, Described)
-        return {name for name, mark in marks.items() if mark.acts and not mark.acts(record)}
+        described = marks(parameters, Described)
+        return {name for name, mark in described.items() if mark.acts and not mark.acts(record)}
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""
@@ -87,7 +87,7 @@ class Run:
 
     def _content(self) -> dict[str, Any]:
         chosen = scenarios.load(self.scenario)
-        described = marked(chosen.parameters, Described)
+        described = marks(chosen.parameters, Described)
         labels = {name for name, mark in described.items() if mark.label}
         names = labels.union(chosen.materials, chosen.unused)  # the values that they name are content themselves
         defaults = {name: each.default for name, each in declared(chosen.parameters).items()}
@@ -120,12 +120,12 @@ def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str
     absent = [name for name in chosen.materials if name not in materials]
     if absent:
         raise InvalidInput(Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent)
-    filled = chosen.fill(chosen.parameters(**values))
+    filled = chosen.record(values).filled()
     resolved = {name: materials[name].resolved() for name in chosen.materials}
-    findings = chosen.check(filled, {name: materials[name] for name in chosen.materials})
+    findings = filled.check({name: materials[name] for name in chosen.materials})
     if findings:
         raise InvalidInput(findings)
-    return Run(scenario, dict(vars(filled)), resolved)
+    return Run(scenario, flat(filled), resolved)
 
 
 def materials_of(run: Run) -> "Materials":
@@ -140,7 +140,7 @@ SMOOTHED_COST = 2.2e-6
 def estimate(run: Run) -> Estimate:
     """The expected cost of a run on one core."""
     chosen = scenarios.load(run.scenario)
-    size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
+    size = chosen.record(run.parameters).size(materials_of(run))
     flat = run.parameters.get("geometry") == "axisymmetric"
     shape = entries("solver.shapes", "SHAPE")[str(run.parameters["shape"])]
     cost = shape.flat_cost if flat else shape.box_cost

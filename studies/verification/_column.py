@@ -16,7 +16,7 @@ from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Body, Face, Matter, Problem
 from solver.state import Snapshot
 from solver.units import JoulePerKilogram, KilogramPerCubicMetre, Metre, MetrePerSecond
-from studies.scenarios._numerics import Numerics, numerics
+from studies.scenarios.parts.numerics import Numerics
 from studies.values.recipes import Recipe
 
 # Cells left out of a plateau at the interface or wall: start-up errors of the shock stay there.
@@ -40,7 +40,7 @@ class Stretch:
 
 def solver_numerics(recipe: Recipe) -> dict[str, Any]:
     """The fields of ``Problem`` for the numerics of a recipe."""
-    return numerics(Numerics(**asdict(recipe)))
+    return Numerics(**asdict(recipe)).arguments()
 
 
 def lattice(*lines: np.ndarray) -> np.ndarray:

@@ -1,47 +1,16 @@
-"""Solids before any method fills them, grids of the models, lattices of particles, and a body of them."""
+"""Grids of the models, lattices of particles, and a body of them."""
 
 import math
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Body, Face, Matter
+    from solver.problem import Body, Clamp, Face, Matter
 
 # Angle about the axis that a model covers, rad; 1 in axisymmetry, where all is per radian.
 SECTORS = {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}
-
-
-@dataclass(frozen=True)
-class BodyShape:
-    """A solid of revolution or a prism about the line of flight, before any method has filled it."""
-
-    role: str  # the parameter that names its material
-    begin: float  # along the flight, m
-    end: float
-    breadth: float  # largest distance from the line of flight, m
-    is_round: bool  # a prism of square section where it is not
-    nose: str  # of its end; "blunt" without
-    nose_length: float  # m
-    speed: float  # along the flight, m/s
-
-    @property
-    def volume(self) -> float:
-        """Volume of the whole solid, m3."""
-        area = math.pi * self.breadth**2 if self.is_round else 4.0 * self.breadth**2
-        share = {"blunt": 1.0, "conical": 1.0 / 3.0, "hemispherical": 2.0 / 3.0}[self.nose]
-        return area * (self.end - self.begin - (1.0 - share) * self.nose_length)
-
-    def radius(self, place: Any) -> Any:
-        """Radius of a round solid at places (n,) along the flight, m."""
-        import numpy as np
-
-        if self.nose == "blunt":
-            return np.full(np.shape(place), self.breadth)
-        part = np.clip((self.end - place) / self.nose_length, 0.0, 1.0)
-        shape = part if self.nose == "conical" else np.sqrt(part * (2.0 - part))
-        return self.breadth * shape
 
 
 def mesh(
@@ -93,30 +62,94 @@ def points(*lines: "np.ndarray") -> "np.ndarray":
     return np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=-1)
 
 
+@dataclass(frozen=True)
+class Lattice:
+    """Points about the line of flight that fill a part of a body, before they have mass."""
+
+    position: "np.ndarray"  # (n, 3) m
+    spacing: tuple[float, float, float]  # m
+    axis: int  # of the flight
+
+    @property
+    def radius(self) -> "np.ndarray":
+        """Distance of each point from the line of flight, m."""
+        import numpy as np
+
+        return self.position[:, 0] if self.axis == 1 else np.hypot(self.position[:, 0], self.position[:, 1])
+
+    @property
+    def along(self) -> "np.ndarray":
+        """Place of each point along the flight, m."""
+        return self.position[:, self.axis]
+
+    def where(self, keep: "np.ndarray") -> "Lattice":
+        """Some of the points."""
+        return replace(self, position=self.position[keep])
+
+
+def lattice(geometry: str, *, breadth: float, begin: float, end: float, step: float) -> Lattice:
+    """Points, nearly a step (m) apart, of a prism about the line of flight, ``breadth`` (m) is half its width."""
+    import numpy as np
+
+    across, wide = line(0.0, breadth, step)
+    along, high = line(begin, end, step)
+    if geometry == "axisymmetric":
+        return Lattice(points(across, along, np.zeros(1)), (wide, high, 0.0), 1)
+    whole = np.concatenate([-across[::-1], across]) if geometry == "half" else across
+    return Lattice(points(whole, across, along), (wide, wide, high), 2)
+
+
+def flight_axis(geometry: str) -> int:
+    """The axis of the line of flight."""
+    return 1 if geometry == "axisymmetric" else 2
+
+
+def along_flight(geometry: str, speed: float) -> "np.ndarray":
+    """The velocity (3,) of a speed along the line of flight, m/s."""
+    import numpy as np
+
+    velocity = np.zeros(3)
+    velocity[flight_axis(geometry)] = speed
+    return velocity
+
+
+def slab_clamp(geometry: str, thickness: float, cell: float) -> "Clamp":
+    """The rim of a plate, and the cell (m) on either side that its particles reach; debris beyond it flies on."""
+    import numpy as np
+
+    from solver.problem import clamp
+
+    # Nodes a cell away belong to it whatever the round-off.
+    reach = (1.0 + 1e-6) * cell
+    lower, upper = np.full(3, -np.inf), np.full(3, np.inf)
+    axis = flight_axis(geometry)
+    lower[axis], upper[axis] = -reach, thickness + reach
+    return clamp(lower=lower, upper=upper)
+
+
 def body(
     name: str,
     matter: "Matter",
     geometry: Any,
+    points: Lattice,
     *,
-    position: "np.ndarray",
-    spacing: tuple[float, float, float],
     velocity: "np.ndarray",
     density: float,
     volume: float,
 ) -> "Body":
-    """A body of lattice points (n, 3) whose masses add up to that of ``volume`` (m3, or m3 per radian)."""
+    """A body of lattice points whose masses add up to that of ``volume`` (m3, or m3 per radian)."""
     import numpy as np
 
     from solver.geometry import lattice_measure
     from solver.problem import Body
 
-    measure = np.ones(position.shape[0]) * lattice_measure(geometry, position.T, spacing)
+    measure = np.ones(len(points.position)) * lattice_measure(geometry, points.position.T, points.spacing)
     return Body(
         name=name,
         matter=matter,
-        position=position,
+        position=points.position,
         velocity=velocity,
         mass=measure * (density * volume / measure.sum()),
         density=density,
-        spacing=spacing,
+        spacing=points.spacing,
     )

@@ -1,21 +1,12 @@
-"""The method that computes an impact, and what each cannot do."""
+"""The method that computes a run, and what each cannot do."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import Annotated, Any, Literal
 
 from solver.units import Described, Dimensionless
 from studies.values.errors import Finding
 
-if TYPE_CHECKING:
-    from solver.problem import ArtificialViscosity, Smoothing
-
-# Of smoothed particles in place of a recipe's, which is that of cells: Monaghan (1992), section 4.1.
-PAIR_LINEAR, PAIR_QUADRATIC = 1.0, 2.0
-# Of contact between solids, of rho c^2: faces of two lattices press on each other with 5 to 7 times this at a distance
-# of one spacing and with 0.1 to 0.2 times at one and a half: at 100 to 300 m/s (rho c v / 2) they meet at 1.1 to
-# 1.3. Copper bars come as near as 0.7 at 2 km/s and pass through each other at 6 km/s: no contact of impacts.
-STIFFNESS = 0.01
 # Spacings within which particles of two solids repel each other: ``solver.sph.contact``.
 REPULSION = 1.5
 
@@ -41,8 +32,8 @@ def is_coupled(parameters: Any) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Smoothed:
-    """What smoothed particles take, whatever else a scenario is computed with."""
+class Method:
+    """The method of a scenario, with what smoothed particles take; a scenario with a choice offers its own."""
 
     artificial_stress: Annotated[
         Dimensionless,
@@ -55,39 +46,14 @@ class Smoothed:
             acts=is_smoothed,
         ),
     ] = 0.0
+    method: str = "mpm"
+
+
+ON_GRID = Method()
 
 
 @dataclass(frozen=True, kw_only=True)
-class ByCoupledMethod(Smoothed):
-    """The choice of a method where elements may surround the particles."""
-
-    method: Annotated[
-        Literal["mpm", "sph", "sph-fem"],
-        Described(
-            "material points on a grid (mpm), smoothed particles (sph), or these in the projectile and the centre of "
-            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions",
-            neutral=True,
-        ),
-    ] = "mpm"
-
-
-@dataclass(frozen=True, kw_only=True)
-class ByBarMethod(Smoothed):
-    """The choice of a method for a bar."""
-
-    method: Annotated[
-        Literal["mpm", "sph", "fem", "sph-fem"],
-        Described(
-            "material points on a grid (mpm), smoothed particles (sph), hexahedra (fem), or hexahedra in the half away "
-            "from the wall, coupled to smoothed particles in the other one (sph-fem); the latter three in three "
-            "dimensions, particles with a symmetric wall, and hexahedra with a square section",
-            neutral=True,
-        ),
-    ] = "mpm"
-
-
-@dataclass(frozen=True, kw_only=True)
-class ByMethod(Smoothed):
+class ParticleMethod(Method):
     """The choice of a method for particles alone."""
 
     method: Annotated[
@@ -100,34 +66,24 @@ class ByMethod(Smoothed):
     ] = "mpm"
 
 
-def smoothing(parameters: Any, viscosity: "ArtificialViscosity") -> "Smoothing | None":
-    """The numerics of smoothed particles, those of their verification but for the viscosity; None for other methods."""
-    from solver.problem import Smoothing
-    from solver.sph.smoothing import CubicSpline
-
-    if not is_smoothed(parameters):
-        return None
-    stiffness = STIFFNESS if parameters.contact == "repulsion" else 0.0
-    return Smoothing(CubicSpline(), viscosity=viscosity, tensile=parameters.artificial_stress, stiffness=stiffness)
-
-
-def check_method(parameters: Any, contacts: Sequence[str] = ("none",)) -> list[Finding]:
-    """Findings on what a method cannot compute; ``contacts`` are those of its particles in the scenario."""
-    if not is_smoothed(parameters) and not is_meshed(parameters):
+def check_method(parameters: Mapping[str, Any], contacts: Sequence[str] = ("none",)) -> list[Finding]:
+    """Findings on what the method of flat parameters cannot compute; ``contacts`` are those of its particles."""
+    method, given = parameters["method"], parameters.get
+    smoothed, meshed = method in ("sph", "sph-fem"), method in ("fem", "sph-fem")
+    if method == "mpm":
         return []
-    of_bar = hasattr(parameters, "wall")
     refused = (
-        (of_bar and is_smoothed(parameters) and parameters.wall == "unilateral", "wall", "set wall to symmetric"),
-        (of_bar and is_meshed(parameters) and parameters.section == "round", "section", "set section to square"),
-        (parameters.geometry == "axisymmetric", "geometry", "set geometry to quarter"),
-        (getattr(parameters, "edges", "fixed") == "absorbing", "edges", "set edges to fixed or free"),
-        (parameters.contact not in contacts, "contact", f"set contact to {' or '.join(contacts)}"),
-        (parameters.scheme not in (None, "musl"), "scheme", "leave scheme out"),
-        (bool(parameters.damping_rate), "damping_rate", "leave damping_rate out"),
-        (getattr(parameters, "debris", "follow") == "retire", "debris", "set debris to follow"),
+        (smoothed and given("wall") == "unilateral", "wall", "set wall to symmetric"),
+        (meshed and given("section") == "round", "section", "set section to square"),
+        (given("geometry") == "axisymmetric", "geometry", "set geometry to quarter"),
+        (given("edges") == "absorbing", "edges", "set edges to fixed or free"),
+        (given("contact") not in contacts, "contact", f"set contact to {' or '.join(contacts)}"),
+        (given("scheme") != "musl", "scheme", "leave scheme out"),
+        (bool(given("damping_rate")), "damping_rate", "leave damping_rate out"),
+        (given("debris") == "retire", "debris", "set debris to follow"),
     )
     return [
-        Finding(name, str(getattr(parameters, name)), f"a value that method {parameters.method} computes", cure)
+        Finding(name, str(given(name)), f"a value that method {method} computes", cure)
         for is_there, name, cure in refused
         if is_there
     ]
