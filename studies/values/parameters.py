@@ -198,7 +198,7 @@ def _rounded(value: Any) -> Any:
 
 
 @cache
-def _parts(record: type) -> Mapping[str, type]:
+def _parts(record: Any) -> Mapping[str, Any]:
     """The records inside a record, by field."""
     return {name: hint for name, hint in get_type_hints(record).items() if dataclasses.is_dataclass(hint)}
 

@@ -145,7 +145,7 @@ def bar(family: str, across: int, along: int) -> Any:
     from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Body, Face, Problem
     from studies.materials import load
-    from studies.scenarios._matter import matter
+    from studies.scenarios.parts.matter import matter
     from studies.verification._smoothed import COURANT, SPH
 
     copper, is_smoothed = load("copper-ofhc"), family == "plane_sph"

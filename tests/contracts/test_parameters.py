@@ -9,11 +9,11 @@ import numpy as np
 import pytest
 
 from solver.simulation import start
-from solver.units import Described, marked
+from solver.units import Described
 from studies import scenarios
 from studies.runs.run import Run
 from studies.values.errors import InvalidInput
-from studies.values.parameters import Parameter, declared
+from studies.values.parameters import Parameter, declared, marks
 from studies.verification import Row, equal
 from tests.contracts.test_scenarios import asked, built, given_of
 
@@ -62,7 +62,7 @@ def base(name: str, method: str) -> dict[str, Any]:
 def state(run: Run) -> tuple[str, str, str]:
     """Digest of a run after some steps; then its grid, faces, end and observation; then what acts later."""
     setting = built(run)
-    observer, problem = scenarios.load(run.scenario).observer, setting.problem
+    problem = setting.problem
     simulation = start(problem, threads=1)
     for _ in range(STEPS):
         simulation.advance()
@@ -72,7 +72,7 @@ def state(run: Run) -> tuple[str, str, str]:
     seen = problem.geometry, problem.faces, problem.end_time, problem.retirement
     return (
         digest.hexdigest(),
-        repr((seen, observer.rate(given_of(run), setting), vars(setting) | {"problem": None})),
+        repr((seen, given_of(run).rate(setting), vars(setting) | {"problem": None})),
         repr(
             (
                 [body.matter for body in problem.bodies],
@@ -103,9 +103,9 @@ def others(parameter: Parameter, value: Any) -> Iterator[Any]:
 def varied(name: str, method: str) -> Iterator[tuple[str, Run]]:
     """The runs that differ from the small one in one parameter and are accepted; a number takes its first value."""
     start_of, chosen = base(name, method), scenarios.load(name).parameters
-    first, marks = asked(name, **start_of), marked(chosen, Described)
+    first, described = asked(name, **start_of), marks(chosen, Described)
     for parameter in declared(chosen).values():
-        if marks[parameter.name].label or parameter.name == "method":
+        if described[parameter.name].label or parameter.name == "method":
             continue
         for value in others(parameter, first.parameters[parameter.name]):
             try:

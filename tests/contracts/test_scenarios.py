@@ -13,7 +13,7 @@ from solver.audit import Audit
 from solver.simulation import start
 from studies import materials, measurements, scenarios
 from studies.runs.run import Run, materials_of, resolve
-from studies.scenarios import Scenario, Setting
+from studies.scenarios import Scenario, Setting, SetUp
 from studies.values.parameters import declared
 from tests.studies.support.decks import appendix_deck, detonation_deck, fluid_deck, soil_deck
 
@@ -186,12 +186,13 @@ def asked(scenario: str, **changes: Any) -> Run:
     return resolve(scenario, given, {role: materials.load(name) for role, name in names.items()})
 
 
-def given_of(run: Run) -> Any:
-    return scenarios.load(run.scenario).parameters(**run.parameters)
+def given_of(run: Run) -> SetUp:
+    return scenarios.load(run.scenario).record(run.parameters)
 
 
-def built(run: Run) -> Setting:
-    return scenarios.load(run.scenario).build(given_of(run), materials_of(run))
+def built(run: Run) -> Any:
+    """The setting of a run."""
+    return given_of(run).build(materials_of(run))
 
 
 def ten_steps(setting: Setting) -> Audit:
@@ -245,9 +246,14 @@ def test_scenario__describes_every_parameter(scenario: Scenario) -> None:
 
 
 def test_scenario__takes_its_parameters_by_keyword_and_keeps_them(scenario: Scenario) -> None:
-    options = scenario.parameters.__dataclass_params__  # type: ignore[attr-defined]
-    assert options.frozen
-    assert all(field.kw_only for field in dataclasses.fields(scenario.parameters))
+    def check(record: Any) -> None:
+        assert record.__dataclass_params__.frozen
+        for each in dataclasses.fields(record):
+            assert each.kw_only
+            if dataclasses.is_dataclass(getattr(record, each.name)):
+                check(getattr(record, each.name))
+
+    check(given_of(asked(scenario.name)))
 
 
 def test_scenario__names_fields_measurements_and_materials_that_exist(scenario: Scenario) -> None:
@@ -257,13 +263,13 @@ def test_scenario__names_fields_measurements_and_materials_that_exist(scenario: 
     assert set(scenario.settles) <= set(scenario.measurements)
     for one in scenario.measurements:
         assert set(measurements.load(one).follows) <= set(scenario.measurements)
-    assert set(scenario.observer.least_cells) <= set(scenario.cells(given_of(asked(scenario.name))))
+    assert {*scenario.least_cells, *scenario.fewest_cells} <= set(given_of(asked(scenario.name)).cells())
 
 
 def test_scenario__is_observed_often_enough_to_be_seen_growing(scenario: Scenario) -> None:
     run = asked(scenario.name)
     setting = built(run)
-    rate = scenario.observer.rate(given_of(run), setting)
+    rate = given_of(run).rate(setting)
     assert 0.0 < rate.interval < setting.problem.end_time
     assert bool(scenario.settles) == math.isfinite(rate.window)
     if scenario.settles:
@@ -273,19 +279,19 @@ def test_scenario__is_observed_often_enough_to_be_seen_growing(scenario: Scenari
 def test_scenario__is_measured_at_its_start(scenario: Scenario) -> None:
     """Each measurement has a value or a reason before anything has happened."""
     setting = built(asked(scenario.name))
-    view = scenario.observer.view(setting, start(setting.problem, threads=1).snapshot())
+    view = scenario.parameters.view(setting, start(setting.problem, threads=1).snapshot())
     for one in scenario.measurements:
         measurement = measurements.load(one)
         if not measurement.follows:
             reading = measurement.read(view)
             assert math.isfinite(reading.value) or reading.flags
-    assert all(math.isfinite(number) for number in scenario.observer.numbers(view).values())
+    assert all(math.isfinite(number) for number in scenario.parameters.numbers(view).values())
 
 
 def test_scenario__says_how_well_it_is_resolved(scenario: Scenario) -> None:
     parameter, word = RESOLUTION.get(scenario.name, ("cells_per_diameter",) * 2)
     run = asked(scenario.name)
-    cells = scenario.cells(given_of(run))
+    cells = given_of(run).cells()
     assert set(cells) <= {"cells_per_diameter", "cells_per_thickness", "refinement"}
     assert cells[word] == run.parameters[parameter]
 
@@ -306,7 +312,7 @@ def test_variation__gives_every_particle_a_mass_and_no_two_the_same_place(varied
 def test_variation__is_estimated_near_its_real_number_of_particles(varied: tuple[Run, Setting]) -> None:
     run, setting = varied
     real = sum(body.mass.size for body in setting.problem.bodies)
-    size = scenarios.load(run.scenario).estimate(given_of(run), materials_of(run))
+    size = given_of(run).size(materials_of(run))
     assert real / ESTIMATE < size.particles < real * ESTIMATE
 
 
@@ -315,7 +321,7 @@ def test_estimate__grows_with_resolution(scenario: Scenario) -> None:
     sizes = []
     for cells in (16.0, 32.0):
         given = asked(scenario.name, **{parameter: cells})
-        sizes.append(scenario.estimate(given_of(given), materials_of(given)))
+        sizes.append(given_of(given).size(materials_of(given)))
     # A column of plates stays one cell wide, and a deck is refined in three dimensions.
     dimensions = {"plate_impact": 1, "deck": 3}.get(scenario.name, 2)
     assert math.isclose(sizes[1].particles / sizes[0].particles, 2.0**dimensions, rel_tol=0.01)

@@ -227,7 +227,7 @@ class Numerics:
 
         if not is_smoothed(method):
             return None
-        stiffness = STIFFNESS if self.contact == "repulsion" else 0.0
+        stiffness = STIFFNESS if str(self.contact) == "repulsion" else 0.0
         return Smoothing(CubicSpline(), viscosity=viscosity, tensile=method.artificial_stress, stiffness=stiffness)
 
 

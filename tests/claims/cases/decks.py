@@ -7,9 +7,9 @@ import numpy as np
 
 from solver.problem import Problem
 from solver.simulation import simulate, start
-from studies import scenarios
-from studies.runs.run import materials_of, resolve
-from studies.scenarios._deck import read_deck
+from studies.decks.reader import read_deck
+from studies.runs.execution import setting_of
+from studies.runs.run import resolve
 from studies.verification._column import profile
 from studies.verification._detonation import TNT, chapman_jouguet
 from studies.verification.chapman_jouguet import STATE, at_front
@@ -21,9 +21,7 @@ CELLS = 1600
 
 
 def _problem(scenario: str, **parameters: Any) -> Problem:
-    run = resolve(scenario, parameters, {})
-    chosen = scenarios.load(scenario)
-    return chosen.build(chosen.parameters(**run.parameters), materials_of(run)).problem
+    return setting_of(resolve(scenario, parameters, {})).problem
 
 
 @claim(

@@ -18,7 +18,7 @@ from solver.stress import PointState, advance
 from solver.tensor import equivalent_stress
 from studies import materials
 from studies.runs.execution import execute, setting_of
-from studies.scenarios._matter import matter
+from studies.scenarios.parts.matter import matter
 from studies.sweeps.sweep import Sweep
 from studies.verification import bits
 from studies.verification._matter import matter_of

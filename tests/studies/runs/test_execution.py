@@ -18,7 +18,7 @@ from studies.measurements import Reading
 from studies.runs.execution import execute, molten_fraction, observer_of
 from studies.runs.observer import Observer
 from studies.runs.remeasure import load_state
-from studies.runs.run import materials_of
+from studies.runs.run import estimate
 from studies.values.results import DEFINITION, Progress, RunControl, RunResult
 from tests.solver.bodies import MELT, real_copper
 from tests.studies.runs.solved import BROKEN_OFF_AFTER, RUNS, after, asked, solved
@@ -334,9 +334,7 @@ def test_time_left__is_at_the_pace_of_this_process(monkeypatch: pytest.MonkeyPat
 @pytest.mark.parametrize("scenario", ["elastic_bar", "plate_impact"])
 def test_estimate__is_near_the_real_number_of_steps(results: dict[str, RunResult], scenario: str) -> None:
     run = asked(scenario)
-    chosen = scenarios.load(scenario)
-    size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
-    assert 0.5 < size.steps / results[scenario].numbers["steps"] < 2.0
+    assert 0.5 < estimate(run).steps / results[scenario].numbers["steps"] < 2.0
 
 
 def test_result__has_the_molten_share_of_its_final_state(results: dict[str, RunResult]) -> None:

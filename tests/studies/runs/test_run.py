@@ -16,10 +16,10 @@ from studies.materials import Material
 from studies.materials.schema import MEASURED_WITH, NOT_SIMULATED
 from studies.measurements._impact import view
 from studies.runs import run
-from studies.runs.execution import execute
-from studies.runs.run import PHYSICS_VERSION, Run, estimate, materials_of, resolve
+from studies.runs.execution import execute, setting_of
+from studies.runs.run import PHYSICS_VERSION, Run, estimate, resolve
 from studies.scenarios import OBSERVATIONS_PER_WINDOW
-from studies.scenarios._settling import WINDOW_PER_DIAMETER
+from studies.scenarios.parts.shot import WINDOW_PER_DIAMETER
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, declared
 from studies.values.recipes import RECIPES
@@ -361,8 +361,7 @@ def test_execute__state_can_be_measured_again(tmp_path: Path) -> None:
     """A stored state gives the numbers of the result without solving."""
     asking = asked(BLOCK, scenario="thick_plate", end_time=8e-6)
     result = execute(asking, tmp_path, threads=1)
-    scenario = scenarios.load("thick_plate")
-    setting = scenario.build(scenario.parameters(**asking.parameters), materials_of(asking))
+    setting = setting_of(asking)
     state = np.load(tmp_path / "state.npz")
     particles = Particles(
         **{name: state[name] for name in Particles._fields if name != "alive"},

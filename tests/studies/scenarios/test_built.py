@@ -10,7 +10,7 @@ from solver.problem import Face
 from solver.simulation import start
 from studies import materials, measurements, scenarios
 from studies.runs.run import Run, materials_of, resolve
-from studies.scenarios import ImpactSetting
+from studies.scenarios.parts.impact import ImpactSetting
 from studies.scenarios.plate_impact import CROSSED, PlateSetting, shocks
 from studies.values.errors import InvalidInput
 from tests.contracts.test_scenarios import BARS, CORNERS, DIAMETER, ROUND_OFF, asked, built
@@ -87,9 +87,8 @@ def test_bar__stands_on_the_wall_and_flies_into_it(name: str, geometry: str) -> 
 @pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
 def test_taylor_bar__has_at_the_start_the_size_that_was_asked_for(geometry: str) -> None:
     """Exactly, whatever the lattice: it is what the final size is measured against."""
-    scenario = scenarios.load("taylor_bar")
     setting = built(asked("taylor_bar", geometry=geometry, bar_length=11.1e-3))
-    view = scenario.observer.view(setting, start(setting.problem, threads=1).snapshot())
+    view = scenarios.load("taylor_bar").parameters.view(setting, start(setting.problem, threads=1).snapshot())
     for name, size in (("final_length", 11.1e-3), ("mushroom_diameter", DIAMETER), ("width_at_fifth", DIAMETER)):
         assert math.isclose(measurements.load(name).read(view).value, size, rel_tol=1e-9)
 

@@ -9,7 +9,7 @@ import pytest
 from solver.simulation import start
 from studies import measurements, scenarios
 from studies.runs.execution import execute
-from studies.scenarios._loading import read_pulse
+from studies.scenarios.parts.loading import read_pulse
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from tests.contracts.test_scenarios import BARS, ROUND_OFF, asked, built
@@ -102,7 +102,7 @@ def test_square_bar__weighs_and_measures_what_was_asked_for(name: str) -> None:
     assert math.isclose(bar.mass.sum(), quarter, rel_tol=ROUND_OFF)
     # Every particle has the mass of its own box, which the lattice fills without a rest.
     assert np.allclose(bar.mass, bar.density * math.prod(bar.spacing), rtol=ROUND_OFF)
-    view = scenarios.load(name).observer.view(setting, start(setting.problem, threads=1).snapshot())
+    view = scenarios.load(name).parameters.view(setting, start(setting.problem, threads=1).snapshot())
     for measured, size in (("final_length", 11.1e-3), ("mushroom_diameter", side), ("width_at_fifth", side)):
         assert math.isclose(measurements.load(measured).read(view).value, size, rel_tol=1e-9)
 
@@ -190,7 +190,6 @@ def test_coupled_bar__has_the_mass_of_the_bar_and_is_one_in_its_measurements() -
     elements, particles = setting.problem.bodies
     whole = 8900.0 * 2e-3**2 * 20e-3
     assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
-    scenario = scenarios.load("elastic_bar")
-    view = scenario.observer.view(setting, start(setting.problem, threads=1).snapshot())
+    view = scenarios.load("elastic_bar").parameters.view(setting, start(setting.problem, threads=1).snapshot())
     assert measurements.load("rear_face_place").read(view).value == pytest.approx(20e-3)
     assert measurements.load("middle_stress").read(view).value == 0.0

@@ -16,15 +16,10 @@ from solver.tension.recoverable import RecoverableTension
 from solver.tension.unlimited import UnlimitedTension
 from studies import materials, scenarios
 from studies.scenarios import Materials
-from studies.scenarios._matter import (
-    Fracture,
-    check_boiling,
-    check_constants,
-    check_eos,
-    check_failure,
-    failure_of,
-    matter,
-)
+from studies.scenarios.parts.matter import Fracture, check_constants, check_eos, matter
+from studies.values.errors import InvalidInput
+from studies.values.parameters import declared
+from tests.contracts.test_scenarios import asked
 
 COPPER = materials.load("copper-ofhc")
 THESIS = materials.load("copper-thesis-plastic")  # no spall strength
@@ -83,20 +78,15 @@ def test_cubic__is_refused_where_its_curve_turns_down() -> None:
     assert "s = 0.9" in finding.limit
 
 
-@pytest.mark.parametrize("scenario", ["thin_plate", "thick_plate", "taylor_bar"])
+@pytest.mark.parametrize("scenario", ["thin_plate", "thick_plate", "taylor_bar", "plugging"])
 @pytest.mark.parametrize(("name", "value"), [("tension", "unlimited"), ("thermal_softening", False)])
 def test_boiling__is_refused_without_melting_and_its_tension(scenario: str, name: str, value: Any) -> None:
-    result = scenarios.load(scenario)
-    asked = {
-        one.name: {"speed": 4e3, "projectile_diameter": 8e-3, "plate_thickness": 2e-3}.get(one.name, "copper-ofhc")
-        for one in dataclasses.fields(result.parameters)
-        if one.default is dataclasses.MISSING
-    }
-    boiling: Materials = {"one": materials.load("copper-ofhc-tillotson")}
-    [finding] = check_boiling(result.parameters(**asked, **{name: value}), boiling)
-    assert finding.field == name
-    assert check_boiling(result.parameters(**asked, **{name: value}), ROLES) == []
-    assert check_boiling(result.parameters(**asked), boiling) == []
+    boiling = {**dict.fromkeys(scenarios.load(scenario).materials, "copper-ofhc-tillotson"), "failure": "none"}
+    boiling = {key: each for key, each in boiling.items() if key in declared(scenarios.load(scenario).parameters)}
+    with pytest.raises(InvalidInput, match="would boil") as caught:
+        asked(scenario, **boiling, **{name: value})
+    assert {finding.field for finding in caught.value.findings} == {name}
+    asked(scenario, **boiling)
 
 
 def test_matter__has_the_strength_of_the_material_whatever_its_kind() -> None:
@@ -141,8 +131,8 @@ def test_matter__without_a_spall_strength_or_a_floor_bears_any_tension(material:
     ],
 )
 def test_failure__is_that_of_the_parameters_with_the_constants_of_the_material(given: Any, expected: object) -> None:
-    assert check_failure(given, ROLES) == []
-    assert failure_of(given, COPPER) == expected
+    assert list(given.check(ROLES)) == []
+    assert given.of(COPPER) == expected
 
 
 @pytest.mark.parametrize(
@@ -155,13 +145,13 @@ def test_failure__is_that_of_the_parameters_with_the_constants_of_the_material(g
     ],
 )
 def test_failure__is_refused_with_a_number_too_few_or_too_many(given: Any, field: str) -> None:
-    findings = check_failure(given, ROLES)
+    findings = given.check(ROLES)
     assert [finding.field for finding in findings] == [field]
 
 
 def test_failure__by_spall_is_refused_for_a_material_without_a_spall_strength() -> None:
     given = Fracture(failure="spall", failure_time=1e-6)
-    (finding,) = check_failure(given, {**ROLES, "target": THESIS})
+    (finding,) = given.check({**ROLES, "target": THESIS})
     assert finding.field == "failure"
     assert "copper-thesis-plastic" in finding.limit
     assert "target.tension.spall_strength" in finding.cure
@@ -173,16 +163,16 @@ DAMAGE = Fracture(failure="modified-johnson-cook")
 
 def test_damage__breaks_the_materials_that_state_its_constants() -> None:
     roles: Materials = {"projectile": ARNE, "target": WELDOX}
-    assert check_failure(DAMAGE, roles) == []
-    assert failure_of(DAMAGE, ARNE) == NoFailure()
+    assert list(DAMAGE.check(roles)) == []
+    assert DAMAGE.of(ARNE) == NoFailure()
     expected = (0.0705, 1.732, -0.54, -0.0123, 0.0, 5e-4, 0.3, 0.0)
-    assert failure_of(DAMAGE, WELDOX) == ModifiedJohnsonCookDamage(*expected)
+    assert DAMAGE.of(WELDOX) == ModifiedJohnsonCookDamage(*expected)
 
 
 def test_damage__is_refused_where_no_material_states_its_constants_or_one_states_a_part() -> None:
-    findings = check_failure(DAMAGE, {"projectile": ARNE, "target": ARNE})
+    findings = list(DAMAGE.check({"projectile": ARNE, "target": ARNE}))
     assert "set target.fracture.D1" in findings[-8].cure
-    [finding] = check_failure(DAMAGE, {"target": WELDOX.with_value("fracture.D2", None)})
+    [finding] = DAMAGE.check({"target": WELDOX.with_value("fracture.D2", None)})
     assert "set target.fracture.D2" in finding.cure
 
 

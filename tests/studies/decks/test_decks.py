@@ -13,10 +13,10 @@ import pytest
 from solver.problem import Face, Problem
 from solver.simulation import start
 from solver.strength.johnson_cook import JohnsonCook
-from studies import scenarios
-from studies.runs.run import materials_of, resolve
-from studies.scenarios._deck import MOST_BYTES, read_deck, read_file_text
-from studies.scenarios._deck_problem import fixed_step
+from studies.decks.problem import fixed_step
+from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
+from studies.runs.execution import setting_of
+from studies.runs.run import resolve
 from studies.values.errors import InvalidInput
 from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, soil_deck, thousandfold
 
@@ -30,9 +30,7 @@ DECKS: dict[str, Callable[[], str]] = {
 
 
 def problem(scenario: str, **parameters: Any) -> Problem:
-    run = resolve(scenario, parameters, {})
-    chosen = scenarios.load(scenario)
-    return chosen.build(chosen.parameters(**run.parameters), materials_of(run)).problem
+    return setting_of(resolve(scenario, parameters, {})).problem
 
 
 def error(text: str, units: str = "deck") -> str:
