@@ -125,6 +125,36 @@ def test_parameter_that_does_not_act__makes_no_new_run(name: str, method: str) -
             assert run.id == first.id, parameter
 
 
+# Where a parameter of a plate acts, and what must change with it.
+THIN = declared(scenarios.load("thin_plate").parameters)
+SPALL = {"failure": "spall", "failure_time": 1e-7}
+CYLINDER = {"projectile_shape": "cylinder", "projectile_length": 4e-3}
+ACTS_WITH: dict[str, dict[str, Any]] = {
+    "projectile_length": CYLINDER,
+    "obliquity": {"geometry": "half"},
+    "yaw": {"geometry": "half", **CYLINDER},
+    "friction": {"contact": "bardenhagen"},
+    "failure_strain": {"failure": "plastic-strain", "failure_strain": 1.0},
+    "failure_time": SPALL,
+    "method": {"geometry": "quarter"},
+    "artificial_stress": {"geometry": "quarter", "method": "sph"},
+    "damping_order": {"damping_rate": 1e5},
+    "beyond_edge": {"edges": "free"},
+    "film_interval": {"film_interval": 1e-6},
+}
+FOLLOWS: dict[str, dict[str, Any]] = {"projectile_shape": {"projectile_length": 8e-3}, "failure": SPALL}
+NO_CONTENT = ("film_interval",)  # a film shows a run and does not change it
+
+
+@pytest.mark.parametrize("name", [name for name, each in THIN.items() if each.kind != "material"])
+def test_parameter_that_acts__makes_a_new_run(name: str) -> None:
+    before = asked("thin_plate", **ACTS_WITH.get(name, {}))
+    value = next(others(THIN[name], before.parameters[name]))
+    after = asked("thin_plate", **{**ACTS_WITH.get(name, {}), name: value, **FOLLOWS.get(name, {})})
+    assert (after.id == before.id) == (name in NO_CONTENT)
+    assert list(after.parameters) == list(THIN)
+
+
 @pytest.mark.claim("mend-again", "parameters-act", minutes=8.0)
 @each_method
 def test_parameter__changes_its_run_or_makes_no_new_one(

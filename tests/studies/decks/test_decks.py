@@ -11,13 +11,17 @@ import numpy as np
 import pytest
 
 from solver.problem import Face, Problem
-from solver.simulation import start
+from solver.simulation import simulate, start
 from solver.strength.johnson_cook import JohnsonCook
 from studies.decks.problem import fixed_step
 from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
 from studies.runs.execution import setting_of
 from studies.runs.run import resolve
 from studies.values.errors import InvalidInput
+from studies.verification._column import profile
+from studies.verification._detonation import TNT, chapman_jouguet
+from studies.verification.chapman_jouguet import STATE, at_front
+from tests.rows import Row, at_most, equal, relative
 from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, soil_deck, thousandfold
 
 MEBIBYTE = 1 << 20
@@ -46,11 +50,19 @@ def line_of(text: str, begin: str) -> int:
 # --- the thesis' deck -------------------------------------------------------------------------------
 
 
-def test_appendix__has_the_counts_that_it_states() -> None:
+@pytest.mark.claim("decks", "appendix-a")
+def test_appendix__has_the_counts_that_it_states_and_keeps_its_balance(compared: Callable[[Row], None]) -> None:
+    """The deck of the thesis' appendix A has its nodes and particles, and its 400 steps keep energy and momentum."""
     deck = read_deck(appendix_deck())
-    assert (deck.nodes, deck.particles, len(deck.materials)) == (1200, 260, 2)
     assert [body.count for body in deck.bodies] == [130, 130]
     assert deck.bodies[1].rows[1][:4] == (132, 0.75e-3, 0.25e-3, 5.25e-3)
+    assert len(deck.materials) == 2
+    compared(equal("nodes", expected=1200, got=deck.nodes))
+    compared(equal("particles", expected=260, got=deck.particles))
+    outcome = simulate(problem("deck", deck=appendix_deck()))
+    compared(equal("steps", expected=400, got=outcome.snapshot.step))
+    compared(at_most("drift of the energy", limit=1e-10, got=abs(outcome.audit.energy_drift)))
+    compared(at_most("error of the momentum", limit=1e-10, got=outcome.audit.momentum_error))
 
 
 def test_appendix__becomes_the_problem_that_it_says() -> None:
@@ -71,16 +83,34 @@ def test_appendix__becomes_the_problem_that_it_says() -> None:
     assert (moving.matter.eos.c0, moving.matter.eos.s) == (3300.0, 1.49)
 
 
-def test_bar__of_a_deck_equals_that_of_the_scenario_bit_for_bit() -> None:
+@pytest.mark.claim("decks", "deck-bar")
+def test_bar__of_a_deck_equals_that_of_the_scenario_bit_for_bit(compared: Callable[[Row], None]) -> None:
+    """The deck of the thesis' elastic bar equals its scenario bit for bit."""
     own = problem("elastic_bar", geometry="quarter", recipe="thesis", wall="symmetric", fixed_dt=1e-8)
     assert own.bodies[0].mass.size == 260
     text = bar_deck(own, young=100e9, poisson=0.3)
     first, second = (start(each) for each in (own, problem("deck", deck=text)))
-    for _ in range(20):
+    for _ in range(200):
         first.advance()
         second.advance()
     assert first.particles.pressure.any()
-    assert np.array_equal(first.table, second.table)
+    differing = int((first.table != second.table).sum())
+    compared(equal("numbers that differ after 200 steps", expected=0, got=differing))
+
+
+@pytest.mark.claim("decks", "deto1k", minutes=1.0)
+def test_detonation__of_a_deck_reaches_the_state_of_chapman_and_jouguet(compared: Callable[[Row], None]) -> None:
+    """The deck of a TNT bar, MPM3D-F90's Deto1k, reaches Chapman's and Jouguet's state within 2 %."""
+    cells = 1600
+    line = profile(simulate(problem("deck", deck=detonation_deck(cells))).snapshot, 0)
+    exact, speed = chapman_jouguet(TNT), line.place / line.time
+    for name, expected, values in (
+        ("pressure (GPa)", exact.pressure / 1e9, line.stress / 1e9),
+        ("density (kg/m3)", exact.density, line.density),
+        ("velocity (m/s)", exact.velocity, line.velocity),
+    ):
+        got = at_front(speed, np.asarray(values))
+        compared(relative(f"TNT, {cells} cells: {name}", expected=expected, got=got, within=STATE))
 
 
 @pytest.mark.parametrize("value", [0.1, 1 / 3, 8.93e-3, 5e-324, 1.7e300, 123456.789e-7])
