@@ -68,8 +68,10 @@ BAD: dict[str, tuple[dict[str, Any], str, str]] = {
 }
 
 
+@pytest.mark.claim("bad-input", "bad-input-http")
 @pytest.mark.parametrize("case", BAD)
 def test_bad_sweep__is_refused_with_field_value_limit_and_cure(api: Api, case: str) -> None:
+    """Bad input over HTTP is a 422 that names field, value, limit and cure, and stores nothing."""
     changes, place, cure = BAD[case]
     response = api.http.post("/v1/sweeps", json=sweep_of(**changes))
     assert is_problem(response, 422), response.text
