@@ -66,11 +66,16 @@ class Run:
     @property
     def idle(self) -> set[str]:
         """The parameters that do not act beside the others or on its materials."""
-        parameters = scenarios.load(self.scenario).parameters
-        defaults = {name: each.default for name, each in declared(parameters).items()}
-        record = SimpleNamespace(**{**defaults, **self.parameters}, materials=self.materials)
-        described = marks(parameters, Described)
-        return {name for name, mark in described.items() if mark.acts and not mark.acts(record)}
+        record = SimpleNamespace(**{**self._defaults, **self.parameters}, materials=self.materials)
+        return {name for name, mark in self._described.items() if mark.acts and not mark.acts(record)}
+
+    @property
+    def _described(self) -> Mapping[str, Described]:
+        return marks(scenarios.load(self.scenario).parameters, Described)
+
+    @cached_property
+    def _defaults(self) -> dict[str, Any]:
+        return {name: each.default for name, each in declared(scenarios.load(self.scenario).parameters).items()}
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""
@@ -86,17 +91,13 @@ class Run:
         return Run(plain["scenario"], plain["parameters"], plain["materials"])
 
     def _content(self) -> dict[str, Any]:
-        chosen = scenarios.load(self.scenario)
-        described = marks(chosen.parameters, Described)
-        labels = {name for name, mark in described.items() if mark.label}
-        names = labels.union(chosen.materials, chosen.unused)  # the values that they name are content themselves
-        defaults = {name: each.default for name, each in declared(chosen.parameters).items()}
-        names |= {
-            name
-            for name, mark in described.items()
-            if mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]
-        }
-        names |= self.idle
+        chosen, defaults = scenarios.load(self.scenario), self._defaults
+        names = self.idle.union(
+            chosen.materials, chosen.unused
+        )  # the values that materials name are content themselves
+        for name, mark in self._described.items():
+            if mark.label or (mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]):
+                names.add(name)
         eos_form = str(self.parameters.get("eos_form", ""))
         models = [
             entries(*registry)[name].record

@@ -107,13 +107,8 @@ class DebrisCloud(ImpactSetUp):
 
     @property
     def impact(self) -> Impact:
-        return Impact(
-            shot=self.shot,
-            fracture=self.fracture,
-            numerics=self.numerics,
-            thickness=self.plate.plate_thickness,
-            radius=self.plate.radius,
-        )
+        thickness, radius = self.plate.plate_thickness, self.plate.radius
+        return Impact(self.shot, self.fracture, self.numerics, thickness=thickness, radius=radius)
 
     def filled(self) -> Self:
         shot, diameter = self.shot, self.shot.projectile_diameter

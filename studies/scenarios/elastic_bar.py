@@ -15,7 +15,6 @@ from studies.scenarios.parts.matter import longitudinal_speed
 from studies.scenarios.parts.method import Method, check_method
 from studies.scenarios.parts.numerics import Numerics
 from studies.values.errors import Finding
-from studies.values.parameters import flat
 from studies.values.quantities import round_quantity
 
 if TYPE_CHECKING:
@@ -125,7 +124,7 @@ class ElasticBar(BarSetUp):
         )
 
     def check(self, materials: Materials) -> list[Finding]:
-        findings = check_method(flat(self)) + self.numerics.check(self.end_time, self.method)
+        findings = check_method(self) + self.numerics.check(self.end_time, self.method)
         findings += self.bar.check(density=self.density, sound=self.wave_speed)
         fastest = FASTEST * self.wave_speed
         if self.speed > fastest:

@@ -29,7 +29,7 @@ from studies.scenarios.parts.method import REPULSION, Method, check_method, is_c
 from studies.scenarios.parts.numerics import ContactName, Numerics, has_melting, shapes
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 from studies.values.errors import Finding
-from studies.values.parameters import Choice, MaterialName, flat
+from studies.values.parameters import Choice, MaterialName
 from studies.values.quantities import round_quantity
 from studies.values.recipes import RECIPES
 
@@ -267,7 +267,7 @@ class Plugging(SetUp):
 
     def check(self, materials: Materials) -> list[Finding]:
         return [
-            *check_method(flat(self), ("repulsion", "none")),
+            *check_method(self, ("repulsion", "none")),
             *self._check_shape(),
             *self.numerics.check(self.end_time, self.method),
             *self.fracture.check(materials),

@@ -50,15 +50,8 @@ class ThickPlate(SettlingImpact):
     def impact(self) -> Impact:
         assert self.target_depth is not None
         assert self.target_radius is not None
-        return Impact(
-            shot=self.shot,
-            fracture=self.fracture,
-            numerics=self.numerics,
-            angles=self.angles,
-            thickness=self.target_depth,
-            radius=self.target_radius,
-            deep=True,
-        )
+        records = self.shot, self.fracture, self.numerics, self.angles
+        return Impact(*records, thickness=self.target_depth, radius=self.target_radius, deep=True)
 
     def filled(self) -> Self:
         diameter = self.shot.projectile_diameter

@@ -13,7 +13,6 @@ from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import CAP_PER_DIAMETER, STEEPEST, Angles, Plate, Settling, Shot
 from studies.values.errors import Finding
-from studies.values.parameters import flat
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -41,15 +40,9 @@ class ThinPlate(SettlingImpact):
     @property
     def impact(self) -> Impact:
         """The projectile in front of the plate."""
-        return Impact(
-            shot=self.shot,
-            fracture=self.fracture,
-            numerics=self.numerics,
-            angles=self.angles,
-            method=self.method,
-            thickness=self.plate.plate_thickness,
-            radius=self.plate.radius,
-        )
+        thickness, radius = self.plate.plate_thickness, self.plate.radius
+        records = self.shot, self.fracture, self.numerics, self.angles, self.method
+        return Impact(*records, thickness=thickness, radius=radius)
 
     def filled(self) -> Self:
         diameter = self.shot.projectile_diameter
@@ -63,7 +56,7 @@ class ThinPlate(SettlingImpact):
 
     def check(self, materials: Materials) -> list[Finding]:
         return [
-            *check_method(flat(self)),
+            *check_method(self),
             *self.impact.check(materials),
             *self.settling.check(self.shot.projectile_diameter),
             *self.angles.check(self.shot),

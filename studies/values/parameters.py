@@ -103,19 +103,16 @@ def marks(record: type, kind: type) -> Mapping[str, Any]:
 
 def flat(record: Any) -> dict[str, Any]:
     """The values of a record by name, those of the records inside it in their places."""
-    values: dict[str, Any] = {}
+    parts, values = _parts(type(record)), dict[str, Any]()
     for name, value in vars(record).items():
-        values |= flat(value) if dataclasses.is_dataclass(value) else {name: value}
+        values |= (flat(value) if _parts(type(value)) else vars(value)) if name in parts else {name: value}
     return values
 
 
 def nested(record: type[Record], values: Mapping[str, Any]) -> Record:
     """A record from its ``flat`` values; what is left out has its default. TypeError for a name that it has not."""
-    if unknown := values.keys() - declared(record).keys():
-        raise TypeError(f"{record.__name__} has no {', '.join(sorted(unknown))}")
-    parts = _parts(record)
-    inside = {name: {n: values[n] for n in declared(part) if n in values} for name, part in parts.items()}
-    own = {name: value for name, value in values.items() if not any(name in each for each in inside.values())}
+    own, parts = dict(values), _parts(record)  # type: ignore[arg-type]
+    inside = {name: {n: own.pop(n) for n in declared(part) if n in own} for name, part in parts.items()}
     return record(**own, **{name: nested(part, inside[name]) for name, part in parts.items()})
 
 

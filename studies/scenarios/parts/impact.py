@@ -9,7 +9,7 @@ so that lengths are exact; the masses of a body are scaled to the analytic mass,
 import math
 from abc import abstractmethod
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from studies.scenarios import Materials, ObservationRate, Setting, SetUp, Size
@@ -78,7 +78,7 @@ class ImpactSetting(Setting):
     speed: float  # of the projectile, m/s
 
 
-@dataclass(frozen=True, kw_only=True)
+@dataclass(frozen=True)
 class Impact:
     """A projectile in front of a plate or block; what is asked of it needs filled records.
 
@@ -90,6 +90,7 @@ class Impact:
     numerics: Numerics
     angles: Angles = UPRIGHT
     method: Method = ON_GRID
+    _: KW_ONLY
     thickness: float  # of the target, m
     radius: float  # of the target, m: half its width where it is square
     deep: bool = False

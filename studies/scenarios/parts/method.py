@@ -1,11 +1,12 @@
 """The method that computes a run, and what each cannot do."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from solver.units import Described, Dimensionless
 from studies.values.errors import Finding
+from studies.values.parameters import flat
 
 # Spacings within which particles of two solids repel each other: ``solver.sph.contact``.
 REPULSION = 1.5
@@ -66,12 +67,12 @@ class ParticleMethod(Method):
     ] = "mpm"
 
 
-def check_method(parameters: Mapping[str, Any], contacts: Sequence[str] = ("none",)) -> list[Finding]:
-    """Findings on what the method of flat parameters cannot compute; ``contacts`` are those of its particles."""
-    method, given = parameters["method"], parameters.get
-    smoothed, meshed = method in ("sph", "sph-fem"), method in ("fem", "sph-fem")
-    if method == "mpm":
+def check_method(parameters: Any, contacts: Sequence[str] = ("none",)) -> list[Finding]:
+    """Findings on what the method of filled parameters cannot compute; ``contacts`` are those of its particles."""
+    if is_on_grid(parameters.method):
         return []
+    given, method = flat(parameters).get, parameters.method.method
+    smoothed, meshed = is_smoothed(parameters.method), is_meshed(parameters.method)
     refused = (
         (smoothed and given("wall") == "unilateral", "wall", "set wall to symmetric"),
         (meshed and given("section") == "round", "section", "set section to square"),
