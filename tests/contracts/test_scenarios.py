@@ -45,135 +45,129 @@ RESOLUTION = {"plate_impact": ("cells_per_thickness", "cells_per_thickness"), "d
 IMPACTS = ("thick_plate", "thin_plate")
 BARS = ("elastic_bar", "taylor_bar")
 GEOMETRIES = ("axisymmetric", "quarter", "half")
-SHAPES = ("sphere", "cylinder")
 EDGES = ("fixed", "free")
 Changes = dict[str, Any]
+CYLINDER: Changes = {"projectile_shape": "cylinder", "projectile_length": 0.75 * DIAMETER}
 CORNERS: tuple[tuple[str, Changes], ...] = tuple(
+    (name, {"geometry": geometry, "projectile_shape": "sphere", "edges": edges, **shape})
+    for name, geometry, shape, edges in itertools.product(IMPACTS, GEOMETRIES, ({}, CYLINDER), EDGES)
+)
+OBLIQUE: Changes = {"geometry": "half", **CYLINDER, "obliquity": math.radians(40.0), "yaw": math.radians(-15.0)}
+SQUARE: Changes = {"section": "square", "geometry": "quarter"}
+PULLED: Changes = {"speed": 0.0, "bar_length": 20e-3, "pressure": -1e8, "pulse": "0 us 1, 1 us 0", **SQUARE}
+# Each is a corner by itself, of the small parameters; the far ends of what the fields allow among them.
+VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
+    (tuple(SMALL), ({"courant": 0.01}, {"courant": 0.9}, {"particles_per_cell": 1}, {"particles_per_cell": 4})),
+    # The step does these alike whatever it was given: one scenario stands for all.
     (
-        name,
-        {"geometry": geometry, "projectile_shape": shape, "edges": edges}
-        | ({"projectile_length": 0.75 * DIAMETER} if shape == "cylinder" else {}),
-    )
-    for name, geometry, shape, edges in itertools.product(IMPACTS, GEOMETRIES, SHAPES, EDGES)
-)
-# Each is a corner by itself, on the axisymmetric sphere; the far ends of what the fields allow among them.
-NUMERICS: tuple[Changes, ...] = (
-    {"courant": 0.01},
-    {"courant": 0.9},
-    {"particles_per_cell": 1},
-    {"particles_per_cell": 4},
-)
-# The step does these alike whatever it was given: one scenario stands for all.
-OF_THE_STEP: tuple[Changes, ...] = (
-    {"recipe": "thesis"},
-    {"tension": "unlimited"},
-    {"viscosity_linear": 0.0, "viscosity_quadratic": 0.0},
-    {"fixed_dt": 1e-9},
-    {"scheme": "usf"},
-    {"scheme": "usl"},
-    {"shape": "gimp"},
-    {"damping_rate": 1e5, "damping_order": 2},
-)
-OF_IMPACTS: tuple[Changes, ...] = (
-    {"eos_form": "cubic"},
-    {"thermal_softening": False},
-    {"speed": 100.0},
-    {"speed": 20e3},
-    {"cells_per_diameter": 2.0},
-    {"cells_per_diameter": 64.0},
-    {"offset": 0.5},
-    {"failure": "plastic-strain", "failure_strain": 0.5},
-    {"projectile_shape": "cylinder", "projectile_length": 5.0 * DIAMETER},
-    {"projectile": "al-2024-t3"},
-    {"target": "al-2024-t3"},
-)
-OF_CLOUDS: tuple[Changes, ...] = (
-    {"geometry": "quarter", "debris": "retire"},
-    {"geometry": "half", "edges": "fixed"},
-    {"projectile_shape": "cylinder", "projectile_length": 0.75 * DIAMETER, "end_time": 1e-5},
-)
-OF_BARS: tuple[Changes, ...] = (
-    {"geometry": "quarter"},
-    {"wall": "symmetric"},
-    {"wall": "symmetric", "geometry": "quarter"},
-    {"cells_per_diameter": 2.0},
-    {"cells_per_diameter": 2.0, "particles_per_cell": 1, "geometry": "quarter"},
-    {"cells_per_diameter": 32.0},
-    {"bar_length": 100e-3, "bar_diameter": 2e-3},
-    {"section": "square", "geometry": "quarter"},
-    {"speed": 0.0, "gravity": -9.81},
-    {
-        "speed": 0.0,
-        "bar_length": 20e-3,
-        "pressure": -1e8,
-        "pulse": "0 us 1, 1 us 0",
-        "section": "square",
-        "geometry": "quarter",
-    },
-    {"speed": 1.0},
-)
-OF_DECKS: tuple[Changes, ...] = (
-    {"contact": "none"},
-    {"refinement": 2},
-    {"step": "stable"},
-    {"end_time": 1e-6},
-    {"deck": detonation_deck(20)},
-    {"deck": soil_deck()},
-    {"deck": fluid_deck()},
-)
-OF_PLUGS: tuple[Changes, ...] = (
-    {"geometry": "quarter", "nose": "hemispherical"},
-    {"nose": "conical"},
-    {"nose": "conical", "nose_length": 80e-3, "gap": 0.0},
-    {"nose": "hemispherical", "offset": 0.5, "contact": "none"},
-    {"projectile": "arne-bilinear", "target": "weldox-460-e-2002", "failure": "johnson-cook"},
-    {"failure": "none", "thermal_softening": False},
-    {"speed": 2000.0},
-)
-OF_PLATES: tuple[Changes, ...] = (
-    {"geometry": "axisymmetric"},
-    {"cells_across": 3},
-    {"cells_per_thickness": 10.0},
-    {"cells_per_thickness": 300.0},
-    {"target_thickness": 9e-3},
-    {"flyer": "al-2024-t3"},
-    {"target": "al-2024-t3"},
-    {"strength": "material"},
-    {"eos_form": "cubic"},
-    {"speed": 20e3},
-    {"speed": 1.0},
-)
-VARIATIONS: tuple[tuple[str, Changes], ...] = (
-    *CORNERS,
-    *((name, change) for name in SMALL for change in NUMERICS),
-    *(("thin_plate", change) for change in OF_THE_STEP),
-    *((name, change) for name in IMPACTS for change in OF_IMPACTS),
-    ("thin_plate", {"edges": "absorbing", "geometry": "quarter"}),
-    ("thin_plate", {"edges": "absorbing", "geometry": "half", "offset": 0.5, "shape": "gimp"}),
-    ("thick_plate", {"edges": "absorbing", "target_depth": 0.04, "target_radius": 0.04}),
-    *(
+        ("thin_plate",),
         (
-            name,
-            {
-                "geometry": "half",
-                "projectile_shape": "cylinder",
-                "projectile_length": 0.75 * DIAMETER,
-                "obliquity": math.radians(40.0),
-                "yaw": math.radians(-15.0),
-            },
-        )
-        for name in IMPACTS
+            {"recipe": "thesis"},
+            {"tension": "unlimited"},
+            {"viscosity_linear": 0.0, "viscosity_quadratic": 0.0},
+            {"fixed_dt": 1e-9},
+            {"scheme": "usf"},
+            {"scheme": "usl"},
+            {"shape": "gimp"},
+            {"damping_rate": 1e5, "damping_order": 2},
+            {"edges": "absorbing", "geometry": "quarter"},
+            {"edges": "absorbing", "geometry": "half", "offset": 0.5, "shape": "gimp"},
+        ),
     ),
-    *(("debris_cloud", change) for change in OF_CLOUDS),
-    *((name, change) for name in BARS for change in OF_BARS),
-    ("elastic_bar", {"poisson_ratio": 0.0}),
-    ("elastic_bar", {"poisson_ratio": 0.49}),
-    ("taylor_bar", {"geometry": "quarter", "recipe": "thesis"}),
-    ("taylor_bar", {"bar": "al-2024-t3"}),
-    ("taylor_bar", {"thermal_softening": False, "bar": "copper-ofhc"}),
-    *(("plate_impact", change) for change in OF_PLATES),
-    *(("plugging", change) for change in OF_PLUGS),
-    *(("deck", change) for change in OF_DECKS),
+    (("thick_plate",), ({"edges": "absorbing", "target_depth": 0.04, "target_radius": 0.04},)),
+    (
+        IMPACTS,
+        (
+            {"eos_form": "cubic"},
+            {"thermal_softening": False},
+            {"speed": 100.0},
+            {"speed": 20e3},
+            {"cells_per_diameter": 2.0},
+            {"cells_per_diameter": 64.0},
+            {"offset": 0.5},
+            {"failure": "plastic-strain", "failure_strain": 0.5},
+            {**CYLINDER, "projectile_length": 5.0 * DIAMETER},
+            {"projectile": "al-2024-t3"},
+            {"target": "al-2024-t3"},
+            OBLIQUE,
+        ),
+    ),
+    (
+        ("debris_cloud",),
+        (
+            {"geometry": "quarter", "debris": "retire"},
+            {"geometry": "half", "edges": "fixed"},
+            {**CYLINDER, "end_time": 1e-5},
+        ),
+    ),
+    (
+        BARS,
+        (
+            {"geometry": "quarter"},
+            {"wall": "symmetric"},
+            {"wall": "symmetric", "geometry": "quarter"},
+            {"cells_per_diameter": 2.0},
+            {"cells_per_diameter": 2.0, "particles_per_cell": 1, "geometry": "quarter"},
+            {"cells_per_diameter": 32.0},
+            {"bar_length": 100e-3, "bar_diameter": 2e-3},
+            SQUARE,
+            {"speed": 0.0, "gravity": -9.81},
+            PULLED,
+            {"speed": 1.0},
+        ),
+    ),
+    (("elastic_bar",), ({"poisson_ratio": 0.0}, {"poisson_ratio": 0.49})),
+    (
+        ("taylor_bar",),
+        (
+            {"geometry": "quarter", "recipe": "thesis"},
+            {"bar": "al-2024-t3"},
+            {"thermal_softening": False, "bar": "copper-ofhc"},
+        ),
+    ),
+    (
+        ("plate_impact",),
+        (
+            {"geometry": "axisymmetric"},
+            {"cells_across": 3},
+            {"cells_per_thickness": 10.0},
+            {"cells_per_thickness": 300.0},
+            {"target_thickness": 9e-3},
+            {"flyer": "al-2024-t3"},
+            {"target": "al-2024-t3"},
+            {"strength": "material"},
+            {"eos_form": "cubic"},
+            {"speed": 20e3},
+            {"speed": 1.0},
+        ),
+    ),
+    (
+        ("plugging",),
+        (
+            {"geometry": "quarter", "nose": "hemispherical"},
+            {"nose": "conical"},
+            {"nose": "conical", "nose_length": 80e-3, "gap": 0.0},
+            {"nose": "hemispherical", "offset": 0.5, "contact": "none"},
+            {"projectile": "arne-bilinear", "target": "weldox-460-e-2002", "failure": "johnson-cook"},
+            {"failure": "none", "thermal_softening": False},
+            {"speed": 2000.0},
+        ),
+    ),
+    (
+        ("deck",),
+        (
+            {"contact": "none"},
+            {"refinement": 2},
+            {"step": "stable"},
+            {"end_time": 1e-6},
+            {"deck": detonation_deck(20)},
+            {"deck": soil_deck()},
+            {"deck": fluid_deck()},
+        ),
+    ),
+)
+VARIATIONS = CORNERS + tuple(
+    (name, change) for scenarios_of, changes in VARIED for name in scenarios_of for change in changes
 )
 
 

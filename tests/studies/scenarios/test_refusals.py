@@ -10,6 +10,8 @@ from tests.contracts.test_scenarios import asked
 SPH = {"geometry": "quarter", "method": "sph"}
 COUPLED = {"geometry": "quarter", "method": "sph-fem", "plate_radius": 40e-3, "gap": 3e-3}
 BAR = {"section": "square", "geometry": "quarter", "wall": "symmetric"}
+STRAIN = {"failure": "plastic-strain", "failure_strain": 1.0}
+SPALL = {"failure": "spall", "failure_time": 1e-6}
 PULSE = "0 us 0, 0.5 us 1, 10 us 1, 10.5 us 0"
 
 
@@ -73,6 +75,21 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
     bar("bar_length", "at least a cell", bar_length=0.5e-3),
     ("taylor_bar", {"bar_length": 0.5e-3}, "bar_length", "at least a cell"),
     bar("section", "set geometry to quarter", section="square"),
+    # Matter that does not go with a model.
+    ("thin_plate", {"failure": "plastic-strain"}, "failure_strain", "a value for failure plastic-strain"),
+    ("thin_plate", {"failure": "spall"}, "failure_time", "give failure_time"),
+    ("thin_plate", {"failure_strain": 1.0}, "failure_strain", "no value without failure plastic-strain"),
+    ("thin_plate", {**STRAIN, "failure_time": 1e-6}, "failure_time", "set failure to spall"),
+    ("thin_plate", {**SPALL, "target": "copper-thesis-plastic"}, "failure", "set target.tension.spall_strength"),
+    ("thin_plate", {"failure": "modified-johnson-cook"}, "failure", "set target.fracture.D1"),
+    ("thin_plate", {"target": "copper-ofhc-tillotson", "eos_form": "cubic"}, "eos_form", "has one form"),
+    *(
+        (scenario, {**materials, "failure": "none", **change}, next(iter(change)), "would boil")
+        for scenario in ("thin_plate", "thick_plate", "plugging")
+        for materials in [dict.fromkeys(("projectile", "target"), "copper-ofhc-tillotson")]
+        for change in ({"tension": "unlimited"}, {"thermal_softening": False})
+    ),
+    ("taylor_bar", {"bar": "copper-ofhc-tillotson", "thermal_softening": False}, "thermal_softening", "would boil"),
     # Sizes, angles and numerics.
     ("thin_plate", {"projectile_shape": "cylinder"}, "projectile_length", "the length of the cylinder"),
     ("thin_plate", {"projectile_length": 4e-3}, "projectile_length", "a sphere without a length"),
