@@ -117,35 +117,17 @@ def _eos(material: DeckMaterial, room: float) -> Any:
     from solver.eos.polynomial import Polynomial
 
     values, numbers = material.values, material.eos_values
-    heat = values.get("specific heat", math.inf)
+    common: dict[str, float] = {"density": values["density"], "temperature": room}
     if material.eos == "jwl":
-        names = ("A", "B", "R1", "R2", "omega", "E0")
-        return JonesWilkinsLee(
-            density=values["density"],
-            detonation_velocity=values["D"],
-            temperature=room,
-            **dict(zip(names, numbers, strict=True)),
-        )
+        named = dict(zip(("A", "B", "R1", "R2", "omega", "E0"), numbers, strict=True))
+        return JonesWilkinsLee(detonation_velocity=values["D"], **common, **named)
+    common["heat_capacity"] = values.get("specific heat", math.inf)
     if material.eos == "polynomial":
-        coefficients = ("C0", "C1", "C2", "C3", "C4", "C5", "C6", "E0")
-        return Polynomial(
-            density=values["density"],
-            heat_capacity=heat,
-            temperature=room,
-            **dict(zip(coefficients, numbers, strict=True)),
-        )
+        named = dict(zip(("C0", "C1", "C2", "C3", "C4", "C5", "C6", "E0"), numbers, strict=True))
+        return Polynomial(**common, **named)
     if material.eos == "gruneisen":
-        return mie_grueneisen_cubic(
-            density=values["density"],
-            c0=numbers[0],
-            s=numbers[1],
-            gamma0=numbers[2],
-            heat_capacity=heat,
-            temperature=room,
-        )
-    return LinearElastic(
-        density=values["density"], bulk_modulus=bulk_modulus(material), temperature=room, heat_capacity=heat
-    )
+        return mie_grueneisen_cubic(c0=numbers[0], s=numbers[1], gamma0=numbers[2], **common)
+    return LinearElastic(bulk_modulus=bulk_modulus(material), **common)
 
 
 def _strength(material: DeckMaterial) -> Any:
