@@ -118,11 +118,12 @@ def varied(name: str, method: str) -> Iterator[tuple[str, Run]]:
 
 
 @each_method
-def test_parameter_that_does_not_act__makes_no_new_run(name: str, method: str) -> None:
+def test_parameter__makes_a_new_run_where_it_acts(name: str, method: str) -> None:
     first = asked(name, **base(name, method))
     for parameter, run in varied(name, method):
-        if parameter in run.idle:
-            assert run.id == first.id, parameter
+        # What a deck says may be what the parameter says, too.
+        acts = parameter not in run.idle.union(scenarios.load(name).unused) and run.parameters != first.parameters
+        assert (run.id != first.id) == acts, parameter
 
 
 # Where a parameter of a plate acts, and what must change with it.

@@ -164,3 +164,5 @@ def test_estimate__grows_with_the_work() -> None:
     assert 0 < small.particles < large.particles
     assert 0.0 < small.core_seconds < large.core_seconds
     assert 0 < small.bytes < large.bytes
+    grid, smoothed = (estimate(asked(geometry="quarter", method=method)) for method in ("mpm", "sph"))
+    assert grid.core_seconds < smoothed.core_seconds

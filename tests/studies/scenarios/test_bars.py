@@ -74,20 +74,6 @@ def test_pulse__is_one_table_in_every_spelling(text: str) -> None:
     assert asked("elastic_bar", pressure=1e8, pulse=text).id == same.id
 
 
-@pytest.mark.parametrize(
-    "changes",
-    [{"pressure": 1e8}, {"pressure": 1e8, "pulse": PULSE}, {"gravity": 10.0}, SQUARE],
-    ids=lambda changes: "-".join(changes),
-)
-@pytest.mark.parametrize("name", BARS)
-def test_identity__of_a_bar_is_changed_by_loads_and_section(name: str, changes: dict[str, Any]) -> None:
-    without = {key: value for key, value in changes.items() if key == "geometry"}
-    before = asked(name, **LONG, **without)
-    none = {"pressure": None, "pulse": None, "gravity": 0.0, "section": "round"}
-    assert asked(name, **LONG, **without, **none).id == before.id
-    assert asked(name, **LONG, **changes).id != before.id
-
-
 @pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
 @pytest.mark.parametrize("name", BARS)
 def test_loads__press_the_end_away_from_the_wall_towards_it(name: str, geometry: str) -> None:

@@ -9,7 +9,7 @@ from solver.geometry import impact_axis
 from solver.problem import ArtificialViscosity, Smoothing
 from solver.sph.smoothing import CubicSpline
 from studies import materials
-from studies.runs.run import estimate, materials_of
+from studies.runs.run import materials_of
 from studies.scenarios.plate_impact import CROSSED, shocks
 from tests.contracts.test_scenarios import CORNERS, DIAMETER, ROUND_OFF, Changes, asked, built
 
@@ -64,12 +64,6 @@ def test_sph__smooths_the_particles_of_the_grid_and_follows_debris() -> None:
 def test_sph__has_the_viscosity_of_pairs_unless_it_is_stated() -> None:
     stated = built(asked("thin_plate", **SPH, viscosity_linear=0.1)).problem.smoothing
     assert stated.viscosity == ArtificialViscosity(0.1, 2.0)
-
-
-def test_sph__is_part_of_the_identity_and_mpm_is_not() -> None:
-    runs = [asked("thin_plate", geometry="quarter", **more) for more in ({}, {"method": "mpm"})]
-    assert runs[0].id == runs[1].id != asked("thin_plate", **SPH).id
-    assert estimate(asked("thin_plate", **SPH)).core_seconds > estimate(runs[0]).core_seconds
 
 
 # Plate on plate

@@ -119,16 +119,6 @@ def test_coupled_plate__is_one_solid_and_the_projectile_another(coupled: tuple[S
     assert elements == particles != projectile
 
 
-def test_plugging__has_the_identity_of_its_grid_without_a_method() -> None:
-    plain = asked("plugging")
-    stated = asked("plugging", method="mpm", contact="gap", particles_per_cell=2)
-    assert plain.id == stated.id
-    assert len({asked("plugging", **{**COUPLED, "method": name}).id for name in METHODS}) == 3
-
-
-METHODS = ("mpm", "sph", "sph-fem")
-
-
 def test_estimate__counts_particles_and_nodes() -> None:
     run = asked("plugging", **COUPLED)
     real = sum(body.mass.size for body in built(run).problem.bodies)
