@@ -18,7 +18,7 @@ from studies.values.errors import Finding
 from studies.values.quantities import round_quantity
 
 if TYPE_CHECKING:
-    from solver.problem import Matter
+    from solver.matter.laws import Matter
 
 TRANSITS = 2.0  # end of a run, in contact times 2 L / c: twice the time at the wall
 OBSERVATIONS_PER_TRANSIT = 200  # contact time is read to 0.5 %
@@ -137,10 +137,10 @@ class ElasticBar(BarSetUp):
         return self.bar.build(self._matter(), self.density)
 
     def _matter(self) -> "Matter":
-        from solver.eos.linear_elastic import LinearElastic
-        from solver.problem import Matter
-        from solver.strength.elastic import Elastic
-        from solver.tension.unlimited import UnlimitedTension
+        from solver.matter.eos.linear_elastic import LinearElastic
+        from solver.matter.laws import Matter
+        from solver.matter.strength.elastic import Elastic
+        from solver.matter.tension.unlimited import UnlimitedTension
 
         room = 293.0  # K; nothing depends on it
         return Matter(

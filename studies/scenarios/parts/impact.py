@@ -25,7 +25,8 @@ from studies.values.recipes import FEW_PARTICLES, RECIPES
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Absorber, Body, Face, Matter, Problem
+    from solver.matter.laws import Matter
+    from solver.problem import Absorber, Body, Face, Problem
     from studies.films.section import SectionOptions
     from studies.materials import Material
 
@@ -195,7 +196,7 @@ class Impact:
 
     def _absorbers(self, target: "Matter") -> "tuple[Absorber, ...]":
         """The rim of the target where edges absorb, and the back of a deep one."""
-        from solver.absorb import absorber
+        from solver.grid.absorb import absorber
 
         if self.shot.edges != "absorbing":
             return ()

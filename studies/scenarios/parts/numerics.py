@@ -31,12 +31,12 @@ STIFFNESS = 0.01
 
 def shapes() -> Mapping[str, Any]:
     """Shape functions by name."""
-    return entries("solver.shapes", "SHAPE")
+    return entries("solver.grid.shapes", "SHAPE")
 
 
 def tensions() -> Mapping[str, Any]:
     """Rules of tension by name."""
-    return entries("solver.tension", "TENSION")
+    return entries("solver.matter.tension", "TENSION")
 
 
 def has_stable_step(parameters: Any) -> bool:
@@ -200,8 +200,8 @@ class Numerics:
 
     def arguments(self, method: Method = ON_GRID) -> dict[str, Any]:
         """The arguments of ``Problem`` besides geometry, bodies, faces and time."""
+        from solver.matter.tensor import Jaumann, Unturned
         from solver.problem import ArtificialViscosity, Contact, Criterion, Damping, Scheme, StepRule
-        from solver.tensor import Jaumann, Unturned
 
         recipe = self.choices
         viscosity = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)

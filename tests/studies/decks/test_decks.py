@@ -11,17 +11,17 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.matter.strength.johnson_cook import JohnsonCook
 from solver.problem import Face, Problem
 from solver.simulation import simulate, start
-from solver.strength.johnson_cook import JohnsonCook
+from studies.cases.setups.column import profile
+from studies.cases.solutions.detonation import TNT, chapman_jouguet
+from studies.cases.verification.chapman_jouguet import STATE, at_front
 from studies.decks.problem import fixed_step
 from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
 from studies.runs.execution import setting_of
 from studies.runs.run import resolve
 from studies.values.errors import InvalidInput
-from studies.verification._column import profile
-from studies.verification._detonation import TNT, chapman_jouguet
-from studies.verification.chapman_jouguet import STATE, at_front
 from tests.rows import Row, at_most, equal, relative
 from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, soil_deck, thousandfold
 

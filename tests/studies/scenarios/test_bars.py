@@ -6,8 +6,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.geometry import impact_axis
 from solver.problem import Face
+from solver.problem.geometry import impact_axis
 from solver.simulation import start
 from studies import materials, measurements, scenarios
 from studies.runs.execution import execute

@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from solver.geometry import impact_axis
 from solver.problem import ArtificialViscosity, Smoothing
+from solver.problem.geometry import impact_axis
 from solver.sph.smoothing import CubicSpline
 from studies import materials
 from studies.runs.run import materials_of
