@@ -204,6 +204,23 @@ REFUSED = [
         ("soil", "musl on", macro, macro, "")
         for macro in ("sgmp", "drda", "smoo", "damp 0.1", "load part 1 0 0 1 endl")
     ),
+    ("soil", "0.3545 9.74d3 0.0", "0.3545 9.74d3 0.1", "1 dpm", "qpsi 0.1"),
+    ("soil", "0.7e8 0.3", "0.7e8 0.5", "1 dpm", "poisson between -1 and 0.5"),
+    ("soil", "0.3545 9.74d3", "-0.3545 9.74d3", "1 dpm", "qfai of 0 or more"),
+    ("soil", "1 2.1d3 0.5 0", "1 2.1d3 -0.5 0", "1 2.1d3", "more than 0"),
+    ("soil", "musl on", "musl maybe", "musl", "write on or off"),
+    ("soil", "musl on", "contact perhaps", "contact", "write contact lagr"),
+    ("soil", "musl on", "outres nothing", "outres", "a quantity to write"),
+    ("soil", "dpm 2.1d3", "dpx 2.1d3", "1 dpx", "a kind of material"),
+    ("soil", "dpm 2.1d3 0.7e8 0.3 0.3545 9.74d3 0.0 27.48d3", "neoh 1 2 3", "1 neoh", "that this solver has"),
+    ("soil", "particle block", "particle brick", "particle brick", "use one of: block"),
+    ("soil", "dtscale 0.2", "dtscale 5", "", "at most 2.5"),
+    ("soil", "endt 0.01", "", "", "write endtime"),
+    ("soil", "particle block 1\n1 2.1d3 0.5 0 0 0.5 4 4 4", "", "", "write Particle"),
+    ("detonation", "deto 0 0 0", "", "1 hiex", "write deto x y z"),
+    ("detonation", "seos 1 3 3.712d5 3.21d3 4.15 0.95 0.3 6993", "", "1 hiex", "hiex with no seos"),
+    ("fluid", "2.2d3 0\n2 jcf", "2.2d3 1\n2 jcf", "1 null", "a fluid without viscosity"),
+    ("fluid", "0.3 250 700", "0.3 250 80d3", "3 pla2", "below Young"),
     # Gravity of one body of three, of two, of none, and too short.
     ("fluid", "velo", GRAVITY.format("grav 1 0 0 -9.81"), "grav 1", ""),
     ("fluid", "velo", GRAVITY.format("grav 1 0 0 -9.81\ngrav 2 0 0 -9.81\ngrav 3 0 0 0"), "grav 3", ""),

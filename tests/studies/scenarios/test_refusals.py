@@ -105,6 +105,9 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
     ("plugging", {"nose_length": 1e-3}, "nose_length", "no length of a blunt nose"),
     ("plugging", {"nose": "conical", "nose_length": 0.1}, "projectile_length", "lengthen the projectile"),
     ("plugging", {"plate_thickness": 1e-3}, "plate_thickness", "at least two cells"),
+    bar("speed", "holds only far below this limit", young_modulus=1e7),
+    ("deck", {"step": "stable", "fixed_dt": 1e-8}, "fixed_dt", "leave fixed_dt out"),
+    ("deck", {"contact": "none", "friction": 0.2}, "friction", "0 for bodies without contact"),
     ("plate_impact", {"target_thickness": 1e-3}, "target_thickness", "at least ten cells"),
     ("plate_impact", {"flyer": "copper-ofhc-tillotson"}, "flyer", "use mie-grueneisen"),
 ]
