@@ -1,7 +1,7 @@
 """Energy that contact takes of the crater of Ma (2005), Table 3.3, and where it goes: plates creep into each other."""
 
 import math
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
@@ -9,6 +9,7 @@ from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
+import pytest
 
 from solver.simulation import Simulation, start
 from studies import materials
@@ -16,7 +17,7 @@ from studies.runs.execution import execute, setting_of
 from studies.runs.run import Run, resolve
 from studies.scenarios.plate_impact import shocks
 from studies.values.results import RunResult
-from tests.claims import Row, absolute, at_least, at_most, claim
+from tests.rows import Row, absolute, at_least, at_most
 
 COPPER = "copper-thesis-plastic"
 SPEED, DIAMETER = 6000.0, 4.746e-3  # m/s, m: 0.5 g of copper
@@ -91,76 +92,78 @@ def _kinetic(simulation: Simulation) -> float:
     return 0.5 * float((p.mass * (p.velocity**2).sum(axis=1)).sum())
 
 
-@claim(
-    "contact-touch",
-    says="on cells of 1 and 0.5 mm contact raises the kinetic energy of an impact in no step of the first touch",
-    quick=True,
-)
-def contact_touch() -> Iterator[Row]:
+@pytest.mark.claim("cases", "contact-touch")
+def test_contact_touch__lets_no_step_gain_kinetic_energy(compared: Callable[[Row], None]) -> None:
+    """On cells of 1 and 0.5 mm contact raises the kinetic energy of an impact in no step of the first touch."""
     for cell in CELLS[:2]:
         where = f"cells of {1e3 * cell:g} mm: largest rise of the kinetic energy"
-        yield at_most(where, limit=0.0, got=_crater("bardenhagen", cell, TOUCH).rise)
+        compared(at_most(where, limit=0.0, got=_crater("bardenhagen", cell, TOUCH).rise))
         printed = _crater("thesis", cell, TOUCH).rise
-        yield Row(f"{where}, the printed criterion", "", printed, None)
+        compared(Row(f"{where}, the printed criterion", "", printed, None))
 
 
-@claim(
-    "contact-loss",
-    says="what contact takes of a crater's energy falls with the cell, and most of it before the shock has run through "
-    "the sphere; the printed criterion takes more",
-)
-def contact_loss() -> Iterator[Row]:
+@pytest.mark.claim("cases", "contact-loss", minutes=10.0)
+def test_contact_loss__falls_with_the_cell(compared: Callable[[Row], None]) -> None:
+    """What contact takes of a crater's energy falls with the cell, most of it in the first touch.
+
+    It is before the shock has run through the sphere; the printed criterion takes more.
+    """
     lost = []
     for cell, expected in zip(CELLS, LOST, strict=True):
         where = f"cells of {1e3 * cell:g} mm"
         crater = _crater("bardenhagen", cell, END)
         lost.append(crater.removed)
-        yield absolute(
-            f"{where}: energy removed (of the initial)", expected=expected, got=crater.removed, within=PRINTED
+        compared(
+            absolute(f"{where}: energy removed (of the initial)", expected=expected, got=crater.removed, within=PRINTED)
         )
-        yield at_least(f"{where}: part of it in the first 1.3 us", limit=MOST, got=crater.touched / crater.removed)
-        yield at_most(
-            f"{where}: of what the printed criterion removes in the first 1.3 us",
-            limit=1.0,
-            got=crater.touched / _crater("thesis", cell, TOUCH).touched,
+        compared(at_least(f"{where}: part of it in the first 1.3 us", limit=MOST, got=crater.touched / crater.removed))
+        compared(
+            at_most(
+                f"{where}: of what the printed criterion removes in the first 1.3 us",
+                limit=1.0,
+                got=crater.touched / _crater("thesis", cell, TOUCH).touched,
+            )
         )
     coarse, middle, fine = lost
     order = math.log2((coarse - middle) / (middle - fine))
-    yield Row("observed order", "", order, None)
+    compared(Row("observed order", "", order, None))
 
 
-@claim(
-    "contact-creep",
-    says="plates in contact creep into each other while a shock loads them, by the number of cells that it runs; the "
-    "printed criterion lets them creep farther; where the gap is known they stay in place within 0.1 cells",
-)
-def contact_creep() -> Iterator[Row]:
+@pytest.mark.claim("cases", "contact-creep", minutes=1.0)
+def test_contact_creep__is_more_by_the_printed_criterion_and_none_at_the_gap(compared: Callable[[Row], None]) -> None:
+    """Plates in contact creep into each other while a shock loads them, and stay in place at the gap.
+
+    They creep by the number of cells that the shock runs, and farther by the printed criterion; where the gap is known
+    they stay within 0.1 cells.
+    """
     faces = {(contact, cells): _overlap(contact, cells) for contact in CRITERIA for cells in (20.0, 40.0)}
     for (contact, cells), (overlap, energy) in faces.items():
         where = f"{CRITERIA[contact]}, a shock through {cells:g} cells"
-        yield Row(f"{where}: overlap of the faces (cells)", "", overlap, None)
-        yield Row(f"{where}: energy removed (of pressure times a cell)", "", energy, None)
+        compared(Row(f"{where}: overlap of the faces (cells)", "", overlap, None))
+        compared(Row(f"{where}: energy removed (of pressure times a cell)", "", energy, None))
     for cells in (20.0, 40.0):
         none, ours, printed, gap = (faces[contact, cells][0] for contact in CRITERIA)
-        yield at_most(f"{cells:g} cells: one field against contact (cells)", limit=ours, got=none)
+        compared(at_most(f"{cells:g} cells: one field against contact (cells)", limit=ours, got=none))
         where = f"{cells:g} cells: contact against the printed criterion (cells)"
-        yield Row(where, f"below {printed:.3g}", ours, ours < printed)
+        compared(Row(where, f"below {printed:.3g}", ours, ours < printed))
         where = f"{cells:g} cells: contact at the gap (cells)"
-        yield absolute(where, expected=0.0, got=gap, within=STAY)
+        compared(absolute(where, expected=0.0, got=gap, within=STAY))
     for contact in ("bardenhagen", "thesis"):
-        yield at_least(
-            f"{CRITERIA[contact]}, 40 cells: overlap, against that of 20 cells (cells)",
-            limit=faces[contact, 20.0][0],
-            got=faces[contact, 40.0][0],
+        compared(
+            at_least(
+                f"{CRITERIA[contact]}, 40 cells: overlap, against that of 20 cells (cells)",
+                limit=faces[contact, 20.0][0],
+                got=faces[contact, 40.0][0],
+            )
         )
 
 
-@claim(
-    "contact-gap-impact",
-    says="at 6 km/s contact that knows the gap takes less of the energy than contact that does not; crater and hole "
-    "are shown beside",
-)
-def contact_gap_impact() -> Iterator[Row]:
+@pytest.mark.claim("cases", "contact-gap-impact", minutes=5.0)
+def test_contact_gap_impact__takes_less_energy(compared: Callable[[Row], None]) -> None:
+    """At 6 km/s contact that knows the gap takes less of the energy than contact that does not.
+
+    Crater and hole are shown beside.
+    """
     for scenario, names in MEASURED.items():
         for cell in CELLS[:2]:
             where = f"{scenario}, cells of {1e3 * cell:g} mm"
@@ -169,12 +172,14 @@ def contact_gap_impact() -> Iterator[Row]:
                 for contact, says in CRITERIA.items():
                     value = shots[contact].measurements[name].value
                     got = math.nan if value is None else 1e3 * value
-                    yield Row(f"{where}, {says}: {name} (mm)", "", got, None)
+                    compared(Row(f"{where}, {says}: {name} (mm)", "", got, None))
             lost = {contact: shots[contact].numbers["contact_energy_fraction"] for contact in CRITERIA}
-            yield at_most(
-                f"{where}: energy that contact at the gap removed, against contact (of the initial)",
-                limit=lost["bardenhagen"],
-                got=lost["gap"],
+            compared(
+                at_most(
+                    f"{where}: energy that contact at the gap removed, against contact (of the initial)",
+                    limit=lost["bardenhagen"],
+                    got=lost["gap"],
+                )
             )
 
 

@@ -2,12 +2,13 @@
 
 import math
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from solver.matter.eos.linear_elastic import LinearElastic
 from solver.matter.failure.johnson_cook import JohnsonCookDamage, ModifiedJohnsonCookDamage, fracture_strain
@@ -23,7 +24,7 @@ from studies.cases.verification import bits
 from studies.runs.execution import execute, setting_of
 from studies.scenarios._matter import matter
 from studies.sweeps.sweep import Sweep
-from tests.claims import Row, absolute, at_least, at_most, claim, equal, relative
+from tests.rows import Row, absolute, at_least, at_most, equal, relative
 
 WELDOX = materials.load("weldox-460-e")
 HALF_DIGIT = 0.5e-3  # of the published fracture strains, 1.504 and 1.517
@@ -123,29 +124,27 @@ def _steel(failure: Any) -> Matter:
     )._replace(failure=failure)
 
 
-@claim(
-    "fracture-strain",
-    says="the fracture strain of Weldox 460 E at a triaxiality of 1/3 is 1.504 at rate* = 1 and 1.517 at rate* = 0",
-    quick=True,
-)
-def fracture_strain_of_weldox() -> Iterator[Row]:
+@pytest.mark.claim("methods", "fracture-strain")
+def test_fracture_strain_of_weldox__is_the_published_one(compared: Callable[[Row], None]) -> None:
+    """The fracture strain of Weldox 460 E at a triaxiality of 1/3 is 1.504 at rate* = 1 and 1.517 at rate* = 0."""
     weldox = _damage(ModifiedJohnsonCookDamage, CASES[0])
     for rate, expected in ((weldox.reference_rate, 1.504), (0.0, 1.517)):
-        yield absolute(
-            f"rate* = {rate / weldox.reference_rate:g}",
-            expected=expected,
-            got=fracture_strain(weldox, 1.0 / 3.0, rate, 0.0),
-            within=HALF_DIGIT,
+        compared(
+            absolute(
+                f"rate* = {rate / weldox.reference_rate:g}",
+                expected=expected,
+                got=fracture_strain(weldox, 1.0 / 3.0, rate, 0.0),
+                within=HALF_DIGIT,
+            )
         )
 
 
-@claim(
-    "damage-at-a-point",
-    says="at constant triaxiality, rate and temperature damage is its integral, matter fails at the fracture strain, "
-    "and the weakened stress comes to (1 - D) [A + B r^n] (1 + rate*)^C (1 - T*^m) with the order 1",
-    quick=True,
-)
-def damage_at_a_point() -> Iterator[Row]:
+@pytest.mark.claim("methods", "damage-at-a-point")
+def test_damage_at_a_point__is_its_integral(compared: Callable[[Row], None]) -> None:
+    """At constant triaxiality, rate and temperature damage is its integral, and its stress comes with the order 1.
+
+    Matter fails at the fracture strain; the weakened stress is (1 - D) [A + B r^n] (1 + rate*)^C (1 - T*^m).
+    """
     for record in (ModifiedJohnsonCookDamage, JohnsonCookDamage):
         form = "power" if record is ModifiedJohnsonCookDamage else "logarithm"
         for held in CASES if form == "power" else CASES[1:2]:
@@ -159,28 +158,31 @@ def damage_at_a_point() -> Iterator[Row]:
                 missed.append(abs(equivalent_stress(middle.deviator) / exact - 1.0))
             where = f"{form}, {held}"
             used = (middle.plastic_strain - failure.threshold) / (limit - failure.threshold)
-            yield relative(
-                f"{where}: damage at half of the way", expected=used, got=middle.damage, within=DAMAGE_ROUND_OFF
+            compared(
+                relative(
+                    f"{where}: damage at half of the way", expected=used, got=middle.damage, within=DAMAGE_ROUND_OFF
+                )
             )
-            yield absolute(
-                f"{where}: plastic strain in the last step before failure",
-                expected=limit - 0.5 * step,
-                got=whole[-1].plastic_strain,
-                within=0.5 * step,
+            compared(
+                absolute(
+                    f"{where}: plastic strain in the last step before failure",
+                    expected=limit - 0.5 * step,
+                    got=whole[-1].plastic_strain,
+                    within=0.5 * step,
+                )
             )
-            yield absolute(
-                f"{where}: distance of the stress ({STEPS[0]} steps)", expected=0.0, got=missed[0], within=STRESS
+            compared(
+                absolute(
+                    f"{where}: distance of the stress ({STEPS[0]} steps)", expected=0.0, got=missed[0], within=STRESS
+                )
             )
             order = math.log2(missed[0] / missed[1])
-            yield absolute(f"{where}: its order", expected=1.0, got=order, within=ORDER)
+            compared(absolute(f"{where}: its order", expected=1.0, got=order, within=ORDER))
 
 
-@claim(
-    "heat-of-plastic-work",
-    says="sheared without heat flow matter warms by alpha times its plastic work, and by its elastic energy",
-    quick=True,
-)
-def heat_of_plastic_work() -> Iterator[Row]:
+@pytest.mark.claim("methods", "heat-of-plastic-work")
+def test_heat_of_plastic_work__warms_matter_by_its_share(compared: Callable[[Row], None]) -> None:
+    """Sheared without heat flow matter warms by alpha times its plastic work, and by its elastic energy."""
     # Without thermal softening: the plastic work has a closed form.
     steel = _steel(NoFailure())._replace(melt_temperature=math.inf)
     law, rate, steps = steel.strength, 1e3, STEPS[1]
@@ -192,11 +194,13 @@ def heat_of_plastic_work() -> Iterator[Row]:
     plastic = rated * (law.A * strain + law.B * strain ** (law.n + 1.0) / (law.n + 1.0))
     elastic = equivalent_stress(point.deviator) ** 2 / (6.0 * steel.shear_modulus)
     capacity = WELDOX.density * WELDOX.thermal.heat_capacity
-    yield relative(
-        "rise of the temperature at a strain of 1 (K)",
-        expected=(law.alpha * plastic + elastic) / capacity,
-        got=point.temperature - steel.room_temperature,
-        within=HEAT,
+    compared(
+        relative(
+            "rise of the temperature at a strain of 1 (K)",
+            expected=(law.alpha * plastic + elastic) / capacity,
+            got=point.temperature - steel.room_temperature,
+            within=HEAT,
+        )
     )
 
 
@@ -221,26 +225,27 @@ STEPS_OF_RESTART, STOPPED_AFTER = 220, 120  # across two reorderings of the part
 DRIFT = 1e-12  # of the energy, round-off
 
 
-@claim(
-    "damage-from-a-sweep",
-    says="a sweep computes a plate of Weldox 460 E with damage and without; damage breaks matter, keeps the balance of "
-    "energy, and neither threads nor a restart change a bit of it",
-)
-def damage_from_a_sweep() -> Iterator[Row]:
+@pytest.mark.claim("methods", "damage-from-a-sweep", minutes=1.0)
+def test_damage_from_a_sweep__breaks_matter_and_keeps_bits_and_energy(compared: Callable[[Row], None]) -> None:
+    """A sweep computes a plate of Weldox 460 E with damage and without; damage breaks matter.
+
+    It keeps the balance of energy, and neither threads nor a restart change a bit of it.
+    """
     runs = [point.run for point in Sweep.parse(SWEEP).runs()]
     with tempfile.TemporaryDirectory() as folder:
         for run in runs:
             result = execute(run, Path(folder) / run.id, threads=1)
             where = str(run.parameters["failure"])
-            yield equal(f"{where}: state of the run", expected="succeeded", got=result.state)
+            compared(equal(f"{where}: state of the run", expected="succeeded", got=result.state))
     for run in runs:
         outcome = simulate(setting_of(run).problem, threads=1)
         where, failed = str(run.parameters["failure"]), outcome.counters.failed
         if where == "none":
-            yield at_most(f"{where}: particles that failed", limit=0, got=failed)
+            compared(at_most(f"{where}: particles that failed", limit=0, got=failed))
         else:
-            yield at_least(f"{where}: particles that failed", limit=1, got=failed)
+            compared(at_least(f"{where}: particles that failed", limit=1, got=failed))
         drift = abs(outcome.audit.energy_drift)
-        yield at_most(f"{where}: drift of the energy", limit=DRIFT, got=drift)
+        compared(at_most(f"{where}: drift of the energy", limit=DRIFT, got=drift))
     problem = setting_of(runs[-1]).problem
-    yield from bits.rows_of("damage", problem, STEPS_OF_RESTART, STOPPED_AFTER)
+    for row in bits.rows_of("damage", problem, STEPS_OF_RESTART, STOPPED_AFTER):
+        compared(row)
