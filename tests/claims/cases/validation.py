@@ -20,8 +20,8 @@ from studies.cubes import cube
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
 from studies.validation import Level
-from tests.acceptance.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
 from tests.claims import Claim, Row, claim
+from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
 
 BY_COMMAND = "taylor-bar"  # a single run
 

@@ -9,8 +9,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 from tests import house
-from tests.acceptance.support.serving import serving
 from tests.claims import Row, at_most, claim
+from tests.crash.support.serving import serving
 
 ROOMS, ARROWS, FLOORS = 16, 60, 8  # of service and of studies
 PRODUCT, TESTS = 25_000, 20_000  # lines, an aim

@@ -1,11 +1,9 @@
 """Whatever is sent, the answer is clear: accepted, or refused with a reason, and never a failure.
 
-``WHIPPLE_BODIES`` is how many bodies are sent, half of them to a service on each database; they are the
-same each time.
+Half of the bodies are sent to a service on each database; they are the same each time.
 """
 
 import json
-import os
 from collections.abc import Iterator
 from contextlib import ExitStack
 from typing import Any
@@ -15,12 +13,15 @@ import yaml
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
+from tests.claims.marked import in_full
 from tests.service.support.api import SWEEP, Api, open_api
 
-BODIES = int(os.environ.get("WHIPPLE_BODIES", "300"))
+BODIES = 10_000 if in_full() else 300
 THOROUGH = settings(max_examples=BODIES // 2, suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large])
 JSON, YAML = "application/json", "application/yaml"
 REFUSALS = (413, 415, 422)
+SAYS = "10 000 bodies that Hypothesis invents are accepted or refused with a reason: none fails"
+pytestmark = pytest.mark.claim("api", "bodies", minutes=5.0, short=True, says=SAYS)
 
 # --- what may be sent -----------------------------------------------------------------------------
 

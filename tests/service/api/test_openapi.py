@@ -6,7 +6,6 @@ by hand between two calls, so that every state of a sweep is met.
 
 import copy
 import itertools
-import os
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, field
@@ -26,12 +25,13 @@ from service.api.partial_cubes import PartialCubes
 from service.records.jobs import Scope
 from service.records.settings import Settings
 from service.store import Store
+from tests.claims.marked import in_full
 from tests.service.support.api import Api, open_api, sweep_of
 
 HOST = "whipple.example.org"
 SEED = 20261121
-EXAMPLES = int(os.environ.get("WHIPPLE_EXAMPLES", "4"))  # of each operation
-SEQUENCES = int(os.environ.get("WHIPPLE_SEQUENCES", "5"))  # of operations, one after the other
+EXAMPLES = 60 if in_full() else 4  # of each operation
+SEQUENCES = 60 if in_full() else 5  # of operations, one after the other
 STEPS = 10  # of a sequence
 SEEDS = 4  # at most, until the sequences have met every kind of answer
 ENDLESS = "/v1/queue/events"  # an answer that does not end; test_live.py listens to it
@@ -46,6 +46,9 @@ BUDGET = settings(
     phases=[Phase.explicit, Phase.generate],
     suppress_health_check=list(HealthCheck),
 )
+
+SAYS = "schemathesis (fixed seed, operations alone and in sequence) finds nothing against the description"
+pytestmark = pytest.mark.claim("api", "openapi", minutes=5.0, short=True, says=SAYS)
 
 
 @dataclass(frozen=True)
