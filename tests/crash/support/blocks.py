@@ -67,7 +67,7 @@ class Reader:
     environment: Mapping[str, str]
     seconds: float  # that a block may take
     page: str = "README"  # of the files beside the clone
-    sessions: list[int] = field(default_factory=list)  # of its programs
+    programs: "list[subprocess.Popen[str]]" = field(default_factory=list)  # each with a session of its own
     python: "subprocess.Popen[str] | None" = None
 
     def row_of(self, block: Block) -> Row:
@@ -84,10 +84,22 @@ class Reader:
         return Row(f"line {block.line}, exit status", 0, f"{ended}{output}", ended == 0)
 
     def end(self) -> None:
-        """End every program that the blocks started."""
+        """Tell every program that the blocks started to leave, also in the background, and wait until it has."""
         if self.python is not None and self.python.stdin is not None:
             self.python.stdin.close()
-        end_programs(self.sessions)
+        for pid in self._running():
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGTERM)
+        wait_until(lambda: not self._running())
+
+    def _running(self) -> list[int]:
+        """The processes of the sessions of all programs."""
+        sessions, running = {program.pid for program in self.programs}, []
+        for pid in psutil.pids():
+            with suppress(ProcessLookupError):
+                if os.getsid(pid) in sessions and not is_gone(pid):
+                    running.append(pid)
+        return running
 
     def _start(self, log: Path, command: Sequence[str | Path], stdin: int) -> subprocess.Popen[str]:
         """A program in the clone, in a session of its own, with its output in a file."""
@@ -102,7 +114,7 @@ class Reader:
                 text=True,
                 start_new_session=True,
             )
-        self.sessions.append(process.pid)
+        self.programs.append(process)
         return process
 
     def _beside(self, block: Block, ending: str) -> Path:
@@ -175,30 +187,7 @@ def surroundings(port: int | None = None) -> dict[str, str]:
     """The environment without ours; with another port where that of the text is taken."""
     ours = re.compile(r"WHIPPLE_|PYTHON|VIRTUAL_ENV|MAKE|MFLAGS|PYTEST")
     plain = {name: value for name, value in os.environ.items() if not ours.match(name)}
-    port = port or (free_port() if is_taken(PORT) else None)
-    if port is None:
-        return plain
-    return {**plain, "WHIPPLE_PORT": str(port), "WHIPPLE_SERVICE": f"http://127.0.0.1:{port}"}
-
-
-def is_taken(port: int) -> bool:
-    """Whether something listens there."""
-    with socket.socket() as item:
-        return item.connect_ex(("127.0.0.1", port)) == 0
-
-
-def end_programs(sessions: Sequence[int]) -> None:
-    """Tell what still runs in these sessions to leave, and wait until it has."""
-    for pid in members(sessions):
-        os.kill(pid, signal.SIGTERM)
-    wait_until(lambda: not members(sessions))
-
-
-def members(sessions: Sequence[int]) -> list[int]:
-    """The processes of these sessions."""
-    result = []
-    for pid in psutil.pids():
-        with suppress(ProcessLookupError):
-            if os.getsid(pid) in sessions and not is_gone(pid):
-                result.append(pid)
-    return result
+    with socket.socket() as client:
+        if port is None and client.connect_ex(("127.0.0.1", PORT)) == 0:
+            port = free_port()
+    return plain | ({"WHIPPLE_PORT": str(port), "WHIPPLE_SERVICE": f"http://127.0.0.1:{port}"} if port else {})
