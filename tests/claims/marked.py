@@ -165,7 +165,6 @@ def judge(names: Sequence[str], *options: str) -> tuple[pytest.ExitCode | int, J
     """Run the marked tests that a name, that of a set or ``all`` selects; pytest's status, and what was seen."""
     judged = Judge()
     named = [argument for name in names for argument in ("--claims", name)]
-    status = pytest.main(
-        ["-q", "--no-header", "--tb=short", "--disable-warnings", *options, *named, *files()], plugins=[judged]
-    )
+    plain = ["-p", __name__, "-q", "--no-header", "--tb=short", "--disable-warnings"]
+    status = pytest.main([*plain, *options, *named, *files()], plugins=[judged])
     return status, judged
