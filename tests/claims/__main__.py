@@ -61,7 +61,8 @@ def list_claims(claims: Sequence[Claim], tests: Sequence[str]) -> int:
         status, judged = marked.judge(tests, "--collect-only") if tests else (pytest.ExitCode.OK, marked.Judge())
     if status != pytest.ExitCode.OK:
         return NOTHING_TO_DO
-    lines = [(each.set, each.name, each.minutes, each.says) for each in [*claims, *judged.listed]]
+    lines = [(each.set, each.name, each.minutes, each.says) for each in claims]
+    lines += [(each.set, each.name, each.minutes, each.says) for each in judged.listed]
     width = max(len(name) for _, name, _, _ in lines)
     for set_name, name, minutes, says in sorted(lines):
         print(f"{set_name}  {name:{width}}  {f'{minutes:g} min' if minutes else '':7}  {says}")
