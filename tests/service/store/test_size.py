@@ -30,6 +30,10 @@ from tests.service.support.rows import TERM, finish_all, lease_runs, result, sta
 LARGE, PART = 10_000, 100  # runs
 PARTS = 8  # sweeps of so many
 PAGE = 3  # statements, whatever the size
+SAYS = (
+    "10 000 runs: one transaction to accept, at most three statements a page, read through indices, cancel as for one"
+)
+pytestmark = pytest.mark.claim("queue", "size", says=SAYS)
 
 
 @dataclass(frozen=True)
