@@ -3,8 +3,8 @@
 import logging
 from collections.abc import Mapping
 
+from service.logs import about
 from service.records.jobs import Lease, MeasuredRun, State
-from service.records.logs import about
 from service.store import Store
 from solver.errors import WhippleError
 from studies.runs.run import Run

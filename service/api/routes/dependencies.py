@@ -21,7 +21,7 @@ from service.api.schemas import SweepChange
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.records.jobs import PRIORITIES, Keep, Submission
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import Finding, InvalidInput

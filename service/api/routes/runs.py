@@ -17,7 +17,7 @@ router = APIRouter(prefix="/v1/runs", tags=["runs"])
 @router.get("")
 def list_runs_by_id(store: AppStore, prefix: Prefix = "", limit: PageLimit = 50) -> Items[RunModel]:
     """Runs of all sweeps whose ids begin with some digits, in the order of their ids."""
-    return Items(items=[RunModel.of(row) for row in store.runs.beginning(prefix, limit)])
+    return Items(items=[RunModel.of(row) for row in store.runs.with_prefix(prefix, limit)])
 
 
 @router.get("/{id}")

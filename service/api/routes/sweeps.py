@@ -23,6 +23,7 @@ from service.api.schemas import EstimateModel, PageOf, PointModel, PresetModel, 
 from service.queue.garbage_collection import forget_lost_states
 from service.records.jobs import RUN_STATES, State, SweepState
 from service.store import Store
+from service.store.sweeps import Sweeps
 from studies.sweeps.cost import OF_SWEEP
 
 router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
@@ -68,7 +69,8 @@ def submit_sweep(submission: PostedSubmission, store: AppStore, response: Respon
     `reused` of the `planned` runs are computed already, or under way for another sweep; `new` ones were
     queued. Requests with the same `Idempotency-Key` are accepted once.
     """
-    accepted = SweepModel.of(store.sweeps.create(submission))
+    sweeps: Sweeps = store.sweeps
+    accepted = SweepModel.of(sweeps.create(submission))
     response.headers["Location"] = accepted.links["self"]
     response.headers["Retry-After"] = RETRY_AFTER
     return accepted

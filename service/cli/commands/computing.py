@@ -76,7 +76,7 @@ def sweep(
     # A child process imports what publishing needs (1 s) while this one imports what the queue needs (1 s).
     with preloading(PUBLICATION) as ready:
         from service.cli.console import print_warnings
-        from service.records.settings import Settings
+        from service.settings import Settings
         from studies.sweeps.reading import SweepLimits
         from studies.sweeps.sweep import Sweep
 
@@ -131,7 +131,7 @@ def estimate(file: SweepFile, as_json: Json = False) -> None:
     from dataclasses import asdict
 
     from service.cli.console import print_cost, print_json, print_warnings
-    from service.records.settings import Settings
+    from service.settings import Settings
     from studies.sweeps.cost import cost_of, presets_of
     from studies.sweeps.document import read_sweep_file
     from studies.sweeps.reading import SweepLimits

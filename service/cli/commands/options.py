@@ -9,7 +9,7 @@ from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.client.client import Client
-    from service.records.settings import Settings
+    from service.settings import Settings
 
 SUCCESS, FAILURE, INVALID, SOME_FAILED = 0, 1, 2, 3
 LOCAL = "http://127.0.0.1:8000"
@@ -65,7 +65,7 @@ def settings_of(**options: Any) -> "Settings":
     """Settings from the environment and the options that are not None; raises InvalidInput."""
     from pydantic import ValidationError
 
-    from service.records.settings import Settings
+    from service.settings import Settings
 
     try:
         return Settings(**{name: value for name, value in options.items() if value is not None})

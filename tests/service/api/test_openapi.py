@@ -23,7 +23,7 @@ from schemathesis.specs.openapi.checks import ensure_resource_availability, posi
 from service.api.app import build_app
 from service.api.partial_cubes import PartialCubes
 from service.records.jobs import Scope
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from tests.service.support.api import Api, open_api, sweep_of
 
@@ -105,7 +105,7 @@ def described(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Described]:
 def describing(folder: Path) -> Iterator[Described]:
     """A service in a folder, with its description."""
     with closing(Store.open(Settings(data=folder).url)) as store:
-        _, secret = store.keys.create("anna", [Scope.ADMIN])
+        _, secret = store.keys.issue("anna", [Scope.ADMIN])
     with open_api(folder, host="0.0.0.0", allowed_hosts=(HOST, "testserver")) as api:
         app: Any = api.http.app
         app.state.partial_cubes = SamePartialCube(folder / "cache")

@@ -15,7 +15,7 @@ from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
 from service.queue import data_identity as identity
 from service.records.jobs import Submission, SweepState
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
 from tests.service.support.command import run

@@ -176,7 +176,7 @@ def elsewhere(tmp_path: Path) -> Iterator[tuple[str, str]]:
     with open_api(tmp_path / "data") as api:
         settings = api.settings.model_copy(update={"host": "0.0.0.0"})
         api.http.app.state.settings = settings  # type: ignore[attr-defined]
-        _, secret = api.store.keys.create("anna", [Scope.SUBMIT])
+        _, secret = api.store.keys.issue("anna", [Scope.SUBMIT])
         with served(api) as url:
             yield url, secret
 

@@ -17,7 +17,7 @@ from service.cli import validation as validation_commands
 from service.cli.commands import computing
 from service.cli.console import print_table
 from service.records.jobs import SweepStatus
-from service.records.settings import Settings
+from service.settings import Settings
 from studies import examples
 from studies.cases import rows
 from studies.values.recipes import ACCURACY

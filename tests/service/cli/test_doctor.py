@@ -10,7 +10,7 @@ from pydantic import ByteSize
 from service import execution
 from service.cli.doctor import CheckStatus, check_store, check_workers, examine
 from service.queue import data_identity as identity
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 
 ELSEWHERE = "tls://scheduler.example.org:8786"

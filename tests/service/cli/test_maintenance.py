@@ -11,7 +11,7 @@ import sqlalchemy as sa
 
 from service.queue import data_identity as identity
 from service.records.jobs import Scope
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from service.store.tables import CONTROL
 from tests.service.support.command import run

@@ -19,7 +19,7 @@ from service.cli.remeasuring import plan_of, remeasure_runs
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
 from service.records.jobs import State, Submission, SweepState
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies import measurements
 from studies.sweeps.sweep import Sweep

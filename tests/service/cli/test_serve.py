@@ -19,8 +19,8 @@ from fastapi.responses import StreamingResponse
 
 from service.cli import serve
 from service.cli.serve import _listening, _Server
-from service.records.settings import Settings
-from service.records.signals import handling_end_signals
+from service.cli.signals import handling_end_signals
+from service.settings import Settings
 from studies.values.errors import InvalidInput
 from tests.service.support.fakes import DEADLINE
 
@@ -94,7 +94,7 @@ STUCK = (
     "import sys, threading; from concurrent.futures import ThreadPoolExecutor\n"
     "from contextlib import contextmanager; from pathlib import Path\n"
     "from fastapi import FastAPI\n"
-    "from service.cli import serve; from service.records.settings import Settings\n"
+    "from service.cli import serve; from service.settings import Settings\n"
     "from tests.service.cli.test_serve import Recorder\n"
     "@contextmanager\n"
     "def open_service(settings, start_engine):\n"

@@ -243,7 +243,7 @@ def test_open_cube__takes_an_address_too(published: SweepHandle) -> None:
 
 
 def test_open_cube__sends_the_key(shared_api: Api, published: SweepHandle, monkeypatch: pytest.MonkeyPatch) -> None:
-    _, secret = shared_api.store.keys.create("anna", [Scope.READ])
+    _, secret = shared_api.store.keys.issue("anna", [Scope.READ])
     monkeypatch.setattr(published._connection, "headers", {"Authorization": "Bearer whp_wrong"})
     with pytest.raises(FileNotFoundError):
         published.open_cube()

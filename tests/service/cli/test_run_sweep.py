@@ -1,10 +1,9 @@
-"""The engine of this machine: real workers, real processes, runs that behave as a test says."""
+"""A sweep without a service: its files, its progress, and what a folder held before."""
 
 import json
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Sequence
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -12,104 +11,15 @@ from typing import Any
 
 import pytest
 
-from service.cli.local import Finished, PublicationFailed, run_sweep, start_engine
+from service.cli.local import Finished, PublicationFailed, run_sweep
 from service.files.artifacts import Artifacts
-from service.files.data_directory import holding
-from service.queue.dispatcher import Dispatcher
-from service.records.jobs import Cause, RunRow, State, Submission, SweepState, SweepStatus
-from service.records.settings import Settings
-from service.store import Store
+from service.records.jobs import State, Submission, SweepState, SweepStatus
+from service.settings import Settings
 from studies.values.errors import InvalidInput
-from tests.service.support.cluster import patiently
-from tests.service.support.fakes import is_gone, open_store, run_id, runs_of, settings_in, sweep_of, wait_until
-from tests.service.support.targets import FakeRun
+from tests.service.support.fakes import open_store, run_id, runs_of, settings_in, sweep_of
 
 ROOT = Path(__file__).parents[3]
 PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")
-
-
-@dataclass
-class Local:
-    """A running service without HTTP."""
-
-    settings: Settings
-    store: Store
-    dispatcher: Dispatcher
-
-    def ask(self, runs: Sequence[FakeRun]) -> SweepStatus:
-        return self.store.sweeps.create(Submission(sweep_of(runs)))
-
-    def end_of(self, row: SweepStatus) -> SweepStatus:
-        return patiently(lambda: (now := self.store.sweeps.get(row.id)).is_terminal and now)
-
-    def runs(self, row: SweepStatus) -> list[RunRow]:
-        return [point.run for point in self.store.sweeps.points(row.id).items]
-
-    def pid(self, run: FakeRun, attempt: int = 1) -> int:
-        """The process of an attempt, as soon as there is one."""
-        folder = self.settings.data / "runs" / run.id[:2] / run.id
-        files = wait_until(lambda: [*folder.glob(f"a{attempt}-*/pid")])
-        return int(wait_until(files[0].read_text))
-
-
-@pytest.fixture(scope="module")
-def local(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Local]:
-    settings = settings_in(tmp_path_factory.mktemp("data"), workers=2)
-    with holding(settings), closing(open_store(settings)) as store, start_engine(settings, store) as dispatcher:
-        yield Local(settings, store, dispatcher)
-
-
-# --- one engine, many sweeps ---------------------------------------------------------------------
-
-
-def test_whole_path__files_are_there_and_whole(local: Local) -> None:
-    row = local.end_of(local.ask(runs_of("fine", "verdict", "raise", first=100)))
-    assert row.state is SweepState.SUCCEEDED
-    assert (row.counts["succeeded"], row.counts["failed"]) == (1, 2)
-    artifacts, files = Artifacts(local.settings.data), local.store.publications.files(row.id)
-    assert {file.name for file in files} == {"cube.nc", "runs.csv", "report.html", "report.json", "log.txt"}
-    assert all(artifacts.is_intact(file) for file in files)
-    causes = [run.cause for run in local.runs(row)]
-    assert causes == [None, Cause.VERDICT, Cause.ERROR]
-
-
-def test_crash__touches_that_run_alone_and_is_tried_again(local: Local) -> None:
-    [flaky] = runs_of("abort", first=200, crashes=2)
-    [broken] = runs_of("abort", first=201)
-    fine = runs_of(*["fine"] * 4, first=202)
-    row = local.end_of(local.ask([flaky, broken, *fine]))
-    flaky_row, broken_row, *fine_rows = local.runs(row)
-    assert (flaky_row.state, flaky_row.attempt, flaky_row.crashes) == (State.SUCCEEDED, 3, 2)
-    assert (broken_row.state, broken_row.failure) == (State.FAILED, "SIGABRT")
-    assert broken_row.crashes == 3
-    assert {(run.state, run.attempt) for run in fine_rows} == {(State.SUCCEEDED, 1)}
-
-
-def test_cancel__ends_processes_and_queue(local: Local) -> None:
-    runs = [*runs_of("hang", "deaf", first=300), *runs_of("fine", first=302)]
-    row = local.ask(runs)
-    pids = [local.pid(run) for run in runs[:2]]
-    local.store.sweeps.cancel(row.id)
-    assert local.end_of(row).state is SweepState.CANCELLED
-    wait_until(lambda: all(is_gone(pid) for pid in pids))
-    wait_until(lambda: {run.state for run in local.runs(row)} == {State.CANCELLED})
-    assert local.runs(row)[2].attempt == 0
-
-
-def test_progress__is_stored_while_a_run_is_under_way(local: Local) -> None:
-    [run] = runs_of("fine", first=400, seconds=20.0)
-    row = local.ask([run])
-    wait_until(lambda: local.store.runs.get(run.id).fraction)
-    under_way = local.store.runs.get(run.id)
-    assert under_way.progress is not None
-    assert "hole_diameter" in under_way.progress["measured"]
-    assert local.store.sweeps.get(row.id).eta_seconds is not None
-    local.store.sweeps.cancel(row.id)
-    local.end_of(row)
-    wait_until(lambda: local.store.runs.get(run.id).state is State.CANCELLED)
-
-
-# --- a sweep without a service -------------------------------------------------------------------
 
 
 def document(**more: Any) -> dict[str, Any]:

@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pytest
 
-from service.records.signals import ASKS, KILLED_BY, handling_end_signals
+from service.cli.signals import ASKS, KILLED_BY, handling_end_signals
 
 ROOT = Path(__file__).parents[3]
 WAKE_SECONDS = 30.0  # far more than a busy machine needs, far less than the test waits
@@ -89,7 +89,7 @@ def test_raise_if_requested__raises_what_ends_a_program() -> None:
 
 
 HANGS = (
-    "import sys, time, threading; from service.records.signals import handling_end_signals\n"
+    "import sys, time, threading; from service.cli.signals import handling_end_signals\n"
     "with handling_end_signals(end_within={seconds}) as leaving:\n"
     "    print('ready', flush=True)\n"
     "    leaving.asked(wait=600)\n"
@@ -112,7 +112,7 @@ def test_end_within__ends_a_process_that_hangs_and_no_other(seconds: float, then
 
 LINGERS = (
     "import threading; from concurrent.futures import ThreadPoolExecutor\n"
-    "from service.records.signals import handling_end_signals\n"
+    "from service.cli.signals import handling_end_signals\n"
     "threads = ThreadPoolExecutor(1)\n"
     "threads.submit(threading.Event().wait)\n"
     "with handling_end_signals(end_within={seconds}) as leaving:\n"
@@ -143,7 +143,7 @@ def test_thread_that_goes_on__does_not_keep_the_process(seconds: float, then: st
 
 
 GOES = (
-    "import atexit, os, signal; from service.records.signals import handling_end_signals\n"
+    "import atexit, os, signal; from service.cli.signals import handling_end_signals\n"
     "atexit.register(print, 'in order')\n"
     "with handling_end_signals() as leaving:\n"
     "    os.kill(os.getpid(), signal.SIGTERM)\n"

@@ -10,7 +10,7 @@ from typing import Any
 
 import pytest
 
-from service.records import logs
+from service import logs
 from service.records.jobs import Kind
 from tests.service.support.api import Api, open_api
 from tests.service.support.fakes import run_id

@@ -6,8 +6,8 @@ from typing import Any
 import pytest
 from pydantic import ByteSize, ValidationError
 
-from service.records import settings as module
-from service.records.settings import Settings
+from service import settings as module
+from service.settings import Settings
 
 GIBIBYTE = 1 << 30
 
