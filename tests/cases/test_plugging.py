@@ -14,7 +14,7 @@ from studies import materials
 from studies.reports.limits import fitted_curve
 from studies.runs.execution import execute
 from studies.runs.run import resolve
-from studies.sweeps.search import Outcome, Search, SearchedLimit, SearchVerdict, replay
+from studies.sweeps.search import LimitOutcome, Search, SearchedLimit, SearchVerdict, replay
 from studies.values.results import RunResult
 from tests.rows import Row, at_most, equal, relative
 
@@ -159,7 +159,7 @@ def _limit(cell: float) -> SearchedLimit:
     """The search for the limit on a grid."""
     search = Search("perforated", *(BETWEEN if cell == GATED else WIDER), TOLERANCE)
 
-    def outcome(speed: float) -> Outcome:
+    def outcome(speed: float) -> LimitOutcome:
         value = _value(shot(speed, cell), "perforated")
         return None if math.isnan(value) else value > 0.5
 

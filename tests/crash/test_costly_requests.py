@@ -15,7 +15,7 @@ import pytest
 
 from service.api import middleware
 from service.records.jobs import Scope
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from tests.claims.marked import in_full
 from tests.crash.support import altered_serve, clients
