@@ -24,7 +24,7 @@ def setup_of(dataset: xr.Dataset) -> Document | None:
         scenario = scenarios.load(dataset.attrs["scenario"])
     except InvalidInput:  # a scenario of another version
         return None
-    outline = scenario.outline(first)
+    outline = scenario.parameters.outline(first)
     if outline is None:
         return None
     names = dict.fromkeys([d.parameter for d in outline.dimensions])

@@ -115,19 +115,18 @@ def observer_of(run: Run, report: Callable[[Progress], object] | None = None, *,
     scenario, setting = scenarios.load(run.scenario), setting_of(run)
     interval = run.parameters.get("film_interval")
     frames = Film(setting.problem, interval=interval) if film else None  # type: ignore[arg-type]
-    return Observer(scenario, scenario.parameters(**run.parameters), setting, report, frames)
+    return Observer(scenario, scenario.record(run.parameters), setting, report, frames)
 
 
 def sections_of(observer: Observer) -> SectionRecorder:
     """The recorder of the sections that an observer's scenario asks for."""
-    options = observer.scenario.observer.sections(observer.parameters, observer.setting)
+    options = observer.parameters.sections(observer.setting)
     return SectionRecorder(observer.setting.problem, options, observer.rate.interval)
 
 
 def setting_of(run: Run) -> Setting:
     """The problem of a run, with the sizes that its observer reads."""
-    scenario = scenarios.load(run.scenario)
-    return scenario.build(scenario.parameters(**run.parameters), materials_of(run))
+    return scenarios.load(run.scenario).record(run.parameters).build(materials_of(run))
 
 
 def provenance() -> dict[str, str | float]:
@@ -200,7 +199,7 @@ def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcom
         "succeeded",
         reason=f"{LOST_PARTICLES}: no {', '.join(lost)}" if lost else None,
         measurements=measured,
-        flags=(*_flags(numbers, observer.scenario.observer.least_cells), *((LOST_PARTICLES,) if lost else ())),
+        flags=(*_flags(numbers, observer.scenario.least_cells), *((LOST_PARTICLES,) if lost else ())),
         numbers=numbers,
         stop=outcome.stop,
         histories=_histories(observer.setting, outcome),
@@ -251,7 +250,7 @@ def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
     audit = outcome.audit
     counted = {name: float(count) for name, count in asdict(outcome.counters).items()}
     return {
-        **observer.scenario.cells(observer.parameters),
+        **observer.parameters.cells(),
         "particles": float(sum(body.mass.size for body in observer.setting.problem.bodies)),
         "particle_steps": float(outcome.particle_steps),
         "steps": float(outcome.snapshot.step),
@@ -269,7 +268,7 @@ def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
         "hottest_energy_share": audit.hottest_energy_share,
         "largest_speed": audit.largest_speed,
         "molten_mass_fraction": molten_fraction(observer.setting.problem.bodies, outcome.snapshot),
-        **observer.scenario.observer.numbers(observer.last_view),
+        **observer.parameters.numbers(observer.last_view),
         **counted,
     }
 

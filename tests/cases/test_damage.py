@@ -22,7 +22,7 @@ from studies import materials
 from studies.cases.setups.matter import matter_of
 from studies.cases.verification import bits
 from studies.runs.execution import execute, setting_of
-from studies.scenarios._matter import matter
+from studies.scenarios.parts.matter import matter
 from studies.sweeps.sweep import Sweep
 from tests.rows import Row, absolute, at_least, at_most, equal, relative
 

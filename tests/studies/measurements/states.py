@@ -17,7 +17,7 @@ from studies.measurements._plates import FLYER, TARGET, PlateView
 from studies.measurements._push import MOMENTUM
 from studies.measurements._whole import WholeView
 from studies.measurements.rear_face import PLACE
-from studies.scenarios import Melting
+from studies.scenarios.debris_cloud import Melting
 from tests.studies.measurements.plugs import PlugView, plugged, slowed
 
 DENSITY = 8930.0

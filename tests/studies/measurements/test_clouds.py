@@ -197,7 +197,7 @@ def touching(request: pytest.FixtureRequest) -> tuple[Any, Snapshot]:
     """A projectile that touches its plate."""
     run = asked("debris_cloud", geometry=request.param)
     scenario = scenarios.load("debris_cloud")
-    setting = scenario.build(scenario.parameters(**run.parameters), materials_of(run))
+    setting = scenario.record(run.parameters).build(materials_of(run))
     return setting, start(setting.problem).snapshot()
 
 

@@ -29,13 +29,12 @@ Sizes are compared with limits before anything of that size is made: a deck is a
 
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import lru_cache
-from typing import Any, NoReturn
+from typing import NoReturn
 
-from studies.scenarios._deck_checks import count_of, finished, least_count
-from studies.scenarios._deck_macros import EOS_COUNTS, KINDS, OPTIONS, REFUSED, TITLES, Quantity
-from studies.scenarios._deck_records import (
-    MOST_NODES,
+from studies.decks.checks import count_of, finished, least_count
+from studies.decks.deck import (
     MOST_PARTICLES,
     Deck,
     DeckBody,
@@ -44,14 +43,15 @@ from studies.scenarios._deck_records import (
     DeckState,
     DeckVelocity,
     Lattice,
+    Row,
     refuse_line,
 )
-from studies.scenarios._deck_words import INTEGER, SEPARATORS, Word, Words
+from studies.decks.macros import COUNTS, EOS_COUNTS, IGNORED, KINDS, OPTIONS, REFUSED, SETTINGS, SHAPES, TITLES
+from studies.decks.words import INTEGER, SEPARATORS, Word, Words
 from studies.values.errors import Finding, InvalidInput
 from studies.values.nearest import nearest_cure
 
 MOST_BYTES = 1_000_000
-LENGTHS: tuple[Quantity, ...] = ("length",) * 6
 DENSITY_OR_MASS = 0.01  # relative: what a block's third number must agree with
 
 
@@ -84,7 +84,7 @@ class _Reader(Words):
 
     def __init__(self, text: str, units: str):
         super().__init__(text)
-        self.units = self._units(units)
+        self.units = self._units() if units == "deck" else units
         self.state = DeckState()
 
     def deck(self) -> Deck:
@@ -95,14 +95,13 @@ class _Reader(Words):
             if word.key == "endi":
                 return finished(self.state, self.units, word.line)
             if word.key in REFUSED:
-                refuse_line(word.line, word.text, *REFUSED[word.key])
+                word.refuse(*REFUSED[word.key], word.text)
             if word.key not in handlers:
-                refuse_line(word.line, f"the macro {word.text!r}", "a macro of MPM3D", nearest_cure(word.key, handlers))
+                word.refuse("a macro of MPM3D", nearest_cure(word.key, handlers), f"the macro {word.text!r}")
             handlers[word.key](word)
 
-    def _units(self, asked: str) -> str:
-        if asked != "deck":
-            return asked
+    def _units(self) -> str:
+        """The units that a comment names."""
         for number, line in enumerate(self.lines, 1):
             found = re.search(r"!\s*units?\s*[:=]\s*(.*)", line, re.IGNORECASE)
             if found:
@@ -111,12 +110,18 @@ class _Reader(Words):
                     return "mm-g-ms"
                 if {"m", "kg", "s"} <= names:
                     return "SI"
-                cure = "set units to mm-g-ms or SI"
-                refuse_line(number, found[1].strip()[:60], "mm g N ms MPa, or m kg N s Pa", cure)
+                limit, cure = "mm g N ms MPa, or m kg N s Pa", "set units to mm-g-ms or SI"
+                refuse_line(number, found[1].strip()[:60], limit, cure)
         return "mm-g-ms"
 
     def _handlers(self) -> dict[str, Callable[[Word], None]]:
-        handlers: dict[str, Callable[[Word], None]] = {
+        return {
+            **dict.fromkeys(COUNTS, self._count),
+            **dict.fromkeys(SETTINGS, self._setting),
+            **dict.fromkeys(("musl", "usf", "usl", "jaum"), self._switch),
+            **dict.fromkeys(SHAPES, self._shape),
+            **dict.fromkeys(("outr", "curv", "curx"), self._output),
+            **dict.fromkeys(IGNORED, self._ignored),
             "mpm3": self._title,
             "grid": self._grid,
             "fixe": self._faces,
@@ -127,34 +132,7 @@ class _Reader(Words):
             "load": self._loads,
             "cont": self._contact,
             "deto": lambda word: self.state.detonations.append(self.vector(word, "length")),
-            "gimp": lambda word: self._shape("gimp"),
-            "bimp": lambda word: self._shape("quadratic-bspline"),
-            "outr": self._output,
-            "curv": self._output,
-            "curx": self._output,
-            "pt2d": lambda word: self._ignored(word, self.numbers(word, *LENGTHS)),
-            "tecp": self._ignored,
-            "para": self._ignored,
-            "rptt": lambda word: self._ignored(word, self.numbers(word, "time")),
         }
-        for key in ("nbmp", "nmat", "nbco", "ncom", "nbbo", "nbgn", "ppc", "tste", "oste"):
-            handlers[key] = self._count
-        settings: dict[str, tuple[Quantity, ...]] = {
-            "spx": ("length", "length"),
-            "spy": ("length", "length"),
-            "spz": ("length", "length"),
-            "dcel": ("length",),
-            "dt": ("time",),
-            "endt": ("time",),
-            "outt": ("time",),
-            "dtsc": ("number",),
-            "bulk": ("number", "number"),
-        }
-        for key, kinds in settings.items():
-            handlers[key] = self._setting(kinds)
-        for key in ("musl", "usf", "usl", "jaum"):
-            handlers[key] = self._switch
-        return handlers
 
     # Macros
 
@@ -163,95 +141,77 @@ class _Reader(Words):
         self.at += len(self.on_line(word.line))
 
     def _count(self, word: Word) -> None:
-        most = {"nbmp": MOST_PARTICLES, "nbgn": MOST_NODES, "ppc": 216}.get(word.key, 1_000_000_000)
-        most = 100_000 if word.key in ("nmat", "nbco", "ncom", "nbbo") else most
-        self.state.counts[word.key] = self.integer(word, word.text, 1, most), word.line
+        self.state.counts[word.key] = self.integer(word, word.text, 1, COUNTS[word.key]), word.line
 
-    def _setting(self, kinds: tuple[Quantity, ...]) -> Callable[[Word], None]:
-        def read(word: Word) -> None:
-            self.state.numbers[word.key] = self.numbers(word, *kinds)
-
-        return read
+    def _setting(self, word: Word) -> None:
+        self.state.numbers[word.key] = self.numbers(word, *SETTINGS[word.key])
 
     def _grid(self, word: Word) -> None:
         for key in ("spx", "spy", "spz"):
-            self.state.numbers[key] = self.numbers(word, "length", "length")
+            self.state.numbers[key] = self.numbers(word, *SETTINGS[key])
 
     def _faces(self, word: Word) -> None:
         names = ("x0", "xn", "y0", "yn", "z0", "zn")
         self.state.faces = [self.integer(word, f"boundary {name}", 0, 2) for name in names]
 
     def _switch(self, word: Word) -> None:
-        choice = self.word(word, "on or off")
-        if choice.key not in ("on", "off"):
-            refuse_line(choice.line, repr(choice.text), "on or off", "write on or off")
+        choice = self.chosen(self.word(word, "on or off"), "on or off", ("on", "off"), "write on or off")
         self.state.switches[word.key] = choice.key == "on"
 
-    def _shape(self, name: str) -> None:
-        self.state.shape = name
+    def _shape(self, word: Word) -> None:
+        self.state.shape = SHAPES[word.key]
 
-    def _ignored(self, word: Word, _: Any = None) -> None:
+    def _ignored(self, word: Word) -> None:
+        self.numbers(word, *IGNORED.get(word.key, ()))
         self.state.unused.append(f"{word.text} (line {word.line})")
 
     def _output(self, word: Word) -> None:
-        option = self.word(word, "a quantity to write")
-        if option.key not in OPTIONS:
-            refuse_line(option.line, repr(option.text), "a quantity to write", nearest_cure(option.key, OPTIONS))
+        limit = "a quantity to write"
+        option = self.chosen(self.word(word, limit), limit, OPTIONS)
         if word.key == "curx":
             self.vector(word, "length")
         elif word.key == "curv" and self.on_line(word.line):
             self.integer(word, "a particle", 1, MOST_PARTICLES)
-        self._ignored(Word(f"{word.text} {option.text}", word.line))
+        self.state.unused.append(f"{word.text} {option.text} (line {word.line})")
 
     def _contact(self, word: Word) -> None:
-        method = self.word(word, "on, off or lagr")
+        limit = "on, off or lagr"
+        method = self.chosen(self.word(word, limit), limit, ("on", "off", "lagr"), "write contact lagr 0.0 1")
         if method.key == "lagr":
             self.state.friction = self.number(word, "number", "friction")
             # Which body's normal counts: here both bodies' surfaces give it.
             self.integer(word, "body of the normal", 0, 100_000)
-        elif method.key not in ("on", "off"):
-            refuse_line(method.line, repr(method.text), "on, off or lagr", "write contact lagr 0.0 1")
         self.state.switches["cont"] = method.key != "off"
 
     def _needed(self, key: str, word: Word) -> int:
         """A count that an earlier macro has given."""
         if key not in self.state.counts:
-            cure = f"write {key} above it"
-            refuse_line(word.line, word.text, f"{key} ({TITLES[key]}) before it", cure)
+            word.refuse(f"{key} ({TITLES[key]}) before it", f"write {key} above it", word.text)
         return self.state.counts[key][0]
 
     def _materials(self, word: Word) -> None:
         """Rows until the line that does not begin with a number; number, kind and values."""
-        count = self._needed("nmat", word)
-        while len(self.state.materials) < count:
-            first = self.next(f"material {len(self.state.materials) + 1} of {count}")
-            self.at -= 1
+        count, materials = self._needed("nmat", word), self.state.materials
+        while len(materials) < count:
+            first = self.peek(f"material {len(materials) + 1} of {count}")
             if not INTEGER.fullmatch(first.text):
-                refuse_line(
-                    first.line,
-                    f"{first.text!r} after {len(self.state.materials)} materials",
-                    f"the {count} materials of nmat",
-                    "add the rows that are missing, or correct nmat",
-                )
+                value = f"{first.text!r} after {len(materials)} materials"
+                first.refuse(f"the {count} materials of nmat", "add the rows that are missing, or correct nmat", value)
             number = self.integer(first, "a material", 1, count)
-            if number in self.state.materials:
-                refuse_line(first.line, f"material {number} twice", "each material once", "renumber it")
-            self.state.materials[number] = self._material(first)
+            if number in materials:
+                first.refuse("each material once", "renumber it", f"material {number} twice")
+            materials[number] = self._material(first)
 
     def _material(self, first: Word) -> DeckMaterial:
-        kind = self.word(first, "a kind of material")
-        if kind.key not in KINDS:
-            refuse_line(kind.line, repr(kind.text), "a kind of material", nearest_cure(kind.key, KINDS))
+        kind = self.chosen(self.word(first, "a kind of material"), "a kind of material", KINDS)
         forms = KINDS[kind.key]
         if not forms:
-            limit, cure = "a material that this solver has", "choose another kind"
-            refuse_line(kind.line, repr(kind.text), limit, cure)
+            kind.refuse("a material that this solver has", "choose another kind", repr(kind.text))
         count = len(self.on_line(first.line))
         form = next((form for form in forms if len(form) == count), None)
         if form is None:
             wanted = " or ".join(f"{len(form)} ({', '.join(form)})" for form in forms)
-            limit = f"{wanted} numbers of {kind.text}"
-            refuse_line(first.line, f"{count} numbers", limit, "complete or shorten the line")
+            first.refuse(f"{wanted} numbers of {kind.text}", "complete or shorten the line", f"{count} numbers")
         values = {name: self.number(first, quantity, name) for name, quantity in form.items()}
         return DeckMaterial(kind.key, values, first.line)
 
@@ -261,37 +221,33 @@ class _Reader(Words):
         count = len(self.on_line(word.line))
         names = {(form, count): name for name, form, count in EOS_COUNTS}
         if (form, count) not in names:
-            counts = [str(n) for _, each, n in EOS_COUNTS if each == form]
-            limit = f"{' or '.join(counts)} numbers of form {form}"
-            refuse_line(word.line, f"{count} numbers", limit, "complete or shorten the line")
+            counts = " or ".join(str(n) for _, each, n in EOS_COUNTS if each == form)
+            word.refuse(f"{counts} numbers of form {form}", "complete or shorten the line", f"{count} numbers")
         if number not in self.state.materials:
-            limit, cure = "a material that was read before", "write seos below material"
-            refuse_line(word.line, f"material {number}", limit, cure)
+            word.refuse("a material that was read before", "write seos below material", f"material {number}")
         name = names[form, count]
         values = self.numbers(word, *EOS_COUNTS[name, form, count])
-        material = self.state.materials[number]
-        self.state.materials[number] = DeckMaterial(material.kind, material.values, material.line, name, values)
+        self.state.materials[number] = replace(self.state.materials[number], eos=name, eos_values=values)
 
     def _particles(self, word: Word) -> None:
-        most = self._needed("nbmp", word)
-        materials = self._needed("nmat", word)
-        here = self.on_line(word.line)
-        if not here:
+        most, materials = self._needed("nbmp", word), self._needed("nmat", word)
+        if not self.on_line(word.line):
             self._table(word, most, materials)
             return
-        shape = self.word(word, "point, block, sphere, blod or cicle")
+        names = ("point", "block", "sphere", "blod", "cicle")
+        limit = f"{', '.join(names[:-1])} or {names[-1]}"
+        shape = self.word(word, limit)
         component = self.integer(word, "a component", 1, 100_000)
         if shape.key == "poin":
             self._points(word, component, most, materials)
             return
-        if shape.key not in ("bloc", "sphe", "blod", "cicl"):
-            cure = nearest_cure(shape.key, ("point", "block", "sphere", "blod", "cicle"))
-            refuse_line(shape.line, repr(shape.text), "point, block, sphere, blod or cicle", cure)
+        if shape.key not in [name[:4] for name in names]:
+            shape.refuse(limit, nearest_cure(shape.key, names), repr(shape.text))
         self._lattice(shape, component, most, materials)
 
     def _lattice(self, shape: Word, component: int, most: int, materials: int) -> None:
         """The line below: material, density, spacing, origin and counts."""
-        row = self._row(f"the line of {shape.text}")
+        row = self.peek(f"the line of {shape.text}")
         material = self.integer(row, "a material", 1, materials)
         # Its unit follows from what it turns out to be: read as text twice.
         at = self.at
@@ -300,7 +256,7 @@ class _Reader(Words):
         mass = self.number(row, "mass", "mass of a particle")
         spacing = self.number(row, "length", "spacing of the particles")
         if spacing <= 0.0:
-            refuse_line(row.line, f"a spacing of {spacing:g} m", "more than 0", "correct the spacing")
+            row.refuse("more than 0", "correct the spacing", f"a spacing of {spacing:g} m")
         origin = self.vector(row, "length")
         names = ("nx", "ny", "nz") if shape.key in ("bloc", "blod") else ("nRadius",)
         counts = [self.integer(row, name, 1, MOST_PARTICLES) for name in names]
@@ -310,46 +266,33 @@ class _Reader(Words):
             hole = (x, y, self.integer(row, "nr", 1, MOST_PARTICLES) * spacing)
         nx, ny, nz = counts * 3 if len(counts) == 1 else counts
         lattice = Lattice(shape.key, spacing, origin, (nx, ny, nz), hole)
-        count = self._counted(lattice, row.line, most)
-        each = self._particle_mass(row.line, material, density, mass, spacing)
-        self.state.bodies.append(
-            DeckBody(component, material, row.line, lattice, each, count=count, first=self.state.read - count + 1)
-        )
+        count = self._counted(lattice, row, most)
+        each = self._particle_mass(row, material, density, mass, spacing)
+        first = self.state.read - count + 1
+        self.state.bodies.append(DeckBody(component, material, row.line, lattice, each, count=count, first=first))
 
-    def _row(self, expected: str) -> Word:
-        """The first word of the next line, which is read again."""
-        word = self.next(expected)
-        self.at -= 1
-        return word
-
-    def _counted(self, lattice: Lattice, line: int, most: int) -> int:
+    def _counted(self, lattice: Lattice, row: Word, most: int) -> int:
         """Particles of a lattice, after a look at how many there can be."""
         left = most - self.state.read
         if least_count(lattice) > left:
-            refuse_line(
-                line,
-                f"{lattice.counts[0]} x {lattice.counts[1]} x {lattice.counts[2]} of {lattice.shape}",
-                f"at most the {left} particles that nbmp leaves",
-                "correct the counts, or nbmp",
-            )
+            value = f"{' x '.join(map(str, lattice.counts))} of {lattice.shape}"
+            row.refuse(f"at most the {left} particles that nbmp leaves", "correct the counts, or nbmp", value)
         count = count_of(lattice)
         if not count:
-            limit, cure = "a body of one particle at least", "shrink the hole"
-            refuse_line(line, "no particle", limit, cure)
-        self._add(count, line, most)
+            row.refuse("a body of one particle at least", "shrink the hole", "no particle")
+        self._add(count, row, most)
         return count
 
-    def _add(self, count: int, line: int, most: int) -> None:
+    def _add(self, count: int, row: Word, most: int) -> None:
         self.state.read += count
         if self.state.read > most:
             cure = "correct nbmp, or remove particles"
-            refuse_line(line, f"particle {self.state.read}", f"the {most} particles of nbmp", cure)
+            row.refuse(f"the {most} particles of nbmp", cure, f"particle {self.state.read}")
 
-    def _particle_mass(self, line: int, material: int, density: float, mass: float, spacing: float) -> float:
+    def _particle_mass(self, row: Word, material: int, density: float, mass: float, spacing: float) -> float:
         """The mass of a particle from a number that is a density, or a mass already."""
         if material not in self.state.materials:
-            limit, cure = "materials above particles", "write material above it"
-            refuse_line(line, f"material {material}", limit, cure)
+            row.refuse("materials above particles", "write material above it", f"material {material}")
         own = self.state.materials[material].values["density"]
         expected = own * spacing**3
         if abs(density - own) <= DENSITY_OR_MASS * own:
@@ -360,66 +303,57 @@ class _Reader(Words):
             f"the density of material {material}, {own:g} kg/m3, or the mass of a particle, {expected:g} kg, within "
             f"{DENSITY_OR_MASS:.0%}"
         )
-        refuse_line(line, f"{density:g} kg/m3", limit, "correct the third number or the spacing")
+        row.refuse(limit, "correct the third number or the spacing", f"{density:g} kg/m3")
 
     def _points(self, word: Word, component: int, most: int, materials: int) -> None:
         """Rows of number, material, mass and place."""
         count = self.integer(word, "particles of this body", 1, most)
-        rows: list[tuple[int, float, float, float, float]] = []
+        rows: list[Row] = []
         first = 0
         for _ in range(count):
-            row = self._row(f"particle {len(rows) + 1} of {count}")
+            row = self.peek(f"particle {len(rows) + 1} of {count}")
             self.integer(row, "a particle", 1, most)
             material = self.integer(row, "a material", 1, materials)
             first = first or material
             if material != first:
-                limit, cure = f"material {first} in all of a body", "part it into two bodies"
-                refuse_line(row.line, f"material {material}", limit, cure)
+                row.refuse(f"material {first} in all of a body", "part it into two bodies", f"material {material}")
             mass = self.number(row, "mass", "mass of the particle")
-            self._add(1, row.line, most)
+            self._add(1, row, most)
             # MPM3D-F90 counts, whatever number the row has.
             rows.append((self.state.read, *self.vector(row, "length"), mass))
         self.state.bodies.append(DeckBody(component, first, word.line, rows=tuple(rows), count=count))
 
     def _table(self, word: Word, most: int, materials: int) -> None:
         """The thesis' table: number, material, component and place of all particles."""
-        bodies: dict[tuple[int, int], list[tuple[int, float, float, float, float]]] = {}
-        for index in range(most):
-            row = self._row(f"particle {index + 1} of the {most} of nbmp")
+        bodies: dict[tuple[int, int], list[Row]] = {}
+        for index in range(1, most + 1):
+            row = self.peek(f"particle {index} of the {most} of nbmp")
             number = self.integer(row, "a particle", 1, most)
-            if number != index + 1:
-                limit, cure = f"number {index + 1}", "number the particles from 1 without gaps"
-                refuse_line(row.line, f"particle {number}", limit, cure)
+            if number != index:
+                row.refuse(f"number {index}", "number the particles from 1 without gaps", f"particle {number}")
             material = self.integer(row, "a material", 1, materials)
             component = self.integer(row, "a component", 1, 100_000)
-            place = self.vector(row, "length")
-            bodies.setdefault((component, material), []).append((number, *place, 0.0))
-            self._add(1, row.line, most)
+            bodies.setdefault((component, material), []).append((number, *self.vector(row, "length"), 0.0))
+            self._add(1, row, most)
         for (component, material), rows in bodies.items():
             self.state.bodies.append(DeckBody(component, material, word.line, rows=tuple(rows), count=len(rows)))
 
     def _velocities(self, word: Word) -> None:
         scopes = {"comp": "component", "body": "body", "node": "particle", "endv": ""}
         while True:
-            scope = self.next("endv, the end of the velocities")
-            if scope.key not in scopes:
-                cure = nearest_cure(scope.key, scopes)
-                refuse_line(scope.line, repr(scope.text), "comp, body, node or endv", cure)
+            scope = self.chosen(self.next("endv, the end of the velocities"), "comp, body, node or endv", scopes)
             if scope.key == "endv":
                 return
-            number = self.integer(scope, f"a {scopes[scope.key]}", 1, MOST_PARTICLES)
-            velocity = self.vector(scope, "velocity")
-            self.state.velocities.append(DeckVelocity(scopes[scope.key], number, velocity, scope.line))
+            of = scopes[scope.key]
+            number = self.integer(scope, f"a {of}", 1, MOST_PARTICLES)
+            self.state.velocities.append(DeckVelocity(of, number, self.vector(scope, "velocity"), scope.line))
 
     def _loads(self, word: Word) -> None:
         """Gravity of bodies up to ``endl``."""
+        cure = "remove it: forces on bodies and particles are not computed"
         while True:
-            scope = self.next("endl, the end of the loads")
+            scope = self.chosen(self.next("endl, the end of the loads"), "grav or endl", ("grav", "endl"), cure)
             if scope.key == "endl":
                 return
-            if scope.key != "grav":
-                cure = "remove it: forces on bodies and particles are not computed"
-                refuse_line(scope.line, repr(scope.text), "grav or endl", cure)
             body = self.integer(scope, "a body", 1, MOST_PARTICLES)
-            acceleration = self.vector(scope, "acceleration")
-            self.state.gravity.append(DeckGravity(body, acceleration, scope.line))
+            self.state.gravity.append(DeckGravity(body, self.vector(scope, "acceleration"), scope.line))

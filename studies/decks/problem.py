@@ -1,10 +1,10 @@
 """Decks of MPM3D as problems of the solver: matter, bodies, grid, faces."""
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
-from studies.scenarios._deck_records import Deck, DeckBody, DeckMaterial, Lattice
-from studies.scenarios._numerics import Numerics, numerics, recipe_of, tensions
+from studies.decks.deck import Deck, DeckBody, DeckMaterial, Lattice
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,8 +59,10 @@ def particles_per_cell(deck: Deck) -> int:
     return min(max(1, round(deck.cell / step)), 6)
 
 
-def problem_of(deck: Deck, parameters: Numerics, *, end_time: float, refinement: int = 1) -> "Problem":
-    """The problem of a deck, with the numerics of a run that began as those of the deck.
+def problem_of(
+    deck: Deck, numerics: Mapping[str, Any], *, tension: str, contact: bool, end_time: float, refinement: int
+) -> "Problem":
+    """The problem of a deck, with the numerics of a run: all other arguments of ``Problem``.
 
     A refined cell has the particles of a cell of the deck, each a part of that whose place it shares.
     """
@@ -75,11 +77,11 @@ def problem_of(deck: Deck, parameters: Numerics, *, end_time: float, refinement:
             cells=tuple(count * refinement for count in deck.cells),
             spacing=deck.cell / refinement,
         ),
-        bodies=tuple(_bodies(deck, recipe_of(parameters).tension, parameters.contact != "none", refinement)),
+        bodies=tuple(_bodies(deck, tension, contact, refinement)),
         faces=((faces[0], faces[1]), (faces[2], faces[3]), (faces[4], faces[5])),
         end_time=end_time,
         gravity=deck.gravity,
-        **numerics(parameters),
+        **numerics,
     )
 
 
@@ -96,7 +98,7 @@ def matter_of(material: DeckMaterial, tension: str) -> "Matter":
     if "melt" in values:
         shift = CELSIUS if values["room"] < COLDEST else 0.0
         room, melt = values["room"] + shift, values["melt"] + shift
-    bears = material.kind != "dpm" or tension not in tensions() or tension == "unlimited"
+    bears = material.kind != "dpm" or tension == "unlimited"
     return Matter(
         eos=_eos(material, room),
         strength=_strength(material),
@@ -115,35 +117,17 @@ def _eos(material: DeckMaterial, room: float) -> Any:
     from solver.matter.eos.polynomial import Polynomial
 
     values, numbers = material.values, material.eos_values
-    heat = values.get("specific heat", math.inf)
+    common: dict[str, float] = {"density": values["density"], "temperature": room}
     if material.eos == "jwl":
-        names = ("A", "B", "R1", "R2", "omega", "E0")
-        return JonesWilkinsLee(
-            density=values["density"],
-            detonation_velocity=values["D"],
-            temperature=room,
-            **dict(zip(names, numbers, strict=True)),
-        )
+        named = dict(zip(("A", "B", "R1", "R2", "omega", "E0"), numbers, strict=True))
+        return JonesWilkinsLee(detonation_velocity=values["D"], **common, **named)
+    common["heat_capacity"] = values.get("specific heat", math.inf)
     if material.eos == "polynomial":
-        coefficients = ("C0", "C1", "C2", "C3", "C4", "C5", "C6", "E0")
-        return Polynomial(
-            density=values["density"],
-            heat_capacity=heat,
-            temperature=room,
-            **dict(zip(coefficients, numbers, strict=True)),
-        )
+        named = dict(zip(("C0", "C1", "C2", "C3", "C4", "C5", "C6", "E0"), numbers, strict=True))
+        return Polynomial(**common, **named)
     if material.eos == "gruneisen":
-        return mie_grueneisen_cubic(
-            density=values["density"],
-            c0=numbers[0],
-            s=numbers[1],
-            gamma0=numbers[2],
-            heat_capacity=heat,
-            temperature=room,
-        )
-    return LinearElastic(
-        density=values["density"], bulk_modulus=bulk_modulus(material), temperature=room, heat_capacity=heat
-    )
+        return mie_grueneisen_cubic(c0=numbers[0], s=numbers[1], gamma0=numbers[2], **common)
+    return LinearElastic(bulk_modulus=bulk_modulus(material), **common)
 
 
 def _strength(material: DeckMaterial) -> Any:

@@ -2,10 +2,13 @@
 
 import math
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
+from typing import NoReturn
 
-from studies.scenarios._deck_macros import SHIFTS, Quantity
-from studies.scenarios._deck_records import Vector, refuse_line
+from studies.decks.deck import Vector, refuse_line
+from studies.decks.macros import SHIFTS, Quantity
+from studies.values.nearest import nearest_cure
 
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[dDeE]([+-]?\d{1,4}))?")
 INTEGER = re.compile(r"[+-]?\d{1,15}")
@@ -24,6 +27,10 @@ class Word:
         """The four letters that name a macro."""
         return self.text.lower()[:4]
 
+    def refuse(self, limit: str, cure: str, value: str = "") -> NoReturn:
+        """Raise the error of the line with this word, or with what it stands for."""
+        refuse_line(self.line, value or repr(self.text)[:60], limit, cure)
+
 
 class Words:
     """The words of a deck, read one after another."""
@@ -41,12 +48,17 @@ class Words:
         self.at = 0
 
     def next(self, expected: str) -> Word:
-        if self.at == len(self.words):
-            last = max(len(self.lines), 1)
-            cure = "the deck is cut off: complete it, and end it with endi"
-            refuse_line(last, "the end of the text", expected, cure)
+        """The next word of the deck."""
+        word = self.peek(expected)
         self.at += 1
-        return self.words[self.at - 1]
+        return word
+
+    def peek(self, expected: str) -> Word:
+        """The next word of the deck, which is read again."""
+        if self.at == len(self.words):
+            cure = "the deck is cut off: complete it, and end it with endi"
+            refuse_line(max(len(self.lines), 1), "the end of the text", expected, cure)
+        return self.words[self.at]
 
     def on_line(self, line: int) -> list[Word]:
         """Words that are left on a line."""
@@ -56,12 +68,19 @@ class Words:
         return self.words[self.at : end]
 
     def word(self, after: Word, expected: str) -> Word:
-        if not self.on_line(after.line):
-            cure = f"complete the line of {after.text!r}"
-            refuse_line(after.line, "the end of the line", expected, cure)
+        """The next word of a line."""
+        if self.at == len(self.words) or self.words[self.at].line != after.line:
+            after.refuse(expected, f"complete the line of {after.text!r}", "the end of the line")
         return self.next(expected)
 
+    def chosen(self, word: Word, limit: str, choices: Iterable[str], cure: str = "") -> Word:
+        """A word whose four letters are one of some."""
+        if word.key not in choices:
+            word.refuse(limit, cure or nearest_cure(word.key, choices), repr(word.text))
+        return word
+
     def number(self, after: Word, kind: Quantity, name: str = "") -> float:
+        """The next number of a line, in SI."""
         word = self.word(after, f"a number, {name or kind}")
         match = NUMBER.fullmatch(word.text)
         value = math.inf
@@ -69,27 +88,28 @@ class Words:
             power = int(match[2] or 0) + SHIFTS[self.units][kind]
             value = float(f"{match[1]}e{power}")
         if not math.isfinite(value):
-            refuse_line(word.line, repr(word.text)[:60], f"a number, {name or kind}", "correct it")
+            word.refuse(f"a number, {name or kind}", "correct it")
         return value
 
     def numbers(self, after: Word, *kinds: Quantity) -> tuple[float, ...]:
+        """The next numbers of a line."""
         return tuple(self.number(after, kind) for kind in kinds)
 
     def vector(self, after: Word, kind: Quantity) -> Vector:
+        """Three numbers of a line."""
         return (self.number(after, kind), self.number(after, kind), self.number(after, kind))
 
     def integer(self, after: Word, name: str, low: int, high: int) -> int:
+        """The next whole number of a line."""
         word = self.word(after, f"a whole number, {name}")
         value = int(word.text) if INTEGER.fullmatch(word.text) else low - 1
         if not low <= value <= high:
-            limit = f"{name}, a whole number from {low} to {high}"
-            refuse_line(word.line, repr(word.text)[:60], limit, "correct it")
+            word.refuse(f"{name}, a whole number from {low} to {high}", "correct it")
         return value
 
 
 def _checked(line: str, number: int) -> str:
     for character in line:
         if ord(character) < 32 and character != "\t":
-            what = f"control character {ord(character):#04x}"
-            refuse_line(number, what, "printable text", "remove it")
+            refuse_line(number, f"control character {ord(character):#04x}", "printable text", "remove it")
     return line

@@ -1,7 +1,5 @@
 """Methods of a plugging: the coupled plate, what is measured of it, what is refused, and identities."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
@@ -13,7 +11,6 @@ from studies.measurements._plug import PlugView, view
 from studies.runs.run import estimate
 from studies.scenarios import Setting
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
 from tests.contracts.test_scenarios import asked, built
 
 COUPLED = {"geometry": "quarter", "method": "sph-fem", "plate_radius": 40e-3, "gap": 3e-3}
@@ -122,53 +119,10 @@ def test_coupled_plate__is_one_solid_and_the_projectile_another(coupled: tuple[S
     assert elements == particles != projectile
 
 
-def test_plugging__has_the_identity_of_its_grid_without_a_method() -> None:
-    plain = asked("plugging")
-    stated = asked("plugging", method="mpm", contact="gap", particles_per_cell=2)
-    assert plain.id == stated.id
-    assert len({asked("plugging", **{**COUPLED, "method": name}).id for name in METHODS}) == 3
-
-
-METHODS = ("mpm", "sph", "sph-fem")
-
-
 def test_estimate__counts_particles_and_nodes() -> None:
     run = asked("plugging", **COUPLED)
     real = sum(body.mass.size for body in built(run).problem.bodies)
     assert estimate(run).particles == pytest.approx(real, rel=0.02)
-
-
-@pytest.mark.parametrize("method", ["sph", "sph-fem"])
-@pytest.mark.parametrize(
-    ("changes", "name"),
-    [
-        ({"geometry": "axisymmetric"}, "geometry"),
-        ({"contact": "bardenhagen"}, "contact"),
-        ({"scheme": "usl"}, "scheme"),
-        ({"damping_rate": 1e6}, "damping_rate"),
-    ],
-)
-def test_plugging__refuses_by_name_what_a_method_does_not_compute(
-    method: str, changes: dict[str, Any], name: str
-) -> None:
-    with pytest.raises(InvalidInput, match=rf"{name}(.|\n)*method {method}"):
-        asked("plugging", **{**COUPLED, "method": method, **changes})
-
-
-def test_plugging__on_a_grid_has_no_particles_that_repel() -> None:
-    with pytest.raises(InvalidInput, match=r"contact(.|\n)*repulsion(.|\n)*material points"):
-        asked("plugging", contact="repulsion")
-
-
-def test_particles_that_repel__begin_farther_apart_than_they_reach() -> None:
-    with pytest.raises(InvalidInput, match=r"gap(.|\n)*at least 0.003 m(.|\n)*enlarge the gap"):
-        asked("plugging", **{**COUPLED, "gap": SPACING})
-
-
-@pytest.mark.parametrize("name", ["thin_plate", "thick_plate", "plate_impact", "debris_cloud"])
-def test_bodies_of_other_scenarios_do_not_repel(name: str) -> None:
-    with pytest.raises(InvalidInput, match=r"contact(.|\n)*repulsion"):
-        asked(name, contact="repulsion")
 
 
 def test_search_for_a_limit__takes_a_method_as_any_parameter() -> None:
@@ -184,8 +138,3 @@ def test_search_for_a_limit__takes_a_method_as_any_parameter() -> None:
     assert {run.parameters["speed"] for run in runs} == {100.0, 150.0, 200.0}
     assert all(run.parameters["contact"] == "repulsion" for run in runs)
     assert all(len(built(run).problem.bodies) == 3 for run in runs[:1])
-
-
-def test_coupled_plate__is_wider_than_its_particles() -> None:
-    with pytest.raises(InvalidInput, match=r"plate_radius(.|\n)*0.028 m"):
-        asked("plugging", **{**COUPLED, "plate_radius": 25e-3})

@@ -1,19 +1,19 @@
 """Decks of MPM3D as a whole: what must be there, fit together and lie within the grid."""
 
 import math
-from typing import Any
+from typing import NoReturn
 
-from studies.scenarios._deck_records import (
+from studies.decks.deck import (
     MOST_NODES,
     Deck,
     DeckBody,
     DeckGravity,
+    DeckMaterial,
     DeckState,
     Lattice,
     Vector,
     refuse_line,
 )
-from studies.values.recipes import SchemeName
 
 WHOLE = 1e-6  # of a cell: a span is a whole number of cells
 MOST_COLUMNS, MOST_LAYERS = 1_000_000, 20  # of a block with a hole, along z and on average
@@ -132,7 +132,8 @@ def finished(state: DeckState, units: str, line: int) -> Deck:
         dt=dt,
         step_scale=scale,
         output_interval=output if output and output > 0.0 else None,
-        scheme=_scheme(state.switches),
+        # MUSL by default, as in MPM3D.
+        scheme="usf" if state.switches.get("usf") else "usl" if state.switches.get("usl") else "musl",
         shape=state.shape,
         contact=state.switches.get("cont", False),
         jaumann=state.switches.get("jaum", True),
@@ -152,23 +153,18 @@ def _cells(state: DeckState, axis: int, cell: float, line: int) -> int:
     name = "xyz"[axis]
     low, high = state.numbers[f"sp{name}"]
     span = (high - low) / cell
-    if not 0.5 < span < MOST_NODES:
-        limit = f"sp{name} of one cell at least, and at most {MOST_NODES:.3g}"
+
+    def refuse(limit: str) -> NoReturn:
         refuse_line(line, f"{span:.6g} cells along {name}", limit, f"correct sp{name} or dcell")
+
+    if not 0.5 < span < MOST_NODES:
+        refuse(f"sp{name} of one cell at least, and at most {MOST_NODES:.3g}")
     count = round(span)
     if abs(span - count) <= WHOLE * max(span, 1.0):
         return count
     if state.faces[2 * axis + 1]:
-        limit = f"a whole number of cells up to the closed face {name}n"
-        refuse_line(line, f"{span:.6g} cells along {name}", limit, f"correct sp{name} or dcell")
+        refuse(f"a whole number of cells up to the closed face {name}n")
     return math.ceil(span)
-
-
-def _scheme(switches: dict[str, bool]) -> SchemeName:
-    """The scheme that is on; MUSL by default, as in MPM3D."""
-    if switches.get("usf"):
-        return "usf"
-    return "usl" if switches.get("usl") else "musl"
 
 
 def _gravity(stated: list[DeckGravity], bodies: int) -> Vector:
@@ -189,8 +185,7 @@ def _gravity(stated: list[DeckGravity], bodies: int) -> Vector:
 def _check_counts(state: DeckState, nodes: int, line: int) -> None:
     """Stated counts are those that were read."""
     components = len({body.component for body in state.bodies})
-    got: dict[str, Any] = {"nbmp": state.read, "nbbo": len(state.bodies), "nbgn": nodes}
-    got |= {"nbco": components, "ncom": components}
+    got = {"nbmp": state.read, "nbbo": len(state.bodies), "nbgn": nodes, "nbco": components, "ncom": components}
     for key, count in got.items():
         stated, at = state.counts.get(key, (count, line))
         if stated != count:
@@ -218,30 +213,24 @@ def _check_materials(deck: Deck) -> None:
             refuse_line(material.line, "an explosive without a detonation", "a point of deto", cure)
 
 
-def _check_values(number: int, material: Any) -> None:
+def _check_values(number: int, material: DeckMaterial) -> None:
     """Limits of the constants that every solver has."""
-    values = material.values
-    limits = [(name, 0.0, math.inf) for name in ("density", "young", "D") if name in values]
-    limits += [("poisson", -1.0, 0.5)] if "poisson" in values else []
-    for name, low, high in limits:
-        if not low < values[name] < high:
-            limit = f"{name} between {low:g} and {high:g}"
-            refuse_line(material.line, f"{values[name]:g}", limit, f"correct material {number}")
-    negative = [name for name, value in values.items() if value < 0.0 and name != "poisson"]
-    cold = {"room", "melt"}
-    for name in negative:
-        if name not in cold:
-            limit = f"{name} of 0 or more"
-            refuse_line(material.line, f"{values[name]:g}", limit, f"correct material {number}")
+    values, cure = material.values, f"correct material {number}"
+    limits = {"density": (0.0, math.inf), "young": (0.0, math.inf), "D": (0.0, math.inf), "poisson": (-1.0, 0.5)}
+    for name, (low, high) in limits.items():
+        if name in values and not low < values[name] < high:
+            refuse_line(material.line, f"{values[name]:g}", f"{name} between {low:g} and {high:g}", cure)
+    for name, value in values.items():
+        if value < 0.0 and name not in ("poisson", "room", "melt"):
+            refuse_line(material.line, f"{value:g}", f"{name} of 0 or more", cure)
     if values.get("qpsi"):
         limit = "slip without change of volume, qpsi 0"
         refuse_line(material.line, f"qpsi {values['qpsi']:g}", limit, "write 0 for qpsi")
     if values.get("viscosity"):
-        limit = "a fluid without viscosity"
-        refuse_line(material.line, "a viscosity", limit, "write 0 for it")
+        refuse_line(material.line, "a viscosity", "a fluid without viscosity", "write 0 for it")
     if "tangent" in values and values["tangent"] >= values["young"]:
         limit = "a tangent modulus below Young's modulus"
-        refuse_line(material.line, f"{values['tangent']:g} Pa", limit, f"correct material {number}")
+        refuse_line(material.line, f"{values['tangent']:g} Pa", limit, cure)
 
 
 def _check_bodies(deck: Deck) -> None:
@@ -269,12 +258,11 @@ def _check_bodies(deck: Deck) -> None:
 
 
 def _check_velocities(deck: Deck) -> None:
-    allowed = {"component": {body.component for body in deck.bodies}, "body": set(range(1, len(deck.bodies) + 1))}
+    allowed = {
+        "component": {body.component for body in deck.bodies},
+        "body": range(1, len(deck.bodies) + 1),
+        "particle": range(1, deck.particles + 1),
+    }
     for given in deck.velocities:
-        if given.of == "particle":
-            valid = given.number <= deck.particles
-        else:
-            valid = given.number in allowed[given.of]
-        if not valid:
-            limit = f"a {given.of} of the deck"
-            refuse_line(given.line, f"{given.of} {given.number}", limit, "correct its number")
+        if given.number not in allowed[given.of]:
+            refuse_line(given.line, f"{given.of} {given.number}", f"a {given.of} of the deck", "correct its number")

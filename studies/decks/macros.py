@@ -3,6 +3,8 @@
 from collections.abc import Mapping
 from typing import Literal, get_args
 
+from studies.decks.deck import MOST_NODES, MOST_PARTICLES
+
 Quantity = Literal[
     "length",
     "time",
@@ -84,6 +86,28 @@ OPTIONS = (
     *("seqv", "epef", "mat", "pres", "volu", "engk", "engi", "engs", "velx", "vely", "velz"),
     *("cels", "fail", "sspd", "damg", "stsx", "disx", "disy", "disz"),
 )
+
+# Counts that a macro gives, and the most that each may say.
+COUNTS = {
+    **dict.fromkeys(("nmat", "nbco", "ncom", "nbbo"), 100_000),
+    "nbmp": MOST_PARTICLES,
+    "nbgn": MOST_NODES,
+    "ppc": 216,
+    **dict.fromkeys(("tste", "oste"), 1_000_000_000),
+}
+
+# Numbers that a macro gives.
+SETTINGS: Mapping[str, tuple[Quantity, ...]] = {
+    **dict.fromkeys(("spx", "spy", "spz"), ("length", "length")),
+    "dcel": ("length",),
+    **dict.fromkeys(("dt", "endt", "outt"), ("time",)),
+    "dtsc": ("number",),
+    "bulk": ("number", "number"),
+}
+
+# Shape functions that a macro chooses, and macros without effect here, with their numbers.
+SHAPES = {"gimp": "gimp", "bimp": "quadratic-bspline"}
+IGNORED: Mapping[str, tuple[Quantity, ...]] = {"pt2d": ("length",) * 6, "tecp": (), "para": (), "rptt": ("time",)}
 
 TITLES = {"nbmp": "number of particles", "nmat": "number of materials"}
 

@@ -1,16 +1,12 @@
-"""The numerics that every scenario shares: the parameters, the choices of a recipe, and the arguments of the solver.
-
-A scenario's parameters inherit ``Numerics``; its ``fill`` passes through ``filled_numerics``, its ``check`` adds
-``check_numerics``, and its ``build`` hands ``**numerics(parameters)`` to ``Problem``.
-"""
+"""The numerics that every scenario shares: the parameters, the choices of a recipe, and the arguments of the solver."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal, TypeVar
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, PerSecond, Second, marked
-from studies.scenarios._method import PAIR_LINEAR, PAIR_QUADRATIC, is_on_grid, is_smoothed, smoothing
+from studies.scenarios.parts.method import ON_GRID, Method, is_on_grid, is_smoothed
 from studies.values.errors import Finding
 from studies.values.files import MOST_FRAMES
 from studies.values.parameters import Choice
@@ -18,12 +14,19 @@ from studies.values.quantities import readable, round_quantity
 from studies.values.recipes import FEW_PARTICLES, RECIPES, Recipe, RecipeName, SchemeName, StepRuleName
 
 if TYPE_CHECKING:
-    from solver.problem import Contact
+    from solver.problem import ArtificialViscosity, Smoothing
 
 ContactName = Literal["none", "bardenhagen", "thesis", "gap"]
 # The criterion (``solver.problem.Criterion``) of each contact on the grid.
 CRITERIA = {"bardenhagen": "STEP", "thesis": "MAPPED", "gap": "GAP"}
 BY_RECIPE = "by default that of the recipe"
+
+# Of smoothed particles in place of a recipe's, which is that of cells: Monaghan (1992), section 4.1.
+PAIR_LINEAR, PAIR_QUADRATIC = 1.0, 2.0
+# Of contact between solids, of rho c^2: faces of two lattices press on each other with 5 to 7 times this at a distance
+# of one spacing and with 0.1 to 0.2 times at one and a half: at 100 to 300 m/s (rho c v / 2) they meet at 1.1 to
+# 1.3. Copper bars come as near as 0.7 at 2 km/s and pass through each other at 6 km/s: no contact of impacts.
+STIFFNESS = 0.01
 
 
 def shapes() -> Mapping[str, Any]:
@@ -64,9 +67,6 @@ class Numerics:
 
     The number of particles that is left out follows from the geometry first (``studies.values.recipes``).
     """
-
-    # Whether drafts and three dimensions have as many particles as the recipe says.
-    keeps_particles: ClassVar[bool] = False
 
     recipe: Annotated[RecipeName, Described("preset for the numerical parameters that are left out", label=True)] = (
         "whipple"
@@ -158,92 +158,83 @@ class Numerics:
         ),
     ] = None
 
+    def filled(self, *, few: bool = False, method: Method = ON_GRID) -> Self:
+        """The parameters with every one that was left out, from the recipe.
 
-Parameters = TypeVar("Parameters", bound=Numerics)
+        But for the particles where ``few`` do, and for the viscosity of a method that smooths particles.
+        """
+        preset = RECIPES[self.recipe]
+        if few:
+            preset = replace(preset, particles_per_cell=FEW_PARTICLES)
+        if is_smoothed(method):
+            preset = replace(preset, viscosity_linear=PAIR_LINEAR, viscosity_quadratic=PAIR_QUADRATIC)
+        return filled_from(self, preset)
+
+    def check(self, end_time: float | None, method: Method = ON_GRID) -> list[Finding]:
+        """Friction belongs to contact on the grid; a film has a bounded number of frames."""
+        findings = []
+        if self.friction > 0.0 and self.contact not in CRITERIA:
+            limit = "0 for bodies without contact on the grid"
+            cure = "leave friction out" if is_smoothed(method) else "set contact to bardenhagen"
+            findings.append(Finding("friction", f"{self.friction:g}", limit, cure))
+        least = round_quantity((end_time or 0.0) / MOST_FRAMES)
+        if self.film_interval is not None and self.film_interval < least:
+            limit = f"at least a thousandth of the run, {readable(least, 's')}"
+            value = readable(self.film_interval, "s")
+            findings.append(Finding("film_interval", value, limit, "give a longer interval"))
+        return findings
+
+    @property
+    def choices(self) -> Recipe:
+        """The filled parameters as a recipe: none of them is left out."""
+        return Recipe(**{name: getattr(self, name) for name in vars(RECIPES[self.recipe])})
+
+    def mean_step(self, cell: float, *, sound: float, speed: float) -> float:
+        """The time step of a run, about (s), from the size of a cell (m) and the speeds of signals and matter (m/s)."""
+        recipe = self.choices
+        if self.fixed_dt:
+            return self.fixed_dt
+        if recipe.step_rule == "convective":
+            return recipe.courant * cell / (sound + speed)
+        return cell * min(recipe.courant / sound, recipe.travel / speed)
+
+    def arguments(self, method: Method = ON_GRID) -> dict[str, Any]:
+        """The arguments of ``Problem`` besides geometry, bodies, faces and time."""
+        from solver.matter.tensor import Jaumann, Unturned
+        from solver.problem import ArtificialViscosity, Contact, Criterion, Damping, Scheme, StepRule
+
+        recipe = self.choices
+        viscosity = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)
+        criterion = CRITERIA.get(self.contact)
+        return {
+            "shape": shapes()[recipe.shape].make(recipe.particles_per_cell),
+            "scheme": Scheme[recipe.scheme.upper()],
+            "viscosity": viscosity,
+            "courant": recipe.courant,
+            "step_rule": StepRule[recipe.step_rule.upper()],
+            "travel": recipe.travel,
+            "damping": Damping(recipe.damping_rate, recipe.damping_order),
+            "stress_rate": Jaumann() if self.jaumann else Unturned(),
+            "contact": Contact(self.friction, Criterion[criterion]) if criterion else None,
+            "fixed_dt": self.fixed_dt,
+            "smoothing": self._smoothing(method, viscosity),
+        }
+
+    def _smoothing(self, method: Method, viscosity: "ArtificialViscosity") -> "Smoothing | None":
+        """The numerics of smoothed particles, those of their verification but for the viscosity."""
+        from solver.problem import Smoothing
+        from solver.sph.smoothing import CubicSpline
+
+        if not is_smoothed(method):
+            return None
+        stiffness = STIFFNESS if str(self.contact) == "repulsion" else 0.0
+        return Smoothing(CubicSpline(), viscosity=viscosity, tensile=method.artificial_stress, stiffness=stiffness)
 
 
-def filled_numerics(parameters: Parameters) -> Parameters:
-    """The parameters with every numerical one that was left out: by the geometry, else from the recipe."""
-    preset = RECIPES[parameters.recipe]
-    if is_solid(parameters) and not parameters.keeps_particles:
-        preset = replace(preset, particles_per_cell=FEW_PARTICLES)
-    if is_smoothed(parameters):
-        preset = replace(preset, viscosity_linear=PAIR_LINEAR, viscosity_quadratic=PAIR_QUADRATIC)
-    return filled_from(parameters, preset)
-
-
-def is_solid(parameters: Numerics) -> bool:
-    """Whether a run is in three dimensions, and no body of revolution."""
-    return getattr(parameters, "geometry", "axisymmetric") != "axisymmetric"
+Parameters = TypeVar("Parameters")
 
 
 def filled_from(parameters: Parameters, preset: Any) -> Parameters:
     """The parameters with those that were left out taken from a record of some of them."""
     absent = {name: value for name, value in vars(preset).items() if getattr(parameters, name) is None}
-    return replace(parameters, **absent) if absent else parameters
-
-
-def check_numerics(parameters: Numerics) -> list[Finding]:
-    """Friction belongs to contact on the grid; a film has a bounded number of frames."""
-    findings = []
-    if parameters.friction > 0.0 and parameters.contact not in CRITERIA:
-        limit = "0 for bodies without contact on the grid"
-        cure = "leave friction out" if is_smoothed(parameters) else "set contact to bardenhagen"
-        findings.append(Finding("friction", f"{parameters.friction:g}", limit, cure))
-    least = round_quantity((getattr(parameters, "end_time", None) or 0.0) / MOST_FRAMES)
-    if parameters.film_interval is not None and parameters.film_interval < least:
-        limit = f"at least a thousandth of the run, {readable(least, 's')}"
-        value = readable(parameters.film_interval, "s")
-        findings.append(Finding("film_interval", value, limit, "give a longer interval"))
-    return findings
-
-
-def recipe_of(parameters: Numerics) -> Recipe:
-    """The numerical parameters as a recipe: none of them is left out."""
-    filled = filled_numerics(parameters)
-    return Recipe(**{name: getattr(filled, name) for name in vars(RECIPES[parameters.recipe])})
-
-
-def particles_per_cell(parameters: Numerics) -> int:
-    """Particles per cell along each direction."""
-    return recipe_of(parameters).particles_per_cell
-
-
-def mean_step(parameters: Numerics, cell: float, *, sound: float, speed: float) -> float:
-    """A run's time step, about, for cells of a size (m), from its mean signal speed and that of its particles, s."""
-    recipe = recipe_of(parameters)
-    if parameters.fixed_dt:
-        return parameters.fixed_dt
-    if recipe.step_rule == "convective":
-        return recipe.courant * cell / (sound + speed)
-    return cell * min(recipe.courant / sound, recipe.travel / speed)
-
-
-def numerics(parameters: Numerics) -> dict[str, Any]:
-    """The arguments of ``Problem`` besides geometry, bodies, faces and time."""
-    from solver.matter.tensor import Jaumann, Unturned
-    from solver.problem import ArtificialViscosity, Damping, Scheme, StepRule
-
-    recipe = recipe_of(parameters)
-    viscosity = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)
-    return {
-        "shape": shapes()[recipe.shape].make(recipe.particles_per_cell),
-        "scheme": Scheme[recipe.scheme.upper()],
-        "viscosity": viscosity,
-        "courant": recipe.courant,
-        "step_rule": StepRule[recipe.step_rule.upper()],
-        "travel": recipe.travel,
-        "damping": Damping(recipe.damping_rate, recipe.damping_order),
-        "stress_rate": Jaumann() if parameters.jaumann else Unturned(),
-        "contact": _contact(parameters),
-        "fixed_dt": parameters.fixed_dt,
-        "smoothing": smoothing(parameters, viscosity),
-    }
-
-
-def _contact(parameters: Numerics) -> "Contact | None":
-    from solver.problem import Contact, Criterion
-
-    if parameters.contact not in CRITERIA:
-        return None
-    return Contact(parameters.friction, Criterion[CRITERIA[parameters.contact]])
+    return replace(parameters, **absent)  # type: ignore[type-var]

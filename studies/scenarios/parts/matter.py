@@ -13,7 +13,7 @@ from solver.registry import entries
 from solver.units import Described, FromMaterial, Unit, marked
 from studies.materials.schema import OPTIONAL, acting_eos, models
 from studies.scenarios import Materials
-from studies.scenarios._numerics import recipe_of, tensions
+from studies.scenarios.parts.numerics import tensions
 from studies.values.errors import Finding
 from studies.values.parameters import Choice, declared
 from studies.values.quantities import readable
@@ -35,20 +35,6 @@ def eos_forms() -> dict[str, Any]:
     return {eos.form: eos for eos in entries("solver.matter.eos", "EOS").values() if eos.form}
 
 
-@dataclass(frozen=True, kw_only=True)
-class ChosenFailure:
-    """The choice of what breaks matter for good."""
-
-    failure: Annotated[
-        str,
-        Choice(failures),
-        Described(
-            "failure model: none, plastic strain, tension beyond the spall strength for long enough, or the damage of "
-            "Johnson and Cook, plain or modified, which weakens"
-        ),
-    ] = "none"
-
-
 def _failure_constants() -> Iterator[tuple[str, str, str]]:
     """Each constant of a failure that a sweep gives: parameter, failure, and field of its record."""
     for kind, entry in failures().items():
@@ -66,17 +52,78 @@ def _failure_parameter(kind: str, constant: str) -> Any:
 
 
 # Each constant of a failure is a parameter of every impact; a run that does not give it keeps its identity.
-Fracture: Any = make_dataclass(
-    "Fracture",
+_FailureParameters: Any = make_dataclass(
+    "_FailureParameters",
     [
-        (parameter, _failure_parameter(kind, constant), field(default=None))
-        for parameter, kind, constant in _failure_constants()
+        (
+            "failure",
+            Annotated[
+                str,
+                Choice(failures),
+                Described(
+                    "failure model: none, plastic strain, tension beyond the spall strength for long enough, or the "
+                    "damage of Johnson and Cook, plain or modified, which weakens"
+                ),
+            ],
+            field(default="none"),
+        ),
+        *(
+            (parameter, _failure_parameter(kind, constant), field(default=None))
+            for parameter, kind, constant in _failure_constants()
+        ),
     ],
-    bases=(ChosenFailure,),
-    namespace={"__doc__": "Parameters of what breaks matter for good.", "__module__": __name__},
+    namespace={"__module__": __name__},
     frozen=True,
     kw_only=True,
 )
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fracture(_FailureParameters):
+    """What breaks matter for good: the choice of a failure, and the constants of each that a sweep gives."""
+
+    def of(self, material: "Material") -> Any:
+        """The solver's record of the failure, with the constants of a material.
+
+        A material without the section that the failure takes its constants from never fails.
+        """
+        record = failures()[self.failure].record
+        if _goes_without(record, material):
+            return failures()["none"].record()
+        constants = {
+            constant: getattr(self, parameter)
+            for parameter, kind, constant in _failure_constants()
+            if kind == self.failure and getattr(self, parameter) is not None
+        }
+        return record(**material.taken(record), **constants)
+
+    def check(self, materials: Materials) -> Iterator[Finding]:
+        """A failure has the numbers that it needs, no other ones, and those that it takes from each material."""
+        for name, kind, constant in _failure_constants():
+            value = getattr(self, name)
+            needed = declared(failures()[kind].record)[constant].required
+            if self.failure == kind and value is None and needed:
+                yield Finding(name, "nothing", f"a value for failure {kind}", f"give {name}")
+            if self.failure != kind and value is not None:
+                cure = f"leave {name} out, or set failure to {kind}"
+                yield Finding(name, f"{value:g}", f"no value without failure {kind}", cure)
+        record = failures()[self.failure].record
+        breaking = {role: material for role, material in materials.items() if not _goes_without(record, material)}
+        for role, material in (breaking or materials).items():
+            for taken in marked(record, FromMaterial).values():
+                value = material.value_at(taken.path)
+                if value is None or (value == 0.0 and taken.above_zero):
+                    meaning = material.parameters()[taken.path].meaning
+                    limit = f"a material with a {meaning}, which {material.name} has not"
+                    cure = f"set {role}.{taken.path}, or choose another failure"
+                    yield Finding("failure", self.failure, limit, cure)
+
+
+def _goes_without(record: Any, material: "Material") -> bool:
+    """Whether a failure takes its constants from an optional section, and the material has none of them."""
+    paths = [mark.path for mark in marked(record, FromMaterial).values()]
+    optional = [path for path in paths if path.partition(".")[0] in OPTIONAL]
+    return bool(optional) and all(material.value_at(path) is None for path in optional)
 
 
 def matter(
@@ -142,12 +189,11 @@ def check_eos(form: str, materials: Materials) -> list[Finding]:
     return findings
 
 
-def check_boiling(parameters: Any, materials: Materials) -> list[Finding]:
+def check_boiling(tension: str, thermal_softening: bool, materials: Materials) -> list[Finding]:
     """A form that follows vapour has no tension where it boils, and a step there: melting has to end tension before."""
-    tension = recipe_of(parameters).tension
     if tensions()[tension].molten:
         name, value = "tension", tension
-    elif not parameters.thermal_softening:
+    elif not thermal_softening:
         name, value = "thermal_softening", "false"
     else:
         return []
@@ -181,54 +227,11 @@ def check_constants(materials: Materials) -> list[Finding]:
     return findings
 
 
-def failure_of(parameters: Any, material: "Material") -> Any:
-    """The solver's record of the failure that the parameters name, with the constants of the material.
-
-    A material without the section that the failure takes its constants from never fails.
-    """
-    record = failures()[parameters.failure].record
-    if _goes_without(record, material):
-        return failures()["none"].record()
-    constants = {
-        constant: getattr(parameters, parameter)
-        for parameter, kind, constant in _failure_constants()
-        if kind == parameters.failure and getattr(parameters, parameter) is not None
-    }
-    return record(**material.taken(record), **constants)
+def longitudinal_speed(bulk: float, shear: float, density: float) -> float:
+    """Speed of an elastic wave of uniaxial strain, m/s."""
+    return math.sqrt((bulk + 4.0 / 3.0 * shear) / density)
 
 
-def _goes_without(record: Any, material: "Material") -> bool:
-    """Whether a failure takes its constants from an optional section, and the material has none of them."""
-    paths = [mark.path for mark in marked(record, FromMaterial).values()]
-    optional = [path for path in paths if path.partition(".")[0] in OPTIONAL]
-    return bool(optional) and all(material.value_at(path) is None for path in optional)
-
-
-def check_failure(parameters: Any, materials: Materials) -> list[Finding]:
-    """A failure has the numbers that it needs, no other ones, and those that it takes from each material."""
-    findings = []
-    for name, kind, constant in _failure_constants():
-        value = getattr(parameters, name)
-        needed = declared(failures()[kind].record)[constant].required
-        if parameters.failure == kind and value is None and needed:
-            findings.append(Finding(name, "nothing", f"a value for failure {kind}", f"give {name}"))
-        if parameters.failure != kind and value is not None:
-            limit = f"no value without failure {kind}"
-            cure = f"leave {name} out, or set failure to {kind}"
-            findings.append(Finding(name, f"{value:g}", limit, cure))
-    record = failures()[parameters.failure].record
-    breaking = {role: material for role, material in materials.items() if not _goes_without(record, material)}
-    for role, material in (breaking or materials).items():
-        for path in marked(record, FromMaterial).values():
-            value = material.value_at(path.path)
-            if value is None or (value == 0.0 and path.above_zero):
-                meaning = material.parameters()[path.path].meaning
-                findings.append(
-                    Finding(
-                        "failure",
-                        parameters.failure,
-                        f"a material with a {meaning}, which {material.name} has not",
-                        f"set {role}.{path.path}, or choose another failure",
-                    )
-                )
-    return findings
+def elastic_speed(material: "Material") -> float:
+    """Speed of an elastic wave of uniaxial strain in a material, m/s."""
+    return longitudinal_speed(material.elastic.bulk_modulus, material.elastic.shear_modulus, material.density)
