@@ -10,7 +10,7 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import Browser
 
-from tests.acceptance.support.browser import chromium, opened
+from tests.crash.support.browser import chromium, opened
 
 DOCS = Path(__file__).parent
 WIDTH = 1100  # px of the window: a report's widest layout

@@ -4,8 +4,8 @@ from collections.abc import Iterator
 from pathlib import Path
 
 import whipple
-from tests.acceptance.support.browser import SCHEMES, WIDTHS, chromium, look, print_page, rows_of
 from tests.claims import Row, at_most, claim
+from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, print_page, rows_of
 
 # Pictures of the page stay here, to be looked at.
 FOLDER = Path(__file__).parents[3] / ".cache" / "report-page"
