@@ -24,7 +24,7 @@ from solver.registry import entries
 from studies import observations, scenarios
 from studies.cases.rows import Row
 from studies.observations import Observation
-from studies.sweeps.sweep import vocabulary
+from studies.sweeps.reading import vocabulary
 from studies.values.nearest import nearest_cure
 from studies.values.quantities import refusal
 

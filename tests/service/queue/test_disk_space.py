@@ -11,7 +11,8 @@ from typing import Any
 import pytest
 
 from service.files import disk_space as space
-from service.files.disk_space import Space, is_full_disk
+from service.files.disk_space import Space
+from service.queue.retry import excuse_full_disk
 from service.records.attempt import Ending
 from service.records.jobs import Cause, Kind, State, StoreUnavailable, Submission
 from tests.service.support.fakes import sweep_of
@@ -50,19 +51,19 @@ def full(words: str = os.strerror(errno.ENOSPC)) -> Ending:
 
 def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(harness: Harness, disk: Disk) -> None:
     disk.free = RESERVE - 1
-    harness.store.create_sweep(Submission(sweep_of(1)))
+    harness.store.sweeps.create(Submission(sweep_of(1)))
     assert harness.tick() == []
     said = harness.dispatcher.blocked_reason()
     assert said is not None
-    assert said == harness.store.queue().blocked_reason
+    assert said == harness.store.queue.status().blocked_reason
     assert "reserve" in said
     disk.free = RESERVE
     assert len(harness.tick()) == 1
-    assert harness.dispatcher.blocked_reason() is harness.store.queue().blocked_reason is None
+    assert harness.dispatcher.blocked_reason() is harness.store.queue.status().blocked_reason is None
 
 
 def test_reserve__what_is_under_way_goes_on_and_is_registered(harness: Harness, disk: Disk) -> None:
-    harness.store.create_sweep(Submission(sweep_of(1)))
+    harness.store.sweeps.create(Submission(sweep_of(1)))
     [ticket] = harness.tick()
     disk.free = 0
     harness.end_well(ticket)
@@ -73,7 +74,7 @@ def test_reserve__what_is_under_way_goes_on_and_is_registered(harness: Harness, 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
 def test_full_disk__the_run_is_queued_again_and_costs_nothing(harness: Harness, disk: Disk, number: int) -> None:
-    harness.store.create_sweep(Submission(sweep_of(1)))
+    harness.store.sweeps.create(Submission(sweep_of(1)))
     for _ in range(3):
         [ticket] = harness.tick()
         disk.free = RESERVE - 1
@@ -86,7 +87,7 @@ def test_full_disk__the_run_is_queued_again_and_costs_nothing(harness: Harness, 
 
 @pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
 def test_full_disk__a_run_that_leaves_room_behind_has_crashed(harness: Harness, number: int) -> None:
-    harness.store.create_sweep(Submission(sweep_of(1)))
+    harness.store.sweeps.create(Submission(sweep_of(1)))
     for _ in range(3):
         [ticket] = harness.tick()
         harness.end(ticket, full(os.strerror(number)))
@@ -102,7 +103,7 @@ def test_full_disk__is_full_without_a_reserve_too(tmp_path: Path, disk: Disk) ->
 
 
 def test_full_disk__is_believed_whatever_the_library_says(harness: Harness, disk: Disk) -> None:
-    harness.store.create_sweep(Submission(sweep_of(2)))
+    harness.store.sweeps.create(Submission(sweep_of(2)))
     one, other = harness.tick()
     disk.free = RESERVE - 1
     harness.end_badly(one, Cause.ERROR, reason="NetCDF: HDF error")
@@ -122,7 +123,7 @@ def test_full_disk__is_believed_whatever_the_library_says(harness: Harness, disk
     ],
 )
 def test_full_disk__is_judged_by_the_room_that_there_was(harness: Harness, cause: Cause, reason: str) -> None:
-    harness.store.create_sweep(Submission(sweep_of(1)))
+    harness.store.sweeps.create(Submission(sweep_of(1)))
     [ticket] = harness.tick()
     harness.end_badly(ticket, cause, reason=reason, free=RESERVE - 1)  # there is room again
     assert len(harness.tick()) == 1
@@ -135,12 +136,12 @@ def test_full_disk__is_judged_once_however_long_the_store_is_away(
     def away(*_arguments: Any, **_words: Any) -> State | None:
         raise StoreUnavailable("database or disk is full")
 
-    harness.store.create_sweep(Submission(sweep_of(1)))
+    harness.store.sweeps.create(Submission(sweep_of(1)))
     [ticket] = harness.tick()
     disk.free = 0
     harness.end(ticket, replace(full("no room"), free=0))
     with monkeypatch.context() as patch:
-        patch.setattr(harness.store, "requeue", away)
+        patch.setattr(harness.store.leases, "requeue", away)
         with pytest.raises(StoreUnavailable):
             harness.tick()
     disk.free = 2 * RESERVE
@@ -149,7 +150,7 @@ def test_full_disk__is_judged_once_however_long_the_store_is_away(
 
 
 def test_full_disk__after_it_nothing_is_begun_for_a_while(harness: Harness, monkeypatch: pytest.MonkeyPatch) -> None:
-    harness.store.create_sweep(Submission(sweep_of(1)))
+    harness.store.sweeps.create(Submission(sweep_of(1)))
     [ticket] = harness.tick()
     monkeypatch.setattr(space, "PAUSE_SECONDS", 3600.0)
     harness.end(ticket, full())
@@ -162,9 +163,10 @@ def test_full_disk__after_it_nothing_is_begun_for_a_while(harness: Harness, monk
 @pytest.mark.parametrize("cause", [None, Cause.LOST, Cause.TIME_LIMIT, Cause.MEMORY_LIMIT])
 def test_want_of_space__explains_only_errors_and_crashes(tmp_path: Path, disk: Disk, cause: Cause | None) -> None:
     disk.free = 0
-    assert not is_full_disk(Ending(cause, "", "", (), 1.0), Space(tmp_path, RESERVE))
+    ending = Ending(cause, "", "", (), 1.0)
+    assert excuse_full_disk(ending, Space(tmp_path, RESERVE)) is ending
 
 
 def test_want_of_space__an_error_with_room_on_the_disk_is_an_error(tmp_path: Path, disk: Disk) -> None:
     ending = Ending(Cause.ERROR, "RuntimeError", "something else", (), 1.0)
-    assert not is_full_disk(ending, Space(tmp_path, RESERVE))
+    assert excuse_full_disk(ending, Space(tmp_path, RESERVE)) is ending

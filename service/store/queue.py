@@ -1,4 +1,4 @@
-"""Queries about the queue as a whole: jobs by state, its leader, measured costs."""
+"""The queue as a whole: paused or not, jobs by state, its leader, why nothing begins."""
 
 import math
 import threading
@@ -9,9 +9,11 @@ from datetime import datetime
 
 import sqlalchemy as sa
 
-from service.records.jobs import TERMINAL, Cause, JobTally, Kind, QueueRow, State
+from service.records.jobs import Cause, JobTally, Kind, QueueRow, State
 from service.store import leadership
-from service.store.connection import Database, Part
+from service.store.connection import Database
+from service.store.events import log_event
+from service.store.statements import now
 from service.store.tables import CAUSES, CONTROL, EVENTS, JOBS, TERMS
 
 # Counts of jobs are reused for so many seconds, while no event is logged: any client may ask for them, and with 11 000
@@ -29,15 +31,48 @@ class _Counts:
     oldest: datetime | None
 
 
-class QueueQueries(Part):
-    """Each query is one read transaction, of a few statements whatever the size."""
+class Queue:
+    """Each query is one read transaction, of a few statements whatever the size; each command is one transaction."""
 
     def __init__(self, database: Database):
-        super().__init__(database)
+        self._database = database
         self._counts = _Counts(-1, -math.inf, {}, None)
         self._counting = threading.Lock()
 
-    def queue(self) -> QueueRow:
+    def pause(self) -> QueueRow:
+        """Begin no more runs; those under way go on, and finished sweeps are published."""
+        moment = now()
+        pause = CONTROL.update().where(CONTROL.c.paused.is_(None)).values(paused=moment)
+        with self._database.commanding() as connection:
+            if connection.execute(pause).rowcount:
+                log_event(connection, moment, "paused")
+        return self.status()
+
+    def resume(self) -> QueueRow:
+        """Begin runs again."""
+        resume = CONTROL.update().where(CONTROL.c.paused.is_not(None)).values(paused=None)
+        with self._database.commanding() as connection:
+            if connection.execute(resume).rowcount:
+                log_event(connection, now(), "resumed")
+        return self.status()
+
+    def allow_forgetting(self, results: int) -> None:
+        """Let this many lost results be forgotten beyond the limits, once: their runs are computed again."""
+        with self._database.commanding() as connection:
+            connection.execute(CONTROL.update().values(forgettable=results))
+
+    def set_blocked_reason(self, reason: str | None, term: int | None = None) -> None:
+        """Note why nothing is begun although there is work; None: nothing blocks the queue.
+
+        Without effect for a ``term`` that has ended; None stands for a service that never led.
+        """
+        note = CONTROL.update().values(blocked_reason=reason)
+        if term is not None:
+            note = note.where(sa.not_(sa.exists().where(TERMS.c.term > term)))
+        with self._database.writing() as connection:
+            connection.execute(note)
+
+    def status(self) -> QueueRow:
         """The queue at this moment; counts without an event are up to ``REUSE_SECONDS`` old."""
         youngest = sa.select(sa.func.coalesce(sa.func.max(TERMS.c.term), 0)).scalar_subquery()
         event = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0)).scalar_subquery()
@@ -86,16 +121,3 @@ class QueueQueries(Part):
         with self._database.reading() as connection:
             attempts = {row.cause: row.attempts for row in connection.execute(sa.select(CAUSES))}
         return {cause: attempts.get(cause, 0) for cause in Cause}
-
-    def measured_rate(self, scenario: str | None = None) -> float | None:
-        """Measured seconds for each estimated core second, over all results; None without results."""
-        query = sa.select(sa.func.sum(JOBS.c.seconds), sa.func.sum(JOBS.c.cost)).where(
-            JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(TERMINAL), JOBS.c.path.is_not(None)
-        )
-        # Unknown after a failed attempt to add a file.
-        query = query.where(JOBS.c.seconds.is_not(None))
-        if scenario is not None:
-            query = query.where(JOBS.c.scenario == scenario)
-        with self._database.reading() as connection:
-            seconds, cost = connection.execute(query).one()
-        return seconds / cost if cost else None
