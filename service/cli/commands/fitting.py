@@ -164,24 +164,6 @@ def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]
     print(f"predicted at {', '.join(at)}: {value:.4g} ± {interval:.2g}{unit} (95 %, for a run)")
 
 
-<<<<<<< HEAD
-def _draw(made: "Surrogate", file: Path) -> None:
-    from studies.fits.drawing import draw_left_out
-
-    draw_left_out(made, file)
-    print(f"written: {file}", file=sys.stderr)
-
-
-def _refuse_form(form: str | None) -> None:
-    from studies.laws.forms import FORMS
-    from studies.values.nearest import nearest_cure
-
-    cure = nearest_cure(form, FORMS)
-    raise InvalidInput([Finding("--form", str(form), "a form of law for what was measured", cure)])
-
-
-=======
->>>>>>> origin/main
 def _measured(source: str, quantity: str | None, at: list[str]) -> "list[MeasuredShots]":
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
