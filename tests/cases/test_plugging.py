@@ -14,7 +14,7 @@ from studies import materials
 from studies.reports.limits import fitted_curve
 from studies.runs.execution import execute
 from studies.runs.run import resolve
-from studies.sweeps.search import Outcome, Search, SearchVerdict, replay
+from studies.sweeps.search import LimitOutcome, Search, SearchVerdict, replay
 from studies.values.results import RunResult
 from tests.rows import Row, at_most, equal, relative
 
@@ -135,7 +135,7 @@ def test_ballistic_limit__is_near_the_published_one(compared: Callable[[Row], No
     """
     for cell in CELLS:
 
-        def outcome(speed: float, cell: float = cell) -> Outcome:
+        def outcome(speed: float, cell: float = cell) -> LimitOutcome:
             value = _value(shot(speed, cell), "perforated")
             return None if math.isnan(value) else value > 0.5
 

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from service.cli.validation import STORE, selected, validated
-from service.records.settings import Settings
+from service.settings import Settings
 from studies.cases import validation
 from studies.cases.validation import Level
 from studies.cubes import cube
