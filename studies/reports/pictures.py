@@ -1,7 +1,7 @@
 """Pictures of runs: which runs a report shows, and what each picture says, from the cube and the stored sections.
 
 :func:`pictures_of` makes their part of the report's document: frames, colour limits, measured lengths and texts, so
-that :mod:`studies.reports.drawing` has nothing left to decide. Pictures of a kind share their scale and their colours,
+that ``drawing.sections`` has nothing left to decide. Pictures of a kind share their scale and their colours,
 so that runs compare.
 """
 
@@ -20,7 +20,6 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
-from studies.reports.raster import Frame
 from studies.reports.setup import setup_of, upward
 from studies.reports.view import judged_window, spread, title_of
 from studies.sweeps.sweep import OFFSET, RESOLUTION
@@ -60,6 +59,24 @@ BESIDE = 1.4  # half width of a frame, in measured radii
 DEBRIS_HALF_WIDTH = 2.25  # of a frame of debris, in projectile diameters
 TALLEST, FLATTEST = {"end": 0.75, "debris": 1.3}, 0.3  # of a frame, in its width
 SAME_SCALE = 3.0  # ratio of the widest to the narrowest run that still share a scale
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The part of a section that a picture shows, m."""
+
+    left: float
+    right: float
+    top: float  # lowest coordinate along the line of flight, where the projectile comes from
+    bottom: float
+
+    @property
+    def width(self) -> float:
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        return self.bottom - self.top
 
 
 @dataclass(frozen=True)

@@ -6,31 +6,31 @@ say in words what they show.
 
 import io
 import re
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
-from typing import Any, Literal
+from typing import Any
 
 import matplotlib
 from markupsafe import Markup, escape
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from studies.values.formats import digits
-
-Format = Literal["png", "svg", "pdf"]
-FORMATS: tuple[Format, ...] = ("png", "svg", "pdf")
 
 INK, SOFT, GREY, RULE, CRIMSON = "#1a1a1a", "#555555", "#8a8a8a", "#e4e4e4", "#a3003c"
 DPI = 192  # of a PNG
 SAYS, KIND = "says:", "kind:"  # beginnings of what an artist has as its address or identifier
 # What the SVG of a page has in place of what Matplotlib writes.
 OF_PAGES = (
+    (r"base64,\n", "base64,"),
+    (r"\s*\n\s*", " "),
     (f'<a xlink:href="{SAYS}([^"]*)" target="_blank">(.*?)</a>', r"<g><title>\1</title>\2</g>"),
     (f'id="{KIND}', 'class="'),
     (r' id="[a-z]+_\d+"', ""),
     (r"#([0-9a-f]{6})(?=[;\"])", r"var(--c\1, #\1)"),
     (r"font: (?:(bold|italic|normal) )*([\d.]+)px [^;\"]*", r"font-size: \2px; font-weight: \1"),
-    (r"(\d\.\d\d)\d+", r"\1"),
-    (r"\s*\n\s*", " "),
+    (r"(\d\.\d{3})\d+", r"\1"),
+    (r"image-rendering:[^;\"]*;?", ""),
 )
 STYLE = {
     "font.family": "sans-serif",
@@ -39,6 +39,7 @@ STYLE = {
     "text.color": INK,
     "text.parse_math": False,
     "axes.titlelocation": "left",
+    "axes.titley": 1.0,
     "axes.titlesize": 9.5,
     "axes.titleweight": "bold",
     "axes.labelsize": 9.5,
@@ -66,6 +67,20 @@ STYLE = {
 }
 
 
+LINES: Mapping[str, Mapping[str, Any]] = {
+    "plain": {"color": SOFT, "linewidth": 0.75},
+    "scale": {"color": INK, "linewidth": 1.5},
+    "flight": {"color": INK, "linewidth": 1.35},
+    "measured": {"color": CRIMSON, "linewidth": 1.05},
+    "thin": {"color": CRIMSON, "linewidth": 0.75, "linestyle": (0, (3.0, 3.0))},
+}
+TEXTS: Mapping[str, Mapping[str, Any]] = {
+    "plain": {"size": 9.0},
+    "small": {"size": 9.0, "gid": f"{KIND}halo"},
+    "measured": {"size": 9.75, "color": CRIMSON, "weight": "bold", "gid": f"{KIND}halo"},
+}
+
+
 @contextmanager
 def drawn_in_style() -> Iterator[None]:
     """Draw in the common style, and leave that of other drawings of the process as it is."""
@@ -75,12 +90,29 @@ def drawn_in_style() -> Iterator[None]:
 
 def canvas(width: float, height: float, **options: Any) -> Figure:
     """An empty canvas; sizes in points."""
-    return Figure(figsize=(width / 72.0, height / 72.0), facecolor="none", **options)
+    return Figure(figsize=(width / 72.0, height / 72.0), dpi=72, facecolor="none", **options)
 
 
 def say(artist: Any, texts: Iterable[str]) -> None:
     """Let each point of a collection say a text where a reader points at it."""
     artist.set_urls([SAYS + text for text in texts])
+
+
+def line(axes: Axes, kind: str, x: Sequence[float], y: Sequence[float]) -> None:
+    """A straight line of a kind, between two places."""
+    axes.plot(x, y, clip_on=False, **LINES[kind])
+
+
+def arrow(axes: Axes, kind: str, x: Sequence[float], y: Sequence[float], *, both: bool = True) -> None:
+    """A line with a head at both ends, or at its end alone."""
+    begin, end = zip(x, y, strict=True)
+    style = {"arrowstyle": "<|-|>" if both else "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 8.0}
+    axes.annotate("", end, begin, arrowprops=style | LINES[kind])
+
+
+def write(axes: Axes, kind: str, x: float, y: float, words: str, anchor: str) -> None:
+    """Words whose ``anchor`` (left, center, right) is at a place, on their base line."""
+    axes.text(x, y, words, ha=anchor, va="baseline", **TEXTS[kind])
 
 
 def number(value: float, _: Any = None) -> str:

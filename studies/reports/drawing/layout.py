@@ -21,8 +21,10 @@ PANEL_WIDTH = 225.0  # least width of a panel
 LETTER = 6.8  # width of a letter of a title, on average in the widest of usual fonts
 # Height of a row: of a figure with one panel, of one or two rows, of more, so that three of them fit a sheet of A4.
 HEIGHTS = (320.0, 285.0, 200.0)
+FLATTEST = 0.6  # height of a single panel at most, in its width
 BELOW = 40.0  # a row of panels: numbers and the label of the axis
 TITLE_LINE = 13.0
+UNDER = 6.0  # below the legend
 GAP, GAP_WITH_NUMBERS = 22.0, 46.0  # between panels of a row; where each has numbers beside it
 TICK_APART = 0.1  # numbers that are nearer run into each other
 HEADROOM = 0.06  # above the highest point
@@ -43,27 +45,27 @@ class Grid:
         lines = max(len(title) + bool(note) for title, note in zip(self._titles, self._notes, strict=True))
         self._above = TITLE_LINE * lines + 6.0
         low = self._columns > 1 and self._rows > 2
-        self._of_row = HEIGHTS[0 if len(panels) == 1 else 2 if low else 1]
+        self._of_row = HEIGHTS[2 if low else 1] if len(panels) > 1 else min(HEIGHTS[0], FLATTEST * width)
         self.height = self._rows * (self._above + self._of_row + BELOW)  # without the legend
 
-    def is_left(self, number: int) -> bool:
+    def is_left(self, place: int) -> bool:
         """Whether a panel is the first of its row."""
-        return number % self._columns == 0
+        return place % self._columns == 0
 
-    def title(self, axes: Axes, number: int) -> None:
+    def title(self, axes: Axes, place: int) -> None:
         """Write the title above a panel, and its note on a further line."""
-        note = self._notes[number]
-        axes.set_title("\n".join(self._titles[number]), pad=6.0 + TITLE_LINE * bool(note))
+        note = self._notes[place]
+        axes.set_title("\n".join(self._titles[place]), pad=6.0 + TITLE_LINE * bool(note))
         axes.annotate(note, (0.0, 1.0), (0.0, 6.0), xycoords="axes fraction", textcoords="offset points")
 
     def place(self, drawing: Any, legend: Any) -> None:
         """Place the panels above the legend, for which the drawing grows."""
-        below = legend.get_window_extent().height * 72.0 / drawing.dpi + 4.0
+        below = legend.get_window_extent().height + UNDER
         height = self.height + below
         drawing.set_size_inches(self._width / 72.0, height / 72.0)
-        legend.set_bbox_to_anchor((LEFT / self._width if self._width > 2 * PANEL_WIDTH else 0.0, 0.0))
-        for number, axes in enumerate(drawing.axes):
-            row, column = divmod(number, self._columns)
+        legend.set_bbox_to_anchor((LEFT / self._width if self._width > 2 * PANEL_WIDTH else 0.0, UNDER / height))
+        for place, axes in enumerate(drawing.axes):
+            row, column = divmod(place, self._columns)
             left = LEFT + column * (self._part + self._gap)
             top = height - row * (self._above + self._of_row + BELOW) - self._above
             size = self._part / self._width, self._of_row / height

@@ -1,34 +1,36 @@
-"""Pictures as SVG: a raster of particles under axes, lengths and a colour bar, in the page's own colours.
+"""Pictures of runs: sections and radiographs with axes, measured lengths and colour bars.
 
-Everything is in the document (:mod:`studies.reports.pictures`); here it becomes lines and text. Colours of lines are
-classes of the page's style sheet, so that a picture reads in light and dark and on paper.
+Everything that they say is in the document (:mod:`studies.reports.pictures`).
 """
 
-import base64
-from collections.abc import Iterator, Mapping, Sequence
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from markupsafe import Markup, escape
+import numpy as np
+from markupsafe import Markup
+from matplotlib.axes import Axes
 
 from studies.films.radiograph import AREAL_DENSITY
-from studies.films.section import Section, Sections, read_sections
-from studies.reports.raster import INFERNO, VIRIDIS, Frame, nearest, png, radiogram
-from studies.reports.svg import arrow, line, microseconds, millimetres, px, step_of, svg, text, ticks
-from studies.values.formats import digits, display_of
+from studies.films.section import Sections, read_sections
+from studies.reports.drawing.canvas import arrow, as_svg, canvas, drawn_in_style, line, number, write
+from studies.reports.drawing.pixels import coloured, colours, in_radiograph, nearest
+from studies.reports.pictures import Frame
+from studies.values.formats import digits, display_of, printed, printed_in
 
 Document = Mapping[str, Any]
 
-# px of the drawing; the page scales it.
-FULL, THUMBNAIL, SMALL = 440, 240, 116  # width; small: of debris in the card of a run
-LEFT, RIGHT, ABOVE, BELOW = 40, 84, 8, 34  # around the raster of a full picture
-FOOT = 20  # below a thumbnail
-KEY = 240  # width of a colour bar that lies
-BAR, BAR_GAP = 12, 10  # width of the colour bar, and its distance
-SHARP = 1.6  # raster pixels of a pixel
-TICKS = 5  # of an axis, about
-LABEL_AT = 5  # px between a line and its label
+# points
+FULL, THUMBNAIL, SMALL = 330.0, 180.0, 87.0  # width; small: of debris in the card of a run
+LEFT, RIGHT, ABOVE, BELOW = 32.0, 62.0, 6.0, 30.0  # around the pixels of a full picture
+FOOT = 15.0  # below a thumbnail
+KEY, KEY_HEIGHT = 180.0, 26.0  # a colour bar that lies, with its label
+BAR, BAR_GAP, LOWEST = 9.0, 8.0, 68.0  # width of the colour bar, its distance, and its least height
+LABEL_AT = 4.0  # between a line and its label
+SHARP = 2.1  # pixels of a picture in a point
+SHADES = 128  # of a colour bar
 
 
 class Gallery:
@@ -37,31 +39,36 @@ class Gallery:
     def __init__(self, files: Mapping[int, Path]):
         self.files = files  # by run number
         self._read: tuple[int, Sections] | None = None
-        self._nearest: dict[tuple[Any, ...], Any] = {}
+        self._nearest: dict[tuple[Any, ...], np.ndarray] = {}
 
     def picture(self, run: int, picture: Document, *, full: bool) -> Markup:
         """A picture of the document, in full or as a thumbnail."""
         frame = Frame(**picture["frame"])
-        if full:
-            raster = self._raster(run, picture, frame, FULL - LEFT - RIGHT)
-            return Markup(full_size(picture, frame, raster))
-        width = THUMBNAIL if picture["kind"] == "end" else SMALL
-        return Markup(thumbnail(picture, frame, self._raster(run, picture, frame, width), width))
+        salt = f"{run}-{picture['moment']}-{picture['field']}-{full}"
+        with drawn_in_style():
+            if full:
+                pixels = self._pixels(run, picture, frame, FULL - LEFT - RIGHT)
+                return as_svg(_full_size(picture, frame, pixels), "of-run full", picture["alt"], salt)
+            width = THUMBNAIL if picture["kind"] == "end" else SMALL
+            pixels = self._pixels(run, picture, frame, width)
+            return as_svg(_thumbnail(picture, frame, pixels, width), "of-run thumbnail", picture["alt"], salt)
 
-    def _raster(self, run: int, picture: Document, frame: Frame, width: int) -> bytes:
+    def _pixels(self, run: int, picture: Document, frame: Frame, width: float) -> np.ndarray:
         sections = self._sections(run)
-        if picture["field"] == AREAL_DENSITY:
-            columns = 2 * round(0.5 * SHARP * width)
-            return radiogram(sections, frame, columns, picture["sign"], picture["limits"])
+        columns = 2 * round(0.5 * SHARP * width)
+        field, limits = picture["field"], picture["limits"]
+        if field == AREAL_DENSITY:
+            assert sections.radiograph
+            places = in_radiograph(sections.radiograph, frame, columns, picture["sign"])
+            return coloured(places, sections.radiograph.density.ravel(), limits, field)
         section = sections.at(picture["moment"])
         assert section is not None
-        position = section.position * (1.0, picture["sign"])
-        section = replace(section, position=position)
         key = (run, picture["moment"], width)
         if key not in self._nearest:
             # The fields of a state share their pixels.
-            self._nearest = {key: nearest(sections, section, frame, 2 * round(0.5 * SHARP * width))}
-        return png(self._nearest[key], _values(section, picture["field"]), picture["limits"], colours(picture["field"]))
+            turned = replace(section, position=section.position * (1.0, picture["sign"]))
+            self._nearest = {key: nearest(sections, turned, frame, columns)}
+        return coloured(self._nearest[key], section.fields[field], limits, field)
 
     def _sections(self, run: int) -> Sections:
         if self._read is None or self._read[0] != run:
@@ -69,160 +76,129 @@ class Gallery:
         return self._read[1]
 
 
-def _labelled(picture: Document) -> str:
-    """The field of a picture with its unit: "pressure (GPa)"."""
-    return f"{picture['label']} ({picture['unit']})" if picture["unit"] else picture["label"]
-
-
-def _number(value: float) -> str:
-    return digits(float(f"{value:.6g}"))
-
-
-def _values(section: Section, field: str) -> Any:
-    return section.fields[field]
-
-
-def colours(field: str) -> str:
-    """The table of colours of a field, from low to high."""
-    return INFERNO if field == "temperature" else VIRIDIS
-
-
-def _ramp_name(field: str) -> str:
-    return "heat" if field == "temperature" else "plain"
-
-
-def ramps() -> Markup:
-    """The colours of the bars, which all pictures of a page share; an SVG without size."""
-    gradients = []
-    for field in ("plastic_strain", "temperature"):
-        steps = colours(field).split()
-        shades = "".join(
-            f'<stop offset="{place / (len(steps) - 1):.4f}" stop-color="#{colour}"/>'
-            for place, colour in enumerate(steps)
-        )
-        name = _ramp_name(field)
-        gradients += [
-            f'<linearGradient id="{name}" x1="0" x2="0" y1="1" y2="0">{shades}</linearGradient>',
-            f'<linearGradient id="{name}-across">{shades}</linearGradient>',
-        ]
-    return Markup(f'<svg class="ramps" aria-hidden="true"><defs>{"".join(gradients)}</defs></svg>')
-
-
 # ---- whole pictures ------------------------------------------------------------------------------
 
 
-def thumbnail(picture: Document, frame: Frame, raster: bytes, width: int) -> str:
-    """A small picture: the raster, a scale, the time and the measured lengths."""
-    scale = width / frame.width
-    height = frame.height * scale
-    parts = [_image(raster, 0, 0, width, height)]
-    parts += _lengths(picture, frame, 0, 0, scale)
-    parts += _scale_bar(frame, scale, height + FOOT)
-    parts += [text("small", width - 2, height + FOOT - 4, microseconds(picture["time"]), "end")]
-    return svg("of-run thumbnail", width, height + FOOT, parts, picture["alt"])
+def _thumbnail(picture: Document, frame: Frame, pixels: np.ndarray, width: float) -> Any:
+    """A small picture: the pixels, a scale, the time and the measured lengths."""
+    point = frame.width / width  # m
+    height = frame.height / point
+    drawing = canvas(width, height + FOOT)
+    axes = _section(drawing, picture, frame, pixels, (0.0, FOOT, width, height))
+    axes.set_axis_off()
+    length, foot = step_of(frame.width / 4.0), frame.bottom + FOOT * point
+    begin = frame.left + 5.0 * point
+    line(axes, "scale", (begin, begin + length), (foot - 2.0 * point,) * 2)
+    unit = display_of("m")
+    write(axes, "small", begin, foot - 5.0 * point, f"{number(length * unit.factor)} {unit.unit}", "left")
+    seconds = float(f"{picture['time']:.3g}")
+    time = f"{printed_in(seconds, 's')} {display_of('s').unit}"
+    write(axes, "small", frame.right - 2.0 * point, foot - 4.0 * point, time, "right")
+    return drawing
+
+
+def _full_size(picture: Document, frame: Frame, pixels: np.ndarray) -> Any:
+    """A picture with axes, in millimetres from the axis and from the original surface, and a colour bar."""
+    width = FULL - LEFT - RIGHT
+    height = frame.height * width / frame.width
+    tall = max(height, LOWEST)
+    drawing = canvas(FULL, ABOVE + tall + BELOW)
+    top = BELOW + tall
+    axes = _section(drawing, picture, frame, pixels, (LEFT, top - height, width, height))
+    factor = display_of("m").factor
+    axes.xaxis.set_major_formatter(lambda at, _: number(at * factor))
+    axes.yaxis.set_major_formatter(lambda at, _: number(picture["sign"] * at * factor))
+    axes.locator_params(nbins=6, steps=(1, 2, 5, 10))
+    axes.set_xlabel(display_of("m").unit, loc="right", labelpad=1.0)
+    bar = drawing.add_axes(_rectangle(drawing, (FULL - RIGHT + BAR_GAP, BELOW, BAR, tall)))
+    _bar(bar, picture, (0.0, 1.0, *picture["limits"]), np.linspace(1.0, 0.0, SHADES)[:, None])
+    bar.yaxis.tick_right()
+    bar.set_xticks([])
+    bar.set_ylabel(_labelled(picture), fontsize=9.0)
+    bar.yaxis.set_label_position("right")
+    return drawing
 
 
 def colour_keys(pictures: Sequence[Document]) -> Markup:
     """The colour bars that thumbnails share, each with the label of its field."""
     keys = []
     for picture in pictures:
-        ramp = f"{_ramp_name(picture['field'])}-across"
-        low, high = (_number(limit * picture["factor"]) for limit in picture["limits"])
         scene = "at the end" if picture["kind"] == "end" else "debris"
-        parts = [
-            text("tick", 0, 12, f"{scene}: {_labelled(picture)}", "start"),
-            f'<rect x="24" y="18" width="{KEY - 68}" height="{BAR}" fill="url(#{ramp})"/>',
-            text("tick", 20, 28, low, "end"),
-            text("tick", KEY - 40, 28, high, "start"),
-        ]
-        keys.append(svg("key", KEY, 34, parts, f"Colours {scene}: {picture['label']} from {low} to {high}"))
-    return Markup("".join(keys))
-
-
-def full_size(picture: Document, frame: Frame, raster: bytes) -> str:
-    """A picture with axes and a colour bar."""
-    width = FULL - LEFT - RIGHT
-    scale = width / frame.width
-    height = frame.height * scale
-    parts = [
-        f'<rect class="frame" x="{LEFT}" y="{ABOVE}" width="{width}" height="{px(height)}"/>',
-        _image(raster, LEFT, ABOVE, width, height),
-    ]
-    parts += _axes(frame, scale, width, height, picture["sign"])
-    parts += _lengths(picture, frame, LEFT, ABOVE, scale)
-    parts += _colour_bar(picture, FULL - RIGHT + BAR_GAP, ABOVE, max(height, 90.0))
-    return svg("of-run full", FULL, ABOVE + max(height, 90.0) + BELOW, parts, picture["alt"])
-
-
-def _image(raster: bytes, x: float, y: float, width: float, height: float) -> str:
-    content = base64.b64encode(raster).decode("ascii")
-    place = f'x="{px(x)}" y="{px(y)}" width="{px(width)}" height="{px(height)}"'
-    return (
-        f'<rect class="ground" {place}/>'
-        f'<image {place} preserveAspectRatio="none" href="data:image/png;base64,{content}"/>'
-    )
+        low, high = (digits(float(f"{limit * picture['factor']:.6g}")) for limit in picture["limits"])
+        with drawn_in_style():
+            drawing = canvas(KEY, KEY_HEIGHT)
+            axes = drawing.add_axes(_rectangle(drawing, (18.0, 4.0, KEY - 51.0, BAR)))
+            _bar(axes, picture, (*picture["limits"], 0.0, 1.0), np.linspace(0.0, 1.0, SHADES)[None])
+            axes.set_axis_off()
+            drawing.text(0.0, 1.0, f"{scene}: {_labelled(picture)}", va="top", size=9.0)
+            place = {"textcoords": "offset points", "xycoords": "axes fraction", "va": "center", "size": 9.0}
+            axes.annotate(low, (0.0, 0.5), (-3.0, 0.0), ha="right", **place)
+            axes.annotate(high, (1.0, 0.5), (3.0, 0.0), ha="left", **place)
+            alt = f"Colours {scene}: {picture['label']} from {low} to {high}"
+            keys.append(as_svg(drawing, "key", alt, f"key-{picture['kind']}"))
+    return Markup("").join(keys)
 
 
 # ---- parts ---------------------------------------------------------------------------------------
 
 
-def _lengths(picture: Document, frame: Frame, x: float, y: float, scale: float) -> Iterator[str]:
+def _rectangle(drawing: Any, place: Sequence[float]) -> tuple[float, float, float, float]:
+    """A place in points (left, bottom, width, height) as parts of a drawing."""
+    width, height = 72.0 * drawing.get_size_inches()
+    return place[0] / width, place[1] / height, place[2] / width, place[3] / height
+
+
+def _section(drawing: Any, picture: Document, frame: Frame, pixels: np.ndarray, place: Sequence[float]) -> Axes:
+    """The pixels of a frame with the measured lengths; coordinates are metres, down along the line of flight."""
+    axes: Axes = drawing.add_axes(_rectangle(drawing, place), facecolor="#ffffff")
+    axes.grid(visible=False)
+    extent = (frame.left, frame.right, frame.bottom, frame.top)
+    axes.imshow(pixels, extent=extent, aspect="auto", interpolation="none")
+    axes.set(xlim=extent[:2], ylim=extent[2:])
+    _lengths(axes, picture, frame, frame.width / place[2])
+    return axes
+
+
+def _lengths(axes: Axes, picture: Document, frame: Frame, point: float) -> None:
     """Measured lengths: across the axis between two lines along it, along the axis from the surface."""
-    axis = x + (picture["middle"] - frame.left) * scale
-    surface = y - frame.top * scale
-    bottom = y + frame.height * scale
+    middle = picture["middle"]
     for length in picture["across"]:
-        half = 0.5 * length["value"] * scale
+        half = 0.5 * length["value"]
         # Of a hole below it, where nothing stands; else at the surface, where it is measured.
-        at = bottom - 10.0 if length["quantity"] == "hole_diameter" else surface
-        yield from (
-            line("measured thin", axis + side * half, y + 2, axis + side * half, bottom - 2) for side in (-1, 1)
-        )
-        yield arrow("measured", axis - half, at, axis + half, at)
-        yield text("measured", axis, at - LABEL_AT, millimetres(length["value"]), "middle")
+        at = frame.bottom - 8.0 * point if length["quantity"] == "hole_diameter" else 0.0
+        for side in (-half, half):
+            line(axes, "thin", (middle + side,) * 2, (frame.top + point, frame.bottom - point))
+        arrow(axes, "measured", (middle - half, middle + half), (at, at))
+        write(axes, "measured", middle, at - LABEL_AT * point, _millimetres(length["value"]), "center")
     for length in picture["along"]:
-        end = surface + picture["sign"] * length["value"] * scale
-        yield line("measured thin", axis - 24, end, axis + 24, end)
-        yield arrow("measured", axis, surface, axis, end)
-        yield text("measured", axis + LABEL_AT, 0.5 * (surface + end) + 4, millimetres(length["value"]), "start")
+        end = picture["sign"] * length["value"]
+        line(axes, "thin", (middle - 18.0 * point, middle + 18.0 * point), (end, end))
+        arrow(axes, "measured", (middle, middle), (0.0, end))
+        write(axes, "measured", middle + LABEL_AT * point, 0.5 * end, _millimetres(length["value"]), "left")
 
 
-def _scale_bar(frame: Frame, scale: float, height: float) -> Iterator[str]:
-    """A bar of a round length in the lower left corner."""
-    length = step_of(frame.width / 4.0)
-    end = 6 + length * scale
-    yield line("scale", 6, height - 3, end, height - 3)
-    yield text("small", 6, height - 7, millimetres(length, digits), "start")
+def _bar(axes: Axes, picture: Document, extent: Sequence[float], shades: np.ndarray) -> None:
+    """The colours of a field between its limits, in the units that people read."""
+    axes.grid(visible=False)
+    axes.imshow(shades, cmap=colours(picture["field"]), extent=extent, aspect="auto", interpolation="none")
+    axes.yaxis.set_major_formatter(lambda at, _: number(at * picture["factor"]))
+    axes.spines[:].set_visible(False)
 
 
-def _axes(frame: Frame, scale: float, width: float, height: float, sign: float) -> Iterator[str]:
-    """Millimetres along both sides, from the axis and from the original surface."""
-    factor = display_of("m").factor
-    step = step_of(frame.width / TICKS)
-    for at in ticks(frame.left, frame.right, step):
-        x, y = LEFT + (at - frame.left) * scale, ABOVE + height
-        yield line("axis", x, y, x, y + 4)
-        yield text("tick", x, y + 16, digits(round(at * factor, 9)), "middle")
-    for at in ticks(frame.top, frame.bottom, step):
-        y = ABOVE + (at - frame.top) * scale
-        yield line("axis", LEFT - 4, y, LEFT, y)
-        yield text("tick", LEFT - 6, y + 4, digits(round(sign * at * factor, 9)), "end")
-    yield text("tick", LEFT + width, ABOVE + height + 30, display_of("m").unit, "end")
+def _labelled(picture: Document) -> str:
+    """The field of a picture with its unit: "pressure (GPa)"."""
+    return f"{picture['label']} ({picture['unit']})" if picture["unit"] else picture["label"]
 
 
-def _colour_bar(picture: Document, x: float, y: float, height: float) -> Iterator[str]:
-    """The colours with their numbers; the label runs along them."""
-    low, high = picture["limits"]
-    ramp = _ramp_name(picture["field"])
-    yield f'<rect x="{px(x)}" y="{px(y)}" width="{BAR}" height="{px(height)}" fill="url(#{ramp})"/>'
-    factor = picture["factor"]
-    for at in ticks(low * factor, high * factor, step_of((high - low) * factor / 4.0)):
-        level = y + height * (1.0 - (at / factor - low) / (high - low))
-        yield line("axis", x + BAR, level, x + BAR + 3, level)
-        yield text("tick", x + BAR + 5, min(max(level + 4, y + 9), y + height), digits(round(at, 9)), "start")
-    middle = y + 0.5 * height
-    label = _labelled(picture)
-    yield (
-        f'<text class="tick" transform="translate({px(x + 68)} {px(middle)}) rotate(-90)" text-anchor="middle">'
-        f"{escape(label)}</text>"
-    )
+def _millimetres(value: float) -> str:
+    return f"{printed(value, 'length')} {display_of('m').unit}"
+
+
+def step_of(length: float) -> float:
+    """A round step near a length.
+
+    >>> step_of(0.0011), step_of(0.0034), step_of(7.1)
+    (0.001, 0.005, 10.0)
+    """
+    power = 10.0 ** math.floor(math.log10(length))
+    return float(f"{min((1.0, 2.0, 5.0, 10.0), key=lambda step: abs(math.log(step * power / length))) * power:.12g}")

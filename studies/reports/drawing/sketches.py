@@ -1,34 +1,40 @@
-"""Sketches as SVG: the set-up with its dimensions, and how measured lengths grew during a run."""
+"""Sketches: the set-up with its dimensions, and how measured lengths grew during a run."""
 
-import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from markupsafe import Markup
+from matplotlib.axes import Axes
+from matplotlib.patches import Ellipse, Rectangle
 
+from studies.reports.drawing.canvas import INK, SOFT, arrow, as_svg, canvas, drawn_in_style, line, write
+from studies.reports.drawing.charts import chart
+from studies.reports.figures import Figure, Panel, Series
 from studies.reports.setup import upward
-from studies.reports.svg import arrow, line, px, step_of, svg, text, ticks
-from studies.values.formats import digits, display_of
+from studies.reports.view import Scale
 
 Document = Mapping[str, Any]
-Place = Callable[[float, float], tuple[float, float]]  # of a point (across, along; m), in px
+Place = Callable[[float, float], tuple[float, float]]  # of a point (across, along; m), in points
 
-# px
-WIDTH = 440
-ROOM = 280  # width of the set-up itself: labels stand beside it
-TALLEST = 260  # of the set-up itself
-ABOVE, BELOW = 66, 44  # room for flight and dimensions, and for dimensions below
-APART = 9  # between a body and its dimension
-LETTER = 7.0  # width of a letter of a label, on average
-LINE = 15  # between the lines of a label
-FLIGHT = 30  # length of the arrow of flight
-LEFT, RIGHT = 44, 14  # of a growth history
-TOP, HIGH = 20, 190
-DASHES = ("first", "second", "third")  # kinds of lines
+# points
+WIDTH = 330.0
+ROOM = 210.0  # width of the set-up itself: labels stand beside it
+TALLEST = 195.0  # of the set-up itself
+ABOVE, BELOW = 50.0, 33.0  # room for flight and dimensions, and for dimensions below
+APART = 7.0  # between a body and its dimension
+LETTER = 5.25  # width of a letter of a label, on average
+LINE = 11.0  # between the lines of a label
+FLIGHT = 22.0  # length of the arrow of flight
+BODY, WALL = "#f5f5f3", "#d9d9d9"  # fillings
 
 
 def setup_sketch(document: dict[str, Any]) -> Markup:
     """The set-up to scale."""
+    with drawn_in_style():
+        return as_svg(_sketch(document), "full setup", document["alt"], "setup")
+
+
+def _sketch(document: dict[str, Any]) -> Any:
     outline, labels = document["outline"], document["labels"]
     shapes = outline["shapes"]
     # Bodies come from above, whatever their coordinate says.
@@ -39,134 +45,96 @@ def setup_sketch(document: dict[str, Any]) -> Markup:
     scale = min(ROOM / (right - left), TALLEST / (bottom - top))
 
     def place(across: float, along: float) -> tuple[float, float]:
-        return (0.5 * (WIDTH - 60) + scale * (across - 0.5 * (left + right)), ABOVE + scale * (sign * along - top))
+        return (0.5 * (WIDTH - 45.0) + scale * (across - 0.5 * (left + right)), ABOVE + scale * (sign * along - top))
 
-    parts: list[str] = []
-    for shape in shapes:
-        parts += _shape(shape, place, sign, document)
     middle, deepest = place(0.0, 0.0)[0], ABOVE + scale * (bottom - top)
-    parts.append(line("thin", middle, ABOVE - 12, middle, deepest + 8))
+    drawing = canvas(WIDTH, deepest + BELOW)
+    axes = drawing.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set(xlim=(0.0, WIDTH), ylim=(deepest + BELOW, 0.0))
+    axes.set_axis_off()
+    for shape in shapes:
+        _shape(axes, shape, place, sign, document)
+    line(axes, "plain", (middle, middle), (ABOVE - 9.0, deepest + 6.0))
     for dimension in outline["dimensions"]:
-        parts += _dimension(dimension, place, labels[dimension["parameter"]])
-    return Markup(svg("full setup", WIDTH, deepest + BELOW, parts, document["alt"]))
+        _dimension(axes, dimension, place, labels[dimension["parameter"]])
+    return drawing
 
 
-def _shape(shape: Document, place: Place, sign: float, document: Document) -> Iterator[str]:
+def _shape(axes: Axes, shape: Document, place: Place, sign: float, document: Document) -> None:
     """A body with its material, and its flight."""
     corners = place(shape["left"], shape["top"]), place(shape["right"], shape["bottom"])
-    x, right = sorted(corner[0] for corner in corners)
-    y, bottom = sorted(corner[1] for corner in corners)
-    kind = "wall" if shape["body"] == "wall" else "body"
-    if shape["is_disc"]:
-        centre = f'cx="{px(0.5 * (x + right))}" cy="{px(0.5 * (y + bottom))}"'
-        yield f'<circle class="{kind}" {centre} r="{px(0.5 * (right - x))}"/>'
-    else:
-        size = f'width="{px(right - x)}" height="{px(bottom - y)}"'
-        yield f'<rect class="{kind}" x="{px(x)}" y="{px(y)}" {size}/>'
+    (x, right), (y, bottom) = (sorted(ends) for ends in zip(*corners, strict=True))
+    wide, tall, middle = right - x, bottom - y, 0.5 * (x + right)
+    colours = (WALL, SOFT) if shape["body"] == "wall" else (BODY, INK)
+    look = {"facecolor": colours[0], "edgecolor": colours[1], "linewidth": 0.9, "gid": f"kind:{shape['body']}"}
+    is_disc = shape["is_disc"]
+    axes.add_patch(
+        Ellipse((middle, y + 0.5 * wide), wide, wide, **look) if is_disc else Rectangle((x, y), wide, tall, **look)
+    )
     name = document["materials"].get(shape["body"])
     if shape["heading"]:
-        yield from _flight(shape, 0.5 * (x + right), y, sign, document["labels"].get("speed", ""))
+        _flight(axes, shape, middle, y, sign, document["labels"].get("speed", ""))
         if name:
             # Beside the arrow: its dimensions stand beside the body.
-            left = 0.5 * (x + right) - FLIGHT * max(0.0, shape["heading"][0]) - 12
-            lines = _label(shape["body"], name, left)
-            yield from _lines(left, y - APART - FLIGHT, lines, "end")
+            left = middle - FLIGHT * max(0.0, shape["heading"][0]) - 9.0
+            _lines(axes, left, y - APART - FLIGHT, _label(shape["body"], name, left), "right")
     elif name:
         # Left of the axis where the body is wide enough.
-        lines = _label(shape["body"], name, 0.5 * (right - x) - 10)
-        inside = bottom - y > 12 + LINE * len(lines)
-        yield from _lines(x + 6, y + 18 if inside else bottom + 16, lines, "start")
+        lines = _label(shape["body"], name, 0.5 * wide - 7.5)
+        inside = tall > 9.0 + LINE * len(lines)
+        _lines(axes, x + 4.5, y + 13.0 if inside else bottom + 12.0, lines, "left")
 
 
 def _label(body: str, material: str, room: float) -> list[str]:
-    """The label of a body, in two lines where one is wider than the room (px)."""
-    line = f"{body}: {material}"
-    return [line] if LETTER * len(line) <= room else [f"{body}:", material]
+    """The label of a body, in two lines where one is wider than the room (points)."""
+    text = f"{body}: {material}"
+    return [text] if LETTER * len(text) <= room else [f"{body}:", material]
 
 
-def _lines(x: float, y: float, lines: list[str], anchor: str) -> Iterator[str]:
+def _lines(axes: Axes, x: float, y: float, lines: Sequence[str], anchor: str) -> None:
     for number, words in enumerate(lines):
-        yield text("tick", x, y + LINE * number, words, anchor)
+        write(axes, "plain", x, y + LINE * number, words, anchor)
 
 
-def _flight(shape: Document, x: float, y: float, sign: float, speed: str) -> Iterator[str]:
+def _flight(axes: Axes, shape: Document, x: float, y: float, sign: float, speed: str) -> None:
     """An arrow above a body, in the direction in which it flies."""
     across, along = shape["heading"]
-    end = x, y - APART - 9
-    begin = end[0] - FLIGHT * across, end[1] - FLIGHT * sign * along
-    yield arrow("flight", *begin, *end, both=False)
-    yield text("tick", begin[0] + 8, begin[1] + 9, speed, "start")
+    end = y - APART - 7.0
+    begin = x - FLIGHT * across, end - FLIGHT * sign * along
+    arrow(axes, "flight", (begin[0], x), (begin[1], end), both=False)
+    write(axes, "plain", begin[0] + 6.0, begin[1] + 7.0, speed, "left")
 
 
-def _dimension(dimension: Document, place: Place, label: str) -> Iterator[str]:
+def _dimension(axes: Axes, dimension: Document, place: Place, label: str) -> None:
     """A length beside what it measures: above or below it, or to its right."""
     (x1, y1), (x2, y2) = place(*dimension["begin"]), place(*dimension["end"])
     if abs(x2 - x1) < abs(y2 - y1):
-        x, low, high = x1 + APART, *sorted((y1, y2))
-        yield line("measured thin", x1, y1, x + 4, y1)
-        yield line("measured thin", x2, y2, x + 4, y2)
-        yield arrow("measured", x, low, x, high)
-        yield text("measured", x + 7, 0.5 * (low + high) + 4, label, "start")
+        x, ends = x1 + APART, sorted((y1, y2))
+        for begin, end in ((x1, y1), (x2, y2)):
+            line(axes, "thin", (begin, x + 3.0), (end, end))
+        arrow(axes, "measured", (x, x), ends)
+        write(axes, "measured", x + 5.0, 0.5 * sum(ends) + 3.0, label, "left")
         return
-    is_above = y1 <= ABOVE + 1
+    is_above = y1 <= ABOVE + 1.0
     y = y1 - APART if is_above else y1 + APART
-    yield line("measured thin", x1, y1, x1, y)
-    yield line("measured thin", x2, y2, x2, y)
-    yield arrow("measured", x1, y, x2, y)
+    for x in (x1, x2):
+        line(axes, "thin", (x, x), (y1, y))
+    arrow(axes, "measured", (x1, x2), (y, y))
     if is_above:
-        yield text("measured", min(x1, x2) - 6, y + 4, label, "end")
+        write(axes, "measured", min(x1, x2) - 4.5, y + 3.0, label, "right")
     else:
-        yield text("measured", 0.5 * (x1 + x2), y + 16, label, "middle")
+        write(axes, "measured", 0.5 * (x1 + x2), y + 12.0, label, "center")
 
 
-def growth_sketch(document: Document) -> Markup:
+def growth_sketch(document: Document, salt: str) -> Markup:
     """Measured lengths over the time of a run, with the window in which they were found settled."""
-    lines = document["lines"]
-    seconds, metres = display_of("s"), display_of("m")
-    last = max(each["time"][-1] for each in lines) * seconds.factor
-    values = [value * metres.factor for each in lines for value in each["value"] if value is not None]
-    least, most = min(0.0, *values), 1.12 * max(values)
-    wide, bottom = WIDTH - LEFT - RIGHT, TOP + HIGH
-
-    def place(time: float, value: float) -> tuple[float, float]:
-        share = (value * metres.factor - least) / (most - least)
-        return LEFT + wide * time * seconds.factor / last, bottom - HIGH * share
-
-    parts = []
-    if document["window"]:
-        begin, end = (place(time, 0.0)[0] for time in document["window"])
-        parts.append(f'<rect class="window" x="{px(begin)}" y="{TOP}" width="{px(end - begin)}" height="{HIGH}"/>')
-    parts += _grid(last, least, most, wide, bottom)
-    for number, each in enumerate(lines):
-        kind = DASHES[number % len(DASHES)]
-        for piece in _pieces(each["time"], each["value"]):
-            points = " ".join(",".join(map(px, place(*point))) for point in piece)
-            parts.append(f'<polyline class="grown {kind}" points="{points}"/>')
-        x, y = place(each["time"][-1], each["value"][-1] or 0.0)
-        parts.append(text("small", x - 4, y - 7, each["label"], "end"))
-    parts.append(text("tick", LEFT + wide, bottom + 32, f"time ({seconds.unit})", "end"))
-    parts.append(text("tick", LEFT - 6, 12, metres.unit, "end"))
-    return Markup(svg("full growth", WIDTH, bottom + 38, parts, document["alt"]))
-
-
-def _grid(last: float, least: float, most: float, wide: float, bottom: float) -> Iterator[str]:
-    """Ticks of time and length, in the units that people read."""
-    for at in ticks(0.0, last, step_of(last / 5.0)):
-        x = LEFT + wide * at / last
-        yield line("axis", x, bottom, x, bottom + 4)
-        yield text("tick", x, bottom + 17, digits(round(at, 9)), "middle")
-    for at in ticks(least, most, step_of((most - least) / 4.0)):
-        y = bottom - HIGH * (at - least) / (most - least)
-        yield line("rule", LEFT, y, LEFT + wide, y)
-        yield text("tick", LEFT - 6, y + 4, digits(round(at, 9)), "end")
-
-
-def _pieces(times: list[float], values: list[float | None]) -> Iterator[list[tuple[float, float]]]:
-    """Stretches of a history without a gap."""
-    piece: list[tuple[float, float]] = []
-    for time, value in [*zip(times, values, strict=True), (math.nan, None)]:
-        if value is not None:
-            piece.append((time, value))
-        elif piece:
-            yield piece
-            piece = []
+    series = tuple(
+        Series(
+            "history", each["label"], tuple(each["time"]), tuple(each["value"]), window=tuple(document["window"] or ())
+        )
+        for each in document["lines"]
+    )
+    scales = Scale("time", "time", "s"), Scale("length", "length", "m")
+    figure = Figure("growth", "", "", *scales, (Panel("", {}, series),))
+    with drawn_in_style():
+        return as_svg(chart(figure, WIDTH), "full growth", document["alt"], salt)

@@ -12,9 +12,11 @@ from studies.cubes import cube
 from studies.cubes.runs_table import runs_csv
 from studies.reports import page, report
 from studies.reports.compare import compare
+from studies.reports.drawing.charts import chart
 from studies.values.formats import (
     KINDS,
     MESH_UNKNOWN,
+    digits,
     display_of,
     kind_of,
     printed,
@@ -129,16 +131,31 @@ def test_page__has_no_digit_of_its_own_and_loads_nothing(case: Case) -> None:
 
 def test_drawings__show_the_points_of_the_document(case: Case) -> None:
     _, document, shown = case
-    assert len(shown.drawings) == len(document["figures"]) > 0
-    for drawing, figure in zip(shown.drawings, document["figures"], strict=True):
-        x, y = (display_of(figure[axis]["unit"]).factor for axis in "xy")
-        traces = [trace for piece in drawing["pieces"] for trace in piece["data"]]
-        drawn = {(a, b) for t in traces for a, b in zip(t["x"], t["y"], strict=True)}
-        for series in (each for panel in figure["panels"] for each in panel["series"]):
-            for name in ("y", "low", "high"):
-                for a, b in zip(series["x"], series[name] or [None] * len(series["x"]), strict=True):
-                    if a is not None and b is not None:
-                        assert (a if isinstance(a, str) else a * x, b * y) in drawn
+    assert document["figures"]
+    for plain in document["figures"]:
+        figure = page.figure_of(plain)
+        factors = np.array([display_of(scale.unit).factor for scale in (figure.x, figure.y)])
+        words = list(dict.fromkeys(x for panel in figure.panels for each in panel.series for x in each.x))
+        for panel, axes in zip(figure.panels, chart(figure).axes, strict=True):
+            paths = [path.vertices for each in axes.collections for path in each.get_paths()]
+            drawn = {
+                tuple(each)
+                for each in np.concatenate(
+                    [
+                        *paths,
+                        *(each.get_offsets() for each in axes.collections),
+                        *(line.get_xydata() for line in axes.lines),
+                    ]
+                )
+            }
+            for series in panel.series:
+                for values in (series.y, series.low, series.high):
+                    for x, y in zip(series.x, values, strict=False):
+                        if x is not None and y is not None:
+                            at = (words.index(x) / factors[0] if isinstance(x, str) else x, y)
+                            assert tuple(np.array(at, float) * factors) in drawn
+                        if y is not None and series.kind == "simulation":
+                            assert any(text.startswith(series.label) and digits(y) in text for text in shown.says)
 
 
 def test_runs__have_the_values_of_their_cells(case: Case) -> None:
