@@ -69,7 +69,9 @@ def open_speeds(dataset: xr.Dataset) -> list[Any]:
 # --- simulation, laws and observations ------------------------------------------------------------
 
 
+@pytest.mark.claim("report", "cube-redoes-figures")
 def test_main_figure__is_redone_from_the_cube_alone() -> None:
+    """xarray.open_dataset("cube.nc") alone redoes the main figure of the report."""
     dataset = built(PLAIN, fakes.with_trouble(PLAIN))
     ratios = dataset.hole_diameter.where(dataset.run_state == 0) / dataset.equivalent_diameter
     answers = dataset.hole_diameter_by_law / dataset.equivalent_diameter

@@ -78,7 +78,9 @@ def case(request: pytest.FixtureRequest) -> Case:
     return dataset, document, read_page(page.page(document))
 
 
+@pytest.mark.claim("report", "html-json-cube")
 def test_page__every_number_is_the_one_in_the_document(case: Case) -> None:
+    """Every number in the HTML equals the one in report.json."""
     _, document, shown = case
     numbers = [mark for mark in shown.marks if mark.value is not None]
     assert len(numbers) > 30
@@ -158,7 +160,9 @@ def test_drawings__show_the_points_of_the_document(case: Case) -> None:
                             assert any(text.startswith(series.label) and digits(y) in text for text in shown.says)
 
 
+@pytest.mark.claim("report", "html-json-cube")
 def test_runs__have_the_values_of_their_cells(case: Case) -> None:
+    """Every number of a run in report.json equals the one in the cube."""
     dataset, document, _ = case
     flat = dataset.stack(cell=dataset.run_state.dims)
     assert len(document["runs"]) == dataset.run_state.size
@@ -197,7 +201,9 @@ def test_convergence__has_the_values_of_each_resolution(case: Case) -> None:
         np.testing.assert_allclose([level["value"] for level in row["levels"]], means)
 
 
+@pytest.mark.claim("cube", "failed-run-is-a-result")
 def test_failed_and_flagged_runs__are_named_with_their_reasons() -> None:
+    """A run that fails is in the report with its reason."""
     texts = {mark.text for mark in read_page(page.page(document_of(cube_of("grid")))).marks}
     assert {
         "density = 3e4 at particle 17 of 'target', t = 1.2e-06 s, step 88",
