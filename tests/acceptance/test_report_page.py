@@ -69,11 +69,12 @@ def test_page__draws_every_figure_as_wide_as_it_is(browser: Browser, report: Pat
 def test_page__shows_every_picture_with_its_text(browser: Browser, report: Path) -> None:
     with opened(browser, report, max(WIDTHS)) as (page, _, _):
         shown = page.evaluate(
-            """() => [...document.querySelectorAll("svg.picture image")].map(async image => {
+            """() => [...document.querySelectorAll("svg.of-run")].map(async svg => {
+                const image = svg.querySelector("image");
                 const bitmap = new Image();
                 bitmap.src = image.href.baseVal;
                 await bitmap.decode();
-                return [bitmap.width, image.closest("svg").getAttribute("aria-label")];
+                return [bitmap.width, svg.getAttribute("aria-label")];
             }).reduce(async (all, one) => [...await all, await one], [])"""
         )
     assert len(shown) > 20

@@ -27,8 +27,8 @@ OF_PAGES = (
     (f'<a xlink:href="{SAYS}([^"]*)" target="_blank">(.*?)</a>', r"<g><title>\1</title>\2</g>"),
     (f'id="{KIND}', 'class="'),
     (r' id="[a-z]+_\d+"', ""),
-    (r"#([0-9a-f]{6})(?=[;\"])", r"var(--c\1, #\1)"),
-    (r"font: (?:(bold|italic|normal) )*([\d.]+)px [^;\"]*", r"font-size: \2px; font-weight: \1"),
+    (r"#([0-9a-f]{6})(?=[;\"])", r"var(--c-\1, #\1)"),
+    (r"font-family: [^;\"]*;? ?", ""),
     (r"(\d\.\d{3})\d+", r"\1"),
     (r"image-rendering:[^;\"]*;?", ""),
 )
@@ -43,6 +43,7 @@ STYLE = {
     "axes.titlesize": 9.5,
     "axes.titleweight": "bold",
     "axes.labelsize": 9.5,
+    "axes.labelcolor": INK,
     "axes.edgecolor": GREY,
     "axes.linewidth": 0.75,
     "axes.spines.top": False,
@@ -76,8 +77,8 @@ LINES: Mapping[str, Mapping[str, Any]] = {
 }
 TEXTS: Mapping[str, Mapping[str, Any]] = {
     "plain": {"size": 9.0},
-    "small": {"size": 9.0, "gid": f"{KIND}halo"},
-    "measured": {"size": 9.75, "color": CRIMSON, "weight": "bold", "gid": f"{KIND}halo"},
+    "small": {"size": 9.0, "gid": f"{KIND}small"},
+    "measured": {"size": 9.75, "color": CRIMSON, "weight": "bold", "gid": f"{KIND}measured"},
 }
 
 

@@ -85,7 +85,8 @@ def _thumbnail(picture: Document, frame: Frame, pixels: np.ndarray, width: float
     height = frame.height / point
     drawing = canvas(width, height + FOOT)
     axes = _section(drawing, picture, frame, pixels, (0.0, FOOT, width, height))
-    axes.set_axis_off()
+    axes.set(xticks=[], yticks=[])
+    axes.spines[:].set_visible(False)
     length, foot = step_of(frame.width / 4.0), frame.bottom + FOOT * point
     begin = frame.left + 5.0 * point
     line(axes, "scale", (begin, begin + length), (foot - 2.0 * point,) * 2)
