@@ -60,7 +60,7 @@ def test_large_sweeps__at_once_leave_the_service_alive_ready_and_small(compared:
     scopes = {"read": Scope.READ, "submit": Scope.SUBMIT, "other": Scope.READ}
     with costly_requests.served() as served:
         with closing(Store.open(Settings(data=served.data).url, migrate=False)) as store:
-            secrets = {name: store.create_key(name, [scope])[1] for name, scope in scopes.items()}
+            secrets = {name: store.keys.create(name, [scope])[1] for name, scope in scopes.items()}
         flood = costly_requests.Flood(estimates=64, submissions=16, seconds=60.0)
         for row in costly_requests.flooded(served, secrets, [*LARGE_SWEEPS.values()], flood):
             compared(row)

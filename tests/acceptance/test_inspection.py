@@ -43,10 +43,10 @@ class InspectedStore:
 def site(tmp_path: Path) -> Iterator[InspectedStore]:
     url = f"sqlite:///{tmp_path / 'whipple.db'}"
     with closing(Store.open(url, cost=lambda run: 1.0)) as store:
-        store.create_sweep(Submission(sweep_of(2)))
+        store.sweeps.create(Submission(sweep_of(2)))
         site = InspectedStore(store, Artifacts(tmp_path), *lease_runs(store, 2))
         file = write(site.folder(site.done) / RESULT, ANSWERED)
-        assert store.finish(site.done, replace(result(), files=(site.registered(file),)))
+        assert store.leases.finish(site.done, replace(result(), files=(site.registered(file),)))
         yield site
 
 
@@ -102,7 +102,7 @@ def test_half_file__that_could_be_used_or_shown_is_listed(site: InspectedStore, 
 def test_file__that_was_registered_before_it_was_whole_is_a_half_file(site: InspectedStore) -> None:
     file = write(site.folder(site.running) / RESULT, HALF_ANSWER)
     stored = site.registered(file)
-    assert site.store.finish(site.running, replace(result(), files=(stored,)))
+    assert site.store.leases.finish(site.running, replace(result(), files=(stored,)))
     assert damaged(site.store, site.artifacts) == []  # it is what its row says
     assert half_files(site.store, site.artifacts) == [str(file)]
 

@@ -17,7 +17,7 @@ A verification case is a claim by itself. Else write a function in a module of a
         yield relative("hole diameter (mm)", expected=14.8, got=run.hole * 1e3, within=0.08)
         yield Row("the same at 1 mm cells", expected=15.3, got=coarse.hole * 1e3, passed=None)
 
-It yields (or returns) one row or several, records of ``studies.verification``. ``passed=None``
+It yields (or returns) one row or several, records of ``studies.cases.rows``. ``passed=None``
 makes a row that is reported and not gated. An exception is a FAIL with its text, and so is a claim
 that yields nothing. ``quick=True`` puts a claim into the test command as well: for those of a few
 seconds. A check that a test or a verification case makes already is called, not written again.

@@ -9,7 +9,7 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-from studies.verification import Verified, timed
+from studies.cases.rows import Verified, timed
 from tests.rows import Row
 
 PACKAGE = "tests.claims"

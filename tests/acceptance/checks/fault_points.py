@@ -16,13 +16,13 @@ import httpx
 import yaml
 
 from service.files.artifacts import Artifacts, digest
-from service.records.fault_points import POINTS, VARIABLE
 from service.records.jobs import Kind, State, SweepState, SweepStatus
 from service.store import Store
 from studies.values.files import RESULT
 from tests.acceptance.checks.common import fetch, folder, rows_of_cubes, rows_of_store, undisturbed
 from tests.acceptance.support import inline_service, inspection
 from tests.acceptance.support.crash_test import CrashTest, Work, crash_test
+from tests.acceptance.support.fault_points import POINTS, VARIABLE
 from tests.acceptance.support.process_tree import process_tree
 from tests.acceptance.support.serving import ROOT, START_SECONDS
 from tests.rows import Row
@@ -31,7 +31,13 @@ WORK = Work(speeds=3, sweeps=1, thicknesses=1, run_seconds=0.1)
 KEY = {"Idempotency-Key": "the-only-one"}
 COPY = "copy-halfway"
 OF_A_SERVICE = POINTS[: POINTS.index(COPY)]
-SWEEP = "import sys; from service.cli.local import run_sweep; run_sweep(sys.argv[1], sys.argv[2])"
+SWEEP = """
+import sys
+from service.cli.local import run_sweep
+from tests.acceptance.support.fault_points import arm
+arm()
+run_sweep(sys.argv[1], sys.argv[2])
+"""
 PUBLISHED = {"cube.nc", "runs.csv", "report.html", "report.json"}
 
 
@@ -58,7 +64,7 @@ def of_a_service(name: str, database_url: str | None) -> Iterator[Row]:
         yield from lives(name, here, functools.partial(_live_until, here))
         here.service.start()
         here.service.wait_until_listening()
-        ids = [row.id for row in here.store.sweeps().items]
+        ids = [row.id for row in here.store.sweeps.page().items]
         again = _submit(here)
         yield Row(f"{name}: sweeps in the end", ids, [again], ids == [again])
         here.wait_for_the_end([again])
@@ -75,7 +81,7 @@ def in_short() -> Iterator[Row]:
         yield from lives("small", here, here.live_until)
         status = here.live()
         yield Row("small: the next one ends well", 0, status, status == 0)
-        [row] = store.sweeps().items
+        [row] = store.sweeps.page().items
         once = inspection.registered_once(store, [row.id])
         yield Row("small: runs with one result", WORK.runs, len(once), len(once) == WORK.runs)
         yield from _sound(here, "small: in the end")
@@ -132,7 +138,7 @@ def _submit(here: CrashTest) -> str:
 
 
 def _observed(here: FaultSite) -> Observed:
-    sweeps = [row.id for row in here.store.sweeps().items]
+    sweeps = [row.id for row in here.store.sweeps.page().items]
     return Observed(sweeps, _count(here, State.SUCCEEDED))
 
 
@@ -148,12 +154,12 @@ class Expected:
 
 
 def _sweep(here: FaultSite) -> SweepStatus:
-    [row] = here.store.sweeps().items
+    [row] = here.store.sweeps.page().items
     return row
 
 
 def _count(here: FaultSite, state: State) -> int:
-    return sum(_sweep(here).counts[state] for _ in here.store.sweeps().items)
+    return sum(_sweep(here).counts[state] for _ in here.store.sweeps.page().items)
 
 
 def _is_accepted(here: FaultSite, _observed: Observed) -> bool:
@@ -162,12 +168,12 @@ def _is_accepted(here: FaultSite, _observed: Observed) -> bool:
 
 
 def _is_claimed(here: FaultSite, _observed: Observed) -> bool:
-    return len(here.store.leases()) > 0
+    return len(here.store.leases.held()) > 0
 
 
 def _has_unregistered_answer(here: FaultSite, before: Observed) -> bool:
     answers = [
-        here.artifacts.attempt_directory(claim) / RESULT for claim in here.store.leases() if claim.kind is Kind.RUN
+        here.artifacts.attempt_directory(claim) / RESULT for claim in here.store.leases.held() if claim.kind is Kind.RUN
     ]
     return any(map(Path.is_file, answers)) and _count(here, State.SUCCEEDED) == before.succeeded
 
@@ -182,12 +188,12 @@ def _is_unpublished(here: FaultSite, _observed: Observed) -> bool:
     row = _sweep(here)
     written = {file.name for file in here.artifacts.sweep_folder(row.id).glob("a*/*")}
     is_publishing = row.state is SweepState.PUBLISHING
-    return is_publishing and written >= PUBLISHED and not here.store.artifacts(row.id)
+    return is_publishing and written >= PUBLISHED and not here.store.publications.files(row.id)
 
 
 def _is_published(here: FaultSite, _observed: Observed) -> bool:
     row = _sweep(here)
-    names = {file.name for file in here.store.artifacts(row.id)}
+    names = {file.name for file in here.store.publications.files(row.id)}
     return row.state is SweepState.SUCCEEDED and names >= PUBLISHED
 
 
@@ -195,7 +201,7 @@ CLAIMED = Expected("a row says running", _is_claimed)
 UNREGISTERED = Expected("an answer is complete, and no row names it", _has_unregistered_answer)
 UNPUBLISHED = Expected("cube and report are complete, and no row names them", _is_unpublished)
 EXPECTED: Mapping[str, Expected] = {
-    "submission-before-commit": Expected("no sweep is there", lambda here, _: not here.store.queue().states),
+    "submission-before-commit": Expected("no sweep is there", lambda here, _: not here.store.queue.status().states),
     "submission-after-commit": Expected("it is accepted whole", _is_accepted),
     "claim-after-commit": CLAIMED,
     "claim-after-submit": CLAIMED,
@@ -233,9 +239,9 @@ def of_a_copy() -> Iterator[Row]:
         status = _run(arguments)
         yield Row("the next one ends well", 0, status, status == 0)
         with closing(Store.open(f"sqlite:///{out / '.whipple' / 'whipple.db'}", migrate=False)) as store:
-            row, *_ = store.sweeps().items  # the youngest; the one before had ended already
+            row, *_ = store.sweeps.page().items  # the youngest; the one before had ended already
             begun = sum(run.attempt for run in inspection.runs(store, [row.id]).values())
-            wanted = {file.name: file.sha256 for file in store.artifacts(row.id) if file.name in PUBLISHED}
+            wanted = {file.name: file.sha256 for file in store.publications.files(row.id) if file.name in PUBLISHED}
         yield Row("runs computed again", 0, begun - WORK.runs, begun == WORK.runs)
         got = {name: digest(out / name) for name in wanted}
         whole = wanted == got and len(got) == len(PUBLISHED)

@@ -37,7 +37,7 @@ def directory_moved(place: Path, url: str) -> Iterator[Row]:
         ids += [_submit(service, "while it is away")]
         gone = _not_ready(service)
         yield Row("renamed away while it runs: /readyz", NOT_THERE, gone, NOT_THERE in gone)
-        wait_until(lambda: here.store.queue().leader is None)
+        wait_until(lambda: here.store.queue.status().leader is None)
         yield from _rows_of_absence(service.data)
         away.rename(service.data)
         service.wait_until_ready()
@@ -66,12 +66,12 @@ def frozen_leader(place: Path, url: str) -> Iterator[Row]:
     with sharing(place, url, SLOW, 2, **ONE_WORKER) as here:
         first, second = here.services
         leading, other = (first, second) if here.leads(first) else (second, first)
-        term = here.store.queue().term
+        term = here.store.queue.status().term
         ids = [_submit(leading, "under way")]
-        wait_until(here.store.leases)
+        wait_until(here.store.leases.held)
 
         with _frozen(leading):
-            begin, last = time.monotonic(), here.store.last_event()
+            begin, last = time.monotonic(), here.store.events.last()
             ids += [_submit(other, "while it is frozen", resolution=5)]
             wait_until(lambda: _has_computed(here, last), seconds=10 * REPLACED_SECONDS)
             seconds = time.monotonic() - begin
@@ -80,7 +80,7 @@ def frozen_leader(place: Path, url: str) -> Iterator[Row]:
         wait_until(lambda: not _says_that_it_leads(leading))
         yield Row("goes on and stands by: /readyz", 200, *_same(200, leading.get("/readyz")))
         yield Row("the other one leads", True, *_same(True, here.leads(other)))
-        yield Row("terms since", 1, *_same(1, here.store.queue().term - term))
+        yield Row("terms since", 1, *_same(1, here.store.queue.status().term - term))
 
         other.leave()
         ids += [_submit(leading, "when it leads again", resolution=6)]
@@ -100,7 +100,7 @@ def _submit(service: Service, name: str, **changes: float) -> str:
 
 def _has_computed(here: Services, after: int) -> bool:
     """Whether a run has ended with a result since an event."""
-    events = here.store.all_events(after=after, limit=100)
+    events = here.store.events.all(after=after, limit=100)
     return any(event.kind == "succeeded" for event in events)
 
 

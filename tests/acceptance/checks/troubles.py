@@ -43,7 +43,7 @@ def failing_runs() -> Iterator[Row]:
     with folder() as place, crash_test(TROUBLED, place, settings=LIMITS) as here:
         ids = here.submit()
         here.wait_for_the_end(ids)
-        points = here.store.sweep_runs(ids[0]).items
+        points = here.store.sweeps.points(ids[0]).items
         for speed, cause in CAUSES.items():
             runs = [point.run for point in points if point.coordinates["speed"] == speed]
             got = {str(run.cause) for run in runs}
@@ -88,9 +88,9 @@ def disk_full(**more: Any) -> Iterator[Row]:
         ids = here.submit()
         wait_until(lambda: here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
         filler = here.artifacts.root / "filler"
-        before = here.store.last_event()
+        before = here.store.events.last()
         _fill(filler)
-        since = here.store.last_event()
+        since = here.store.events.last()
         yield from _rows_of_refusals(here, can_read=True)
         wait_until(lambda: not here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
         os.truncate(filler, filler.stat().st_size - RESERVE // 2)  # the store can be written to
@@ -102,7 +102,7 @@ def disk_full(**more: Any) -> Iterator[Row]:
 def _rows_of_want(here: CrashTest, before: int, since: int, filler: Path) -> Iterator[Row]:
     """What is told, and that nothing is begun, while less than the reserve is free."""
     wait_until(lambda: _bodies(here, "requeued", before), seconds=PATIENCE)
-    why = wait_until(lambda: here.store.queue().blocked_reason, seconds=PATIENCE)
+    why = wait_until(lambda: here.store.queue.status().blocked_reason, seconds=PATIENCE)
     yield Row("why nothing is begun", "the reserve", why, "the reserve is" in why)
     _wait_for_looks(here, filler)
     ends = {(body["cause"], "the disk was full" in body["reason"]) for body in _bodies(here, "requeued", before)}
@@ -114,13 +114,13 @@ def _rows_of_want(here: CrashTest, before: int, since: int, filler: Path) -> Ite
 def _wait_for_looks(here: CrashTest, filler: Path) -> None:
     """Until the dispatcher has looked so often: each time it says anew how much room there is."""
     for _ in range(LOOKS):
-        reason = here.store.queue().blocked_reason
+        reason = here.store.queue.status().blocked_reason
         os.truncate(filler, filler.stat().st_size - STEP)
         wait_until(partial(_has_other_reason, here, reason), seconds=PATIENCE)
 
 
 def _has_other_reason(here: CrashTest, reason: str | None) -> bool:
-    return here.store.queue().blocked_reason != reason
+    return here.store.queue.status().blocked_reason != reason
 
 
 def _bodies(here: CrashTest, kind: str, last: int) -> list[Mapping[str, Any]]:
@@ -159,7 +159,7 @@ def another(work: Work) -> dict[str, object]:
 def _all_is_well(here: CrashTest, ids: list[str], place: Path) -> Iterator[Row]:
     """What was accepted is done, at the first attempt, and what was refused is not there."""
     here.wait_for_the_end(ids)
-    accepted = [row.id for row in here.store.sweeps().items]
+    accepted = [row.id for row in here.store.sweeps.page().items]
     yield Row("sweeps that were accepted", len(ids), len(accepted), sorted(accepted) == sorted(ids))
     runs = inspection.runs(here.store, ids).values()
     charged = sum(run.crashes for run in runs)
@@ -214,8 +214,8 @@ def _small_disk(data: Path) -> Iterator[None]:
 
 def _wait_for_news(here: CrashTest) -> None:
     """Until something has happened."""
-    last = here.store.last_event()
-    wait_until(lambda: here.store.last_event() > last, seconds=PATIENCE)
+    last = here.store.events.last()
+    wait_until(lambda: here.store.events.last() > last, seconds=PATIENCE)
 
 
 def _fill(file: Path) -> None:

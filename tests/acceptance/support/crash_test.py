@@ -92,7 +92,7 @@ class CrashTest:
 
     def inject(self, fault: Fault) -> None:
         """Wait for the moment of a fault, and kill its victim, unless the work ends before."""
-        self._wait(lambda: self.store.last_event() >= fault.due)
+        self._wait(lambda: self.store.events.last() >= fault.due)
         self._wait(lambda: self._is_injected(fault) or self._has_ended())
 
     def wait_for_the_end(self, ids: list[str]) -> None:
@@ -120,7 +120,7 @@ class CrashTest:
         try:
             return wait_until(met, seconds=seconds)
         except AssertionError as error:
-            states = dict(self.store.queue().states)
+            states = dict(self.store.queue.status().states)
             raise AssertionError(f"{error}; {states}; {self.service.log_tail()}") from error
 
     def _restart_cluster(self) -> None:
@@ -166,10 +166,10 @@ class CrashTest:
         return self.chance.choice(attempts) if attempts else None
 
     def _has_ended(self) -> bool:
-        return not any(count for state, count in self.store.queue().states.items() if not _is_end(state))
+        return not any(count for state, count in self.store.queue.status().states.items() if not _is_end(state))
 
     def _all_ended(self, ids: list[str]) -> bool:
-        return all(self.store.sweep(id).is_terminal for id in ids)
+        return all(self.store.sweeps.get(id).is_terminal for id in ids)
 
     def _of(self, name: str) -> list[ShellProcess]:
         assert self.cluster is not None

@@ -24,7 +24,7 @@ PAGE = 1000
 
 def runs(store: Store, sweeps: list[str]) -> dict[str, RunRow]:
     """All runs of sweeps, each once."""
-    points = (point for id in sweeps for point in store.sweep_runs(id, limit=PAGE).items)
+    points = (point for id in sweeps for point in store.sweeps.points(id, limit=PAGE).items)
     return {point.run.id: point.run for point in points}
 
 
@@ -36,7 +36,7 @@ def registrations(store: Store) -> Counter[str]:
 def events(store: Store) -> Iterator[Any]:
     """All events of a store."""
     after = 0
-    while page := store.all_events(after=after, limit=PAGE):
+    while page := store.events.all(after=after, limit=PAGE):
         yield from page
         after = page[-1].number
 
@@ -49,7 +49,7 @@ def registered_once(store: Store, sweeps: list[str]) -> list[str]:
         for run in runs(store, sweeps).values()
         if run.state is State.SUCCEEDED
         and counts[run.id] == 1
-        and [file.name for file in store.run_files(run.id)].count(RESULT) == 1
+        and [file.name for file in store.runs.files(run.id)].count(RESULT) == 1
     ]
 
 
@@ -57,7 +57,7 @@ def files(store: Store) -> list[Stored]:
     """Every file that a row names."""
     listed: list[Stored] = []
     after = ("", "")
-    while page := store.files(after=after, limit=PAGE):
+    while page := store.retention.files(after=after, limit=PAGE):
         listed += [file for _, file in page]
         after = page[-1][0], page[-1][1].name
     return listed
@@ -73,7 +73,7 @@ def resumed(store: Store, artifacts: Artifacts, sweeps: list[str]) -> list[str]:
     answers = {
         id: file
         for id in runs(store, sweeps)
-        for file in store.run_files(id)
+        for file in store.runs.files(id)
         if file.name == RESULT and artifacts.is_intact(file)
     }
     return [
@@ -93,7 +93,7 @@ def half_files(store: Store, artifacts: Artifacts) -> list[str]:
 def _folders_that_count(store: Store, artifacts: Artifacts) -> list[Path]:
     """Those of registered files, and those that would be registered at the next look."""
     registered = {artifacts.path(file).parent for file in files(store)}
-    complete = {artifacts.attempt_directory(claim) for claim in store.leases() if artifacts.complete_files(claim)}
+    complete = {artifacts.attempt_directory(claim) for claim in store.leases.held() if artifacts.complete_files(claim)}
     return sorted(registered | complete)
 
 
@@ -146,15 +146,15 @@ def contradictions(store: Store) -> list[str]:
 
 
 def _sweeps(store: Store) -> Sequence[SweepStatus]:
-    return store.sweeps(limit=PAGE).items
+    return store.sweeps.page(limit=PAGE).items
 
 
 def _broken_file(store: Store) -> list[str]:
     """What SQLite finds in its own file."""
-    if not store._database.is_sqlite:
+    if not store.database.is_sqlite:
         return []
     listed: list[str] = []
-    with store._database.reading() as connection:
+    with store.database.reading() as connection:
         for check in ("PRAGMA integrity_check", "PRAGMA foreign_key_check"):
             listed += [str(row) for row in connection.exec_driver_sql(check) if row != ("ok",)]
     return listed

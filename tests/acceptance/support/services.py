@@ -24,12 +24,12 @@ class Services:
 
     def wait_for_the_end(self, ids: list[str]) -> None:
         """Wait until these sweeps have ended."""
-        wait_until(lambda: all(self.store.sweep(id).is_terminal for id in ids), seconds=END_SECONDS)
+        wait_until(lambda: all(self.store.sweeps.get(id).is_terminal for id in ids), seconds=END_SECONDS)
 
     def leads(self, service: Service) -> bool:
         """Whether the store names a service as the leader."""
         assert service.process is not None
-        return (self.store.queue().leader or "").endswith(f":{service.process.pid}")
+        return (self.store.queue.status().leader or "").endswith(f":{service.process.pid}")
 
     def leave(self) -> set[int]:
         """Ask all services to leave; the processes that are left."""

@@ -9,7 +9,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from solver.checkpoint import Checkpointing
+from solver.checkpoints import Checkpointing
 from studies.reports import publish as real
 from studies.runs import execution
 from studies.runs.run import Run

@@ -2,7 +2,7 @@
 
 from functools import partial
 
-from studies import verification
+from studies.cases import verification
 from tests.claims import Claim
 
 CLAIMS = [

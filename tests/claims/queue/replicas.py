@@ -45,7 +45,7 @@ def replicas() -> Iterator[Row]:
         yield from _done(here, WORK, ids, place)
 
         ids, _ = _submit(here, MORE)
-        wait_until(lambda: here.store.leases(), seconds=PATIENCE)
+        wait_until(lambda: here.store.leases.held(), seconds=PATIENCE)
         leading = [service for service in here.services if here.leads(service)]
         yield Row("services that lead", 1, len(leading), len(leading) == 1)
         leading[0].kill()

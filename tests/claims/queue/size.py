@@ -57,7 +57,7 @@ def _plans(name: str, here: Filled) -> Iterator[Row]:
         words = f"{name}: tables of which {query} reads every row in vain"
         yield Row(words, "none", ", ".join(whole) or "none", not whole)
     with plans(here.store) as told:
-        here.store.lease(2, TERM)
+        here.store.leases.take(2, TERM)
     [take] = [plan for plan in told if "jobs_queue" in plan]
     is_sorted = "TEMP B-TREE" in take or "Sort Key: jobs" in take
     yield Row(f"{name}: a claim sorts the queue", "no", "yes" if is_sorted else "no", not is_sorted)
@@ -74,7 +74,7 @@ def _cancel(name: str, here: Filled) -> Iterator[Row]:
 
 def _sent_to_cancel(here: Filled, sweep_id: str) -> list[str]:
     with statements(here.store) as sent:
-        here.store.cancel_sweep(sweep_id)
+        here.store.sweeps.cancel(sweep_id)
     return sent
 
 
