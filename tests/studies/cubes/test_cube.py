@@ -10,21 +10,23 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from studies import measurements, scenarios
+from studies import laws, measurements, scenarios
 from studies.cubes import cube, variables
 from studies.cubes.runs_table import runs_csv
 from studies.cubes.variable import GROUPS, LONGEST_LABEL, Quantity, Variable
 from studies.cubes.variables import STATES
+from studies.sweeps.axes import Axis
 from studies.sweeps.screening import CONTRIBUTIONS
 from studies.values.parameters import declared
 from studies.values.results import MESH_DETERMINED
 from tests.studies.support import compliance, fakes
-from tests.studies.support.fakes import Axis, Sweep
+from tests.studies.support.fakes import sweep_of
 
-ZIP = Sweep((Axis("speed", "m s-1", (5e3, 2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3, 2e-3))), combine="zip")
-WORDS = Sweep(
-    (Axis("projectile", None, ("tin", "lead")), Axis("speed", "m s-1", (5e3, 3e3))),
-    fixed={"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3},
+ZIP = sweep_of(Axis("speed", "m s-1", (5e3, 2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3, 2e-3)), combine="zip")
+WORDS = sweep_of(
+    Axis("projectile", None, ("al-1100-o", "copper-ofhc")),
+    Axis("speed", "m s-1", (5e3, 3e3)),
+    fixed={"plate_thickness": 2e-3},
 )
 
 
@@ -51,7 +53,7 @@ def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
 
 
 def test_grid__a_numeric_axis_ascends_in_whatever_order_it_was_given() -> None:
-    sweep = Sweep((Axis("speed", "m s-1", (5e3, 2e3, 3e3)),))
+    sweep = sweep_of(Axis("speed", "m s-1", (5e3, 2e3, 3e3)))
     dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
     assert list(dataset.speed.values) == [2e3, 3e3, 5e3]
     ids = {point.coordinates["speed"]: point.run.id for point in sweep.runs()}
@@ -67,8 +69,8 @@ def test_zip__runs_are_the_dimension_and_axes_lie_along_it() -> None:
 
 def test_axis__of_names_selects_by_name_and_of_a_material_constant_has_a_cf_name() -> None:
     dataset = cube.build(WORDS, fakes.results(WORDS), fakes.catalogue())
-    assert np.isfinite(dataset.hole_diameter.sel(projectile="lead", speed=3e3))
-    sweep = Sweep((Axis("target.strength.A", "Pa", (9e7, 2e8)),))
+    assert np.isfinite(dataset.hole_diameter.sel(projectile="copper-ofhc", speed=3e3))
+    sweep = sweep_of(Axis("target.strength.A", "Pa", (9e7, 2e8)))
     dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
     assert dataset.target_strength_A.attrs["units"] == "Pa"
 
@@ -108,7 +110,7 @@ def test_flags__are_bits_with_meanings() -> None:
 def test_laws__answer_as_themselves_with_range_and_reason() -> None:
     dataset = holes()
     for point in fakes.holes().runs():
-        shot = fakes.shot_of(point.run)
+        shot = laws.shot_of(point.run)
         for law in fakes.HOLE_LAWS:
             for variant in law.variants(shot):
                 label = f"{law.name}/{variant}" if variant else law.name

@@ -1,5 +1,6 @@
 """Figures of simulation, laws, observations and convergence, and their captions."""
 
+import math
 import re
 from dataclasses import replace
 from pathlib import Path
@@ -17,13 +18,14 @@ from studies.reports.drawing.layout import WIDTHS
 from studies.reports.drawing.styles import FLAGGED, NO_MESH_ERROR, OUTSIDE
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
 from studies.reports.publish import draw_figures
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from tests.studies.support import fakes
-from tests.studies.support.fakes import Sweep
+from tests.studies.support.fakes import sweep_of
 
 REFINED = fakes.refined_holes()
 OFFSETS_ALONE = fakes.refined_holes((16.0,))
-TWO_GRIDS = fakes.refined_holes((16.0, 32.0), (0.0,))
+TWO_GRIDS = fakes.refined_holes((16.0, 32.0), 1)
 PLAIN = fakes.holes()
 LONELY = 4e3  # the speed at which only the finest resolution has a value, where coarse runs are lost
 
@@ -255,7 +257,7 @@ def test_band__is_absent_without_resolutions_and_the_caption_says_why(sweep: Swe
 
 def test_band__lies_behind_the_marks() -> None:
     axes = (*REFINED.axes, fakes.Axis("plate_thickness", "m", (2e-3, 3e-3)))
-    figure = drawn(built(Sweep(axes, refinements=REFINED.refinements)), "residuals")
+    figure = drawn(built(sweep_of(*axes, resolutions=fakes.CELLS, offsets=fakes.OFFSETS)), "residuals")
     for panel, axes_of_panel in zip(figure.panels, chart(figure).axes, strict=True):
         assert panel.series[0].label == ERROR_BAR
         bands = [each for each in axes_of_panel.collections if each.get_alpha() == 0.2]
@@ -336,11 +338,11 @@ def test_convergence__has_no_band_where_no_error_bar_is_known() -> None:
 def with_many_laws(*, inside: int) -> xr.Dataset:
     """Holes with nine laws, some of which are inside their range at every point."""
     many = tuple(
-        fakes.Law(
+        fakes.law(
             f"law_{number}",
             "hole_diameter",
             lambda shot, _, number=number: 1.5 + 0.1 * number,
-            valid=(0.0, 1e9 if number < inside else 1.0),
+            range=fakes.within(0.0, math.inf if number < inside else 0.001),
             title=f"law {number}",
         )
         for number in range(9)
@@ -399,13 +401,7 @@ def test_titles_and_legend__fit_and_part_no_number_from_its_unit(width: float) -
 def test_caption__names_laws_that_coincide_and_laws_left_out_as_unjudged() -> None:
     values = (1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.8)
     laws = tuple(
-        fakes.Law(
-            f"law_{number}",
-            "hole_diameter",
-            lambda shot, _, value=value: value,
-            valid=(0.0, 1e9),
-            title=f"law {number}",
-        )
+        fakes.law(f"law_{number}", "hole_diameter", lambda shot, _, value=value: value, title=f"law {number}")
         for number, value in enumerate(values)
     )
     laws = (replace(laws[0], confidence="memory"), *laws[1:])
@@ -452,7 +448,7 @@ def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folde
 
 @pytest.mark.parametrize("format", ["png", "pdf"])
 def test_draw__writes_the_format_of_the_ending(format: str, tmp_path: Path) -> None:
-    words = Sweep((fakes.Axis("projectile", None, ("tin", "lead")),), fixed=PLAIN.fixed | {"plate_thickness": 2e-3})
+    words = sweep_of(fakes.Axis("projectile", None, ("al-1100-o", "copper-ofhc")))
     dataset = built(words)
     file = draw(figures(dataset, compare(dataset))[0], tmp_path / f"words.{format}")
     assert file.read_bytes()[:5] in (b"\x89PNG\r", b"%PDF-")

@@ -18,11 +18,13 @@ from studies.reports.drawing.sketches import setup_sketch
 from studies.reports.pictures import MOST_FULL, MOST_RUNS, Frame
 from studies.reports.publish import publish_sweep
 from studies.reports.setup import upward
+from studies.sweeps.axes import Axis
+from studies.sweeps.sweep import Sweep
 from studies.values.formats import printed
 from studies.values.parameters import Parameter
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
-from tests.studies.support.fakes import Axis, Sweep
+from tests.studies.support.fakes import sweep_of
 
 MOST_BYTES = 8 << 20  # of a report
 Reported = tuple[dict, str]
@@ -42,7 +44,7 @@ def pictures_of_run(document: dict, number: int) -> list[dict]:
 def report(tmp_path_factory: pytest.TempPathFactory) -> Reported:
     """A run with sections, one with a torn file, one without, and one that failed."""
     folder = tmp_path_factory.mktemp("report")
-    sweep = Sweep((Axis("speed", "m s-1", (2e3, 3e3, 4e3)),))
+    sweep = sweep_of(Axis("speed", "m s-1", (2e3, 3e3, 4e3)))
     file = solved("thin_plate") / "sections.npz"
     torn = folder / "torn.npz"
     torn.write_bytes(file.read_bytes()[:1000])
@@ -154,11 +156,9 @@ def test_page__of_a_report_without_sections_says_so_for_each_run(tmp_path: Path)
 
 
 def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None:
-    sweep = fakes.holes(fixed={"projectile_diameter": 8e-3, "plate_radius": 28e-3})
+    sweep = fakes.holes(fixed={"plate_radius": 28e-3})
     catalogue = fakes.catalogue()
-    parameters = {**catalogue.parameters, "plate_radius": fakes.PARAMETERS["plate_thickness"]}
-    parameters["plate_radius"] = replace(parameters["plate_radius"], name="plate_radius")
-    catalogue = replace(catalogue, parameters=parameters)
+    catalogue = replace(catalogue, parameters=catalogue.parameters | fakes.declared_of("plate_radius"))
     files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue)
     setup = json.loads(Path(files["report.json"]).read_text())["pictures"]["setup"]
     assert setup["labels"] == {
@@ -180,7 +180,7 @@ def size_of(body: str, html: str) -> np.ndarray:
 
 
 def test_growth__shades_the_window_in_which_it_is_judged(tmp_path: Path) -> None:
-    sweep = Sweep((Axis("speed", "m s-1", (2e3, 3e3)),))
+    sweep = sweep_of(Axis("speed", "m s-1", (2e3, 3e3)))
     sweep = replace(sweep, fixed={**sweep.fixed, "settled_window": 5e-6})
     catalogue = fakes.catalogue()
     window = Parameter(name="settled_window", kind="quantity", unit="s", meaning="window")

@@ -13,6 +13,7 @@ from studies.cubes.runs_table import runs_csv
 from studies.reports import page, report
 from studies.reports.compare import compare
 from studies.reports.drawing.charts import chart
+from studies.sweeps.axes import Axis
 from studies.values.formats import (
     KINDS,
     MESH_UNKNOWN,
@@ -26,23 +27,20 @@ from studies.values.formats import (
 )
 from studies.values.quantities import DISPLAY_UNITS
 from tests.studies.support import fakes
-from tests.studies.support.fakes import Axis, Sweep
+from tests.studies.support.fakes import sweep_of
 from tests.studies.support.printed import Page, at, read_page
 
 SWEEPS = {
     "grid": fakes.holes(),
     "craters": fakes.craters(),
-    "zip": Sweep((Axis("speed", "m s-1", (2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3))), combine="zip"),
-    "words": Sweep(
-        (Axis("projectile", None, ("tin", "lead")),),
-        fixed={"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3},
-    ),
-    "no speed": Sweep((Axis("plate_thickness", "m", (2e-3, 3e-3)), Axis("target.strength.A", "Pa", (9e7, 2e8)))),
-    "one run": Sweep((Axis("speed", "m s-1", (5e3,)),)),
+    "zip": sweep_of(Axis("speed", "m s-1", (2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3)), combine="zip"),
+    "words": sweep_of(Axis("projectile", None, ("al-1100-o", "copper-ofhc"))),
+    "no speed": sweep_of(Axis("plate_thickness", "m", (2e-3, 3e-3)), Axis("target.strength.A", "Pa", (9e7, 2e8))),
+    "one run": sweep_of(Axis("speed", "m s-1", (5e3,))),
     "refined": fakes.refined_holes(),
     "offsets": fakes.refined_holes((16.0,)),
     "mixed versions": fakes.holes(),
-    "methods": Sweep((Axis("method", None, ("mpm", "sph")), Axis("speed", "m s-1", (2e3, 3e3)))),
+    "methods": sweep_of(fakes.METHODS, Axis("speed", "m s-1", (2e3, 3e3)), fixed=fakes.BY_BOTH),
 }
 Case = tuple[xr.Dataset, dict, Page]
 

@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.laws import NO_RANGE
+from studies.laws import NO_RANGE, NOT_FOUND
 from studies.reports.compare import compare
 from studies.values.results import Measured, RunResult
 from tests.studies.support import fakes
@@ -43,12 +43,10 @@ def document_of(
     rangeless: bool = False,
 ) -> dict[str, Any]:
     """The comparison of the invented holes, the same on every grid, with a law that gives them times a factor."""
-    law = fakes.Law(
-        "law", NAME, lambda shot, _: ratio(shot.speed) * factor(shot.speed), title="the law", rangeless=rangeless
-    )
-    fixed = {"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3}
-    axes = (fakes.Axis("speed", "m s-1", speeds),)
-    sweep = fakes.Sweep(axes, fixed, refinements=fakes.refinements(offsets=(0.0,)), model_part="none")
+    limits = fakes.within(0.0, math.inf, *([NOT_FOUND] if rangeless else []))
+    law = fakes.law("law", NAME, lambda shot, _: ratio(shot.speed) * factor(shot.speed), title="the law", range=limits)
+    axis = fakes.Axis("speed", "m s-1", speeds)
+    sweep = fakes.sweep_of(axis, resolutions=fakes.CELLS, model_part="none")
     results = {point.run.id: change(result(point.run)) for point in sweep.runs()}
     catalogue = fakes.catalogue()
     catalogue = replace(catalogue, laws=(law,), quantities={NAME: catalogue.quantities[NAME]})
@@ -181,11 +179,8 @@ def test_mixed_versions_of_a_measurement__judge_nothing() -> None:
 # ---- from cube.nc alone --------------------------------------------------------------------------
 
 # A law whose residuals change sign along the speed and rise with it.
-TILTED = fakes.Law(
-    "tilted",
-    NAME,
-    lambda shot, _: (0.8 + 0.05 * shot.speed / 1e3) * fakes.HOLE_LAWS[1].formula(shot, ""),
-    title="tilted",
+TILTED = fakes.law(
+    "tilted", NAME, lambda shot, _: (0.8 + 0.05 * shot.speed / 1e3) * fakes.HOLE_LAWS[1].ratio(shot, ""), title="tilted"
 )
 # The run of a point that its numbers without a converged value are of.
 FINEST = {"cells_per_diameter": -1, "offset": 0}
