@@ -25,8 +25,6 @@ from studies.reports.view import judged_window, spread, title_of
 from studies.sweeps.reading import OFFSET, RESOLUTION
 from studies.values.formats import MESH_UNKNOWN, digits, display_of, printed, printed_in
 
-Document = dict[str, Any]
-
 # Of the densest pixel, which is in the plate seen edge on: where the colours of a radiograph end.
 CLOUD = 0.03
 
@@ -91,7 +89,7 @@ class Shown:
     diameter: float  # of the projectile, m; NaN where there is none
 
 
-def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Document:
+def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> dict[str, Any]:
     """Pictures of the runs of a cube; ``files`` has, by run id, the file of its sections."""
     setup = setup_of(dataset)
     sign = upward(setup)
@@ -119,9 +117,9 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Document:
     return {"setup": setup, "runs": runs, "left_out": dataset.run_state.size - len(runs)}
 
 
-def first_of_kinds(document: Document) -> list[Document]:
+def first_of_kinds(document: dict[str, Any]) -> list[dict[str, Any]]:
     """The first thumbnail of each kind, end before debris; colours are the same in all."""
-    firsts: dict[str, Document] = {}
+    firsts: dict[str, dict[str, Any]] = {}
     for picture in (picture for run in document["runs"] for picture in run["pictures"]):
         kind = picture["kind"]
         if not picture["missing"] and picture["field"] == THUMBNAIL_FIELDS[kind]:
@@ -191,7 +189,7 @@ def _pictures(
     *,
     sign: float,
     full: bool,
-) -> Iterator[Document]:
+) -> Iterator[dict[str, Any]]:
     """The pictures of a run: debris in the order of time, then the end, in all fields where it is shown in full."""
     if run.sections is None:
         return
@@ -221,7 +219,7 @@ def _frame_of_radiograph(taken: Radiograph, sign: float) -> Frame:
 
 def _picture(
     run: Shown, section: Section, kind: str, field: str, frame: Frame, limits: tuple[float, float]
-) -> Document:
+) -> dict[str, Any]:
     lengths = run.lengths if kind == "end" else {}
     unit, factor = SHOWN[field]
     label = field.replace("_", " ")
@@ -255,7 +253,7 @@ def _picture(
     }
 
 
-def _length(run: Shown, name: str) -> Document:
+def _length(run: Shown, name: str) -> dict[str, Any]:
     return {"quantity": name, "label": name.replace("_", " "), "value": run.lengths[name]}
 
 
@@ -280,7 +278,7 @@ def _why_missing(sections: Sections, asked: float) -> str:
     return f"no picture: the state at {when} was not kept when the run was resumed"
 
 
-def _growth(dataset: xr.Dataset, run: Shown) -> Document | None:
+def _growth(dataset: xr.Dataset, run: Shown) -> dict[str, Any] | None:
     """The histories of what a run's pictures show, and the last window, in which growth was judged."""
     lines = []
     for name in run.lengths:

@@ -13,7 +13,6 @@ import xarray as xr
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import MissingResult
-from studies.cubes.reading import of_any_schema
 from studies.cubes.runs_table import runs_csv
 from studies.reports import compare, report
 from studies.reports.figures import figures
@@ -107,7 +106,6 @@ def draw_figures(cube_or_folder: Path, folder: Path, format: str) -> list[Path]:
     with dataset:
         if "quantities" not in dataset.attrs:
             raise _no_cube(file, "a NetCDF file without the attributes of a cube")
-        dataset = of_any_schema(dataset)
         drawn = figures(dataset, compare.compare(dataset))
     return [draw(each, folder / f"{each.name}.{format}") for each in drawn]
 

@@ -15,8 +15,6 @@ from studies.reports.figures import Figure, Series
 from studies.reports.view import Scale
 from studies.values.formats import digits, display_of, with_unit
 
-Entries = dict[str, Any]  # of the legend: what stands before each label
-
 # points
 STROKE, THIN = 1.5, 1.0  # lines of laws, inside and outside of their range
 SHADE = 10.0  # breadth of the pale line over the window
@@ -38,7 +36,7 @@ class Marks:
     def __init__(self, figure: Figure, styles: dict[str, Style]):
         self.figure = figure
         self.styles = styles
-        self.entries: Entries = {}
+        self.entries: dict[str, Any] = {}  # of the legend: what stands before each label
         every = [series for panel in figure.panels for series in panel.series]
         # Of the abscissa, where it has words: their places are its numbers.
         self.words = list(dict.fromkeys(x for series in every for x in series.x)) if figure.x.unit is None else []

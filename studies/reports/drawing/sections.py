@@ -20,8 +20,6 @@ from studies.reports.drawing.pixels import coloured, colours, in_radiograph, nea
 from studies.reports.pictures import Frame
 from studies.values.formats import digits, display_of, printed, printed_in
 
-Document = Mapping[str, Any]
-
 # points
 FULL, THUMBNAIL, SMALL = 330.0, 180.0, 87.0  # width; small: of debris in the card of a run
 LEFT, RIGHT, ABOVE, BELOW = 32.0, 62.0, 6.0, 30.0  # around the pixels of a full picture
@@ -41,7 +39,7 @@ class Gallery:
         self._read: tuple[int, Sections] | None = None
         self._nearest: dict[tuple[Any, ...], np.ndarray] = {}
 
-    def picture(self, run: int, picture: Document, *, full: bool) -> Markup:
+    def picture(self, run: int, picture: Mapping[str, Any], *, full: bool) -> Markup:
         """A picture of the document, in full or as a thumbnail."""
         frame = Frame(**picture["frame"])
         salt = f"{run}-{picture['moment']}-{picture['field']}-{full}"
@@ -53,7 +51,7 @@ class Gallery:
             pixels = self._pixels(run, picture, frame, width)
             return as_svg(_thumbnail(picture, frame, pixels, width), "of-run thumbnail", picture["alt"], salt)
 
-    def _pixels(self, run: int, picture: Document, frame: Frame, width: float) -> np.ndarray:
+    def _pixels(self, run: int, picture: Mapping[str, Any], frame: Frame, width: float) -> np.ndarray:
         sections = self._sections(run)
         columns = 2 * round(0.5 * SHARP * width)
         field, limits = picture["field"], picture["limits"]
@@ -79,7 +77,7 @@ class Gallery:
 # ---- whole pictures ------------------------------------------------------------------------------
 
 
-def _thumbnail(picture: Document, frame: Frame, pixels: np.ndarray, width: float) -> Any:
+def _thumbnail(picture: Mapping[str, Any], frame: Frame, pixels: np.ndarray, width: float) -> Any:
     """A small picture: the pixels, a scale, the time and the measured lengths."""
     point = frame.width / width  # m
     height = frame.height / point
@@ -98,7 +96,7 @@ def _thumbnail(picture: Document, frame: Frame, pixels: np.ndarray, width: float
     return drawing
 
 
-def _full_size(picture: Document, frame: Frame, pixels: np.ndarray) -> Any:
+def _full_size(picture: Mapping[str, Any], frame: Frame, pixels: np.ndarray) -> Any:
     """A picture with axes, in millimetres from the axis and from the original surface, and a colour bar."""
     width = FULL - LEFT - RIGHT
     height = frame.height * width / frame.width
@@ -120,7 +118,7 @@ def _full_size(picture: Document, frame: Frame, pixels: np.ndarray) -> Any:
     return drawing
 
 
-def colour_keys(pictures: Sequence[Document]) -> Markup:
+def colour_keys(pictures: Sequence[Mapping[str, Any]]) -> Markup:
     """The colour bars that thumbnails share, each with the label of its field."""
     keys = []
     for picture in pictures:
@@ -149,7 +147,9 @@ def _rectangle(drawing: Any, place: Sequence[float]) -> tuple[float, float, floa
     return place[0] / width, place[1] / height, place[2] / width, place[3] / height
 
 
-def _section(drawing: Any, picture: Document, frame: Frame, pixels: np.ndarray, place: Sequence[float]) -> Axes:
+def _section(
+    drawing: Any, picture: Mapping[str, Any], frame: Frame, pixels: np.ndarray, place: Sequence[float]
+) -> Axes:
     """The pixels of a frame with the measured lengths; coordinates are metres, down along the line of flight."""
     axes: Axes = drawing.add_axes(_rectangle(drawing, place), facecolor="#ffffff")
     axes.grid(visible=False)
@@ -160,7 +160,7 @@ def _section(drawing: Any, picture: Document, frame: Frame, pixels: np.ndarray, 
     return axes
 
 
-def _lengths(axes: Axes, picture: Document, frame: Frame, point: float) -> None:
+def _lengths(axes: Axes, picture: Mapping[str, Any], frame: Frame, point: float) -> None:
     """Measured lengths: across the axis between two lines along it, along the axis from the surface."""
     middle = picture["middle"]
     for length in picture["across"]:
@@ -178,7 +178,7 @@ def _lengths(axes: Axes, picture: Document, frame: Frame, point: float) -> None:
         write(axes, "measured", middle + LABEL_AT * point, 0.5 * end, _millimetres(length["value"]), "left")
 
 
-def _bar(axes: Axes, picture: Document, extent: Sequence[float], shades: np.ndarray) -> None:
+def _bar(axes: Axes, picture: Mapping[str, Any], extent: Sequence[float], shades: np.ndarray) -> None:
     """The colours of a field between its limits, in the units that people read."""
     axes.grid(visible=False)
     axes.imshow(shades, cmap=colours(picture["field"]), extent=extent, aspect="auto", interpolation="none")
@@ -186,7 +186,7 @@ def _bar(axes: Axes, picture: Document, extent: Sequence[float], shades: np.ndar
     axes.spines[:].set_visible(False)
 
 
-def _labelled(picture: Document) -> str:
+def _labelled(picture: Mapping[str, Any]) -> str:
     """The field of a picture with its unit: "pressure (GPa)"."""
     return f"{picture['label']} ({picture['unit']})" if picture["unit"] else picture["label"]
 

@@ -13,8 +13,7 @@ from studies.reports.figures import Figure, Panel, Series
 from studies.reports.setup import upward
 from studies.reports.view import Scale
 
-Document = Mapping[str, Any]
-Place = Callable[[float, float], tuple[float, float]]  # of a point (across, along; m), in points
+Placing = Callable[[float, float], tuple[float, float]]  # of a point (across, along; m), in points
 
 # points
 WIDTH = 330.0
@@ -60,7 +59,7 @@ def _sketch(document: dict[str, Any]) -> Any:
     return drawing
 
 
-def _shape(axes: Axes, shape: Document, place: Place, sign: float, document: Document) -> None:
+def _shape(axes: Axes, shape: Mapping[str, Any], place: Placing, sign: float, document: Mapping[str, Any]) -> None:
     """A body with its material, and its flight."""
     corners = place(shape["left"], shape["top"]), place(shape["right"], shape["bottom"])
     (x, right), (y, bottom) = (sorted(ends) for ends in zip(*corners, strict=True))
@@ -96,7 +95,7 @@ def _lines(axes: Axes, x: float, y: float, lines: Sequence[str], anchor: str) ->
         write(axes, "plain", x, y + LINE * number, words, anchor)
 
 
-def _flight(axes: Axes, shape: Document, x: float, y: float, sign: float, speed: str) -> None:
+def _flight(axes: Axes, shape: Mapping[str, Any], x: float, y: float, sign: float, speed: str) -> None:
     """An arrow above a body, in the direction in which it flies."""
     across, along = shape["heading"]
     end = y - APART - 7.0
@@ -105,7 +104,7 @@ def _flight(axes: Axes, shape: Document, x: float, y: float, sign: float, speed:
     write(axes, "plain", begin[0] + 6.0, begin[1] + 7.0, speed, "left")
 
 
-def _dimension(axes: Axes, dimension: Document, place: Place, label: str) -> None:
+def _dimension(axes: Axes, dimension: Mapping[str, Any], place: Placing, label: str) -> None:
     """A length beside what it measures: above or below it, or to its right."""
     (x1, y1), (x2, y2) = place(*dimension["begin"]), place(*dimension["end"])
     if abs(x2 - x1) < abs(y2 - y1):
@@ -126,7 +125,7 @@ def _dimension(axes: Axes, dimension: Document, place: Place, label: str) -> Non
         write(axes, "measured", 0.5 * (x1 + x2), y + 12.0, label, "center")
 
 
-def growth_sketch(document: Document, salt: str) -> Markup:
+def growth_sketch(document: Mapping[str, Any], salt: str) -> Markup:
     """Measured lengths over the time of a run, with the window in which they were found settled."""
     series = tuple(
         Series(
