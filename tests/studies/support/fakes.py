@@ -35,7 +35,7 @@ VERDICTS = {  # of refinement, by speed: see mesh_error
 
 COPPER = materials.load("copper-ofhc")
 NUMBERS = {path: asdict(number) for path, number in COPPER.sources.items()}
-FIXED = {"projectile_diameter": DIAMETER, "projectile": "copper-ofhc", "target": "copper-ofhc"}
+FIXED = {"speed": 5e3, "projectile_diameter": DIAMETER, "projectile": "copper-ofhc", "target": "copper-ofhc"}
 METHODS = Axis("method", None, ("mpm", "sph"))
 BY_BOTH = {"geometry": "quarter"}  # which both methods compute
 UNREFINED = 20.0  # cells per diameter of a sweep that names no resolution: a mesh without an error
