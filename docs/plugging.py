@@ -14,7 +14,7 @@ from studies.reports.drawing.pixels import coloured, nearest
 from studies.reports.pictures import Frame
 from studies.runs.execution import observer_of
 from studies.runs.run import resolve
-from tests.claims.methods.plugging import DIAMETER, ROLES, SPACING, SPEED
+from tests.cases.test_plugging import DIAMETER, ROLES, SPACING, SPEED
 
 FILE = Path(__file__).parent / "plugging.png"
 MOMENTS = (7e-6, 30e-6, 60e-6, 120e-6)  # s: contact, the plate bulges, the plug moves, and is out

@@ -23,9 +23,9 @@ def main() -> None:
     file, right = Path(sys.argv.pop(1)), time.time
     time.time = lambda: right() + float(file.read_text())
     from service.cli import main as cli
-    from service.store import statements
+    from service.store import tables
 
-    statements.datetime = SettableClock  # type: ignore[misc]
+    tables.datetime = SettableClock  # type: ignore[misc]
     cli.main()
 
 

@@ -19,7 +19,7 @@ import sqlalchemy as sa
 
 from service.api.app import open_service
 from service.cli.local import start_engine
-from service.records.settings import Settings
+from service.settings import Settings
 from tests import house
 from tests.claims import Row, at_most, claim
 from tests.claims.house.plan import SWEEP
@@ -31,7 +31,7 @@ LISTED = re.compile(r"^\d+\. `((?:service|studies)/[\w/]+\.py)`", re.MULTILINE)
 # pictures of a run: no cube has them.
 HELPERS = re.compile(
     r"service/(records|files|cli)/.*|studies/(values|films)/.*"
-    r"|service/api/(access|middleware)\.py|service/store/(connection|statements)\.py"
+    r"|service/api/(access|middleware)\.py|service/store/(connection|events|tables)\.py"
 )
 TRACE = "WHIPPLE_WAY"  # environment: file to which a child process adds the files on its stack
 # Imported by the interpreter of each child process.

@@ -9,7 +9,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from service.api.access import SECURITY_HEADERS, check_binding
-from service.records.settings import Settings
+from service.settings import Settings
 from studies import examples
 from studies.values.errors import InvalidInput
 from tests.service.support.api import SWEEP, Api, open_api
