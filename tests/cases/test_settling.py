@@ -2,7 +2,7 @@
 
 import math
 import tempfile
-from collections.abc import Iterator
+from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
@@ -10,13 +10,14 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pytest
 
 from studies import materials, scenarios
 from studies.runs.execution import execute
 from studies.runs.run import resolve
 from studies.values.results import Measured, RunResult
 from tests.cases.test_robustness import COARSE, ORDINARY_SPEEDS, WORKERS, draws
-from tests.claims import Row, at_most, claim
+from tests.rows import Row, at_least, at_most
 
 # Of one seed some 45 measurements settle, and one of them is 2 %: three seeds tell 95 % from 93 %.
 SEEDS, RUNS = (20261122, 101, 102), 40
@@ -61,27 +62,21 @@ def _ending(early: Measured, late: Measured) -> Ending:
     return Ending(not flagged, flagged, bar / early.value, moved <= bar)
 
 
-@claim(
-    "settled",
-    says=f"of {len(SEEDS) * RUNS} random coarse runs, each continued to twice its time, 95 % of the measurements "
-    "called settled end inside their error bar, and at most a fifth are flagged as still growing",
-)
-def settled() -> Iterator[Row]:
+@pytest.mark.claim("settling", "settled", minutes=60.0)
+def test_settled_measurements__stay_in_their_bar_for_twice_the_time(compared: Callable[[Row], None]) -> None:
+    """Of random coarse runs continued to twice their time, 95 % of settled measurements end inside their error bar.
+
+    At most a fifth are flagged as still growing.
+    """
     drawn = [draw for seed in SEEDS for draw in draws(RUNS, ORDINARY_SPEEDS, seed, SHARES)]
     with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
         measured = [each for ended in pool.map(endings, drawn) for each in ended]
     calm = [each for each in measured if each.settled]
     inside = sum(each.inside for each in calm)
     seeds = ", ".join(map(str, SEEDS))
-    yield Row(
-        f"of {len(calm)} settled measurements (seeds {seeds}), inside their bar at twice the time",
-        f"at least {INSIDE:.0%}",
-        f"{inside / len(calm):.1%}",
-        inside >= INSIDE * len(calm),
-    )
-    flagged = sum(each.flagged for each in measured)
-    yield at_most(
-        f"share of {len(measured)} measurements flagged as still growing", limit=FLAGGED, got=flagged / len(measured)
-    )
+    text = f"share of {len(calm)} settled measurements (seeds {seeds}) inside their bar at twice the time"
+    compared(at_least(text, limit=INSIDE, got=inside / len(calm)))
+    flagged = sum(each.flagged for each in measured) / len(measured)
+    compared(at_most(f"share of {len(measured)} measurements flagged as still growing", limit=FLAGGED, got=flagged))
     median = float(np.nanmedian([each.share for each in calm]))
-    yield Row("median error bar of the settled, share of the value", "", f"{median:.1%}", None)
+    compared(Row("median error bar of the settled, share of the value", "", f"{median:.1%}", None))
