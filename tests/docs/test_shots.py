@@ -1,4 +1,4 @@
-"""The pages of docs/ as a user meets them: their blocks run in order, and their table of shots is that of today."""
+"""The table of published shots in docs/shots.md is that of today."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -8,20 +8,11 @@ import pytest
 from docs.pages import shots
 from solver import PHYSICS_VERSION
 from studies import measurements
-from tests.crash.checks.pages import pages, rows_of_page
 from tests.rows import Row, equal, relative
 
 # An estimate: processors compute other bits, which matter that breaks up makes larger.
 SAME = 2e-3
 CHOSEN = 2  # shots of each table: the shortest bars, and both holes
-
-
-@pytest.mark.claim("docs", "docs-run", minutes=30.0)
-@pytest.mark.parametrize("page", pages(), ids=lambda page: page.stem)
-def test_blocks__of_every_page_do_what_it_says(page: Path, tmp_path: Path, compared: Callable[[Row], None]) -> None:
-    """The blocks of every page of docs/ do what it says: run in order, verbatim, in a fresh clone."""
-    for row in rows_of_page(page, tmp_path):
-        compared(row)
 
 
 def key(row: dict) -> tuple:
