@@ -158,7 +158,7 @@ def test_page__of_a_report_without_sections_says_so_for_each_run(tmp_path: Path)
 def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None:
     sweep = fakes.holes(fixed={"plate_radius": 28e-3})
     catalogue = fakes.catalogue()
-    catalogue = replace(catalogue, parameters=catalogue.parameters | fakes.declared_of("plate_radius"))
+    catalogue = replace(catalogue, parameters={**catalogue.parameters, **fakes.declared_of("plate_radius")})
     files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue)
     setup = json.loads(Path(files["report.json"]).read_text())["pictures"]["setup"]
     assert setup["labels"] == {
