@@ -135,7 +135,7 @@ class DebrisCloud(ImpactSetUp):
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements._cloud import view
+        from studies.measurements.cloud import view
 
         return view(setting, snapshot)
 

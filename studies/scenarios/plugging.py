@@ -410,7 +410,7 @@ class Plugging(SetUp):
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements._plug import view
+        from studies.measurements.plug import view
 
         return view(setting, snapshot)
 

@@ -229,9 +229,9 @@ class BarSetUp(SetUp):
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements import _bar
+        from studies.measurements import bar
 
-        return _bar.view(setting, snapshot)
+        return bar.view(setting, snapshot)
 
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:

@@ -300,7 +300,7 @@ class SettlingImpact(ImpactSetUp):
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements._impact import view
+        from studies.measurements.impact.view import view
 
         return view(setting, snapshot)
 
