@@ -20,16 +20,17 @@ from solver.errors import RegistryError
 def entries(package: str, kind: str) -> Mapping[str, Any]:
     """Entries of one kind by their ``name``, sorted.
 
-    A module whose name begins with an underscore offers none, and neither does a folder inside.
+    A module whose name begins with an underscore offers none. A folder inside may offer as a module does, or none: it
+    holds what the modules have in common then.
     """
     folder = importlib.import_module(package)
     members: dict[str, Any] = {}
-    for module_name in sorted(module.name for module in pkgutil.iter_modules(folder.__path__) if not module.ispkg):
-        if not module_name.startswith("_"):
-            offered = _load(f"{package}.{module_name}", kind)
+    for module in sorted(pkgutil.iter_modules(folder.__path__), key=lambda module: module.name):
+        if not module.name.startswith("_"):
+            offered = _load(f"{package}.{module.name}", kind, may_lack=module.ispkg)
             # Entries may be named tuples themselves.
             for entry in offered if type(offered) is tuple else (offered,):
-                _add(members, entry, f"{package}.{module_name}")
+                _add(members, entry, f"{package}.{module.name}")
     for point in points(package):
         _add(members, _loaded(point), point.value)
     return MappingProxyType(dict(sorted(members.items())))
@@ -53,11 +54,13 @@ def _loaded(point: EntryPoint) -> Any:
         raise RegistryError(f"entry point {point.name!r} of {point.group}: {error}") from error
 
 
-def _load(module_name: str, kind: str) -> Any:
+def _load(module_name: str, kind: str, *, may_lack: bool) -> Any:
     try:
         module = importlib.import_module(module_name)
     except Exception as error:
         raise RegistryError(f"{module_name} cannot be imported: {error}") from error
+    if may_lack:
+        return getattr(module, kind, ())
     if not hasattr(module, kind):
         raise RegistryError(f"{module_name} has no {kind}: each module of this folder offers one")
     return getattr(module, kind)

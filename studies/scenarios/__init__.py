@@ -108,7 +108,7 @@ class SetUp(ABC):
 
         return SectionOptions()
 
-    def parts(self, measurement: str) -> Mapping[str, float]:
+    def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
         """Parts of the uncertainty of a measurement, relative, that parameters tell and no state shows."""
         return {}
 
@@ -119,7 +119,7 @@ class SetUp(ABC):
 
     def all_parts(self, measurement: str, value: float, parts: Mapping[str, float]) -> dict[str, float]:
         """The parts of the uncertainty of a value: those of its reading, and those that the parameters tell."""
-        return {**parts, **{part: share * abs(value) for part, share in self.parts(measurement).items()}}
+        return {**parts, **{part: share * abs(value) for part, share in self.uncertainty_parts(measurement).items()}}
 
 
 @dataclass(frozen=True)

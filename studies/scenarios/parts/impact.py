@@ -325,7 +325,7 @@ class SettlingImpact(ImpactSetUp):
         moments = tuple(moment * max(shot.projectile_diameter, shot.length) / shot.speed for moment in MOMENTS)
         return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
 
-    def parts(self, measurement: str) -> Mapping[str, float]:
+    def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
         """The part that a low number of particles leaves; none for other shapes, of which nobody measured it."""
         shot, own, default = self.impact.shot, self.impact.numerics.choices, RECIPES["whipple"]
         few = own.particles_per_cell <= FEW_PARTICLES < default.particles_per_cell
