@@ -84,10 +84,9 @@ def answers(choices: Sequence[LawChoice], shots: np.ndarray) -> np.ndarray:
 
 def catalogue_of(sweep: Any) -> Catalogue:
     """The catalogue of a sweep, from the scenario, laws and materials that are installed."""
-    from studies import scenarios
     from studies.sweeps.reading import vocabulary
 
-    scenario = scenarios.load(sweep.scenario)
+    scenario = sweep.definition
     allowed = vocabulary(sweep.scenario, sweep.roles(), sweep.materials)
     own = declared(scenario.parameters)
     axes = [axis.name for axis in sweep.axes]
