@@ -11,7 +11,7 @@ from studies.values.recipes import SchemeName
 MOST_PARTICLES = 20_000_000
 MOST_NODES = 50_000_000
 Vector = tuple[float, float, float]
-Row = tuple[int, float, float, float, float]  # number in the deck, x, y, z (m) and mass (kg, 0: by ``ppc``)
+ParticleRow = tuple[int, float, float, float, float]  # number in the deck, x, y, z (m) and mass (kg, 0: by ``ppc``)
 
 
 @dataclass(frozen=True)
@@ -45,7 +45,7 @@ class DeckBody:
     line: int
     lattice: Lattice | None = None
     mass: float = 0.0  # of a particle of the lattice, kg
-    rows: tuple[Row, ...] = ()  # of each particle, without a lattice
+    rows: tuple[ParticleRow, ...] = ()  # of each particle, without a lattice
     count: int = 0
     first: int = 1  # number in the deck of the first particle of the lattice
 

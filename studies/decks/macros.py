@@ -5,7 +5,7 @@ from typing import Literal, get_args
 
 from studies.decks.deck import MOST_NODES, MOST_PARTICLES
 
-Quantity = Literal[
+DeckQuantity = Literal[
     "length",
     "time",
     "mass",
@@ -21,7 +21,7 @@ Quantity = Literal[
 ]
 
 # Powers of ten to SI. N = g mm / ms^2 and MPa = N / mm^2 go with mm, g, ms; energies per volume are stresses.
-SHIFTS: Mapping[str, Mapping[Quantity, int]] = {
+SHIFTS: Mapping[str, Mapping[DeckQuantity, int]] = {
     "mm-g-ms": {
         "length": -3,
         "time": -3,
@@ -36,15 +36,15 @@ SHIFTS: Mapping[str, Mapping[Quantity, int]] = {
         "viscosity": 3,
         "acceleration": 3,
     },
-    "SI": dict.fromkeys(get_args(Quantity), 0),
+    "SI": dict.fromkeys(get_args(DeckQuantity), 0),
 }
 
-Form = Mapping[str, Quantity]
-ELASTIC: Form = {"density": "density", "young": "stress", "poisson": "number"}
-YIELD: Form = {**ELASTIC, "yield": "stress"}
-HARDENING: Form = {**YIELD, "B": "stress", "n": "number", "C": "number"}
-SIMPLE: Form = {**HARDENING, "epso": "rate"}
-THERMAL: Form = {
+MaterialForm = Mapping[str, DeckQuantity]
+ELASTIC: MaterialForm = {"density": "density", "young": "stress", "poisson": "number"}
+YIELD: MaterialForm = {**ELASTIC, "yield": "stress"}
+HARDENING: MaterialForm = {**YIELD, "B": "stress", "n": "number", "C": "number"}
+SIMPLE: MaterialForm = {**HARDENING, "epso": "rate"}
+THERMAL: MaterialForm = {
     **HARDENING,
     "m": "number",
     "room": "temperature",
@@ -52,10 +52,10 @@ THERMAL: Form = {
     "specific heat": "heat capacity",
     "epso": "rate",
 }
-FAILS: Form = {"epf": "number"}
+FAILS: MaterialForm = {"epf": "number"}
 
 # Forms of each kind, told apart by the count of their numbers; none: nothing like it here.
-KINDS: Mapping[str, tuple[Form, ...]] = {
+KINDS: Mapping[str, tuple[MaterialForm, ...]] = {
     "elas": (ELASTIC,),
     "pla1": (YIELD,),
     "pla2": ({**YIELD, "tangent": "stress"},),
@@ -73,7 +73,7 @@ KINDS: Mapping[str, tuple[Form, ...]] = {
 }
 
 # Numbers of each equation of state, by name, form in ``seos`` and their count.
-EOS_COUNTS: Mapping[tuple[str, int, int], tuple[Quantity, ...]] = {
+EOS_COUNTS: Mapping[tuple[str, int, int], tuple[DeckQuantity, ...]] = {
     ("gruneisen", 1, 3): ("velocity", "number", "number"),  # the thesis'
     ("polynomial", 1, 8): (*("stress",) * 4, *("number",) * 3, "stress"),
     ("gruneisen", 2, 3): ("velocity", "number", "number"),
@@ -97,7 +97,7 @@ COUNTS = {
 }
 
 # Numbers that a macro gives.
-SETTINGS: Mapping[str, tuple[Quantity, ...]] = {
+SETTINGS: Mapping[str, tuple[DeckQuantity, ...]] = {
     **dict.fromkeys(("spx", "spy", "spz"), ("length", "length")),
     "dcel": ("length",),
     **dict.fromkeys(("dt", "endt", "outt"), ("time",)),
@@ -107,7 +107,7 @@ SETTINGS: Mapping[str, tuple[Quantity, ...]] = {
 
 # Shape functions that a macro chooses, and macros without effect here, with their numbers.
 SHAPES = {"gimp": "gimp", "bimp": "quadratic-bspline"}
-IGNORED: Mapping[str, tuple[Quantity, ...]] = {"pt2d": ("length",) * 6, "tecp": (), "para": (), "rptt": ("time",)}
+IGNORED: Mapping[str, tuple[DeckQuantity, ...]] = {"pt2d": ("length",) * 6, "tecp": (), "para": (), "rptt": ("time",)}
 
 TITLES = {"nbmp": "number of particles", "nmat": "number of materials"}
 

@@ -43,11 +43,11 @@ from studies.decks.deck import (
     DeckState,
     DeckVelocity,
     Lattice,
-    Row,
+    ParticleRow,
     refuse_line,
 )
 from studies.decks.macros import COUNTS, EOS_COUNTS, IGNORED, KINDS, OPTIONS, REFUSED, SETTINGS, SHAPES, TITLES
-from studies.decks.words import INTEGER, SEPARATORS, Word, Words
+from studies.decks.words import INTEGER, SEPARATORS, DeckWord, Words
 from studies.values.errors import Finding, InvalidInput
 from studies.values.nearest import nearest_cure
 
@@ -114,7 +114,7 @@ class _Reader(Words):
                 refuse_line(number, found[1].strip()[:60], limit, cure)
         return "mm-g-ms"
 
-    def _handlers(self) -> dict[str, Callable[[Word], None]]:
+    def _handlers(self) -> dict[str, Callable[[DeckWord], None]]:
         return {
             **dict.fromkeys(COUNTS, self._count),
             **dict.fromkeys(SETTINGS, self._setting),
@@ -136,36 +136,36 @@ class _Reader(Words):
 
     # Macros
 
-    def _title(self, word: Word) -> None:
+    def _title(self, word: DeckWord) -> None:
         self.state.title = " ".join(each.text for each in self.on_line(word.line))[:200]
         self.at += len(self.on_line(word.line))
 
-    def _count(self, word: Word) -> None:
+    def _count(self, word: DeckWord) -> None:
         self.state.counts[word.key] = self.integer(word, word.text, 1, COUNTS[word.key]), word.line
 
-    def _setting(self, word: Word) -> None:
+    def _setting(self, word: DeckWord) -> None:
         self.state.numbers[word.key] = self.numbers(word, *SETTINGS[word.key])
 
-    def _grid(self, word: Word) -> None:
+    def _grid(self, word: DeckWord) -> None:
         for key in ("spx", "spy", "spz"):
             self.state.numbers[key] = self.numbers(word, *SETTINGS[key])
 
-    def _faces(self, word: Word) -> None:
+    def _faces(self, word: DeckWord) -> None:
         names = ("x0", "xn", "y0", "yn", "z0", "zn")
         self.state.faces = [self.integer(word, f"boundary {name}", 0, 2) for name in names]
 
-    def _switch(self, word: Word) -> None:
+    def _switch(self, word: DeckWord) -> None:
         choice = self.chosen(self.word(word, "on or off"), "on or off", ("on", "off"), "write on or off")
         self.state.switches[word.key] = choice.key == "on"
 
-    def _shape(self, word: Word) -> None:
+    def _shape(self, word: DeckWord) -> None:
         self.state.shape = SHAPES[word.key]
 
-    def _ignored(self, word: Word) -> None:
+    def _ignored(self, word: DeckWord) -> None:
         self.numbers(word, *IGNORED.get(word.key, ()))
         self.state.unused.append(f"{word.text} (line {word.line})")
 
-    def _output(self, word: Word) -> None:
+    def _output(self, word: DeckWord) -> None:
         limit = "a quantity to write"
         option = self.chosen(self.word(word, limit), limit, OPTIONS)
         if word.key == "curx":
@@ -174,7 +174,7 @@ class _Reader(Words):
             self.integer(word, "a particle", 1, MOST_PARTICLES)
         self.state.unused.append(f"{word.text} {option.text} (line {word.line})")
 
-    def _contact(self, word: Word) -> None:
+    def _contact(self, word: DeckWord) -> None:
         limit = "on, off or lagr"
         method = self.chosen(self.word(word, limit), limit, ("on", "off", "lagr"), "write contact lagr 0.0 1")
         if method.key == "lagr":
@@ -183,13 +183,13 @@ class _Reader(Words):
             self.integer(word, "body of the normal", 0, 100_000)
         self.state.switches["cont"] = method.key != "off"
 
-    def _needed(self, key: str, word: Word) -> int:
+    def _needed(self, key: str, word: DeckWord) -> int:
         """A count that an earlier macro has given."""
         if key not in self.state.counts:
             word.refuse(f"{key} ({TITLES[key]}) before it", f"write {key} above it", word.text)
         return self.state.counts[key][0]
 
-    def _materials(self, word: Word) -> None:
+    def _materials(self, word: DeckWord) -> None:
         """Rows until the line that does not begin with a number; number, kind and values."""
         count, materials = self._needed("nmat", word), self.state.materials
         while len(materials) < count:
@@ -202,7 +202,7 @@ class _Reader(Words):
                 first.refuse("each material once", "renumber it", f"material {number} twice")
             materials[number] = self._material(first)
 
-    def _material(self, first: Word) -> DeckMaterial:
+    def _material(self, first: DeckWord) -> DeckMaterial:
         kind = self.chosen(self.word(first, "a kind of material"), "a kind of material", KINDS)
         forms = KINDS[kind.key]
         if not forms:
@@ -215,7 +215,7 @@ class _Reader(Words):
         values = {name: self.number(first, quantity, name) for name, quantity in form.items()}
         return DeckMaterial(kind.key, values, first.line)
 
-    def _eos(self, word: Word) -> None:
+    def _eos(self, word: DeckWord) -> None:
         number = self.integer(word, "a material", 1, max(self._needed("nmat", word), 1))
         form = self.integer(word, "a form of equation of state", 1, 3)
         count = len(self.on_line(word.line))
@@ -229,7 +229,7 @@ class _Reader(Words):
         values = self.numbers(word, *EOS_COUNTS[name, form, count])
         self.state.materials[number] = replace(self.state.materials[number], eos=name, eos_values=values)
 
-    def _particles(self, word: Word) -> None:
+    def _particles(self, word: DeckWord) -> None:
         most, materials = self._needed("nbmp", word), self._needed("nmat", word)
         if not self.on_line(word.line):
             self._table(word, most, materials)
@@ -245,7 +245,7 @@ class _Reader(Words):
             shape.refuse(limit, nearest_cure(shape.key, names), repr(shape.text))
         self._lattice(shape, component, most, materials)
 
-    def _lattice(self, shape: Word, component: int, most: int, materials: int) -> None:
+    def _lattice(self, shape: DeckWord, component: int, most: int, materials: int) -> None:
         """The line below: material, density, spacing, origin and counts."""
         row = self.peek(f"the line of {shape.text}")
         material = self.integer(row, "a material", 1, materials)
@@ -271,7 +271,7 @@ class _Reader(Words):
         first = self.state.read - count + 1
         self.state.bodies.append(DeckBody(component, material, row.line, lattice, each, count=count, first=first))
 
-    def _counted(self, lattice: Lattice, row: Word, most: int) -> int:
+    def _counted(self, lattice: Lattice, row: DeckWord, most: int) -> int:
         """Particles of a lattice, after a look at how many there can be."""
         left = most - self.state.read
         if least_count(lattice) > left:
@@ -283,13 +283,13 @@ class _Reader(Words):
         self._add(count, row, most)
         return count
 
-    def _add(self, count: int, row: Word, most: int) -> None:
+    def _add(self, count: int, row: DeckWord, most: int) -> None:
         self.state.read += count
         if self.state.read > most:
             cure = "correct nbmp, or remove particles"
             row.refuse(f"the {most} particles of nbmp", cure, f"particle {self.state.read}")
 
-    def _particle_mass(self, row: Word, material: int, density: float, mass: float, spacing: float) -> float:
+    def _particle_mass(self, row: DeckWord, material: int, density: float, mass: float, spacing: float) -> float:
         """The mass of a particle from a number that is a density, or a mass already."""
         if material not in self.state.materials:
             row.refuse("materials above particles", "write material above it", f"material {material}")
@@ -305,10 +305,10 @@ class _Reader(Words):
         )
         row.refuse(limit, "correct the third number or the spacing", f"{density:g} kg/m3")
 
-    def _points(self, word: Word, component: int, most: int, materials: int) -> None:
+    def _points(self, word: DeckWord, component: int, most: int, materials: int) -> None:
         """Rows of number, material, mass and place."""
         count = self.integer(word, "particles of this body", 1, most)
-        rows: list[Row] = []
+        rows: list[ParticleRow] = []
         first = 0
         for _ in range(count):
             row = self.peek(f"particle {len(rows) + 1} of {count}")
@@ -323,9 +323,9 @@ class _Reader(Words):
             rows.append((self.state.read, *self.vector(row, "length"), mass))
         self.state.bodies.append(DeckBody(component, first, word.line, rows=tuple(rows), count=count))
 
-    def _table(self, word: Word, most: int, materials: int) -> None:
+    def _table(self, word: DeckWord, most: int, materials: int) -> None:
         """The thesis' table: number, material, component and place of all particles."""
-        bodies: dict[tuple[int, int], list[Row]] = {}
+        bodies: dict[tuple[int, int], list[ParticleRow]] = {}
         for index in range(1, most + 1):
             row = self.peek(f"particle {index} of the {most} of nbmp")
             number = self.integer(row, "a particle", 1, most)
@@ -338,7 +338,7 @@ class _Reader(Words):
         for (component, material), rows in bodies.items():
             self.state.bodies.append(DeckBody(component, material, word.line, rows=tuple(rows), count=len(rows)))
 
-    def _velocities(self, word: Word) -> None:
+    def _velocities(self, word: DeckWord) -> None:
         scopes = {"comp": "component", "body": "body", "node": "particle", "endv": ""}
         while True:
             scope = self.chosen(self.next("endv, the end of the velocities"), "comp, body, node or endv", scopes)
@@ -348,7 +348,7 @@ class _Reader(Words):
             number = self.integer(scope, f"a {of}", 1, MOST_PARTICLES)
             self.state.velocities.append(DeckVelocity(of, number, self.vector(scope, "velocity"), scope.line))
 
-    def _loads(self, word: Word) -> None:
+    def _loads(self, word: DeckWord) -> None:
         """Gravity of bodies up to ``endl``."""
         cure = "remove it: forces on bodies and particles are not computed"
         while True:

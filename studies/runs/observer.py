@@ -26,7 +26,7 @@ LEAST_SHARE = 0.02
 
 
 @dataclass
-class Observer:
+class RunObserver:
     """Reads the scenario's measurements at each observation and decides when they have settled."""
 
     scenario: Scenario

@@ -16,7 +16,7 @@ from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Imp
 from studies.scenarios.parts.matter import Fracture
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Outline
-from studies.scenarios.parts.shot import Plate, Shot, has_free_rim
+from studies.scenarios.parts.shot import ImpactShot, Plate, has_free_rim
 from studies.values.errors import Finding
 from studies.values.quantities import round_quantity
 from studies.values.recipes import DebrisName
@@ -58,7 +58,7 @@ class CloudSetting(ImpactSetting):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CloudShot(Shot):
+class CloudShot(ImpactShot):
     """A shot until a stated time, in a grid with room for its debris."""
 
     end_time: Annotated[
@@ -135,7 +135,7 @@ class DebrisCloud(ImpactSetUp):
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements._cloud import view
+        from studies.measurements.cloud import view
 
         return view(setting, snapshot)
 

@@ -169,9 +169,9 @@ class DeckRun(SetUp):
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements import _whole
+        from studies.measurements import whole
 
-        return _whole.view(setting, snapshot)
+        return whole.view(setting, snapshot)
 
 
 SCENARIO = Scenario(

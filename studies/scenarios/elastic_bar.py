@@ -12,7 +12,7 @@ from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Siz
 from studies.scenarios.parts.bar import Bar, BarSetUp, Extent, Wall
 from studies.scenarios.parts.loading import FASTEST, Loading
 from studies.scenarios.parts.matter import longitudinal_speed
-from studies.scenarios.parts.method import Method, check_method
+from studies.scenarios.parts.method import MethodChoice, check_method
 from studies.scenarios.parts.numerics import Numerics
 from studies.values.errors import Finding
 from studies.values.quantities import round_quantity
@@ -28,7 +28,7 @@ ROOM = 2.0  # cells of grid beside and behind the bar, besides its flight
 
 
 @dataclass(frozen=True, kw_only=True)
-class BarMethod(Method):
+class BarMethod(MethodChoice):
     """The choice of a method for a bar."""
 
     method: Annotated[

@@ -193,9 +193,9 @@ class PlateImpact(SetUp):
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements import _plates
+        from studies.measurements import plates
 
-        return _plates.view(setting, snapshot)
+        return plates.view(setting, snapshot)
 
 
 @dataclass(frozen=True)

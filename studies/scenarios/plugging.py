@@ -25,7 +25,7 @@ from studies.scenarios.parts.matter import (
     failures,
     matter,
 )
-from studies.scenarios.parts.method import REPULSION, Method, check_method, is_coupled, is_on_grid, is_smoothed
+from studies.scenarios.parts.method import REPULSION, MethodChoice, check_method, is_coupled, is_on_grid, is_smoothed
 from studies.scenarios.parts.numerics import ContactName, Numerics, has_melting, shapes
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 from studies.values.errors import Finding
@@ -114,7 +114,7 @@ class PluggingNumerics(Numerics):
         ),
     ] = None  # type: ignore[assignment]  # which follows from the method
 
-    def filled_for(self, method: Method) -> Self:
+    def filled_for(self, method: MethodChoice) -> Self:
         """With the particles, the contact and the viscosity of a method.
 
         Monaghan's linear viscosity of 1 resists shear as matter with a viscosity of rho c h / 10 does: at 1 mm by 120
@@ -131,7 +131,7 @@ class PluggingNumerics(Numerics):
 
 
 @dataclass(frozen=True, kw_only=True)
-class CoupledMethod(Method):
+class CoupledMethod(MethodChoice):
     """The choice of a method where elements may surround the particles."""
 
     method: Annotated[
@@ -410,7 +410,7 @@ class Plugging(SetUp):
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements._plug import view
+        from studies.measurements.plug import view
 
         return view(setting, snapshot)
 

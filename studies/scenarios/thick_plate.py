@@ -10,7 +10,7 @@ from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, Se
 from studies.scenarios.parts.matter import Fracture
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Outline
-from studies.scenarios.parts.shot import Angles, Settling, Shot
+from studies.scenarios.parts.shot import Angles, ImpactShot, Settling
 from studies.values.errors import Finding
 from studies.values.quantities import round_quantity
 
@@ -33,7 +33,7 @@ CAP_PER_DIAMETER = 15e-3  # s/m
 class ThickPlate(SettlingImpact):
     """Parameters of a crater."""
 
-    shot: Shot
+    shot: ImpactShot
     fracture: Fracture
     numerics: Numerics
     settling: Settling

@@ -11,7 +11,7 @@ from studies.scenarios.parts.matter import Fracture
 from studies.scenarios.parts.method import ParticleMethod, check_method
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Outline
-from studies.scenarios.parts.shot import CAP_PER_DIAMETER, STEEPEST, Angles, Plate, Settling, Shot
+from studies.scenarios.parts.shot import CAP_PER_DIAMETER, STEEPEST, Angles, ImpactShot, Plate, Settling
 from studies.values.errors import Finding
 
 
@@ -29,7 +29,7 @@ class PlateAngles(Angles):
 class ThinPlate(SettlingImpact):
     """Parameters of a perforation."""
 
-    shot: Shot
+    shot: ImpactShot
     fracture: Fracture
     numerics: Numerics
     settling: Settling

@@ -103,9 +103,12 @@ def marks(record: type, kind: type) -> Mapping[str, Any]:
 
 def flat(record: Any) -> dict[str, Any]:
     """The values of a record by name, those of the records inside it in their places."""
-    parts, values = _parts(type(record)), dict[str, Any]()
+    kind: type = type(record)
+    parts, values = _parts(kind), dict[str, Any]()
+    if not parts:
+        return dict(vars(record))
     for name, value in vars(record).items():
-        values |= (flat(value) if _parts(type(value)) else vars(value)) if name in parts else {name: value}
+        values |= flat(value) if name in parts else {name: value}
     return values
 
 

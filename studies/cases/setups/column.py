@@ -153,7 +153,6 @@ class Plateau:
     spacing_density: float
     velocity: float  # m/s
     energy: float  # J/kg, weighted by mass
-    particles: int
 
 
 def front(line: ColumnProfile, spacing: float, level: float) -> float:
@@ -196,7 +195,7 @@ def between(line: ColumnProfile, spacing: float, low: float, high: float) -> Pla
     inside = line.part((line.place > low) & (line.place < high))
     if inside.place.size < 2:
         nan = math.nan
-        return Plateau(nan, nan, nan, nan, nan, nan, 0)
+        return Plateau(nan, nan, nan, nan, nan, nan)
     stress = inside.mean(inside.stress)
     # Mass up to each particle over its place, as a least-squares line: particles at the ends weigh no more than others.
     slope = np.polyfit(inside.place - low, np.cumsum(inside.mass) - 0.5 * inside.mass, 1)[0]
@@ -207,7 +206,6 @@ def between(line: ColumnProfile, spacing: float, low: float, high: float) -> Pla
         spacing_density=float(slope / spacing**2),
         velocity=float((inside.mass * inside.velocity).sum() / inside.mass.sum()),
         energy=float((inside.mass * inside.energy).sum() / inside.mass.sum()),
-        particles=inside.place.size,
     )
 
 

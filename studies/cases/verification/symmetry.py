@@ -34,7 +34,7 @@ from studies.cases.setups.impacts import (
     unfolded,
 )
 from studies.cases.verification import VerificationCase
-from studies.measurements._impact import view
+from studies.measurements.impact.view import view
 from studies.values.recipes import Recipe
 
 SPEED = float(SMALL["speed"])

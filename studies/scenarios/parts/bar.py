@@ -14,7 +14,7 @@ from solver.units import Described
 from studies.scenarios import Setting, SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, along_flight, body, flight_axis, lattice, mesh, points
 from studies.scenarios.parts.loading import Loading
-from studies.scenarios.parts.method import ON_GRID, Method, is_coupled, is_meshed
+from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_coupled, is_meshed
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 from studies.values.errors import Finding
@@ -80,7 +80,7 @@ class Bar:
     wall: Wall
     loading: Loading
     numerics: Numerics
-    method: Method = ON_GRID
+    method: MethodChoice = ON_GRID
 
     def check(self, *, density: float, sound: float) -> Iterator[Finding]:
         """It is as long as a cell at least, square in three dimensions alone, and bears its loads.
@@ -229,9 +229,9 @@ class BarSetUp(SetUp):
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements import _bar
+        from studies.measurements import bar
 
-        return _bar.view(setting, snapshot)
+        return bar.view(setting, snapshot)
 
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:

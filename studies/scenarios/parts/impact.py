@@ -13,12 +13,21 @@ from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from studies.scenarios import Materials, ObservationRate, Setting, SetUp, Size
-from studies.scenarios.parts.lattice import SECTORS, Lattice, along_flight, body, flight_axis, lattice, mesh, slab_clamp
+from studies.scenarios.parts.lattice import (
+    SECTORS,
+    BodyPoints,
+    along_flight,
+    body,
+    flight_axis,
+    lattice,
+    mesh,
+    slab_clamp,
+)
 from studies.scenarios.parts.matter import Fracture, check_boiling, check_constants, check_eos, matter
-from studies.scenarios.parts.method import ON_GRID, Method
+from studies.scenarios.parts.method import ON_GRID, MethodChoice
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
-from studies.scenarios.parts.shot import UPRIGHT, Angles, Settling, Shot
+from studies.scenarios.parts.shot import UPRIGHT, Angles, ImpactShot, Settling
 from studies.values.errors import Finding
 from studies.values.recipes import FEW_PARTICLES, RECIPES
 
@@ -86,11 +95,11 @@ class Impact:
     A ``deep`` target stands for a half-space: where edges absorb, its back does too.
     """
 
-    shot: Shot
+    shot: ImpactShot
     fracture: Fracture
     numerics: Numerics
     angles: Angles = UPRIGHT
-    method: Method = ON_GRID
+    method: MethodChoice = ON_GRID
     _: KW_ONLY
     thickness: float  # of the target, m
     radius: float  # of the target, m: half its width where it is square
@@ -220,14 +229,14 @@ class Impact:
         across = self.shot.projectile_diameter * abs(math.sin(self._lean))
         return self.shot.length * abs(math.cos(self._lean)) + across
 
-    def _target(self) -> tuple[Lattice, float]:
+    def _target(self) -> tuple[BodyPoints, float]:
         """Points of the target, and the volume of the modelled part, m3 (m3 per radian in axisymmetry)."""
         geometry = self.shot.geometry
         area = {"axisymmetric": 0.5, "quarter": 1.0, "half": 2.0}[geometry] * self.radius**2
         where = lattice(geometry, breadth=self.radius, begin=0.0, end=self.thickness, step=self.step)
         return where, area * self.thickness
 
-    def _projectile(self) -> tuple[Lattice, float]:
+    def _projectile(self) -> tuple[BodyPoints, float]:
         """As ``_target``, around the projectile's own centre, so that a sphere is symmetric on any grid."""
         import numpy as np
 
@@ -251,7 +260,7 @@ class Impact:
         return where, volume * SECTORS[shot.geometry] / (2.0 * math.pi)
 
     def _body(
-        self, name: str, material: "Material", geometry: Any, where: Lattice, volume: float, velocity: "np.ndarray"
+        self, name: str, material: "Material", geometry: Any, where: BodyPoints, volume: float, velocity: "np.ndarray"
     ) -> "Body":
         made = matter(
             material,
@@ -291,7 +300,7 @@ class SettlingImpact(ImpactSetUp):
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements._impact import view
+        from studies.measurements.impact.view import view
 
         return view(setting, snapshot)
 

@@ -62,7 +62,7 @@ def points(*lines: "np.ndarray") -> "np.ndarray":
 
 
 @dataclass(frozen=True)
-class Lattice:
+class BodyPoints:
     """Points about the line of flight that fill a part of a body, before they have mass."""
 
     position: "np.ndarray"  # (n, 3) m
@@ -81,21 +81,21 @@ class Lattice:
         """Place of each point along the flight, m."""
         return self.position[:, self.axis]
 
-    def where(self, keep: "np.ndarray") -> "Lattice":
+    def where(self, keep: "np.ndarray") -> "BodyPoints":
         """Some of the points."""
         return replace(self, position=self.position[keep])
 
 
-def lattice(geometry: str, *, breadth: float, begin: float, end: float, step: float) -> Lattice:
+def lattice(geometry: str, *, breadth: float, begin: float, end: float, step: float) -> BodyPoints:
     """Points, nearly a step (m) apart, of a prism about the line of flight, ``breadth`` (m) is half its width."""
     import numpy as np
 
     across, wide = line(0.0, breadth, step)
     along, high = line(begin, end, step)
     if geometry == "axisymmetric":
-        return Lattice(points(across, along, np.zeros(1)), (wide, high, 0.0), 1)
+        return BodyPoints(points(across, along, np.zeros(1)), (wide, high, 0.0), 1)
     whole = np.concatenate([-across[::-1], across]) if geometry == "half" else across
-    return Lattice(points(whole, across, along), (wide, wide, high), 2)
+    return BodyPoints(points(whole, across, along), (wide, wide, high), 2)
 
 
 def flight_axis(geometry: str) -> int:
@@ -130,7 +130,7 @@ def body(
     name: str,
     matter: "Matter",
     geometry: Any,
-    points: Lattice,
+    points: BodyPoints,
     *,
     velocity: "np.ndarray",
     density: float,

@@ -33,7 +33,7 @@ def is_coupled(parameters: Any) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Method:
+class MethodChoice:
     """The method of a scenario, with what smoothed particles take; a scenario with a choice offers its own."""
 
     artificial_stress: Annotated[
@@ -50,11 +50,11 @@ class Method:
     method: str = "mpm"
 
 
-ON_GRID = Method()
+ON_GRID = MethodChoice()
 
 
 @dataclass(frozen=True, kw_only=True)
-class ParticleMethod(Method):
+class ParticleMethod(MethodChoice):
     """The choice of a method for particles alone."""
 
     method: Annotated[

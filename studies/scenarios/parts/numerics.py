@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, PerSecond, Second, marked
-from studies.scenarios.parts.method import ON_GRID, Method, is_on_grid, is_smoothed
+from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_on_grid, is_smoothed
 from studies.values.errors import Finding
 from studies.values.files import MOST_FRAMES
 from studies.values.parameters import Choice
@@ -158,7 +158,7 @@ class Numerics:
         ),
     ] = None
 
-    def filled(self, *, few: bool = False, method: Method = ON_GRID) -> Self:
+    def filled(self, *, few: bool = False, method: MethodChoice = ON_GRID) -> Self:
         """The parameters with every one that was left out, from the recipe.
 
         But for the particles where ``few`` do, and for the viscosity of a method that smooths particles.
@@ -170,7 +170,7 @@ class Numerics:
             preset = replace(preset, viscosity_linear=PAIR_LINEAR, viscosity_quadratic=PAIR_QUADRATIC)
         return filled_from(self, preset)
 
-    def check(self, end_time: float | None, method: Method = ON_GRID) -> list[Finding]:
+    def check(self, end_time: float | None, method: MethodChoice = ON_GRID) -> list[Finding]:
         """Friction belongs to contact on the grid; a film has a bounded number of frames."""
         findings = []
         if self.friction > 0.0 and self.contact not in CRITERIA:
@@ -198,7 +198,7 @@ class Numerics:
             return recipe.courant * cell / (sound + speed)
         return cell * min(recipe.courant / sound, recipe.travel / speed)
 
-    def arguments(self, method: Method = ON_GRID) -> dict[str, Any]:
+    def arguments(self, method: MethodChoice = ON_GRID) -> dict[str, Any]:
         """The arguments of ``Problem`` besides geometry, bodies, faces and time."""
         from solver.matter.tensor import Jaumann, Unturned
         from solver.problem import ArtificialViscosity, Contact, Criterion, Damping, Scheme, StepRule
@@ -220,7 +220,7 @@ class Numerics:
             "smoothing": self._smoothing(method, viscosity),
         }
 
-    def _smoothing(self, method: Method, viscosity: "ArtificialViscosity") -> "Smoothing | None":
+    def _smoothing(self, method: MethodChoice, viscosity: "ArtificialViscosity") -> "Smoothing | None":
         """The numerics of smoothed particles, those of their verification but for the viscosity."""
         from solver.problem import Smoothing
         from solver.sph.smoothing import CubicSpline

@@ -7,7 +7,7 @@ from typing import Annotated, Any, Literal, Self
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Radian, Second
 from studies.scenarios import ObservationRate
 from studies.scenarios.parts.matter import eos_forms
-from studies.scenarios.parts.method import ON_GRID, Method, is_smoothed
+from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_smoothed
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics, filled_from, has_melting
 from studies.values.errors import Finding
 from studies.values.parameters import Choice, MaterialName
@@ -37,7 +37,7 @@ def has_free_rim(parameters: Any) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shot:
+class ImpactShot:
     """Projectile, target and speed, and how long the impact is observed."""
 
     speed: Annotated[MetrePerSecond, Described("impact speed, normal to the target", 100.0, 2e4)]
@@ -120,7 +120,7 @@ class Shot:
         """Length of the projectile, m."""
         return self.projectile_length or self.projectile_diameter
 
-    def filled(self, numerics: Numerics, method: Method = ON_GRID, *, end_time: float) -> Self:
+    def filled(self, numerics: Numerics, method: MethodChoice = ON_GRID, *, end_time: float) -> Self:
         """The shot with all that its recipe chooses, and its latest end (s) where none is stated."""
         preset = IMPACT_RECIPES[numerics.recipe]
         if is_smoothed(method):  # which does not retire any
@@ -200,7 +200,7 @@ class Angles:
         ),
     ] = 0.0
 
-    def check(self, shot: Shot) -> list[Finding]:
+    def check(self, shot: ImpactShot) -> list[Finding]:
         """Angles need a model that has no other symmetry than theirs, and yaw needs an axis."""
         findings = []
         for name, angle in (("obliquity", self.obliquity), ("yaw", self.yaw)):
@@ -236,7 +236,7 @@ class Plate:
         """With its radius, for a projectile of a diameter (m)."""
         return replace(self, plate_radius=round_quantity(self.plate_radius or RADIUS * diameter))
 
-    def check(self, shot: Shot) -> list[Finding]:
+    def check(self, shot: ImpactShot) -> list[Finding]:
         """The plate is wider than the projectile, and no thinner than half a cell."""
         findings = []
         if self.radius < shot.projectile_diameter:

@@ -5,11 +5,11 @@ from typing import Annotated
 
 from solver.units import Described, Dimensionless
 from studies.scenarios import thin_plate
-from studies.scenarios.parts.shot import Shot
+from studies.scenarios.parts.shot import ImpactShot
 
 
 @dataclass(frozen=True, kw_only=True)
-class CoarseShot(Shot):
+class CoarseShot(ImpactShot):
     """A shot that is coarse by default."""
 
     cells_per_diameter: Annotated[Dimensionless, Described("grid cells across the projectile's diameter", 2.0, 8.0)] = (

@@ -17,7 +17,7 @@ from solver.state import Departed, Particles
 from studies import scenarios
 from studies.measurements import Reading
 from studies.runs.execution import execute, molten_fraction, observer_of
-from studies.runs.observer import Observer
+from studies.runs.observer import RunObserver
 from studies.runs.remeasure import load_state
 from studies.runs.run import PHYSICS_VERSION, Run, estimate
 from studies.scenarios import OBSERVATIONS_PER_WINDOW
@@ -222,7 +222,7 @@ def test_execute__does_not_hide_a_mistake_in_the_program(tmp_path: Path, monkeyp
     def broken(*arguments: Any) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("studies.runs.observer.Observer.__call__", broken)
+    monkeypatch.setattr("studies.runs.observer.RunObserver.__call__", broken)
     with pytest.raises(ZeroDivisionError):
         execute(asked("thin_plate"), tmp_path, threads=1)
     assert not (tmp_path / "result.json").exists()
@@ -321,7 +321,7 @@ def test_stop__at_the_end_of_time_flags_what_still_grows(tmp_path: Path) -> None
 
 def watched(
     history: Sequence[float], name: str = "hole_diameter", *, flags: tuple[str, ...] = (), **changes: Any
-) -> Observer:
+) -> RunObserver:
     """An observer of a plate that has read a history, in mm, five times in each window; the last with flags."""
     observer = observer_of(asked("thin_plate", **{"cells_per_diameter": 16.0, **changes}))
     observer.times = [observer.rate.interval * count for count in range(len(history))]

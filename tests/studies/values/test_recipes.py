@@ -17,7 +17,7 @@ from studies import materials
 from studies.runs.execution import setting_of
 from studies.runs.run import Run, estimate, resolve
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics
-from studies.scenarios.parts.shot import Shot
+from studies.scenarios.parts.shot import ImpactShot
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from studies.values.parameters import declared
@@ -62,7 +62,7 @@ def test_recipe__decides_every_numerical_parameter_that_may_be_left_out() -> Non
 
 
 def test_recipe__decides_every_parameter_of_impacts_that_is_said_to_be_its_own() -> None:
-    own = {name for name, one in declared(Shot).items() if one.meaning.endswith(BY_RECIPE)}
+    own = {name for name, one in declared(ImpactShot).items() if one.meaning.endswith(BY_RECIPE)}
     assert {one.name for one in dataclasses.fields(ImpactRecipe)} == own
 
 
