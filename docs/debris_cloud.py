@@ -9,12 +9,10 @@ from pathlib import Path
 
 import numpy as np
 
-from studies import materials
 from studies.films.section import END, Sections, read_sections
 from studies.reports.raster import VIRIDIS, Frame, nearest, png, radiogram
 from studies.runs.execution import execute
-from studies.runs.run import resolve
-from tests.claims.cases.clouds import CASE, COPPER, GRIDS
+from tests.studies.measurements.test_debris_cloud import GRIDS, asked
 
 FILE = Path(__file__).parent / "debris-cloud.png"
 WIDTH, GAP = 360, 24  # px of a panel, and between both
@@ -24,10 +22,8 @@ SPEEDS, DENSITIES = (0.0, 6600.0), (0.0, 40.0)  # ends of the colours, m/s and k
 
 def sections() -> Sections:
     """The stored sections of the case."""
-    roles = {role: materials.load(COPPER) for role in ("projectile", "target")}
-    run = resolve("debris_cloud", {**CASE, "cells_per_diameter": GRIDS[-1]}, roles)
     with tempfile.TemporaryDirectory() as folder:
-        execute(run, Path(folder))
+        execute(asked(GRIDS[-1]), Path(folder))
         return read_sections(Path(folder) / "sections.npz")
 
 

@@ -14,7 +14,7 @@ from studies.films.section import Sections, read_sections
 from studies.reports.raster import VIRIDIS, Frame, nearest, png
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
-from tests.claims.methods.thin_plate import GRIDS, document
+from tests.cases.test_methods import GRIDS, document
 
 FILE = Path(__file__).parent / "methods.png"
 WIDTH, GAP = 300, 16  # px of a panel, and between two

@@ -14,7 +14,7 @@ from studies.films.section import SectionOptions, SectionRecorder, Sections
 from studies.reports.raster import VIRIDIS, Frame, nearest, png
 from studies.runs.execution import observer_of
 from studies.runs.run import resolve
-from tests.claims.methods.plugging import DIAMETER, ROLES, SPACING, SPEED
+from tests.cases.test_plugging import DIAMETER, ROLES, SPACING, SPEED
 
 FILE = Path(__file__).parent / "plugging.png"
 MOMENTS = (7e-6, 30e-6, 60e-6, 120e-6)  # s: contact, the plate bulges, the plug moves, and is out

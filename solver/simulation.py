@@ -15,7 +15,7 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.fem.step import ElementStepper
 from solver.grid.debris import clear_debris
 from solver.grid.step import Stepper, shares_of
-from solver.matter.eos import reference_density, reference_sound_speed
+from solver.matter.eos import reference_sound_speed
 from solver.matter.failure import weakens
 from solver.matter.strength import stored_part
 from solver.problem import Body, Problem
@@ -36,10 +36,9 @@ from solver.state import (
 )
 from solver.steps.crossing import exit_face
 from solver.steps.method import Method, Partition
-from solver.steps.points import QUANTITIES, Limits, Tally, find_fault
+from solver.steps.points import Limits, Tally, first_fault
 from solver.steps.threads import ThreadPool, asked_threads
-from solver.steps.timestep import first_step, stable_step
-from solver.vectors import LANES
+from solver.steps.timestep import fastest, first_step, stable_step
 
 # Steps between reorderings of the particle arrays, for memory locality; debris is retired before them.
 SORT_INTERVAL = 100
@@ -53,7 +52,7 @@ SHARE, MOST_SHARES = 32768, 16
 DENSEST, THINNEST, SPEED_FACTOR, ENERGY_FACTOR = 8.0, 1e-9, 10.0, 100.0
 
 # Numbers of a Simulation.
-CARRIED = ("time", "step", "dt", "smallest_step", "particle_steps", "removed", "removed_by_contact", "worked")
+CARRIED_NUMBERS = ("time", "step", "dt", "smallest_step", "particle_steps", "removed", "removed_by_contact", "worked")
 DEPARTED = "departed_"  # before the names of its arrays
 
 Observer = Callable[[Snapshot], str | None]
@@ -141,7 +140,7 @@ class Simulation:
         self.stepper = _method(problem)(problem, self.limits, self.pool, self.shares)
         self.impulse = np.zeros(3)
         self._departures = [NONE_DEPARTED]
-        self.dt = problem.fixed_dt or _first_step(problem)
+        self.dt = problem.fixed_dt or first_step(problem)
         self._arrange()
         self.start = totals(self.particles)
 
@@ -190,7 +189,7 @@ class Simulation:
             **self.stepper.carried(),
         }
         numbers = {
-            **{name: getattr(self, name) for name in CARRIED},
+            **{name: getattr(self, name) for name in CARRIED_NUMBERS},
             "counters": asdict(self.counters),
             "ledger": ledger,
             "start": first,
@@ -200,7 +199,7 @@ class Simulation:
     def take_over(self, carried: Carried) -> None:
         """Go on from what a simulation of the same problem carried."""
         numbers, arrays = carried.numbers, carried.arrays
-        for name in CARRIED:
+        for name in CARRIED_NUMBERS:
             # Checkpoints without loads have no work.
             setattr(self, name, numbers.get(name, 0.0) if name == "worked" else numbers[name])
         self.counters = Counters(**numbers["counters"])
@@ -231,14 +230,7 @@ class Simulation:
         self.smallest_step = min(self.smallest_step, dt)
         self._book(balance.gone)
         if self.problem.fixed_dt is None:
-            self.dt = stable_step(
-                self.tally,
-                courant=self.problem.courant,
-                spacing=self.problem.geometry.spacing,
-                previous=dt,
-                rule=self.problem.step_rule,
-                travel=self.problem.travel,
-            )
+            self.dt = stable_step(self.problem, self.tally, dt)
 
     def _book(self, gone: int) -> None:
         """Counters, ledger and faults of the step that was just taken."""
@@ -261,18 +253,13 @@ class Simulation:
 
     def _raise(self, first: int) -> None:
         particles, body = self.stepper.material_points(self.particles, self.body)
-        found = [
-            (p, *find_fault(self.problem.bodies[int(body[p])].matter, self.limits, particles, p))
-            for p in range(first, min(first + LANES, body.size))
-            if particles.mass[p] > 0.0
-        ]
-        culprit, kind, value = next(one for one in found if one[1])
+        culprit, quantity, value = first_fault(self.problem, self.limits, particles, body, first)
         raise UnphysicalState(
             particle=int(particles.number[culprit]),
             body=self.problem.bodies[int(body[culprit])].name,
             time=self.time,
             step=self.step,
-            quantity=QUANTITIES[kind],
+            quantity=quantity,
             value=value,
         )
 
@@ -445,23 +432,7 @@ def _check_inside(problem: Problem, body: Body) -> None:
             )
 
 
-def _fastest(problem: Problem) -> float:
-    """Largest initial speed of any particle, m/s."""
-    return max(float(np.sqrt((np.asarray(body.velocity) ** 2).sum(axis=-1)).max()) for body in problem.bodies)
-
-
 def _limits(problem: Problem) -> Limits:
     sound = max(reference_sound_speed(body.matter.eos) for body in problem.bodies)
-    speed = max(_fastest(problem), sound)
+    speed = max(fastest(problem), sound)
     return Limits(densest=DENSEST, thinnest=THINNEST, energy=ENERGY_FACTOR * 0.5 * speed**2, speed=SPEED_FACTOR * speed)
-
-
-def _first_step(problem: Problem) -> float:
-    sound = max(
-        math.sqrt(
-            reference_sound_speed(body.matter.eos) ** 2
-            + 4.0 / 3.0 * body.matter.shear_modulus / reference_density(body.matter.eos)
-        )
-        for body in problem.bodies
-    )
-    return first_step(sound + _fastest(problem), courant=problem.courant, spacing=problem.geometry.spacing)

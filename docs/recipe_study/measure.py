@@ -12,7 +12,7 @@ from solver.errors import WhippleError
 from studies.cases.setups.runs import executed, value
 from studies.cases.solutions.hugoniot import Solid
 from studies.cases.validation.taylor_bar import HALVED, MATERIAL, MEASURED, REFERENCES
-from studies.cases.verification.bar_contact import contact_and_rebound
+from studies.cases.verification.contact import contact_and_rebound
 from studies.cases.verification.noh import gated_errors
 from studies.cases.verification.plate_impact import PAIRS, impact, states
 from studies.runs.execution import execute

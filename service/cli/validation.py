@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from service.cli.local import STORE_OF_FOLDER, run_sweeps
+from service.client.progress import Show
 from service.records.jobs import SweepStatus
 from service.settings import Settings
 from solver.errors import WhippleError
@@ -22,7 +23,6 @@ from studies.values.quantities import refusal
 STORE = STORE_OF_FOLDER
 KINDS = ("validation", "verification")
 
-Show = Callable[[SweepStatus], None]
 ShowProgress = Callable[[str], AbstractContextManager[Show]]
 
 

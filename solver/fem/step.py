@@ -19,7 +19,7 @@ import numpy as np
 
 from solver.errors import ProblemError
 from solver.fem.elements import Hexahedron
-from solver.fem.mesh import end_faces, face_areas, node_shares, point_volumes
+from solver.fem.mesh import end_faces, face_areas, node_parts, point_volumes
 from solver.fem.rates import (
     AXES,
     HELD,
@@ -32,15 +32,14 @@ from solver.fem.rates import (
     show_nodes,
     strain_elements,
 )
-from solver.fem.space import Points
 from solver.jit import Bound
 from solver.matter.eos import burns, reference_density, reference_sound_speed
 from solver.problem import Body, Face, Problem, Scheme, mean_pressure
 from solver.problem.geometry import Cartesian3D
 from solver.state import DENSITY, ENERGY, MASS, NEW_X, NEW_Z, STRAIN, Particles, X, Z, empty_table, lines, views
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import Limits, Tally, empty_tallies, summarise, update_particles
-from solver.steps.space import new_pack
+from solver.steps.points import Limits, PointUpdate
+from solver.steps.space import ElementPoints
 from solver.steps.threads import ThreadPool
 
 AT_FACE = 1e-6  # of a cell: nodes within it stand on a face of the grid
@@ -63,7 +62,7 @@ class ElementStepper(Method):
 
     def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
         _check(problem)
-        self.problem, self.limits, self.pool, self.shares = problem, limits, pool, shares
+        self.problem, self.pool, self.shares = problem, pool, shares
         geometry = problem.geometry
         meshes = [body.mesh for body in problem.bodies if body.mesh]
         counts = np.cumsum([0, *(mesh.nodes.shape[0] * mesh.kind.points for mesh in meshes)])
@@ -92,9 +91,9 @@ class ElementStepper(Method):
             self.node_of[pairs] = columns.ravel()
             self.point_of[pairs] = np.repeat(first + np.arange(elements) * mesh.kind.points, count)
             self.points_of[pairs] = mesh.kind.points
-            shares_of_nodes = node_shares(mesh, body.position)
+            parts = node_parts(mesh, body.position)
             whole = body.density * volumes.sum(axis=1, keepdims=True)
-            self.part[pairs] = (whole * shares_of_nodes).ravel()
+            self.part[pairs] = (whole * parts).ravel()
             self.loaded += [
                 Loaded(load, mesh.kind, end_faces(mesh, body.position, load) + int(nodes[number]))
                 for load in problem.tractions
@@ -113,20 +112,16 @@ class ElementStepper(Method):
         self.undriven = np.full(position.shape[0], -1)
         self.before = np.zeros(1)  # the step that ended at n, s
         lengths = np.zeros((1, self.states.shape[1]))
-        self.space = Points(geometry.lower, geometry.spacing, geometry.cells, lengths)
+        self.space = ElementPoints(geometry.lower, geometry.spacing, geometry.cells, lengths)
         self.gradients = lines(AXES * self.states.shape[1])
         self.scratch = [[np.zeros((mesh.nodes.shape[1], AXES)) for mesh in meshes] for _ in range(shares)]
-        self.packs = [new_pack() for _ in range(shares)]
-        self.tallies = empty_tallies(shares * len(meshes))
-        self.summary = np.zeros(len(Tally._fields))
+        self.points = PointUpdate(problem, limits, shares)
         self.taken = np.zeros((shares, 1))
         self.node_sums = np.zeros((shares, 5))
         self.find_operators = [Bound(find_operators) for _ in meshes]
         self.push_nodes = [Bound(push_nodes) for _ in meshes]
         self.strain_elements = [Bound(strain_elements) for _ in meshes]
-        self.update_particles = [Bound(update_particles) for _ in meshes]
         self.move_nodes, self.show_nodes = Bound(move_nodes), Bound(show_nodes)
-        self.summarise = Bound(summarise)
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
         """Take nodes and integration points from n, at a time, to n+1."""
@@ -254,29 +249,13 @@ class ElementStepper(Method):
             self.space.lengths,
             self.taken[share],
         )
-        self.update_particles[body](
-            self.space,
-            problem.shape,
-            self.packs[share],
-            problem.bodies[body].matter,
-            problem.stress_rate,
-            problem.viscosity,
-            self.limits,
-            self.states,
-            mesh.first + begin * mesh.kind.points,
-            mesh.first + end * mesh.kind.points,
-            self.gradients,
-            self.tallies,
-            share * len(self.meshes) + body,
-            time,
-            dt,
-            0,
-        )
+        points = mesh.kind.points
+        span = mesh.first + begin * points, mesh.first + end * points
+        self.points.update(self.space, problem.viscosity, share, body, self.states, span, self.gradients, time, dt)
 
     def balance(self, kick: float) -> StepBalance:
         """What the step exchanged with faces, loads and springs."""
-        self.summarise(self.tallies, self.summary)
-        tally = Tally(*self.summary.tolist())
+        tally = self.points.tally()
         # A mesh moves with the matter, and may leave the box.
         tally = tally._replace(convected=tally.signal, outside=0.0)
         sums = self.node_sums.sum(axis=0)
@@ -333,10 +312,7 @@ def held_components(problem: Problem, position: np.ndarray) -> np.ndarray:
             if face == Face.SYMMETRIC:
                 held[on, axis] = 1
                 continue
-            along = np.arange(3) != axis
-            place = position[:, along]
-            inside = (place >= problem.clamp.lower[along]) & (place <= problem.clamp.upper[along])
-            held[on & inside.all(axis=1)] = 1
+            held[on & problem.clamp.holds(position, axis)] = 1
     return held
 
 

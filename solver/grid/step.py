@@ -20,6 +20,7 @@ velocities that the particles end with, so that their sums drift, and the audit 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -45,28 +46,15 @@ from solver.problem.geometry import dimensions, node_count
 from solver.state import NEW_X, NEW_Z, X, Z, lines
 from solver.steps.crossing import cross_faces
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import CULPRIT, FAULT, OUTSIDE, Limits, Tally, empty_tallies, summarise, update_particles
-from solver.steps.space import VELOCITY, new_pack
+from solver.steps.points import CULPRIT, FAULT, OUTSIDE, Limits, PointUpdate
+from solver.steps.space import VELOCITY
 from solver.steps.threads import ThreadPool
 from solver.vectors import first_lanes, line, number, set_line, spread, where
 
 
-class Kernels:
-    """The kernels of each step, bound to the types of one problem."""
-
-    def __init__(self, bodies: int):
-        self.scatter_state = Bound(scatter_state)
-        self.add_lines = Bound(add_lines)
-        self.close_nodes = Bound(close_nodes)
-        self.solve_momentum = Bound(solve_momentum)
-        self.mirror_nodes = Bound(mirror_nodes)
-        self.add_ghost_impulse = Bound(add_ghost_impulse)
-        self.move_particles = Bound(move_particles)
-        self.close_mapped = Bound(close_mapped)
-        self.divide_mapped = Bound(divide_mapped)
-        self.clear_lines = Bound(clear_lines)
-        self.update_particles = [Bound(update_particles) for _ in range(bodies)]
-        self.summarise = Bound(summarise)
+def bound_kernels() -> Any:
+    """The kernels of each step by their names, bound to the types of one problem."""
+    return SimpleNamespace(**{each.__name__: Bound(each) for each in KERNELS})
 
 
 class Field:
@@ -75,8 +63,8 @@ class Field:
     Each share of the particles adds to a table of its own; the first is that of the nodes.
     """
 
-    def __init__(self, problem: Problem, bodies: slice, shares: int, kernels: "Kernels | None" = None):
-        self.kernels = kernels or Kernels(len(problem.bodies))
+    def __init__(self, problem: Problem, bodies: slice, shares: int, kernels: Any = None):
+        self.kernels = kernels or bound_kernels()
         # Small pages cost nothing in two dimensions, and a fifth of a step in three, where neighbours of a node lie in
         # nine of them (3-D linear 31.7 -> 38.4, axisymmetric spline 21.4 -> 21.6 reference numbers, 2026-11-22).
         sparse = dimensions(problem.geometry) == 2
@@ -145,12 +133,9 @@ class Stepper(Method):
         if problem.shape is None:
             problem = replace(problem, shape=Linear())
         self.problem = problem
-        self.limits = limits
         self.pool = pool
-        self.kernels = Kernels(len(problem.bodies))
-        self.packs = [new_pack() for _ in range(shares)]
-        self.tallies = empty_tallies(shares * len(problem.bodies))
-        self.summary = np.zeros(len(Tally._fields))
+        self.kernels = bound_kernels()
+        self.points = PointUpdate(problem, limits, shares)
         self.time = 0.0  # at n+1, s
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
         bodies = len(problem.bodies)
@@ -180,11 +165,10 @@ class Stepper(Method):
         if scheme == Scheme.USF:
             partition.table[X : Z + 1] = partition.table[NEW_X : NEW_Z + 1]
             self._check_positions(partition.particles.position)
-            self.tallies[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
+            self.points.tallies[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
         else:
             self._update(partition, dt, whole_work=0)  # sigma at n+1
-        self.kernels.summarise(self.tallies, self.summary)
-        tally = Tally(*self.summary.tolist())
+        tally = self.points.tally()
         gone, reflected = 0, 0
         if tally.outside:
             gone, reflected = cross_faces(
@@ -210,15 +194,14 @@ class Stepper(Method):
         """
         problem, energy, contact, loaded = self.problem, 0.0, 0.0, 0.0
         damping = StepDamping(-math.expm1(-problem.damping.rate * dt), float(problem.damping.order))
-        share = 0.0 if problem.scheme == Scheme.USF else 0.5
-        work = StepWork(share, float(problem.viscosity.heating))
+        work = StepWork(0.0 if problem.scheme == Scheme.USF else 0.5, float(problem.viscosity.heating))
         for field in self.fields:
             self._scatter(field, partition)  # m, p, f at n
             field.load(partition, self.time - dt, dt, impulse)
             field.close(dt, impulse)
             field.absorb(dt, impulse)
         if self.contact:
-            self.contact.add_forces(partition.table, partition.shares, self.packs[0], dt)
+            self.contact.add_forces(partition.table, partition.shares, self.points.packs[0], dt)
         for field in self.fields:
             self._solve(field, dt)  # v at n+1
             field.mirror()
@@ -232,7 +215,7 @@ class Stepper(Method):
                 lambda field, share, ranges: self.kernels.move_particles(
                     problem.geometry,
                     problem.shape,
-                    self.packs[share],
+                    self.points.packs[share],
                     partition.table,
                     ranges,
                     field.nodes.motion,
@@ -268,7 +251,7 @@ class Stepper(Method):
             lambda field, share, ranges: self.kernels.scatter_state(
                 self.problem.geometry,
                 self.problem.shape,
-                self.packs[share],
+                self.points.packs[share],
                 partition.table,
                 ranges,
                 field.tables[share],
@@ -288,7 +271,7 @@ class Stepper(Method):
             ranges = partition.shares[share, field.bodies]
             geometry, shape = self.problem.geometry, self.problem.shape
             motion = field.nodes.motion
-            scatter_smoothed(geometry, shape, self.packs[0], partition.table, ranges, motion, smoothed)
+            scatter_smoothed(geometry, shape, self.points.packs[0], partition.table, ranges, motion, smoothed)
         fold_vectors(field.closed, smoothed, VELOCITY)
         _over_blocks(self.pool, divide_smooth, field.blocks, field.nodes.state, smoothed)
         mirror_vectors(field.closed, smoothed, VELOCITY)
@@ -296,43 +279,30 @@ class Stepper(Method):
     def _check_positions(self, position: np.ndarray) -> None:
         """Report a position that is not finite: with USF particles move after their state was checked."""
         nowhere = np.flatnonzero(~np.isfinite(position).all(axis=1))
-        if nowhere.size and not self.tallies[:, FAULT].any():
-            self.tallies[0, FAULT], self.tallies[0, CULPRIT] = 1.0, nowhere[0]
+        if nowhere.size and not self.points.tallies[:, FAULT].any():
+            self.points.tallies[0, [FAULT, CULPRIT]] = 1.0, nowhere[0]
 
     def _update(self, partition: Partition, dt: float, *, whole_work: int) -> None:
         """Each share's bodies one after another, because they have its pack in common."""
-        bodies = range(len(self.problem.bodies))
-        pairs = [(field, body) for field in self.fields for body in bodies[field.bodies]]
+        problem = self.problem
+        pairs = [(field, body) for field in self.fields for body in range(len(problem.bodies))[field.bodies]]
 
         def update(share: int) -> None:
             for field, body in pairs:
-                self._update_body(field, body, share, partition, dt, whole_work)
+                self.points.update(
+                    problem.geometry,
+                    problem.viscosity,
+                    share,
+                    body,
+                    partition.table,
+                    partition.shares[share, body].tolist(),
+                    field.nodes.mapped,
+                    self.time,
+                    dt,
+                    whole_work,
+                )
 
-        self.pool.run(update, range(len(self.packs)))
-
-    def _update_body(
-        self, field: Field, body: int, share: int, partition: Partition, dt: float, whole_work: int
-    ) -> None:
-        problem = self.problem
-        begin, end = partition.shares[share, body].tolist()
-        self.kernels.update_particles[body](
-            problem.geometry,
-            problem.shape,
-            self.packs[share],
-            problem.bodies[body].matter,
-            problem.stress_rate,
-            problem.viscosity,
-            self.limits,
-            partition.table,
-            begin,
-            end,
-            field.nodes.mapped,
-            self.tallies,
-            share * len(problem.bodies) + body,
-            self.time,
-            dt,
-            whole_work,
-        )
+        self.pool.run(update, range(len(self.points.packs)))
 
     def _over_shares(self, field: Field, partition: Partition, call: Any) -> None:
         """A kernel over each share of the particles of a field."""
@@ -427,3 +397,17 @@ def divide_mapped(blocks, state, mapped):
         for i in range(BLOCK * block, BLOCK * (block + 1)):
             if number(state, i, 0) > 0.0:
                 set_line(mapped, i, line(state, i) * (1.0 / number(state, i, 0)))
+
+
+KERNELS = (
+    scatter_state,
+    add_lines,
+    close_nodes,
+    solve_momentum,
+    mirror_nodes,
+    add_ghost_impulse,
+    move_particles,
+    close_mapped,
+    divide_mapped,
+    clear_lines,
+)

@@ -47,8 +47,8 @@ from solver.sph.tables import MOVED, new_memory, tables_of
 from solver.state import MASS, VX, Particles, lines
 from solver.steps.crossing import cross_faces
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import Limits, Tally, empty_tallies, summarise, update_particles
-from solver.steps.space import AXES, Scattered, new_pack
+from solver.steps.points import Limits, PointUpdate
+from solver.steps.space import AXES, Scattered
 from solver.steps.threads import ThreadPool
 
 STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
@@ -79,16 +79,13 @@ class ParticleStepper(Method):
         _check(problem, problem.smoothing)
         self.problem = problem
         self.smoothing = problem.smoothing
-        self.limits = limits
         self.pool = pool
         self.axes = _axes(problem)
         self.pressed = pressed_ends(problem, self.axes)
         self.loaded: list[Loaded] = []
         self.before = np.zeros(1)  # the step that ended at n, s
         self.space = Scattered(problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes)
-        self.packs = [new_pack() for _ in range(shares)]
-        self.tallies = empty_tallies(shares * len(problem.bodies))
-        self.summary = np.zeros(len(Tally._fields))
+        self.points = PointUpdate(problem, limits, shares)
         self.sums = np.zeros((shares, 8))
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
         self.gravity = np.array(problem.gravity)
@@ -103,11 +100,10 @@ class ParticleStepper(Method):
         self.passive = [number for number in bodies if number not in self.active]
         self.seen = list(bodies)
         self.measure = [Bound(measure) for _ in bodies]
-        self.update_particles = [Bound(update_particles) for _ in bodies]
         self.lay_out, self.set_stress = Bound(lay_out), Bound(set_stress)
         self.find_neighbours, self.repel = Bound(find_neighbours), Bound(repel)
         self.accelerate, self.find_gradients = Bound(accelerate), Bound(find_gradients)
-        self.find_forces_of_others, self.summarise = Bound(find_forces_of_others), Bound(summarise)
+        self.find_forces_of_others = Bound(find_forces_of_others)
 
     def carried(self) -> dict[str, np.ndarray]:
         """The step before."""
@@ -231,17 +227,18 @@ class ParticleStepper(Method):
         )
         self._over_bodies(
             partition,
-            lambda share, body, begin, end: self._update(share, body, begin, end, table, time + dt, dt),
+            lambda share, body, begin, end: self.points.update(
+                self.space, STILL, share, body, table, (begin, end), self.gradients, time + dt, dt
+            ),
             self.active,
         )
 
     def balance(self, partition: Partition, kick: float) -> StepBalance:
         """What the step exchanged with faces and gravity."""
         impulse = np.zeros(3)
-        self.summarise(self.tallies, self.summary)
         # The signal that takes as long through a cell as the one that decides through its smoothing length.
         signal = self.problem.geometry.spacing * max(float(self.sums[:, FASTEST].max()), STANDSTILL)
-        tally = Tally(*self.summary.tolist())._replace(signal=signal, convected=signal)
+        tally = self.points.tally()._replace(signal=signal, convected=signal)
         impulse += self.sums[:, IMPULSE : IMPULSE + 3].sum(axis=0)
         impulse += self.sums[:, WEIGHT].sum() * self.gravity * kick
         gone, reflected = 0, 0
@@ -374,32 +371,11 @@ class ParticleStepper(Method):
     def _lists(self, share: int) -> Lists:
         return Lists(self.lists[share], self.first, self.stop)
 
-    def _update(self, share: int, body: int, begin: int, end: int, table: Any, time: float, dt: float) -> None:
-        problem = self.problem
-        self.update_particles[body](
-            self.space,
-            problem.shape,
-            self.packs[share],
-            problem.bodies[body].matter,
-            problem.stress_rate,
-            STILL,
-            self.limits,
-            table,
-            begin,
-            end,
-            self.gradients,
-            self.tallies,
-            share * len(problem.bodies) + body,
-            time,
-            dt,
-            0,
-        )
-
     def _over_shares(self, partition: Partition, call: Any, bodies: Sequence[int] | None = None) -> None:
         """A kernel over each share of the particles of some bodies, by default those that move."""
         chosen = self.active if bodies is None else bodies
         self.pool.run(
-            lambda share: call(share, np.ascontiguousarray(partition.shares[share][chosen])), range(len(self.packs))
+            lambda share: call(share, np.ascontiguousarray(partition.shares[share][chosen])), range(len(self.sums))
         )
 
     def _over_bodies(self, partition: Partition, call: Any, bodies: Sequence[int]) -> None:
@@ -411,7 +387,7 @@ class ParticleStepper(Method):
                 begin, end = partition.shares[share, body].tolist()
                 call(share, body, begin, end)
 
-        self.pool.run(work, range(len(self.packs)))
+        self.pool.run(work, range(len(self.sums)))
 
 
 def _axes(problem: Problem) -> int:

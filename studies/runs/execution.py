@@ -213,7 +213,7 @@ def _distributions(observer: Observer) -> dict[str, Any]:
     names = observer.scenario.distributions
     if not names:
         return {}
-    from studies.measurements._distributions import DISTRIBUTIONS
+    from studies.measurements.cloud import DISTRIBUTIONS
 
     return {
         name: {"version": DISTRIBUTIONS[name].version, "values": DISTRIBUTIONS[name].read(observer.last_view).tolist()}

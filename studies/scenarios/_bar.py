@@ -159,9 +159,9 @@ def outline(values: Mapping[str, Any], *, length: str, diameter: str) -> Outline
 
 def view(setting: Any, snapshot: Any) -> Any:
     """A state of a bar, as measurements see it."""
-    from studies.measurements import _bar
+    from studies.measurements import bar
 
-    return _bar.view(setting, snapshot)
+    return bar.view(setting, snapshot)
 
 
 def _grid(parameters: Bar, extent: Extent) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:

@@ -42,7 +42,7 @@ def _rate(parameters: Any, setting: Any) -> ObservationRate:
 
 
 def _view(setting: ImpactSetting, snapshot: Any) -> Any:
-    from studies.measurements._impact import view
+    from studies.measurements.impact.view import view
 
     return view(setting, snapshot)
 

@@ -132,7 +132,7 @@ def _rate(parameters: DebrisCloud, setting: Setting) -> ObservationRate:
 
 
 def _view(setting: CloudSetting, snapshot: Any) -> Any:
-    from studies.measurements._cloud import view
+    from studies.measurements.cloud import view
 
     return view(setting, snapshot)
 

@@ -172,9 +172,9 @@ def _rate(parameters: Any, setting: Setting) -> ObservationRate:
 
 
 def _view(setting: Any, snapshot: Any) -> Any:
-    from studies.measurements import _whole
+    from studies.measurements import whole
 
-    return _whole.view(setting, snapshot)
+    return whole.view(setting, snapshot)
 
 
 SCENARIO = Scenario(

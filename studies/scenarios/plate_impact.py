@@ -275,9 +275,9 @@ def _rate(parameters: Any, setting: Setting) -> ObservationRate:
 
 
 def _view(setting: Any, snapshot: Any) -> Any:
-    from studies.measurements import _plates
+    from studies.measurements import plates
 
-    return _plates.view(setting, snapshot)
+    return plates.view(setting, snapshot)
 
 
 SCENARIO = Scenario(

@@ -431,7 +431,7 @@ def _rate(parameters: Any, setting: Setting) -> ObservationRate:
 
 
 def _view(setting: Any, snapshot: Any) -> Any:
-    from studies.measurements._plug import view
+    from studies.measurements.plug import view
 
     return view(setting, snapshot)
 

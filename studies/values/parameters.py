@@ -28,7 +28,7 @@ from studies.values.quantities import (
 )
 
 Value = float | int | bool | str | None
-Kind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
+ParameterKind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
 
 LONGEST_WORD = 200  # characters of a text parameter that says no more
 
@@ -59,7 +59,7 @@ class Parameter:
     """One field that a person may set: what it holds and what it allows."""
 
     name: str
-    kind: Kind
+    kind: ParameterKind
     unit: str | None = None  # SI symbol, "1" for a plain number; None for words
     meaning: str = ""
     minimum: float | None = None  # SI, inclusive, at the 12 digits of what it bounds
@@ -216,14 +216,14 @@ def _without_none(hint: Any) -> tuple[Any, bool]:
     return others[0] if len(others) == 1 else hint, NoneType in get_args(hint)
 
 
-def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> Kind:
+def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> ParameterKind:
     if _MaterialMark in marks:
         return "material"
     if Choice in marks or get_origin(hint) is Literal:
         return "choice"
     if Unit in marks:
         return "quantity"
-    plain: dict[Any, Kind] = {int: "integer", bool: "boolean", str: "text"}
+    plain: dict[Any, ParameterKind] = {int: "integer", bool: "boolean", str: "text"}
     if hint not in plain:
         raise TypeError(f"{name}: {hint} is not a unit alias, int, bool, str, Literal or MaterialName")
     return plain[hint]
@@ -295,8 +295,8 @@ def describe(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
     return [dataclasses.asdict(parameter) | {"limit": parameter.limit()} for parameter in parameters]
 
 
-_WORDS: dict[Kind, str] = {"boolean": "true or false", "material": "the name of a material"}
-_PARSERS: dict[Kind, Callable[[Parameter, Any, str], Value]] = {
+_WORDS: dict[ParameterKind, str] = {"boolean": "true or false", "material": "the name of a material"}
+_PARSERS: dict[ParameterKind, Callable[[Parameter, Any, str], Value]] = {
     "quantity": _parse_quantity,
     "integer": _parse_integer,
     "boolean": _parse_boolean,

@@ -5,11 +5,13 @@ from contextlib import closing
 
 import pytest
 
+from service.api.middleware import BODY_SECONDS, HEAD_SECONDS
 from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
 from tests.acceptance.checks import costly_requests
 from tests.acceptance.support import short_timeouts
+from tests.acceptance.support.costly_bodies import BODIES
 from tests.acceptance.support.serving import Service
 from tests.rows import Row, check
 from tests.service.support.api import LARGE_SWEEPS
@@ -72,3 +74,22 @@ def test_pipelining__by_hundreds_without_a_key_holds_nobody_up(compared: Callabl
     with costly_requests.served() as served:
         for row in costly_requests.pipelined(served, 600, 15.0):
             compared(row)
+
+
+@pytest.mark.claim("refusals", "bad-bodies", minutes=2.0)
+def test_bad_bodies__are_refused_within_a_second(compared: Callable[[Row], None]) -> None:
+    """Bodies of up to 4 MB made to cost much are refused within a second, and others are answered meanwhile."""
+    with costly_requests.served() as served:
+        for row in costly_requests.refused(served, BODIES):
+            compared(row)
+
+
+@pytest.mark.claim("refusals", "heads", minutes=2.0)
+def test_heads__by_the_hundred_are_closed(compared: Callable[[Row], None]) -> None:
+    """Endless heads and half-sent heads by the hundred are closed, and others are answered meanwhile."""
+    with costly_requests.served() as served:
+        for row in costly_requests.closed(served, 200 << 20, costly_requests.HALVES, HEAD_SECONDS):
+            compared(row)
+        for row in costly_requests.chunked(served):
+            compared(row)
+        compared(costly_requests.dribbled(served, BODY_SECONDS))

@@ -12,7 +12,7 @@ from solver.problem import Face, Problem, clamp
 from solver.simulation import start
 from solver.state import empty_table, views
 from solver.steps.crossing import cross_faces
-from tests.solver.bodies import FREE, ROUND_OFF, SPACING, SYMMETRIC, block, box, each_shape
+from tests.solver.bodies import FREE, ROUND_OFF, SPACING, SYMMETRIC, assert_balanced, block, box, each_shape
 
 BOX = box(4, 4, 4)
 DT = 1e-8
@@ -264,8 +264,7 @@ def test_face__closes_the_balances_of_a_bar_that_hits_it(face: Face, shape: Any)
     assert max(impulses) > 0.0
     assert (min(impulses) >= 0.0) == (face == Face.WALL)
     audit = simulation.audit()
-    assert audit.momentum_error <= ROUND_OFF
-    assert abs(audit.energy_drift) <= ROUND_OFF
+    assert_balanced(audit)
 
 
 @pytest.mark.parametrize(("upper", "expected"), [(Face.FIXED, 0.0), (Face.FREE, 1.0)])

@@ -10,7 +10,7 @@ from service.api.routes.dependencies import (
     AppSettings,
     AppStore,
     Cursor,
-    Limit,
+    PageLimit,
     PatchedSweep,
     PostedEstimate,
     PostedSubmission,
@@ -113,7 +113,7 @@ def list_sweeps(
     state: Annotated[SweepState | None, Query(description="Sweeps in this state only")] = None,
     prefix: Prefix = "",
     cursor: Cursor = None,
-    limit: Limit = 50,
+    limit: PageLimit = 50,
 ) -> PageOf[SweepModel]:
     """Sweeps, newest first."""
     page = store.sweeps.page(state=state, prefix=prefix, cursor=cursor, limit=limit)
@@ -144,7 +144,7 @@ def list_runs(
         State | None, Query(description="Points in this state only: " + ", ".join(f"`{state}`" for state in RUN_STATES))
     ] = None,
     cursor: Cursor = None,
-    limit: Limit = 100,
+    limit: PageLimit = 100,
 ) -> PageOf[PointModel]:
     """The points of a sweep in its own order, each with its run; for example `?state=failed`."""
     page = store.sweeps.points(id, state=state, cursor=cursor, limit=limit)

@@ -14,7 +14,7 @@ from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
     Json,
-    Keep,
+    KeepOption,
     Laws,
     Out,
     Overwrite,
@@ -65,7 +65,7 @@ def sweep(
     overwrite: Overwrite = False,
     threads: Threads = None,
     law: Laws = None,
-    keep: Keep = "final",
+    keep: KeepOption = "final",
 ) -> None:
     """Compute a sweep on this machine, without a service. Repeated, it resumes.
 
@@ -155,23 +155,16 @@ def warm(
     ] = None,
 ) -> None:
     """Compile the kernels of sweeps into the cache, before the first run needs them."""
-    _compile_kernels(_documents(files) if files else _examples())
-
-
-def _documents(files: Sequence[Path]) -> Sequence[Mapping[str, Any]]:
-    from studies.sweeps.document import read_sweep_file
+    from studies import examples
+    from studies.sweeps.document import read_sweep_file, read_yaml
     from studies.sweeps.sweep import Sweep
 
-    return [Sweep.parse(read_sweep_file(file)).document() for file in files]
-
-
-def _examples() -> Sequence[Mapping[str, Any]]:
-    from studies import examples
-    from studies.sweeps.document import read_yaml
-
+    if files:
+        _compile_kernels([Sweep.parse(read_sweep_file(file)).document() for file in files])
+        return
     documents = [read_yaml(examples.text(name), name) for name in examples.names()]
     thesis = [{**document, "fixed": {**document.get("fixed", {}), "recipe": "thesis"}} for document in documents]
-    return documents + thesis
+    _compile_kernels(documents + thesis)
 
 
 def compute(

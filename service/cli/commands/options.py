@@ -23,7 +23,7 @@ Threads = Annotated[
         help="Threads of a run; auto (default) uses cores that no other run needs. Results are independent of it.",
     ),
 ]
-Keep = Annotated[str, typer.Option(help="Files kept for each run: numbers, also the final state, also the film.")]
+KeepOption = Annotated[str, typer.Option(help="Files kept for each run: numbers, also the final state, also the film.")]
 Url = Annotated[str, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service.")]
 KeyFile = Annotated[
     Path | None,
@@ -35,8 +35,8 @@ Laws = Annotated[
     typer.Option("--law", metavar="FILE", help="A law that `whipple fit` wrote, to compare too; repeatable."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, for programs.")]
-SweepId = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
-RunId = Annotated[str, typer.Argument(metavar="RUN", help="Run id, or the beginning of it.")]
+SweepArgument = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
+RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="Run id, or the beginning of it.")]
 Data = Annotated[Path | None, typer.Option(help="Folder of database and results; default WHIPPLE_DATA.")]
 DatabaseUrl = Annotated[
     str | None, typer.Option(help="Database; set WHIPPLE_DATABASE_URL instead if it contains a password.")

@@ -11,8 +11,8 @@ from pathlib import Path
 import xarray as xr
 
 from service.cli.commands.computing import DEMO
-from tests.benchmarks.baseline import ROOT
 from tests.claims import Row, at_least, at_most, claim
+from tests.house import ROOT
 
 LIMIT = 300.0  # s on two idle cores, packages in pip's cache
 FINEST, THROUGH_PLATE = (24.0, 3.0)  # cells per projectile diameter of the finest grid; through a plate on the coarsest

@@ -15,8 +15,8 @@ from studies import materials, scenarios
 from studies.runs.execution import execute
 from studies.runs.run import resolve
 from studies.values.results import Measured, RunResult
+from tests.cases.test_robustness import COARSE, ORDINARY_SPEEDS, WORKERS, draws
 from tests.claims import Row, at_most, claim
-from tests.claims.proven.robustness import COARSE, ORDINARY_SPEEDS, WORKERS, draws
 
 # Of one seed some 45 measurements settle, and one of them is 2 %: three seeds tell 95 % from 93 %.
 SEEDS, RUNS = (20261122, 101, 102), 40

@@ -75,25 +75,19 @@ def once_started(server: _Server, act: Callable[[int], Any]) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_signal__lets_runs_leave_while_connections_close(
-    app: FastAPI, recorder: Recorder, tmp_path: Path, number: signal.Signals
+def test_signal__ends_the_server_as_it_listens_and_before(
+    app: FastAPI, recorder: Recorder, tmp_path: Path, capsys: pytest.CaptureFixture[str], number: signal.Signals
 ) -> None:
-    def soon(server: _Server) -> None:
-        once_started(server, lambda _port: os.kill(os.getpid(), number))
+    """Runs leave while connections close."""
 
-    assert serve_until(app, tmp_path, soon) == number.name
-    assert recorder.calls == ["leave", "close"]
+    def signalled(_port: int = 0) -> None:
+        os.kill(os.getpid(), number)
 
-
-def test_signal__that_came_before_the_server_is_heeded_too(
-    app: FastAPI, recorder: Recorder, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def at_once(_server: _Server) -> None:
-        os.kill(os.getpid(), signal.SIGTERM)
-
-    assert serve_until(app, tmp_path, at_once) == "SIGTERM"
+    assert serve_until(app, tmp_path, lambda _server: signalled()) == number.name
     assert recorder.calls == ["close"]
     assert "serves" not in capsys.readouterr().out
+    assert serve_until(app, tmp_path, lambda server: once_started(server, signalled)) == number.name
+    assert recorder.calls == ["close", "leave", "close"]
 
 
 STUCK = (

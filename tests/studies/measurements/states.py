@@ -3,22 +3,23 @@
 import dataclasses
 import math
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any, get_type_hints
 
 import numpy as np
 from scipy.optimize import brentq
 
+from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
+from solver.state import Particles, Snapshot
 from studies import measurements
 from studies.measurements import History, Reading
-from studies.measurements._bar import BarView
-from studies.measurements._cloud import CloudView, connected
-from studies.measurements._impact import ImpactView
-from studies.measurements._plates import FLYER, TARGET, PlateView
-from studies.measurements._push import MOMENTUM
-from studies.measurements._whole import WholeView
-from studies.measurements.rear_face import PLACE
+from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
+from studies.measurements.cloud import CloudView, connected
+from studies.measurements.impact.view import ImpactView
+from studies.measurements.plates import FLYER, TARGET, PlateView
+from studies.measurements.plug import PlugView
+from studies.measurements.whole import WholeView
 from studies.scenarios import Melting
-from tests.studies.measurements.plugs import PlugView, plugged, slowed
 
 DENSITY = 8930.0
 DIAMETER = 8e-3
@@ -283,7 +284,7 @@ def pushed(rates: np.ndarray, interval: float = 1e-8) -> History:
     """A bar that is pushed at some rates (shares of its momentum per second), one in each interval."""
     times = interval * np.arange(rates.size + 1)
     momentum = -1.0 + np.concatenate([[0.0], np.cumsum(rates * interval)])
-    return History(times, {MOMENTUM: momentum})
+    return History(times, {rebound_momentum.name: momentum})
 
 
 def rectangle(contact: float, end: float = 2e-6, interval: float = 1e-8) -> np.ndarray:
@@ -385,6 +386,69 @@ def capped(share: float) -> float:
     return float(1.0 - height)
 
 
+# Plugs
+
+STEEL = 7850.0
+PUNCH, PUNCHED, PUNCHED_TO = 20e-3, 12e-3, 60e-3  # diameter of the projectile, thickness and radius of the plate
+FRONT, REAR = 10.3e-3, 11.1e-3  # radii of the hole at the faces
+PUSHER, PLUG = 200.0, 240.0  # velocities of projectile and plug, m/s
+DISHED = 1.5e-3
+
+
+def _ring(inner: float, outer: float, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
+    """Particles between two radii, from the outer one inwards, and two depths."""
+    across = outer - PARTICLE * (np.arange(round((outer - inner) / PARTICLE)) + 0.5)
+    along = low + PARTICLE * (np.arange(round((high - low) / PARTICLE)) + 0.5)
+    radius, depth = np.meshgrid(across, along, indexing="ij")
+    return radius.ravel(), depth.ravel()
+
+
+def plugged(*, free: bool = True, is_open: bool = True, speed: float = PUSHER, plate: float = 10.0) -> PlugView:
+    """A dished plate, a plug with a tenth of it failed and flying along, and a projectile behind it."""
+    hole = 0.5 * (FRONT + REAR)
+    upper = _ring(FRONT, PUNCHED_TO, 0.0, 0.5 * PUNCHED)
+    lower = _ring(REAR, PUNCHED_TO, 0.5 * PUNCHED, PUNCHED)
+    plug = _ring(0.0, 0.9 * hole, 0.0, PUNCHED)
+    skin = _ring(0.9 * hole, hole, 0.0, PUNCHED)
+    projectile = _ring(0.0, 0.5 * PUNCH, -80e-3, 0.0)
+    parts = (upper, lower, plug, skin, projectile)
+    of = np.repeat(np.arange(len(parts)), [part[0].size for part in parts])
+    radius, origin = (np.concatenate(each) for each in zip(*parts, strict=True))
+    moved = np.array([DISHED, DISHED, 30e-3, 30e-3, 25e-3])
+    core = (of == 2) & free
+    return PlugView(
+        radius=radius,
+        depth=origin + moved[of],
+        origin=origin,
+        velocity=np.array([plate, plate, PLUG, PLUG, speed])[of],
+        mass=2.0 * math.pi * STEEL * radius * PARTICLE**2,
+        projectile=of == 4,
+        attached=(of < 2) | ((of == 2) & (not is_open)),
+        core=core,
+        plug=core | ((of == 3) & free),
+        cell=CELL,
+        width=PARTICLE,
+        density=STEEL,
+        thickness=PUNCHED,
+        plate_radius=PUNCHED_TO,
+        projectile_diameter=PUNCH,
+    )
+
+
+def slowed(touch: float, *, perforated: float = 1.0, end: float = 200e-6, freed: float = 120e-6) -> History:
+    """A projectile that slows down evenly from the touch until its plug is free."""
+    times = np.linspace(0.0, end, 161)
+    lost = np.clip((times - touch) / (freed - touch), 0.0, 1.0) * 0.3
+    return History(
+        times,
+        {
+            "projectile_velocity": PUSHER * (1.0 - lost),
+            "perforated": np.full(times.size, perforated),
+            "plug_mass": np.where(times < freed, math.nan, 29.6e-3),
+        },
+    )
+
+
 # Everything
 
 
@@ -398,6 +462,46 @@ def whole(speed: float) -> WholeView:
         energy=np.array([10.0, 0.0, -1.0]),
         pressure=np.array([-5e9, 2e9, 1e9]),
     )
+
+
+# Settings and snapshots, as views ask for them
+
+
+def setting_of_plate(kind: str, **changes: Any) -> Any:
+    """What ``view`` asks a setting for."""
+    flat = kind == "axisymmetric"
+    cells = round(changes.get("radius", RADIUS) / CELL)
+    deep = round(changes.get("thickness", THICKNESS) / CELL) + 16
+    left, wide = (-RADIUS, 2 * cells) if kind == "half" else (0.0, cells)
+    lower = (0.0, -8.0 * CELL, 0.0) if flat else (left, 0.0, -8.0 * CELL)
+    record = Axisymmetric if flat else Cartesian3D
+    extent = (cells, deep, 0) if flat else (wide, cells, deep)
+    return SimpleNamespace(
+        **{
+            "problem": SimpleNamespace(
+                geometry=grid(record, lower=lower, cells=extent, spacing=CELL),
+                bodies=(body_of("target", DENSITY),),
+                absorbers=(),
+            ),
+            "target": "target",
+            "projectile_diameter": DIAMETER,
+            "thickness": THICKNESS,
+            "radius": RADIUS,
+            "sector": {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}[kind],
+            **changes,
+        }
+    )
+
+
+def body_of(name: str, density: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Any:
+    """What ``view`` asks a body for."""
+    return SimpleNamespace(
+        name=name, density=density, spacing=(PARTICLE,) * 3, velocity=np.array(velocity), mass=np.ones(1)
+    )
+
+
+def snapshot_of(particles: Particles) -> Snapshot:
+    return Snapshot(0.0, 0, particles, np.zeros(particles.mass.size, np.int64))
 
 
 # By what a measurement looks at.
@@ -460,7 +564,7 @@ def joined(push: History, front: History) -> History:
     size = min(push.times.size, front.times.size)
     plug = slowed(5e-6).values
     rise = 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, max(push.times.size, front.times.size)))
-    values = {**push.values, **front.values, **plug, "crater_depth": rise, PLACE: BAR_LENGTH - rise}
+    values = {**push.values, **front.values, **plug, "crater_depth": rise, rear_face_place.name: BAR_LENGTH - rise}
     values |= {"middle_velocity": -1e5 * rise, "middle_stress": -1e12 * rise}
     return History(front.times[:size], {name: value[:size] for name, value in values.items()})
 

@@ -14,7 +14,7 @@ from solver.state import Departed, Particles, Snapshot
 from studies import materials, measurements, scenarios
 from studies.materials import Material
 from studies.materials.schema import MEASURED_WITH, NOT_SIMULATED
-from studies.measurements._impact import view
+from studies.measurements.impact.view import view
 from studies.runs import run
 from studies.runs.execution import execute
 from studies.runs.run import PHYSICS_VERSION, Run, estimate, materials_of, resolve
@@ -412,7 +412,7 @@ def test_execute__does_not_hide_a_mistake_in_the_program(tmp_path: Path, monkeyp
     def broken(*arguments: Any) -> None:
         raise ZeroDivisionError
 
-    monkeypatch.setattr("studies.measurements._impact.view", broken)
+    monkeypatch.setattr("studies.measurements.impact.view.view", broken)
     with pytest.raises(ZeroDivisionError):
         execute(asked(), tmp_path, threads=1)
     assert not (tmp_path / "result.json").exists()

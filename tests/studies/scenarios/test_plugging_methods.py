@@ -9,7 +9,7 @@ from solver.problem import Smoothing
 from solver.simulation import start
 from solver.sph.smoothing import CubicSpline
 from solver.state import Snapshot
-from studies.measurements._plug import PlugView, view
+from studies.measurements.plug import PlugView, view
 from studies.runs.run import estimate
 from studies.scenarios import Setting
 from studies.sweeps.sweep import Sweep
