@@ -17,7 +17,7 @@ from solver import PHYSICS_VERSION
 from studies.cases import validation
 from studies.cases.pages import HEADERS, cells
 from studies.cases.rows import Row
-from studies.values.formats import MESH_UNKNOWN
+from studies.quantities.display import MESH_UNKNOWN
 
 STORED = RESULTS / "validation.json"
 COMMAND = "python -m docs.pages compute validation"

@@ -24,9 +24,9 @@ from service.records.jobs import (
     SweepStatus,
 )
 from studies import examples
+from studies.quantities.files import SWEEP_FILES
 from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
-from studies.values.files import SWEEP_FILES
 
 Item = TypeVar("Item")
 

@@ -17,8 +17,7 @@ from studies.cases.rows import Verified, timed
 from studies.cases.validation import Cubes, Level, ValidationCase
 from studies.cases.verification import VerificationCase, verify
 from studies.fits.measured import open_cube
-from studies.values.nearest import nearest_cure
-from studies.values.quantities import refusal
+from studies.quantities.findings import nearest_cure, refusal
 
 STORE = STORE_OF_FOLDER
 KINDS = ("validation", "verification")

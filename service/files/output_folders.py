@@ -10,9 +10,8 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import REPORT_JSON
-from studies.values.nearest import shown
+from studies.quantities.files import REPORT_JSON
+from studies.quantities.findings import Finding, InvalidInput, shown
 
 Document = Mapping[str, Any]  # of a sweep, canonical
 

@@ -24,7 +24,7 @@ from service.store.tables import (
     runs_of,
     stored_record,
 )
-from studies.values.files import RESULT, STATE
+from studies.quantities.files import RESULT, STATE
 
 RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
 

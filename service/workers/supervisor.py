@@ -22,7 +22,7 @@ from service.workers.stall import StallClock
 from service.workers.timings import DEFAULT, Timings
 from service.workers.warm import Message, Slot, WarmProcess
 from service.workers.warm_process import STATUS_MEMORY
-from studies.values.files import RESULT, SWEEP_FILES
+from studies.quantities.files import RESULT, SWEEP_FILES
 
 SendProgress = Callable[[Message], None]
 

@@ -36,8 +36,8 @@ from service.files.artifacts import LOG
 from service.files.lost_results import Loss, leave_list
 from service.records.jobs import Keep, Kind
 from solver.errors import Interrupted
-from studies.values.files import SECTIONS
-from studies.values.results import RunControl
+from studies.quantities.files import SECTIONS
+from studies.runs.results import RunControl
 
 Message = Mapping[str, Any]
 Send = Callable[[Message], None]

@@ -13,8 +13,8 @@ from studies.cases.validation import Line, Picture, PublishedNumber
 from studies.convergence.richardson import VERDICTS
 from studies.cubes import variables as cubes
 from studies.cubes.points import simulated
+from studies.quantities.display import NONE, digits, display_of, with_bar, with_unit
 from studies.sweeps.reading import RESOLUTION
-from studies.values.formats import NONE, digits, display_of, with_bar, with_unit
 
 EXACT = 1e-9  # relative: the place in a cube of a number that was written in a document
 

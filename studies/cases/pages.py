@@ -16,8 +16,8 @@ from markupsafe import Markup
 from studies.cases.rows import Row, Verified
 from studies.cases.validation import Cubes, Level, Line, Picture, ValidationCase
 from studies.cases.verification import VerificationCase
-from studies.values.files import REPORT_HTML, write_text
-from studies.values.formats import NONE, digits
+from studies.quantities.display import NONE, digits
+from studies.quantities.files import REPORT_HTML, write_text
 
 INDEX = "index.html"
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f")

@@ -58,7 +58,7 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit, observed_order
-from studies.values.results import TOO_COARSE
+from studies.quantities.measured import TOO_COARSE
 
 Verdict = Literal["converging", "oscillatory", "not in the asymptotic range", "two grids", "single grid", "no value"]
 VERDICTS: tuple[Verdict, ...] = get_args(Verdict)

@@ -9,8 +9,8 @@ import numpy as np
 
 from studies import laws, measurements
 from studies.cubes.variable import Quantity
-from studies.values.errors import InvalidInput
-from studies.values.parameters import Parameter, declared
+from studies.quantities.findings import InvalidInput
+from studies.quantities.parameters import Parameter, declared
 
 
 @dataclass(frozen=True)

@@ -15,7 +15,7 @@ from typing import Any
 
 from studies.convergence.richardson import VERDICTS
 from studies.cubes.variable import POINTS, RUNS, Kind, Variable, variable_name
-from studies.values.parameters import Parameter
+from studies.quantities.parameters import Parameter
 
 # 2: refinements and what converges over them; laws at observed shots have labels of their own.
 # 3: groups, short labels with the meaning in ``comment``, parameters as coordinates, one time for all histories.

@@ -13,7 +13,12 @@ from studies import scenarios
 from studies.materials import Material
 from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
+from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.parameters import Value, declared
+from studies.quantities.recipes import FEW_PARTICLES
+from studies.quantities.units import round_quantity
 from studies.runs import run
+from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import Axis
 from studies.sweeps.reading import (
     MOST_PARTICLES,
@@ -27,10 +32,6 @@ from studies.sweeps.reading import (
 )
 from studies.sweeps.sampling import Sampling
 from studies.sweeps.search import LimitOutcome, SearchedLimit, replay
-from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import Value, declared
-from studies.values.quantities import round_quantity
-from studies.values.recipes import ACCURACY, FEW_PARTICLES
 
 if TYPE_CHECKING:
     from studies.laws import Shot
@@ -338,8 +339,7 @@ class Sweep:
         """The materials by role, with the constants among the values of a point."""
         defaults = declared(self.definition.parameters)
         materials = {
-            role: self.material(str(values.get(role, defaults[role].default)))
-            for role in self.definition.materials
+            role: self.material(str(values.get(role, defaults[role].default))) for role in self.definition.materials
         }
         for path, value in values.items():
             role, dot, constant = path.partition(".")

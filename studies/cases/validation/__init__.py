@@ -24,9 +24,8 @@ from solver.registry import entries
 from studies import observations, scenarios
 from studies.cases.rows import Row
 from studies.observations import Observation
+from studies.quantities.findings import nearest_cure, refusal
 from studies.sweeps.reading import vocabulary
-from studies.values.nearest import nearest_cure
-from studies.values.quantities import refusal
 
 if TYPE_CHECKING:
     import xarray as xr

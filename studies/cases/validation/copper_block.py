@@ -24,7 +24,7 @@ from studies.cases.rows import Row, at_most, reported
 from studies.cases.validation import Cubes, Level, Picture, PublishedNumber, ValidationCase, numbers_of, of_observations
 from studies.fits.fit import fit, forms_of
 from studies.fits.measured import MeasuredShots, of_table
-from studies.values.quantities import round_quantity
+from studies.quantities.units import round_quantity
 
 CELL = 1e-3  # m, of the thesis
 MESH = "cells of 1 mm"

@@ -18,10 +18,10 @@ from studies.cases.compared import ComparedReading
 from studies.cases.rows import Row, equal, reported
 from studies.cases.validation import Cubes, Level, Line, Picture, ValidationCase
 from studies.cubes.points import points_of
+from studies.quantities.display import decimals, signed
 from studies.reports.verdict import of_law, texts
 from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint, Subject, evidence_of
 from studies.reports.verdict.trends import Slope, trend_of
-from studies.values.formats import decimals, signed
 
 QUANTITY = "hole_diameter"
 DIAMETER = 8e-3  # m
