@@ -14,7 +14,7 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
 from studies.cases.rows import Row, Verified
-from studies.cases.validation import Cubes, Level, Line, Picture, ValidationCase
+from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel
 from studies.cases.verification import VerificationCase
 from studies.quantities.display import NONE, digits
 from studies.quantities.files import REPORT_HTML, write_text
@@ -72,7 +72,7 @@ def write_case(case: AnyCase, rows: Sequence[Verified], cubes: Cubes, out: Path)
     return write_text(out / f"{case.name}.html", page)
 
 
-def write_index(done: Done, level: Level, out: Path) -> Path:
+def write_index(done: Done, level: ValidationLevel, out: Path) -> Path:
     """Write the list of the cases, with the first picture of each."""
     entries = [
         {

@@ -10,7 +10,7 @@ from service.cli.commands.options import FAILURE, SUCCESS, Json, Threads, folder
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from studies.cases.validation import Level
+    from studies.cases.validation import ValidationLevel
 
 app = typer.Typer()
 
@@ -67,7 +67,7 @@ def validate(
     raise typer.Exit(FAILURE if failed or not rows else SUCCESS)
 
 
-def _level(text: str) -> "Level":
+def _level(text: str) -> "ValidationLevel":
     from studies.cases.validation import LEVELS
 
     for level in LEVELS:
