@@ -22,8 +22,7 @@ from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
 from studies.laws._range import NO_RANGE, NOT_FOUND, OTHER_MATERIAL, Limit, Range
 from studies.laws._shot import Shield, Shot, shot_from, shot_of
-from studies.values.nearest import nearest_cure
-from studies.values.quantities import refusal
+from studies.quantities.findings import nearest_cure, refusal
 
 __all__ = [
     "CAVEATS",

@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from solver.registry import entries
-from studies.values.results import ERROR_UNKNOWN, numerical_parts
+from studies.quantities.measured import ERROR_UNKNOWN, numerical_parts
 
 if TYPE_CHECKING:
     import numpy as np

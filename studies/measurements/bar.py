@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, Reading, measurement
-from studies.values.results import LOST_PARTICLES
+from studies.quantities.measured import LOST_PARTICLES
 
 TWICE_THE_SHEAR = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # six components in a double contraction
 

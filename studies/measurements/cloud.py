@@ -25,7 +25,7 @@ import numpy as np
 from studies.measurements import RESOLUTION_IN_CELLS, Bins, Distribution, Measurement, Reading, measurement
 from studies.measurements.impact.edges import overlap, place_holding
 from studies.measurements.impact.view import rim_of
-from studies.values.results import DEFINITION
+from studies.quantities.measured import DEFINITION
 
 # Pieces are flagged where the grid still joins flying matter to the plate: more than a hundredth of the mass behind,
 # faster than a tenth of the impact speed.

@@ -17,7 +17,7 @@ from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, Read
 from studies.measurements.cloud import connected
 from studies.measurements.impact.edges import edge_from_outside
 from studies.measurements.impact.view import rim_of
-from studies.values.results import DEFINITION
+from studies.quantities.measured import DEFINITION
 
 # Of the mass of plate that the projectile covers: a lighter piece is a chip and no plug.
 LEAST_PLUG = 0.1

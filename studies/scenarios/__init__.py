@@ -14,11 +14,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from solver.registry import entries
+from studies.quantities.findings import Finding, nearest_cure, refusal
+from studies.quantities.parameters import declared, describe, nested
 from studies.scenarios.parts.outline import Outline
-from studies.values.errors import Finding
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import declared, describe, nested
-from studies.values.quantities import refusal
 
 if TYPE_CHECKING:
     from solver.problem import Problem

@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from studies.values.formats import digits
+from studies.quantities.display import digits
 
 INK, SOFT, GREY, RULE, CRIMSON = "#1a1a1a", "#555555", "#8a8a8a", "#e4e4e4", "#a3003c"
 DPI = 192  # of a PNG

@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from studies.quantities.findings import Finding
+from studies.quantities.recipes import FEW_PARTICLES, RECIPES
 from studies.scenarios import Materials, ObservationRate, Setting, SetUp, Size
 from studies.scenarios.parts.lattice import (
     SECTORS,
@@ -28,8 +30,6 @@ from studies.scenarios.parts.method import ON_GRID, MethodChoice
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 from studies.scenarios.parts.shot import UPRIGHT, Angles, ImpactShot, Settling
-from studies.values.errors import Finding
-from studies.values.recipes import FEW_PARTICLES, RECIPES
 
 if TYPE_CHECKING:
     import numpy as np

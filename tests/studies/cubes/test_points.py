@@ -13,11 +13,11 @@ from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.cubes.points import points_of, refined
 from studies.cubes.variables import STATES, VERDICT_WORDS
+from studies.quantities.measured import DEFINITION
 from studies.runs.run import Run
 from studies.sweeps.axes import Axis
 from studies.sweeps.reading import RESOLUTION
 from studies.sweeps.sweep import Sweep
-from studies.values.results import DEFINITION
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 

@@ -9,7 +9,7 @@ import yaml
 
 from studies import materials
 from studies.materials import Material, Model
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 
 STRENGTH = {"A": 90e6, "B": 292e6, "n": 0.31, "C": 0.025, "m": 1.09, "reference_rate": 1.0}
 

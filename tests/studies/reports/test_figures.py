@@ -14,6 +14,7 @@ import xarray as xr
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.laws import Shot
+from studies.quantities.findings import InvalidInput
 from studies.reports.compare import compare
 from studies.reports.drawing.charts import chart, draw
 from studies.reports.drawing.layout import WIDTHS
@@ -21,7 +22,6 @@ from studies.reports.drawing.styles import FLAGGED, NO_MESH_ERROR, OUTSIDE
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
 from studies.reports.publish import draw_figures
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 

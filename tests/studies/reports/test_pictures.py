@@ -12,6 +12,8 @@ import pytest
 from PIL import Image
 
 from studies.films.section import END, Section, Sections, read_sections
+from studies.quantities.display import printed
+from studies.quantities.parameters import Parameter
 from studies.reports import page
 from studies.reports.drawing.pixels import coloured, colours, nearest
 from studies.reports.drawing.sketches import setup_sketch
@@ -20,8 +22,6 @@ from studies.reports.publish import publish_sweep
 from studies.reports.setup import upward
 from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
-from studies.values.formats import printed
-from studies.values.parameters import Parameter
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of

@@ -14,8 +14,9 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.laws import NO_RANGE, NOT_FOUND
+from studies.quantities.measured import Measured
 from studies.reports.compare import compare
-from studies.values.results import Measured, RunResult
+from studies.runs.results import RunResult
 from tests.studies.support import fakes
 
 NAME = "hole_diameter"

@@ -11,11 +11,12 @@ from studies.cubes.cells import MissingResult
 from studies.cubes.variable import Quantity
 from studies.laws import NOT_FOUND, Law, Range, Shot
 from studies.laws._range import speed
+from studies.quantities.measured import DEFINITION, Measured
+from studies.quantities.parameters import Parameter, declared
+from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
-from studies.values.parameters import Parameter, declared
-from studies.values.results import DEFINITION, Measured, RunResult
 
 DIAMETER = 0.008
 CELLS = (16.0, 32.0, 64.0)

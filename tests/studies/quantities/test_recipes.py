@@ -14,14 +14,14 @@ from solver.matter.tensor import Jaumann, Unturned
 from solver.problem import Contact, Criterion, Damping, Problem, Retirement, Scheme
 from solver.simulation import Simulation, start
 from studies import materials
+from studies.quantities.findings import InvalidInput
+from studies.quantities.parameters import declared
+from studies.quantities.recipes import IMPACT_RECIPES, RECIPES, DebrisName, ImpactRecipe, Recipe, RecipeName
 from studies.runs.execution import setting_of
 from studies.runs.run import Run, estimate, resolve
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics
 from studies.scenarios.parts.shot import ImpactShot
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
-from studies.values.parameters import declared
-from studies.values.recipes import IMPACT_RECIPES, RECIPES, DebrisName, ImpactRecipe, Recipe, RecipeName
 
 COPPER = materials.load("copper-ofhc")
 GIVEN: dict[str, Any] = {
