@@ -29,6 +29,17 @@ if TYPE_CHECKING:
 RESOLUTION_IN_CELLS = 1.0
 
 
+class OnGrid:
+    """What every view of a state on a grid has."""
+
+    cell: float  # m
+
+    @property
+    def resolution(self) -> float:
+        """Standard uncertainty of a length that one run cannot see, m."""
+        return RESOLUTION_IN_CELLS * self.cell
+
+
 @dataclass(frozen=True)
 class Reading:
     """A measurement at one time."""
