@@ -110,7 +110,6 @@ def open_cube(path: Path) -> xr.Dataset:
     except (OSError, ValueError) as error:
         cure = f"give cube.nc of a sweep, or its folder: {error}"
         raise refusal("CUBE", str(file), "the cube of a sweep", cure) from None
-    loaded = reading.of_any_schema(loaded)
     return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
 
 

@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-Quantity = Annotated[str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")]
+QuantityOption = Annotated[
+    str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")
+]
 At = Annotated[
     list[str] | None, typer.Option(metavar="AXIS=VALUE", help="Only points with this value: target=copper-ofhc.")
 ]
@@ -34,7 +36,7 @@ def fit(
             help="cube.nc of a sweep, or its folder; or shots: a CSV file, or a published table by name.",
         ),
     ],
-    quantity: Quantity = None,
+    quantity: QuantityOption = None,
     form: Annotated[str | None, typer.Option(metavar="NAME", help="The form of law; by default every one.")] = None,
     at: At = None,
     out: Annotated[
@@ -73,7 +75,7 @@ def fit(
 @app.command()
 def surrogate(
     cube: Annotated[Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")],
-    quantity: Quantity = None,
+    quantity: QuantityOption = None,
     at: Annotated[
         list[str] | None,
         typer.Option(metavar="AXIS=VALUE", help="Predict the value here: speed=6.2 km/s; for every axis."),

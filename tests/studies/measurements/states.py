@@ -19,7 +19,7 @@ from studies.measurements.impact.view import ImpactView
 from studies.measurements.plates import FLYER, TARGET, PlateView
 from studies.measurements.plug import PlugView
 from studies.measurements.whole import WholeView
-from studies.scenarios import Melting
+from studies.scenarios.debris_cloud import Melting
 
 DENSITY = 8930.0
 DIAMETER = 8e-3

@@ -106,7 +106,7 @@ def _spheres() -> dict[str, tuple[float, float]]:
 
 
 A, B = ELLIPSE
-BLOCK: Mapping[str, Any] = {"radius": 16e-3, "thickness": 12e-3}
+BLOCK: dict[str, Any] = {"radius": 16e-3, "thickness": 12e-3}
 # State of four particles a cell (with three, a tilted crater would pass without walls at the circle that halves a
 # window's area) or of one, and by measurement: the size, and how far off the reading may be.
 SHAPES: Mapping[str, tuple[Callable[..., Any], Mapping[str, tuple[float, float]]]] = {

@@ -269,7 +269,7 @@ def test_view__of_a_run_does_not_depend_on_the_order_of_particles(scenario: str)
     )
     expected, got = (
         {
-            name: measurements.load(name).read(chosen.observer.view(setting, snapshot)).value
+            name: measurements.load(name).read(chosen.parameters.view(setting, snapshot)).value
             for name in chosen.measurements
             if not measurements.load(name).follows
         }
