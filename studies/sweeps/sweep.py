@@ -34,7 +34,7 @@ from studies.values.recipes import ACCURACY, FEW_PARTICLES
 
 if TYPE_CHECKING:
     from studies.laws import Shot
-    from studies.laws.fitted import FittedLaw
+    from studies.laws.fitting.fitted import FittedLaw
     from studies.sweeps.screening import Screen
 
 PARTICLES = "particles_per_cell"
