@@ -29,7 +29,7 @@ from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling
 from studies.sweeps.search import read_search
 
 if TYPE_CHECKING:
-    from studies.laws.fitted import FittedLaw
+    from studies.laws.fitting.fitted import FittedLaw
 
 KEYS = (
     *("name", "title", "scenario", "fixed", "axes", "combine", "points", "seed", "resolution", "offsets", "accuracy"),
@@ -221,7 +221,7 @@ class _DocumentReading:
         if not isinstance(documents, list | tuple) or len(documents) > MOST_LAWS:
             self._refuse("laws", documents, limit, "write laws: [my-law.json]")
             return ()
-        from studies.laws.fitted import read_law
+        from studies.laws.fitting.fitted import read_law
 
         read = [self.findings.attempt(read_law, document, f"laws[{place}]") for place, document in enumerate(documents)]
         laws = tuple(law for law in read if law is not None)

@@ -35,7 +35,7 @@ from studies.sweeps.search import LimitOutcome, SearchedLimit, replay
 
 if TYPE_CHECKING:
     from studies.laws import Shot
-    from studies.laws.fitted import FittedLaw
+    from studies.laws.fitting.fitted import FittedLaw
     from studies.sweeps.screening import Screen
 
 PARTICLES = "particles_per_cell"

@@ -49,7 +49,7 @@ def fit(
     from service.cli.console import print_json
     from studies.fits.fit import as_json as plain
     from studies.fits.fit import fits_of, forms_of
-    from studies.laws.forms import FORMS
+    from studies.laws.fitting.forms import FORMS
     from studies.quantities.findings import nearest_cure
 
     fitted = []
@@ -170,7 +170,7 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
     from studies.fits.measured import of_cube, of_table, open_cube, quantities_of
-    from studies.laws.forms import SIZES
+    from studies.laws.fitting.forms import SIZES
 
     if source.endswith(".csv") or (source in observations.names() and not Path(source).exists()):
         every = list(of_table(source, SIZES))
@@ -198,7 +198,7 @@ def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
 def _print_fits(fits: "list[FittedForm]") -> None:
     from service.cli.console import print_table
     from studies.fits.fit import compared, verdicts
-    from studies.laws.forms import dimension_of
+    from studies.laws.fitting.forms import dimension_of
 
     measured = fits[0].measured
     weights = "weighted by their uncertainties" if measured.errors is not None else "equal weights"

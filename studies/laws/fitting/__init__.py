@@ -1,1 +1,1 @@
-"""Fitting: the least squares that find the constants of laws, their intervals, and what compares fits."""
+"""Fitting: ``forms`` of laws, the least squares that find their constants, and ``fitted`` laws for the next sweep."""
