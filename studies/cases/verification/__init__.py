@@ -2,9 +2,9 @@
 
 How to add one: a module here that offers a ``VerificationCase`` as ``CASE``, or a tuple of cases. Its ``run`` takes
 the numerics (a ``Recipe``) and yields rows (``studies.cases.rows``). Where a figure was known when its tolerance, or
-what it gates, was decided, the line says so: ``contact`` (parting, sliding), ``vibrating_bar`` (the finest pair),
-``sph_elastic`` (the gentle wave), ``sph_patch`` (forces), ``sod`` (GIMP), ``energy`` (the hottest share), ``absorbing``
-(the burst), ``absorbing_block`` (its size).
+what it gates, was decided, the line says so: ``contact`` (parting, sliding), ``vibrating-bar`` (the finest pair),
+``sph-elastic-waves`` (the gentle wave), ``sph-patch`` (forces), ``sod`` (GIMP), ``energy`` (the hottest share),
+``absorbing`` (the burst), ``absorbing-block`` (its size).
 Exact answers are functions of ``studies.cases.solutions``, and columns, collisions and impacts that several cases
 compute are in ``studies.cases.setups``. A case loads the solver; this module does not.
 
