@@ -21,7 +21,7 @@ from solver.simulation import simulate
 from studies import materials
 from studies.cases.verification import bits
 from studies.runs.execution import execute, setting_of
-from studies.scenarios._matter import matter
+from studies.scenarios.parts.matter import matter
 from studies.sweeps.sweep import Sweep
 from tests.rows import Row, absolute, at_least, at_most, equal, relative
 

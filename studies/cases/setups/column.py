@@ -17,7 +17,7 @@ from solver.problem.geometry import Cartesian3D, grid
 from solver.state import Snapshot
 from solver.units import JoulePerKilogram, KilogramPerCubicMetre, Metre, MetrePerSecond
 from studies.cases.setups.lattices import MIRRORS, lattice, middles
-from studies.scenarios._numerics import Numerics, numerics
+from studies.scenarios.parts.numerics import Numerics
 from studies.values.recipes import Recipe
 
 # Cells left out of a plateau at the interface or wall: start-up errors of the shock stay there.
@@ -41,7 +41,7 @@ class Stretch:
 
 def solver_numerics(recipe: Recipe) -> dict[str, Any]:
     """The fields of ``Problem`` for the numerics of a recipe."""
-    return numerics(Numerics(**asdict(recipe)))
+    return Numerics(**asdict(recipe)).arguments()
 
 
 def column(
