@@ -21,7 +21,7 @@ from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
 from tests.rows import Row
 
 BY_COMMAND = "taylor-bar"  # a single run
-# Of a core: by particle-steps and 0.1 us each, measured 2026-11-23; of the others not measured.
+# Of a core: by particle-steps and 0.1 us each, measured 2026-11-23; of the others a guess.
 MINUTES = {"hole-laws": 50.0}
 HALF_MODELS = {"table-3-3": 9.0, "table-3-4": 16.0}
 PAGES = ("elastic-bar", "hole-laws", "taylor-bar")

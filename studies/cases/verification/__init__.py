@@ -1,10 +1,10 @@
 """Verification: problems whose answer is known exactly, with the answers of the solver beside them.
 
-How to add one: a module here that offers a ``VerificationCase`` as ``CASE``, or a tuple of cases. Its ``run`` takes
-the numerics (a ``Recipe``) and yields rows (``studies.cases.rows``). Where a figure was known when its tolerance, or
-what it gates, was decided, the line says so: ``contact`` (parting, sliding), ``vibrating_bar`` (the finest pair),
-``sph_elastic`` (the gentle wave), ``sph_patch`` (forces), ``sod`` (GIMP), ``energy`` (the hottest share), ``absorbing``
-(the burst), ``absorbing_block`` (its size).
+How to add one: a module here that offers a ``VerificationCase`` as ``CASE``, or a tuple of cases. ``case`` makes one of
+a function that takes the numerics (a ``Recipe``) and yields rows (``studies.cases.rows``). Where a figure was known
+when its tolerance, or what it gates, was decided, the line says so: ``contact`` (parting, sliding), ``vibrating-bar``
+(the finest pair), ``sph-elastic-waves`` (the gentle wave), ``sph-patch`` (forces), ``sod`` (GIMP), ``energy`` (the
+hottest share), ``absorbing`` (the burst), ``absorbing-block`` (its size).
 Exact answers are functions of ``studies.cases.solutions``, and columns, collisions and impacts that several cases
 compute are in ``studies.cases.setups``. A case loads the solver; this module does not.
 
@@ -25,6 +25,9 @@ from studies.quantities.recipes import RECIPES, Recipe
 DEFAULT = RECIPES["whipple"]
 
 
+Run = Callable[[Recipe], Iterable[Row]]
+
+
 @dataclass(frozen=True)
 class VerificationCase:
     """A problem with a known answer."""
@@ -32,8 +35,13 @@ class VerificationCase:
     name: str
     says: str  # the sentence that its rows prove
     source: str
-    run: Callable[[Recipe], Iterable[Row]]
+    run: Run
     quick: bool = True  # below ten seconds with kernels from the cache: part of the test command
+
+
+def case(name: str, *, says: str, source: str, quick: bool = True) -> Callable[[Run], VerificationCase]:
+    """Make a case of the function that yields its rows."""
+    return lambda run: VerificationCase(name, says, source, run, quick)
 
 
 def names(*, quick: bool = False) -> list[str]:

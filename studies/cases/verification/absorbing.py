@@ -22,7 +22,7 @@ from studies.cases.setups.lattices import FREE, MIRROR, lattice, lattice_body, m
 from studies.cases.setups.matter import elastic
 from studies.cases.setups.runs import executed
 from studies.cases.solutions.waves import COPPER, strain_energy_density
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe
 from studies.runs.results import RunResult
 
@@ -67,6 +67,13 @@ class Open:
         return float(left / (0.5 * (body.mass * (body.velocity**2).sum(axis=1)).sum()))
 
 
+@case(
+    "absorbing",
+    says="plane longitudinal waves leave through absorbing surfaces but for 0.1 % of their energy, and all is "
+    "accounted for",
+    source="d'Alembert; Lysmer and Kuhlemeyer (1969), J. Eng. Mech. Div. ASCE 95 (EM4), 859",
+    quick=False,
+)
 def _waves(recipe: Recipe) -> Iterator[Row]:
     left = []
     for cells in CELLS:
@@ -162,6 +169,12 @@ OTHERS = (
 WITHIN = 0.01
 
 
+@case(
+    "absorbing-block",
+    says="the crater of copper at 6 km/s in a block that absorbs is that in one half as large again to 1 %",
+    source="a block so wide and deep that waves from its ends come late",
+    quick=False,
+)
 def _craters(recipe: Recipe) -> Iterator[Row]:
     wide, default = _crater(recipe, *WIDE), _crater(recipe, *DEFAULT)
     for name in QUANTITIES:
@@ -194,20 +207,4 @@ def _size(depth: float, radius: float, edges: str) -> str:
     return f"{depth:g} d by {radius:g} d, {edges}"
 
 
-CASE = (
-    VerificationCase(
-        name="absorbing",
-        says="plane longitudinal waves leave through absorbing surfaces but for 0.1 % of their energy, and all is "
-        "accounted for",
-        source="d'Alembert; Lysmer and Kuhlemeyer (1969), J. Eng. Mech. Div. ASCE 95 (EM4), 859",
-        run=_waves,
-        quick=False,
-    ),
-    VerificationCase(
-        name="absorbing-block",
-        says="the crater of copper at 6 km/s in a block that absorbs is that in one half as large again to 1 %",
-        source="a block so wide and deep that waves from its ends come late",
-        run=_craters,
-        quick=False,
-    ),
-)
+CASE = (_waves, _craters)

@@ -13,7 +13,7 @@ from solver.registry import entries
 from solver.simulation import Outcome, Simulation, simulate
 from studies.cases.rows import Row, at_least, at_most
 from studies.cases.setups.impacts import advanced, differing_values, impact_setting
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe, SchemeName
 
 # Past the first reordering of the particles (every 50 steps), so that a restart falls between two.
@@ -77,6 +77,12 @@ ADDITIONS = {
 }
 
 
+@case(
+    "bits",
+    says="threads and restarts change no bit, for every shape, scheme and geometry",
+    source="sums in a fixed order",
+    quick=False,
+)
 def _run(recipe: Recipe) -> Iterator[Row]:
     for geometry in CELLS:
         for shape in entries("solver.grid.shapes", "SHAPE"):
@@ -152,10 +158,4 @@ def _after(steps: int) -> Callable[[], bool]:
     return leave
 
 
-CASE = VerificationCase(
-    name="bits",
-    says="threads and restarts change no bit, for every shape, scheme and geometry",
-    source="sums in a fixed order",
-    run=_run,
-    quick=False,
-)
+CASE = _run

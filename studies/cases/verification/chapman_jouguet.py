@@ -19,7 +19,7 @@ from studies.cases.rows import Row, refinement, relative, zero
 from studies.cases.setups.column import ColumnProfile, Stretch, column, front, profile
 from studies.cases.setups.matter import ROOM, matter_of
 from studies.cases.solutions.detonation import TNT, TaylorWave, chapman_jouguet, taylor_wave
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe
 
 LENGTH = 0.1  # m, of the bar
@@ -84,6 +84,14 @@ def at_front(speed: np.ndarray, values: np.ndarray) -> float:
     return float(np.polyval(np.polyfit(share[inside] - 1.0, values[inside], DEGREE), 0.0))
 
 
+@case(
+    "chapman-jouguet",
+    says="a plane detonation of TNT reaches Chapman's and Jouguet's pressure, density and velocity within 2 %, and its "
+    "energy is accounted for",
+    source="Lee, Hornig and Kury (1968), UCRL-50422; Fickett and Davis (1979), Detonation; constants of Deto1k.mpm, "
+    "MPM3D-F90",
+    quick=False,
+)
 def _run(recipe: Recipe) -> Iterator[Row]:
     exact, wave = chapman_jouguet(TNT), taylor_wave(TNT)
     errors, peaks = [], []
@@ -125,12 +133,4 @@ def _wave_error(line: ColumnProfile, wave: TaylorWave) -> float:
     return missed / float((line.volume * expected).sum()) if math.isfinite(missed) else math.nan
 
 
-CASE = VerificationCase(
-    name="chapman-jouguet",
-    says="a plane detonation of TNT reaches Chapman's and Jouguet's pressure, density and velocity within 2 %, and its "
-    "energy is accounted for",
-    source="Lee, Hornig and Kury (1968), UCRL-50422; Fickett and Davis (1979), Detonation; constants of Deto1k.mpm, "
-    "MPM3D-F90",
-    run=_run,
-    quick=False,
-)
+CASE = _run

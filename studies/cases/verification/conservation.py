@@ -18,7 +18,7 @@ from studies.cases.setups.collision import Piece, collide, collision_problem
 from studies.cases.setups.impacts import impact_setting
 from studies.cases.setups.matter import fluid
 from studies.cases.solutions.hugoniot import COPPER, shocked
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.quantities.recipes import Recipe
 
@@ -41,6 +41,12 @@ HOTTEST = 0.1
 FLYER_CELLS = (25, 50, 100, 200)
 
 
+@case(
+    "momentum",
+    says="axial momentum of an impact stays to 1e-10 until a fixed face is reached",
+    source="Newton",
+    quick=False,
+)
 def _momentum(recipe: Recipe) -> Iterator[Row]:
     for geometry, axis in (("axisymmetric", 1), ("quarter", 2)):
         setting = impact_setting(
@@ -68,6 +74,12 @@ def _along(particles: Particles, axis: int) -> float:
     return float((particles.mass * particles.velocity[:, axis]).sum())
 
 
+@case(
+    "energy",
+    says="energy of impacts is kept within 1 %; errors that the audit cannot detect are reported",
+    source="Rankine and Hugoniot for the energy behind a shock",
+    quick=False,
+)
 def _energy(recipe: Recipe) -> Iterator[Row]:
     for speed in SPEEDS:
         yield from _impact(speed, recipe)
@@ -121,19 +133,4 @@ def _shock(speed: float, recipe: Recipe) -> Iterator[Row]:
         )
 
 
-CASE = (
-    VerificationCase(
-        name="momentum",
-        says="axial momentum of an impact stays to 1e-10 until a fixed face is reached",
-        source="Newton",
-        run=_momentum,
-        quick=False,
-    ),
-    VerificationCase(
-        name="energy",
-        says="energy of impacts is kept within 1 %; errors that the audit cannot detect are reported",
-        source="Rankine and Hugoniot for the energy behind a shock",
-        run=_energy,
-        quick=False,
-    ),
-)
+CASE = (_momentum, _energy)

@@ -21,7 +21,7 @@ from studies.cases.setups.impacts import impact_setting
 from studies.cases.setups.lattices import FREE, MIRRORS, lattice, lattice_body, middles
 from studies.cases.setups.matter import elastic
 from studies.cases.solutions.waves import COPPER_BAR as BAR
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe
 
 CELLS, SPACING = 40, 1e-3  # of each bar; m
@@ -75,6 +75,11 @@ def contact_and_rebound(recipe: Recipe) -> tuple[float, float]:
     return touch.duration(0.5 * _plateau(WALL_SPEED)) / TRANSIT - 1.0, touch.rebound
 
 
+@case(
+    "bar-contact",
+    says="a bar stays at the wall for 2 L / c within 3 %, leaves with 0.93 of its momentum, and is never pulled",
+    source="d'Alembert: rho c v for 2 L / c, then free flight; Ma (2005), section 2.3.1, for the problem",
+)
 def _at_wall(recipe: Recipe) -> Iterator[Row]:
     touch, plateau = _touch(recipe), _plateau(WALL_SPEED)
     yield relative(
@@ -159,6 +164,13 @@ class ContactHistory:
         return float(lasted) * BAR.bar_speed / (2.0 * CELLS * SPACING)
 
 
+@case(
+    "contact",
+    says="bodies approach, touch, slide and part, bars with at least 0.1 of the speed at which they met (0.93 is "
+    "asked at a wall); contact creates no kinetic energy, and the removed energy closes the balance",
+    source="Bardenhagen, Brackbill and Sulsky (2000); Coulomb; d'Alembert for the bars; Ma (2005), section 2.2.3",
+    quick=False,
+)
 def _by_step(recipe: Recipe) -> Iterator[Row]:
     for speed in SPEEDS:
         yield from _bars_by_step(speed, recipe)
@@ -369,6 +381,13 @@ SPHERE_SPEEDS = (600.0, 6000.0)  # m/s
 SMOOTH = ("gimp", "quadratic-bspline")
 
 
+@case(
+    "contact-gap",
+    says="bodies whose distance is known touch within 0.1 cells of where their faces meet, spheres within half a "
+    "particle; elastic bars part after 2 L / c within 3 % with 0.93 of the momentum, and contact creates no energy",
+    source="free flight; d'Alembert for the bars; Coulomb; Nairn, Hammerquist and Smith (2020) for the criterion",
+    quick=False,
+)
 def _at_gap(recipe: Recipe) -> Iterator[Row]:
     shapes = dict.fromkeys((recipe.shape, "gimp", "linear"))
     for shape in shapes:
@@ -486,27 +505,4 @@ def _bars_at_gap(recipe: Recipe, speed: float) -> Iterator[Row]:
         yield reported(f"{where}, where the gap is not known: {says}", value)
 
 
-CASE = (
-    VerificationCase(
-        name="bar-contact",
-        says="a bar stays at the wall for 2 L / c within 3 %, leaves with 0.93 of its momentum, and is never pulled",
-        source="d'Alembert: rho c v for 2 L / c, then free flight; Ma (2005), section 2.3.1, for the problem",
-        run=_at_wall,
-    ),
-    VerificationCase(
-        name="contact",
-        says="bodies approach, touch, slide and part, bars with at least 0.1 of the speed at which they met (0.93 is "
-        "asked at a wall); contact creates no kinetic energy, and the removed energy closes the balance",
-        source="Bardenhagen, Brackbill and Sulsky (2000); Coulomb; d'Alembert for the bars; Ma (2005), section 2.2.3",
-        run=_by_step,
-        quick=False,
-    ),
-    VerificationCase(
-        name="contact-gap",
-        says="bodies whose distance is known touch within 0.1 cells of where their faces meet, spheres within half a "
-        "particle; elastic bars part after 2 L / c within 3 % with 0.93 of the momentum, and contact creates no energy",
-        source="free flight; d'Alembert for the bars; Coulomb; Nairn, Hammerquist and Smith (2020) for the criterion",
-        run=_at_gap,
-        quick=False,
-    ),
-)
+CASE = (_at_wall, _by_step, _at_gap)

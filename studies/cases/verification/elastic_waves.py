@@ -20,7 +20,7 @@ from studies.cases.setups.lattices import FREE, MIRROR, lattice, lattice_body, m
 from studies.cases.setups.matter import elastic
 from studies.cases.setups.methods import LINE, SMOOTHINGS, SPH, kept, meshed, smoothed
 from studies.cases.solutions.waves import COPPER, COPPER_BAR, Isotropic
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe
 
 SPEED = 1.0  # m/s: strains of 1e-4, so that the linear theory is exact to four digits
@@ -68,6 +68,11 @@ def _collided(
     return 0.5 * matter.density * c * SPEED, collide(method(problem))
 
 
+@case(
+    "elastic-waves",
+    says="elastic step waves have their stress and speed, a rod that of a bar",
+    source="d'Alembert; Skalak (1957), J. Appl. Mech. 24, 59, for the rod with free sides",
+)
 def _on_grid(recipe: Recipe) -> Iterator[Row]:
     for name, matter in PLANE.items():
         stress, result = _collided(matter, recipe)
@@ -125,6 +130,13 @@ def _rod_problem(end_time: float, recipe: Recipe) -> Problem:
 # ---- by smoothed particles and finite elements ---------------------------------------------------
 
 
+@case(
+    "sph-elastic-waves",
+    says="elastic waves of smoothed particles have their stress and speed within 1 %, and the orders 2 without "
+    "viscosity and 1 with it",
+    source="d'Alembert",
+    quick=False,
+)
 def _smoothed(recipe: Recipe) -> Iterator[Row]:
     for name, smoothing in SMOOTHINGS.items():
         yield from _smoothed_step(name, smoothing)
@@ -229,19 +241,4 @@ def of_elements() -> Iterator[Row]:
     yield from kept(where, result.outcome.audit, ELEMENTS_ROUND_OFF)
 
 
-CASE = (
-    VerificationCase(
-        name="elastic-waves",
-        says="elastic step waves have their stress and speed, a rod that of a bar",
-        source="d'Alembert; Skalak (1957), J. Appl. Mech. 24, 59, for the rod with free sides",
-        run=_on_grid,
-    ),
-    VerificationCase(
-        name="sph-elastic-waves",
-        says="elastic waves of smoothed particles have their stress and speed within 1 %, and the orders 2 without "
-        "viscosity and 1 with it",
-        source="d'Alembert",
-        run=_smoothed,
-        quick=False,
-    ),
-)
+CASE = (_on_grid, _smoothed)

@@ -3,21 +3,21 @@
 from collections.abc import Iterator
 
 from studies.cases.rows import Row
-from studies.cases.verification import VerificationCase, elastic_waves, noh, patch, plate_impact, sod
+from studies.cases.verification import case, elastic_waves, noh, patch, plate_impact, sod
 from studies.quantities.recipes import Recipe
 
 
+@case(
+    "finite-elements",
+    says="finite elements hold plane impact, an elastic wave, Sod's tube, Noh's plane and patches of skewed elements, "
+    "and keep momentum and energy to round-off",
+    source="Rankine and Hugoniot; d'Alembert; Sod (1978), J. Comput. Phys. 27, 1; Noh (1987), J. Comput. Phys. 72, 78; "
+    "patch test: Irons and Razzaque (1972)",
+    quick=False,
+)
 def _run(recipe: Recipe) -> Iterator[Row]:
     for problem in (plate_impact, elastic_waves, sod, noh, patch):
         yield from problem.of_elements()
 
 
-CASE = VerificationCase(
-    name="finite-elements",
-    says="finite elements hold plane impact, an elastic wave, Sod's tube, Noh's plane and patches of skewed elements, "
-    "and keep momentum and energy to round-off",
-    source="Rankine and Hugoniot; d'Alembert; Sod (1978), J. Comput. Phys. 27, 1; Noh (1987), J. Comput. Phys. 72, 78; "
-    "patch test: Irons and Razzaque (1972)",
-    run=_run,
-    quick=False,
-)
+CASE = _run

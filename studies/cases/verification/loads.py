@@ -14,7 +14,7 @@ from studies.cases.setups.column import Stretch, column, plateau, profile
 from studies.cases.setups.matter import elastic
 from studies.cases.setups.runs import executed
 from studies.cases.solutions.waves import COPPER
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe
 
 SPACING = 1e-3  # m
@@ -47,6 +47,13 @@ BAR_PLATEAU, BAR_END = (0.25, 0.9), 1.9
 ARRIVES, BALANCE, ROUND_OFF = 0.02, 1e-10, 1e-12
 
 
+@case(
+    "loads",
+    says="a confined pressure pulse moves matter at p / (rho c_L), a pressed bar its end at p / (rho c), matter falls "
+    "freely to round-off, and the work of loads closes the balance of energy",
+    source="d'Alembert; Galilei; energy balance of the discrete step",
+    quick=False,
+)
 def _run(recipe: Recipe) -> Iterator[Row]:
     yield from _pulse(recipe)
     yield from _fall(recipe)
@@ -187,11 +194,4 @@ def _balance(where: str, outcome: Outcome) -> Row:
     )
 
 
-CASE = VerificationCase(
-    name="loads",
-    says="a confined pressure pulse moves matter at p / (rho c_L), a pressed bar its end at p / (rho c), matter falls "
-    "freely to round-off, and the work of loads closes the balance of energy",
-    source="d'Alembert; Galilei; energy balance of the discrete step",
-    run=_run,
-    quick=False,
-)
+CASE = _run

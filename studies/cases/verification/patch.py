@@ -26,7 +26,7 @@ from studies.cases.setups.lattices import FREE, MIRROR, lattice, lattice_body, m
 from studies.cases.setups.matter import elastic
 from studies.cases.setups.methods import COURANT, COURANT_OF_ELEMENTS, EIGHT_POINTS, ONE_POINT, SMOOTHINGS
 from studies.cases.solutions.waves import COPPER
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe
 
 SPACING, STEP = 1e-3, 1e-9  # m, s
@@ -102,6 +102,7 @@ def _rotated(angle: float) -> np.ndarray:
 # ---- on the grid ---------------------------------------------------------------------------------
 
 
+@case("patch", says="uniform states pass the patch tests", source="Irons; kinematics of a homogeneous deformation")
 def _on_grid(recipe: Recipe) -> Iterator[Row]:
     for geometry in CELLS:
         yield from _pressure(geometry, recipe)
@@ -206,6 +207,11 @@ def _grid_block(geometry: str, recipe: Recipe, velocity: Callable[[np.ndarray], 
     )
 
 
+@case(
+    "rotation",
+    says="rigid rotation turns stress and keeps its size; with jaumann off the stress stays as it is in space",
+    source="objectivity: Jaumann's rate by the midpoint rotation of Hughes and Winget (1980); Ma (2005), section 2.2.1",
+)
 def _turned(recipe: Recipe) -> Iterator[Row]:
     for steps in TURNS:
         after = _turned_point(2.0 * math.pi / steps, steps)
@@ -289,6 +295,13 @@ def _farthest(stress: np.ndarray, expected: np.ndarray) -> float:
 # ---- by smoothed particles -----------------------------------------------------------------------
 
 
+@case(
+    "sph-patch",
+    says="with corrected gradients smoothed particles reproduce a linear velocity and a rotation to round-off, at "
+    "free surfaces too and on disturbed lattices, and keep the angular momentum; without them the errors are shown",
+    source="Bonet and Lok (1999), Comput. Methods Appl. Mech. Eng. 180, 97",
+    quick=False,
+)
 def _smoothed(recipe: Recipe) -> Iterator[Row]:
     for disturbed in (0.0, DISTURBED):
         for name, smoothing in SMOOTHINGS.items():
@@ -471,26 +484,4 @@ def _meshed_block(kind: Hexahedron, flow: Callable[[np.ndarray], np.ndarray], **
     )
 
 
-CASE = (
-    VerificationCase(
-        name="patch",
-        says="uniform states pass the patch tests",
-        source="Irons; kinematics of a homogeneous deformation",
-        run=_on_grid,
-    ),
-    VerificationCase(
-        name="rotation",
-        says="rigid rotation turns stress and keeps its size; with jaumann off the stress stays as it is in space",
-        source="objectivity: Jaumann's rate by the midpoint rotation of Hughes and Winget (1980); Ma (2005), section "
-        "2.2.1",
-        run=_turned,
-    ),
-    VerificationCase(
-        name="sph-patch",
-        says="with corrected gradients smoothed particles reproduce a linear velocity and a rotation to round-off, at "
-        "free surfaces too and on disturbed lattices, and keep the angular momentum; without them the errors are shown",
-        source="Bonet and Lok (1999), Comput. Methods Appl. Mech. Eng. 180, 97",
-        run=_smoothed,
-        quick=False,
-    ),
-)
+CASE = (_on_grid, _turned, _smoothed)

@@ -11,7 +11,7 @@ from studies.cases.rows import Row, relative, reported
 from studies.cases.setups.column import INTERFACE_CELLS, OUTER_SHARE, ColumnProfile, Stretch, column, profile
 from studies.cases.setups.matter import fluid
 from studies.cases.solutions.hugoniot import COPPER, Release, Shock, impedance_match, released
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe
 
 SPEEDS = (2e3, 4e3, 6e3)  # m/s
@@ -26,6 +26,11 @@ SPARE_CELLS = 10
 SPEED, DENSITY = 0.01, 0.01
 
 
+@case(
+    "release",
+    says="a free surface flies off with the speed of the isentrope",
+    source="centred wave along the isentrope: Zel'dovich and Raizer (1966), chapter XI",
+)
 def _run(recipe: Recipe) -> Iterator[Row]:
     for speed in SPEEDS:
         yield from _rows(speed, recipe)
@@ -85,9 +90,4 @@ def _free_end(speed: float, state: Shock, end: Release, recipe: Recipe) -> Colum
     return final.part((depth > INTERFACE_CELLS * SPACING) & (depth < deepest))
 
 
-CASE = VerificationCase(
-    name="release",
-    says="a free surface flies off with the speed of the isentrope",
-    source="centred wave along the isentrope: Zel'dovich and Raizer (1966), chapter XI",
-    run=_run,
-)
+CASE = _run

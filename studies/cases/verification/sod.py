@@ -22,8 +22,10 @@ from studies.cases.setups.column import (
 from studies.cases.setups.matter import gas
 from studies.cases.setups.methods import LINE, PLAIN, kept, meshed, smoothed
 from studies.cases.solutions.gas import SOD, SOD_GAMMA, riemann
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe
+
+SOURCE = "Sod (1978), J. Comput. Phys. 27, 1; exact solution: Toro (2009), section 4.2"
 
 CELLS = (100, 200, 400)  # or elements, in a tube of length 1, coarse to fine
 PARTICLES = (200, 400, 800)  # the same
@@ -47,6 +49,7 @@ ELEMENTS, ROUND_OFF = 0.02, 1e-11
 Gases = tuple[ColumnProfile, ColumnProfile]  # left and right, at the end
 
 
+@case("sod", says="Sod's tube: states between the waves and speed of the shock", source=SOURCE)
 def _on_grid(recipe: Recipe) -> Iterator[Row]:
     for chosen in (recipe, replace(recipe, shape=GATED)):
         gases = {cells: _gases(_tube(cells, chosen)) for cells in CELLS}
@@ -59,6 +62,12 @@ def _on_grid(recipe: Recipe) -> Iterator[Row]:
             break
 
 
+@case(
+    "sph-sod",
+    says="smoothed particles hold the gates of Sod's tube, and converge with an order of 1",
+    source=SOURCE,
+    quick=False,
+)
 def _smoothed(recipe: Recipe) -> Iterator[Row]:
     errors = []
     for particles in PARTICLES:
@@ -150,17 +159,4 @@ def _density_error(gases: Gases, section: float) -> float:
     return sum(float(gap.sum()) for gap in gaps) / section
 
 
-SOURCE = "Sod (1978), J. Comput. Phys. 27, 1; exact solution: Toro (2009), section 4.2"
-
-CASE = (
-    VerificationCase(
-        name="sod", says="Sod's tube: states between the waves and speed of the shock", source=SOURCE, run=_on_grid
-    ),
-    VerificationCase(
-        name="sph-sod",
-        says="smoothed particles hold the gates of Sod's tube, and converge with an order of 1",
-        source=SOURCE,
-        run=_smoothed,
-        quick=False,
-    ),
-)
+CASE = (_on_grid, _smoothed)

@@ -33,7 +33,7 @@ from studies.cases.setups.impacts import (
     shifted,
     unfolded,
 )
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.measurements.impact.view import view
 from studies.quantities.recipes import Recipe
 
@@ -57,6 +57,7 @@ WITHIN = 0.05
 QUANTITIES = ("hole_diameter", "hole_diameter_areal")
 
 
+@case("mirror", says="mirror image and quarter against whole: round-off for 50 steps", source="symmetry")
 def _mirror(recipe: Recipe) -> Iterator[Row]:
     oblique = impact_setting(recipe, geometry="half", obliquity=OBLIQUITY).problem
     turned = image(ordered(advanced(mirrored(oblique)).particles))
@@ -94,6 +95,12 @@ def _quarters(whole: Particles, quarter: Problem) -> Iterator[Particles]:
         yield some
 
 
+@case(
+    "grid-shift",
+    says="a shift by whole cells changes round-off only",
+    source="the grid has no preferred cell",
+    quick=False,
+)
 def _grid_shift(recipe: Recipe) -> Iterator[Row]:
     for geometry, axis in (("axisymmetric", 1), ("quarter", 2)):
         # A held rim would not fly.
@@ -124,6 +131,11 @@ def _grid_shift(recipe: Recipe) -> Iterator[Row]:
         )
 
 
+@case(
+    "similarity",
+    says="geometric similarity holds bit for bit",
+    source="dimensional analysis; multiplication by 2^n is exact (IEEE 754)",
+)
 def _similarity(recipe: Recipe) -> Iterator[Row]:
     for geometry, steps in SCALED_STEPS.items():
         problem = impact_setting(recipe, geometry=geometry).problem
@@ -141,6 +153,12 @@ def _similarity(recipe: Recipe) -> Iterator[Row]:
             )
 
 
+@case(
+    "quarter-hole",
+    says="the hole of a quarter model is that of the whole plate within a twentieth of a cell",
+    source="symmetry; round-off grows in a flow that breaks up, a hole must not",
+    quick=False,
+)
 def _quarter_hole(recipe: Recipe) -> Iterator[Row]:
     quarter = impact_setting(recipe, geometry="quarter", material="copper-ofhc", end_time=END_TIME, plate_radius=20e-3)
     whole = unfolded(unfolded(quarter.problem, 0), 1)
@@ -169,31 +187,4 @@ def _folded(snapshot: Snapshot) -> Snapshot:
     return snapshot._replace(particles=p._replace(position=position, mass=0.25 * p.mass))
 
 
-CASE = (
-    VerificationCase(
-        name="mirror",
-        says="mirror image and quarter against whole: round-off for 50 steps",
-        source="symmetry",
-        run=_mirror,
-    ),
-    VerificationCase(
-        name="grid-shift",
-        says="a shift by whole cells changes round-off only",
-        source="the grid has no preferred cell",
-        run=_grid_shift,
-        quick=False,
-    ),
-    VerificationCase(
-        name="similarity",
-        says="geometric similarity holds bit for bit",
-        source="dimensional analysis; multiplication by 2^n is exact (IEEE 754)",
-        run=_similarity,
-    ),
-    VerificationCase(
-        name="quarter-hole",
-        says="the hole of a quarter model is that of the whole plate within a twentieth of a cell",
-        source="symmetry; round-off grows in a flow that breaks up, a hole must not",
-        run=_quarter_hole,
-        quick=False,
-    ),
-)
+CASE = (_mirror, _grid_shift, _similarity, _quarter_hole)

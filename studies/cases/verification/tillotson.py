@@ -26,7 +26,7 @@ from studies.cases.solutions.tillotson import (
     released,
     shocked,
 )
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.cases.verification.plate_impact import DENSITY as DENSITY_ERROR
 from studies.cases.verification.plate_impact import PRESSURE, SHOCK_SPEED
 from studies.quantities.recipes import Recipe
@@ -39,6 +39,12 @@ STRAIN = 1e-3  # of the volume in a step
 RELEASED = 1e-3
 
 
+@case(
+    "tillotson",
+    says="copper with Tillotson's equation of state has its exact shocks, and boils along its isentrope",
+    source="Rankine and Hugoniot, and the isentrope de = p / rho^2 drho, with Tillotson (1962)",
+    quick=False,
+)
 def _run(recipe: Recipe) -> Iterator[Row]:
     for speed in SHARES:
         exact = shocked(0.5 * speed)
@@ -100,10 +106,4 @@ def _copper() -> Matter:
     )
 
 
-CASE = VerificationCase(
-    name="tillotson",
-    says="copper with Tillotson's equation of state has its exact shocks, and boils along its isentrope",
-    source="Rankine and Hugoniot, and the isentrope de = p / rho^2 drho, with Tillotson (1962)",
-    run=_run,
-    quick=False,
-)
+CASE = _run

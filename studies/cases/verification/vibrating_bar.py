@@ -19,7 +19,7 @@ from studies.cases.rows import Row, at_most, refinement
 from studies.cases.setups.column import Stretch, column
 from studies.cases.setups.matter import elastic
 from studies.cases.solutions.waves import Isotropic, Vibration, strain_energy_density
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe
 
 MATTER = Isotropic(1.0, 100.0, 0.0)
@@ -47,6 +47,12 @@ class Motion:
     energy: np.ndarray  # kinetic, and strain energy from the stress, J
 
 
+@case(
+    "vibrating-bar",
+    says="kinetic energy and the strain energy that the stress holds: their change halves with the cell between "
+    "the finest two of four grids; coarser pairs beside",
+    source="v = v0 sin(pi x / 2 L) cos(omega t), the usual test of material points, L = 25, E = 100, rho = 1",
+)
 def _run(recipe: Recipe) -> Iterator[Row]:
     for name, amplitude in AMPLITUDES.items():
         vibration = Vibration(MATTER, LENGTH, amplitude)
@@ -111,10 +117,4 @@ def _energy_change(motion: Motion) -> float:
     return float(abs(motion.energy / motion.energy[0] - 1.0).max())
 
 
-CASE = VerificationCase(
-    name="vibrating-bar",
-    says="kinetic energy and the strain energy that the stress holds: their change halves with the cell between "
-    "the finest two of four grids; coarser pairs beside",
-    source="v = v0 sin(pi x / 2 L) cos(omega t), the usual test of material points, L = 25, E = 100, rho = 1",
-    run=_run,
-)
+CASE = _run

@@ -17,7 +17,7 @@ from solver.matter.strength.steinberg_guinan import SteinbergGuinan
 from solver.matter.stress import PointState
 from studies.cases.rows import Row, absolute, at_most, relative
 from studies.cases.setups.matter import matter_of, sheared
-from studies.cases.verification import VerificationCase
+from studies.cases.verification import case
 from studies.quantities.recipes import Recipe
 
 DENSITY, SHEAR_MODULUS = 8930.0, 47.7e9  # of copper
@@ -87,6 +87,11 @@ def johnson_cook(strain: float, rate: float, temperature: float) -> float:
     return float((A + B * strain**n) * rated * (1.0 - homologous**SOFTENING))
 
 
+@case(
+    "johnson-cook",
+    says="a point follows Johnson and Cook's yield stress, cold to molten",
+    source="Johnson and Cook (1983); Ma (2005), Eq. 2-20",
+)
 def _johnson_cook(recipe: Recipe) -> Iterator[Row]:
     copper = _copper(JOHNSON_COOK, ROOM, MELT, 1.99)
     for rate in RATES:
@@ -156,6 +161,12 @@ def steinberg_guinan(strain: float, state: HeldState) -> float:
     return hardened * shear_modulus(state) / SHEAR_MODULUS
 
 
+@case(
+    "steinberg-guinan",
+    says="a point follows Steinberg, Cochran and Guinan's modulus, yield stress and melting curve",
+    source="Steinberg, Cochran and Guinan (1980); Steinberg (1996), UCRL-MA-106439",
+    quick=False,
+)
 def _steinberg_guinan(recipe: Recipe) -> Iterator[Row]:
     copper = _copper(SteinbergGuinan(Y0, Y_MAX, BETA, N, A, B, SMALL_A, GAMMA0), REFERENCE, MELT_AT_REST, GAMMA0)
     for state in STATES:
@@ -165,18 +176,4 @@ def _steinberg_guinan(recipe: Recipe) -> Iterator[Row]:
             yield from _rows(f"{state.name}, strain {total:g}", total, reached, exact, shear_modulus(state))
 
 
-CASE = (
-    VerificationCase(
-        name="johnson-cook",
-        says="a point follows Johnson and Cook's yield stress, cold to molten",
-        source="Johnson and Cook (1983); Ma (2005), Eq. 2-20",
-        run=_johnson_cook,
-    ),
-    VerificationCase(
-        name="steinberg-guinan",
-        says="a point follows Steinberg, Cochran and Guinan's modulus, yield stress and melting curve",
-        source="Steinberg, Cochran and Guinan (1980); Steinberg (1996), UCRL-MA-106439",
-        run=_steinberg_guinan,
-        quick=False,
-    ),
-)
+CASE = (_johnson_cook, _steinberg_guinan)
