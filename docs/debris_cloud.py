@@ -3,14 +3,15 @@
 ``python -m docs.debris_cloud`` computes it anew on the finest grid of the claim ``debris-cloud``, in minutes.
 """
 
-import io
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
+from studies.films.radiograph import AREAL_DENSITY
 from studies.films.section import END, Sections, read_sections
-from studies.reports.raster import VIRIDIS, Frame, nearest, png, radiogram
+from studies.reports.drawing.pixels import coloured, in_radiograph, nearest
+from studies.reports.pictures import Frame
 from studies.runs.execution import execute
 from tests.studies.measurements.test_debris_cloud import GRIDS, asked
 
@@ -35,11 +36,13 @@ def write() -> None:
     end = stored.at(END)
     assert end is not None
     shown = nearest(stored, end, FRAME, WIDTH)
+    assert stored.radiograph is not None
+    seen = in_radiograph(stored.radiograph, FRAME, WIDTH, 1.0)
     panels = [
-        png(shown, np.asarray(end.fields["speed"]), SPEEDS, VIRIDIS),
-        radiogram(stored, FRAME, WIDTH, 1.0, DENSITIES),
+        coloured(shown, np.asarray(end.fields["speed"]), SPEEDS, "speed"),
+        coloured(seen, stored.radiograph.density.ravel(), DENSITIES, AREAL_DENSITY),
     ]
-    images = [Image.open(io.BytesIO(panel)).convert("RGBA") for panel in panels]
+    images = [Image.fromarray(panel) for panel in panels]
     height = max(image.height for image in images)
     sheet = Image.new("RGBA", (2 * WIDTH + GAP, height), "white")
     for place, image in enumerate(images):

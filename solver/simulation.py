@@ -26,7 +26,6 @@ from solver.state import (
     MASS,
     NONE_DEPARTED,
     Departed,
-    Particles,
     Snapshot,
     empty_table,
     joined,
@@ -36,7 +35,7 @@ from solver.state import (
 )
 from solver.steps.crossing import exit_face
 from solver.steps.method import Method, Partition
-from solver.steps.points import Limits, Tally, first_fault
+from solver.steps.points import StateLimits, Tally, first_fault
 from solver.steps.threads import ThreadPool, asked_threads
 from solver.steps.timestep import fastest, first_step, stable_step
 
@@ -73,7 +72,7 @@ class Recorder(Protocol):
 class Counters:
     """Counts of the safeguards that acted on a state, over all steps and particles; every clamp is counted.
 
-    Limits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
+    StateLimits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
     their strain rate below the reference rate, the shear modulus of expanded matter, and in Steinberg and Guinan's
     strength the softest solid and the thinnest.
     """
@@ -387,7 +386,9 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
     table, begin = empty_table(sum(sizes), burns=explosive, remembers=remembers), 0
     for body, size in zip(problem.bodies, sizes, strict=True):
         _check_inside(problem, body)
-        _fill(views(table[:, begin : begin + size]), body)
+        particles = views(table[:, begin : begin + size])
+        particles.position[:], particles.velocity[:], particles.mass[:] = body.position, body.velocity, body.mass
+        body.fill(particles)
         if body.lighting is not None:
             table[LIGHTING, begin : begin + size] = body.lighting
         begin += size
@@ -410,14 +411,6 @@ def _remembers(body: Body) -> bool:
     return bool(weakens(body.matter.failure) or stored_part(body.matter.strength) > 0.0)
 
 
-def _fill(particles: Particles, body: Body) -> None:
-    """The initial state of a body's particles."""
-    particles.position[:] = body.position
-    particles.velocity[:] = body.velocity
-    particles.mass[:] = body.mass
-    body.fill(particles)
-
-
 def _check_inside(problem: Problem, body: Body) -> None:
     if body.mesh:  # of which the grid's box holds the faces alone
         return
@@ -432,7 +425,9 @@ def _check_inside(problem: Problem, body: Body) -> None:
             )
 
 
-def _limits(problem: Problem) -> Limits:
+def _limits(problem: Problem) -> StateLimits:
     sound = max(reference_sound_speed(body.matter.eos) for body in problem.bodies)
     speed = max(fastest(problem), sound)
-    return Limits(densest=DENSEST, thinnest=THINNEST, energy=ENERGY_FACTOR * 0.5 * speed**2, speed=SPEED_FACTOR * speed)
+    return StateLimits(
+        densest=DENSEST, thinnest=THINNEST, energy=ENERGY_FACTOR * 0.5 * speed**2, speed=SPEED_FACTOR * speed
+    )

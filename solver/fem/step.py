@@ -38,7 +38,7 @@ from solver.problem import Body, Face, Problem, Scheme, mean_pressure
 from solver.problem.geometry import Cartesian3D
 from solver.state import DENSITY, ENERGY, MASS, NEW_X, NEW_Z, STRAIN, Particles, X, Z, empty_table, lines, views
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import Limits, PointUpdate
+from solver.steps.points import PointUpdate, StateLimits
 from solver.steps.space import ElementPoints
 from solver.steps.threads import ThreadPool
 
@@ -49,7 +49,7 @@ SHOWN = slice(DENSITY, NEW_X)
 
 
 @dataclass
-class Loaded:
+class LoadedEnd:
     """The end faces of a body that a traction presses on."""
 
     load: Any  # a Traction
@@ -60,9 +60,10 @@ class Loaded:
 class ElementStepper(Method):
     """The stages of a step over one problem's meshes; ``shares`` of the elements may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         _check(problem)
         self.problem, self.pool, self.shares = problem, pool, shares
+        self._heating = float(problem.viscosity.heating)
         geometry = problem.geometry
         meshes = [body.mesh for body in problem.bodies if body.mesh]
         counts = np.cumsum([0, *(mesh.nodes.shape[0] * mesh.kind.points for mesh in meshes)])
@@ -95,7 +96,7 @@ class ElementStepper(Method):
             whole = body.density * volumes.sum(axis=1, keepdims=True)
             self.part[pairs] = (whole * parts).ravel()
             self.loaded += [
-                Loaded(load, mesh.kind, end_faces(mesh, body.position, load) + int(nodes[number]))
+                LoadedEnd(load, mesh.kind, end_faces(mesh, body.position, load) + int(nodes[number]))
                 for load in problem.tractions
                 if load.body == number
             ]
@@ -141,25 +142,14 @@ class ElementStepper(Method):
     def move(self, table: np.ndarray, drivers: np.ndarray, kick: float, dt: float) -> None:
         """Velocities and places at n+1; nodes with ``drivers``, columns of the table or -1, move as these do."""
         edges = np.linspace(0, self.joints[0].size - 1, self.shares + 1).astype(int)
-        self.pool.run(
-            lambda share: self.move_nodes(
-                self.around,
-                self.joints,
-                self.forces,
-                self.held,
-                self.walls,
-                self.box,
-                self.loads,
-                drivers,
-                table,
-                edges[share],
-                edges[share + 1],
-                kick,
-                dt,
-                self.node_sums[share],
-            ),
-            range(self.shares),
-        )
+        mesh = self.around, self.joints, self.forces
+        bounds = self.held, self.walls, self.box, self.loads
+
+        def move(share: int) -> None:
+            span, sums = (edges[share], edges[share + 1]), self.node_sums[share]
+            self.move_nodes(*mesh, *bounds, drivers, table, *span, kick, dt, sums)
+
+        self.pool.run(move, range(self.shares))
 
     def strain(self, table: np.ndarray, time: float, kick: float, dt: float) -> None:
         """Density, stress and energy at n+1."""
@@ -175,21 +165,13 @@ class ElementStepper(Method):
 
     def show(self, table: np.ndarray) -> None:
         """Give the nodes of a table the means of the elements around them, by the mass that each has of them."""
-        self.pool.run(
-            lambda share: self.show_nodes(
-                self.around,
-                self.point_of,
-                self.points_of,
-                self.part,
-                self.states,
-                table,
-                len(self.loads) * share // self.shares,
-                len(self.loads) * (share + 1) // self.shares,
-                SHOWN.start,
-                SHOWN.stop,
-            ),
-            range(self.shares),
-        )
+        elements, count = (self.around, self.point_of, self.points_of, self.part, self.states), len(self.loads)
+
+        def show(share: int) -> None:
+            span = count * share // self.shares, count * (share + 1) // self.shares
+            self.show_nodes(*elements, table, *span, SHOWN.start, SHOWN.stop)
+
+        self.pool.run(show, range(self.shares))
 
     def carried(self) -> dict[str, np.ndarray]:
         """The state of the elements that passes from step to step."""
@@ -219,36 +201,15 @@ class ElementStepper(Method):
     def _push(self, share: int, body: int, begin: int, end: int, table: np.ndarray, kick: float) -> None:
         mesh = self.meshes[body]
         self.find_operators[body](mesh, table, begin, end)
-        self.push_nodes[body](
-            mesh,
-            table,
-            self.states,
-            begin,
-            end,
-            kick,
-            float(self.problem.viscosity.heating),
-            self.scratch[share][body],
-            self.taken[share],
-        )
+        heating, scratch, taken = self._heating, self.scratch[share][body], self.taken[share]
+        self.push_nodes[body](mesh, table, self.states, begin, end, kick, heating, scratch, taken)
 
     def _strain(
         self, share: int, body: int, begin: int, end: int, table: np.ndarray, time: float, kick: float, dt: float
     ) -> None:
         problem, mesh = self.problem, self.meshes[body]
-        self.strain_elements[body](
-            mesh,
-            table,
-            self.states,
-            begin,
-            end,
-            kick,
-            dt,
-            float(problem.viscosity.heating),
-            self.scratch[share][body],
-            self.gradients,
-            self.space.lengths,
-            self.taken[share],
-        )
+        found = self._heating, self.scratch[share][body], self.gradients, self.space.lengths, self.taken[share]
+        self.strain_elements[body](mesh, table, self.states, begin, end, kick, dt, *found)
         points = mesh.kind.points
         span = mesh.first + begin * points, mesh.first + end * points
         self.points.update(self.space, problem.viscosity, share, body, self.states, span, self.gradients, time, dt)

@@ -46,7 +46,7 @@ from solver.problem.geometry import dimensions, node_count
 from solver.state import NEW_X, NEW_Z, X, Z, lines
 from solver.steps.crossing import cross_faces
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import CULPRIT, FAULT, OUTSIDE, Limits, PointUpdate
+from solver.steps.points import CULPRIT, FAULT, OUTSIDE, PointUpdate, StateLimits
 from solver.steps.space import VELOCITY
 from solver.steps.threads import ThreadPool
 from solver.vectors import first_lanes, line, number, set_line, spread, where
@@ -129,7 +129,7 @@ class Field:
 class Stepper(Method):
     """The ordered stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         if problem.shape is None:
             problem = replace(problem, shape=Linear())
         self.problem = problem
@@ -208,25 +208,14 @@ class Stepper(Method):
             self.kernels.add_ghost_impulse(field.closed, field.nodes.motion, dt, impulse)
             if damping.part > 0.0 and damping.order > 1.0:
                 self._smooth(field, partition)
+
+        def move(field: Field, share: int, ranges: np.ndarray) -> None:
+            to_nodes = problem.geometry, problem.shape, self.points.packs[share], partition.table, ranges
+            velocities = field.nodes.motion, field.nodes.smoothed, field.tables[share]
+            self.kernels.move_particles(*to_nodes, *velocities, work, damping, dt, field.lost[share])
+
         for field in self.fields:
-            self._over_shares(
-                field,
-                partition,
-                lambda field, share, ranges: self.kernels.move_particles(
-                    problem.geometry,
-                    problem.shape,
-                    self.points.packs[share],
-                    partition.table,
-                    ranges,
-                    field.nodes.motion,
-                    field.nodes.smoothed,
-                    field.tables[share],
-                    work,
-                    damping,
-                    dt,
-                    field.lost[share],
-                ),
-            )
+            self._over_shares(field, partition, move)
             field.gathered(self.pool)
             if damping.part > 0.0:
                 impulse -= field.lost[:, :3].sum(axis=0)
@@ -236,7 +225,8 @@ class Stepper(Method):
             loaded += field.work(dt)
             if problem.scheme == Scheme.MUSL:
                 nodes = field.nodes
-                _over_blocks(self.pool, self.kernels.divide_mapped, field.blocks, nodes.state, nodes.mapped)
+                tables = nodes.state, nodes.state, nodes.mapped
+                _over_blocks(self.pool, self.kernels.divide_mapped, field.blocks, *tables)
                 field.mirror()
         if self.contact:
             contact = self.contact.energy_removed()
@@ -245,19 +235,13 @@ class Stepper(Method):
         return energy, contact, loaded
 
     def _scatter(self, field: Field, partition: Partition) -> None:
-        self._over_shares(
-            field,
-            partition,
-            lambda field, share, ranges: self.kernels.scatter_state(
-                self.problem.geometry,
-                self.problem.shape,
-                self.points.packs[share],
-                partition.table,
-                ranges,
-                field.tables[share],
-                field.touched[share],
-            ),
-        )
+        problem = self.problem
+
+        def scatter(field: Field, share: int, ranges: np.ndarray) -> None:
+            pack, tables = self.points.packs[share], (field.tables[share], field.touched[share])
+            self.kernels.scatter_state(problem.geometry, problem.shape, pack, partition.table, ranges, *tables)
+
+        self._over_shares(field, partition, scatter)
         field.gathered(self.pool)
         if len(field.tables) > 1:
             np.bitwise_or.reduce(field.touched, axis=0, out=field.touched[0])
@@ -273,7 +257,7 @@ class Stepper(Method):
             motion = field.nodes.motion
             scatter_smoothed(geometry, shape, self.points.packs[0], partition.table, ranges, motion, smoothed)
         fold_vectors(field.closed, smoothed, VELOCITY)
-        _over_blocks(self.pool, divide_smooth, field.blocks, field.nodes.state, smoothed)
+        _over_blocks(self.pool, divide_mapped, field.blocks, field.nodes.state, smoothed, smoothed)
         mirror_vectors(field.closed, smoothed, VELOCITY)
 
     def _check_positions(self, position: np.ndarray) -> None:
@@ -289,18 +273,9 @@ class Stepper(Method):
 
         def update(share: int) -> None:
             for field, body in pairs:
-                self.points.update(
-                    problem.geometry,
-                    problem.viscosity,
-                    share,
-                    body,
-                    partition.table,
-                    partition.shares[share, body].tolist(),
-                    field.nodes.mapped,
-                    self.time,
-                    dt,
-                    whole_work,
-                )
+                where = share, body, partition.table, partition.shares[share, body].tolist()
+                velocities = field.nodes.mapped
+                self.points.update(problem.geometry, problem.viscosity, *where, velocities, self.time, dt, whole_work)
 
         self.pool.run(update, range(len(self.points.packs)))
 
@@ -382,21 +357,12 @@ def solve_momentum(blocks, state, motion, mapped, dt):
 
 
 @kernel
-def divide_smooth(blocks, state, smoothed):
-    """Mapped momentum of the smoothed velocities becomes their velocity."""
+def divide_mapped(blocks, state, momentum, velocity):
+    """Velocity of nodes that carry mass, from mapped momentum."""
     for block in blocks:
         for i in range(BLOCK * block, BLOCK * (block + 1)):
             if number(state, i, 0) > 0.0:
-                set_line(smoothed, i, line(smoothed, i) * (1.0 / number(state, i, 0)))
-
-
-@kernel
-def divide_mapped(blocks, state, mapped):
-    """Velocity of nodes that carry mass, from the momentum mapped back."""
-    for block in blocks:
-        for i in range(BLOCK * block, BLOCK * (block + 1)):
-            if number(state, i, 0) > 0.0:
-                set_line(mapped, i, line(state, i) * (1.0 / number(state, i, 0)))
+                set_line(velocity, i, line(momentum, i) * (1.0 / number(state, i, 0)))
 
 
 KERNELS = (

@@ -47,7 +47,7 @@ from solver.sph.tables import MOVED, new_memory, tables_of
 from solver.state import MASS, VX, Particles, lines
 from solver.steps.crossing import cross_faces
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import Limits, PointUpdate
+from solver.steps.points import PointUpdate, StateLimits
 from solver.steps.space import AXES, Scattered
 from solver.steps.threads import ThreadPool
 
@@ -60,7 +60,7 @@ SPARE = 1.2  # of the rows of the tables
 
 
 @dataclass
-class Loaded:
+class LoadedLayer:
     """Particles that a traction presses on in a step."""
 
     axis: int
@@ -73,7 +73,7 @@ class Loaded:
 class ParticleStepper(Method):
     """The stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         if problem.smoothing is None:
             raise ProblemError("smoothed particles need the numerics of their smoothing")
         _check(problem, problem.smoothing)
@@ -82,7 +82,7 @@ class ParticleStepper(Method):
         self.pool = pool
         self.axes = _axes(problem)
         self.pressed = pressed_ends(problem, self.axes)
-        self.loaded: list[Loaded] = []
+        self.loaded: list[LoadedLayer] = []
         self.before = np.zeros(1)  # the step that ended at n, s
         self.space = Scattered(problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes)
         self.points = PointUpdate(problem, limits, shares)
@@ -154,21 +154,11 @@ class ParticleStepper(Method):
         set_stresses(tables, images, count)
         self._push_apart(cells, tables, solid, count)
         self._press(partition, time, dt)
+        sums = smoothing, axes, tables, table
+        pushes = self.pushed, self.gravity, kick, dt
         self._over_shares(
             partition,
-            lambda share, ranges: self.accelerate(
-                smoothing,
-                axes,
-                tables,
-                table,
-                ranges,
-                self._lists(share),
-                self.pushed,
-                self.gravity,
-                kick,
-                dt,
-                self.sums[share],
-            ),
+            lambda share, ranges: self.accelerate(*sums, ranges, self._lists(share), *pushes, self.sums[share]),
         )
         for loaded in self.loaded:
             loaded.after = table[VX + loaded.axis, loaded.columns].copy()
@@ -191,16 +181,8 @@ class ParticleStepper(Method):
                 inside |= (particles >= begin) & (particles < end)
             mine = np.flatnonzero(inside)
             found = np.zeros((mine.size, 6))
-            self.find_forces_of_others(
-                self.smoothing,
-                self.axes,
-                self.tables,
-                partition.table,
-                particles[mine],
-                self._lists(share),
-                marks,
-                found,
-            )
+            sums = self.smoothing, self.axes, self.tables, partition.table
+            self.find_forces_of_others(*sums, particles[mine], self._lists(share), marks, found)
             forces[mine] = found
         return forces
 
@@ -210,20 +192,10 @@ class ParticleStepper(Method):
         for begin, end in partition.shares[:, self.passive].reshape(-1, 2):
             self.tables.other[begin:end, MOVED : MOVED + AXES] = table[VX : VX + AXES, begin:end].T
         set_velocities(self.tables, self.images, partition.particles.mass.size)
+        sums = self.smoothing, self.axes, self.tables, table
+        found = self.correction, self.gradients, kick, dt
         self._over_shares(
-            partition,
-            lambda share, ranges: self.find_gradients(
-                self.smoothing,
-                self.axes,
-                self.tables,
-                table,
-                ranges,
-                self._lists(share),
-                self.correction,
-                self.gradients,
-                kick,
-                dt,
-            ),
+            partition, lambda share, ranges: self.find_gradients(*sums, ranges, self._lists(share), *found)
         )
         self._over_bodies(
             partition,
@@ -302,7 +274,7 @@ class ParticleStepper(Method):
                 forces = end.forces(table, columns, pressure)
                 self.pushed[columns, axis] += forces / table[MASS, columns]
                 before = table[VX + axis, columns].copy()
-                self.loaded.append(Loaded(axis, columns, forces, before, before))
+                self.loaded.append(LoadedLayer(axis, columns, forces, before, before))
 
     def _complete(self, partition: Partition) -> None:
         """Give particles on a plane of symmetry the smoothing length of the mass that they have with their images."""
@@ -334,38 +306,17 @@ class ParticleStepper(Method):
         length[others[away - length[others] > farthest]] = 0.0
 
     def _measure(self, share: int, body: int, begin: int, end: int) -> None:
-        made = self.problem.bodies[body]
-        self.measure[body](
-            made.matter,
-            self.smoothing.ratio,
-            self.axes,
-            made.density / STRETCHED**self.axes,
-            self.table,
-            begin,
-            end,
-            self.measures,
-        )
+        made, axes = self.problem.bodies[body], self.axes
+        thinnest = made.density / STRETCHED**axes
+        self.measure[body](made.matter, self.smoothing.ratio, axes, thinnest, self.table, begin, end, self.measures)
 
     def _find(self, share: int, ranges: np.ndarray, cells: Any, tables: Any, solid: np.ndarray) -> None:
         if not self.lists[share].size:
             size = int((ranges[:, 1] - ranges[:, 0]).sum())
             self.lists[share] = np.zeros(LISTED * (size + 1), np.int32)
-        while (
-            self.find_neighbours(
-                self.smoothing,
-                self.axes,
-                cells,
-                tables.place,
-                solid,
-                tables.other,
-                ranges,
-                self.lists[share],
-                self.first,
-                self.stop,
-                self.correction,
-            )
-            < 0
-        ):
+        seen = self.smoothing, self.axes, cells, tables.place, solid, tables.other, ranges
+        found = self.first, self.stop, self.correction
+        while self.find_neighbours(*seen, self.lists[share], *found) < 0:
             self.lists[share] = np.zeros(2 * self.lists[share].size, np.int32)
 
     def _lists(self, share: int) -> Lists:

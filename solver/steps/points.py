@@ -62,7 +62,7 @@ from solver.vectors import (
 )
 
 
-class Limits(NamedTuple):
+class StateLimits(NamedTuple):
     """Limits beyond which a state is unphysical."""
 
     densest: float  # times the reference density
@@ -252,7 +252,7 @@ def is_physical(matter, limits, point, energy, speed, place):
 class PointUpdate:
     """The update of all points of a problem's bodies, share by share: kernels, scratch and tallies."""
 
-    def __init__(self, problem: Problem, limits: Limits, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, shares: int):
         self.problem, self.limits = problem, limits
         self.packs = [new_pack() for _ in range(shares)]
         self.tallies = np.zeros((shares * len(problem.bodies), len(Tally._fields)))
@@ -275,23 +275,10 @@ class PointUpdate:
     ) -> None:
         """Take the points of a body in a span of the table to a time; ``gradients`` are lines of a table."""
         problem = self.problem
-        self.kernels[body](
-            space,
-            problem.shape,
-            self.packs[share],
-            problem.bodies[body].matter,
-            problem.stress_rate,
-            viscosity,
-            self.limits,
-            table,
-            *span,
-            gradients,
-            self.tallies,
-            share * len(problem.bodies) + body,
-            time,
-            dt,
-            whole_work,
-        )
+        laws = problem.bodies[body].matter, problem.stress_rate, viscosity, self.limits
+        row = share * len(problem.bodies) + body
+        points = table, *span, gradients, self.tallies, row
+        self.kernels[body](space, problem.shape, self.packs[share], *laws, *points, time, dt, whole_work)
 
     def tally(self) -> Tally:
         """What all shares counted in the last updates."""
@@ -300,7 +287,7 @@ class PointUpdate:
 
 
 def first_fault(
-    problem: Problem, limits: Limits, particles: Particles, body: np.ndarray, first: int
+    problem: Problem, limits: StateLimits, particles: Particles, body: np.ndarray, first: int
 ) -> tuple[int, str, float]:
     """The first unphysical particle of the eight from one on: its index, the quantity and its value."""
     for p in range(first, min(first + LANES, body.size)):
@@ -310,7 +297,7 @@ def first_fault(
     raise LookupError("none of the eight is unphysical")
 
 
-def _fault(matter: Matter, limits: Limits, particles: Particles, p: int) -> tuple[str, float] | None:
+def _fault(matter: Matter, limits: StateLimits, particles: Particles, p: int) -> tuple[str, float] | None:
     ratio = particles.density[p] / reference_density(matter.eos)
     speed = float(np.linalg.norm(particles.velocity[p]))
     stress = particles.pressure[p] + particles.viscosity[p] + particles.deviator[p].sum()

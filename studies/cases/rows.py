@@ -116,6 +116,11 @@ def absolute(claim: str, *, expected: float, got: float, within: float | None = 
     return _row(claim, expected, got, abs(got - expected), within)
 
 
+def zero(claim: str, *, got: float, within: float | None = None) -> Row:
+    """A row of a figure whose answer is zero."""
+    return absolute(claim, expected=0.0, got=got, within=within)
+
+
 def at_most(claim: str, *, limit: float, got: float) -> Row:
     """A row that passes when a figure does not exceed a limit; the error is the excess.
 

@@ -56,6 +56,11 @@ ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 # Confidence decides the use of a law: these words of studies.materials.CONFIDENCES keep it out of verdicts,
 # recommendations and averages, so that it is compared and drawn alone; what is not known at all is no law here.
 DRAWN_ONLY: Mapping[str, str] = {"memory": "recalled and unchecked", "indicative": "a rule of thumb or a limit"}
+# What a catalogue says of a law besides its range.
+DESCRIBED = (
+    *("name", "title", "quantity", "equation", "source", "confidence", "use"),
+    *("scatter", "size_exponent", "largest_obliquity"),
+)
 # Why a law is not judged by a measured shot.
 FITTED = "a constant of the law is fitted to this shot"
 PRINTED = 0.005  # relative: tables print two to three digits
@@ -138,19 +143,8 @@ class Law:
 
     def describe(self) -> dict[str, Any]:
         """The law as plain values, for a catalogue."""
-        return {
-            "name": self.name,
-            "title": self.title,
-            "quantity": self.quantity,
-            "equation": self.equation,
-            "source": self.source,
-            "confidence": self.confidence,
-            "use": self.use,
-            "scatter": self.scatter,
-            "size_exponent": self.size_exponent,
-            "largest_obliquity": self.largest_obliquity,
-            "range": self.range.describe(),
-        }
+        plain = {name: getattr(self, name) for name in DESCRIBED}
+        return {**plain, "range": self.range.describe()}
 
     def _oblique(self, shot: Shot) -> list[str]:
         """Why the obliquity of a shot is outside the range."""

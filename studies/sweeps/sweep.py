@@ -346,8 +346,7 @@ class Sweep:
     def _check_particles(self, resolved: "run.Run", materials: Mapping[str, Material]) -> None:
         """A run fits into a machine."""
         scenario = scenarios.load(self.scenario)
-        size = scenario.estimate(scenario.parameters(**resolved.parameters), materials)
-        particles = size.particles
+        particles = scenario.record(resolved.parameters).size(materials).particles
         if particles > self.max_particles:
             count = f"about {particles:.2g} particles"
             limit = f"at most {self.max_particles:.12g} in a run"

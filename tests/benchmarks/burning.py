@@ -6,7 +6,7 @@ from typing import Any
 
 from studies.values.files import write_text
 from studies.values.results import Measured, RunResult
-from tests.acceptance.support.chained import publish
+from tests.crash.support.chained import publish
 from tests.service.support.targets import Run
 
 __all__ = ["Run", "execute", "publish"]

@@ -25,7 +25,7 @@ from studies.cases.setups.methods import COURANT, SPH
 from studies.materials import load
 from studies.runs.execution import execute, setting_of
 from studies.runs.run import Run, resolve
-from studies.scenarios._matter import matter
+from studies.scenarios.parts.matter import matter
 from tests.house import ROOT
 
 WARM, PAIRS = 60, 5  # steps before, and pairs of blocks

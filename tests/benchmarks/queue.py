@@ -15,9 +15,9 @@ from tempfile import TemporaryDirectory
 
 import httpx
 
-from tests.acceptance.support import inspection
-from tests.acceptance.support.crash_test import WORKERS, CrashTest, Work, crash_test
 from tests.benchmarks.burning import burn
+from tests.crash.support import inspection
+from tests.crash.support.crash_test import WORKERS, CrashTest, Work, crash_test
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import wait_until
 

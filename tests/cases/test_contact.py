@@ -2,10 +2,9 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
 from functools import cache
+from itertools import product
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -16,7 +15,6 @@ from studies import materials
 from studies.runs.execution import execute, setting_of
 from studies.runs.run import Run, resolve
 from studies.scenarios.plate_impact import shocks
-from studies.values.results import RunResult
 from tests.rows import Row, absolute, at_least, at_most
 
 COPPER = "copper-thesis-plastic"
@@ -27,8 +25,13 @@ LOST = (0.217, 0.129, 0.080)  # of the energy by END, in docs/theory.md
 PRINTED = 0.0005  # half of its last digit
 MOST = 0.8  # of the loss, before TOUCH
 
-BLOCK = {"target_depth": 40e-3, "target_radius": 40e-3}  # m
 PLATE = 20e-3  # m
+# Of the sphere: its block, or a plate of a quarter of its diameter; and what is measured.
+TARGETS: dict[str, dict[str, Any]] = {
+    "thick_plate": {"target_depth": 40e-3, "target_radius": 40e-3},
+    "thin_plate": {"plate_thickness": 0.25 * DIAMETER},
+}
+MEASURED = {"thick_plate": ("crater_depth", "crater_diameter"), "thin_plate": ("hole_diameter",)}
 CRITERIA = {
     "none": "one field",
     "bardenhagen": "contact",
@@ -40,32 +43,9 @@ CRITERIA = {
 STAY = 0.1  # cells
 
 
-@dataclass(frozen=True)
-class Crater:
-    """A crater with contact."""
-
-    rise: float  # largest kinetic energy of any step before TOUCH over the initial one, minus 1
-    touched: float  # energy that contact removed by TOUCH, of the initial
-    removed: float  # and by the end
-
-
-@cache
-def _crater(contact: str, cell: float, end: float) -> Crater:
-    parameters = {**_sphere(cell), **BLOCK, "contact": contact}
-    simulation = _started("thick_plate", parameters)
-    initial = _kinetic(simulation)
-    rise = -1.0
-    while simulation.time < TOUCH:
-        simulation.advance()
-        rise = max(rise, _kinetic(simulation) / initial - 1.0)
-    touched = simulation.audit().contact_energy
-    while simulation.time < end:
-        simulation.advance()
-    return Crater(rise, touched, simulation.audit().contact_energy)
-
-
-def _sphere(cell: float) -> dict[str, Any]:
-    return {
+def sphere(scenario: str, contact: str, cell: float) -> Run:
+    """The run of a sphere on a target."""
+    parameters = {
         "projectile": COPPER,
         "target": COPPER,
         "speed": SPEED,
@@ -74,130 +54,86 @@ def _sphere(cell: float) -> dict[str, Any]:
         "recipe": "thesis",
         "thermal_softening": False,
         "tension": "unlimited",
+        "contact": contact,
+        **TARGETS[scenario],
     }
+    return resolve(scenario, parameters, dict.fromkeys(("projectile", "target"), materials.load(COPPER)))
 
 
-def _resolved(scenario: str, parameters: dict[str, Any]) -> Run:
-    copper = materials.load(COPPER)
-    roles = [role for role, name in parameters.items() if name == COPPER]
-    return resolve(scenario, parameters, dict.fromkeys(roles, copper))
-
-
-def _started(scenario: str, parameters: dict[str, Any]) -> Simulation:
-    return start(setting_of(_resolved(scenario, parameters)).problem, threads=1)
-
-
-def _kinetic(simulation: Simulation) -> float:
+def kinetic(simulation: Simulation) -> float:
     p = simulation.particles
     return 0.5 * float((p.mass * (p.velocity**2).sum(axis=1)).sum())
 
 
+@cache
+def crater(contact: str, cell: float, end: float = TOUCH) -> tuple[float, float, float]:
+    """Largest rise of the kinetic energy in a step before TOUCH, and energy that contact removed by TOUCH and END.
+
+    All of the initial energy.
+    """
+    simulation = start(setting_of(sphere("thick_plate", contact, cell)).problem, threads=1)
+    initial, rise = kinetic(simulation), -1.0
+    while simulation.time < TOUCH:
+        simulation.advance()
+        rise = max(rise, kinetic(simulation) / initial - 1.0)
+    touched = simulation.audit().contact_energy
+    while simulation.time < end:
+        simulation.advance()
+    return rise, touched, simulation.audit().contact_energy
+
+
 @pytest.mark.claim("cases", "contact-touch")
-def test_contact_touch__lets_no_step_gain_kinetic_energy(compared: Callable[[Row], None]) -> None:
+def test_contact__raises_the_kinetic_energy_in_no_step(compared: Callable[[Row], None]) -> None:
     """On cells of 1 and 0.5 mm contact raises the kinetic energy of an impact in no step of the first touch."""
     for cell in CELLS[:2]:
         where = f"cells of {1e3 * cell:g} mm: largest rise of the kinetic energy"
-        compared(at_most(where, limit=0.0, got=_crater("bardenhagen", cell, TOUCH).rise))
-        printed = _crater("thesis", cell, TOUCH).rise
-        compared(Row(f"{where}, the printed criterion", "", printed, None))
+        compared(at_most(where, limit=0.0, got=crater("bardenhagen", cell)[0]))
+        compared(Row(f"{where}, the printed criterion", "", crater("thesis", cell)[0], None))
 
 
 @pytest.mark.claim("cases", "contact-loss", minutes=10.0)
-def test_contact_loss__falls_with_the_cell(compared: Callable[[Row], None]) -> None:
-    """What contact takes of a crater's energy falls with the cell, most of it in the first touch.
+def test_contact__takes_less_on_finer_cells(compared: Callable[[Row], None]) -> None:
+    """What contact takes of a crater's energy falls with the cell; the printed criterion takes more.
 
-    It is before the shock has run through the sphere; the printed criterion takes more.
+    Most is taken before the shock has run through the sphere.
     """
     lost = []
     for cell, expected in zip(CELLS, LOST, strict=True):
         where = f"cells of {1e3 * cell:g} mm"
-        crater = _crater("bardenhagen", cell, END)
-        lost.append(crater.removed)
-        compared(
-            absolute(f"{where}: energy removed (of the initial)", expected=expected, got=crater.removed, within=PRINTED)
-        )
-        compared(at_least(f"{where}: part of it in the first 1.3 us", limit=MOST, got=crater.touched / crater.removed))
-        compared(
-            at_most(
-                f"{where}: of what the printed criterion removes in the first 1.3 us",
-                limit=1.0,
-                got=crater.touched / _crater("thesis", cell, TOUCH).touched,
-            )
-        )
+        _, touched, removed = crater("bardenhagen", cell, END)
+        lost.append(removed)
+        compared(absolute(f"{where}: energy removed (of the initial)", expected=expected, got=removed, within=PRINTED))
+        compared(at_least(f"{where}: part of it in the first 1.3 us", limit=MOST, got=touched / removed))
+        claim = f"{where}: of what the printed criterion removes in the first 1.3 us"
+        compared(at_most(claim, limit=1.0, got=touched / crater("thesis", cell)[1]))
     coarse, middle, fine = lost
-    order = math.log2((coarse - middle) / (middle - fine))
-    compared(Row("observed order", "", order, None))
+    compared(Row("observed order", "", math.log2((coarse - middle) / (middle - fine)), None))
 
 
 @pytest.mark.claim("cases", "contact-creep", minutes=1.0)
-def test_contact_creep__is_more_by_the_printed_criterion_and_none_at_the_gap(compared: Callable[[Row], None]) -> None:
-    """Plates in contact creep into each other while a shock loads them, and stay in place at the gap.
+def test_plates__creep_by_cells_and_stay_in_place_at_the_gap(compared: Callable[[Row], None]) -> None:
+    """Plates in contact creep into each other by the cells that a shock runs, and stay within 0.1 cells at the gap.
 
-    They creep by the number of cells that the shock runs, and farther by the printed criterion; where the gap is known
-    they stay within 0.1 cells.
+    The printed criterion lets them creep farther.
     """
-    faces = {(contact, cells): _overlap(contact, cells) for contact in CRITERIA for cells in (20.0, 40.0)}
-    for (contact, cells), (overlap, energy) in faces.items():
+    faces = {(contact, cells): overlap(contact, cells) for contact, cells in product(CRITERIA, (20.0, 40.0))}
+    for (contact, cells), (cells_over, energy) in faces.items():
         where = f"{CRITERIA[contact]}, a shock through {cells:g} cells"
-        compared(Row(f"{where}: overlap of the faces (cells)", "", overlap, None))
+        compared(Row(f"{where}: overlap of the faces (cells)", "", cells_over, None))
         compared(Row(f"{where}: energy removed (of pressure times a cell)", "", energy, None))
     for cells in (20.0, 40.0):
         none, ours, printed, gap = (faces[contact, cells][0] for contact in CRITERIA)
-        compared(at_most(f"{cells:g} cells: one field against contact (cells)", limit=ours, got=none))
-        where = f"{cells:g} cells: contact against the printed criterion (cells)"
-        compared(Row(where, f"below {printed:.3g}", ours, ours < printed))
-        where = f"{cells:g} cells: contact at the gap (cells)"
-        compared(absolute(where, expected=0.0, got=gap, within=STAY))
+        where = f"{cells:g} cells"
+        compared(at_most(f"{where}: one field against contact (cells)", limit=ours, got=none))
+        claim = f"{where}: contact against the printed criterion (cells)"
+        compared(Row(claim, f"below {printed:.3g}", ours, ours < printed))
+        compared(absolute(f"{where}: contact at the gap (cells)", expected=0.0, got=gap, within=STAY))
     for contact in ("bardenhagen", "thesis"):
-        compared(
-            at_least(
-                f"{CRITERIA[contact]}, 40 cells: overlap, against that of 20 cells (cells)",
-                limit=faces[contact, 20.0][0],
-                got=faces[contact, 40.0][0],
-            )
-        )
+        claim = f"{CRITERIA[contact]}, 40 cells: overlap, against that of 20 cells (cells)"
+        compared(at_least(claim, limit=faces[contact, 20.0][0], got=faces[contact, 40.0][0]))
 
 
-@pytest.mark.claim("cases", "contact-gap-impact", minutes=5.0)
-def test_contact_gap_impact__takes_less_energy(compared: Callable[[Row], None]) -> None:
-    """At 6 km/s contact that knows the gap takes less of the energy than contact that does not.
-
-    Crater and hole are shown beside.
-    """
-    for scenario, names in MEASURED.items():
-        for cell in CELLS[:2]:
-            where = f"{scenario}, cells of {1e3 * cell:g} mm"
-            shots = {contact: _shot(scenario, contact, cell) for contact in CRITERIA}
-            for name in names:
-                for contact, says in CRITERIA.items():
-                    value = shots[contact].measurements[name].value
-                    got = math.nan if value is None else 1e3 * value
-                    compared(Row(f"{where}, {says}: {name} (mm)", "", got, None))
-            lost = {contact: shots[contact].numbers["contact_energy_fraction"] for contact in CRITERIA}
-            compared(
-                at_most(
-                    f"{where}: energy that contact at the gap removed, against contact (of the initial)",
-                    limit=lost["bardenhagen"],
-                    got=lost["gap"],
-                )
-            )
-
-
-MEASURED = {"thick_plate": ("crater_depth", "crater_diameter"), "thin_plate": ("hole_diameter",)}
-
-
-def _shot(scenario: str, contact: str, cell: float) -> RunResult:
-    """The sphere of the crater on its block, or on a plate of a quarter of its diameter."""
-    parameters = {
-        **_sphere(cell),
-        "contact": contact,
-        **(BLOCK if scenario == "thick_plate" else {"plate_thickness": 0.25 * DIAMETER}),
-    }
-    with TemporaryDirectory() as folder:
-        return execute(_resolved(scenario, parameters), Path(folder), threads=1)
-
-
-def _overlap(contact: str, cells: float) -> tuple[float, float]:
+def overlap(contact: str, cells: float) -> tuple[float, float]:
     """Overlap of the faces in cells, their outermost layers as thick as the Hugoniot says, and what contact took."""
     parameters = {
         "flyer": COPPER,
@@ -210,17 +146,33 @@ def _overlap(contact: str, cells: float) -> tuple[float, float]:
         "recipe": "thesis",
         "contact": contact,
     }
-    simulation = _started("plate_impact", parameters)
-    initial = _kinetic(simulation)
+    copper = materials.load(COPPER)
+    run = resolve("plate_impact", parameters, {"flyer": copper, "target": copper})
+    simulation = start(setting_of(run).problem, threads=1)
+    initial = kinetic(simulation)
     while simulation.time < simulation.problem.end_time:
         simulation.advance()
-    copper = materials.load(COPPER)
     state = shocks(copper, copper, SPEED)
     flyer, target = (simulation.particles.position[simulation.body == body, 2] for body in (0, 1))
-    spacing = simulation.problem.bodies[0].spacing[2]
-    layer = spacing * copper.density / state.densities[0]
+    layer = simulation.problem.bodies[0].spacing[2] * copper.density / state.densities[0]
     cell = simulation.problem.geometry.spacing
-    overlap = (float(np.max(flyer)) - float(np.min(target)) + layer) / cell
-    section = (2.0 * cell) ** 2
     taken = simulation.audit().contact_energy * initial
-    return overlap, taken / (section * state.pressure * cell)
+    return (float(np.max(flyer)) - float(np.min(target)) + layer) / cell, taken / (4.0 * cell**3 * state.pressure)
+
+
+@pytest.mark.claim("cases", "contact-gap-impact", minutes=5.0)
+def test_contact__at_the_gap_takes_less_energy(compared: Callable[[Row], None], tmp_path: Path) -> None:
+    """At 6 km/s contact that knows the gap takes less of the energy than contact that does not.
+
+    Crater and hole are shown beside.
+    """
+    for scenario, cell in product(MEASURED, CELLS[:2]):
+        where = f"{scenario}, cells of {1e3 * cell:g} mm"
+        runs = {contact: sphere(scenario, contact, cell) for contact in CRITERIA}
+        shots = {contact: execute(run, tmp_path / run.id, threads=1) for contact, run in runs.items()}
+        for name, (contact, says) in product(MEASURED[scenario], CRITERIA.items()):
+            value = shots[contact].measurements[name].value
+            compared(Row(f"{where}, {says}: {name} (mm)", "", math.nan if value is None else 1e3 * value, None))
+        lost = {contact: shot.numbers["contact_energy_fraction"] for contact, shot in shots.items()}
+        claim = f"{where}: energy that contact at the gap removed, against contact (of the initial)"
+        compared(at_most(claim, limit=lost["bardenhagen"], got=lost["gap"]))

@@ -1,7 +1,6 @@
 """Johnson and Cook's damage at a point against its integral in closed form, and the heat of plastic work."""
 
 import math
-import tempfile
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -15,14 +14,14 @@ from solver.matter.failure.johnson_cook import JohnsonCookDamage, ModifiedJohnso
 from solver.matter.failure.none import NoFailure
 from solver.matter.laws import Matter
 from solver.matter.stress import PointState, advance
+from solver.matter.tension.unlimited import UnlimitedTension
 from solver.matter.tensor import equivalent_stress
 from solver.problem import ArtificialViscosity
 from solver.simulation import simulate
 from studies import materials
-from studies.cases.setups.matter import matter_of
 from studies.cases.verification import bits
 from studies.runs.execution import execute, setting_of
-from studies.scenarios._matter import matter
+from studies.scenarios.parts.matter import matter
 from studies.sweeps.sweep import Sweep
 from tests.rows import Row, absolute, at_least, at_most, equal, relative
 
@@ -114,18 +113,11 @@ def _steel(failure: Any) -> Matter:
         temperature=WELDOX.thermal.room_temperature,
         heat_capacity=WELDOX.thermal.heat_capacity,
     )
-    made = matter(WELDOX)
-    return matter_of(
-        solid,
-        shear_modulus=made.shear_modulus,
-        strength=made.strength,
-        room_temperature=made.room_temperature,
-        melt_temperature=made.melt_temperature,
-    )._replace(failure=failure)
+    return matter(WELDOX)._replace(eos=solid, tension=UnlimitedTension(), failure=failure)
 
 
 @pytest.mark.claim("methods", "fracture-strain")
-def test_fracture_strain_of_weldox__is_the_published_one(compared: Callable[[Row], None]) -> None:
+def test_fracture_strain__is_the_published_one(compared: Callable[[Row], None]) -> None:
     """The fracture strain of Weldox 460 E at a triaxiality of 1/3 is 1.504 at rate* = 1 and 1.517 at rate* = 0."""
     weldox = _damage(ModifiedJohnsonCookDamage, CASES[0])
     for rate, expected in ((weldox.reference_rate, 1.504), (0.0, 1.517)):
@@ -140,7 +132,7 @@ def test_fracture_strain_of_weldox__is_the_published_one(compared: Callable[[Row
 
 
 @pytest.mark.claim("methods", "damage-at-a-point")
-def test_damage_at_a_point__is_its_integral(compared: Callable[[Row], None]) -> None:
+def test_damage__is_its_integral(compared: Callable[[Row], None]) -> None:
     """At constant triaxiality, rate and temperature damage is its integral, and its stress comes with the order 1.
 
     Matter fails at the fracture strain; the weakened stress is (1 - D) [A + B r^n] (1 + rate*)^C (1 - T*^m).
@@ -181,7 +173,7 @@ def test_damage_at_a_point__is_its_integral(compared: Callable[[Row], None]) -> 
 
 
 @pytest.mark.claim("methods", "heat-of-plastic-work")
-def test_heat_of_plastic_work__warms_matter_by_its_share(compared: Callable[[Row], None]) -> None:
+def test_plastic_work__warms_matter_by_its_share(compared: Callable[[Row], None]) -> None:
     """Sheared without heat flow matter warms by alpha times its plastic work, and by its elastic energy."""
     # Without thermal softening: the plastic work has a closed form.
     steel = _steel(NoFailure())._replace(melt_temperature=math.inf)
@@ -226,26 +218,20 @@ DRIFT = 1e-12  # of the energy, round-off
 
 
 @pytest.mark.claim("methods", "damage-from-a-sweep", minutes=1.0)
-def test_damage_from_a_sweep__breaks_matter_and_keeps_bits_and_energy(compared: Callable[[Row], None]) -> None:
+def test_damage__of_a_sweep_breaks_matter_and_keeps_bits_and_energy(
+    compared: Callable[[Row], None], tmp_path: Path
+) -> None:
     """A sweep computes a plate of Weldox 460 E with damage and without; damage breaks matter.
 
     It keeps the balance of energy, and neither threads nor a restart change a bit of it.
     """
-    runs = [point.run for point in Sweep.parse(SWEEP).runs()]
-    with tempfile.TemporaryDirectory() as folder:
-        for run in runs:
-            result = execute(run, Path(folder) / run.id, threads=1)
-            where = str(run.parameters["failure"])
-            compared(equal(f"{where}: state of the run", expected="succeeded", got=result.state))
-    for run in runs:
-        outcome = simulate(setting_of(run).problem, threads=1)
-        where, failed = str(run.parameters["failure"]), outcome.counters.failed
-        if where == "none":
-            compared(at_most(f"{where}: particles that failed", limit=0, got=failed))
-        else:
-            compared(at_least(f"{where}: particles that failed", limit=1, got=failed))
+    for run in (point.run for point in Sweep.parse(SWEEP).runs()):
+        where, problem = str(run.parameters["failure"]), setting_of(run).problem
+        compared(equal(f"{where}: state of the run", expected="succeeded", got=execute(run, tmp_path / run.id).state))
+        outcome = simulate(problem, threads=1)
+        limit, judge = (0, at_most) if where == "none" else (1, at_least)
+        compared(judge(f"{where}: particles that failed", limit=limit, got=outcome.counters.failed))
         drift = abs(outcome.audit.energy_drift)
         compared(at_most(f"{where}: drift of the energy", limit=DRIFT, got=drift))
-    problem = setting_of(runs[-1]).problem
     for row in bits.rows_of("damage", problem, STEPS_OF_RESTART, STOPPED_AFTER):
         compared(row)

@@ -14,7 +14,7 @@ from studies import materials
 from studies.reports.limits import fitted_curve
 from studies.runs.execution import execute
 from studies.runs.run import resolve
-from studies.sweeps.search import LimitOutcome, Search, SearchedLimit, SearchVerdict, replay
+from studies.sweeps.search import LimitOutcome, Search, SearchVerdict, replay
 from studies.values.results import RunResult
 from tests.rows import Row, at_most, equal, relative
 
@@ -39,6 +39,11 @@ CELLS = (2e-3, 1e-3, 0.5e-3)  # m
 GATED = 0.5e-3
 # The time of contact is known to a tenth of a cell of flight; "near 120 us" is a fifth.
 AT_CONTACT, AT_SEPARATION, OF_PLUG = 0.05, 0.2, 0.1
+PUBLISHED = (  # in the units of the claims, with the tolerance
+    ("first_contact", "first contact (us)", CONTACT / 1e-6, AT_CONTACT, 1e-6),
+    ("plug_separation", "plug free (us)", FREE / 1e-6, AT_SEPARATION, 1e-6),
+    ("plug_mass", "plug (g)", PLUG / 1e-3, OF_PLUG, 1e-3),
+)
 # Smoothed particles coupled to elements, at the spacing of the seed, beside material points on cells as wide. Gates,
 # fixed before any figure: those of the plug above. The first contact is shown: particles repel each other before their
 # surfaces meet, as the seed says of its own. The limits of the balances are those of the published coupling, whose two
@@ -86,38 +91,16 @@ def test_plugging__cuts_the_plug_of_the_shot(compared: Callable[[Row], None]) ->
     Within 10 %, and the plug is free near 120 us; other cells and the residual velocity are shown.
     """
     for cell in CELLS:
-        result, gated = shot(SPEED, cell), cell == GATED
-        if gated:
-            compared(equal("0.5 mm: the run", expected="succeeded", got=result.state))
-        for name, says, expected, within, unit in (
-            ("first_contact", "first contact (us)", CONTACT, AT_CONTACT, 1e-6),
-            ("plug_separation", "plug free (us)", FREE, AT_SEPARATION, 1e-6),
-            ("plug_mass", "plug (g)", PLUG, OF_PLUG, 1e-3),
-        ):
-            got = _value(result, name) / unit
-            label = f"{cell * 1e3:g} mm: {says}"
-            compared(
-                relative(label, expected=expected / unit, got=got, within=within)
-                if gated
-                else Row(label, expected=expected / unit, got=got, passed=None)
-            )
-        compared(
-            Row(
-                f"{cell * 1e3:g} mm: projectile's face at the rear face of the plate (us; another definition)",
-                expected=FREE * 1e6,
-                got=_through(result) * 1e6,
-                passed=None,
-            )
-        )
+        result, where = shot(SPEED, cell), f"{cell * 1e3:g} mm"
+        if cell == GATED:
+            compared(equal(f"{where}: the run", expected="succeeded", got=result.state))
+        for name, says, expected, within, unit in PUBLISHED:
+            allowed = within if cell == GATED else None
+            compared(relative(f"{where}: {says}", expected=expected, got=_value(result, name) / unit, within=allowed))
+        claim = f"{where}: projectile's face at the rear face of the plate (us; another definition)"
+        compared(Row(claim, FREE * 1e6, _through(result) * 1e6, None))
         velocity = _value(result, "residual_velocity")
-        compared(
-            Row(
-                f"{cell * 1e3:g} mm: residual velocity (m/s; 181 is recalled)",
-                expected=RESIDUAL,
-                got=velocity,
-                passed=None,
-            )
-        )
+        compared(Row(f"{where}: residual velocity (m/s; 181 is recalled)", RESIDUAL, velocity, None))
 
 
 @pytest.mark.claim("methods", "plugging-methods", minutes=15.0)
@@ -127,43 +110,20 @@ def test_plugging_methods__cut_the_plug_and_keep_energy_and_momentum(compared: C
     It is free near 120 us, and they keep energy to 2 % and momentum to 5 %; material points on cells of 1 mm beside.
     """
     coupled, points = shot(SPEED, SPACING, "sph-fem"), shot(SPEED, SPACING)
-    compared(equal("1 mm, sph-fem: the run", expected="succeeded", got=coupled.state))
-    gated = (
-        ("plug_separation", "plug free (us)", FREE, AT_SEPARATION, 1e-6),
-        ("plug_mass", "plug (g)", PLUG, OF_PLUG, 1e-3),
-    )
+    where = "1 mm, sph-fem"
+    compared(equal(f"{where}: the run", expected="succeeded", got=coupled.state))
+    first, *gated = PUBLISHED
     for name, says, expected, within, unit in gated:
-        row = relative(
-            f"1 mm, sph-fem: {says}", expected=expected / unit, got=_value(coupled, name) / unit, within=within
-        )
+        row = relative(f"{where}: {says}", expected=expected, got=_value(coupled, name) / unit, within=within)
         compared(replace(row, others={"mpm": _value(points, name) / unit}))
-    for name, says, published, unit in (("first_contact", "first contact (us)", CONTACT / 1e-6, 1e-6), *SHOWN):
-        compared(
-            Row(
-                f"1 mm, sph-fem: {says}",
-                expected=published,
-                got=_value(coupled, name) / unit,
-                passed=None,
-                others={"mpm": _value(points, name) / unit},
-            )
-        )
+    for name, says, published, unit in ((*first[:3], first[-1]), *SHOWN):
+        others = {"mpm": _value(points, name) / unit}
+        compared(Row(f"{where}: {says}", published, _value(coupled, name) / unit, None, others=others))
     for says, name, limit in (
         ("largest drift of the energy", "largest_energy_drift", OF_ENERGY),
         ("error of the momentum", "momentum_error", OF_MOMENTUM),
     ):
-        got = abs(coupled.numbers.get(name, math.nan))
-        compared(at_most(f"1 mm, sph-fem: {says}", limit=limit, got=got))
-
-
-def _limit(cell: float) -> SearchedLimit:
-    """The search for the limit on a grid."""
-    search = Search("perforated", *(BETWEEN if cell == GATED else WIDER), TOLERANCE)
-
-    def outcome(speed: float) -> LimitOutcome:
-        value = _value(shot(speed, cell), "perforated")
-        return None if math.isnan(value) else value > 0.5
-
-    return replay(search, outcome, "m s-1")
+        compared(at_most(f"{where}: {says}", limit=limit, got=abs(coupled.numbers.get(name, math.nan))))
 
 
 @pytest.mark.claim("methods", "ballistic-limit", minutes=60.0)
@@ -174,21 +134,25 @@ def test_ballistic_limit__is_near_the_published_one(compared: Callable[[Row], No
     their trend.
     """
     for cell in CELLS:
-        limit = _limit(cell)
-        label = f"{cell * 1e3:g} mm: ballistic limit (m/s; {len(limit.tried)} runs)"
-        if cell == GATED:
-            compared(equal("0.5 mm: the search", expected=SearchVerdict.BRACKETED, got=limit.verdict))
-            compared(relative(label, expected=LIMIT, got=limit.value, within=OF_LIMIT))
-        else:
-            compared(Row(label, expected=LIMIT, got=limit.value, passed=None))
-        compared(Row(f"{cell * 1e3:g} mm: highest 0", expected=None, got=limit.lower, passed=None))
-        compared(Row(f"{cell * 1e3:g} mm: lowest 1", expected=None, got=limit.upper, passed=None))
+
+        def outcome(speed: float, cell: float = cell) -> LimitOutcome:
+            value = _value(shot(speed, cell), "perforated")
+            return None if math.isnan(value) else value > 0.5
+
+        gated, where = cell == GATED, f"{cell * 1e3:g} mm"
+        limit = replay(Search("perforated", *(BETWEEN if gated else WIDER), TOLERANCE), outcome, "m s-1")
+        if gated:
+            compared(equal(f"{where}: the search", expected=SearchVerdict.BRACKETED, got=limit.verdict))
+        claim = f"{where}: ballistic limit (m/s; {len(limit.tried)} runs)"
+        compared(relative(claim, expected=LIMIT, got=limit.value, within=OF_LIMIT if gated else None))
+        compared(Row(f"{where}: highest 0", None, limit.lower, None))
+        compared(Row(f"{where}: lowest 1", None, limit.upper, None))
         speeds = [*limit.tried, SPEED]
         residual = [_value(shot(speed, cell), "residual_velocity") for speed in speeds]
         curve = fitted_curve(np.array(speeds), np.array(residual))
-        if cell == GATED:
-            compared(equal("0.5 mm: reason why no curve is fitted", expected="", got=curve["reason"]))
+        if gated:
+            compared(equal(f"{where}: reason why no curve is fitted", expected="", got=curve["reason"]))
         for name, recalled in RECHT_IPSON.items():
             constant = curve[name] or {"value": math.nan, "half_interval": math.nan}
-            label = f"{cell * 1e3:g} mm: {name} of Recht and Ipson, ± {constant['half_interval']:.2g}"
-            compared(Row(label, expected=recalled, got=constant["value"], passed=None))
+            claim = f"{where}: {name} of Recht and Ipson, ± {constant['half_interval']:.2g}"
+            compared(Row(claim, recalled, constant["value"], None))

@@ -17,7 +17,7 @@ from studies.cases.validation import Level
 from studies.cubes import cube
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
-from tests.acceptance.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
+from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
 from tests.rows import Row
 
 BY_COMMAND = "taylor-bar"  # a single run

@@ -15,7 +15,7 @@ from solver.matter.stress import JAUMANN, PointState, advance, signal_speed
 from solver.problem import ArtificialViscosity
 from solver.problem.geometry import AXES
 from solver.state import DAMAGE, DENSITY, HARDENED, MASS, STORED, empty_table, lines
-from solver.steps.points import Limits, Tally, update_particles
+from solver.steps.points import StateLimits, Tally, update_particles
 from solver.steps.space import VELOCITY, Scattered, new_pack
 from solver.vectors import LANES
 from tests.contracts import test_eos, test_failure, test_strength, test_tension
@@ -45,7 +45,7 @@ LAWS["never melts"] = real_copper()._replace(melt_temperature=math.inf)
 ROWS = (*range(DENSITY, DAMAGE + 1), HARDENED, STORED)
 ACTS = ("tension_floors", "molten", "unstable")
 COUNTS = (*ACTS, "beyond_hugoniot", "below_expansion", "sound_floors", "below_zero_kelvin", "failed")
-ANYTHING = Limits(np.inf, 0.0, np.inf, np.inf)
+ANYTHING = StateLimits(np.inf, 0.0, np.inf, np.inf)
 LATE = 1.0  # s: what burns has burnt
 
 

@@ -271,22 +271,19 @@ def starts_anew(problem: Problem, file: Path, **changes: Any) -> str:
 
 
 @pytest.mark.parametrize(
-    ("changes", "reason"),
+    ("problem", "changes", "reason"),
     [
-        ({"shares": 2}, "shares"),  # sums in another order have other bits
-        ({"interval": 2.0 * INTERVAL}, "interval"),
-        ({"caller": "later"}, "caller"),
+        ({}, {"shares": 2}, "shares"),  # sums in another order have other bits
+        ({}, {"interval": 2.0 * INTERVAL}, "interval"),
+        ({}, {"caller": "later"}, "caller"),
+        ({"courant": math.nextafter(0.4, 1.0)}, {}, "problem"),
     ],
 )
-def test_restart__refuses_what_another_call_left(changes: dict[str, Any], reason: str, file: Path) -> None:
+def test_restart__refuses_what_another_call_left(
+    problem: dict[str, Any], changes: dict[str, Any], reason: str, file: Path
+) -> None:
     stopped(blocks(), file)
-    assert starts_anew(blocks(), file, **changes).endswith(f"different {reason}")
-
-
-def test_restart__refuses_another_problem(file: Path) -> None:
-    stopped(blocks(), file)
-    other = blocks(courant=math.nextafter(0.4, 1.0))
-    assert starts_anew(other, file).endswith("different problem")
+    assert starts_anew(blocks(**problem), file, **changes).endswith(f"different {reason}")
 
 
 def test_restart__refuses_another_physics_and_compiler(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -112,8 +112,8 @@ def plot(
     out: Annotated[Path, typer.Option(help="Folder for the files, one for each figure.")] = Path(),
     format: Annotated[str, typer.Option(metavar="png|svg|pdf", help="Format of the files.")] = "png",
 ) -> None:
-    """Draw the figures of the report of a cube into files. Needs the extra 'plot'."""
-    from studies.reports.printing import FORMATS, draw_figures
+    """Draw the figures of the report of a cube into files."""
+    from studies.reports.publish import FORMATS, draw_figures
     from studies.sweeps.document import no_such_cube
 
     formats = [name for name in FORMATS if name == format.lower()]

@@ -17,7 +17,7 @@ from solver.problem.geometry import Cartesian3D, grid
 from solver.state import Snapshot
 from solver.units import JoulePerKilogram, KilogramPerCubicMetre, Metre, MetrePerSecond
 from studies.cases.setups.lattices import MIRRORS, lattice, middles
-from studies.scenarios._numerics import Numerics, numerics
+from studies.scenarios.parts.numerics import Numerics
 from studies.values.recipes import Recipe
 
 # Cells left out of a plateau at the interface or wall: start-up errors of the shock stay there.
@@ -41,7 +41,7 @@ class Stretch:
 
 def solver_numerics(recipe: Recipe) -> dict[str, Any]:
     """The fields of ``Problem`` for the numerics of a recipe."""
-    return numerics(Numerics(**asdict(recipe)))
+    return Numerics(**asdict(recipe)).arguments()
 
 
 def column(
@@ -153,7 +153,6 @@ class Plateau:
     spacing_density: float
     velocity: float  # m/s
     energy: float  # J/kg, weighted by mass
-    particles: int
 
 
 def front(line: ColumnProfile, spacing: float, level: float) -> float:
@@ -196,7 +195,7 @@ def between(line: ColumnProfile, spacing: float, low: float, high: float) -> Pla
     inside = line.part((line.place > low) & (line.place < high))
     if inside.place.size < 2:
         nan = math.nan
-        return Plateau(nan, nan, nan, nan, nan, nan, 0)
+        return Plateau(nan, nan, nan, nan, nan, nan)
     stress = inside.mean(inside.stress)
     # Mass up to each particle over its place, as a least-squares line: particles at the ends weigh no more than others.
     slope = np.polyfit(inside.place - low, np.cumsum(inside.mass) - 0.5 * inside.mass, 1)[0]
@@ -207,7 +206,6 @@ def between(line: ColumnProfile, spacing: float, low: float, high: float) -> Pla
         spacing_density=float(slope / spacing**2),
         velocity=float((inside.mass * inside.velocity).sum() / inside.mass.sum()),
         energy=float((inside.mass * inside.energy).sum() / inside.mass.sum()),
-        particles=inside.place.size,
     )
 
 

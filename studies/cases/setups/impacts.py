@@ -12,7 +12,7 @@ from solver.simulation import Simulation, start
 from solver.state import Particles
 from studies import scenarios
 from studies.materials import load
-from studies.scenarios import ImpactSetting
+from studies.scenarios.parts.impact import ImpactSetting
 from studies.values.parameters import declared
 from studies.values.recipes import Recipe
 
@@ -43,9 +43,9 @@ def impact_setting(
     scenario = scenarios.load(name)
     names = {"projectile": material, "target": material}
     small = {key: value for key, value in SMALL.items() if key in declared(scenario.parameters)}
-    values = scenario.parameters(**{**small, **asdict(recipe), **names, **parameters})
+    values = scenario.record({**small, **asdict(recipe), **names, **parameters})
     loaded = {role: load(name) for role, name in names.items()}
-    setting: ImpactSetting = scenario.build(scenario.fill(values), loaded)  # type: ignore[assignment]
+    setting: ImpactSetting = values.filled().build(loaded)  # type: ignore[assignment]
     return setting
 
 

@@ -16,7 +16,7 @@ from solver.fem.mesh import lattice, node_masses
 from solver.problem import Body, Problem, Smoothing
 from solver.problem.geometry import Cartesian3D, grid
 from solver.sph.smoothing import CubicSpline
-from studies.cases.rows import Row, absolute
+from studies.cases.rows import Row, zero
 from studies.values.recipes import RECIPES, Recipe
 
 LINE: Recipe = replace(RECIPES["whipple"], particles_per_cell=1)
@@ -68,4 +68,4 @@ def _bar(body: Body, spacing: float, kind: Hexahedron) -> Body:
 def kept(where: str, audit: Audit, within: float, of_momentum: str = "error of the momentum") -> Iterator[Row]:
     """Energy and momentum to round-off."""
     for name, got in (("drift of the total energy", audit.energy_drift), (of_momentum, audit.momentum_error)):
-        yield absolute(f"{where}: {name}", expected=0.0, got=got, within=within)
+        yield zero(f"{where}: {name}", got=got, within=within)

@@ -9,12 +9,11 @@ with gamma rho = gamma0 rho0 in compression, and p = rho0 c0^2 mu + gamma0 rho e
 import math
 from dataclasses import dataclass
 
-import numpy as np
-from scipy.integrate import solve_ivp
-
 from solver.units import Dimensionless, JoulePerKilogram, KilogramPerCubicMetre, MetrePerSecond, Pascal
 
-EXACT = 1e-12  # relative error of an integration
+# Of the fourth-order integration: where the isentrope goes on in expansion its slope has a kink, which leaves an error
+# of 1e-5 at 6 km/s.
+RELEASE_STEPS = 4000
 
 
 @dataclass(frozen=True)
@@ -161,7 +160,7 @@ class Release:
 
 
 def released(solid: Solid, state: Shock) -> Release:
-    """The end of the isentrope from a shocked state to p = 0.
+    """The end of the isentrope from a shocked state to p = 0, by Runge and Kutta's fourth-order rule on the pressure.
 
     de = p / (rho c)^2 dp, drho = dp / c^2, du = -dp / (rho c). A free surface moves with up + gain, a little faster
     than 2 up for copper below 20 GPa and more so above:
@@ -171,12 +170,20 @@ def released(solid: Solid, state: Shock) -> Release:
     1.0
     """
 
-    def slopes(p: float, reached: np.ndarray) -> tuple[float, float, float]:
-        density, energy, _ = reached
+    def slopes(p: float, density: float, energy: float) -> tuple[float, float, float]:
         c = sound_speed(solid, density, energy)
         return 1.0 / c**2, p / (density * c) ** 2, -1.0 / (density * c)
 
-    start = (state.density, state.energy, 0.0)
-    path = solve_ivp(slopes, (state.pressure, 0.0), start, method="DOP853", rtol=EXACT, atol=1e-9)
-    density, energy, gain = map(float, path.y[:, -1])
+    step = -state.pressure / RELEASE_STEPS
+    density, energy, gain = state.density, state.energy, 0.0
+    for index in range(RELEASE_STEPS):
+        p = state.pressure + index * step
+        k1 = slopes(p, density, energy)
+        k2 = slopes(p + 0.5 * step, density + 0.5 * step * k1[0], energy + 0.5 * step * k1[1])
+        k3 = slopes(p + 0.5 * step, density + 0.5 * step * k2[0], energy + 0.5 * step * k2[1])
+        k4 = slopes(p + step, density + step * k3[0], energy + step * k3[1])
+        mean = [(a + 2.0 * b + 2.0 * c + d) / 6.0 for a, b, c, d in zip(k1, k2, k3, k4, strict=True)]
+        density += step * mean[0]
+        energy += step * mean[1]
+        gain += step * mean[2]
     return Release(gain, density, energy, sound_speed(solid, density, energy))

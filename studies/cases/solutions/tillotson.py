@@ -10,8 +10,9 @@ import numpy as np
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
-from studies.cases.solutions.hugoniot import EXACT, Shock
+from studies.cases.solutions.hugoniot import Shock
 
+EXACT = 1e-12  # relative error of an integration
 DENSITY, A, B = 8900.0, 139e9, 110e9  # kg/m3, Pa, Pa
 SMALL_A, SMALL_B, ALPHA, BETA = 0.5, 1.5, 5.0, 5.0
 E0, E_IV, E_CV = 32.5e6, 1.38e6, 6.9e6  # J/kg

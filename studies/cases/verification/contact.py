@@ -15,7 +15,7 @@ from solver.audit import Audit
 from solver.problem import Body, Contact, Criterion, Problem, StepRule
 from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Simulation, start
-from studies.cases.rows import Row, absolute, at_least, at_most, relative, reported
+from studies.cases.rows import Row, absolute, at_least, at_most, relative, reported, zero
 from studies.cases.setups.column import Stretch, column, solver_numerics
 from studies.cases.setups.impacts import impact_setting
 from studies.cases.setups.lattices import FREE, MIRRORS, lattice, lattice_body, middles
@@ -303,7 +303,7 @@ def _no_gain(where: str, kinetic: list[float] | np.ndarray) -> Row:
 
 def _balance(where: str, audit: Audit) -> Row:
     claim = f"{where} kinetic + internal + removed energy: change (of the initial)"
-    return absolute(claim, expected=0.0, got=audit.energy_drift, within=ROUND_OFF)
+    return zero(claim, got=audit.energy_drift, within=ROUND_OFF)
 
 
 def _momentum(simulation: Simulation, body: int) -> np.ndarray:
@@ -375,10 +375,9 @@ def _at_gap(recipe: Recipe) -> Iterator[Row]:
         chosen = replace(recipe, shape=shape)
         for speed in FACE_SPEEDS:
             off = [_faces(chosen, speed, shift, GAP) for shift in SHIFTS]
-            yield absolute(
+            yield zero(
                 f"{shape}, {speed:g} m/s: distance of the faces at the first impulse, the farthest of {len(SHIFTS)} "
                 "grids (cells)",
-                expected=0.0,
                 got=max(off, key=abs),
                 within=FACES,
             )
@@ -447,9 +446,8 @@ def _sphere(recipe: Recipe, geometry: str, speed: float) -> Iterator[Row]:
     problem = replace(problem, bodies=(replace(sphere, position=moved), plate))
     flown = speed * _first_impulse(problem) / cell
     where = f"sphere of {SPHERE_CELLS[geometry]:g} cells on a plate, {geometry}, {speed:g} m/s"
-    yield absolute(
+    yield zero(
         f"{where}: distance of the surfaces at the first impulse (cells)",
-        expected=0.0,
         got=FACE_GAP_CELLS - flown,
         within=OF_A_PARTICLE / recipe.particles_per_cell + TRAVEL,
     )

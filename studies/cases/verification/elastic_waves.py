@@ -13,7 +13,7 @@ from solver.problem import ArtificialViscosity, Problem, Smoothing
 from solver.problem.geometry import Axisymmetric, grid
 from solver.simulation import simulate, start
 from solver.state import Particles
-from studies.cases.rows import Row, absolute, observed_order, relative, relatives, reported, trend
+from studies.cases.rows import Row, absolute, observed_order, relative, relatives, reported, trend, zero
 from studies.cases.setups.collision import FLYER_CELLS, Collision, Piece, collide, collision_problem, waves
 from studies.cases.setups.column import Stretch, column, solver_numerics
 from studies.cases.setups.lattices import FREE, MIRROR, lattice, lattice_body, middles
@@ -76,7 +76,7 @@ def _on_grid(recipe: Recipe) -> Iterator[Row]:
             yield from relatives(where, ("stress (MPa)", stress / 1e6, wave.plateau.stress / 1e6, STRESS))
             yield reported(f"{where}: scatter of the stress (of its mean)", wave.plateau.scatter)
             yield from relatives(where, ("wave speed (m/s)", matter.longitudinal_speed, wave.speed, WAVE_SPEED))
-        yield absolute(f"{name}: drift of the total energy", expected=0.0, got=result.outcome.audit.energy_drift)
+        yield zero(f"{name}: drift of the total energy", got=result.outcome.audit.energy_drift)
     yield from _rod(recipe)
 
 
@@ -159,9 +159,8 @@ def _standing(name: str, smoothing: Smoothing, speed: float) -> Iterator[Row]:
     where = f"standing wave, {speed:g} m/s, {name}"
     for particles, error in zip(PARTICLES, errors, strict=True):
         is_gated = name == INVISCID and particles == PARTICLES[-1]
-        yield absolute(
+        yield zero(
             f"{where}, {particles} particles: error of the velocity after a period (of its amplitude)",
-            expected=0.0,
             got=error,
             within=AMPLITUDE if is_gated else None,
         )
@@ -181,7 +180,7 @@ def _passing() -> Iterator[Row]:
         errors.append(_off_mode(made.particles, made.time - 0.5 * dt, GENTLE))  # the time of the velocities
     where = f"standing wave, {GENTLE:g} m/s, {INVISCID}, after 5/4 of a period"
     claim = f"{where}: error of the velocity (of its amplitude)"
-    yield absolute(claim, expected=0.0, got=errors[-1], within=AMPLITUDE)
+    yield zero(claim, got=errors[-1], within=AMPLITUDE)
     yield _order(where, 2.0, errors)
 
 

@@ -63,7 +63,8 @@ def _sheared(matter: Matter, state: HeldState, strain: float, rate: float = 1.0)
 # ---- Johnson and Cook ----------------------------------------------------------------------------
 
 # Copper: Johnson and Cook (1983), Proc. 7th Int. Symp. Ballistics, 541.
-JOHNSON_COOK = JohnsonCook(A=90e6, B=292e6, n=0.31, C=0.025, m=1.09, reference_rate=1.0)
+SOFTENING = 1.09
+JOHNSON_COOK = JohnsonCook(A=90e6, B=292e6, n=0.31, C=0.025, m=SOFTENING, reference_rate=1.0)
 ROOM, MELT = 298.0, 1356.0
 STRAIN = 0.2
 RATES = (1.0, 1e4)  # 1/s
@@ -80,11 +81,10 @@ def johnson_cook(strain: float, rate: float, temperature: float) -> float:
     >>> johnson_cook(0.2, 1.0, MELT)
     0.0
     """
-    A, B, n, C, m, _ = JOHNSON_COOK
-    assert m is not None  # copper softens
+    A, B, n, C, *_ = JOHNSON_COOK
     homologous = min(max((temperature - ROOM) / (MELT - ROOM), 0.0), 1.0)
     rated = 1.0 + C * math.log(max(rate, 1.0))
-    return float((A + B * strain**n) * rated * (1.0 - homologous**m))
+    return float((A + B * strain**n) * rated * (1.0 - homologous**SOFTENING))
 
 
 def _johnson_cook(recipe: Recipe) -> Iterator[Row]:

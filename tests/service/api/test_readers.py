@@ -17,7 +17,7 @@ from service.api.reading import EstimatedSweep, Posted, ReadingLimits, Refusal, 
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import MOST_FINDINGS
 from studies.values.nearest import MOST_SEARCHES
-from tests.acceptance.support.costly_bodies import BODIES
+from tests.crash.support.costly_bodies import BODIES
 from tests.rows import Row, at_most
 from tests.service.support.api import LARGE_SWEEPS, SWEEP, sweep_of
 

@@ -52,6 +52,7 @@ assert not heavy & set(sys.modules), heavy & set(sys.modules)
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
+@pytest.mark.claim("bad-input", "bad-input-command")
 @pytest.mark.parametrize(
     ("text", "texts"),
     [
@@ -66,6 +67,7 @@ assert not heavy & set(sys.modules), heavy & set(sys.modules)
 def test_sweep__of_bad_input_ends_with_2_and_the_cure(
     tmp_path: Path, capsys: Capsys, text: str, texts: list[str]
 ) -> None:
+    """Bad input on the command line is exit 2 with field, value, limit and cure."""
     file = tmp_path / "sweep.yaml"
     file.write_text(text)
     assert run("sweep", file, "--out", tmp_path / "out") == 2

@@ -31,6 +31,10 @@ pytestmark = pytest.mark.claim("queue", "size")
 LARGE, PART = 10_000, 100  # runs
 PARTS = 8  # sweeps of so many
 PAGE = 3  # statements, whatever the size
+SAYS = (
+    "10 000 runs: one transaction to accept, at most three statements a page, read through indices, cancel as for one"
+)
+pytestmark = pytest.mark.claim("queue", "size", says=SAYS)
 WRITE = re.compile(r"(?:UPDATE|DELETE FROM|INSERT INTO) (\w+)")
 
 

@@ -19,7 +19,7 @@ from studies.measurements.impact.view import ImpactView
 from studies.measurements.plates import FLYER, TARGET, PlateView
 from studies.measurements.plug import PlugView
 from studies.measurements.whole import WholeView
-from studies.scenarios import Melting
+from studies.scenarios.debris_cloud import Melting
 
 DENSITY = 8930.0
 DIAMETER = 8e-3
@@ -41,6 +41,11 @@ def line(begin: float, end: float) -> np.ndarray:
     """Places of particles that fill begin..end from its end, so that the edge stands exactly at ``begin``."""
     count = round((end - begin) / PARTICLE)
     return begin + PARTICLE * (np.arange(count) + 0.5)
+
+
+def lattice(*lines: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Coordinates (n,) of all points of some lines."""
+    return tuple(axis.ravel() for axis in np.meshgrid(*lines, indexing="ij"))
 
 
 def impact(radius: np.ndarray, depth: np.ndarray, *, thickness: float, breadth: float, **changes: Any) -> ImpactView:
@@ -74,14 +79,13 @@ def impact(radius: np.ndarray, depth: np.ndarray, *, thickness: float, breadth: 
 
 def drilled_disc(hole: float) -> ImpactView:
     """A plate with a round hole: its matter begins exactly at the drill's radius."""
-    points = np.meshgrid(line(hole, RADIUS), line(0.0, THICKNESS), indexing="ij")
-    return impact(*(axis.ravel() for axis in points), thickness=THICKNESS, breadth=RADIUS)
+    radius, depth = lattice(line(hole, RADIUS), line(0.0, THICKNESS))
+    return impact(radius, depth, thickness=THICKNESS, breadth=RADIUS)
 
 
 def scooped_half_space(crater: float) -> ImpactView:
     """A deep block without a ball about the origin."""
-    points = np.meshgrid(line(0.0, BREADTH), line(0.0, DEPTH), indexing="ij")
-    radius, depth = (axis.ravel() for axis in points)
+    radius, depth = lattice(line(0.0, BREADTH), line(0.0, DEPTH))
     left = np.hypot(radius, depth) > crater
     return impact(radius[left], depth[left], thickness=DEPTH, breadth=BREADTH)
 
@@ -96,16 +100,15 @@ def cratered(wall: Callable[[float], float], floor: float) -> ImpactView:
 
 def bored_half_space() -> ImpactView:
     """A deep block with a hole right through it, wider than the column about the axis."""
-    points = np.meshgrid(line(HOLE, BREADTH), line(0.0, DEPTH), indexing="ij")
-    return impact(*(axis.ravel() for axis in points), thickness=DEPTH, breadth=BREADTH)
+    radius, depth = lattice(line(HOLE, BREADTH), line(0.0, DEPTH))
+    return impact(radius, depth, thickness=DEPTH, breadth=BREADTH)
 
 
 def dented_disc(left: float, *, stretch: float = 1.0) -> ImpactView:
     """A plate of which a share is left where the hole would be, on its exit side and drawn out in both directions."""
     disc = drilled_disc(HOLE)
     gone = (1.0 - left) * THICKNESS
-    floor = np.meshgrid(line(0.0, HOLE / stretch), line(gone, THICKNESS), indexing="ij")
-    radius, depth = (axis.ravel() for axis in floor)
+    radius, depth = lattice(line(0.0, HOLE / stretch), line(gone, THICKNESS))
     state = impact(
         np.append(disc.radius, stretch * radius), np.append(disc.depth, depth), thickness=THICKNESS, breadth=RADIUS
     )
@@ -144,15 +147,20 @@ def with_particle(state: ImpactView, radius: float, depth: float) -> ImpactView:
     return dataclasses.replace(state, **arrays)
 
 
+def chosen(state: Any, which: np.ndarray) -> Any:
+    """The particles of a state at some places (k,), or where ``which`` (n, bool) says so."""
+    arrays = {name: value[which] for name, value in vars(state).items() if isinstance(value, np.ndarray)}
+    return dataclasses.replace(state, **arrays)
+
+
 def reordered(state: Any) -> Any:
     """The same particles in another order."""
-    order = np.random.default_rng(0).permutation(state.mass.size)
-    arrays: dict[str, Any] = {
-        field.name: getattr(state, field.name)[order]
-        for field in dataclasses.fields(state)
-        if isinstance(getattr(state, field.name), np.ndarray)
-    }
-    return dataclasses.replace(state, **arrays)
+    return chosen(state, np.random.default_rng(0).permutation(state.mass.size))
+
+
+def without(state: Any, gone: np.ndarray) -> Any:
+    """The particles that are not gone."""
+    return chosen(state, ~gone)
 
 
 def hollowed_half_space(crater: float, *, roof: float, height: float) -> ImpactView:
@@ -160,16 +168,6 @@ def hollowed_half_space(crater: float, *, roof: float, height: float) -> ImpactV
     block = scooped_half_space(crater)
     void = (block.radius < 2.0 * DIAMETER) & (block.depth > crater + roof)
     return without(block, void & (block.depth < crater + roof + height))
-
-
-def without(state: Any, gone: np.ndarray) -> Any:
-    """The particles that are not gone."""
-    arrays: dict[str, Any] = {
-        field.name: getattr(state, field.name)[~gone]
-        for field in dataclasses.fields(state)
-        if isinstance(getattr(state, field.name), np.ndarray)
-    }
-    return dataclasses.replace(state, **arrays)
 
 
 # Bars
@@ -204,9 +202,7 @@ def bar(
     across, along = line(0.0, 0.5 * BAR_DIAMETER), line(0.0, BAR_LENGTH)
     lines = (across, np.zeros(1) if round_model else across, along)
     places = [np.arange(axis.size) for axis in lines]
-    place, points = (
-        np.stack([axis.ravel() for axis in np.meshgrid(*grid, indexing="ij")], axis=-1) for grid in (places, lines)
-    )
+    place, points = (np.stack(lattice(*each), axis=-1) for each in (places, lines))
     inside = np.hypot(points[:, 0], points[:, 1]) < 0.5 * BAR_DIAMETER
     points, place = points[inside], place[inside]
     mass = DENSITY * (points[:, 0] * PARTICLE**2 if round_model else np.full(len(points), PARTICLE**3))
@@ -340,7 +336,7 @@ def cloud(position: np.ndarray, velocity: np.ndarray, **changes: Any) -> CloudVi
 def ball(radius: float, middle: float) -> np.ndarray:
     """Places (n, 3) of a lattice ball about a place on the axis."""
     across = line(-radius, radius)
-    points = np.stack(np.meshgrid(across, across, across, indexing="ij"), axis=-1).reshape(-1, 3)
+    points = np.stack(lattice(across, across, across), axis=-1)
     inside = (points**2).sum(axis=1) < radius**2
     return points[inside] + np.array([0.0, 0.0, middle])
 
@@ -362,8 +358,7 @@ RING = (12e-3, 15e-3, 30e-3, 33e-3)  # inner and outer radius, lower and upper p
 def ring() -> CloudView:
     """A ring with a rectangular section, of circles of particles with the mass of their lengths."""
     inner, outer, lower, upper = RING
-    radii, depths = np.meshgrid(line(inner, outer), line(lower, upper), indexing="ij")
-    radius, depth = radii.ravel(), depths.ravel()
+    radius, depth = lattice(line(inner, outer), line(lower, upper))
     places = np.stack([radius, np.zeros_like(radius), depth], axis=1)
     mass = DENSITY * 2.0 * math.pi * radius * PARTICLE**2
     return cloud(places, np.full((radius.size, 3), (0.0, 0.0, CLOUD_SPEED)), mass=mass)
@@ -395,23 +390,19 @@ PUSHER, PLUG = 200.0, 240.0  # velocities of projectile and plug, m/s
 DISHED = 1.5e-3
 
 
-def _ring(inner: float, outer: float, low: float, high: float) -> tuple[np.ndarray, np.ndarray]:
-    """Particles between two radii, from the outer one inwards, and two depths."""
-    across = outer - PARTICLE * (np.arange(round((outer - inner) / PARTICLE)) + 0.5)
-    along = low + PARTICLE * (np.arange(round((high - low) / PARTICLE)) + 0.5)
-    radius, depth = np.meshgrid(across, along, indexing="ij")
-    return radius.ravel(), depth.ravel()
-
-
 def plugged(*, free: bool = True, is_open: bool = True, speed: float = PUSHER, plate: float = 10.0) -> PlugView:
     """A dished plate, a plug with a tenth of it failed and flying along, and a projectile behind it."""
     hole = 0.5 * (FRONT + REAR)
-    upper = _ring(FRONT, PUNCHED_TO, 0.0, 0.5 * PUNCHED)
-    lower = _ring(REAR, PUNCHED_TO, 0.5 * PUNCHED, PUNCHED)
-    plug = _ring(0.0, 0.9 * hole, 0.0, PUNCHED)
-    skin = _ring(0.9 * hole, hole, 0.0, PUNCHED)
-    projectile = _ring(0.0, 0.5 * PUNCH, -80e-3, 0.0)
-    parts = (upper, lower, plug, skin, projectile)
+    parts = [
+        lattice(line(inner, outer), line(low, high))
+        for inner, outer, low, high in (
+            (FRONT, PUNCHED_TO, 0.0, 0.5 * PUNCHED),
+            (REAR, PUNCHED_TO, 0.5 * PUNCHED, PUNCHED),
+            (0.0, 0.9 * hole, 0.0, PUNCHED),
+            (0.9 * hole, hole, 0.0, PUNCHED),
+            (0.0, 0.5 * PUNCH, -80e-3, 0.0),
+        )
+    ]
     of = np.repeat(np.arange(len(parts)), [part[0].size for part in parts])
     radius, origin = (np.concatenate(each) for each in zip(*parts, strict=True))
     moved = np.array([DISHED, DISHED, 30e-3, 30e-3, 25e-3])

@@ -46,6 +46,7 @@ from tests.studies.measurements.states import (
     SHOCK,
     SHOCKED,
     STEEL,
+    TENTH,
     THICKNESS,
     WALLS,
     bar,
@@ -59,6 +60,7 @@ from tests.studies.measurements.states import (
     flared,
     hollowed_half_space,
     impact,
+    lattice,
     line,
     lipped_disc,
     plates,
@@ -79,7 +81,6 @@ from tests.studies.measurements.states import (
     without,
 )
 
-TENTH = 0.1 * CELL
 LAST_LAYER = BAR_LENGTH - 0.5 * PARTICLE
 OF_THE_WALL_ALONE = ("rigid_energy", "vibration_energy", "strain_energy", "lost_energy", "rebound_momentum")
 AXES = ("largest", "smallest", "mean_root")
@@ -88,8 +89,7 @@ Build = Callable[[], Any]
 
 def conical_disc() -> Any:
     """A plate whose hole has the drill's radius in its middle plane."""
-    points = np.meshgrid(line(0.0, RADIUS), line(0.0, THICKNESS), indexing="ij")
-    radius, depth = (axis.ravel() for axis in points)
+    radius, depth = lattice(line(0.0, RADIUS), line(0.0, THICKNESS))
     left = radius > HOLE + (depth - 0.5 * THICKNESS)
     return impact(radius[left], depth[left], thickness=THICKNESS, breadth=RADIUS)
 

@@ -21,6 +21,7 @@ from tests.studies.measurements.states import (
     THICKNESS,
     body_of,
     capped,
+    lattice,
     read,
     reordered,
     setting_of_plate,
@@ -48,7 +49,7 @@ def half_block(inside: Inside, *, radius: float, thickness: float, per_cell: int
         step * (np.arange(round((high - low) / step)) + 0.5) + low
         for low, high in ((-radius, radius), (0.0, radius), (0.0, thickness))
     )
-    position = np.stack([a.ravel() for a in np.meshgrid(wide, across, along, indexing="ij")], -1)
+    position = np.stack(lattice(wide, across, along), axis=-1)
     position = position[~inside(*position.T)]
     particles = views(empty_table(len(position)))
     particles.position[:], particles.mass[:] = position, DENSITY * step**3

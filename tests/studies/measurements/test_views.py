@@ -32,6 +32,7 @@ from tests.studies.measurements.states import (
     ROUND_OFF,
     THICKNESS,
     body_of,
+    lattice,
     line,
     read,
     scooped_half_space,
@@ -56,7 +57,7 @@ def plate_of_particles(
     across, along = line(0.0, RADIUS), line(0.0, THICKNESS)
     wide = np.concatenate([-across[::-1], across]) if kind == "half" else across
     lines = (across, along, np.zeros(1)) if flat else (wide, across, along)
-    position = np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=-1)
+    position = np.stack(lattice(*lines), axis=-1)
     aside = 0.0 if flat else oval * position[:, 1]
     from_axis = np.hypot(position[:, 0] - middle, aside)
     position = position[(from_axis > hole) | (from_axis < slug)]
@@ -268,7 +269,7 @@ def test_view__of_a_run_does_not_depend_on_the_order_of_particles(scenario: str)
     )
     expected, got = (
         {
-            name: measurements.load(name).read(chosen.observer.view(setting, snapshot)).value
+            name: measurements.load(name).read(chosen.parameters.view(setting, snapshot)).value
             for name in chosen.measurements
             if not measurements.load(name).follows
         }

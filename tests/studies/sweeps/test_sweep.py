@@ -44,11 +44,10 @@ class PlateParameters:
     threads: Annotated[int, Described("", minimum=1, maximum=64)] = 1
     heating: bool = True
 
-
-def size_of(given: PlateParameters, _materials: object) -> Size:
-    """A cube as thick as the plate, with a particle in each cell."""
-    cells = given.plate_thickness / given.projectile_diameter * given.cells_per_diameter
-    return Size(particles=round(cells**3), steps=1)
+    def size(self, _materials: object) -> Size:
+        """A cube as thick as the plate, with a particle in each cell."""
+        cells = self.plate_thickness / self.projectile_diameter * self.cells_per_diameter
+        return Size(particles=round(cells**3), steps=1)
 
 
 PLATE = SimpleNamespace(
@@ -56,7 +55,7 @@ PLATE = SimpleNamespace(
     parameters=PlateParameters,
     materials=("projectile", "target"),
     measurements=("hole_diameter",),
-    estimate=size_of,
+    record=lambda values: PlateParameters(**values),
 )
 
 
