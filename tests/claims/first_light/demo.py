@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import xarray as xr
 
-from studies.values.results import ENERGY_DRIFT_LIMIT
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from tests.claims import Row, at_most, claim
 
 FILES = {"cube.nc", "runs.csv", "report.html", "report.json"}

@@ -20,7 +20,7 @@ from service.records.jobs import (
     SweepState,
 )
 from service.store import Store
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
 from tests.service.support.targets import FakeRun
