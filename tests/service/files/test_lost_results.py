@@ -45,11 +45,9 @@ def result_of(harness: Harness, number: int) -> Path:
 
 @pytest.mark.parametrize("damage", ["{}", None])
 def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(harness: Harness, damage: str | None) -> None:
-    harness.store.sweeps.create(Submission(sweep_of(2)))
+    harness.submit(2)
     computed(harness)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
+    harness.publish()
     file = result_of(harness, 0)
     file.unlink() if damage is None else file.write_text(damage)
 
@@ -60,16 +58,14 @@ def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(harnes
     [again] = harness.tick()
     assert harness.store.sweeps.get(row.id).state is SweepState.RUNNING
     harness.end_well(again)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
+    harness.publish()
     assert harness.store.sweeps.get(row.id).state is SweepState.SUCCEEDED
     assert result_of(harness, 0).is_file()
     assert [harness.run(number).attempt for number in (0, 1)] == [2, 1]
 
 
 def test_lost_result__that_is_there_for_the_service_costs_nothing(harness: Harness) -> None:
-    harness.store.sweeps.create(Submission(sweep_of(1)))
+    harness.submit(1)
     computed(harness)
     [publication] = harness.tick()
     without_results(harness, publication, 0)
@@ -85,9 +81,7 @@ def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(harness: 
         [publication] = harness.tick()
         result_of(harness, 0).unlink()
         without_results(harness, publication, 0)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
+    harness.publish()
     run = harness.run()
     assert (run.state, run.cause) == (State.FAILED, Cause.ERROR)
     assert "lost or damaged" in str(run.reason)
@@ -106,9 +100,7 @@ def test_lost_result__of_a_cancelled_sweep_is_not_computed(harness: Harness) -> 
     [publication] = [one for one in harness.tick() if one.kind is Kind.PUBLISH]
     result_of(harness, 0).unlink()
     without_results(harness, publication, 0)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
+    harness.publish()
     assert harness.store.sweeps.get(row.id).state is SweepState.CANCELLED
 
 
@@ -119,11 +111,9 @@ def test_lost_result__of_a_cancelled_sweep_is_not_computed(harness: Harness) -> 
 def large(harness: Harness) -> Harness:
     """A service with eight results, which does not wait before it looks for lost ones again."""
     harness.engine.free = 8
-    harness.store.sweeps.create(Submission(sweep_of(8)))
+    harness.submit(8)
     computed(harness)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
+    harness.publish()
     return harness
 
 

@@ -13,9 +13,8 @@ import pytest
 from service.files import disk_space as space
 from service.files.disk_space import Space
 from service.queue.retry import excuse_full_disk
-from service.records.jobs import Cause, State, StoreUnavailable, Submission
+from service.records.jobs import Cause, State, StoreUnavailable
 from service.workers.attempt import Ending
-from tests.service.support.fakes import sweep_of
 from tests.service.support.harness import Harness, open_harness
 
 RESERVE = 1 << 30
@@ -51,7 +50,7 @@ def full(words: str = os.strerror(errno.ENOSPC)) -> Ending:
 
 def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(harness: Harness, disk: Disk) -> None:
     disk.free = RESERVE - 1
-    harness.store.sweeps.create(Submission(sweep_of(1)))
+    harness.submit(1)
     assert harness.tick() == []
     said = harness.dispatcher.blocked_reason()
     assert said is not None
@@ -63,7 +62,7 @@ def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(harness: Harne
 
 
 def test_full_disk__the_run_is_queued_again_and_costs_nothing(harness: Harness, disk: Disk) -> None:
-    harness.store.sweeps.create(Submission(sweep_of(1)))
+    harness.submit(1)
     for _ in range(3):
         [ticket] = harness.tick()
         disk.free = RESERVE - 1
@@ -109,8 +108,7 @@ def test_full_disk__is_judged_once_however_long_the_store_is_away(
     def away(*_arguments: Any, **_words: Any) -> State | None:
         raise StoreUnavailable("database or disk is full")
 
-    harness.store.sweeps.create(Submission(sweep_of(1)))
-    [ticket] = harness.tick()
+    [ticket] = harness.begin(1)
     disk.free = 0
     harness.end(ticket, replace(full("no room"), free=0))
     with monkeypatch.context() as patch:
@@ -123,8 +121,7 @@ def test_full_disk__is_judged_once_however_long_the_store_is_away(
 
 
 def test_full_disk__after_it_nothing_is_begun_for_a_while(harness: Harness, monkeypatch: pytest.MonkeyPatch) -> None:
-    harness.store.sweeps.create(Submission(sweep_of(1)))
-    [ticket] = harness.tick()
+    [ticket] = harness.begin(1)
     monkeypatch.setattr(space, "PAUSE_SECONDS", 3600.0)
     harness.end(ticket, full())
     assert harness.tick() == []

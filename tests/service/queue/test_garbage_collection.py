@@ -217,10 +217,7 @@ def test_final_state__of_a_collection_that_was_killed_after_the_row_goes_later(h
 def publish(harness: Harness) -> Path:
     """Fail the run of a sweep and publish it; the folder of the publication."""
     harness.end_badly(harness.tick()[0], Cause.ERROR)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
-    return Path(publication.directory)
+    return Path(harness.publish().directory)
 
 
 def test_publication__that_was_replaced_goes_when_it_is_old_and_all_with_the_sweep(harness: Harness) -> None:

@@ -108,6 +108,14 @@ class Harness:
         ending = Ending(cause, cause.value, f"because of {cause}", (), 1.0)
         self.end(attempt, replace(ending, **more))
 
+    def publish(self) -> Attempt:
+        """Take a tick, in which a publication begins, and end it well."""
+        [publication] = self.tick()
+        assert publication.kind is Kind.PUBLISH
+        self.end_well(publication)
+        self.tick()
+        return publication
+
     def run(self, number: int = 0) -> RunRow:
         """The row of a run."""
         return self.store.runs.get(run_id(number))

@@ -35,7 +35,7 @@ from tests.service.support.fakes import DEADLINE, is_gone, run_id, wait_until
 from tests.service.support.targets import MEBIBYTE
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(autouse=True, scope="module")
 def _end_idle_process() -> Iterator[None]:
     yield
     SLOT.close()

@@ -30,7 +30,7 @@ from tests.service.support.fakes import is_gone, wait_until
 ROOT = Path(__file__).parents[3]
 
 
-@pytest.fixture(autouse=True)
+@pytest.fixture(autouse=True, scope="module")
 def _end_idle_process() -> Iterator[None]:
     yield
     SLOT.close()
@@ -40,6 +40,7 @@ def _end_idle_process() -> Iterator[None]:
 
 
 def test_process__computes_so_many_attempts_and_ends_with_its_slot(tmp_path: Path) -> None:
+    SLOT.close()
     processes = [
         process_of(supervise(replace(attempt_at(tmp_path / str(number)), threads=3)))
         for number in range(MOST_ATTEMPTS + 1)
