@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 
-ELSEWHERE = ("xarray", "netCDF4", "pandas", "plotly", "dask", "distributed", "pint")
+ELSEWHERE = ("xarray", "netCDF4", "pandas", "matplotlib", "dask", "distributed", "pint")
 HEAVY = ("numba", "llvmlite", "scipy", *ELSEWHERE)
 NEVER_IN_THE_API_PROCESS = ("numba", "llvmlite", "xarray", "netCDF4", "distributed")
 SOLVER_MAY_IMPORT = {"numpy", "scipy", "solver"}
