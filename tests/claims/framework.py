@@ -61,22 +61,14 @@ def load(set_name: str) -> list[Claim]:
 
 
 def select(names: Sequence[str] = (), *, quick: bool = False) -> list[Claim]:
-    """The claims of the given names or sets, or all; raises UnknownClaim.
-
-    A set has the claims of its folder, and those that the list ``ALSO`` of its package names from other folders.
-    """
+    """The claims of the given names or sets, or all; raises UnknownClaim."""
     claims = [each for name in sets() for each in load(name)]
-    names = [*names, *(name for asked in names if asked in sets() for name in _also(asked))]
     for name in set(names) - {*sets(), *(each.name for each in claims)}:
         raise UnknownClaim(
             f"no claim and no set of claims is named {name!r}; the sets are {', '.join(sets())}, "
             "and --list names the claims"
         )
     return [each for each in claims if (each.quick or not quick) and (not names or {each.name, each.set} & set(names))]
-
-
-def _also(set_name: str) -> list[str]:
-    return list(getattr(_package(set_name), "ALSO", []))
 
 
 def _package(set_name: str) -> ModuleType:

@@ -103,9 +103,3 @@ def test_load__finds_claims_by_folder_and_refuses_a_name_used_twice(
     (folder / "second.py").write_text(ONE_CLAIM)
     with pytest.raises(ValueError, match="a second time"):
         framework.load("new-set")
-
-
-def test_select__of_a_set_takes_the_claims_that_it_names_from_others() -> None:
-    chosen = {(each.set, each.name) for each in framework.select(["cases"])}
-    assert ("proven", "loads") in chosen
-    assert ("proven", "sod") not in chosen

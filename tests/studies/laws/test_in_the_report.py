@@ -12,9 +12,9 @@ import xarray as xr
 
 from studies.convergence.richardson import Convergence, Sample, converge_series
 from studies.laws import DRAWN_ONLY, load
+from studies.quantities.measured import numerical_parts
 from studies.reports.publish import publish
 from studies.sweeps.sweep import Sweep
-from studies.values.results import numerical_parts
 from tests.claims.computed import result_of
 from tests.rows import Row, equal, relative
 
