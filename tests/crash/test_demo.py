@@ -16,6 +16,7 @@ from service.cli.commands.computing import DEMO
 from studies import examples
 from studies.cubes.points import refined
 from studies.cubes.reading import quantities_of
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.sweeps.document import read_yaml
 from tests.crash.support.serving import ROOT
 from tests.rows import Row, at_least, at_most, equal
@@ -52,11 +53,22 @@ def test_demo__extrapolates_whole_curves_and_its_bars_hold_a_finer_grid(
                 compared(at_most(label, limit=1e3 * bar, got=1e3 * error))
 
 
+FILES = {"cube.nc", "runs.csv", "report.html", "report.json"}
+SHAPES = {
+    "holes": {"speed": 6},
+    "aluminium": {"speed": 3, "plate_thickness": 2},
+    "sphere": {"speed": 1},
+    "craters": {"speed": 4},
+}
+
+
+@pytest.mark.claim("demo", "demo", minutes=5.0)
 @pytest.mark.claim("speed", "demo-time", minutes=5.0)
 def test_demo__takes_less_than_five_minutes(tmp_path: Path, compared: Callable[[Row], None]) -> None:
     """make demo takes less than five minutes from a fresh clone on two idle cores, on 16 and 24 cells per diameter.
 
-    Neither environment nor kernels are there. Each hole is computed on at least 3 cells through the plate.
+    Neither environment nor kernels are there. Each hole is computed on at least 3 cells through the plate, and the
+    energy of each run is kept within 1 %.
     """
     clone = tmp_path / "whipple"
     subprocess.run(["git", "clone", "--quiet", str(ROOT), str(clone)], check=True)
@@ -70,7 +82,13 @@ def test_demo__takes_less_than_five_minutes(tmp_path: Path, compared: Callable[[
             compared(Row("stage", "", line, None))
     compared(at_most("the whole (s)", limit=300.0, got=seconds))
     for name in DEMO:
-        cube = xr.load_dataset(clone / "demo" / name / "cube.nc")
+        folder = clone / "demo" / name
+        compared(equal(f"{name}: files", expected=FILES, got=FILES & {file.name for file in folder.iterdir()}))
+        cube = xr.load_dataset(folder / "cube.nc")
+        sizes = {axis: int(cube.sizes[axis]) for axis in SHAPES[name]}
+        compared(equal(f"{name}: axes", expected=SHAPES[name], got=sizes))
+        drift = float(abs(cube["audit_largest_energy_drift"]).max())
+        compared(at_most(f"{name}: largest energy drift of any run", limit=ENERGY_DRIFT_LIMIT, got=drift))
         if "hole_diameter" in cube:
             cells = cube["cells_per_diameter"]
             grids = sorted(set(cells.values.ravel().tolist()))
