@@ -129,10 +129,12 @@ def test_law_of_known_difference__gets_its_words(
 
 
 def test_published_scatter_of_a_law__is_part_of_its_joint_uncertainty() -> None:
-    assert stated(lambda v: 1.05, scatter=0.06)[0] == ["from 2 to 7 km/s: numerically to 7\u202f%"]
-    assert stated(lambda v: 1.2, scatter=0.3)[0] == [
-        "from 2 to 7 km/s: agrees within the joint uncertainty of 36\u202f%"
-    ]
+    for factor, scatter, says in (
+        (1.05, 0.06, "numerically to 7 %"),
+        (1.2, 0.3, "agrees within the joint uncertainty of up to ±37 % (20 % more)"),
+    ):
+        (band,) = stated(lambda v, factor=factor: factor, scatter=scatter)[0]
+        assert band == f"from 2 to 7 km/s: {says}".replace(" %", "\u202f%")
 
 
 @pytest.mark.claim("report", "verdict-words")
