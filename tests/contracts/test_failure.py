@@ -97,12 +97,8 @@ def test_damage__never_heals_and_never_exceeds_one(
 
 
 @given(members, st.floats(-1e11, 0.0))
-def test_failure__never_lifts_the_floor_of_whole_matter(name: str, floor: float) -> None:
+def test_failure__never_lifts_the_floor_of_whole_matter_and_gives_molten_matter_none(name: str, floor: float) -> None:
     assert floor_until_failure(copper(name), floor) <= floor
-
-
-@pytest.mark.parametrize("name", sorted(MEMBERS))
-def test_failure__gives_molten_matter_no_tension(name: str) -> None:
     assert floor_until_failure(copper(name), 0.0) == 0.0
 
 
