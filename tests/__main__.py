@@ -62,7 +62,6 @@ STAGES = (
     Stage("api", 250, [*PYTEST, *TESTS["api"]]),
     Stage("crashes", 250, [*PYTEST, *TESTS["crashes"]]),
     Stage("doors", 150, [*PYTEST, *TESTS["doors"], *(f"--ignore={path}" for path in TESTS["crashes"])]),
-    Stage("quick claims", 100, ["python", "-m", "tests.claims", "--quick"]),
     Stage("types", 80, ["mypy"]),
     Stage("imports", 30, ["lint-imports", "--no-logo", "--cache-dir", ".cache/import-linter"]),
 )
