@@ -233,7 +233,8 @@ def page(packages: list[Folder]) -> str:
     for folder in packages:
         lines += ["", f"## {folder.name}", "", _sentence(folder.name), "", "| room | what it is |", "|---|---|"]
         for room in (room for floor in reversed(folder.floors) for room in floor):
-            lines.append(f"| `{folder.name}/{room}` | {_sentence(f'{folder.name}.{room}')} |")
+            name = "/".join(_path(f"{folder.name}.{room}").relative_to(ROOT).parts).removesuffix("__init__.py")
+            lines.append(f"| `{name}` | {_sentence(f'{folder.name}.{room}')} |")
     return "\n".join(lines) + "\n"
 
 

@@ -35,7 +35,7 @@ from tests.service.support.fakes import is_gone, wait_until
 WORK = Work(speeds=6, sweeps=1, thicknesses=1, run_seconds=1.0)
 # Runs that are still computing when the disk is full, or the clock is set, however late that is.
 LONG = replace(WORK, run_seconds=3.0)
-LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "10"}
+LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "15"}
 FAILURES = {3000: ("greedy", Cause.MEMORY_LIMIT), 3100: ("deaf", Cause.TIME_LIMIT), 3200: ("abort", Cause.CRASH)}
 DISK, RESERVE = 128 << 20, 32 << 20  # bytes of a file system of its own, and what is to stay free
 LOOKS = 5  # turns of the dispatcher
@@ -59,7 +59,7 @@ def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, com
     with crash_test(work, tmp_path, settings=settings) as here:
         ids = here.submit()
         here.wait_for_the_end(ids)
-        runs = {round(point.coordinates["speed"]): point.run for point in here.store.sweep_runs(ids[0]).items}
+        runs = {round(float(point.coordinates["speed"])): point.run for point in here.store.sweep_runs(ids[0]).items}
         for speed, (_, cause) in FAILURES.items():
             run = runs.pop(speed)
             compared(equal(f"{speed} m/s: {run.reason}", expected=cause, got=run.cause))

@@ -13,7 +13,7 @@ import xarray as xr
 
 from service.api.app import CACHE
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
-from service.records.jobs import RunRow, State, Stored, SweepStatus
+from service.records.jobs import RunRow, State, Stored
 from service.store import Store
 from studies.values.files import RESULT
 from tests.rows import Row, at_least, equal
@@ -29,11 +29,6 @@ def runs(store: Store, sweeps: list[str]) -> dict[str, RunRow]:
     return {point.run.id: point.run for point in points}
 
 
-def registrations(store: Store) -> Counter[str]:
-    """How often each job was registered as done: events are never removed."""
-    return Counter(str(event.job_id) for event in events(store) if event.kind == "succeeded")
-
-
 def events(store: Store) -> Iterator[Any]:
     """All events of a store."""
     after = 0
@@ -43,8 +38,8 @@ def events(store: Store) -> Iterator[Any]:
 
 
 def registered_once(store: Store, sweeps: list[str]) -> list[str]:
-    """Runs that succeeded, were registered once, and have one answer."""
-    counts = registrations(store)
+    """Runs that succeeded, were registered once (events are never removed), and have one answer."""
+    counts = Counter(str(event.job_id) for event in events(store) if event.kind == "succeeded")
     return [
         run.id
         for run in runs(store, sweeps).values()
@@ -83,24 +78,18 @@ def resumed(store: Store, artifacts: Artifacts, sweeps: list[str]) -> list[str]:
 
 
 def half_files(store: Store, artifacts: Artifacts) -> list[str]:
-    """Unfinished files, by name or by content, among those that could be used or shown."""
-    counting = _folders_that_count(store, artifacts)
-    parts = [part for folder in counting for part in folder.glob(f".{PART}")]
-    final = [file for folder in counting for file in folder.glob("*.*")]
-    final += [*artifacts.root.glob(f"{RUNS}/*/*/{CHECKPOINT}.npz"), *_cached(artifacts)]
+    """Unfinished files, by name or by content, among those that could be used or shown.
+
+    These are in folders of registered files or of those that would be registered at the next look; checkpoints; and
+    partial cubes, which are sent again to whoever asks the same.
+    """
+    counting = {artifacts.path(file).parent for file in files(store)}
+    counting |= {artifacts.attempt_directory(lease) for lease in store.leases() if artifacts.complete_files(lease)}
+    final = [file for folder in sorted(counting) for file in folder.glob("*.*")]
+    final += artifacts.root.glob(f"{RUNS}/*/*/{CHECKPOINT}.npz")
+    final += [file for file in artifacts.root.glob(f"{CACHE}/*.*") if not file.match(PART)]
+    parts = [part for folder in sorted(counting) for part in folder.glob(f".{PART}")]
     return [str(file) for file in [*parts, *(file for file in final if not is_whole(file))]]
-
-
-def _folders_that_count(store: Store, artifacts: Artifacts) -> list[Path]:
-    """Those of registered files, and those that would be registered at the next look."""
-    registered = {artifacts.path(file).parent for file in files(store)}
-    complete = {artifacts.attempt_directory(claim) for claim in store.leases() if artifacts.complete_files(claim)}
-    return sorted(registered | complete)
-
-
-def _cached(artifacts: Artifacts) -> list[Path]:
-    """Partial cubes, which are sent again to whoever asks the same."""
-    return [file for file in artifacts.root.glob(f"{CACHE}/*.*") if not file.match(PART)]
 
 
 def is_whole(file: Path) -> bool:
@@ -134,30 +123,19 @@ def _reads_to_its_end(file: Path) -> bool:
 
 
 def contradictions(store: Store) -> list[str]:
-    """What rows say against each other."""
-    listed = _broken_file(store)
+    """What rows say against each other, and what SQLite finds in its own file."""
+    listed: list[str] = []
+    if store._database.is_sqlite:
+        with store._database.reading() as connection:
+            for check in ("PRAGMA integrity_check", "PRAGMA foreign_key_check"):
+                listed += [str(row) for row in connection.exec_driver_sql(check) if row != ("ok",)]
     try:
         nobody_waits_in_vain(store)
     except AssertionError as error:
         listed.append(f"somebody waits in vain: {error}")
-    for row in _sweeps(store):
+    for row in store.sweeps(limit=PAGE).items:
         if sum(row.counts.values()) != row.planned or row.reused + row.new != row.planned:
             listed.append(f"{row.name}: points do not add up")
-    return listed
-
-
-def _sweeps(store: Store) -> Sequence[SweepStatus]:
-    return store.sweeps(limit=PAGE).items
-
-
-def _broken_file(store: Store) -> list[str]:
-    """What SQLite finds in its own file."""
-    if not store._database.is_sqlite:
-        return []
-    listed: list[str] = []
-    with store._database.reading() as connection:
-        for check in ("PRAGMA integrity_check", "PRAGMA foreign_key_check"):
-            listed += [str(row) for row in connection.exec_driver_sql(check) if row != ("ok",)]
     return listed
 
 
