@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from solver.geometry import conserved_axes, impact_axis
+from solver.problem.geometry import conserved_axes, impact_axis
 from solver.state import Departed, Particles
 
 HOTTEST_SHARE = 1e-3  # of the mass: the particles whose share of internal energy is watched

@@ -20,14 +20,14 @@ import numpy as np
 
 from solver.errors import ProblemError
 from solver.fem.step import TOGETHER, ElementStepper
-from solver.method import Method, Partition, StepBalance
 from solver.problem import Problem
 from solver.sph.smoothing import SUPPORT
 from solver.sph.step import ParticleStepper
 from solver.sph.tables import MOVED
 from solver.state import MASS, NEW_X, VX, Particles
-from solver.stress import CULPRIT, MAXIMA, Limits, Tally
-from solver.threads import ThreadPool
+from solver.steps.method import Method, Partition, StepBalance
+from solver.steps.points import CULPRIT, MAXIMA, Limits, Tally
+from solver.steps.threads import ThreadPool
 
 # Courant number of elements, of which each knows its stable step. ``Problem.courant`` is that of the particles.
 COURANT_OF_ELEMENTS = 0.8

@@ -9,17 +9,17 @@ from typing import Protocol
 import numpy as np
 
 from solver.audit import Audit, Ledger, Totals, audit, body_balances, totals
-from solver.checkpoint import Carried, Checkpointing
-from solver.checkpointing import CheckpointWriter, Observing
+from solver.checkpoints import Carried, Checkpointing, CheckpointWriter, Observing
 from solver.coupling import CoupledStepper
-from solver.debris import clear_debris
-from solver.eos import reference_density, reference_sound_speed
 from solver.errors import ProblemError, UnphysicalState
-from solver.failure import weakens
 from solver.fem.step import ElementStepper
-from solver.geometry import exit_face, node_count
-from solver.method import Method, Partition
+from solver.grid.debris import clear_debris
+from solver.grid.step import Stepper, shares_of
+from solver.matter.eos import reference_density, reference_sound_speed
+from solver.matter.failure import weakens
+from solver.matter.strength import stored_part
 from solver.problem import Body, Problem
+from solver.problem.geometry import node_count
 from solver.sph.step import ParticleStepper
 from solver.state import (
     LIGHTING,
@@ -34,11 +34,11 @@ from solver.state import (
     reordered,
     views,
 )
-from solver.step import Stepper, shares_of
-from solver.strength import stored_part
-from solver.stress import QUANTITIES, Limits, Tally, find_fault
-from solver.threads import ThreadPool, asked_threads
-from solver.timestep import first_step, stable_step
+from solver.steps.crossing import exit_face
+from solver.steps.method import Method, Partition
+from solver.steps.points import QUANTITIES, Limits, Tally, find_fault
+from solver.steps.threads import ThreadPool, asked_threads
+from solver.steps.timestep import first_step, stable_step
 from solver.vectors import LANES
 
 # Steps between reorderings of the particle arrays, for memory locality; debris is retired before them.

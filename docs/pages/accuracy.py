@@ -7,7 +7,7 @@ from typing import Any
 
 from docs.pages import MADE, RESULTS, keep, shots, table
 from solver import PHYSICS_VERSION
-from studies import verification
+from studies.cases import verification
 from studies.values.formats import NONE, digits
 
 STORED = RESULTS / "verification.json"

@@ -19,7 +19,7 @@ from studies import measurements, observations, scenarios
 from studies.observations import written
 from studies.observations.compared import FEWEST, STORED, bias_and_scatter, compared_shots, ratio, stored
 from studies.reports.verdict.summary import of_shots
-from studies.sweeps.sweep import vocabulary
+from studies.sweeps.reading import vocabulary
 from studies.values.formats import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
 from studies.values.least_squares import CONFIDENCE
 from studies.values.parameters import declared

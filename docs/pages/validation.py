@@ -14,10 +14,10 @@ from typing import Any
 
 from docs.pages import DOCS, MADE, RESULTS, keep, table
 from solver import PHYSICS_VERSION
-from studies import validation
-from studies.validation._pages import HEADERS, cells
+from studies.cases import validation
+from studies.cases.pages import HEADERS, cells
+from studies.cases.rows import Row
 from studies.values.formats import MESH_UNKNOWN
-from studies.verification import Row
 
 STORED = RESULTS / "validation.json"
 COMMAND = "python -m docs.pages compute validation"

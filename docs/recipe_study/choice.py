@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
+from studies.cases.verification import bar_contact, plate_impact
 from studies.values.results import ENERGY_DRIFT_LIMIT
-from studies.verification import bar_contact, plate_impact
 
 OTHER_SHAPES = plate_impact.PRESSURE["gimp"]  # whatever is not named there is held to this
 # Largest mean change of the Taylor bar's lengths from 10 to 20 cells per diameter and from 20 to 40, which halves at

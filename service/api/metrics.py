@@ -104,9 +104,9 @@ class _StoreMetrics(_LazyCollector):
 
     def collect(self) -> Iterator[Metric]:
         try:
-            queue = self._store.queue()
-            tallies = self._store.tally(RUN_SECONDS)
-            attempts = self._store.attempts_by_cause()
+            queue = self._store.queue.status()
+            tallies = self._store.queue.tally(RUN_SECONDS)
+            attempts = self._store.queue.attempts_by_cause()
         except StoreUnavailable:
             yield _store_up(0.0)
             return

@@ -33,7 +33,7 @@ def settle(settings: Settings, store: Store) -> None:
     def choose(in_database: str | None) -> str | None:
         if in_database is not None or read(settings.data) is not None:
             return in_database
-        if store.files(limit=1) and not (settings.data / RUNS).is_dir():
+        if store.retention.files(limit=1) and not (settings.data / RUNS).is_dir():
             what = "the data directory has no results, its database has some"
             raise WrongDirectory(settings.data, what, f"mount it, or {ADOPT}")
         settings.data.mkdir(parents=True, exist_ok=True)

@@ -182,7 +182,7 @@ class Dispatcher:
             self._resign()
             if not self._may_retry():
                 return False
-            self._leadership = self._store.lead(self._owner)
+            self._leadership = self._store.terms.lead(self._owner)
             if self._leadership is None:
                 self._stand_by()
                 return False
@@ -197,7 +197,7 @@ class Dispatcher:
                 return False
             if self._leader.is_superseded:
                 log.error(OTHER_LEADER)
-            term = self._store.begin_term(self._owner)
+            term = self._store.terms.begin(self._owner)
             self._leader.begin_term(term, self._engine)
             log.info("%s leads, term %s", self._owner, term)
         return True

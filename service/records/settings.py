@@ -10,7 +10,7 @@ from pydantic import ByteSize, Field, PositiveFloat, PositiveInt, ValidationInfo
 from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
-from solver.threads import AUTO, available_cores
+from solver.steps.threads import AUTO, available_cores
 
 GIBIBYTE = 1 << 30
 LEAVE_SECONDS, LONGEST_LEAVE = 6.0, 8.0  # closing takes a while too; a stop is over within ten
@@ -171,7 +171,7 @@ class Settings(BaseSettings):
         """Number of threads of a run that starts as the last of several: it also uses the cores of idle workers.
 
         A later run does not find them free; it then takes longer, as they all do, by the price of the threads
-        (``solver.threads``). Workers of an engine run on machines with an unknown number of cores.
+        (``solver.steps.threads``). Workers of an engine run on machines with an unknown number of cores.
         """
         if self.threads is not None:
             return self.threads

@@ -7,16 +7,20 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.records.jobs import KEPT_BY, TERMINAL, Keep, Kind, LastAttempt, Stored, at_least
-from service.store.connection import Part
-from service.store.statements import batches, log_event, now, stored_record
+from service.store.connection import Database
+from service.store.events import log_event
+from service.store.statements import batches, now, stored_record
 from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
 
 AFTER_HEX = "g"  # added to the beginning of an id, it comes after every id that begins so
 BY_JOB = [ARTIFACTS.c.job_id, ARTIFACTS.c.name]
 
 
-class RetentionQueries(Part):
+class Retention:
     """Files that no sweep keeps, runs that no sweep has, and what the store knows of folders on the disk."""
+
+    def __init__(self, database: Database):
+        self._database = database
 
     def discardable(self, limit: int, shard: str = "") -> tuple[tuple[str, Stored], ...]:
         """Registered files that no sweep keeps, each with its run; ``drop`` removes them from the rows.

@@ -8,7 +8,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
 from service.records.jobs import ACTIVE, Cause, Keep, Kind, Lease, NotFound, PointRow, RunRow, State, Stored
-from service.store.tables import ARTIFACTS, CAUSES, CONTROL, EVENTS, JOBS, POINTS, enumeration
+from service.store.tables import ARTIFACTS, CAUSES, CONTROL, JOBS, POINTS, enumeration
 from studies.values.errors import Finding, InvalidInput
 
 Row = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
@@ -21,6 +21,7 @@ ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
 LEASE_COLUMNS = [JOBS.c[field] for field in Lease.__dataclass_fields__]
 PUBLICATIONS = JOBS.alias("publications")
+NO_PROGRESS = dict.fromkeys(("fraction", "progress", "seconds"), sa.null())  # columns that say how far an attempt is
 
 
 def literal(text: str) -> sa.ColumnClause[str]:
@@ -119,7 +120,7 @@ def insert_into(connection: sa.Connection, table: sa.Table) -> sqlite.Insert | p
 
 
 def invalidate_tallies(connection: sa.Connection, points: int) -> None:
-    """Note that so many points that had ended are unfinished again: see ``sweep_queries.Tallies``."""
+    """Note that so many points that had ended are unfinished again: see ``time_left.Tallies``."""
     generation = CONTROL.c.cache_generation
     connection.execute(CONTROL.update().values(cache_generation=generation + points))
 
@@ -169,34 +170,6 @@ def hold_publications(connection: sa.Connection, which: sa.ColumnElement[bool]) 
     wait = JOBS.update().where(which, JOBS.c.kind == Kind.PUBLISH, JOBS.c.state == State.QUEUED)
     wait = wait.where(_UNFINISHED.exists())
     connection.execute(wait.values(state=State.WAITING, unfinished_point=sa.null()))
-
-
-def log_event(
-    connection: sa.Connection,
-    moment: datetime,
-    kind: str,
-    *,
-    sweep_id: str | None = None,
-    job_id: str | None = None,
-    **body: Any,
-) -> None:
-    """Append an event, in the transaction that makes it true."""
-    connection.execute(EVENTS.insert().values(time=moment, kind=kind, sweep_id=sweep_id, job_id=job_id, body=body))
-
-
-def log_attempts(connection: sa.Connection, moment: datetime, kind: str, *leases: Lease, **body: Any) -> None:
-    """Append an event of each of these attempts."""
-    rows = [
-        {
-            "time": moment,
-            "kind": kind,
-            "sweep_id": lease.sweep_id,
-            "job_id": lease.id,
-            "body": {"attempt": lease.attempt, **body},
-        }
-        for lease in leases
-    ]
-    connection.execute(EVENTS.insert(), rows)
 
 
 def begins(column: sa.ColumnElement[str], prefix: str) -> sa.ColumnElement[bool]:

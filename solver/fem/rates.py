@@ -29,24 +29,9 @@ from solver.fem.elements import (
     thrust,
 )
 from solver.jit import device, kernel
-from solver.state import (
-    DENSITY,
-    ENERGY,
-    MASS,
-    NEW_X,
-    PRESSURE,
-    S11,
-    S12,
-    S22,
-    S23,
-    S31,
-    S33,
-    VELOCITY,
-    VISCOSITY,
-    VX,
-    X,
-)
-from solver.tensor import contract, symmetric
+from solver.matter.tensor import contract, symmetric
+from solver.state import DENSITY, ENERGY, MASS, NEW_X, PRESSURE, S11, S12, S22, S23, S31, S33, VISCOSITY, VX, X
+from solver.steps.space import VELOCITY
 
 AXES = 3
 TAKEN, SLOWEST = range(2)  # of the sums of a share: energy of hourglass springs, J; spacing over least length

@@ -2,10 +2,9 @@
 
 from typing import Any, NamedTuple
 
-from solver.geometry import dimensions, gather, hoop_factor, own_length, unpacked, velocity_gradient
 from solver.jit import implements
-from solver.scattered import AXES, Scattered
-from solver.transfer import find_nodes
+from solver.problem.geometry import dimensions, hoop_factor, unpacked
+from solver.steps.space import AXES, Scattered, find_nodes, gather, own_length
 from solver.vectors import bare, load, where
 
 
@@ -37,6 +36,6 @@ def _(geometry, p, lanes):
     return where(length > 0.0, length, geometry.spacing)
 
 
-_AS_SCATTERED: tuple[Any, ...] = (hoop_factor, find_nodes, gather, velocity_gradient)
+_AS_SCATTERED: tuple[Any, ...] = (hoop_factor, find_nodes, gather)
 for _function in _AS_SCATTERED:
     implements(_function, Points)(_function.texts[Scattered])

@@ -7,7 +7,7 @@ forces   of the elements on their nodes; v(n+1/2) = v(n-1/2) + f k / m with k ha
 strain   the gradient of v(n+1/2), from which density, stress and energy at n+1 follow, point by point as on the grid
 
 The forces change the kinetic energy by f . (v(n-1/2) + v(n+1/2)) / 2 k, and the points take minus that, half with the
-forces and half with the strain, as in ``solver/step.py``: their sum is kept to round-off, whatever the stress is.
+forces and half with the strain, as in ``solver/grid/step.py``: their sum is kept to round-off, whatever the stress is.
 """
 
 import math
@@ -17,7 +17,6 @@ from typing import Any
 
 import numpy as np
 
-from solver.eos import burns, reference_density, reference_sound_speed
 from solver.errors import ProblemError
 from solver.fem.elements import Hexahedron
 from solver.fem.mesh import end_faces, face_areas, node_shares, point_volumes
@@ -34,15 +33,15 @@ from solver.fem.rates import (
     strain_elements,
 )
 from solver.fem.space import Points
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import Bound
-from solver.loads import mean_pressure
-from solver.method import Method, Partition, StepBalance
-from solver.problem import Body, Face, Problem, Scheme
+from solver.matter.eos import burns, reference_density, reference_sound_speed
+from solver.problem import Body, Face, Problem, Scheme, mean_pressure
+from solver.problem.geometry import Cartesian3D
 from solver.state import DENSITY, ENERGY, MASS, NEW_X, NEW_Z, STRAIN, Particles, X, Z, empty_table, lines, views
-from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
-from solver.threads import ThreadPool
-from solver.transfer import new_pack
+from solver.steps.method import Method, Partition, StepBalance
+from solver.steps.points import Limits, Tally, empty_tallies, summarise, update_particles
+from solver.steps.space import new_pack
+from solver.steps.threads import ThreadPool
 
 AT_FACE = 1e-6  # of a cell: nodes within it stand on a face of the grid
 TOGETHER = 1e-3  # of a cell: nodes that begin within it are joined

@@ -17,6 +17,7 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.jit import device, kernel
+from solver.matter.stress import PointState, signal_speed
 from solver.problem import ArtificialViscosity
 from solver.sph.artificial import approach, opposed, pair_viscosity
 from solver.sph.neighbours import apart, row, rows
@@ -41,7 +42,6 @@ from solver.state import (
     Y,
     Z,
 )
-from solver.stress import PointState, signal_speed
 from solver.vectors import LANES, bare, first_lanes, largest, load, maximum, number, power, spread, store, total, where
 
 STILL = ArtificialViscosity(0.0, 0.0)  # of the point update: viscosity acts between particles

@@ -17,15 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from solver.eos import burns
 from solver.errors import ProblemError
-from solver.faces import cross_faces
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import Bound
-from solver.loads import mean_pressure
-from solver.method import Method, Partition, StepBalance
-from solver.problem import Face, Problem, Scheme, Smoothing
-from solver.scattered import AXES, Scattered
+from solver.matter.eos import burns
+from solver.problem import Face, Problem, Scheme, Smoothing, mean_pressure
+from solver.problem.geometry import Cartesian3D
 from solver.sph.artificial import tensile_part
 from solver.sph.contact import reached, repel
 from solver.sph.loads import pressed_ends
@@ -49,9 +45,11 @@ from solver.sph.rates import (
 from solver.sph.smoothing import SUPPORT
 from solver.sph.tables import MOVED, new_memory, tables_of
 from solver.state import MASS, VX, Particles, lines
-from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
-from solver.threads import ThreadPool
-from solver.transfer import new_pack
+from solver.steps.crossing import cross_faces
+from solver.steps.method import Method, Partition, StepBalance
+from solver.steps.points import Limits, Tally, empty_tallies, summarise, update_particles
+from solver.steps.space import AXES, Scattered, new_pack
+from solver.steps.threads import ThreadPool
 
 STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
 LISTED = 100  # neighbours of a particle in the first lists; lists that are too short double

@@ -85,7 +85,7 @@ def answers(choices: Sequence[LawChoice], shots: np.ndarray) -> np.ndarray:
 def catalogue_of(sweep: Any) -> Catalogue:
     """The catalogue of a sweep, from the scenario, laws and materials that are installed."""
     from studies import scenarios
-    from studies.sweeps.sweep import vocabulary
+    from studies.sweeps.reading import vocabulary
 
     scenario = scenarios.load(sweep.scenario)
     allowed = vocabulary(sweep.scenario, sweep.roles(), sweep.materials)

@@ -10,7 +10,7 @@ import numpy as np
 from studies.convergence.richardson import Sample, converge_series
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
-from studies.sweeps.sweep import RESOLUTION
+from studies.sweeps.reading import RESOLUTION
 from studies.values.results import BY_ONE_GRID, DEFINITION, ENOUGH_GRIDS, numerical_parts
 
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show

@@ -17,7 +17,7 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from solver.debris import flown_on_grid
+from solver.grid.debris import flown_on_grid
 from solver.problem import Problem
 from solver.state import Snapshot
 from studies.values.files import MOST_FRAMES, write_atomically

@@ -16,7 +16,8 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, comparable, places_of, points_of, simulated
 from studies.cubes.variable import variable_name
 from studies.laws import Shot
-from studies.sweeps.sweep import ACCEPTED, Sweep, vocabulary
+from studies.sweeps.reading import ACCEPTED, vocabulary
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from studies.values.files import CUBE
 from studies.values.nearest import nearest_cure

@@ -20,7 +20,7 @@ from studies.cubes import reading
 from studies.cubes.points import SUCCEEDED, axes_of, by_run, main_quantities, refinements_of, simulated
 from studies.cubes.variables import FLAGS
 from studies.fits.measured import source_of
-from studies.sweeps.sweep import OFFSET, RESOLUTION
+from studies.sweeps.reading import OFFSET, RESOLUTION
 from studies.values.errors import Finding, Findings, InvalidInput, MissingExtra
 from studies.values.least_squares import CONFIDENCE
 from studies.values.nearest import nearest_cure

@@ -51,7 +51,7 @@ class BarView:
 
 def view(setting: Any, snapshot: Any) -> BarView:
     """The view of a snapshot (``solver.state.Snapshot``) in a ``BarSetting``."""
-    from solver.geometry import impact_axis
+    from solver.problem.geometry import impact_axis
 
     particles = snapshot.particles
     living = np.flatnonzero(particles.alive)
@@ -86,7 +86,7 @@ def _ordered(vectors: np.ndarray, order: list[int]) -> np.ndarray:
 
 def _strain_energy(body: Any, particles: Any, living: np.ndarray) -> np.ndarray:
     """Energy of elastic strain, J/kg: that of p = K (rho / rho0 - 1) in the volume, s : s / 4 G in the shape."""
-    from solver.eos import reference_sound_speed
+    from solver.matter.eos import reference_sound_speed
 
     ratio = particles.density[living] / body.density
     volume = reference_sound_speed(body.matter.eos) ** 2 * (np.log(ratio) - 1.0 + 1.0 / ratio)

@@ -70,8 +70,8 @@ class CloudView:
 
 def view(setting: Any, snapshot: Any) -> CloudView:
     """The view of a snapshot (``solver.state.Snapshot``) in a ``CloudSetting``."""
-    from solver.debris import flown
-    from solver.geometry import impact_axis
+    from solver.grid.debris import flown
+    from solver.problem.geometry import impact_axis
 
     problem, particles, departed = setting.problem, snapshot.particles, snapshot.departed
     living = particles.alive == 1

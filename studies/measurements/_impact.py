@@ -84,7 +84,7 @@ class ImpactView:
 
 def view(setting: Any, snapshot: Any) -> ImpactView:
     """The view of a snapshot (``solver.state.Snapshot``) in a scenario's ``Setting``."""
-    from solver.geometry import impact_axis
+    from solver.problem.geometry import impact_axis
 
     problem, particles = setting.problem, snapshot.particles
     # A slice copies nothing.

@@ -60,7 +60,7 @@ class Front:
 
 def view(setting: Any, snapshot: Any) -> PlateView:
     """The view of a snapshot (``solver.state.Snapshot``) in a ``PlateSetting``."""
-    from solver.geometry import impact_axis
+    from solver.problem.geometry import impact_axis
 
     particles = snapshot.particles
     living = np.flatnonzero(particles.alive)

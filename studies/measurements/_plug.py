@@ -93,7 +93,7 @@ def without_plug() -> Reading:
 
 def view(setting: Any, snapshot: Any) -> PlugView:
     """The view of a snapshot (``solver.state.Snapshot``) in an ``ImpactSetting``."""
-    from solver.geometry import impact_axis
+    from solver.problem.geometry import impact_axis
 
     problem, particles = setting.problem, snapshot.particles
     living = np.flatnonzero(particles.alive)

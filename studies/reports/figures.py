@@ -22,7 +22,7 @@ from studies.reports import captions
 from studies.reports.compare import Comparison
 from studies.reports.matched import MatchedObservation
 from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, judged_window, spread, title_of, views_of
-from studies.sweeps.sweep import RESOLUTION
+from studies.sweeps.reading import RESOLUTION
 from studies.values.quantities import readable
 
 Kind = Literal[

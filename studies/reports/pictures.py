@@ -23,7 +23,7 @@ from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.reports.raster import Frame
 from studies.reports.setup import setup_of, upward
 from studies.reports.view import judged_window, spread, title_of
-from studies.sweeps.sweep import OFFSET, RESOLUTION
+from studies.sweeps.reading import OFFSET, RESOLUTION
 from studies.values.formats import MESH_UNKNOWN, digits, display_of, printed, printed_in
 
 Document = dict[str, Any]

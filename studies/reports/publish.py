@@ -68,7 +68,8 @@ def write_partial(
 
 def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, dict[str, Any]]:
     """A sweep and the results of its runs, as records."""
-    from studies.sweeps.sweep import ACCEPTED, Sweep
+    from studies.sweeps.reading import ACCEPTED
+    from studies.sweeps.sweep import Sweep
 
     results = {run_id: outcome_from_json(plain) for run_id, plain in outcomes.items()}
     return Sweep.parse(document, ACCEPTED), results

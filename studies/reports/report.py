@@ -37,8 +37,8 @@ from studies.reports.figures import figures
 from studies.reports.limits import limits_of, residual_curves, residual_figure
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
+from studies.sweeps.reading import OFFSET, RESOLUTION
 from studies.sweeps.screening import CONTRIBUTIONS
-from studies.sweeps.sweep import OFFSET, RESOLUTION
 
 # 2: converged values and their error bars, a sentence about each law
 # 3: an error bar without the mesh's part judges nothing

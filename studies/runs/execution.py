@@ -16,7 +16,7 @@ import numpy as np
 
 from solver import PHYSICS_VERSION
 from solver.audit import BodyBalance, Exchanged
-from solver.checkpoint import Checkpointing
+from solver.checkpoints import Checkpointing
 from solver.errors import WhippleError
 from solver.jit import software
 from solver.simulation import DEPARTED, Outcome, simulate, threads_for
@@ -276,8 +276,8 @@ def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
 
 def molten_fraction(bodies: Sequence[Any], snapshot: Any) -> float:
     """Mass at or above its melting point, over the initial mass; debris as it was when it left or was retired."""
-    from solver.eos import reference_density
-    from solver.stress import homologous_temperature
+    from solver.matter.eos import reference_density
+    from solver.matter.stress import homologous_temperature
 
     particles, departed = snapshot.particles, snapshot.departed
     molten = 0.0

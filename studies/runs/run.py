@@ -25,7 +25,7 @@ if TYPE_CHECKING:
     from studies.scenarios import Materials
 
 # Parameters that choose a model, which takes constants of the materials, and the registry of each.
-CHOSEN_MODELS = {"tension": ("solver.tension", "TENSION"), "failure": ("solver.failure", "FAILURE")}
+CHOSEN_MODELS = {"tension": ("solver.matter.tension", "TENSION"), "failure": ("solver.matter.failure", "FAILURE")}
 
 BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
 # Of any run, 2 000 runs on 4 cells per diameter, 2026-11-24: 330 core seconds, of which 28 were particle-steps. The
@@ -142,7 +142,7 @@ def estimate(run: Run) -> Estimate:
     chosen = scenarios.load(run.scenario)
     size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
     flat = run.parameters.get("geometry") == "axisymmetric"
-    shape = entries("solver.shapes", "SHAPE")[str(run.parameters["shape"])]
+    shape = entries("solver.grid.shapes", "SHAPE")[str(run.parameters["shape"])]
     cost = shape.flat_cost if flat else shape.box_cost
     if run.parameters.get("method", "mpm") != "mpm":
         cost = SMOOTHED_COST

@@ -21,7 +21,8 @@ from studies.values.errors import Finding
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Body, Face, Matter
+    from solver.matter.laws import Matter
+    from solver.problem import Body, Face
 
 
 @dataclass(frozen=True, kw_only=True)

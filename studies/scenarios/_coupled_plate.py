@@ -8,7 +8,8 @@ elements lie in rings from there to the rim; the nodes of the innermost ring are
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from solver.problem import Body, Matter
+    from solver.matter.laws import Matter
+    from solver.problem import Body
 
 # As wide as a spacing are the rings that particles see, two smoothing lengths; each farther one is wider by GROWTH, up
 # to the thickness of the plate: hourglass springs of elements as wide as that stiffen its bending by a fifth, and with

@@ -9,7 +9,8 @@ from studies.scenarios._numerics import Numerics, numerics, recipe_of, tensions
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Body, Matter, Problem
+    from solver.matter.laws import Matter
+    from solver.problem import Body, Problem
 
 ROOM = 293.0  # K: ``celsius_t`` of MPM3D-F90 at the beginning, Particle.f90
 CELSIUS = 273.15  # K
@@ -63,9 +64,8 @@ def problem_of(deck: Deck, parameters: Numerics, *, end_time: float, refinement:
 
     A refined cell has the particles of a cell of the deck, each a part of that whose place it shares.
     """
-    from solver.geometry import grid
-    from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Face, Problem
+    from solver.problem.geometry import Cartesian3D, grid
 
     faces = [(Face.FREE, Face.FIXED, Face.SYMMETRIC)[face] for face in deck.faces]
     return Problem(
@@ -85,11 +85,11 @@ def problem_of(deck: Deck, parameters: Numerics, *, end_time: float, refinement:
 
 def matter_of(material: DeckMaterial, tension: str) -> "Matter":
     """The matter of a row of the table of materials."""
-    from solver.failure.none import NoFailure
-    from solver.failure.plastic_strain import PlasticStrainLimit
-    from solver.problem import Matter
-    from solver.tension.recoverable import RecoverableTension
-    from solver.tension.unlimited import UnlimitedTension
+    from solver.matter.failure.none import NoFailure
+    from solver.matter.failure.plastic_strain import PlasticStrainLimit
+    from solver.matter.laws import Matter
+    from solver.matter.tension.recoverable import RecoverableTension
+    from solver.matter.tension.unlimited import UnlimitedTension
 
     values = material.values
     room, melt = ROOM, math.inf
@@ -109,10 +109,10 @@ def matter_of(material: DeckMaterial, tension: str) -> "Matter":
 
 
 def _eos(material: DeckMaterial, room: float) -> Any:
-    from solver.eos.jwl import JonesWilkinsLee
-    from solver.eos.linear_elastic import LinearElastic
-    from solver.eos.mie_grueneisen_cubic import mie_grueneisen_cubic
-    from solver.eos.polynomial import Polynomial
+    from solver.matter.eos.jwl import JonesWilkinsLee
+    from solver.matter.eos.linear_elastic import LinearElastic
+    from solver.matter.eos.mie_grueneisen_cubic import mie_grueneisen_cubic
+    from solver.matter.eos.polynomial import Polynomial
 
     values, numbers = material.values, material.eos_values
     heat = values.get("specific heat", math.inf)
@@ -147,11 +147,11 @@ def _eos(material: DeckMaterial, room: float) -> Any:
 
 
 def _strength(material: DeckMaterial) -> Any:
-    from solver.strength.drucker_prager import DruckerPrager
-    from solver.strength.elastic import Elastic
-    from solver.strength.johnson_cook import JohnsonCook
-    from solver.strength.linear_hardening import LinearHardening
-    from solver.strength.perfectly_plastic import PerfectlyPlastic
+    from solver.matter.strength.drucker_prager import DruckerPrager
+    from solver.matter.strength.elastic import Elastic
+    from solver.matter.strength.johnson_cook import JohnsonCook
+    from solver.matter.strength.linear_hardening import LinearHardening
+    from solver.matter.strength.perfectly_plastic import PerfectlyPlastic
 
     values = material.values
     if material.kind == "dpm":
@@ -204,7 +204,7 @@ def _bodies(deck: Deck, tension: str, contact: bool, refinement: int) -> "list[B
     """The bodies; those of a component are one where bodies have contact."""
     import numpy as np
 
-    from solver.eos.jwl import lighting_times
+    from solver.matter.eos.jwl import lighting_times
     from solver.problem import Body
 
     velocities = _velocities(deck)

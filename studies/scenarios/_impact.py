@@ -45,7 +45,8 @@ from studies.values.recipes import IMPACT_RECIPES, DebrisName
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Absorber, Body, Clamp, Face, Matter, Retirement
+    from solver.matter.laws import Matter
+    from solver.problem import Absorber, Body, Clamp, Face, Retirement
     from studies.materials import Material
 
 SOUND_SPEED = 5000.0  # m/s, in the estimate of the number of steps
@@ -349,7 +350,7 @@ def _absorbers(
     parameters: Impact, target: "Matter", thickness: float, radius: float, *, deep: bool
 ) -> "tuple[Absorber, ...]":
     """The rim of the target where edges absorb, and the back of a deep one."""
-    from solver.absorb import absorber
+    from solver.grid.absorb import absorber
 
     if parameters.edges != "absorbing":
         return ()

@@ -7,7 +7,8 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Body, Face, Matter
+    from solver.matter.laws import Matter
+    from solver.problem import Body, Face
 
 # Angle about the axis that a model covers, rad; 1 in axisymmetry, where all is per radian.
 SECTORS = {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}
@@ -58,10 +59,8 @@ def mesh(
 
     A half model reaches as far to the other side of the axis, where the outer face of ``side`` ends it too.
     """
-    from solver.geometry import grid
-    from solver.geometry.axisymmetric import Axisymmetric
-    from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Face
+    from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 
     if geometry == "axisymmetric":
         cells = (across, along, 0)
@@ -107,8 +106,8 @@ def body(
     """A body of lattice points (n, 3) whose masses add up to that of ``volume`` (m3, or m3 per radian)."""
     import numpy as np
 
-    from solver.geometry import lattice_measure
     from solver.problem import Body
+    from solver.problem.geometry import lattice_measure
 
     measure = np.ones(position.shape[0]) * lattice_measure(geometry, position.T, spacing)
     return Body(

@@ -17,8 +17,8 @@ from studies.values.parameters import LongText
 from studies.values.quantities import exact_number, parse_quantity, readable, refusal, round_quantity
 
 FASTEST = 0.3  # of the wave speed: the strain at which matter moves so fast is no small one
-# Nodes within two cells of the end carry the pressure (``solver.loads.REACH``), and those of the other end lie within
-# one and a half of it: they stay apart until the bar is half as long.
+# Nodes within two cells of the end carry the pressure (``solver.grid.loads.REACH``), and those of the other end lie
+# within one and a half of it: they stay apart until the bar is half as long.
 LEAST_CELLS = 8.0
 ROW = "rows of a time with its unit and a share of the pressure, apart by commas or lines"
 

@@ -1,7 +1,7 @@
 """Models of a material's matter: one record of the solver for each law, with the constants of the material.
 
-The models are those of the folders ``solver/eos``, ``strength``, ``tension`` and ``failure``; which constants they
-take, and from where, stands in their own files.
+The models are those of the folders ``solver/matter/eos``, ``strength``, ``tension`` and ``failure``; which constants
+they take, and from where, stands in their own files.
 """
 
 import math
@@ -19,7 +19,7 @@ from studies.values.parameters import Choice, declared
 from studies.values.quantities import readable
 
 if TYPE_CHECKING:
-    from solver.problem import Matter
+    from solver.matter.laws import Matter
     from studies.materials import Material
 
 HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
@@ -27,12 +27,12 @@ HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
 
 def failures() -> Mapping[str, Any]:
     """Failures by name."""
-    return entries("solver.failure", "FAILURE")
+    return entries("solver.matter.failure", "FAILURE")
 
 
 def eos_forms() -> dict[str, Any]:
     """The equations of state that compute materials of another kind too, by form."""
-    return {eos.form: eos for eos in entries("solver.eos", "EOS").values() if eos.form}
+    return {eos.form: eos for eos in entries("solver.matter.eos", "EOS").values() if eos.form}
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -88,7 +88,7 @@ def matter(
     failure: Any = None,
 ) -> "Matter":
     """The matter of a material; ``failure`` is a record of the solver, by default matter never fails."""
-    from solver.problem import Matter
+    from solver.matter.laws import Matter
 
     melt = material.thermal.melt_temperature if thermal_softening else None
     strength = models("strength")[material.strength.kind].record

@@ -28,12 +28,12 @@ BY_RECIPE = "by default that of the recipe"
 
 def shapes() -> Mapping[str, Any]:
     """Shape functions by name."""
-    return entries("solver.shapes", "SHAPE")
+    return entries("solver.grid.shapes", "SHAPE")
 
 
 def tensions() -> Mapping[str, Any]:
     """Rules of tension by name."""
-    return entries("solver.tension", "TENSION")
+    return entries("solver.matter.tension", "TENSION")
 
 
 def has_stable_step(parameters: Any) -> bool:
@@ -221,8 +221,8 @@ def mean_step(parameters: Numerics, cell: float, *, sound: float, speed: float) 
 
 def numerics(parameters: Numerics) -> dict[str, Any]:
     """The arguments of ``Problem`` besides geometry, bodies, faces and time."""
+    from solver.matter.tensor import Jaumann, Unturned
     from solver.problem import ArtificialViscosity, Damping, Scheme, StepRule
-    from solver.tensor import Jaumann, Unturned
 
     recipe = recipe_of(parameters)
     viscosity = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)

@@ -19,7 +19,7 @@ from studies.values.errors import Finding
 from studies.values.quantities import round_quantity
 
 if TYPE_CHECKING:
-    from solver.problem import Matter
+    from solver.matter.laws import Matter
 
 TRANSITS = 2.0  # end of a run, in contact times 2 L / c: twice the time at the wall
 OBSERVATIONS_PER_TRANSIT = 200  # contact time is read to 0.5 %
@@ -119,10 +119,10 @@ def _check(parameters: ElasticBar, materials: Materials) -> list[Finding]:
 
 
 def _matter(parameters: ElasticBar) -> "Matter":
-    from solver.eos.linear_elastic import LinearElastic
-    from solver.problem import Matter
-    from solver.strength.elastic import Elastic
-    from solver.tension.unlimited import UnlimitedTension
+    from solver.matter.eos.linear_elastic import LinearElastic
+    from solver.matter.laws import Matter
+    from solver.matter.strength.elastic import Elastic
+    from solver.matter.tension.unlimited import UnlimitedTension
 
     room = 293.0  # K; nothing depends on it
     return Matter(

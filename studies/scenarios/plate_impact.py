@@ -28,7 +28,8 @@ from studies.values.quantities import round_quantity
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Body, Matter
+    from solver.matter.laws import Matter
+    from solver.problem import Body
     from studies.materials import Material
 
 BODIES = ("flyer", "target")

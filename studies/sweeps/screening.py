@@ -19,7 +19,7 @@ from studies.values.errors import InvalidInput
 # 602 MPa (OpenMPM3D's Taylor bar), 609 MPa (Steinberg 1996): 11 %.
 STRENGTH_DEVIATION = 0.10
 # K of the failure that is switched on, at the material's spall strength: 30 GPa of tension break copper in 5 ns
-# (solver/failure/spall.py).
+# (solver/matter/failure/spall.py).
 FAILURE_TIME = 1e-6  # s
 
 STRONGER, WEAKER, FAILURE, EOS = "stronger", "weaker", "failure", "equation of state"

@@ -17,8 +17,8 @@ from itertools import pairwise
 from typing import Any
 
 from studies import measurements
-from studies.values.errors import Finding, Findings, InvalidInput
-from studies.values.nearest import nearest_cure, shown
+from studies.values.errors import Finding, Findings
+from studies.values.nearest import nearest_cure, shown, unknown_keys
 from studies.values.parameters import Parameter, parse_value
 from studies.values.quantities import parse_quantity, readable, refusal, round_quantity
 
@@ -133,28 +133,22 @@ def read_search(parameter: Parameter, raw: Mapping[str, Any], field: str, quanti
     if parameter.kind != "quantity":
         raise refusal(field, raw, "a list of values", "search for the limit of a quantity")
     findings = Findings()
-    for key in raw:
-        if key not in KEYS:
-            cure = nearest_cure(key, KEYS)
-            findings.append(Finding(f"{field}.{key}", shown(key), "limit_of and between", cure))
+    findings.extend(unknown_keys(raw, KEYS, field, "limit_of and between"))
     outcomes = [name for name in quantities if measurements.load(name).is_outcome]
     quantity: Any = raw["limit_of"]
     if not isinstance(quantity, str) or quantity not in outcomes:
         limit = "what the scenario measures as 1 or 0: " + (", ".join(outcomes) or "nothing")
         findings.append(Finding(f"{field}.limit_of", shown(quantity), limit, nearest_cure(quantity, outcomes)))
-    ends: list[float] = []
     between: Any = raw.get("between")
     if not isinstance(between, list | tuple) or len(between) != 2:
         findings.append(Finding(f"{field}.between", shown(between), "two values", EXAMPLE))
         between = ()
-    for place, end in enumerate(between):
-        try:
-            ends.append(_number(parameter, end, f"{field}.between[{place}]"))
-        except InvalidInput as error:
-            findings.extend(error.findings)
-    if findings:
-        raise InvalidInput(findings)
-    low, high = ends
+    ends = [
+        findings.attempt(read_end, parameter, end, f"{field}.between[{place}]", parameter.limit())
+        for place, end in enumerate(between)
+    ]
+    findings.check()
+    low, high = (end for end in ends if end is not None)
     unit = parameter.unit or "1"
     if not low < high:
         limit = f"more than {readable(low, unit)}"
@@ -169,9 +163,10 @@ def read_search(parameter: Parameter, raw: Mapping[str, Any], field: str, quanti
     return Search(quantity, low, high, tolerance)
 
 
-def _number(parameter: Parameter, raw: Any, field: str) -> float:
+def read_end(parameter: Parameter, raw: Any, field: str, limit: str, example: str = EXAMPLE) -> float:
+    """An end of the range of a quantity (SI); ``limit`` says what is allowed where it is missing."""
     if raw is None:
-        raise refusal(field, raw, parameter.limit(), EXAMPLE)
+        raise refusal(field, raw, limit, example)
     value = parse_value(parameter, raw, field)
     assert isinstance(value, float)
     return value

@@ -3,23 +3,32 @@
 import itertools
 import math
 import random
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from studies import materials as shipped
-from studies import measurements, scenarios
+from studies import scenarios
 from studies.materials import Material
-from studies.observations import AllowedNames, Observation, written
+from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
 from studies.runs import run
 from studies.sweeps.axes import Axis
+from studies.sweeps.reading import (
+    MOST_PARTICLES,
+    OFFSET,
+    RESOLUTION,
+    Combine,
+    ModelPart,
+    SweepLimits,
+    read_fields,
+    vocabulary,
+)
 from studies.sweeps.sampling import Sampling
 from studies.sweeps.search import Outcome, SearchedLimit, replay
 from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import Parameter, Value, declared
+from studies.values.parameters import Value, declared
 from studies.values.quantities import round_quantity
 from studies.values.recipes import ACCURACY, FEW_PARTICLES
 
@@ -28,34 +37,10 @@ if TYPE_CHECKING:
     from studies.laws._fitted import FittedLaw
     from studies.sweeps.screening import Screen
 
-Combine = Literal["grid", "zip", "latin-hypercube", "sobol"]
-ModelPart = Literal["stored", "screen", "none"]
-
-RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
 PARTICLES = "particles_per_cell"
 SCREENING = "screening"  # in place of the coordinates of a run that screens the models
-OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
 FINDINGS_SHOWN = 20  # reported refused points; an invalid sweep may have thousands of them
 MOST_REFUSED = 200  # points, after which the others are not checked
-
-# The most that could sensibly run. A particle takes 500 bytes of memory (a plate as thick as its projectile is wide, in
-# three dimensions, with its nodes), 120 of a stored state and a microsecond of one core a step: 2e9 of them are 1 TB,
-# 0.24 TB and half an hour a step.
-MOST_PARTICLES = 2_000_000_000
-
-
-@dataclass(frozen=True)
-class SweepLimits:
-    """Limits of the size of a sweep and of each run, checked before the sweep is expanded."""
-
-    max_runs: int = 10_000
-    max_axes: int = 20
-    max_values: int = 1_000  # on one axis
-    max_particles: int = MOST_PARTICLES  # of one run, as estimated
-
-
-# Limits for a sweep that was already accepted, under the limits at the time of its submission.
-ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
 
 
 @dataclass(frozen=True)
@@ -97,9 +82,10 @@ class Sweep:
 
         Conditions between several parameters are checked by ``runs()``.
         """
-        from studies.sweeps.document import read_sweep
-
-        return read_sweep(document, limits or SweepLimits())
+        fields = read_fields(document, limits or SweepLimits())
+        preset = fields.pop("accuracy")
+        sweep = Sweep(**fields)
+        return sweep if preset is None else sweep.at_accuracy(preset)
 
     @property
     def refinements(self) -> tuple[Axis, ...]:
@@ -365,38 +351,6 @@ class Sweep:
             limit = f"at most {self.max_particles:.12g} in a run"
             cure = "take fewer cells, or smaller bodies"
             raise InvalidInput([Finding("particles", count, limit, cure)])
-
-
-def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]) -> AllowedNames:
-    """The names that a document of this scenario may use: parameters, constants of materials, quantities.
-
-    ``roles`` are the materials that each material parameter takes: a constant must belong to all.
-    """
-    scenario = scenarios.load(scenario_name)
-    parameters = dict(declared(scenario.parameters))
-    for role, names in roles.items():
-        parameters |= _constants(role, [own[n] if n in own else shipped.load(n) for n in names])
-    quantities = {name: measurements.load(name).unit for name in scenario.measurements}
-    return AllowedNames(quantities, parameters, sorted({*shipped.names(), *own}))
-
-
-def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
-    """The constants that all materials of a role have, by dotted path; of one name and two units, they are two.
-
-    Where no material of the role is known, one finding says so; any constant is let through then.
-    """
-    constants = [material.parameters() for material in candidates] or [_all_constants()]
-    units = [{(path, constant.unit) for path, constant in each.items()} for each in constants]
-    shared = set.intersection(*units)
-    return {f"{role}.{path}": constant for path, constant in constants[0].items() if (path, constant.unit) in shared}
-
-
-def _all_constants() -> dict[str, Parameter]:
-    """The constants of all materials that ship."""
-    constants: dict[str, Parameter] = {}
-    for name in shipped.names():
-        constants |= shipped.load(name).parameters()
-    return constants
 
 
 def _product(axes: tuple[Axis, ...]) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:

@@ -1,10 +1,14 @@
 """Errors of user input: every error names the field, the value, the limit and the cure."""
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from itertools import islice
+from typing import ParamSpec, TypeVar
 
 from solver.errors import WhippleError
+
+P = ParamSpec("P")
+Read = TypeVar("Read")
 
 MOST_FINDINGS = 200  # of one input, where its reading stops; with its cure one takes up to a millisecond (2026-11)
 
@@ -45,6 +49,19 @@ class Findings(list[Finding]):
     def extend(self, findings: Iterable[Finding]) -> None:
         for finding in findings:
             self.append(finding)
+
+    def attempt(self, part: Callable[P, Read], *args: P.args, **options: P.kwargs) -> Read | None:
+        """What a part of an input is read as; None where it is refused, with its findings kept."""
+        try:
+            return part(*args, **options)
+        except InvalidInput as error:
+            self.extend(error.findings)
+            return None
+
+    def check(self) -> None:
+        """Raise InvalidInput with the errors so far, if there are any."""
+        if self:
+            raise InvalidInput(self)
 
 
 class MissingExtra(WhippleError):

@@ -1,10 +1,12 @@
 """The nearest allowed name, for the cure of a finding."""
 
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
 from difflib import get_close_matches
+
+from studies.values.errors import Finding
 
 SHOWN_LENGTH = 60  # characters of a refused value that a person still recognises
 LONGEST_NAME = 100  # characters of a text that may be meant for a name
@@ -72,6 +74,13 @@ def nearest_cure(value: object, allowed: Iterable[str]) -> str:
         return f"did you mean {first + ' or ' if first else ''}{last}?"
     more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
     return "use one of: " + ", ".join(names[:MOST_NAMES]) + more if names else "leave it out"
+
+
+def unknown_keys(mapping: Iterable[object], known: Collection[str], field: str, limit: str) -> Iterator[Finding]:
+    """The error for each key of a mapping that is none of the known ones."""
+    for key in mapping:
+        if key not in known:
+            yield Finding(f"{field}.{key}", shown(key), limit, nearest_cure(key, known))
 
 
 def nearest(value: object, allowed: Iterable[str]) -> list[str]:

@@ -14,7 +14,7 @@ from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
 
 from solver.units import Described, Unit, marked, marks_of
-from studies.values.errors import Finding, Findings, InvalidInput
+from studies.values.errors import Finding, Findings
 from studies.values.nearest import nearest_cure
 from studies.values.quantities import (
     Bounds,
@@ -102,35 +102,36 @@ def parse_parameters(
     (a value that was parsed before). Raises InvalidInput with every finding.
     """
     parameters = declared(record)
-    values, findings = parse_values(parameters, raw, path, materials=materials, si=si)
+    findings = Findings()
+    values = parse_values(parameters, raw, path, findings, materials=materials, si=si)
     for parameter in parameters.values():
         if parameter.name not in raw:
             if parameter.required:
                 findings.append(missing(parameter, path))
             values[parameter.name] = _rounded(parameter.default)
-    if findings:
-        raise InvalidInput(findings)
+    findings.check()
     return {name: values[name] for name in parameters}
 
 
 def parse_values(
     parameters: Mapping[str, Parameter],
     raw: Mapping[str, Any],
-    path: str = "",
+    path: str,
+    findings: Findings,
     *,
     materials: Collection[str] = (),
     si: bool = False,
-) -> tuple[dict[str, Value], list[Finding]]:
-    """The valid values, and the errors of the invalid ones."""
+) -> dict[str, Value]:
+    """The valid values; the errors of the others are added to ``findings``."""
+
+    def read(name: str, value: Any) -> None:
+        parameter = find(parameters, name, path)
+        values[name] = parse_value(parameter, value, join(path, name), materials=materials, si=si)
+
     values: dict[str, Value] = {}
-    findings = Findings()
-    for name, value in raw.items():
-        try:
-            parameter = find(parameters, name, path)
-            values[name] = parse_value(parameter, value, join(path, name), materials=materials, si=si)
-        except InvalidInput as error:
-            findings.extend(error.findings)
-    return values, findings
+    for item in raw.items():
+        findings.attempt(read, *item)
+    return values
 
 
 def parse_value(

@@ -22,7 +22,7 @@ DebrisName = Literal["follow", "retire"]
 class Recipe:
     """A choice for every numerical parameter; each field is a parameter of the same name."""
 
-    shape: str  # name of an entry of solver.shapes
+    shape: str  # name of an entry of solver.grid.shapes
     scheme: SchemeName
     particles_per_cell: int  # along each direction
     viscosity_linear: Dimensionless
@@ -32,7 +32,7 @@ class Recipe:
     travel: Dimensionless
     damping_rate: PerSecond
     damping_order: int
-    tension: str  # name of an entry of solver.tension
+    tension: str  # name of an entry of solver.matter.tension
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -21,8 +21,8 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from solver.geometry import grid
 from solver.jit import Bound
+from solver.problem.geometry import grid
 from solver.simulation import Simulation, simulate, start
 from studies import examples
 from studies.runs.execution import observer_of, setting_of

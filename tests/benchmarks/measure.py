@@ -140,13 +140,11 @@ def bar(family: str, across: int, along: int) -> Any:
     """A bar of finite elements, or of smoothed particles in plane strain, with so many across and along."""
     from solver.fem.elements import Hexahedron, Quadrilateral
     from solver.fem.mesh import lattice, node_masses
-    from solver.geometry import grid
-    from solver.geometry.axisymmetric import Axisymmetric
-    from solver.geometry.cartesian3d import Cartesian3D
     from solver.problem import Body, Face, Problem
+    from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
+    from studies.cases.setups.smoothed import COURANT, SPH
     from studies.materials import load
     from studies.scenarios._matter import matter
-    from studies.verification._smoothed import COURANT, SPH
 
     copper, is_smoothed = load("copper-ofhc"), family == "plane_sph"
     kind = Hexahedron() if family == "3d_hexahedra" else Quadrilateral()

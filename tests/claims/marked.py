@@ -22,7 +22,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.verification import Verified
+from studies.cases.rows import Verified
 from tests.rows import Row, equal
 
 TESTS = Path(__file__).parents[1]

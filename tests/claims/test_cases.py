@@ -4,13 +4,13 @@ from collections.abc import Callable
 
 import pytest
 
-from studies import verification
-from studies.verification import DEFAULT, Case
+from studies.cases import verification
+from studies.cases.verification import DEFAULT, VerificationCase
 
 METHODS = ("sph-", "finite-elements", "coupled-bar")  # beginnings of the cases of other methods
 
 
-def _marked(case: Case) -> list[pytest.MarkDecorator]:
+def _marked(case: VerificationCase) -> list[pytest.MarkDecorator]:
     """Its mark, and for a case of other methods that of their set too."""
     minutes = 0.0 if case.quick else 0.5
     sets = ["cases", *(["methods"] if case.name.startswith(METHODS) else [])]
@@ -21,6 +21,6 @@ CASES = map(verification.load, verification.names())
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, marks=_marked(case), id=case.name) for case in CASES])
-def test_case__has_its_answer(case: Case, compared: Callable[..., None]) -> None:
+def test_case__has_its_answer(case: VerificationCase, compared: Callable[..., None]) -> None:
     for row in case.run(DEFAULT):
         compared(row)

@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 ADDED = Path(__file__).parent / "added"
 
 # A row of CONTRIBUTING's table: kind of thing, folder, how its files end, and the name that each offers.
-ROW = re.compile(r"^\| ([\w ]+) \| `((?:solver|studies)/\w+)/<name>\.(py|toml)` \| (?:`(\w+)`)?", re.M)
+ROW = re.compile(r"^\| ([\w ]+) \| `((?:solver|studies)/[\w/]+)/<name>\.(py|toml)` \| (?:`(\w+)`)?", re.M)
 FILES = {
     "shape functions": "shape",
     "rule of tension": "tension",
@@ -64,7 +64,7 @@ def identities() -> dict[str, str]:
 
 def use(folder: Path) -> dict[str, Any]:
     """Expand the sweep, compute it, make its cube, and verify the added case; figures as plain objects."""
-    from studies import validation, verification
+    from studies.cases import validation, verification
     from studies.cubes import cube
     from studies.materials import load
     from studies.runs.execution import execute, setting_of
@@ -140,8 +140,8 @@ def used(distribution: Path) -> dict[str, Any]:
 def test_table__names_every_registry_and_every_added_file(table: dict[str, tuple[str, str, str]]) -> None:
     files = {f"{FILES.get(kind, kind)}.{ending}" for kind, (_, ending, _) in table.items()}
     assert files == {file.name for file in ADDED.iterdir() if file.is_file()}
-    registries = ("shapes", "tension", "failure", "strength", "eos")
-    assert {place for place, _, _ in table.values()} >= {f"solver/{name}" for name in registries}
+    models = {f"solver/matter/{name}" for name in ("tension", "failure", "strength", "eos")}
+    assert {place for place, _, _ in table.values()} >= {"solver/grid/shapes", *models}
 
 
 def test_sweep__computes_with_every_added_model(used: dict[str, Any]) -> None:

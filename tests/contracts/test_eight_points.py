@@ -6,10 +6,11 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.eos import below_range, outside_range, reference_density
 from solver.jit import kernel
-from solver.problem import ArtificialViscosity, Matter
-from solver.stress import PointState, advance, signal_speed
+from solver.matter.eos import below_range, outside_range, reference_density
+from solver.matter.laws import Matter
+from solver.matter.stress import PointState, advance, signal_speed
+from solver.problem import ArtificialViscosity
 from solver.vectors import LANES, first_lanes, load, store, where
 from tests.contracts import test_eos, test_failure, test_strength, test_tension
 from tests.solver.bodies import ROOM, SPACING, real_copper

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from solver.eos import (
+from solver.matter.eos import (
     below_range,
     outside_range,
     pressure_terms,
@@ -18,11 +18,11 @@ from solver.eos import (
     sound_speed_squared,
     temperature,
 )
+from solver.matter.tension import pressure_floor
+from solver.matter.tension.recoverable import RecoverableTension
 from solver.registry import entries
-from solver.tension import pressure_floor
-from solver.tension.recoverable import RecoverableTension
 
-FORMS = entries("solver.eos", "EOS")
+FORMS = entries("solver.matter.eos", "EOS")
 DENSITY = 8930.0
 COPPER = {"density": DENSITY, "c0": 3940.0, "s": 1.489, "gamma0": 1.99, "heat_capacity": 383.0, "temperature": 298.0}
 HEAT = {"heat_capacity": 383.0, "temperature": 298.0}

@@ -11,10 +11,10 @@ import pytest
 from solver.simulation import start
 from solver.units import Described, marked
 from studies import scenarios
+from studies.cases.rows import Row, equal
 from studies.runs.run import Run
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, declared
-from studies.verification import Row, equal
 from tests.contracts.test_scenarios import asked, built, given_of
 
 STEPS = 12

@@ -8,16 +8,18 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.geometry import dimensions, node_count, node_positions
+from solver.grid.nodes import BLOCK, empty_nodes, node_positions
+from solver.grid.shapes import weights, width
+from solver.grid.transfer import scatter_state
+from solver.problem.geometry import dimensions, node_count
 from solver.registry import entries
-from solver.shapes import weights, width
-from solver.state import BLOCK, empty_nodes, empty_table, views
-from solver.transfer import new_pack, scatter_state
+from solver.state import empty_table, views
+from solver.steps.space import new_pack
 from solver.vectors import LANES
+from tests.cases.fields import velocity_gradients
 from tests.solver.bodies import DENSITY, SPACING, Stencil, box, stencil, tabulated
-from tests.verification.fields import velocity_gradients
 
-SHAPES = entries("solver.shapes", "SHAPE")
+SHAPES = entries("solver.grid.shapes", "SHAPE")
 BOXES = {"axisymmetric": box(8, 8), "cartesian": box(8, 8, 8)}
 ROUND_OFF = 1e-12
 
@@ -133,7 +135,7 @@ def some_particles(kind: str) -> Any:
 @pytest.mark.parametrize("kind", sorted(BOXES))
 @pytest.mark.parametrize("name", sorted(SHAPES))
 def test_scatter__gives_each_node_its_share_of_every_particle(kind: str, name: str) -> None:
-    """m N, m v N and -V sigma G of solver/geometry, and the blocks that it touched."""
+    """m N, m v N and -V sigma G of solver/grid/stencils.py, and the blocks that it touched."""
     geometry, shape, particles = BOXES[kind], SHAPES[name].record(), some_particles(kind)
     got, expected = empty_nodes(node_count(geometry)), empty_nodes(node_count(geometry))
     touched = np.zeros(got.mass.size // BLOCK, np.uint8)

@@ -8,14 +8,15 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from solver.problem import ArtificialViscosity, Matter
+from solver.matter.laws import Matter
+from solver.matter.strength import StrengthEntry, hardening, melting, rate_and_heat, stiffness, yield_stress
+from solver.matter.stress import RETURN_TOLERANCE, PointState, advance, return_to_yield
+from solver.matter.tensor import added, contract, equivalent_stress, rotated, scaled
+from solver.problem import ArtificialViscosity
 from solver.registry import entries
-from solver.strength import StrengthEntry, hardening, melting, rate_and_heat, stiffness, yield_stress
-from solver.stress import RETURN_TOLERANCE, PointState, advance, return_to_yield
-from solver.tensor import added, contract, equivalent_stress, rotated, scaled
 from tests.solver.bodies import DENSITY, MELT, SHEAR_MODULUS, SPACING, real_copper
 
-MEMBERS = entries("solver.strength", "STRENGTH")
+MEMBERS = entries("solver.matter.strength", "STRENGTH")
 
 # Copper in each form; a new member brings its own.
 COPPER: dict[str, tuple[float, ...]] = {

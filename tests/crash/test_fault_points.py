@@ -16,12 +16,12 @@ import pytest
 import yaml
 
 from service.files.artifacts import Artifacts, digest
-from service.records.fault_points import POINTS, VARIABLE
 from service.records.jobs import Kind, State, SweepState, SweepStatus
 from service.store import Store
 from studies.values.files import RESULT
 from tests.crash.support import inline_service, inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
+from tests.crash.support.fault_points import POINTS, VARIABLE
 from tests.crash.support.inline_service import PUBLISHED
 from tests.crash.support.serving import ROOT, START_SECONDS, process_tree
 from tests.rows import equal
@@ -29,7 +29,13 @@ from tests.rows import equal
 WORK = Work(speeds=3, sweeps=1, thicknesses=1, run_seconds=0.1)
 KEY = {"Idempotency-Key": "the-only-one"}
 COPY = "copy-halfway"
-SWEEP = "import sys; from service.cli.local import run_sweep; run_sweep(sys.argv[1], sys.argv[2])"
+SWEEP = """
+import sys
+from service.cli.local import run_sweep
+from tests.crash.support.fault_points import arm
+arm()
+run_sweep(sys.argv[1], sys.argv[2])
+"""
 
 pytestmark = pytest.mark.slow
 
@@ -44,11 +50,11 @@ class FaultSite:
     succeeded: int = 0
 
     def sweep(self) -> SweepStatus:
-        [row] = self.store.sweeps().items
+        [row] = self.store.sweeps.page().items
         return row
 
     def count(self, state: State) -> int:
-        return sum(row.counts[state] for row in self.store.sweeps().items)
+        return sum(row.counts[state] for row in self.store.sweeps.page().items)
 
     def die_at_every_point(self, live_until: Callable[[str], int], compared: Callable[..., None]) -> None:
         """Lives that end at one point after the other, and what is there after each."""
@@ -57,7 +63,7 @@ class FaultSite:
             says, is_there = EXPECTED[point]
             compared(equal(f"died at {point}: {says}", expected=True, got=is_there(self)))
             compared(equal(f"died at {point}: wrong in store and files", expected=[], got=self.wrong()))
-            self.sweeps = [row.id for row in self.store.sweeps().items]
+            self.sweeps = [row.id for row in self.store.sweeps.page().items]
             self.succeeded = self.count(State.SUCCEEDED)
 
     def wrong(self) -> list[str]:
@@ -75,7 +81,7 @@ def _is_accepted(here: FaultSite) -> bool:
 
 
 def _has_unregistered_answer(here: FaultSite) -> bool:
-    leases = [lease for lease in here.store.leases() if lease.kind is Kind.RUN]
+    leases = [lease for lease in here.store.leases.held() if lease.kind is Kind.RUN]
     answers = [here.artifacts.attempt_directory(lease) / RESULT for lease in leases]
     return any(map(Path.is_file, answers)) and here.count(State.SUCCEEDED) == here.succeeded
 
@@ -89,20 +95,20 @@ def _has_another(here: FaultSite) -> bool:
 def _is_unpublished(here: FaultSite) -> bool:
     row = here.sweep()
     written = {file.name for file in here.artifacts.sweep_folder(row.id).glob("a*/*")}
-    return row.state is SweepState.PUBLISHING and written >= {*PUBLISHED} and not here.store.artifacts(row.id)
+    return row.state is SweepState.PUBLISHING and written >= {*PUBLISHED} and not here.store.publications.files(row.id)
 
 
 def _is_published(here: FaultSite) -> bool:
     row = here.sweep()
-    names = {file.name for file in here.store.artifacts(row.id)}
+    names = {file.name for file in here.store.publications.files(row.id)}
     return row.state is SweepState.SUCCEEDED and names >= {*PUBLISHED}
 
 
-CLAIMED = "a row says running", lambda here: len(here.store.leases()) > 0
+CLAIMED = "a row says running", lambda here: len(here.store.leases.held()) > 0
 UNREGISTERED = "an answer is complete, and no row names it", _has_unregistered_answer
 UNPUBLISHED = "cube and report are complete, and no row names them", _is_unpublished
 EXPECTED: Mapping[str, tuple[str, Callable[[FaultSite], bool]]] = {
-    "submission-before-commit": ("no sweep is there", lambda here: not here.store.queue().states),
+    "submission-before-commit": ("no sweep is there", lambda here: not here.store.queue.status().states),
     "submission-after-commit": ("it is accepted whole", _is_accepted),
     "claim-after-commit": CLAIMED,
     "claim-after-submit": CLAIMED,
@@ -130,7 +136,7 @@ def test_service__that_dies_at_a_point_goes_on(
         FaultSite(here.store, here.artifacts).die_at_every_point(functools.partial(_live_until, here), compared)
         here.service.start()
         here.service.wait_until_listening()
-        ids = [row.id for row in here.store.sweeps().items]
+        ids = [row.id for row in here.store.sweeps.page().items]
         compared(equal("sweeps in the end", expected=ids, got=[_submit(here)]))
         compared(*here.rows_of_the_end(ids, tmp_path / "cubes"))
 
@@ -201,9 +207,9 @@ def test_copy__that_dies_after_the_first_file_is_completed(tmp_path: Path, compa
         compared(equal("half files", expected=[], got=[each.name for each in tmp_path.glob(".*.part")]))
         compared(equal("the next one ends well", expected=0, got=run()))
         with closing(Store.open(f"sqlite:///{tmp_path / '.whipple' / 'whipple.db'}", migrate=False)) as store:
-            row, *_ = store.sweeps().items  # the youngest; the one before had ended already
+            row, *_ = store.sweeps.page().items  # the youngest; the one before had ended already
             begun = sum(run.attempt for run in inspection.runs(store, [row.id]).values())
-            wanted = {each.name: each.sha256 for each in store.artifacts(row.id) if each.name in published}
+            wanted = {each.name: each.sha256 for each in store.publications.files(row.id) if each.name in published}
         compared(equal("runs computed again", expected=0, got=begun - WORK.runs))
         compared(equal("files registered", expected=published, got=set(wanted)))
         compared(equal("files copied out", expected=wanted, got={name: digest(tmp_path / name) for name in wanted}))

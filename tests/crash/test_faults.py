@@ -32,7 +32,9 @@ def here(tmp_path: Path) -> Iterator[CrashTest]:
         return found
 
     service = SimpleNamespace(data=tmp_path, is_alive=lambda: True, log_tail=lambda: "")
-    store = SimpleNamespace(last_event=lambda: 1, queue=lambda: queue)
+    store = SimpleNamespace(
+        events=SimpleNamespace(last=lambda: 1), queue=SimpleNamespace(status=lambda: queue), leases=None
+    )
     with process_tree() as tree:
         here = CrashTest(Work(1, 1), cast(Any, [service]), tree, cast(Any, store), random.Random(0))
         here.attempts = cast(Any, SimpleNamespace(at=observed, batches=batches))

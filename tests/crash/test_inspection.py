@@ -31,7 +31,7 @@ class InspectedStore:
 
     def __init__(self, store: Store, folder: Path):
         self.store, self.artifacts = store, Artifacts(folder)
-        store.create_sweep(Submission(sweep_of(2)))
+        store.sweeps.create(Submission(sweep_of(2)))
         done, self.running = lease_runs(store, 2)
         self.folders = {"done": self.artifacts.attempt_directory(done)}
         self.folders["running"] = self.artifacts.attempt_directory(self.running)
@@ -42,7 +42,7 @@ class InspectedStore:
         """End a run with an answer."""
         file = write(self.artifacts.attempt_directory(lease) / RESULT, answer)
         registered = replace(describe(file), path=self.artifacts.relative(file))
-        assert self.store.finish(lease, replace(result(), files=(registered,)))
+        assert self.store.leases.finish(lease, replace(result(), files=(registered,)))
         return file
 
     def half_files(self) -> list[str]:

@@ -175,14 +175,14 @@ def test_interrupt__as_from_a_terminal_ends_all_in_order_and_can_be_resumed(tmp_
     gate.touch()
     assert process.wait(PATIENCE) != 0
     wait_until(lambda: all(map(is_gone, everything)))
-    [sweep] = store.sweeps().items
+    [sweep] = store.sweeps.page().items
     runs = inspection.runs(store, [sweep.id]).values()
     assert {run.state for run in runs} <= {State.QUEUED, State.SUCCEEDED}
     log = (tmp_path / "stderr.log").read_text()
     assert log.count("Traceback") == 1, log  # of the sweep itself; workers say nothing
 
     assert begin(tmp_path, gate).wait(PATIENCE) == 0
-    ids = [row.id for row in store.sweeps().items]
+    ids = [row.id for row in store.sweeps.page().items]
     assert all(row.passed is not False for row in inspection.rows_of_store(store, artifacts, ids, WORK.runs))
     assert {"cube.nc", "runs.csv", "report.html", "report.json"} <= {file.name for file in tmp_path.iterdir()}
     store.close()

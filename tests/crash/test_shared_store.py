@@ -48,7 +48,7 @@ def test_directory__that_moves_loses_no_result(
         ids += [_submit(service, "while it is away")]
         gone = _not_ready(service)
         compared(Row("renamed away while it runs: /readyz", NOT_THERE, gone, NOT_THERE in gone))
-        wait_until(lambda: here.store.queue().leader is None)
+        wait_until(lambda: here.store.queue.status().leader is None)
         compared(equal("a directory made in its place", expected=False, got=service.data.exists()))
         away.rename(service.data)
         service.wait_until_ready()
@@ -76,12 +76,12 @@ def test_leader__that_is_frozen_is_replaced(tmp_path: Path, postgresql_url: str,
     """A leader that is frozen (SIGSTOP) is replaced within 15 s, and stands by when it goes on."""
     with crash_test(SLOW, tmp_path, database_url=postgresql_url, settings=ONE_WORKER, count=2) as here:
         leading, other = _by_lead(here)
-        term = here.store.queue().term
+        term = here.store.queue.status().term
         ids = [_submit(leading, "under way")]
-        wait_until(here.store.leases)
+        wait_until(here.store.leases.held)
 
         with _frozen(leading):
-            begin, last = time.monotonic(), here.store.last_event()
+            begin, last = time.monotonic(), here.store.events.last()
             ids += [_submit(other, "while it is frozen", resolution=5)]
             wait_until(lambda: _has_computed(here, last), seconds=10 * REPLACED_SECONDS)
             seconds = time.monotonic() - begin
@@ -90,7 +90,7 @@ def test_leader__that_is_frozen_is_replaced(tmp_path: Path, postgresql_url: str,
         wait_until(lambda: not _says_that_it_leads(leading))
         compared(equal("goes on and stands by: /readyz", expected=200, got=leading.get("/readyz")))
         compared(equal("the other one leads", expected=True, got=_leads(here, other)))
-        compared(equal("terms since", expected=1, got=here.store.queue().term - term))
+        compared(equal("terms since", expected=1, got=here.store.queue.status().term - term))
 
         other.leave()
         ids += [_submit(leading, "when it leads again", resolution=6)]
@@ -119,7 +119,7 @@ def test_replicas__that_are_asked_the_same_at_once_compute_it_once(
         begun = {run.attempt for run in inspection.runs(here.store, ids).values()}
         compared(equal("attempts at each run", expected={1}, got=begun))
         others, _ = _submit_from_all(here, more)
-        wait_until(here.store.leases, seconds=PATIENCE)
+        wait_until(here.store.leases.held, seconds=PATIENCE)
         compared(equal("services that lead", expected=1, got=sum(_leads(here, each) for each in here.services)))
         _by_lead(here)[0].kill()
         here.wait_for_the_end(others)
@@ -152,7 +152,7 @@ def _submit_from_all(here: CrashTest, work: Work) -> tuple[list[str], list[Mappi
 
 def _leads(here: CrashTest, service: Service) -> bool:
     """Whether the store names a service as the leader."""
-    return (here.store.queue().leader or "").endswith(f":{service.pid}")
+    return (here.store.queue.status().leader or "").endswith(f":{service.pid}")
 
 
 def _by_lead(here: CrashTest) -> list[Service]:
@@ -163,7 +163,7 @@ def _by_lead(here: CrashTest) -> list[Service]:
 
 def _has_computed(here: CrashTest, after: int) -> bool:
     """Whether a run has ended with a result since an event."""
-    return any(event.kind == "succeeded" for event in here.store.all_events(after=after, limit=100))
+    return any(event.kind == "succeeded" for event in here.store.events.all(after=after, limit=100))
 
 
 def _rows_of_results(here: CrashTest, ids: list[str]) -> Iterator[Row]:

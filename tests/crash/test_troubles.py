@@ -59,7 +59,7 @@ def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, com
     with crash_test(work, tmp_path, settings=settings) as here:
         ids = here.submit()
         here.wait_for_the_end(ids)
-        runs = {round(float(point.coordinates["speed"])): point.run for point in here.store.sweep_runs(ids[0]).items}
+        runs = {round(float(point.coordinates["speed"])): point.run for point in here.store.sweeps.points(ids[0]).items}
         for speed, (_, cause) in FAILURES.items():
             run = runs.pop(speed)
             compared(equal(f"{speed} m/s: {run.reason}", expected=cause, got=run.cause))
@@ -104,9 +104,9 @@ def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Callable[...
         ids = here.submit()
         here.wait_until_computing()
         filler = here.artifacts.root / "filler"
-        before = here.store.last_event()
+        before = here.store.events.last()
         _fill(filler)
-        since = here.store.last_event()
+        since = here.store.events.last()
         compared(*_rows_of_refusals(here, can_read=True))
         wait_until(lambda: not here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
         os.truncate(filler, filler.stat().st_size - RESERVE // 2)  # the store can be written to
@@ -125,7 +125,7 @@ def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Callable[...
         for shift in (-DAY, DAY):
             here.wait_until_computing()
             write_text(clock, str(shift))  # in one piece: somebody always reads it
-            last = here.store.last_event()
+            last = here.store.events.last()
             wait_until(partial(_has_news, here, last), seconds=PATIENCE)
         here.wait_for_the_end(ids)
         times = [event.time for event in inspection.events(here.store)]
@@ -140,7 +140,7 @@ def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Callable[...
 def _all_is_well(here: CrashTest, ids: list[str], place: Path) -> Iterator[Row]:
     """What was accepted is done, at the first attempt, and what was refused is not there."""
     here.wait_for_the_end(ids)
-    accepted = sorted(row.id for row in here.store.sweeps().items)
+    accepted = sorted(row.id for row in here.store.sweeps.page().items)
     yield equal("sweeps that were accepted", expected=sorted(ids), got=accepted)
     charged = sum(run.crashes for run in inspection.runs(here.store, ids).values())
     yield equal("crashes that runs are charged with", expected=0, got=charged)
@@ -248,10 +248,10 @@ def _fill(file: Path) -> None:
 def _rows_of_want(here: CrashTest, before: int, since: int, filler: Path) -> Iterator[Row]:
     """What is told, and that nothing is begun, while less than the reserve is free."""
     wait_until(lambda: _bodies(here, "requeued", before), seconds=PATIENCE)
-    why = wait_until(lambda: here.store.queue().blocked_reason, seconds=PATIENCE)
+    why = wait_until(lambda: here.store.queue.status().blocked_reason, seconds=PATIENCE)
     yield Row("why nothing is begun", "the reserve", why, "the reserve is" in why)
     for _ in range(LOOKS):  # each time the dispatcher has looked it says anew how much room there is
-        reason = here.store.queue().blocked_reason
+        reason = here.store.queue.status().blocked_reason
         os.truncate(filler, filler.stat().st_size - STEP)
         wait_until(partial(_has_other_reason, here, reason), seconds=PATIENCE)
     ends = {(body["cause"], "the disk was full" in body["reason"]) for body in _bodies(here, "requeued", before)}
@@ -260,11 +260,11 @@ def _rows_of_want(here: CrashTest, before: int, since: int, filler: Path) -> Ite
 
 
 def _has_other_reason(here: CrashTest, reason: str | None) -> bool:
-    return here.store.queue().blocked_reason != reason
+    return here.store.queue.status().blocked_reason != reason
 
 
 def _has_news(here: CrashTest, last: int) -> bool:
-    return here.store.last_event() > last
+    return here.store.events.last() > last
 
 
 def _bodies(here: CrashTest, kind: str, last: int) -> list[Mapping[str, Any]]:

@@ -6,10 +6,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.absorb import Dashpots, absorber, dashpots
 from solver.errors import ProblemError
-from solver.faces import closed_nodes
-from solver.geometry import node_positions
+from solver.grid.absorb import Dashpots, absorber, dashpots
+from solver.grid.faces import closed_nodes
+from solver.grid.nodes import node_positions
 from solver.problem import Absorber, Body, Contact, Damping, Problem
 from solver.simulation import start
 from tests.solver.bodies import (

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from solver.audit import HOTTEST_SHARE, Audit, Ledger, Totals, audit, totals
-from solver.geometry import impact_axis
 from solver.problem import ArtificialViscosity, Contact
+from solver.problem.geometry import impact_axis
 from solver.simulation import simulate, start
 from solver.state import Particles, empty_table, views
 from tests.solver.bodies import ROUND_OFF, box, leaving, two_blocks

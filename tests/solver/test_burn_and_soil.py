@@ -6,20 +6,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.eos import pressure_terms, reference_sound_speed, sound_speed_squared
-from solver.eos.jwl import burnt_fraction, lighting_times
-from solver.eos.linear_elastic import LinearElastic
-from solver.eos.polynomial import Polynomial
 from solver.errors import ProblemError
-from solver.problem import ArtificialViscosity, Matter, Problem
+from solver.matter.eos import pressure_terms, reference_sound_speed, sound_speed_squared
+from solver.matter.eos.jwl import burnt_fraction, lighting_times
+from solver.matter.eos.linear_elastic import LinearElastic
+from solver.matter.eos.polynomial import Polynomial
+from solver.matter.laws import Matter
+from solver.matter.strength.drucker_prager import DruckerPrager
+from solver.matter.stress import PointState, advance
+from solver.matter.tension.recoverable import RecoverableTension
+from solver.matter.tensor import equivalent_stress
+from solver.problem import ArtificialViscosity, Problem
 from solver.simulation import start
-from solver.strength.drucker_prager import DruckerPrager
-from solver.stress import PointState, advance
-from solver.tension.recoverable import RecoverableTension
-from solver.tensor import equivalent_stress
+from studies.cases.solutions.detonation import TNT, Isentrope, chapman_jouguet
+from studies.cases.verification.chapman_jouguet import bar, explosive
 from studies.values.recipes import RECIPES
-from studies.verification._detonation import TNT, Isentrope, chapman_jouguet
-from studies.verification.chapman_jouguet import bar, explosive
 
 ROUND_OFF = 1e-12
 INTEGRATED = 1e-9  # of the energy along an isentrope by Simpson's rule

@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver import checkpoint as module
+from solver import checkpoints as module
 from solver import simulation as simulation_module
-from solver.checkpoint import (
+from solver.checkpoints import (
     Carried,
     Checkpointing,
     CheckpointRefused,
@@ -22,8 +22,8 @@ from solver.checkpoint import (
     write_checkpoint,
 )
 from solver.errors import Interrupted
+from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
 from solver.problem import Contact, Damping, Face, Problem, Retirement, Scheme
-from solver.shapes.quadratic_bspline import QuadraticBSpline
 from solver.simulation import CARRIED, Outcome, Simulation, simulate
 from solver.state import Snapshot
 from tests.solver.bodies import ABOUT_AXIS, FREE, after, block, box, leaving, two_blocks

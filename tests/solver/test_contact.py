@@ -9,9 +9,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.grid.shapes.gimp import Gimp
+from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
 from solver.problem import Contact, Criterion, Problem, Scheme
-from solver.shapes.gimp import Gimp
-from solver.shapes.quadratic_bspline import QuadraticBSpline
 from solver.simulation import start
 from tests.solver.bodies import OPEN, ROUND_OFF, after, block, box, each_kind, each_shape, two_blocks
 

@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.checkpoint import Checkpointing
-from solver.checkpointing import CheckpointWriter, Observing
+from solver.checkpoints import Checkpointing, CheckpointWriter, Observing
 from solver.errors import ProblemError
 from solver.fem.elements import Hexahedron
 from solver.fem.mesh import lattice, node_masses

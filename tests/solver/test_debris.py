@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 
 from solver import simulation as simulation_module
-from solver.debris import clear_debris, flown, flown_on_grid
 from solver.errors import ProblemError
+from solver.grid.debris import clear_debris, flown, flown_on_grid
 from solver.problem import Body, Face, Problem, Retirement
 from solver.simulation import Simulation, simulate, start
 from solver.state import NONE_DEPARTED, Departed

@@ -5,12 +5,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.faces import CLOSED, OPEN, closed_nodes, cross_faces
-from solver.geometry import node_positions
+from solver.grid.faces import CLOSED, OPEN, closed_nodes
+from solver.grid.nodes import node_positions
+from solver.grid.step import Field
 from solver.problem import Face, Problem, clamp
 from solver.simulation import start
 from solver.state import empty_table, views
-from solver.step import Field
+from solver.steps.crossing import cross_faces
 from tests.solver.bodies import FREE, ROUND_OFF, SPACING, SYMMETRIC, block, box, each_shape
 
 BOX = box(4, 4, 4)

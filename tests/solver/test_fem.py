@@ -8,8 +8,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.checkpoint import Checkpointing
-from solver.checkpointing import CheckpointWriter, Observing
+from solver.checkpoints import Checkpointing, CheckpointWriter, Observing
 from solver.errors import ProblemError, UnphysicalState
 from solver.fem.elements import Hexahedron, Quadrilateral, axes, mean_operator, point_operator
 from solver.fem.mesh import lattice, node_masses, point_volumes

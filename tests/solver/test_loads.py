@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError
-from solver.loads import mean_pressure
-from solver.problem import Traction
+from solver.problem import Traction, mean_pressure
 from tests.solver.bodies import two_blocks
 
 RAMP = Traction(0, 0, 1, np.array([1.0, 2.0, 4.0]), np.array([0.0, 6.0, 6.0]))

@@ -7,14 +7,15 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.eos import pressure_terms, reference_density, reference_sound_speed, temperature
-from solver.failure.spall import Spall
-from solver.problem import ArtificialViscosity, Matter
-from solver.strength import hardening, melting, rate_and_heat, stiffness, yield_stress
-from solver.strength.johnson_cook import JohnsonCook
-from solver.strength.steinberg_guinan import SOFTEST, THINNEST_SOLID
-from solver.stress import RETURN_TOLERANCE, PointState, advance, homologous_temperature, return_to_yield
-from solver.tensor import equivalent_stress, scaled
+from solver.matter.eos import pressure_terms, reference_density, reference_sound_speed, temperature
+from solver.matter.failure.spall import Spall
+from solver.matter.laws import Matter
+from solver.matter.strength import hardening, melting, rate_and_heat, stiffness, yield_stress
+from solver.matter.strength.johnson_cook import JohnsonCook
+from solver.matter.strength.steinberg_guinan import SOFTEST, THINNEST_SOLID
+from solver.matter.stress import RETURN_TOLERANCE, PointState, advance, homologous_temperature, return_to_yield
+from solver.matter.tensor import equivalent_stress, scaled
+from solver.problem import ArtificialViscosity
 from tests.contracts.test_eos import made, pressure, shock
 from tests.contracts.test_strength import copper, directions, stretched
 from tests.solver.bodies import DENSITY, MELT, ROOM, SHEAR_MODULUS, SOUND_SPEED, SPACING, elastic_copper, real_copper

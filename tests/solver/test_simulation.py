@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError, UnphysicalState
+from solver.grid.step import Partition
+from solver.matter.strength.perfectly_plastic import PerfectlyPlastic
+from solver.matter.tension.unlimited import UnlimitedTension
 from solver.problem import Problem, Scheme
 from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
 from solver.state import NEW_X, NEW_Z, ROWS, Snapshot, reordered
-from solver.step import Partition
-from solver.strength.perfectly_plastic import PerfectlyPlastic
-from solver.tension.unlimited import UnlimitedTension
 from tests.solver.bodies import (
     ABOUT_AXIS,
     DENSITY,

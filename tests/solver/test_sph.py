@@ -8,11 +8,10 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.checkpoint import Checkpointing
+from solver.checkpoints import Checkpointing
 from solver.errors import Interrupted, ProblemError
-from solver.geometry import grid
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing, Traction
+from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Simulation, simulate, start
 from solver.sph.artificial import tensile_part
 from solver.sph.neighbours import find_neighbours, sort_into_cells

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from solver.grid.step import shares_of
 from solver.simulation import MOST_SHARES, SHARE, shares_for, simulate, start, threads_for
 from solver.state import Snapshot
-from solver.step import shares_of
-from solver.threads import ThreadPool, asked_threads, available_cores
+from solver.steps.threads import ThreadPool, asked_threads, available_cores
 from tests.solver.bodies import after, assert_same_bits, each_kind, two_blocks
 
 STEPS = 60  # more than half of the way to the first reordering of the arrays

@@ -8,10 +8,11 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from solver.matter.stress import SOUND_SPEED_FLOOR
 from solver.problem import ArtificialViscosity, Problem, StepRule
 from solver.simulation import Simulation, start
-from solver.stress import SOUND_SPEED_FLOOR, Tally, empty_tallies, summarise
-from solver.timestep import FIRST_STEP, GROWTH, VOLUME_CHANGE, stable_step
+from solver.steps.points import Tally, empty_tallies, summarise
+from solver.steps.timestep import FIRST_STEP, GROWTH, VOLUME_CHANGE, stable_step
 from tests.solver.bodies import (
     DENSITY,
     OPEN,

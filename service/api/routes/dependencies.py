@@ -4,7 +4,7 @@ import hashlib
 import re
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import Depends, Header, Path, Query, Request, Response
 from pydantic import ValidationError
@@ -35,31 +35,20 @@ IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
 # --- parts of the app -----------------------------------------------------------------------------
 
 
-def _store(request: Request) -> Store:
-    return request.app.state.store
+def _part(name: str) -> Any:
+    """A part of the app as a dependency."""
+
+    def part(request: Request) -> Any:
+        return getattr(request.app.state, name)
+
+    return Depends(part)
 
 
-def _settings(request: Request) -> Settings:
-    return request.app.state.settings
-
-
-def _artifacts(request: Request) -> Artifacts:
-    return Artifacts(request.app.state.settings.data)
-
-
-def _partial_cubes(request: Request) -> PartialCubes:
-    return request.app.state.partial_cubes
-
-
-def _event_streams(request: Request) -> EventStreams:
-    return request.app.state.event_streams
-
-
-AppStore = Annotated[Store, Depends(_store)]
-AppSettings = Annotated[Settings, Depends(_settings)]
-AppArtifacts = Annotated[Artifacts, Depends(_artifacts)]
-AppPartialCubes = Annotated[PartialCubes, Depends(_partial_cubes)]
-AppEventStreams = Annotated[EventStreams, Depends(_event_streams)]
+AppStore = Annotated[Store, _part("store")]
+AppSettings = Annotated[Settings, _part("settings")]
+AppArtifacts = Annotated[Artifacts, _part("artifacts")]
+AppPartialCubes = Annotated[PartialCubes, _part("partial_cubes")]
+AppEventStreams = Annotated[EventStreams, _part("event_streams")]
 
 SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps")]
 RunId = Annotated[str, Path(description="Run id from the list of a sweep's runs")]

@@ -34,7 +34,7 @@ def _last_event(
     if not text:
         return None
     number = _number(text)
-    return number if number <= store.last_event() else None
+    return number if number <= store.events.last() else None
 
 
 def _number(text: str) -> int:
@@ -52,13 +52,13 @@ async def _listener(request: Request, streams: AppEventStreams) -> AsyncIterator
 
 def _sweep(id: SweepId, store: AppStore) -> EventSubject:
     """The events of a sweep; raises NotFound."""
-    store.sweep_document(id)
+    store.sweeps.document(id)
     return sweep_subject(store, id)
 
 
 def _run(id: RunId, store: AppStore) -> EventSubject:
     """The events of a run; raises NotFound."""
-    store.run(id)
+    store.runs.get(id)
     return run_subject(store, id)
 
 
@@ -67,7 +67,7 @@ OpenStream = Annotated[Listener, Depends(_listener)]
 
 
 def _last_event_or_newest(last_event: LastEvent, store: AppStore) -> int:
-    return store.last_event() if last_event is None else last_event
+    return store.events.last() if last_event is None else last_event
 
 
 @router.get(
@@ -112,8 +112,8 @@ def list_sweep_events(
     id: SweepId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: Limit = 100
 ) -> PageOf[EventModel]:
     """Past events of a sweep and its runs, oldest first."""
-    store.sweep_document(id)
-    events = store.events(id, after=_number(cursor or "0"), limit=limit + 1)
+    store.sweeps.document(id)
+    events = store.events.of_sweep(id, after=_number(cursor or "0"), limit=limit + 1)
     return _page(request, response, events, limit)
 
 
@@ -122,8 +122,8 @@ def list_run_events(
     id: RunId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: Limit = 100
 ) -> PageOf[EventModel]:
     """Past events of a run, oldest first."""
-    store.run(id)
-    events = store.run_events(id, after=_number(cursor or "0"), limit=limit + 1)
+    store.runs.get(id)
+    events = store.events.of_run(id, after=_number(cursor or "0"), limit=limit + 1)
     return _page(request, response, events, limit)
 
 

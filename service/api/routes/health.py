@@ -78,7 +78,7 @@ def show_readiness(request: Request, store: AppStore, settings: AppSettings) -> 
         store.ping()
         check_directory(settings, store)
         checks = {"store": "writable", **_check_disk(settings)}
-        checks |= _check_engine(request.app.state.engine, store.queue())
+        checks |= _check_engine(request.app.state.engine, store.queue.status())
         return Readiness(status="ready", checks=checks)
 
     return request.app.state.readiness.result(check)

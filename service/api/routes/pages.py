@@ -33,7 +33,7 @@ REFRESH_SECONDS = 5  # reload interval of a page that lists unfinished sweeps
 @router.get("/")
 def show_sweeps(store: AppStore, cursor: Annotated[str | None, Query()] = None) -> str:
     """The sweeps with state, progress and links to report and cube."""
-    front = store.sweeps_with_files(cursor=cursor)
+    front = store.sweeps.page_with_files(cursor=cursor)
     page = front.sweeps
     return _rendered(
         "sweeps.html",
@@ -47,8 +47,8 @@ def show_sweeps(store: AppStore, cursor: Annotated[str | None, Query()] = None) 
 @router.get("/sweeps/{id}")
 def show_sweep(id: SweepId, store: AppStore, artifacts: AppArtifacts) -> str:
     """A sweep with the first sentences of its report's verdict."""
-    row, names = store.sweep_and_files(id)
-    _, report = store.sweep_and_file(id, REPORT_JSON)
+    row, names = store.sweeps.get_with_files(id)
+    _, report = store.sweeps.get_with_file(id, REPORT_JSON)
     return _rendered(
         "sweep.html",
         sweep=SweepModel.of(row, names),

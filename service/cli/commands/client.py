@@ -52,7 +52,8 @@ def submit(
     """Submit a sweep to a service, and print its id."""
     from service.cli.console import print_sweep, print_warnings
     from service.client.progress import showing_progress
-    from studies.sweeps.sweep import ACCEPTED, Sweep
+    from studies.sweeps.reading import ACCEPTED
+    from studies.sweeps.sweep import Sweep
 
     document = document_of(file, law)
     with client_of(url, key_file) as client:
@@ -113,7 +114,8 @@ def runs(
 ) -> None:
     """List the runs of a sweep, each with its state and, if it failed, the reason."""
     from service.cli.console import print_json, print_points
-    from studies.sweeps.sweep import ACCEPTED, Sweep
+    from studies.sweeps.reading import ACCEPTED
+    from studies.sweeps.sweep import Sweep
 
     with client_of(url, key_file) as client:
         handle = client.find_sweep(id)

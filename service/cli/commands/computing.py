@@ -77,7 +77,8 @@ def sweep(
     with preloading(PUBLICATION) as ready:
         from service.cli.console import print_warnings
         from service.records.settings import Settings
-        from studies.sweeps.sweep import Sweep, SweepLimits
+        from studies.sweeps.reading import SweepLimits
+        from studies.sweeps.sweep import Sweep
 
         document = document_of(file, law)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
@@ -133,7 +134,8 @@ def estimate(file: SweepFile, as_json: Json = False) -> None:
     from service.records.settings import Settings
     from studies.sweeps.cost import cost_of, presets_of
     from studies.sweeps.document import read_sweep_file
-    from studies.sweeps.sweep import Sweep, SweepLimits
+    from studies.sweeps.reading import SweepLimits
+    from studies.sweeps.sweep import Sweep
 
     limit = Settings().max_runs
     sweep = Sweep.parse(read_sweep_file(file), SweepLimits(max_runs=limit))

@@ -47,6 +47,8 @@ def fit(
     from service.cli.console import print_json
     from studies.fits.fit import as_json as plain
     from studies.fits.fit import fits_of, forms_of
+    from studies.laws._forms import FORMS
+    from studies.values.nearest import nearest_cure
 
     fitted = []
     for measured in _measured(source, quantity, at or []):
@@ -55,7 +57,8 @@ def fit(
         if chosen:
             fitted.append(fits_of(measured, chosen))
     if not fitted:
-        _refuse_form(form)
+        cure = nearest_cure(form, FORMS)
+        raise InvalidInput([Finding("--form", str(form), "a form of law for what was measured", cure)])
     if out is not None:
         _write(fitted, out, name)
     if as_json:
@@ -108,7 +111,10 @@ def surrogate(
         if prediction is not None:
             _print_prediction(made, prediction, at or [])
     if plot is not None:
-        _draw(made, plot)
+        from studies.fits.drawing import draw_left_out
+
+        draw_left_out(made, plot)
+        print(f"written: {plot}", file=sys.stderr)
 
 
 def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
@@ -156,21 +162,6 @@ def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]
     value, interval = (float(each[0]) * shown.factor for each in (prediction.values, prediction.intervals))
     unit = f" {shown.unit}" if shown.unit else ""
     print(f"predicted at {', '.join(at)}: {value:.4g} ± {interval:.2g}{unit} (95 %, for a run)")
-
-
-def _draw(made: "Surrogate", file: Path) -> None:
-    from studies.fits.drawing import draw_left_out
-
-    draw_left_out(made, file)
-    print(f"written: {file}", file=sys.stderr)
-
-
-def _refuse_form(form: str | None) -> None:
-    from studies.laws._forms import FORMS
-    from studies.values.nearest import nearest_cure
-
-    cure = nearest_cure(form, FORMS)
-    raise InvalidInput([Finding("--form", str(form), "a form of law for what was measured", cure)])
 
 
 def _measured(source: str, quantity: str | None, at: list[str]) -> "list[MeasuredShots]":

@@ -11,8 +11,8 @@ from service.cli.commands.options import FAILURE, SUCCESS, Json, Threads, folder
 from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from studies.validation import Level
-    from studies.verification import Verified
+    from studies.cases.rows import Verified
+    from studies.cases.validation import Level
 
 app = typer.Typer()
 
@@ -73,7 +73,7 @@ def _printed(verified: "Iterator[Verified]", *, quiet: bool) -> "Iterator[Verifi
 
 
 def _level(text: str) -> "Level":
-    from studies.validation import LEVELS
+    from studies.cases.validation import LEVELS
 
     for level in LEVELS:
         if text == level:

@@ -7,8 +7,8 @@ from pathlib import Path
 from docs.pages import shots
 from solver import PHYSICS_VERSION
 from studies import measurements
+from studies.cases.rows import equal, relative
 from studies.observations import Observation
-from studies.verification import equal, relative
 from tests.claims import Row, claim
 
 # An estimate: processors compute other bits, which matter that breaks up makes larger.

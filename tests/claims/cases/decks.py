@@ -8,11 +8,11 @@ import numpy as np
 from solver.problem import Problem
 from solver.simulation import simulate, start
 from studies import scenarios
+from studies.cases.setups.column import profile
+from studies.cases.solutions.detonation import TNT, chapman_jouguet
+from studies.cases.verification.chapman_jouguet import STATE, at_front
 from studies.runs.run import materials_of, resolve
 from studies.scenarios._deck import read_deck
-from studies.verification._column import profile
-from studies.verification._detonation import TNT, chapman_jouguet
-from studies.verification.chapman_jouguet import STATE, at_front
 from tests.claims import Row, at_most, claim, equal, relative
 from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck
 

@@ -15,11 +15,11 @@ import xarray as xr
 
 from service.cli.validation import STORE, selected, validated
 from service.records.settings import Settings
-from studies import validation
+from studies.cases import validation
+from studies.cases.validation import Level
 from studies.cubes import cube
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
-from studies.validation import Level
 from tests.claims import Claim, Row, claim
 from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
 

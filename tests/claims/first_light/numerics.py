@@ -6,16 +6,16 @@ from dataclasses import replace
 from solver.problem import ArtificialViscosity
 from solver.registry import entries
 from solver.simulation import simulate
+from studies.cases.rows import reported
 from studies.materials import load
 from studies.runs.execution import setting_of
 from studies.runs.run import resolve
 from studies.values.results import ENERGY_DRIFT_LIMIT
-from studies.verification import reported
+from tests.cases.fields import expansion_error, force_of_uniform_pressure
 from tests.claims import Row, at_most, claim, equal
-from tests.verification.fields import expansion_error, force_of_uniform_pressure
 
 ROUND_OFF = 1e-12
-SHAPES = {name: entry.record() for name, entry in entries("solver.shapes", "SHAPE").items()}
+SHAPES = {name: entry.record() for name, entry in entries("solver.grid.shapes", "SHAPE").items()}
 # Midpoints of two particles per cell miss the integral of r N' + N by 1/32 at the first node of a spline, where its
 # support is cut by the axis; anywhere else, and for the other shapes, the sum is exact.
 AT_FIRST_NODE = {"linear": ROUND_OFF, "gimp": ROUND_OFF, "quadratic-bspline": 1.0 / 32.0}

@@ -45,7 +45,7 @@ def over_http() -> Iterator[Row]:
             yield Row(
                 f"malformed {kind}: {answer.json()['detail']}", 422, answer.status_code, answer.status_code == 422
             )
-        kept = len(api.store.sweeps().items)
+        kept = len(api.store.sweeps.page().items)
         yield Row("sweeps stored by what was refused", 0, kept, kept == 0)
 
 

@@ -9,19 +9,20 @@ from typing import Any
 
 import numpy as np
 
-from solver.eos.linear_elastic import LinearElastic
-from solver.failure.johnson_cook import JohnsonCookDamage, ModifiedJohnsonCookDamage, fracture_strain
-from solver.failure.none import NoFailure
-from solver.problem import ArtificialViscosity, Matter
+from solver.matter.eos.linear_elastic import LinearElastic
+from solver.matter.failure.johnson_cook import JohnsonCookDamage, ModifiedJohnsonCookDamage, fracture_strain
+from solver.matter.failure.none import NoFailure
+from solver.matter.laws import Matter
+from solver.matter.stress import PointState, advance
+from solver.matter.tensor import equivalent_stress
+from solver.problem import ArtificialViscosity
 from solver.simulation import simulate
-from solver.stress import PointState, advance
-from solver.tensor import equivalent_stress
 from studies import materials
+from studies.cases.setups.matter import matter_of
+from studies.cases.verification import bits
 from studies.runs.execution import execute, setting_of
 from studies.scenarios._matter import matter
 from studies.sweeps.sweep import Sweep
-from studies.verification import bits
-from studies.verification._matter import matter_of
 from tests.claims import Row, absolute, at_least, at_most, claim, equal, relative
 
 WELDOX = materials.load("weldox-460-e")

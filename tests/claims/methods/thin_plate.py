@@ -8,11 +8,11 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from studies import validation
+from studies.cases import validation
+from studies.cases.compared import ComparedReading
 from studies.cubes import cube
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
-from studies.validation._compare import ComparedReading
 from studies.values.results import ENERGY_DRIFT_LIMIT, RunResult
 from tests.claims import Row, at_most, claim, equal
 

@@ -18,12 +18,12 @@ import numpy as np
 
 from solver.errors import WhippleError
 from studies import materials
+from studies.cases.verification.energy import CELLS_PER_DIAMETER
 from studies.convergence.richardson import Convergence, Sample, converge
 from studies.runs.execution import HOTTEST_SHARE_FLAG, execute
 from studies.runs.run import resolve
 from studies.values.recipes import RECIPES
 from studies.values.results import ENERGY_DRIFT_LIMIT, numerical_parts
-from studies.verification.energy import CELLS_PER_DIAMETER
 from tests.claims import Row, at_most, claim, relative
 
 MATERIAL, DIAMETER, THICKNESS = "copper-ofhc", 8e-3, 2e-3  # t/d = 0.25

@@ -13,10 +13,10 @@ from typing import Any
 import numpy as np
 
 from studies import materials
+from studies.cases.verification.energy import CELLS_PER_DIAMETER
 from studies.runs.execution import execute
 from studies.runs.run import resolve
 from studies.values.results import RunResult
-from studies.verification.energy import CELLS_PER_DIAMETER
 from tests.claims import Row, claim
 
 SEED = 20050601

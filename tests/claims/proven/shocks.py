@@ -3,7 +3,7 @@
 from collections.abc import Iterator
 from dataclasses import replace
 
-from studies.verification import DEFAULT, plate_impact
+from studies.cases.verification import DEFAULT, plate_impact
 from tests.claims import Row, claim
 
 # Numerics beside the default recipe, which the case plate-impact-all gates. GIMP is gated with the numerics with which

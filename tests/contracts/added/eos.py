@@ -3,7 +3,8 @@
 import math
 from typing import Annotated, NamedTuple
 
-from solver.eos import (
+from solver.jit import implements
+from solver.matter.eos import (
     Density,
     EosEntry,
     HeatCapacity,
@@ -13,7 +14,6 @@ from solver.eos import (
     sound_speed_squared,
     temperature,
 )
-from solver.jit import implements
 from solver.units import Described, Dimensionless, Pascal
 from solver.vectors import power
 

@@ -2,8 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from solver.failure import FailureEntry, grown_damage
 from solver.jit import implements
+from solver.matter.failure import FailureEntry, grown_damage
 from solver.units import Described, Pascal
 from solver.vectors import where
 

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
+from solver.grid.shapes import ShapeEntry, weights, width
 from solver.jit import implements
-from solver.shapes import ShapeEntry, weights, width
 from solver.vectors import floor
 
 

@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.strength import StrengthEntry, hardening, rate_and_heat, solid
+from solver.matter.strength import StrengthEntry, hardening, rate_and_heat, solid
 from solver.units import Described, Dimensionless, Pascal
 from solver.vectors import power
 

@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.tension import TensionEntry, pressure_floor
+from solver.matter.tension import TensionEntry, pressure_floor
 from solver.units import FromMaterial, Pascal
 
 

@@ -128,12 +128,12 @@ class CrashTest:
 
     def inject(self, fault: Fault) -> None:
         """Wait for the moment of a fault, and kill its victim, unless the work ends before."""
-        self._wait(lambda: self.store.last_event() >= fault.due)
+        self._wait(lambda: self.store.events.last() >= fault.due)
         self._wait(lambda: self._is_injected(fault) or self._has_ended())
 
     def wait_for_the_end(self, ids: list[str]) -> None:
         """Wait until every sweep is published."""
-        self._wait(lambda: all(self.store.sweep(id).is_terminal for id in ids), seconds=END_SECONDS)
+        self._wait(lambda: all(self.store.sweeps.get(id).is_terminal for id in ids), seconds=END_SECONDS)
 
     def fetch(self, ids: list[str], place: Path) -> tuple[Path, ...]:
         """Download the cubes, whose digests the client checks."""
@@ -176,7 +176,7 @@ class CrashTest:
         try:
             return wait_until(met, seconds=seconds)
         except AssertionError as error:
-            states = dict(self.store.queue().states)
+            states = dict(self.store.queue.status().states)
             raise AssertionError(f"{error}; {states}; {self.service.log_tail()}") from error
 
     def _restart_cluster(self) -> None:
@@ -223,7 +223,7 @@ class CrashTest:
 
     def _has_ended(self) -> bool:
         ended = (State.SUCCEEDED, State.FAILED, State.CANCELLED)
-        return not any(count for state, count in self.store.queue().states.items() if state not in ended)
+        return not any(count for state, count in self.store.queue.status().states.items() if state not in ended)
 
     def _of(self, name: str) -> list[ShellProcess]:
         assert self.cluster is not None

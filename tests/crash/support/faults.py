@@ -83,7 +83,7 @@ class AttemptObserver:
 
     def at(self, moment: KillMoment) -> list[ObservedAttempt]:
         """Attempts at a moment."""
-        drawn = [self._target(claim) for claim in self._store.leases()]
+        drawn = [self._target(claim) for claim in self._store.leases.held()]
         return [attempt for attempt in drawn if moment in attempt.moments]
 
     def _target(self, claim: Lease) -> ObservedAttempt:

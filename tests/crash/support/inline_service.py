@@ -11,6 +11,7 @@ from service.queue.dispatcher import Dispatcher
 from service.records.attempt import Attempt, Ended, Ending, Inbox
 from service.records.jobs import Kind, Submission
 from service.workers.warm_process import perform
+from tests.crash.support import fault_points
 from tests.service.support.fakes import RecordingEngine, open_store, settings_in, sweep_of
 from tests.service.support.targets import Run
 
@@ -37,10 +38,11 @@ class Inline(RecordingEngine):
 def live(data: Path, runs_asked: int, environment: Mapping[str, str]) -> None:
     """Submit a sweep, with the same key each time, and work until it is done, or until this process dies."""
     os.environ |= {**environment, "NUMBA_NUM_THREADS": "1"}
+    fault_points.arm()
     settings = settings_in(data, disk_reserve=0)
     runs = [Run(f"{number:032x}", {"seconds": 0.01}) for number in range(runs_asked)]
     with holding(settings), closing(open_store(settings)) as store:
-        accepted = store.create_sweep(Submission(sweep_of(runs), idempotency=KEY))
+        accepted = store.sweeps.create(Submission(sweep_of(runs), idempotency=KEY))
         dispatcher = Dispatcher(settings, store, open_engine=Inline)
-        while not store.sweep(accepted.id).is_terminal:
+        while not store.sweeps.get(accepted.id).is_terminal:
             dispatcher.tick()

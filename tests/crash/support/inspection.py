@@ -25,14 +25,14 @@ PAGE = 1000
 
 def runs(store: Store, sweeps: list[str]) -> dict[str, RunRow]:
     """All runs of sweeps, each once."""
-    points = (point for id in sweeps for point in store.sweep_runs(id, limit=PAGE).items)
+    points = (point for id in sweeps for point in store.sweeps.points(id, limit=PAGE).items)
     return {point.run.id: point.run for point in points}
 
 
 def events(store: Store) -> Iterator[Any]:
     """All events of a store."""
     after = 0
-    while page := store.all_events(after=after, limit=PAGE):
+    while page := store.events.all(after=after, limit=PAGE):
         yield from page
         after = page[-1].number
 
@@ -45,7 +45,7 @@ def registered_once(store: Store, sweeps: list[str]) -> list[str]:
         for run in runs(store, sweeps).values()
         if run.state is State.SUCCEEDED
         and counts[run.id] == 1
-        and [file.name for file in store.run_files(run.id)].count(RESULT) == 1
+        and [file.name for file in store.runs.files(run.id)].count(RESULT) == 1
     ]
 
 
@@ -53,7 +53,7 @@ def files(store: Store) -> list[Stored]:
     """Every file that a row names."""
     listed: list[Stored] = []
     after = ("", "")
-    while page := store.files(after=after, limit=PAGE):
+    while page := store.retention.files(after=after, limit=PAGE):
         listed += [file for _, file in page]
         after = page[-1][0], page[-1][1].name
     return listed
@@ -69,7 +69,7 @@ def resumed(store: Store, artifacts: Artifacts, sweeps: list[str]) -> list[str]:
     answers = {
         id: file
         for id in runs(store, sweeps)
-        for file in store.run_files(id)
+        for file in store.runs.files(id)
         if file.name == RESULT and artifacts.is_intact(file)
     }
     return [
@@ -84,7 +84,7 @@ def half_files(store: Store, artifacts: Artifacts) -> list[str]:
     partial cubes, which are sent again to whoever asks the same.
     """
     counting = {artifacts.path(file).parent for file in files(store)}
-    counting |= {artifacts.attempt_directory(lease) for lease in store.leases() if artifacts.complete_files(lease)}
+    counting |= {artifacts.attempt_directory(lease) for lease in store.leases.held() if artifacts.complete_files(lease)}
     final = [file for folder in sorted(counting) for file in folder.glob("*.*")]
     final += artifacts.root.glob(f"{RUNS}/*/*/{CHECKPOINT}.npz")
     final += [file for file in artifacts.root.glob(f"{CACHE}/*.*") if not file.match(PART)]
@@ -125,15 +125,15 @@ def _reads_to_its_end(file: Path) -> bool:
 def contradictions(store: Store) -> list[str]:
     """What rows say against each other, and what SQLite finds in its own file."""
     listed: list[str] = []
-    if store._database.is_sqlite:
-        with store._database.reading() as connection:
+    if store.database.is_sqlite:
+        with store.database.reading() as connection:
             for check in ("PRAGMA integrity_check", "PRAGMA foreign_key_check"):
                 listed += [str(row) for row in connection.exec_driver_sql(check) if row != ("ok",)]
     try:
         nobody_waits_in_vain(store)
     except AssertionError as error:
         listed.append(f"somebody waits in vain: {error}")
-    for row in store.sweeps(limit=PAGE).items:
+    for row in store.sweeps.page(limit=PAGE).items:
         if sum(row.counts.values()) != row.planned or row.reused + row.new != row.planned:
             listed.append(f"{row.name}: points do not add up")
     return listed

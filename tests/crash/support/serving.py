@@ -16,11 +16,12 @@ from unittest.mock import patch
 import httpx
 
 from service.client.client import Client
-from service.records.fault_points import VARIABLE
+from tests.crash.support import fault_points
 from tests.service.support.cluster import free_port
 from tests.service.support.fakes import is_gone, wait_until
 
 ROOT = Path(__file__).parents[3]
+ARMED = ("-m", fault_points.__name__)  # the program of a life that ends at a fault point
 START_SECONDS = 120.0  # deadlines, for machines that are busy with something else
 LEAVE_SECONDS = 30.0
 LAST_BYTES = 3000  # of the log, for whoever reads why a test failed
@@ -61,9 +62,9 @@ class Service:
         variables = {**os.environ, "PYTHONPATH": str(ROOT), **self.environment, **more}
         with self.log.open("wb") as log:
             self.process = subprocess.Popen(
-                [sys.executable, *self.program, *command],
+                [sys.executable, *(ARMED if fault else self.program), *command],
                 cwd=ROOT,
-                env={**variables, VARIABLE: fault} if fault else variables,
+                env={**variables, fault_points.VARIABLE: fault} if fault else variables,
                 stdin=subprocess.DEVNULL,
                 stdout=log,
                 stderr=log,

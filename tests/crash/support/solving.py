@@ -8,7 +8,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from solver.checkpoint import Checkpointing
+from solver.checkpoints import Checkpointing
 from studies.runs import execution
 from studies.runs.run import Run
 from studies.values.results import RunResult

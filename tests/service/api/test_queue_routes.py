@@ -3,7 +3,6 @@
 import re
 import shutil
 import threading
-from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
@@ -15,13 +14,6 @@ from service.api.routes import health
 from service.records.jobs import State, StoreUnavailable
 from tests.service.support.api import Api, open_api
 from tests.service.support.fakes import DEADLINE
-
-
-@pytest.fixture
-def api(tmp_path: Path) -> Iterator[Api]:
-    with open_api(tmp_path) as opened:
-        yield opened
-
 
 # --- queue ----------------------------------------------------------------------------------------
 
@@ -37,7 +29,9 @@ def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
 
 
 def test_queue__gives_the_reason_that_readiness_gives(api: Api) -> None:
-    assert api.http.get("/v1/queue").json()["blocked_reason"] == not_ready(api)
+    reason = api.http.get("/v1/queue").json()["blocked_reason"]
+    assert reason == not_ready(api)
+    assert "no service leads" in reason
     api.term()
     api.engine.reason = "there is no worker today"
     api.http.app.state.readiness = health.ReadinessCheck()  # type: ignore[attr-defined]
@@ -49,7 +43,7 @@ def test_queue__counts_jobs_once_while_nothing_happens(api: Api) -> None:
     """And anew after each event."""
     api.submit()
     counted: list[str] = []
-    engine = api.store._database._engine
+    engine = api.store.database._engine
 
     @sa.event.listens_for(engine, "before_cursor_execute")
     def note(_c: Any, _cursor: Any, statement: str, *_rest: Any) -> None:
@@ -57,10 +51,10 @@ def test_queue__counts_jobs_once_while_nothing_happens(api: Api) -> None:
             counted.append(statement)
 
     for _ in range(20):
-        assert api.store.queue().states[State.QUEUED] == 2
+        assert api.store.queue.status().states[State.QUEUED] == 2
     assert len(counted) <= 3  # another one every half a second
-    api.store.lease(1, api.term())
-    assert api.store.queue().states[State.RUNNING] == 1
+    api.store.leases.take(1, api.term())
+    assert api.store.queue.status().states[State.RUNNING] == 1
 
 
 def test_pause__begins_no_runs_until_resume(api: Api) -> None:
@@ -69,10 +63,10 @@ def test_pause__begins_no_runs_until_resume(api: Api) -> None:
     assert paused.status_code == 200
     assert paused.json()["paused"] is not None
     assert "resume" in paused.json()["links"]
-    assert api.store.lease(10, api.term()) == ()
+    assert api.store.leases.take(10, api.term()) == ()
     assert api.http.post("/v1/queue/pause").json()["paused"] == paused.json()["paused"]
     assert api.http.post("/v1/queue/resume").json()["paused"] is None
-    assert len(api.store.lease(10, api.term())) == 2
+    assert len(api.store.leases.take(10, api.term())) == 2
 
 
 # --- health ---------------------------------------------------------------------------------------
@@ -234,7 +228,7 @@ def test_metrics__without_a_store_still_say_what_they_know(api: Api, monkeypatch
     def queue() -> None:
         raise StoreUnavailable("the database is away")
 
-    monkeypatch.setattr(api.store, "queue", queue)
+    monkeypatch.setattr(api.store.queue, "status", queue)
     result = measured(api)
     assert sample(result, "whipple_store_up") == 0
     assert sample(result, "whipple_slots") == 2

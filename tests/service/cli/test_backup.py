@@ -30,15 +30,15 @@ def harness(tmp_path: Path) -> Iterator[Harness]:
     (tmp_path / "data").mkdir()
     with open_harness(tmp_path / "data") as opened:
         computed(opened, 2)
-        opened.store.create_sweep(Submission(sweep_of(runs_of("fine", first=50), name="under way")))
+        opened.store.sweeps.create(Submission(sweep_of(runs_of("fine", first=50), name="under way")))
         opened.tick()
         yield opened
 
 
 def computed(harness: Harness, runs: int, *, first: int = 0, name: str = "asked") -> str:
     """A sweep with all its files."""
-    row = harness.store.create_sweep(Submission(sweep_of(runs_of(*["fine"] * runs, first=first), name=name)))
-    while harness.store.sweep(row.id).state is not SweepState.SUCCEEDED:
+    row = harness.store.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * runs, first=first), name=name)))
+    while harness.store.sweeps.get(row.id).state is not SweepState.SUCCEEDED:
         for ticket in harness.tick():
             harness.end_well(ticket)
     return row.id
@@ -47,12 +47,18 @@ def computed(harness: Harness, runs: int, *, first: int = 0, name: str = "asked"
 def files_of(store: Store, root: Path) -> dict[str, bytes]:
     """Every registered file with its content."""
     artifacts = Artifacts(root)
-    return {file.path: artifacts.path(file).read_bytes() for _, file in store.files()}
+    return {file.path: artifacts.path(file).read_bytes() for _, file in store.retention.files()}
 
 
 def rows_of(store: Store) -> list[object]:
     """What the store says of everything in it."""
-    return [store.sweeps(), store.run(run_id(0)), store.all_events(), store.files(), store.queue()]
+    return [
+        store.sweeps.page(),
+        store.runs.get(run_id(0)),
+        store.events.all(),
+        store.retention.files(),
+        store.queue.status(),
+    ]
 
 
 def all_is_intact(settings: Settings) -> bool:
@@ -83,7 +89,7 @@ def test_restored__service_has_the_same_bits_and_goes_on(harness: Harness, tmp_p
         for publication in again.tick():
             again.end_well(publication)
         again.tick()
-        states = {row.state for row in again.store.sweeps().items}
+        states = {row.state for row in again.store.sweeps.page().items}
         assert states == {SweepState.SUCCEEDED}
 
 
@@ -103,7 +109,7 @@ def test_backup__while_the_service_writes_is_of_one_moment(harness: Harness, tmp
     def write() -> None:
         number = 1000
         while not stop.is_set():
-            harness.store.create_sweep(Submission(sweep_of(runs_of(*["fine"] * 20, first=number))))
+            harness.store.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * 20, first=number))))
             number += 20
 
     writing = threading.Thread(target=write)
@@ -116,20 +122,20 @@ def test_backup__while_the_service_writes_is_of_one_moment(harness: Harness, tmp
         writing.join()
     for number in range(3):
         with closing(open_store(settings_in(tmp_path / str(number)))) as store:
-            page = store.sweeps(limit=1000).items
+            page = store.sweeps.page(limit=1000).items
             assert all(sum(row.counts.values()) == row.planned for row in page)
 
 
 def test_backup__leaves_out_what_was_deleted_meanwhile(
     harness: Harness, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    id = harness.store.sweeps().items[-1].id
+    id = harness.store.sweeps.page().items[-1].id
     folder = Artifacts(harness.settings.data).sweep_folder(id)
-    gone = len(harness.store.artifacts(id))
+    gone = len(harness.store.publications.files(id))
     plain = module._copy_files
 
     def delete_first(*given: object) -> object:
-        harness.store.delete_sweep(id)
+        harness.store.sweeps.delete(id)
         shutil.rmtree(folder)
         return plain(*given)  # type: ignore[arg-type]
 
@@ -141,7 +147,7 @@ def test_backup__leaves_out_what_was_deleted_meanwhile(
 
 
 def test_backup__says_what_is_damaged_and_does_not_take_it(harness: Harness, tmp_path: Path) -> None:
-    [_, (_, file), *_] = harness.store.files()
+    [_, (_, file), *_] = harness.store.retention.files()
     there = Artifacts(harness.settings.data).path(file)
     there.write_bytes(b"x" * file.size)
     done = back_up(harness.settings, tmp_path / "out", harness.store)
@@ -194,7 +200,7 @@ def test_command__says_what_it_copied(harness: Harness, tmp_path: Path, capsys: 
     with holding(harness.settings):  # a service runs
         assert run("backup", out, "--data", harness.settings.data) == 0
         assert "files copied" in capsys.readouterr().out
-        [_, (_, file), *_] = harness.store.files()
+        [_, (_, file), *_] = harness.store.retention.files()
         Artifacts(harness.settings.data).path(file).unlink()
         shutil.rmtree(out)
         assert run("backup", out, "--data", harness.settings.data) == 1
@@ -221,8 +227,8 @@ def test_postgresql__dump_first_then_files_restores_the_same_bits(
         with closing(open_store(settings)) as store:
             files = files_of(store, tmp_path / "copy")
             assert files.items() <= before.items()
-            assert [row.name for row in store.sweeps().items] == ["asked"]
-            store.create_sweep(Submission(sweep_of(1, name="next")))  # numbers go on
+            assert [row.name for row in store.sweeps.page().items] == ["asked"]
+            store.sweeps.create(Submission(sweep_of(1, name="next")))  # numbers go on
         assert all_is_intact(settings)
 
 

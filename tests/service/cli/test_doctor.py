@@ -50,7 +50,7 @@ def test_store__that_is_no_database(tmp_path: Path) -> None:
 
 
 def test_store__of_another_revision(settings: Settings) -> None:
-    with closing(Store.open(settings.url)) as store, store._database.writing() as writing:
+    with closing(Store.open(settings.url)) as store, store.database.writing() as writing:
         writing.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
     [result] = check_store(settings)
     assert result.status is CheckStatus.ERROR

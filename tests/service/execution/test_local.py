@@ -37,13 +37,13 @@ class Local:
     dispatcher: Dispatcher
 
     def ask(self, runs: Sequence[FakeRun]) -> SweepStatus:
-        return self.store.create_sweep(Submission(sweep_of(runs)))
+        return self.store.sweeps.create(Submission(sweep_of(runs)))
 
     def end_of(self, row: SweepStatus) -> SweepStatus:
-        return patiently(lambda: (now := self.store.sweep(row.id)).is_terminal and now)
+        return patiently(lambda: (now := self.store.sweeps.get(row.id)).is_terminal and now)
 
     def runs(self, row: SweepStatus) -> list[RunRow]:
-        return [point.run for point in self.store.sweep_runs(row.id).items]
+        return [point.run for point in self.store.sweeps.points(row.id).items]
 
     def pid(self, run: FakeRun, attempt: int = 1) -> int:
         """The process of an attempt, as soon as there is one."""
@@ -66,7 +66,7 @@ def test_whole_path__files_are_there_and_whole(local: Local) -> None:
     row = local.end_of(local.ask(runs_of("fine", "verdict", "raise", first=100)))
     assert row.state is SweepState.SUCCEEDED
     assert (row.counts["succeeded"], row.counts["failed"]) == (1, 2)
-    artifacts, files = Artifacts(local.settings.data), local.store.artifacts(row.id)
+    artifacts, files = Artifacts(local.settings.data), local.store.publications.files(row.id)
     assert {file.name for file in files} == {"cube.nc", "runs.csv", "report.html", "report.json", "log.txt"}
     assert all(artifacts.is_intact(file) for file in files)
     causes = [run.cause for run in local.runs(row)]
@@ -89,7 +89,7 @@ def test_cancel__ends_processes_and_queue(local: Local) -> None:
     runs = [*runs_of("hang", "deaf", first=300), *runs_of("fine", first=302)]
     row = local.ask(runs)
     pids = [local.pid(run) for run in runs[:2]]
-    local.store.cancel_sweep(row.id)
+    local.store.sweeps.cancel(row.id)
     assert local.end_of(row).state is SweepState.CANCELLED
     wait_until(lambda: all(is_gone(pid) for pid in pids))
     wait_until(lambda: {run.state for run in local.runs(row)} == {State.CANCELLED})
@@ -99,14 +99,14 @@ def test_cancel__ends_processes_and_queue(local: Local) -> None:
 def test_progress__is_stored_while_a_run_is_under_way(local: Local) -> None:
     [run] = runs_of("fine", first=400, seconds=20.0)
     row = local.ask([run])
-    wait_until(lambda: local.store.run(run.id).fraction)
-    under_way = local.store.run(run.id)
+    wait_until(lambda: local.store.runs.get(run.id).fraction)
+    under_way = local.store.runs.get(run.id)
     assert under_way.progress is not None
     assert "hole_diameter" in under_way.progress["measured"]
-    assert local.store.sweep(row.id).eta_seconds is not None
-    local.store.cancel_sweep(row.id)
+    assert local.store.sweeps.get(row.id).eta_seconds is not None
+    local.store.sweeps.cancel(row.id)
     local.end_of(row)
-    wait_until(lambda: local.store.run(run.id).state is State.CANCELLED)
+    wait_until(lambda: local.store.runs.get(run.id).state is State.CANCELLED)
 
 
 # --- a sweep without a service -------------------------------------------------------------------
@@ -152,7 +152,7 @@ def test_run_sweep__leaves_the_published_files_with_the_registered_digests(answe
     out = Path(answered.finished)
     assert {file.name for file in out.iterdir()} == {".whipple", "runs", *PUBLISHED}
     with closing(open_store(settings_of(out))) as store:
-        files = store.artifacts(answered.finished.sweep.id)
+        files = store.publications.files(answered.finished.sweep.id)
     copies = [replace(file, path=file.name) for file in files if file.name in PUBLISHED]
     assert len(copies) == len(PUBLISHED)
     assert all(Artifacts(out).is_intact(copy) for copy in copies)
@@ -199,11 +199,11 @@ def test_run_sweep__gives_up_what_the_folder_was_asked_before(tmp_path: Path) ->
     settings = settings_of(tmp_path)
     settings.data.mkdir()
     with closing(open_store(settings)) as store:
-        old = store.create_sweep(Submission(sweep_of(runs_of("hang", "hang", "hang"))))
+        old = store.sweeps.create(Submission(sweep_of(runs_of("hang", "hang", "hang"))))
     run_sweep(document(), tmp_path, settings=settings, overwrite=True)
     with closing(open_store(settings)) as store:
-        assert store.sweep(old.id).state is SweepState.CANCELLED
-        assert store.run(run_id(0)).state is State.CANCELLED
+        assert store.sweeps.get(old.id).state is SweepState.CANCELLED
+        assert store.runs.get(run_id(0)).state is State.CANCELLED
 
 
 def test_run_sweep__from_a_script_without_a_guard_runs_it_once(tmp_path: Path) -> None:

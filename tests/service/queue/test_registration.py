@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from service.queue.backoff import FREE_LOSSES
 from service.queue.leader import MOST_REGISTRATIONS
 from service.queue.registration import Registrar
+from service.queue.retry import FREE_LOSSES
 from service.queue.verification import VerifiedEnding
 from service.records.attempt import Attempt, Ending
 from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable, SweepState
-from tests.service.support.fakes import run_id, runs_of
+from tests.service.support.fakes import failing, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FAKE
 
@@ -36,8 +36,8 @@ def test_whole_path__from_sweep_to_files(harness: Harness) -> None:
     [publication] = harness.tick()
     harness.end_well(publication)
     harness.tick()
-    assert harness.store.sweep(id).state is SweepState.SUCCEEDED
-    files = harness.store.artifacts(id)
+    assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
+    files = harness.store.publications.files(id)
     assert {file.name for file in files} == {"cube.nc", "runs.csv", "report.html", "report.json", "log.txt"}
     assert all(harness.artifacts.is_intact(file) for file in files)
 
@@ -47,7 +47,7 @@ def test_result__its_row_has_files_and_numbers_but_no_history_and_no_checkpoint(
     checkpoint = checkpoint_of(harness)
     harness.end_well(attempt)
     harness.tick()
-    row, files = harness.run(), harness.store.run_files(run_id(0))
+    row, files = harness.run(), harness.store.runs.files(run_id(0))
     assert {file.name for file in files} == {"result.json", "state.npz", "log.txt"}
     assert all(harness.artifacts.is_intact(file) for file in files)
     assert {harness.artifacts.path(file).parent for file in files} == {Path(attempt.directory)}
@@ -63,11 +63,9 @@ def test_result__its_row_has_files_and_numbers_but_no_history_and_no_checkpoint(
 def test_result__the_engine_keeps_it_until_the_row_has_it(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     harness.end_well(attempt)
-    harness.flaky.failing = {"finish"}
-    with pytest.raises(StoreUnavailable):
+    with failing(harness.store.leases, "finish"), pytest.raises(StoreUnavailable):
         harness.tick()
     assert harness.engine.forgotten == []
-    harness.flaky.failing = set()
     harness.tick()
     assert harness.engine.forgotten == [attempt.key]
     assert harness.run().state is State.SUCCEEDED
@@ -100,7 +98,7 @@ def test_publication__gets_results_and_reasons(harness: Harness) -> None:
     assert Path(result["path"]).is_file()
     assert (failure["path"], failure["state"]) == (None, "failed")
     assert failure["reason"].startswith("because of error")
-    assert publication.spec["document"] == harness.store.sweep_document(id)
+    assert publication.spec["document"] == harness.store.sweeps.document(id)
 
 
 def test_publication_that_fails__leaves_the_earlier_files(harness: Harness) -> None:
@@ -109,8 +107,8 @@ def test_publication_that_fails__leaves_the_earlier_files(harness: Harness) -> N
         harness.end_badly(harness.tick()[0], Cause.ERROR)
         end(harness.tick()[0])
         harness.tick()
-        harness.store.retry_sweep(id)
-    assert {file.name for file in harness.store.artifacts(id)} >= {"cube.nc", "report.html"}
+        harness.store.sweeps.retry(id)
+    assert {file.name for file in harness.store.publications.files(id)} >= {"cube.nc", "report.html"}
 
 
 def test_failure__registers_its_log(harness: Harness) -> None:
@@ -122,7 +120,7 @@ def test_failure__registers_its_log(harness: Harness) -> None:
     harness.tick()
     place = folder.relative_to(harness.settings.data)
     assert harness.run().reason == f"because of error (log: {place}/log.txt)"
-    assert harness.store.run_file(run_id(0), "log.txt").size == len("Traceback")
+    assert harness.store.runs.file(run_id(0), "log.txt").size == len("Traceback")
 
 
 def test_failure__leaves_the_checkpoint_for_a_retry(harness: Harness) -> None:
@@ -133,7 +131,7 @@ def test_failure__leaves_the_checkpoint_for_a_retry(harness: Harness) -> None:
     harness.end_well(harness.tick()[0])  # the publication
     harness.tick()
     assert checkpoint.is_file()
-    harness.store.retry_sweep(id)
+    harness.store.sweeps.retry(id)
     assert harness.tick()[0].checkpoint == str(checkpoint)
 
 
@@ -232,7 +230,7 @@ def test_cancel__is_no_loss_however_often(harness: Harness) -> None:
     for _ in range(1 + FREE_LOSSES):
         id = harness.submit(1)
         [attempt] = [attempt for attempt in harness.tick() if attempt.kind is Kind.RUN]
-        harness.store.cancel_sweep(id)
+        harness.store.sweeps.cancel(id)
         harness.end_badly(attempt, Cause.LOST)
         harness.tick()
         assert harness.run().state is State.CANCELLED

@@ -31,7 +31,7 @@ def test_submission__to_both_at_once_is_computed_once(two: tuple[Api, Api], head
         answers = list(pool.map(submit, range(8)))
     assert len({answer["id"] for answer in answers}) == (1 if headers else 8)
     assert all(answer["new"] + answer["reused"] == 2 for answer in answers)
-    leases = two[0].store.lease(100, two[0].term())
+    leases = two[0].store.leases.take(100, two[0].term())
     assert sum(lease.kind is Kind.RUN for lease in leases) == 2
 
 

@@ -176,7 +176,7 @@ def test_lost_and_complete__counts_unless_more_than_its_log_is_written_to(
         harness.tick()
         assert is_first_success(harness) is counts
         assert (harness.run().attempt, harness.run().crashes) == (1 if counts else 2, 0)
-        names = {file.name for file in harness.store.run_files(run_id(0))}
+        names = {file.name for file in harness.store.runs.files(run_id(0))}
         assert names == ({"result.json", "state.npz"} if counts else set())
 
 

@@ -97,7 +97,7 @@ def test_request__that_fails_has_its_id_on_every_line(api: Api, lines: Lines, mo
         logging.getLogger("service.store").warning("about to fail")
         raise RuntimeError("out of order")
 
-    monkeypatch.setattr(api.store, "sweep_and_files", broken)
+    monkeypatch.setattr(api.store.sweeps, "get_with_files", broken)
     answer = api.http.get("/v1/sweeps/7", headers={"X-Request-ID": "night.8"})
     assert answer.status_code == 500
     assert answer.json()["request_id"] == "night.8"

@@ -18,10 +18,10 @@ from service.files.artifacts import Artifacts
 from service.records.jobs import Scope, State, Submission, SweepState
 from service.records.settings import Settings
 from service.store import Store
-from service.store.commands import BATCH
 from service.store.statements import now
-from service.store.sweep_queries import tallies_of
+from service.store.submission import BATCH
 from service.store.tables import JOBS, KEYS
+from service.store.time_left import tallies_of
 from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import run_id, runs_of, sweep_of
@@ -75,26 +75,26 @@ def filling(url: str) -> Iterator[Filled]:
     with closing(Store.open(url, cost=lambda run: 1.0)) as store:
         cancelled = _cancelled(store)
         with statements(store) as few:
-            small = store.create_sweep(Submission(sweep_of(runs_of("fine", first=10 * LARGE))))
+            small = store.sweeps.create(Submission(sweep_of(runs_of("fine", first=10 * LARGE))))
         commits: list[None] = []
-        sa.event.listen(store._database._engine, "commit", lambda _connection: commits.append(None))
+        sa.event.listen(store.database._engine, "commit", lambda _connection: commits.append(None))
         with statements(store) as many:
-            large = store.create_sweep(Submission(sweep_of(LARGE)))
+            large = store.sweeps.create(Submission(sweep_of(LARGE)))
         accepting = {"small": len(few), "large": len(many)}
         of_large = len(commits)
         for number in range(20, 20 + PARTS):
-            part = store.create_sweep(Submission(sweep_of(runs_of(*["fine"] * PART, first=number * LARGE))))
-        store.lease(LARGE // 5, TERM)
+            part = store.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * PART, first=number * LARGE))))
+        store.leases.take(LARGE // 5, TERM)
         others = (JOBS.c.id > run_id(9)) & (JOBS.c.id != run_id(10 * LARGE))
-        with store._database.writing() as connection:
+        with store.database.writing() as connection:
             ended = JOBS.update().where(JOBS.c.state == State.RUNNING, others)
             connection.execute(ended.values(state=State.SUCCEEDED))
-            if not store._database.is_sqlite:  # PostgreSQL does it by itself, SQLite only when told
+            if not store.database.is_sqlite:  # PostgreSQL does it by itself, SQLite only when told
                 connection.exec_driver_sql("ANALYZE")
-        older = store.sweeps(limit=PARTS + 1).next_cursor
+        older = store.sweeps.page(limit=PARTS + 1).next_cursor
         assert older is not None
         sweeps = (large.id, part.id, small.id, cancelled, older)
-        yield Filled(store, *sweeps, store.create_key("anna", [Scope.READ])[1], accepting, of_large)
+        yield Filled(store, *sweeps, store.keys.create("anna", [Scope.READ])[1], accepting, of_large)
 
 
 def _cancelled(store: Store) -> tuple[str, ...]:
@@ -102,12 +102,12 @@ def _cancelled(store: Store) -> tuple[str, ...]:
     ids = []
     for number in range(5):
         runs = runs_of("fine", "fine", first=(50 + number) * LARGE)
-        ids.append(store.create_sweep(Submission(sweep_of(runs))).id)
+        ids.append(store.sweeps.create(Submission(sweep_of(runs))).id)
         [first] = lease_runs(store, 1)
-        assert store.finish(first, result())
-        store.cancel_sweep(ids[-1])
+        assert store.leases.finish(first, result())
+        store.sweeps.cancel(ids[-1])
         finish_all(store)
-    assert {store.sweep(id).state for id in ids} == {SweepState.CANCELLED}
+    assert {store.sweeps.get(id).state for id in ids} == {SweepState.CANCELLED}
     return tuple(ids)
 
 
@@ -122,9 +122,9 @@ def test_accept__is_one_transaction_of_two_statements_more_for_each_thousand_run
 def test_accept__joining_takes_a_few_more_whatever_the_size(store: Store) -> None:
     counted = []
     for number in (1, 1000):
-        store.create_sweep(Submission(sweep_of(number)))
+        store.sweeps.create(Submission(sweep_of(number)))
         with statements(store) as sent:
-            joined = store.create_sweep(Submission(sweep_of(number)))
+            joined = store.sweeps.create(Submission(sweep_of(number)))
         assert (joined.new, joined.reused) == (0, number)
         counted.append(len(sent))
     assert counted[0] == counted[1]
@@ -132,35 +132,35 @@ def test_accept__joining_takes_a_few_more_whatever_the_size(store: Store) -> Non
 
 def _counts(filled: Filled) -> object:
     """The tally of one sweep of a page."""
-    with filled.store._database.reading() as connection:
+    with filled.store.database.reading() as connection:
         return tallies_of(connection, [filled.part])
 
 
 Query = Callable[[Filled], object]
 QUERIES: dict[str, Query] = {
-    "sweeps": lambda f: f.store.sweeps(cursor=f.older),
-    "sweeps of a state": lambda f: f.store.sweeps(cursor=f.older, state=SweepState.CANCELLED),
-    "sweeps with files": lambda f: f.store.sweeps_with_files(cursor=f.older),
-    "sweeps, a large one too": lambda f: f.store.sweeps(),
-    "sweep": lambda f: f.store.sweep(f.part),
-    "sweep with files": lambda f: f.store.sweep_and_files(f.part),
-    "sweep with a file": lambda f: f.store.sweep_and_file(f.part, "cube.nc"),
-    "sweep, the large one": lambda f: f.store.sweep(f.large),
+    "sweeps": lambda f: f.store.sweeps.page(cursor=f.older),
+    "sweeps of a state": lambda f: f.store.sweeps.page(cursor=f.older, state=SweepState.CANCELLED),
+    "sweeps with files": lambda f: f.store.sweeps.page_with_files(cursor=f.older),
+    "sweeps, a large one too": lambda f: f.store.sweeps.page(),
+    "sweep": lambda f: f.store.sweeps.get(f.part),
+    "sweep with files": lambda f: f.store.sweeps.get_with_files(f.part),
+    "sweep with a file": lambda f: f.store.sweeps.get_with_file(f.part, "cube.nc"),
+    "sweep, the large one": lambda f: f.store.sweeps.get(f.large),
     "counts": _counts,
-    "document": lambda f: f.store.sweep_document(f.part),
-    "points": lambda f: f.store.sweep_runs(f.part),
-    "points of a state": lambda f: f.store.sweep_runs(f.part, state=State.QUEUED),
-    "run": lambda f: f.store.run(run_id(7)),
-    "spec of a run": lambda f: f.store.run_spec(run_id(7)),
-    "files of a run": lambda f: f.store.run_files(run_id(7)),
-    "events": lambda f: f.store.events(f.part),
-    "events of a run": lambda f: f.store.run_events(run_id(7)),
-    "all events": lambda f: f.store.all_events(),
-    "last event": lambda f: f.store.last_event(),
-    "runs under way": lambda f: f.store.under_way(),
-    "queue": lambda f: f.store.queue(),
-    "tally": lambda f: f.store.tally((1.0, 10.0, 100.0)),
-    "artifacts": lambda f: f.store.artifacts(f.part),
+    "document": lambda f: f.store.sweeps.document(f.part),
+    "points": lambda f: f.store.sweeps.points(f.part),
+    "points of a state": lambda f: f.store.sweeps.points(f.part, state=State.QUEUED),
+    "run": lambda f: f.store.runs.get(run_id(7)),
+    "spec of a run": lambda f: f.store.runs.spec(run_id(7)),
+    "files of a run": lambda f: f.store.runs.files(run_id(7)),
+    "events": lambda f: f.store.events.of_sweep(f.part),
+    "events of a run": lambda f: f.store.events.of_run(run_id(7)),
+    "all events": lambda f: f.store.events.all(),
+    "last event": lambda f: f.store.events.last(),
+    "runs under way": lambda f: f.store.runs.under_way(),
+    "queue": lambda f: f.store.queue.status(),
+    "tally": lambda f: f.store.queue.tally((1.0, 10.0, 100.0)),
+    "artifacts": lambda f: f.store.publications.files(f.part),
 }
 
 
@@ -197,7 +197,7 @@ def statements_for(filled: Filled, page: str, folder: Path, *, with_key: bool) -
     The use of the key was noted just before, so that it is not noted now.
     """
     store = _fresh(filled.store)
-    with store._database.writing() as connection:
+    with store.database.writing() as connection:
         connection.execute(KEYS.update().values(used=now()))
     _write_files(filled, Artifacts(folder))
     app = build_app(Settings(data=folder), store, FakeDispatcher())
@@ -205,7 +205,7 @@ def statements_for(filled: Filled, page: str, folder: Path, *, with_key: bool) -
     client = TestClient(app, base_url=ADDRESS, headers=headers)
     client.get("/readyz")  # whose outcome and counts the queue shares, here for good
     app.state.readiness._ended = math.inf
-    store._counts = replace(store._counts, time=math.inf)
+    store.queue._counts = replace(store.queue._counts, time=math.inf)
     with closing(app.state.event_streams), statements(store) as sent:
         response = client.get(PAGES[page](filled))
     assert response.status_code == 200, response.text
@@ -214,14 +214,14 @@ def statements_for(filled: Filled, page: str, folder: Path, *, with_key: bool) -
 
 def _fresh(store: Store) -> Store:
     """The store of a service that has just begun: no tallies are remembered."""
-    store._tallies._remembered.clear()
+    store.sweeps._tallies._remembered.clear()
     return store
 
 
 def _write_files(filled: Filled, artifacts: Artifacts) -> None:
     """The files that are sent as pages: runs and publications of this store left none."""
-    files = [artifacts.path(filled.store.artifacts(filled.cancelled[0])[0])]
-    for id, last in filled.store.last_attempts([run_id(7), run_id(ENDED)]).items():
+    files = [artifacts.path(filled.store.publications.files(filled.cancelled[0])[0])]
+    for id, last in filled.store.retention.last_attempts([run_id(7), run_id(ENDED)]).items():
         assert last.token is not None
         files.append(artifacts.log_of(id, last.attempt, last.token))
     for file in files:
@@ -238,9 +238,9 @@ def test_page__takes_at_most_three_statements_with_the_check_of_the_key(
 
 def test_commands__take_as_many_statements_for_many_runs_as_for_one(filled: Filled) -> None:
     commands: dict[str, Callable[[str], object]] = {
-        "priority": lambda id: filled.store.set_priority(id, 3),
-        "cancel": filled.store.cancel_sweep,
-        "retry": filled.store.retry_sweep,
+        "priority": lambda id: filled.store.sweeps.set_priority(id, 3),
+        "cancel": filled.store.sweeps.cancel,
+        "retry": filled.store.sweeps.retry,
     }
     for name, command in commands.items():
         with statements(filled.store) as few:
@@ -257,7 +257,7 @@ def test_commands__take_as_many_statements_for_many_runs_as_for_one(filled: Fill
 def plans(store: Store) -> Iterator[list[str]]:
     """The plans of the statements that the block sends, read before each is executed."""
     texts: list[str] = []
-    explain = "EXPLAIN QUERY PLAN" if store._database.is_sqlite else "EXPLAIN"
+    explain = "EXPLAIN QUERY PLAN" if store.database.is_sqlite else "EXPLAIN"
 
     def read(_c: Any, cursor: Any, statement: str, parameters: Any, *_rest: Any) -> None:
         if not statement.startswith("BEGIN"):
@@ -265,7 +265,7 @@ def plans(store: Store) -> Iterator[list[str]]:
             cursor.execute(f"{explain} {statement}", first)
             texts.append("\n".join(str(row[-1]) for row in cursor.fetchall()))
 
-    engine = store._database._engine
+    engine = store.database._engine
     sa.event.listen(engine, "before_cursor_execute", read)
     try:
         yield texts
@@ -304,7 +304,7 @@ def whole_tables_of(filled: Filled, query: str) -> list[str]:
 
 def test_lease__is_read_through_its_index_in_its_order(filled: Filled) -> None:
     with plans(filled.store) as texts:
-        assert len(filled.store.lease(2, TERM)) == 2
+        assert len(filled.store.leases.take(2, TERM)) == 2
     [plan] = [text for text in texts if "jobs_queue" in text]
     assert "TEMP B-TREE" not in plan
     assert "Sort Key: jobs" not in plan
@@ -312,9 +312,9 @@ def test_lease__is_read_through_its_index_in_its_order(filled: Filled) -> None:
 
 
 def test_finish__reads_a_few_rows_however_long_its_sweep(filled: Filled) -> None:
-    [lease] = filled.store.lease(1, TERM)
+    [lease] = filled.store.leases.take(1, TERM)
     with plans(filled.store) as texts:
-        assert filled.store.finish(lease, result())
+        assert filled.store.leases.finish(lease, result())
     assert [read for text in texts for read in whole_reads(text)] == []
 
 

@@ -1,16 +1,19 @@
-"""Sweeps that cost nothing, an engine that records, a store that fails, and waiting with a deadline."""
+"""Sweeps that cost nothing, an engine that records, a store whose parts fail, and waiting with a deadline."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, cast
+from unittest.mock import patch
 
 from service.records.attempt import Attempt
 from service.records.jobs import Stored, StoreUnavailable
 from service.records.settings import Settings
-from service.store import Leadership, Store
+from service.store import Store
+from service.store.leadership import Leadership, Terms
 from studies.sweeps.sweep import Sweep
 from tests.service.support.targets import FakeRun
 
@@ -127,38 +130,40 @@ class RecordingEngine:
         self.closed.append(leave_seconds)
 
 
-class FlakyStore:
-    """A real store some of whose methods fail as if the database was away, and whose lead can be lost."""
+@contextmanager
+def failing(part: object, *methods: str) -> Iterator[None]:
+    """Let these methods of a part of a store fail as if the database was away, until the end of the block."""
 
-    def __init__(self, store: Store):
-        self._store = store
-        self.failing: set[str] = set()  # names of methods
-        self.overrides: dict[str, Callable[..., Any]] = {}  # methods in place of the store's own
-        self.grants_lead = True
-        self.has_lost_lead = False
+    def fail(*_arguments: object, **_options: object) -> None:
+        raise StoreUnavailable("the database is away")
 
-    def __getattr__(self, name: str) -> Any:
-        if name in self.failing:
-            raise StoreUnavailable("the database is away")
-        return self.overrides.get(name) or getattr(self._store, name)
+    with ExitStack() as ends:
+        for method in methods:
+            ends.enter_context(patch.object(part, method, fail))
+        yield
+
+
+class LosableTerms(Terms):
+    """Terms of a real store whose lead can be refused and lost."""
+
+    grants_lead = True
+    has_lost_lead = False
 
     def lead(self, owner: str) -> Leadership | None:
         """The lead, as often as it is asked for, unless another service has it."""
-        if "lead" in self.failing:
-            raise StoreUnavailable("the database is away")
         self.has_lost_lead = False
-        return FakeLeadership(self) if self.grants_lead else None
+        return LosableLeadership(self) if self.grants_lead else None
 
 
-class FakeLeadership(Leadership):
-    """The lead, until the store says that it is lost."""
+class LosableLeadership(Leadership):
+    """The lead, until its terms say that it is lost."""
 
-    def __init__(self, store: FlakyStore):
+    def __init__(self, terms: LosableTerms):
         super().__init__()
-        self._flaky = store
+        self._terms = terms
 
     def holds(self) -> bool:
-        return not self._flaky.has_lost_lead
+        return not self._terms.has_lost_lead
 
 
 def settings_in(folder: Path, **options: Any) -> Settings:

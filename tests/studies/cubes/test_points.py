@@ -13,7 +13,7 @@ from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.cubes.points import points_of, refined
 from studies.cubes.variables import STATES, VERDICT_WORDS
-from studies.sweeps.sweep import RESOLUTION
+from studies.sweeps.reading import RESOLUTION
 from studies.values.results import DEFINITION
 from tests.studies.support import fakes
 from tests.studies.support.fakes import Axis, Sweep

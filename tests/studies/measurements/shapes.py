@@ -9,9 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from solver.geometry import grid
-from solver.geometry.axisymmetric import Axisymmetric
-from solver.geometry.cartesian3d import Cartesian3D
+from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.state import Particles, Snapshot, empty_table, views
 from studies.measurements._impact import ImpactView, view
 from tests.rows import Row, absolute, relative

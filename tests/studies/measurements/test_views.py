@@ -7,10 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.eos.linear_elastic import LinearElastic
-from solver.geometry import grid
-from solver.geometry.axisymmetric import Axisymmetric
-from solver.geometry.cartesian3d import Cartesian3D
+from solver.matter.eos.linear_elastic import LinearElastic
+from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.state import Particles, Snapshot, empty_table, views
 from studies.measurements._bar import view as view_of_bar
 from studies.measurements._impact import ImpactView, azimuthal_spread, view

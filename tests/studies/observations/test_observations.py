@@ -6,7 +6,8 @@ from studies import observations, scenarios
 from studies.materials.schema import CONFIDENCES
 from studies.observations import UNKNOWN_ALLOY, AllowedNames, Observation, read_observations
 from studies.observations.compared import FEWEST, bias_and_scatter, compared_shots, stored
-from studies.sweeps.sweep import Sweep, vocabulary
+from studies.sweeps.reading import vocabulary
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from studies.values.parameters import Parameter, Value
 

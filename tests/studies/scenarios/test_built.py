@@ -5,8 +5,8 @@ import math
 import numpy as np
 import pytest
 
-from solver.geometry import impact_axis
 from solver.problem import Face
+from solver.problem.geometry import impact_axis
 from solver.simulation import start
 from studies import materials, measurements, scenarios
 from studies.runs.run import Run, materials_of, resolve

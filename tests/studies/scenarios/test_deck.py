@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.matter.strength.johnson_cook import JohnsonCook
 from solver.problem import Face, Problem
 from solver.simulation import start
-from solver.strength.johnson_cook import JohnsonCook
 from studies import scenarios
 from studies.runs.run import materials_of, resolve
 from studies.scenarios._deck import MOST_BYTES, read_deck, read_file_text

@@ -6,14 +6,14 @@ from typing import Any
 
 import pytest
 
-from solver.eos.linear_elastic import LinearElastic
-from solver.failure.johnson_cook import ModifiedJohnsonCookDamage
-from solver.failure.none import NoFailure
-from solver.failure.plastic_strain import PlasticStrainLimit
-from solver.failure.spall import Spall
-from solver.strength.steinberg_guinan import SteinbergGuinan
-from solver.tension.recoverable import RecoverableTension
-from solver.tension.unlimited import UnlimitedTension
+from solver.matter.eos.linear_elastic import LinearElastic
+from solver.matter.failure.johnson_cook import ModifiedJohnsonCookDamage
+from solver.matter.failure.none import NoFailure
+from solver.matter.failure.plastic_strain import PlasticStrainLimit
+from solver.matter.failure.spall import Spall
+from solver.matter.strength.steinberg_guinan import SteinbergGuinan
+from solver.matter.tension.recoverable import RecoverableTension
+from solver.matter.tension.unlimited import UnlimitedTension
 from studies import materials, scenarios
 from studies.scenarios import Materials
 from studies.scenarios._matter import (

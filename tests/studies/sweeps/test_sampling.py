@@ -9,8 +9,9 @@ import pytest
 
 from studies.reports import compare, report
 from studies.sweeps.cost import cost_of
+from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sampling import METHODS
-from studies.sweeps.sweep import Sweep, SweepLimits
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from tests.studies.support.sized import HOLES, sized_cube
 

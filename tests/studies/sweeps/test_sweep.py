@@ -19,7 +19,8 @@ from studies import examples, materials
 from studies.scenarios import Size
 from studies.sweeps.axes import AxisReader
 from studies.sweeps.document import read_sweep_file, read_yaml
-from studies.sweeps.sweep import ACCEPTED, Sweep, SweepLimits
+from studies.sweeps.reading import ACCEPTED, SweepLimits
+from studies.sweeps.sweep import Sweep
 from studies.values.errors import Finding, InvalidInput
 from studies.values.nearest import nearest_cure
 from studies.values.parameters import MaterialName, declared

@@ -7,12 +7,12 @@ from typing import Any, get_args
 import numpy as np
 import pytest
 
+from solver.grid.shapes.gimp import Gimp
+from solver.grid.shapes.linear import Linear
+from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
+from solver.matter.tensor import Jaumann, Unturned
 from solver.problem import Contact, Criterion, Damping, Problem, Retirement, Scheme
-from solver.shapes.gimp import Gimp
-from solver.shapes.linear import Linear
-from solver.shapes.quadratic_bspline import QuadraticBSpline
 from solver.simulation import Simulation, start
-from solver.tensor import Jaumann, Unturned
 from studies import materials
 from studies.runs.execution import setting_of
 from studies.runs.run import Run, estimate, resolve
