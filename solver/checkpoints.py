@@ -21,7 +21,6 @@ from solver import PHYSICS_VERSION
 from solver.audit import Audit
 from solver.errors import Interrupted
 from solver.jit import compiler
-from solver.problem import Problem
 
 MINUTE = 60.0  # s
 MEBIBYTE = 1 << 20
@@ -173,7 +172,7 @@ def _pieces(value: Any) -> Iterator[bytes | memoryview]:
 class Stepping(Protocol):
     """The state that a checkpoint stores and restores: a ``simulation.Simulation``."""
 
-    problem: Problem
+    problem: Any  # a ``problem.Problem``
     shares: int
     time: float
     step: int

@@ -18,10 +18,13 @@ from solver.errors import RegistryError
 
 @cache
 def entries(package: str, kind: str) -> Mapping[str, Any]:
-    """Entries of one kind by their ``name``, sorted; a module whose name begins with an underscore offers none."""
+    """Entries of one kind by their ``name``, sorted.
+
+    A module whose name begins with an underscore offers none, and neither does a folder inside.
+    """
     folder = importlib.import_module(package)
     members: dict[str, Any] = {}
-    for module_name in sorted(module.name for module in pkgutil.iter_modules(folder.__path__)):
+    for module_name in sorted(module.name for module in pkgutil.iter_modules(folder.__path__) if not module.ispkg):
         if not module_name.startswith("_"):
             offered = _load(f"{package}.{module_name}", kind)
             # Entries may be named tuples themselves.

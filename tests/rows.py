@@ -1,4 +1,4 @@
-"""Rows of claims and acceptance checks: the records of ``studies.cases.rows``, and a test's assertion on them."""
+"""Rows of claims and crash tests: the records of ``studies.cases.rows``, and a test's assertion on them."""
 
 from collections.abc import Iterable
 

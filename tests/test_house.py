@@ -190,7 +190,7 @@ def _publish_a_sweep(data: Path) -> None:
 
     from service.api.app import open_service
     from service.cli.local import start_engine
-    from service.records.settings import Settings
+    from service.settings import Settings
 
     with open_service(Settings(data=data, workers=1), start_engine) as app:
         client = TestClient(app, base_url="http://127.0.0.1:8000")

@@ -51,7 +51,7 @@ def _unwatched(name: str) -> Iterator[Any]:
 def _computed(chosen: str, place: Path) -> dict[str, Any]:
     """Rows of a case, and the names of its pictures, which are copied at the level ``fine``."""
     from service.cli.validation import STORE, selected, validated
-    from service.records.settings import Settings
+    from service.settings import Settings
 
     settings = Settings(data=place / STORE)
     name, level = _place(chosen)

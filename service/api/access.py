@@ -31,7 +31,7 @@ from service.api.errors import (
     problem_response,
 )
 from service.records.jobs import Scope, SweepStatus
-from service.records.settings import Settings
+from service.settings import Settings
 from studies.values.errors import Finding, InvalidInput
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})

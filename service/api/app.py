@@ -8,6 +8,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 
+from service import version
 from service.api import errors
 from service.api.access import Access, check_binding, requires
 from service.api.event_streams import EventStreams
@@ -21,8 +22,7 @@ from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.queue.status import DispatcherStatus
 from service.records.jobs import Scope
-from service.records.settings import Settings
-from service.records.version import version
+from service.settings import Settings
 from service.store import Store
 
 __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]

@@ -24,10 +24,10 @@ from prometheus_client.metrics_core import (
 )
 from prometheus_client.registry import Collector
 
+from service import version
 from service.api.event_streams import EventStreams
 from service.queue.status import DispatcherStatus
 from service.records.jobs import RUN_STATES, Cause, JobTally, Kind, State, StoreUnavailable
-from service.records.version import version
 from service.store import Store
 from studies.runs.run import PHYSICS_VERSION
 

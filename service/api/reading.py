@@ -44,14 +44,14 @@ class Posted:
 
 
 @dataclass(frozen=True)
-class Limits:
+class ReadingLimits:
     """What one sweep may take of a child."""
 
     cpu_seconds: int = 30  # ten thousand runs take 6 (2026-11)
     memory: int = 1 << 30  # bytes of data; ten thousand runs take 140 MB (2026-11)
 
 
-USUAL = Limits()
+USUAL = ReadingLimits()
 
 
 @dataclass(frozen=True)
@@ -76,7 +76,7 @@ class _OutOfTime(BaseException):
     """The computing time of a sweep is over; no handler of other errors may catch it."""
 
 
-def read_within_limits(posted: Posted, part: Callable[[Sweep, Posted], Read], limits: Limits) -> Read | Refusal:
+def read_within_limits(posted: Posted, part: Callable[[Sweep, Posted], Read], limits: ReadingLimits) -> Read | Refusal:
     """Read a body within limits of time and memory."""
     os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
     # Ctrl-C is for the service, which ends its children.

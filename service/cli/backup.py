@@ -17,7 +17,7 @@ from service.files.artifacts import Artifacts, digest
 from service.files.data_directory import holding
 from service.queue import data_identity as identity
 from service.records.jobs import Stored
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies.values.errors import Finding, InvalidInput
 from studies.values.files import to_disk, write_atomically

@@ -11,15 +11,15 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service.cli.signals import EndRequest, handling_end_signals
 from service.files.artifacts import LOG, PART, Artifacts
 from service.files.data_directory import DataInUse, check_names, holding
 from service.files.output_folders import check_same, held_in
 from service.queue import data_identity as identity
 from service.records.jobs import SWEEP_TERMINAL, Keep, NotFound, StoreUnavailable, Submission, SweepState, SweepStatus
-from service.records.settings import Settings
-from service.records.signals import EndRequest, handling_end_signals
-from service.records.timings import DEFAULT, Timings
+from service.settings import Settings
 from service.store import Store, digest_of
+from service.workers.timings import DEFAULT, Timings
 from solver.errors import WhippleError
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.reading import SweepLimits

@@ -38,7 +38,7 @@ for title, part in PANELS:
 
 def _print_version(asked: bool) -> None:
     if asked:
-        from service.records.version import version
+        from service import version
 
         print(version())
         raise typer.Exit

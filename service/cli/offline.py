@@ -8,7 +8,7 @@ from contextlib import closing, contextmanager
 from service.cli.doctor import has_database
 from service.files.data_directory import DataInUse, holding
 from service.queue import data_identity as identity
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from solver.errors import WhippleError
 

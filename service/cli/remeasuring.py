@@ -17,11 +17,11 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service import version
 from service.files.artifacts import Artifacts, describe, digest
 from service.queue.verification import Damaged, summary_of
 from service.records.jobs import State, Stored, SweepStatus
-from service.records.settings import Settings
-from service.records.version import version
+from service.settings import Settings
 from service.workers.warm_process import die_with_parent
 from solver.errors import WhippleError
 from studies.runs.remeasure import outdated, remeasure

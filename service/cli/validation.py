@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from service.cli.local import STORE_OF_FOLDER, run_sweeps
+from service.client.progress import Show
 from service.records.jobs import SweepStatus
-from service.records.settings import Settings
+from service.settings import Settings
 from solver.errors import WhippleError
 from studies.cases import validation, verification
 from studies.cases.pages import write_case, write_index
@@ -22,7 +23,6 @@ from studies.values.quantities import refusal
 STORE = STORE_OF_FOLDER
 KINDS = ("validation", "verification")
 
-Show = Callable[[SweepStatus], None]
 ShowProgress = Callable[[str], AbstractContextManager[Show]]
 
 

@@ -13,7 +13,7 @@ from studies.values.errors import MissingExtra
 
 if TYPE_CHECKING:
     from service.execution.protocol import OpenEngine
-    from service.records.settings import Settings
+    from service.settings import Settings
     from service.workers.warm import WarmProcess
 
 CURE = "pip install 'whipple[cluster]', or remove the engine setting to compute runs on this machine"

@@ -8,7 +8,7 @@ import uuid
 from pathlib import Path
 
 from service.files.artifacts import RUNS
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from solver.errors import WhippleError
 from studies.values.errors import Finding, InvalidInput

@@ -18,11 +18,11 @@ from queue import Empty, SimpleQueue
 from service.execution.protocol import Engine, OpenEngine
 from service.queue import data_identity as identity
 from service.queue.leader import Leader
-from service.records.attempt import Inbox
 from service.records.jobs import StoreUnavailable
-from service.records.settings import Settings
-from service.records.timings import DEFAULT, Timings
+from service.settings import Settings
 from service.store import Leadership, Store
+from service.workers.attempt import Inbox
+from service.workers.timings import DEFAULT, Timings
 
 log = logging.getLogger(__name__)
 

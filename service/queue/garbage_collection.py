@@ -20,9 +20,9 @@ from pathlib import Path
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, SWEEPS, Artifacts, name_of_attempt
 from service.files.disk_space import Space
 from service.records.jobs import KEPT_BY, TERMINAL, LastAttempt, State, Stored
-from service.records.settings import Settings
-from service.records.timings import DEFAULT, Timings
+from service.settings import Settings
 from service.store import Store
+from service.workers.timings import DEFAULT, Timings
 
 log = logging.getLogger(__name__)
 

@@ -5,8 +5,8 @@ from dataclasses import replace
 from typing import Any
 
 from service.queue.retry import CRASHES
-from service.records.attempt import Away, Back, Ended, Ending, Message, ProgressMessage
 from service.records.jobs import Cause, Lease
+from service.workers.attempt import Away, Back, Ended, Ending, Message, ProgressMessage
 
 
 class AttemptsInFlight:

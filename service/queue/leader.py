@@ -15,17 +15,17 @@ from typing import Any
 from service.execution.protocol import Engine
 from service.files.artifacts import Artifacts
 from service.files.disk_space import Space
+from service.logs import about
 from service.queue import searching
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
 from service.queue.registration import Registrar
 from service.queue.verification import Verification
-from service.records.attempt import Attempt, Ending
 from service.records.jobs import Kind, Lease, State, StoreUnavailable
-from service.records.logs import about
-from service.records.settings import Settings
-from service.records.timings import Timings
+from service.settings import Settings
 from service.store import Store
+from service.workers.attempt import Attempt, Ending
+from service.workers.timings import Timings
 
 log = logging.getLogger(__name__)
 
@@ -230,10 +230,7 @@ class Leader:
         self._written = now
         news = [(flight.leases[key], progress) for key, progress in flight.progress.items() if key in flight.leases]
         flight.progress.clear()
-        self._store.leases.record_progress([_progress_row(lease, progress) for lease, progress in news])
-        self._store.leases.record_checkpoints(
-            [(lease, progress["checkpoint"]) for lease, progress in news if "checkpoint" in progress]
-        )
+        self._store.leases.record_progress(news)
 
     # --- what begins -----------------------------------------------------------------------------
 
@@ -308,7 +305,3 @@ class Leader:
         document, outcomes = self._store.publications.inputs(lease.sweep_id)
         root = self._artifacts.root
         return {"document": document, "outcomes": [outcome.as_json(root) for outcome in outcomes]}
-
-
-def _progress_row(lease: Lease, progress: Mapping[str, Any]) -> tuple[Lease, float, float, Mapping[str, Any]]:
-    return lease, float(progress.get("fraction") or 0.0), float(progress["seconds"]), progress

@@ -5,13 +5,13 @@ import logging
 from service.files.artifacts import LOG, Artifacts
 from service.files.disk_space import Space
 from service.files.lost_results import TooManyLost
+from service.logs import about
 from service.queue import retry
 from service.queue.verification import VerifiedEnding
-from service.records.attempt import Ending, legible
 from service.records.jobs import Cause, Lease, State, Stored
-from service.records.logs import about
-from service.records.timings import Timings
 from service.store import Store
+from service.workers.attempt import Ending, legible
+from service.workers.timings import Timings
 
 log = logging.getLogger(__name__)
 
@@ -57,7 +57,7 @@ class Registrar:
     def _succeed(self, lease: Lease, verified: VerifiedEnding) -> bool:
         self.backoff.clear(lease)
         if verified.result is None:
-            return self._store.publications.publish(lease, verified.files, seconds=verified.ending.seconds)
+            return self._store.leases.publish(lease, verified.files, seconds=verified.ending.seconds)
         counts = self._store.leases.finish(lease, verified.result)
         if counts:
             try:

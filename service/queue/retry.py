@@ -12,9 +12,9 @@ from dataclasses import dataclass, replace
 from itertools import islice
 
 from service.files.disk_space import Space, names_full_disk
-from service.records.attempt import Ending
 from service.records.jobs import Cause, CrashCount, Lease
-from service.records.timings import DEFAULT, Timings
+from service.workers.attempt import Ending
+from service.workers.timings import DEFAULT, Timings
 
 # Failed attempts of each cause that end a job; None: attempts of this cause are repeated without limit.
 BUDGET: Mapping[Cause, int | None] = {

@@ -3,13 +3,13 @@
 import logging
 from collections.abc import Mapping
 
+from service.logs import about
 from service.records.jobs import Lease, MeasuredRun, State
-from service.records.logs import about
 from service.store import Store
 from solver.errors import WhippleError
 from studies.runs.run import Run
 from studies.sweeps.reading import ACCEPTED
-from studies.sweeps.search import Outcome, outcome_in
+from studies.sweeps.search import LimitOutcome, outcome_in
 from studies.sweeps.sweep import Point, Sweep
 
 log = logging.getLogger(__name__)
@@ -38,7 +38,7 @@ def next_points(sweep: Sweep, runs: Mapping[str, MeasuredRun]) -> list[Point]:
     assert searched.search is not None
     quantity = searched.search.quantity
 
-    def outcome_of(run: Run) -> Outcome | str:
+    def outcome_of(run: Run) -> LimitOutcome | str:
         ended = runs.get(run.id)
         if ended is None or ended.state not in (State.SUCCEEDED, State.FAILED):
             return "unfinished"

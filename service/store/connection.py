@@ -1,12 +1,11 @@
 """Connections and transactions, on SQLite and PostgreSQL.
 
-Writers run one at a time, on both. SQLite knows nothing else; on PostgreSQL every writer first locks
-the one row of ``control``, and reads only after that: each of its statements then sees all that
-earlier writers committed (READ COMMITTED), and nothing changes between its statements. So whatever
-holds for one order of the transactions holds for any number of replicas: two of them that accept the
-same sweep, a run that ends while a sweep joins it, a cancel beside a submission. No writer holds another
-lock while it waits for this one, so there are no deadlocks and no failures to serialise, and the
-numbers of events become visible in order. The price: replicas do not write side by side.
+Writers run one at a time, on both. SQLite knows nothing else; on PostgreSQL every writer first locks the one row of
+``control``, and reads only after that: each of its statements then sees all that earlier writers committed (READ
+COMMITTED), and nothing changes between its statements. So whatever holds for one order of the transactions holds for
+any number of replicas: two of them that accept the same sweep, a run that ends while a sweep joins it, a cancel beside
+a submission. No writer holds another lock while it waits for this one, so there are no deadlocks and no failures to
+serialise, and the numbers of events become visible in order. The price: replicas do not write side by side.
 
 Readers wait for no writer, and see one moment (REPEATABLE READ, a read transaction of SQLite).
 """

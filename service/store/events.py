@@ -7,8 +7,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import Event, Lease
 from service.store.connection import Database
-from service.store.statements import runs_of
-from service.store.tables import EVENTS
+from service.store.tables import EVENTS, runs_of
 
 
 class Events:

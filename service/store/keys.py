@@ -13,8 +13,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import KeyRow, NotFound, Scope, StoreUnavailable
 from service.store.connection import Database
-from service.store.statements import Row, now, one_row
-from service.store.tables import KEYS
+from service.store.tables import KEYS, Row, now, one_row
 
 MARK = "whp_"  # by which people and secret scanners recognise a secret of this service
 PREFIX_LENGTH = len(MARK) + 8
@@ -29,8 +28,8 @@ class Keys:
         self._database = database
         self._noting = Lock()  # held while a use is noted
 
-    def create(self, name: str, scopes: Iterable[Scope], expires: datetime | None = None) -> tuple[KeyRow, str]:
-        """Create a key; return it with its secret, which is stored nowhere."""
+    def issue(self, name: str, scopes: Iterable[Scope], expires: datetime | None = None) -> tuple[KeyRow, str]:
+        """Issue a key; return it with its secret, which is stored nowhere."""
         secret = MARK + secrets.token_urlsafe(SECRET_BYTES)
         row = {
             "id": uuid.uuid4().hex,

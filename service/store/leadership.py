@@ -14,8 +14,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
 from service.store.connection import Database, connect_postgresql
-from service.store.statements import now
-from service.store.tables import TERMS
+from service.store.tables import TERMS, now
 
 LOCK = int.from_bytes(b"leader")  # advisory, of PostgreSQL
 IDLE_SECONDS = 6.0  # of silence, after which the server ends the connection that holds the lock

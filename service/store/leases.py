@@ -5,7 +5,7 @@ the last ones of the job: an attempt that was given up cannot overwrite the work
 """
 
 import secrets
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -15,25 +15,51 @@ from service.records.jobs import Cause, CrashCount, Keep, Kind, Lease, Result, S
 from service.store.connection import Database
 from service.store.events import log_attempts
 from service.store.fair_queueing import IS_WANTED, QUEUE_ORDER, advance_classes, queue_for_film
-from service.store.statements import (
-    IS_HELD,
-    LEASE_COLUMNS,
-    NO_PROGRESS,
+from service.store.tables import (
+    ARTIFACTS,
+    CAUSES,
+    CONTROL,
+    JOBS,
+    POINTS,
     PUBLISH_PRIORITY,
+    TERMS,
     Row,
-    count_attempt,
     given_up,
-    held_by,
     hold_publications,
-    is_held,
-    lease_record,
+    insert_into,
     now,
-    register_files,
     release_publications,
     retention_if,
     unless_result,
 )
-from service.store.tables import CONTROL, JOBS, POINTS, TERMS
+
+LEASE_COLUMNS = [JOBS.c[field] for field in Lease.__dataclass_fields__]
+# Columns of a job that say how far its attempt is.
+NO_PROGRESS = dict.fromkeys(("fraction", "progress", "seconds"), sa.null())
+
+
+def _is_held(id: Any, attempt: Any, term: Any) -> sa.ColumnElement[bool]:
+    return sa.and_(
+        JOBS.c.id == id,
+        JOBS.c.attempt == attempt,
+        JOBS.c.term == term,
+        # Not IN: a list of states cannot be executed for many leases at once.
+        sa.or_(JOBS.c.state == State.RUNNING, JOBS.c.state == State.CANCELLING),
+    )
+
+
+def is_held(lease: Lease) -> sa.ColumnElement[bool]:
+    """The lease is the last one of its job, and the attempt has not ended."""
+    return _is_held(lease.id, lease.attempt, lease.term)
+
+
+# ``is_held`` for many leases at once, each with the parameters of ``held_by``.
+IS_HELD = _is_held(*(sa.bindparam(f"held_{name}") for name in ("id", "attempt", "term")))
+
+
+def held_by(lease: Lease) -> dict[str, Any]:
+    """Parameters of IS_HELD."""
+    return {"held_id": lease.id, "held_attempt": lease.attempt, "held_term": lease.term}
 
 
 class Leases:
@@ -93,25 +119,26 @@ class Leases:
 
     # --- progress --------------------------------------------------------------------------------
 
-    def record_progress(self, news: Sequence[tuple[Lease, float, float, Mapping[str, Any]]]) -> None:
-        """Note the progress of attempts: lease, fraction, seconds so far, progress of the solver."""
+    def record_progress(self, news: Sequence[tuple[Lease, Mapping[str, Any]]]) -> None:
+        """Note the last message about each of these attempts, and the step of its last checkpoint."""
+        progress = {name: sa.bindparam(f"new_{name}", type_=JOBS.c[name].type) for name in NO_PROGRESS}
         rows = [
-            {**held_by(lease), "now_at": fraction, "spent": seconds, "message": dict(progress)}
-            for lease, fraction, seconds, progress in news
+            {
+                **held_by(lease),
+                "new_fraction": float(message.get("fraction") or 0.0),
+                "new_seconds": float(message["seconds"]),
+                "new_progress": dict(message),
+            }
+            for lease, message in news
         ]
-        self._note(rows, fraction="now_at", seconds="spent", progress="message")
-
-    def record_checkpoints(self, news: Sequence[tuple[Lease, int]]) -> None:
-        """Note the step of the last checkpoint of attempts."""
-        rows = [{**held_by(lease), "saved": step} for lease, step in news]
-        self._note(rows, checkpoint="saved")
-
-    def _note(self, rows: Sequence[Mapping[str, Any]], **columns: str) -> None:
-        """Write news of attempts that still count; ``columns`` names the parameter of each column."""
-        values = {name: sa.bindparam(parameter, type_=JOBS.c[name].type) for name, parameter in columns.items()}
-        if rows:
-            with self._database.writing() as connection:
-                connection.execute(JOBS.update().where(IS_HELD).values(values), rows)
+        saved = [
+            {**held_by(lease), "step": message["checkpoint"]} for lease, message in news if "checkpoint" in message
+        ]
+        with self._database.writing() as connection:
+            if rows:
+                connection.execute(JOBS.update().where(IS_HELD).values(progress), rows)
+            if saved:
+                connection.execute(JOBS.update().where(IS_HELD).values(checkpoint=sa.bindparam("step")), saved)
 
     # --- ends ------------------------------------------------------------------------------------
 
@@ -182,6 +209,19 @@ class Leases:
                 log_attempts(connection, moment, "cancelled", lease)
         return outcome
 
+    def publish(self, lease: Lease, files: Sequence[Stored], *, seconds: float) -> bool:
+        """Register the files of a publication, in place of earlier ones, all at once."""
+        moment = now()
+        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment}
+        with self._database.writing() as connection:
+            if not connection.execute(JOBS.update().where(is_held(lease)).values(end)).rowcount:
+                return False
+            connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id == lease.id))
+            register_files(connection, lease.id, files)
+            names = [file.name for file in files]
+            log_attempts(connection, moment, "published", lease, files=names)
+        return True
+
     def _end(
         self,
         lease: Lease,
@@ -234,3 +274,33 @@ def _begin_attempts(head: sa.Select[Any], term: int) -> sa.Update:
 def _counted(crashes: CrashCount | None) -> dict[str, Any]:
     """The columns of the crashes of a job; none where no crash is counted."""
     return {} if crashes is None else {"crashes": crashes.crashes, "crash_step": crashes.step}
+
+
+def wait_again(connection: sa.Connection, lease: Lease, *conditions: sa.ColumnElement[bool]) -> bool:
+    """End the attempt of a leased publication: it waits for runs again. False: the attempt no longer counts."""
+    wait = JOBS.update().where(is_held(lease), *conditions).values(NO_PROGRESS)
+    wait = wait.values(state=State.WAITING, unfinished_point=sa.null(), finished=sa.null())
+    return connection.execute(wait).rowcount > 0
+
+
+def count_attempt(connection: sa.Connection, cause: Cause) -> None:
+    """Count an attempt that did not succeed."""
+    insert = insert_into(connection, CAUSES).values(cause=cause, attempts=1)
+    one_more = {"attempts": CAUSES.c.attempts + 1}
+    connection.execute(insert.on_conflict_do_update(index_elements=["cause"], set_=one_more))
+
+
+def register_files(connection: sa.Connection, job_id: str, files: Iterable[Stored]) -> None:
+    """Register files of a job, in place of those of the same names."""
+    rows = [{**vars(file), "job_id": job_id} for file in files]
+    if rows:
+        names = [row["name"] for row in rows]
+        same = ARTIFACTS.delete().where(ARTIFACTS.c.job_id == job_id)
+        connection.execute(same.where(ARTIFACTS.c.name.in_(names)))
+        connection.execute(ARTIFACTS.insert(), rows)
+
+
+def lease_record(row: Row) -> Lease:
+    """A lease from a row with LEASE_COLUMNS."""
+    values = {field: row._mapping[JOBS.c[field]] for field in Lease.__dataclass_fields__}
+    return Lease(**{**values, "spec": values["spec"] or {}})

@@ -15,20 +15,22 @@ from service.records.jobs import TERMINAL, Cause, Kind, Lease, PublishedRun, Sta
 from service.store import fair_queueing
 from service.store.connection import Database
 from service.store.events import log_attempts, log_event
-from service.store.statements import (
-    NO_PROGRESS,
+from service.store.leases import count_attempt, wait_again
+from service.store.tables import (
+    ARTIFACTS,
+    CONTROL,
+    EVENTS,
+    JOBS,
     POINT_STATE,
+    POINTS,
+    SWEEPS,
     batches,
-    count_attempt,
     invalidate_tallies,
-    is_held,
     now,
     one_row,
-    register_files,
     release_publications,
     stored_record,
 )
-from service.store.tables import ARTIFACTS, CONTROL, EVENTS, JOBS, POINTS, SWEEPS
 
 FAILURE = "ResultLost"
 REASON = "its registered result was lost or damaged"
@@ -50,7 +52,7 @@ _IS_FORGOTTEN = JOBS.c.failure == FAILURE
 
 
 class Publications:
-    """What a publication needs, and how its attempt ends: with files, or with results found lost."""
+    """What a publication needs, what it has published, and the results that it found lost."""
 
     def __init__(self, database: Database):
         self._database = database
@@ -77,19 +79,6 @@ class Publications:
         with self._database.reading() as connection:
             return tuple(stored_record(row) for row in connection.execute(query))
 
-    def publish(self, lease: Lease, files: Sequence[Stored], *, seconds: float) -> bool:
-        """Register the files of a publication, in place of earlier ones, all at once."""
-        moment = now()
-        end = {"state": State.SUCCEEDED, "seconds": seconds, "finished": moment}
-        with self._database.writing() as connection:
-            if not connection.execute(JOBS.update().where(is_held(lease)).values(end)).rowcount:
-                return False
-            connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id == lease.id))
-            register_files(connection, lease.id, files)
-            names = [file.name for file in files]
-            log_attempts(connection, moment, "published", lease, files=names)
-        return True
-
     def lose_results(self, lease: Lease, losses: Sequence[Loss], *, most: int) -> bool:
         """End a publication that found results of its runs lost: it waits until they are computed again.
 
@@ -97,11 +86,9 @@ class Publications:
         limits for all results.
         """
         moment = now()
-        wait = JOBS.update().where(is_held(lease)).values(NO_PROGRESS)
-        wait = wait.values(state=State.WAITING, unfinished_point=sa.null())
         reason = f"results of {len(losses)} runs are lost"
         with self._database.writing() as connection:
-            if not connection.execute(wait).rowcount:
+            if not wait_again(connection, lease):
                 return False
             _forget_results(connection, moment, lease, losses, most)
             count_attempt(connection, Cause.LOST)
@@ -121,11 +108,13 @@ def _forget_results(
     _check_limits(connection, moment, losses)
     ids = [loss.run_id for loss in losses]
     connection.execute(_FORGET, [{"run": loss.run_id, "was": loss.sha256} for loss in losses])
+    cancelled = sa.select(SWEEPS.c.id).where(SWEEPS.c.cancelled.is_not(None))
     for batch in batches(ids):
         gone = JOBS.c.id.in_(batch) & _IS_FORGOTTEN
         files = sa.select(JOBS.c.id).where(gone)
         connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(files)))
-        _detach_from_cancelled(connection, batch)
+        of_cancelled = POINTS.update().where(POINTS.c.run_id.in_(batch), POINTS.c.sweep_id.in_(cancelled))
+        connection.execute(of_cancelled.values(detached=True))
         _queue(connection, moment, gone, most)
     invalidate_tallies(connection, len(ids))
     priority = connection.execute(sa.select(SWEEPS.c.priority).where(SWEEPS.c.id == lease.sweep_id)).scalar_one()
@@ -158,12 +147,6 @@ def _forgotten(connection: sa.Connection, since: datetime) -> int:
     """Number of results forgotten since a moment."""
     count = sa.select(sa.func.count()).where(EVENTS.c.kind == LOST, EVENTS.c.time > since)
     return connection.execute(count).scalar_one()
-
-
-def _detach_from_cancelled(connection: sa.Connection, ids: Sequence[str]) -> None:
-    cancelled = sa.select(SWEEPS.c.id).where(SWEEPS.c.cancelled.is_not(None))
-    detach = POINTS.update().where(POINTS.c.run_id.in_(ids), POINTS.c.sweep_id.in_(cancelled))
-    connection.execute(detach.values(detached=True))
 
 
 def _queue(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool], most: int) -> None:

@@ -13,8 +13,7 @@ from service.records.jobs import Cause, JobTally, Kind, QueueRow, State
 from service.store import leadership
 from service.store.connection import Database
 from service.store.events import log_event
-from service.store.statements import now
-from service.store.tables import CAUSES, CONTROL, EVENTS, JOBS, TERMS
+from service.store.tables import CAUSES, CONTROL, EVENTS, JOBS, TERMS, now
 
 # Counts of jobs are reused for so many seconds, while no event is logged: any client may ask for them, and with 11 000
 # jobs they take 35 ms (2026-11).

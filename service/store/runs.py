@@ -9,20 +9,24 @@ import sqlalchemy as sa
 from service.records.jobs import TERMINAL, Kind, MeasuredRun, NotFound, RunRow, State, Stored
 from service.store.connection import Database
 from service.store.events import log_event
-from service.store.statements import (
-    RUN_COLUMNS,
+from service.store.tables import (
+    ARTIFACTS,
+    JOBS,
+    POINTS,
+    SWEEPS,
+    Row,
     batches,
     begins,
     ended_by_accident,
     now,
     one_row,
     release_publications,
-    run_record,
     runs_of,
     stored_record,
 )
-from service.store.tables import ARTIFACTS, JOBS, POINTS, SWEEPS
 from studies.values.files import RESULT, STATE
+
+RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
 
 
 class Runs:
@@ -37,7 +41,7 @@ class Runs:
         with self._database.reading() as connection:
             return run_record(one_row(connection, query, "run", id))
 
-    def beginning(self, prefix: str, limit: int) -> tuple[RunRow, ...]:
+    def with_prefix(self, prefix: str, limit: int) -> tuple[RunRow, ...]:
         """Runs whose ids begin so, in the order of their ids."""
         query = sa.select(*RUN_COLUMNS).where(JOBS.c.kind == Kind.RUN, begins(JOBS.c.id, prefix))
         with self._database.reading() as connection:
@@ -157,3 +161,8 @@ class Runs:
             for sweep_id in marked:
                 log_event(connection, moment, "outdated", sweep_id=sweep_id)
         return tuple(marked)
+
+
+def run_record(row: Row) -> RunRow:
+    """A run from a row with RUN_COLUMNS."""
+    return RunRow(**{field: row._mapping[JOBS.c[field]] for field in RunRow.__dataclass_fields__})

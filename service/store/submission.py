@@ -11,9 +11,7 @@ from service.records.expansion import ExpandedPoint, ExpandedSweep, expand
 from service.records.jobs import Keep, KeyReused, Kind, State, Submission
 from service.store import fair_queueing
 from service.store.connection import JsonText
-from service.store.events import log_event
-from service.store.statements import PUBLISH_PRIORITY, insert_into, release_publications
-from service.store.tables import IDEMPOTENCY, JOBS, POINTS, SWEEPS
+from service.store.tables import IDEMPOTENCY, JOBS, POINTS, PUBLISH_PRIORITY, SWEEPS, insert_into, release_publications
 
 if TYPE_CHECKING:
     from studies.sweeps.sweep import Sweep
@@ -44,7 +42,7 @@ def accepted_before(connection: sa.Connection, submission: Submission) -> str | 
 
 def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSweep, moment: datetime) -> str:
     """Write the rows of a sweep, and join it to runs that are there already; return its id."""
-    id, planned = uuid.uuid4().hex, len(sweep.points)
+    id = uuid.uuid4().hex
     connection.execute(
         SWEEPS.insert().values(
             id=id,
@@ -56,7 +54,7 @@ def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSwe
             owner=submission.owner,
             priority=submission.priority,
             keep=submission.keep,
-            planned=planned,
+            planned=len(sweep.points),
             new=0,
             created=moment,
         )
@@ -82,7 +80,6 @@ def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSwe
         key, digest = submission.idempotency
         row = {"owner": submission.owner, "key": key, "digest": digest, "sweep_id": id}
         connection.execute(IDEMPOTENCY.insert().values(row))
-    log_event(connection, moment, "accepted", sweep_id=id, planned=planned, new=new)
     return id
 
 

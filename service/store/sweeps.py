@@ -32,27 +32,32 @@ from service.store import fair_queueing
 from service.store.connection import Database
 from service.store.events import log_event
 from service.store.fair_queueing import IS_WANTED, MOVED_TIME, URGENCY
-from service.store.statements import (
+from service.store.leases import wait_again
+from service.store.runs import RUN_COLUMNS, run_record
+from service.store.submission import accept, accepted_before, add_points
+from service.store.tables import (
+    ARTIFACTS,
+    CONTROL,
+    IDEMPOTENCY,
+    JOBS,
     POINT_STATE,
+    POINTS,
     PUBLICATIONS,
-    RUN_COLUMNS,
+    SWEEPS,
     Row,
     begins,
+    enumeration,
     given_up,
     invalidate_tallies,
-    is_held,
     literal,
     now,
-    number_of,
     one_row,
-    point_record,
     release_publications,
     retention_if,
     runs_of,
 )
-from service.store.submission import accept, accepted_before, add_points
-from service.store.tables import ARTIFACTS, CONTROL, IDEMPOTENCY, JOBS, POINTS, SWEEPS, enumeration
 from service.store.time_left import Tallies, counts_of, progress_of, seconds_left, tallies_of
+from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from studies.runs.run import Run
@@ -141,8 +146,11 @@ class Sweeps:
             sweep = expand(sweep, self._cost)
         moment = now()
         with self._database.commanding() as connection:
-            id = accepted_before(connection, submission) or accept(connection, submission, sweep, moment)
-            return sweep_status(connection, id)
+            earlier = accepted_before(connection, submission)
+            status = sweep_status(connection, earlier or accept(connection, submission, sweep, moment))
+            if earlier is None:
+                log_event(connection, moment, "accepted", sweep_id=status.id, planned=status.planned, new=status.new)
+            return status
 
     def extend(self, lease: Lease, points: "Sequence[Point]") -> bool:
         """Add points to the sweep of a leased publication, which waits for them.
@@ -153,9 +161,8 @@ class Sweeps:
         assert id is not None
         is_wanted = sa.exists().where(SWEEPS.c.id == id, SWEEPS.c.cancelled.is_(None))
         last = sa.select(sa.func.max(POINTS.c.ordinal)).where(POINTS.c.sweep_id == id)
-        wait = JOBS.update().where(is_held(lease), is_wanted).values(state=State.WAITING, finished=sa.null())
         with self._database.commanding() as connection:
-            if not connection.execute(wait).rowcount:
+            if not wait_again(connection, lease, is_wanted):
                 return False
             first = connection.execute(last).scalar_one() + 1
             expanded = [*expanded_points(points, self._cost)]
@@ -364,6 +371,25 @@ def _youngest(query: sa.Select[Any], cursor: str | None, limit: int) -> sa.Selec
 def _names(row: Row) -> Sequence[str]:
     """The file names of a row with FILE_NAMES."""
     return tuple(sorted((row.files or "").split()))
+
+
+def point_record(row: Row) -> PointRow:
+    """A point from a row with the columns of POINTS, RUN_COLUMNS and ``point_state``."""
+    return PointRow(
+        ordinal=row._mapping[POINTS.c.ordinal],
+        index=tuple(row.axis_index),
+        coordinates=row.coordinates,
+        state=row.point_state,
+        run=run_record(row),
+    )
+
+
+def number_of(cursor: str) -> int:
+    """The number in a cursor; raises InvalidInput."""
+    if not cursor.isascii() or not cursor.isdigit() or len(cursor) > 18:
+        limit = "the cursor of an earlier page"
+        raise InvalidInput([Finding("cursor", repr(cursor[:40]), limit, "omit the cursor for the first page")])
+    return int(cursor)
 
 
 # --- statements of commands -----------------------------------------------------------------------

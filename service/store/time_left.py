@@ -10,8 +10,7 @@ from collections.abc import Mapping, Sequence
 import sqlalchemy as sa
 
 from service.records.jobs import ACTIVE, RUN_STATES, State
-from service.store.statements import POINT_STATE, Row
-from service.store.tables import JOBS, POINTS
+from service.store.tables import JOBS, POINT_STATE, POINTS, Row
 
 MOST_REMEMBERED = 10_000  # sweeps whose tallies are remembered
 

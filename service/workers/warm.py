@@ -18,8 +18,8 @@ from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from service.records.attempt import Attempt
-from service.records.timings import DEFAULT
+from service.workers.attempt import Attempt
+from service.workers.timings import DEFAULT
 
 log = logging.getLogger(__name__)
 

@@ -107,17 +107,9 @@ class NodalContact:
         for first, second, pair in self.pairs:
             nodes, others = self.fields[first].nodes, self.fields[second].nodes
             if self.knows_gap:
-                measure_gaps(
-                    self.problem.geometry,
-                    self.problem.shape,
-                    pack,
-                    table,
-                    np.ascontiguousarray(shares[:, [first, second]].swapaxes(0, 1)),
-                    (self.sizes[first], self.sizes[second]),
-                    nodes,
-                    others,
-                    pair,
-                )
+                problem, sizes = self.problem, (self.sizes[first], self.sizes[second])
+                ranges = np.ascontiguousarray(shares[:, [first, second]].swapaxes(0, 1))
+                measure_gaps(problem.geometry, problem.shape, pack, table, ranges, sizes, nodes, others, pair)
             ahead = 0.0 if self.contact.criterion == Criterion.MAPPED else dt
             add_contact_forces(nodes, others, pair, self.contact.friction, ahead, dt)
 

@@ -96,10 +96,7 @@ def _layer(geometry: Any, axis: int, side: int, kind: Face, clamp: Clamp) -> dic
     face = layer_nodes(geometry, axis, side, 0)
     closed = np.full(face.size, CLOSED, np.uint8)
     if kind == Face.FIXED:
-        along = np.arange(3) != axis
-        place = node_positions(geometry)[face][:, along]
-        beyond = (place < clamp.lower[along]) | (place > clamp.upper[along])
-        closed[beyond.any(axis=1)] = OPEN
+        closed[~clamp.holds(node_positions(geometry)[face], axis)] = OPEN
     sign = np.ones((face.size, 3))
     sign[:, slice(None) if kind == Face.FIXED else axis] = -1.0
     return {

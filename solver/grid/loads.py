@@ -63,8 +63,8 @@ class Loads:
         place = sign * (max(ends) + 0.5 * body.spacing[load.axis])
         self.areas[:] = 0.0
         for begin, end in ranges:
-            problem, share = self.problem, np.array([[begin, end]])
-            scatter_surface(problem.geometry, problem.shape, self.pack, table, share, self.areas, self.touched)
+            problem, span = self.problem, np.array([[begin, end]])
+            scatter_surface(problem.geometry, problem.shape, self.pack, table, span, self.areas, self.touched)
         reach = REACH * self.problem.geometry.spacing
         near = np.flatnonzero(np.abs(self.place[:, load.axis] - place) < reach)
         return near, self.areas[near, FORCE + load.axis]

@@ -24,7 +24,7 @@ def set_sources(geometry, lines, k, mass, momentum, force, hoop):
 
 
 @implements(set_sources, Cartesian3D)
-def _(geometry, lines, k, mass, momentum, force, hoop):
+def set_sources_of_box(geometry, lines, k, mass, momentum, force, hoop):
     none = spread(0.0)
     set_columns(lines, k, mass, momentum[0], momentum[1], momentum[2], none, none, none, none)
     set_columns(lines, PACK + k, none, none, none, none, force[0], force[3], force[5], none)
@@ -33,7 +33,7 @@ def _(geometry, lines, k, mass, momentum, force, hoop):
 
 
 @implements(set_sources, Axisymmetric)
-def _(geometry, lines, k, mass, momentum, force, hoop):
+def set_sources_of_axisymmetric(geometry, lines, k, mass, momentum, force, hoop):
     none = spread(0.0)
     set_columns(lines, k, mass, momentum[0], momentum[1], momentum[2], force[2] * hoop, none, none, none)
     set_columns(lines, PACK + k, none, none, none, none, force[0], force[3], none, none)
@@ -46,7 +46,7 @@ def scatter(geometry, shape, k, pack, table, touched):
 
 
 @implements(scatter, Cartesian3D)
-def _(geometry, shape, k, pack, table, touched):
+def scatter_of_box(geometry, shape, k, pack, table, touched):
     weight, slope = pack.weight, pack.slope
     whole, first = line(pack.lines, k), line(pack.lines, PACK + k)
     second, third = line(pack.lines, 2 * PACK + k), line(pack.lines, 3 * PACK + k)
@@ -60,10 +60,10 @@ def _(geometry, shape, k, pack, table, touched):
             valued = number(weight, WIDEST + b, k) * flat + number(slope, WIDEST + b, k) * flat2
             sloped = number(weight, WIDEST + b, k) * flat3
             for c in range(width(shape)):
-                share = number(weight, 2 * WIDEST + c, k) * valued
-                share = share + number(slope, 2 * WIDEST + c, k) * sloped
+                given = number(weight, 2 * WIDEST + c, k) * valued
+                given = given + number(slope, 2 * WIDEST + c, k) * sloped
                 node = row + c * along_third
-                set_line(table, node, line(table, node) + share)
+                set_line(table, node, line(table, node) + given)
             row += along_second
         # Those along the second axis are neighbours: the blocks of the first and the last hold the ones between.
         for c in range(width(shape)):
@@ -74,7 +74,7 @@ def _(geometry, shape, k, pack, table, touched):
 
 
 @implements(scatter, Axisymmetric)
-def _(geometry, shape, k, pack, table, touched):
+def scatter_of_axisymmetric(geometry, shape, k, pack, table, touched):
     weight, slope = pack.weight, pack.slope
     whole, along, across = (line(pack.lines, k), line(pack.lines, PACK + k), line(pack.lines, 2 * PACK + k))
     row = element(pack.first, k)
@@ -82,8 +82,8 @@ def _(geometry, shape, k, pack, table, touched):
         valued = number(weight, a, k) * whole + number(slope, a, k) * along
         sloped = number(weight, a, k) * across
         for b in range(width(shape)):
-            share = number(weight, WIDEST + b, k) * valued + number(slope, WIDEST + b, k) * sloped
-            set_line(table, row + b, line(table, row + b) + share)
+            given = number(weight, WIDEST + b, k) * valued + number(slope, WIDEST + b, k) * sloped
+            set_line(table, row + b, line(table, row + b) + given)
         mark(touched, row // BLOCK)
         mark(touched, (row + width(shape) - 1) // BLOCK)
         row += geometry.nodes[1]
@@ -95,7 +95,7 @@ def scatter_weighted(geometry, shape, k, pack, table):
 
 
 @implements(scatter_weighted, Cartesian3D)
-def _(geometry, shape, k, pack, table):
+def scatter_weighted_of_box(geometry, shape, k, pack, table):
     weight = pack.weight
     whole = line(pack.lines, k)
     plane = element(pack.first, k)
@@ -106,28 +106,28 @@ def _(geometry, shape, k, pack, table):
         for b in range(width(shape)):
             valued = number(weight, WIDEST + b, k) * flat
             for c in range(width(shape)):
-                share = number(weight, 2 * WIDEST + c, k) * valued
+                given = number(weight, 2 * WIDEST + c, k) * valued
                 node = row + c * along_third
-                set_line(table, node, line(table, node) + share)
+                set_line(table, node, line(table, node) + given)
             row += along_second
         plane += along_first
 
 
 @implements(scatter_weighted, Axisymmetric)
-def _(geometry, shape, k, pack, table):
+def scatter_weighted_of_axisymmetric(geometry, shape, k, pack, table):
     weight = pack.weight
     whole = line(pack.lines, k)
     row = element(pack.first, k)
     for a in range(width(shape)):
         valued = number(weight, a, k) * whole
         for b in range(width(shape)):
-            share = number(weight, WIDEST + b, k) * valued
-            set_line(table, row + b, line(table, row + b) + share)
+            given = number(weight, WIDEST + b, k) * valued
+            set_line(table, row + b, line(table, row + b) + given)
         row += geometry.nodes[1]
 
 
 @implements(gather, Cartesian3D)
-def _(geometry, shape, k, pack, table, lines):
+def gather_of_box(geometry, shape, k, pack, table, lines):
     weight, slope = pack.weight, pack.slope
     whole = first = second = third = spread(0.0)
     plane = element(pack.first, k)
@@ -157,7 +157,7 @@ def _(geometry, shape, k, pack, table, lines):
 
 
 @implements(gather, Axisymmetric)
-def _(geometry, shape, k, pack, table, lines):
+def gather_of_axisymmetric(geometry, shape, k, pack, table, lines):
     weight, slope = pack.weight, pack.slope
     whole = along = across = spread(0.0)
     row = element(pack.first, k)

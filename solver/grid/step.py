@@ -20,6 +20,7 @@ velocities that the particles end with, so that their sums drift, and the audit 
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -45,28 +46,15 @@ from solver.problem.geometry import dimensions, node_count
 from solver.state import NEW_X, NEW_Z, X, Z, lines
 from solver.steps.crossing import cross_faces
 from solver.steps.method import Method, Partition, StepBalance
-from solver.steps.points import CULPRIT, FAULT, OUTSIDE, Limits, Tally, empty_tallies, summarise, update_particles
-from solver.steps.space import VELOCITY, new_pack
+from solver.steps.points import CULPRIT, FAULT, OUTSIDE, PointUpdate, StateLimits
+from solver.steps.space import VELOCITY
 from solver.steps.threads import ThreadPool
 from solver.vectors import first_lanes, line, number, set_line, spread, where
 
 
-class Kernels:
-    """The kernels of each step, bound to the types of one problem."""
-
-    def __init__(self, bodies: int):
-        self.scatter_state = Bound(scatter_state)
-        self.add_lines = Bound(add_lines)
-        self.close_nodes = Bound(close_nodes)
-        self.solve_momentum = Bound(solve_momentum)
-        self.mirror_nodes = Bound(mirror_nodes)
-        self.add_ghost_impulse = Bound(add_ghost_impulse)
-        self.move_particles = Bound(move_particles)
-        self.close_mapped = Bound(close_mapped)
-        self.divide_mapped = Bound(divide_mapped)
-        self.clear_lines = Bound(clear_lines)
-        self.update_particles = [Bound(update_particles) for _ in range(bodies)]
-        self.summarise = Bound(summarise)
+def bound_kernels() -> Any:
+    """The kernels of each step by their names, bound to the types of one problem."""
+    return SimpleNamespace(**{each.__name__: Bound(each) for each in KERNELS})
 
 
 class Field:
@@ -75,8 +63,8 @@ class Field:
     Each share of the particles adds to a table of its own; the first is that of the nodes.
     """
 
-    def __init__(self, problem: Problem, bodies: slice, shares: int, kernels: "Kernels | None" = None):
-        self.kernels = kernels or Kernels(len(problem.bodies))
+    def __init__(self, problem: Problem, bodies: slice, shares: int, kernels: Any = None):
+        self.kernels = kernels or bound_kernels()
         # Small pages cost nothing in two dimensions, and a fifth of a step in three, where neighbours of a node lie in
         # nine of them (3-D linear 31.7 -> 38.4, axisymmetric spline 21.4 -> 21.6 reference numbers, 2026-11-22).
         sparse = dimensions(problem.geometry) == 2
@@ -141,16 +129,13 @@ class Field:
 class Stepper(Method):
     """The ordered stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         if problem.shape is None:
             problem = replace(problem, shape=Linear())
         self.problem = problem
-        self.limits = limits
         self.pool = pool
-        self.kernels = Kernels(len(problem.bodies))
-        self.packs = [new_pack() for _ in range(shares)]
-        self.tallies = empty_tallies(shares * len(problem.bodies))
-        self.summary = np.zeros(len(Tally._fields))
+        self.kernels = bound_kernels()
+        self.points = PointUpdate(problem, limits, shares)
         self.time = 0.0  # at n+1, s
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
         bodies = len(problem.bodies)
@@ -180,11 +165,10 @@ class Stepper(Method):
         if scheme == Scheme.USF:
             partition.table[X : Z + 1] = partition.table[NEW_X : NEW_Z + 1]
             self._check_positions(partition.particles.position)
-            self.tallies[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
+            self.points.tallies[:, OUTSIDE] = 1.0  # they moved after it was counted: every step looks
         else:
             self._update(partition, dt, whole_work=0)  # sigma at n+1
-        self.kernels.summarise(self.tallies, self.summary)
-        tally = Tally(*self.summary.tolist())
+        tally = self.points.tally()
         gone, reflected = 0, 0
         if tally.outside:
             gone, reflected = cross_faces(
@@ -210,40 +194,28 @@ class Stepper(Method):
         """
         problem, energy, contact, loaded = self.problem, 0.0, 0.0, 0.0
         damping = StepDamping(-math.expm1(-problem.damping.rate * dt), float(problem.damping.order))
-        share = 0.0 if problem.scheme == Scheme.USF else 0.5
-        work = StepWork(share, float(problem.viscosity.heating))
+        work = StepWork(0.0 if problem.scheme == Scheme.USF else 0.5, float(problem.viscosity.heating))
         for field in self.fields:
             self._scatter(field, partition)  # m, p, f at n
             field.load(partition, self.time - dt, dt, impulse)
             field.close(dt, impulse)
             field.absorb(dt, impulse)
         if self.contact:
-            self.contact.add_forces(partition.table, partition.shares, self.packs[0], dt)
+            self.contact.add_forces(partition.table, partition.shares, self.points.packs[0], dt)
         for field in self.fields:
             self._solve(field, dt)  # v at n+1
             field.mirror()
             self.kernels.add_ghost_impulse(field.closed, field.nodes.motion, dt, impulse)
             if damping.part > 0.0 and damping.order > 1.0:
                 self._smooth(field, partition)
+
+        def move(field: Field, share: int, ranges: np.ndarray) -> None:
+            to_nodes = problem.geometry, problem.shape, self.points.packs[share], partition.table, ranges
+            velocities = field.nodes.motion, field.nodes.smoothed, field.tables[share]
+            self.kernels.move_particles(*to_nodes, *velocities, work, damping, dt, field.lost[share])
+
         for field in self.fields:
-            self._over_shares(
-                field,
-                partition,
-                lambda field, share, ranges: self.kernels.move_particles(
-                    problem.geometry,
-                    problem.shape,
-                    self.packs[share],
-                    partition.table,
-                    ranges,
-                    field.nodes.motion,
-                    field.nodes.smoothed,
-                    field.tables[share],
-                    work,
-                    damping,
-                    dt,
-                    field.lost[share],
-                ),
-            )
+            self._over_shares(field, partition, move)
             field.gathered(self.pool)
             if damping.part > 0.0:
                 impulse -= field.lost[:, :3].sum(axis=0)
@@ -253,7 +225,8 @@ class Stepper(Method):
             loaded += field.work(dt)
             if problem.scheme == Scheme.MUSL:
                 nodes = field.nodes
-                _over_blocks(self.pool, self.kernels.divide_mapped, field.blocks, nodes.state, nodes.mapped)
+                tables = nodes.state, nodes.state, nodes.mapped
+                _over_blocks(self.pool, self.kernels.divide_mapped, field.blocks, *tables)
                 field.mirror()
         if self.contact:
             contact = self.contact.energy_removed()
@@ -262,19 +235,13 @@ class Stepper(Method):
         return energy, contact, loaded
 
     def _scatter(self, field: Field, partition: Partition) -> None:
-        self._over_shares(
-            field,
-            partition,
-            lambda field, share, ranges: self.kernels.scatter_state(
-                self.problem.geometry,
-                self.problem.shape,
-                self.packs[share],
-                partition.table,
-                ranges,
-                field.tables[share],
-                field.touched[share],
-            ),
-        )
+        problem = self.problem
+
+        def scatter(field: Field, share: int, ranges: np.ndarray) -> None:
+            pack, tables = self.points.packs[share], (field.tables[share], field.touched[share])
+            self.kernels.scatter_state(problem.geometry, problem.shape, pack, partition.table, ranges, *tables)
+
+        self._over_shares(field, partition, scatter)
         field.gathered(self.pool)
         if len(field.tables) > 1:
             np.bitwise_or.reduce(field.touched, axis=0, out=field.touched[0])
@@ -288,51 +255,29 @@ class Stepper(Method):
             ranges = partition.shares[share, field.bodies]
             geometry, shape = self.problem.geometry, self.problem.shape
             motion = field.nodes.motion
-            scatter_smoothed(geometry, shape, self.packs[0], partition.table, ranges, motion, smoothed)
+            scatter_smoothed(geometry, shape, self.points.packs[0], partition.table, ranges, motion, smoothed)
         fold_vectors(field.closed, smoothed, VELOCITY)
-        _over_blocks(self.pool, divide_smooth, field.blocks, field.nodes.state, smoothed)
+        _over_blocks(self.pool, divide_mapped, field.blocks, field.nodes.state, smoothed, smoothed)
         mirror_vectors(field.closed, smoothed, VELOCITY)
 
     def _check_positions(self, position: np.ndarray) -> None:
         """Report a position that is not finite: with USF particles move after their state was checked."""
         nowhere = np.flatnonzero(~np.isfinite(position).all(axis=1))
-        if nowhere.size and not self.tallies[:, FAULT].any():
-            self.tallies[0, FAULT], self.tallies[0, CULPRIT] = 1.0, nowhere[0]
+        if nowhere.size and not self.points.tallies[:, FAULT].any():
+            self.points.tallies[0, [FAULT, CULPRIT]] = 1.0, nowhere[0]
 
     def _update(self, partition: Partition, dt: float, *, whole_work: int) -> None:
         """Each share's bodies one after another, because they have its pack in common."""
-        bodies = range(len(self.problem.bodies))
-        pairs = [(field, body) for field in self.fields for body in bodies[field.bodies]]
+        problem = self.problem
+        pairs = [(field, body) for field in self.fields for body in range(len(problem.bodies))[field.bodies]]
 
         def update(share: int) -> None:
             for field, body in pairs:
-                self._update_body(field, body, share, partition, dt, whole_work)
+                where = share, body, partition.table, partition.shares[share, body].tolist()
+                velocities = field.nodes.mapped
+                self.points.update(problem.geometry, problem.viscosity, *where, velocities, self.time, dt, whole_work)
 
-        self.pool.run(update, range(len(self.packs)))
-
-    def _update_body(
-        self, field: Field, body: int, share: int, partition: Partition, dt: float, whole_work: int
-    ) -> None:
-        problem = self.problem
-        begin, end = partition.shares[share, body].tolist()
-        self.kernels.update_particles[body](
-            problem.geometry,
-            problem.shape,
-            self.packs[share],
-            problem.bodies[body].matter,
-            problem.stress_rate,
-            problem.viscosity,
-            self.limits,
-            partition.table,
-            begin,
-            end,
-            field.nodes.mapped,
-            self.tallies,
-            share * len(problem.bodies) + body,
-            self.time,
-            dt,
-            whole_work,
-        )
+        self.pool.run(update, range(len(self.points.packs)))
 
     def _over_shares(self, field: Field, partition: Partition, call: Any) -> None:
         """A kernel over each share of the particles of a field."""
@@ -412,18 +357,23 @@ def solve_momentum(blocks, state, motion, mapped, dt):
 
 
 @kernel
-def divide_smooth(blocks, state, smoothed):
-    """Mapped momentum of the smoothed velocities becomes their velocity."""
+def divide_mapped(blocks, state, momentum, velocity):
+    """Velocity of nodes that carry mass, from mapped momentum."""
     for block in blocks:
         for i in range(BLOCK * block, BLOCK * (block + 1)):
             if number(state, i, 0) > 0.0:
-                set_line(smoothed, i, line(smoothed, i) * (1.0 / number(state, i, 0)))
+                set_line(velocity, i, line(momentum, i) * (1.0 / number(state, i, 0)))
 
 
-@kernel
-def divide_mapped(blocks, state, mapped):
-    """Velocity of nodes that carry mass, from the momentum mapped back."""
-    for block in blocks:
-        for i in range(BLOCK * block, BLOCK * (block + 1)):
-            if number(state, i, 0) > 0.0:
-                set_line(mapped, i, line(state, i) * (1.0 / number(state, i, 0)))
+KERNELS = (
+    scatter_state,
+    add_lines,
+    close_nodes,
+    solve_momentum,
+    mirror_nodes,
+    add_ghost_impulse,
+    move_particles,
+    close_mapped,
+    divide_mapped,
+    clear_lines,
+)

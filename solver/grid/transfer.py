@@ -12,35 +12,25 @@ from solver.grid.shapes import weights, width
 from solver.grid.stencils import scatter, scatter_weighted, set_sources
 from solver.jit import device, implements, kernel
 from solver.matter.tensor import contract, scaled, symmetric
-from solver.problem.geometry import MARGIN, dimensions, hoop_factor, unpacked
-from solver.state import (
-    DENSITY,
-    ENERGY,
-    MASS,
-    NEW_X,
-    NEW_Y,
-    NEW_Z,
-    PRESSURE,
-    S11,
-    S12,
-    S22,
-    S23,
-    S31,
-    S33,
-    VISCOSITY,
-    VX,
-    VY,
-    VZ,
-    X,
-    Y,
-    Z,
+from solver.problem.geometry import MARGIN, Axisymmetric, Cartesian3D, dimensions, hoop_factor, unpacked
+from solver.state import DENSITY, ENERGY, MASS, NEW_X, NEW_Y, NEW_Z, PRESSURE, VISCOSITY, VX, VY, VZ, X, Y, Z
+from solver.steps.space import (
+    PACK,
+    WIDEST,
+    columns,
+    deviators_of,
+    find_nodes,
+    gather,
+    opened,
+    set_columns,
+    velocity_gradient,
 )
-from solver.steps.space import PACK, WIDEST, columns, find_nodes, gather, opened, set_columns, velocity_gradient
 from solver.vectors import LANES, bare, first_lanes, load, spread, store, store_whole, total, where
 
 
-@implements(find_nodes, object)
-def _(geometry, shape, table, start, stop, pack):
+@implements(find_nodes, Cartesian3D)
+@implements(find_nodes, Axisymmetric)
+def find_nodes_on_grid(geometry, shape, table, start, stop, pack):
     inverse = 1.0 / geometry.spacing
     lanes = first_lanes(LANES)
     for p in range(start, stop, LANES):
@@ -60,14 +50,8 @@ def _(geometry, shape, table, start, stop, pack):
 def stress_of(table, p, lanes, heating):
     """Stress of eight particles with ``heating`` times their artificial viscosity, six components in Pa."""
     isotropic = -(load(table, PRESSURE, p, lanes) + heating * load(table, VISCOSITY, p, lanes))
-    return (
-        load(table, S11, p, lanes) + isotropic,
-        load(table, S22, p, lanes) + isotropic,
-        load(table, S33, p, lanes) + isotropic,
-        load(table, S12, p, lanes),
-        load(table, S23, p, lanes),
-        load(table, S31, p, lanes),
-    )
+    s11, s22, s33, s12, s23, s31 = deviators_of(table, p, lanes)
+    return s11 + isotropic, s22 + isotropic, s33 + isotropic, s12, s23, s31
 
 
 @kernel
@@ -129,7 +113,7 @@ def scatter_surface(geometry, shape, pack, table, ranges, nodes, touched):
 class StepWork(NamedTuple):
     """Parts of the work of stress and viscosity that go into the internal energy in a step."""
 
-    share: float  # of the stress' work in the velocities before the forces
+    part: float  # of the stress' work in the velocities before the forces
     heating: float  # of the viscosity's work: 1 heats, 0 does not
 
 
@@ -144,7 +128,7 @@ class StepDamping(NamedTuple):
 def move_particles(geometry, shape, pack, table, ranges, motion, smoothed, mapped, work, damping, dt, lost):
     """New velocities (FLIP) and positions, and the new momentum back onto the nodes: Ma (2005), Eqs. 2-33 to 2-37.
 
-    The internal energy takes the part ``work.share`` of the work of the stress in the velocities before the forces
+    The internal energy takes the part ``work.part`` of the work of the stress in the velocities before the forces
     (``work.heating`` times that of the viscosity). New positions go to rows of their own: the strain update that
     follows still uses the weights of the old ones. Momentum (3) and energy that the damping takes are added to ``lost``
     (4,). The momentum of the particles goes to the table ``mapped``.
@@ -176,7 +160,7 @@ def move_particles(geometry, shape, pack, table, ranges, motion, smoothed, mappe
                 gradient = velocity_gradient(geometry, pack.lines, k, hoop_factor(geometry, x))
                 stress = stress_of(table, p, lanes, work.heating)
                 power = contract(stress, symmetric(gradient))
-                energy = load(table, ENERGY, p, lanes) + work.share * power * dt / density
+                energy = load(table, ENERGY, p, lanes) + work.part * power * dt / density
                 store(table, ENERGY, p, energy, lanes)
                 kick = (seen[4] * dt, seen[5] * dt, seen[6] * dt)
                 change = (none, none, none)
@@ -205,7 +189,7 @@ def move_particles(geometry, shape, pack, table, ranges, motion, smoothed, mappe
 def damped(velocity, seen, smooth, damping):
     """Minus the part ``damping.part`` of (1 - P)^order v: the change of eight velocities by damping, (3,).
 
-    ``seen`` has P v, ``smooth`` P P v. Its share of the kinetic energy is that in the mean of old and new velocity, as
+    ``seen`` has P v, ``smooth`` P P v. Its part of the kinetic energy is that in the mean of old and new velocity, as
     the work of the forces is.
     """
     part, order = damping.part, damping.order

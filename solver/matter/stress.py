@@ -15,13 +15,13 @@ from solver.matter.tension import pressure_floor
 from solver.matter.tensor import (
     Jaumann,
     added,
-    carried,
     contract,
     deviator,
     equivalent_strain,
     equivalent_stress,
     scaled,
     strain_increment,
+    transported,
     volume_ratio,
 )
 from solver.vectors import alike, anywhere, maximum, minimum, sqrt, where
@@ -81,7 +81,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     shape_change = deviator(strain, trace)
     stiff = relative_stiffness(matter, density, old.pressure, old.temperature)
     modulus = matter.shear_modulus * stiff
-    turned = carried(stress_rate, gradient, old.deviator, dt)
+    turned = transported(stress_rate, gradient, old.deviator, dt)
     trial = added(turned, shape_change, 2.0 * modulus)
     rate = equivalent_strain(shape_change) * per_time
     strength = under_pressure(matter.strength, matter.eos, density, old.energy)
@@ -166,10 +166,10 @@ def artificial_viscosity(viscosity, density, sound_speed, spacing, rate):
 
 
 @device
-def return_to_yield(strength, trial, modulus, plastic_strain, factor, share=1.0):
+def return_to_yield(strength, trial, modulus, plastic_strain, factor, part=1.0):
     """Radial return of a trial deviator; gives the deviator on the surface and the plastic strain increment.
 
-    Solves trial - 3 G d = sigma_y(eps_p + s d) by Newton's rule; s is the ``share`` of d that hardens. The left side
+    Solves trial - 3 G d = sigma_y(eps_p + s d) by Newton's rule; s is the ``part`` of d that hardens. The left side
     falls and the slope of the right one does not grow, so that the answer is approached from below. From a strain of
     zero, where the slope may be infinite, the first step is too long and the next ones go back, never to zero. Of a
     step d at most half d^2 / eps_p times the slope is left, as in a power law, and decides whether another one is
@@ -186,14 +186,14 @@ def return_to_yield(strength, trial, modulus, plastic_strain, factor, share=1.0)
     steep = alike(3.0 * modulus, size)
     seeking = yielding
     for _ in range(NEWTONS):
-        stiff = alike(slope * factor * share, size)
+        stiff = alike(slope * factor * part, size)
         step = excess / (steep + stiff)
-        tolerated = RETURN_TOLERANCE * size * (plastic_strain + share * slip)
+        tolerated = RETURN_TOLERANCE * size * (plastic_strain + part * slip)
         slip = where(seeking, maximum(slip + step, NEWTON_BACK * slip), slip)
         seeking = seeking & (0.5 * stiff * step * step >= tolerated)
         if not anywhere(seeking):
             break
-        limit, slope = hardening(strength, plastic_strain + share * slip)
+        limit, slope = hardening(strength, plastic_strain + part * slip)
         excess = size - steep * slip - alike(limit * factor, size)
     return scaled(trial, where(yielding, 1.0 - steep * slip / size, 1.0)), slip
 

@@ -8,7 +8,7 @@ Shear components are tensor components, not engineering strains.
 
 from typing import Any, NamedTuple
 
-from solver.jit import device, generic, implements
+from solver.jit import device, generic, implements, overridable
 from solver.vectors import sqrt
 
 
@@ -57,13 +57,9 @@ def added(a, b, factor):
     )
 
 
-@generic
+@overridable
 def symmetric(gradient):
     """Symmetric part of a velocity gradient."""
-
-
-@implements(symmetric, object)
-def _(gradient):
     return (
         gradient[0][0],
         gradient[1][1],
@@ -75,7 +71,7 @@ def _(gradient):
 
 
 @implements(symmetric, PlaneGradient)
-def _(gradient):
+def symmetric_of_plane_gradient(gradient):
     none = gradient[1][2]
     shear = 0.5 * (gradient[0][1] + gradient[1][0])
     return (gradient[0][0], gradient[1][1], gradient[2][2], shear, none, none)
@@ -88,13 +84,9 @@ def strain_increment(gradient, dt):
     return strain, strain[0] + strain[1] + strain[2]
 
 
-@generic
+@overridable
 def volume_ratio(gradient, dt):
     """det(I + L dt): what the step x + v dt does to a volume, exactly."""
-
-
-@implements(volume_ratio, object)
-def _(gradient, dt):
     a, b, c = 1.0 + gradient[0][0] * dt, gradient[0][1] * dt, gradient[0][2] * dt
     d, e, f = gradient[1][0] * dt, 1.0 + gradient[1][1] * dt, gradient[1][2] * dt
     g, h, i = gradient[2][0] * dt, gradient[2][1] * dt, 1.0 + gradient[2][2] * dt
@@ -102,7 +94,7 @@ def _(gradient, dt):
 
 
 @implements(volume_ratio, PlaneGradient)
-def _(gradient, dt):
+def volume_ratio_of_plane_gradient(gradient, dt):
     a, b = 1.0 + gradient[0][0] * dt, gradient[0][1] * dt
     d, e = gradient[1][0] * dt, 1.0 + gradient[1][1] * dt
     return (a * e - b * d) * (1.0 + gradient[2][2] * dt)
@@ -134,32 +126,28 @@ class Unturned(NamedTuple):
 
 
 @generic
-def carried(stress_rate, gradient, a, dt):
+def transported(stress_rate, gradient, a, dt):
     """A deviator after dt without straining, as a rate of stress has it."""
 
 
-@implements(carried, Jaumann)
-def _(stress_rate, gradient, a, dt):
+@implements(transported, Jaumann)
+def transported_of_jaumann(stress_rate, gradient, a, dt):
     return turned(gradient, a, dt)
 
 
-@implements(carried, Unturned)
-def _(stress_rate, gradient, a, dt):
+@implements(transported, Unturned)
+def transported_of_unturned(stress_rate, gradient, a, dt):
     return a
 
 
-@generic
+@overridable
 def turned(gradient, a, dt):
     """A tensor rotated by the spin of a velocity gradient over dt: see ``rotated``."""
-
-
-@implements(turned, object)
-def _(gradient, a, dt):
     return rotated(a, spin_increment(gradient, dt))
 
 
 @implements(turned, PlaneGradient)
-def _(gradient, a, dt):
+def turned_of_plane_gradient(gradient, a, dt):
     # A turn by the angle phi with tan(phi / 2) = half: half the difference of 11 and 22, and 12, turn by 2 phi.
     half = 0.25 * dt * (gradient[1][0] - gradient[0][1])
     square = half * half

@@ -30,6 +30,13 @@ class Clamp(NamedTuple):
     lower: np.ndarray  # (3,) m
     upper: np.ndarray  # (3,) m
 
+    def holds(self, position: np.ndarray, axis: int) -> np.ndarray:
+        """Which places (n, 3) at a face across an axis lie within the box, by their place along the face."""
+        along = np.arange(3) != axis
+        place = position[:, along]
+        inside: np.ndarray = ((place >= self.lower[along]) & (place <= self.upper[along])).all(axis=1)
+        return inside
+
 
 def clamp(*, lower: Any = -np.inf, upper: Any = np.inf) -> Clamp:
     """A clamp between two corners, one number or one for each axis; by default everywhere."""
@@ -232,7 +239,12 @@ class Problem:
 
 
 def mean_pressure(load: Traction, begin: float, end: float) -> float:
-    """Mean pressure of a traction between two times (s), Pa: linear between the times of its table, none outside."""
+    """Mean pressure of a traction between two times (s), Pa: linear between the times of its table, none outside.
+
+    >>> ramp = Traction(0, 0, 1, np.array([1.0, 2.0, 4.0]), np.array([0.0, 6.0, 6.0]))
+    >>> [mean_pressure(ramp, *times) for times in ((0.0, 1.0), (1.0, 2.0), (0.0, 4.0), (3.0, 5.0), (4.0, 9.0))]
+    [0.0, 3.0, 3.75, 3.0, 0.0]
+    """
     inside = load.time[(load.time > begin) & (load.time < end)]
     times = np.clip([begin, *inside, end], load.time[0], load.time[-1])
     pressure = np.interp(times, load.time, load.pressure)

@@ -20,7 +20,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.jit import generic, implements
+from solver.jit import generic, gives, implements
 
 AXES = 3
 MARGIN = 1  # layers of ghost nodes outside a face: what the widest shape reaches
@@ -62,7 +62,7 @@ def unpacked(geometry):
 
 
 @implements(unpacked, Cartesian3D)
-def _(geometry):
+def unpacked_of_box(geometry):
     lower, cells, nodes = geometry.lower, geometry.cells, geometry.nodes
     return Cartesian3D(
         (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), (nodes[0], nodes[1], nodes[2])
@@ -70,7 +70,7 @@ def _(geometry):
 
 
 @implements(unpacked, Axisymmetric)
-def _(geometry):
+def unpacked_of_axisymmetric(geometry):
     lower, cells, nodes = geometry.lower, geometry.cells, geometry.nodes
     return Axisymmetric(
         (lower[0], lower[1], lower[2]), geometry.spacing, (cells[0], cells[1], cells[2]), (nodes[0], nodes[1], nodes[2])
@@ -82,14 +82,8 @@ def dimensions(geometry):
     """Axes along which the grid has extent."""
 
 
-@implements(dimensions, Cartesian3D)
-def _(geometry):
-    return 3
-
-
-@implements(dimensions, Axisymmetric)
-def _(geometry):
-    return 2
+gives(dimensions, Cartesian3D, 3)
+gives(dimensions, Axisymmetric, 2)
 
 
 @generic
@@ -97,13 +91,11 @@ def hoop_factor(geometry, first):
     """1 / r of particles whose first coordinate is given, 0 where no coordinate is a radius; 1/m."""
 
 
-@implements(hoop_factor, Cartesian3D)
-def _(geometry, first):
-    return 0.0
+gives(hoop_factor, Cartesian3D, 0.0)
 
 
 @implements(hoop_factor, Axisymmetric)
-def _(geometry, first):
+def hoop_factor_of_axisymmetric(geometry, first):
     return 1.0 / first
 
 
@@ -113,12 +105,12 @@ def lattice_measure(geometry, position, spacing):
 
 
 @implements(lattice_measure, Cartesian3D)
-def _(geometry, position, spacing):
+def lattice_measure_of_box(geometry, position, spacing):
     return spacing[0] * spacing[1] * spacing[2]
 
 
 @implements(lattice_measure, Axisymmetric)
-def _(geometry, position, spacing):
+def lattice_measure_of_axisymmetric(geometry, position, spacing):
     return position[0] * spacing[0] * spacing[1]
 
 
@@ -127,14 +119,8 @@ def conserved_axes(geometry):
     """For each axis 1.0 where total momentum is conserved without boundaries, else 0.0."""
 
 
-@implements(conserved_axes, Cartesian3D)
-def _(geometry):
-    return (1.0, 1.0, 1.0)
-
-
-@implements(conserved_axes, Axisymmetric)
-def _(geometry):
-    return (0.0, 1.0, 0.0)
+gives(conserved_axes, Cartesian3D, (1.0, 1.0, 1.0))
+gives(conserved_axes, Axisymmetric, (0.0, 1.0, 0.0))
 
 
 @generic
@@ -142,11 +128,5 @@ def impact_axis(geometry):
     """Index of the coordinate along the line of flight of the scenarios: z."""
 
 
-@implements(impact_axis, Cartesian3D)
-def _(geometry):
-    return 2
-
-
-@implements(impact_axis, Axisymmetric)
-def _(geometry):
-    return 1
+gives(impact_axis, Cartesian3D, 2)
+gives(impact_axis, Axisymmetric, 1)

@@ -7,7 +7,7 @@ import numpy as np
 
 from solver.problem import Problem
 from solver.state import Particles
-from solver.steps.points import Limits, Tally
+from solver.steps.points import StateLimits, Tally
 from solver.steps.threads import ThreadPool
 
 
@@ -35,7 +35,7 @@ class StepBalance(NamedTuple):
 class Method:
     """A way to compute steps; the particles are its whole state where it says nothing else."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         """The steps of a problem; ``shares`` of its particles or elements may be done at once."""
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:

@@ -6,17 +6,18 @@ its ``Matter``, and eight at a time.
 """
 
 import math
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.jit import device, kernel
+from solver.jit import Bound, device, kernel
 from solver.matter.eos import below_range, burning, outside_range, reference_density
 from solver.matter.failure import weakens
 from solver.matter.laws import Matter
 from solver.matter.strength import stored_part
 from solver.matter.stress import PointState, advance, signal_speed
 from solver.matter.tensor import contract
+from solver.problem import ArtificialViscosity, Problem
 from solver.problem.geometry import dimensions, hoop_factor, unpacked
 from solver.state import (
     DAMAGE,
@@ -39,9 +40,10 @@ from solver.state import (
     VX,
     VY,
     VZ,
+    Particles,
     X,
 )
-from solver.steps.space import PACK, find_nodes, gather, opened, own_length, velocity_gradient
+from solver.steps.space import PACK, deviators_of, find_nodes, gather, new_pack, opened, own_length, velocity_gradient
 from solver.vectors import (
     LANES,
     absolute,
@@ -59,14 +61,8 @@ from solver.vectors import (
     where,
 )
 
-# Kinds of unphysical state; the text is what the error says.
-QUANTITIES = ("", "density", "specific internal energy", "pressure", "speed", "position")
 
-
-PHYSICAL, BAD_DENSITY, BAD_ENERGY, BAD_PRESSURE, BAD_SPEED, BAD_POSITION = range(6)
-
-
-class Limits(NamedTuple):
+class StateLimits(NamedTuple):
     """Limits beyond which a state is unphysical."""
 
     densest: float  # times the reference density
@@ -90,20 +86,13 @@ class Tally(NamedTuple):
     sound_floors: float  # particles whose signal speed rests on the floor of the sound speed
     unstable: float  # particles whose negative c^2 counted as zero for the viscosity
     failed: float  # particles that failed in this step
-    outside: float  # particles now outside the grid, for ``faces.cross_faces``
+    outside: float  # particles now outside the grid, for ``crossing.cross_faces``
     fault: float  # 1 where a state is unphysical
     culprit: float  # the first particle of the first eight among which one is
 
 
 MAXIMA = 4  # of the columns, from the first on; the counts follow
-
-
 OUTSIDE, FAULT, CULPRIT = map(Tally._fields.index, ("outside", "fault", "culprit"))
-
-
-def empty_tallies(rows):
-    """The table (rows, columns) of tallies that kernels write to."""
-    return np.zeros((rows, len(Tally._fields)))
 
 
 @kernel
@@ -167,14 +156,7 @@ def update_particles(
                 load(table, ENERGY, p, lanes),
                 load(table, PRESSURE, p, lanes),
                 load(table, VISCOSITY, p, lanes),
-                (
-                    load(table, S11, p, lanes),
-                    load(table, S22, p, lanes),
-                    load(table, S33, p, lanes),
-                    load(table, S12, p, lanes),
-                    load(table, S23, p, lanes),
-                    load(table, S31, p, lanes),
-                ),
+                deviators_of(table, p, lanes),
                 load(table, STRAIN, p, lanes),
                 load(table, KELVIN, p, lanes),
                 load(table, DAMAGE, p, lanes),
@@ -267,21 +249,65 @@ def is_physical(matter, limits, point, energy, speed, place):
     )
 
 
-def find_fault(matter, limits, particles, p):
-    """Kind and value of an unphysical state of a particle, PHYSICAL for none."""
+class PointUpdate:
+    """The update of all points of a problem's bodies, share by share: kernels, scratch and tallies."""
+
+    def __init__(self, problem: Problem, limits: StateLimits, shares: int):
+        self.problem, self.limits = problem, limits
+        self.packs = [new_pack() for _ in range(shares)]
+        self.tallies = np.zeros((shares * len(problem.bodies), len(Tally._fields)))
+        self.summary = np.zeros(len(Tally._fields))
+        self.kernels = [Bound(update_particles) for _ in problem.bodies]
+        self.summarise = Bound(summarise)
+
+    def update(
+        self,
+        space: Any,
+        viscosity: ArtificialViscosity,
+        share: int,
+        body: int,
+        table: np.ndarray,
+        span: tuple[int, int],
+        gradients: np.ndarray,
+        time: float,
+        dt: float,
+        whole_work: int = 0,
+    ) -> None:
+        """Take the points of a body in a span of the table to a time; ``gradients`` are lines of a table."""
+        problem = self.problem
+        laws = problem.bodies[body].matter, problem.stress_rate, viscosity, self.limits
+        row = share * len(problem.bodies) + body
+        points = table, *span, gradients, self.tallies, row
+        self.kernels[body](space, problem.shape, self.packs[share], *laws, *points, time, dt, whole_work)
+
+    def tally(self) -> Tally:
+        """What all shares counted in the last updates."""
+        self.summarise(self.tallies, self.summary)
+        return Tally(*self.summary.tolist())
+
+
+def first_fault(
+    problem: Problem, limits: StateLimits, particles: Particles, body: np.ndarray, first: int
+) -> tuple[int, str, float]:
+    """The first unphysical particle of the eight from one on: its index, the quantity and its value."""
+    for p in range(first, min(first + LANES, body.size)):
+        found = _fault(problem.bodies[int(body[p])].matter, limits, particles, p)
+        if found and particles.mass[p] > 0.0:
+            return p, *found
+    raise LookupError("none of the eight is unphysical")
+
+
+def _fault(matter: Matter, limits: StateLimits, particles: Particles, p: int) -> tuple[str, float] | None:
     ratio = particles.density[p] / reference_density(matter.eos)
     speed = float(np.linalg.norm(particles.velocity[p]))
     stress = particles.pressure[p] + particles.viscosity[p] + particles.deviator[p].sum()
     stress += particles.plastic_strain[p] + particles.temperature[p]
     place = particles.position[p].sum()
     checks = (
-        (BAD_DENSITY, limits.thinnest < ratio < limits.densest, particles.density[p]),
-        (BAD_ENERGY, abs(particles.energy[p]) < limits.energy, particles.energy[p]),
-        (BAD_PRESSURE, math.isfinite(stress), particles.pressure[p]),
-        (BAD_SPEED, speed < limits.speed, speed),
-        (BAD_POSITION, math.isfinite(place), place),
+        ("density", limits.thinnest < ratio < limits.densest, particles.density[p]),
+        ("specific internal energy", abs(particles.energy[p]) < limits.energy, particles.energy[p]),
+        ("pressure", math.isfinite(stress), particles.pressure[p]),
+        ("speed", speed < limits.speed, speed),
+        ("position", math.isfinite(place), place),
     )
-    for kind, physical, value in checks:
-        if not physical:
-            return kind, float(value)
-    return PHYSICAL, 0.0
+    return next(((quantity, float(value)) for quantity, physical, value in checks if not physical), None)

@@ -12,7 +12,12 @@ That a particle moves is no wave: the convective rule, |v| + c, is that of a fix
 weights change little within a step, and that no particle jumps over the ghosts at a face: ``travel`` says so by itself.
 """
 
-from solver.problem import StepRule
+import math
+
+import numpy as np
+
+from solver.matter.eos import reference_density, reference_sound_speed
+from solver.problem import Problem, StepRule
 from solver.steps.points import Tally
 
 VOLUME_CHANGE = 0.1  # largest |tr D| dt: beyond it the midpoint work of a step loses its meaning
@@ -20,26 +25,31 @@ GROWTH = 1.05  # largest ratio of a step to the one before
 FIRST_STEP = 0.1  # of the stable step, while the impact establishes itself
 
 
-def stable_step(
-    tally: Tally,
-    *,
-    courant: float,
-    spacing: float,
-    previous: float,
-    rule: StepRule = StepRule.CONVECTIVE,
-    travel: float = 1.0,
-) -> float:
+def stable_step(problem: Problem, tally: Tally, previous: float) -> float:
     """Signals cross at most ``courant`` of a cell, particles ``travel``, volumes change by at most a tenth; s.
 
     Steps grow slowly.
     """
-    signal = tally.convected if rule == StepRule.CONVECTIVE else tally.signal
-    acoustic = courant * spacing / signal
-    moved = travel * spacing / max(tally.speed, 1e-300)
+    spacing = problem.geometry.spacing
+    signal = tally.convected if problem.step_rule == StepRule.CONVECTIVE else tally.signal
+    acoustic = problem.courant * spacing / signal
+    moved = problem.travel * spacing / max(tally.speed, 1e-300)
     volumetric = VOLUME_CHANGE / tally.volume_rate if tally.volume_rate > 0.0 else acoustic
     return min(acoustic, moved, volumetric, GROWTH * previous)
 
 
-def first_step(fastest: float, *, courant: float, spacing: float) -> float:
-    """A cautious first step from the fastest signal of the initial state (m/s); s."""
-    return FIRST_STEP * courant * spacing / fastest
+def first_step(problem: Problem) -> float:
+    """A cautious first step from the fastest signal of the initial state; s."""
+    sound = max(
+        math.sqrt(
+            reference_sound_speed(body.matter.eos) ** 2
+            + 4.0 / 3.0 * body.matter.shear_modulus / reference_density(body.matter.eos)
+        )
+        for body in problem.bodies
+    )
+    return FIRST_STEP * problem.courant * problem.geometry.spacing / (sound + fastest(problem))
+
+
+def fastest(problem: Problem) -> float:
+    """Largest initial speed of any particle, m/s."""
+    return max(float(np.sqrt((np.asarray(body.velocity) ** 2).sum(axis=-1)).max()) for body in problem.bodies)

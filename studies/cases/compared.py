@@ -59,28 +59,37 @@ class ComparedReading:
         return RESOLUTION in self.cube.dims
 
     @cached_property
-    def converged(self) -> tuple[float, float, str]:
+    def converged(self) -> tuple[float, float | None, str]:
         """The converged value, its error bar (display units) and the verdict on the convergence, as a text."""
         value, bar, mesh = (
             float(_pick(variable.of(self.cube, self.name), self.at)) * self.factor
             for variable in (cubes.CONVERGED, cubes.CONVERGED_UNCERTAINTY, cubes.MESH_PART)
         )
-        bar = bar if math.isfinite(mesh) else math.nan
         word = int(_pick(cubes.VERDICT.of(self.cube, self.name), self.at))
-        return value, bar, VERDICTS[word]
+        return value, None if math.isnan(bar) or not math.isfinite(mesh) else bar, VERDICTS[word]
 
     @property
-    def best(self) -> tuple[float, float]:
-        """The converged value with its bar, or the only one, which has none: NaN."""
-        return self.converged[:2] if self.is_refined else (self.on(), math.nan)
+    def convergence(self) -> str:
+        """The verdict and the value of each grid in words."""
+        grids = ", ".join(f"{self.on(grid):.4g}" for grid in self.grids)
+        return f"converged ({self.converged[2]}; grids {grids})"
+
+    @property
+    def best(self) -> tuple[float, float | None]:
+        """The converged value with its bar, or the only one, which has none."""
+        return self.converged[:2] if self.is_refined else (self.on(), None)
+
+    @property
+    def point(self) -> tuple[float, float]:
+        """The best value of a picture with its bar; 0: none."""
+        value, bar = self.best
+        return value, bar or 0.0
 
     @property
     def text(self) -> str:
         """The best value with its error bar; a dash without a value."""
         value, bar = self.best
-        if math.isnan(value):
-            return NONE
-        return with_bar(digits(value, 4), None if math.isnan(bar) else digits(bar, 2))
+        return NONE if math.isnan(value) else with_bar(digits(value, 4), None if bar is None else digits(bar, 2))
 
 
 def _pick(array: xr.DataArray, at: Place) -> xr.DataArray:
@@ -121,17 +130,14 @@ def compared(
     expected = beside.pop(reference)
     cells, mesh_name = mesh or (None, "one grid")
     value = quantity.on(cells if quantity.is_refined else None)
-    row = absolute if share is None else relative
     claim = f"{where}, {mesh_name}: {quantity.label}"
-    tolerance = within if share is None else share
-    made = row(claim, expected=expected, got=value, within=tolerance)
+    row = absolute if share is None else relative
+    made = row(claim, expected=expected, got=value, within=within if share is None else share)
     yield replace(made, others=beside)
     if quantity.is_refined:
-        value, bar, verdict = quantity.converged
-        grids = ", ".join(f"{quantity.on(grid):.4g}" for grid in quantity.grids)
-        claim = f"{where}, converged ({verdict}; grids {grids}): {quantity.label}"
-        got = absolute(claim, expected=expected, got=value)
-        yield replace(got, bar=_known(bar), others=beside)
+        value, bar, _ = quantity.converged
+        claim = f"{where}, {quantity.convergence}: {quantity.label}"
+        yield replace(absolute(claim, expected=expected, got=value), bar=bar, others=beside)
 
 
 def grids_of(cube: xr.Dataset) -> Iterator[tuple[float, xr.Dataset]]:
@@ -157,10 +163,6 @@ def energy_line(label: str, run: xr.Dataset) -> Line:
     return Line(label, tuple((1e6 * float(x), float(y), 0.0) for x, y in points), joined=True)
 
 
-def _known(bar: float) -> float | None:
-    return None if math.isnan(bar) else bar
-
-
 def against(
     name: str, title: str, cube: xr.Dataset, quantity: str, axis: str, numbers: Sequence[PublishedNumber]
 ) -> Picture:
@@ -170,17 +172,15 @@ def against(
     x = [along.factor * float(value) for value in cube[axis].values]
 
     def line(label: str, values: Iterable[tuple[float, float]]) -> Line:
-        triples = (
-            (place, value, 0.0 if math.isnan(bar) else bar) for place, (value, bar) in zip(x, values, strict=True)
-        )
+        triples = ((place, *point) for place, point in zip(x, values, strict=True))
         return Line(label, tuple(each for each in triples if math.isfinite(each[1])))
 
     lines = [line(f"{grid:g} cells per diameter", [(each.on(grid), 0.0) for each in points]) for grid in first.grids]
     ours = "whipple, converged" if first.is_refined else "whipple"
-    lines.append(line(ours, [each.best for each in points]))
+    lines.append(line(ours, [each.point for each in points]))
     for by in dict.fromkeys(each.by for each in numbers):
         theirs = [
-            (along.factor * float(each.shot.parameters[axis] or 0.0), first.factor * each.value, 0.0)
+            (along.factor * each.at(axis), first.factor * each.value, 0.0)
             for each in numbers
             if each.by == by and each.shot.quantity == quantity
         ]

@@ -8,7 +8,7 @@ that its figure is a number.
 import math
 import time
 import traceback
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, fields, replace
 from typing import Any
 
@@ -111,11 +111,14 @@ def relatives(where: str, *figures: tuple[str, float, float, float | None]) -> I
         yield relative(f"{where}: {claim}", expected=expected, got=got, within=within)
 
 
-def absolute(
-    claim: str, *, expected: float, got: float, within: float | None = None, order: float | None = None
-) -> Row:
+def absolute(claim: str, *, expected: float, got: float, within: float | None = None) -> Row:
     """A row whose error is in the unit of the answer."""
-    return _row(claim, expected, got, abs(got - expected), within, order)
+    return _row(claim, expected, got, abs(got - expected), within)
+
+
+def zero(claim: str, *, got: float, within: float | None = None) -> Row:
+    """A row of a figure whose answer is zero."""
+    return absolute(claim, expected=0.0, got=got, within=within)
 
 
 def at_most(claim: str, *, limit: float, got: float) -> Row:
@@ -178,6 +181,19 @@ def observed_order(errors: Iterable[float], *, ratio: float = 2.0) -> float:
     if not (coarse > 0.0 and fine > 0.0):
         return math.nan
     return math.log(coarse / fine) / math.log(ratio)
+
+
+def trend(claim: str, errors: Sequence[float]) -> Row:
+    """A reported row of the error on the finest grid of a series with its observed order; of no error there is none."""
+    order = observed_order(errors)
+    return reported(claim, errors[-1], order=None if math.isnan(order) else order)
+
+
+def refinement(claim: str, sizes: Sequence[float], errors: Sequence[float]) -> Iterator[Row]:
+    """Reported rows of the errors of a series, coarse to fine, the observed order at the last; ``{}`` is the size."""
+    for number, (size, error) in enumerate(zip(sizes, errors, strict=True), start=1):
+        order = observed_order(errors) if number == len(errors) else None
+        yield reported(claim.format(size), error, order=order)
 
 
 def timed(

@@ -1,13 +1,15 @@
 """Reading of a cube: its quantities, versions, confidences and flags, and values for each run."""
 
 import json
+import math
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from studies.cubes.variable import Variable
-from studies.cubes.variables import EQUATION, LAW_CONFIDENCE, UNCERTAINTY
+from studies.cubes.variables import EQUATION, LAW_CONFIDENCE
 from studies.values.results import ERROR_UNKNOWN
 
 
@@ -16,14 +18,9 @@ def quantities_of(dataset: xr.Dataset) -> list[str]:
     return str(dataset.attrs["quantities"]).split()
 
 
-def of_any_schema(dataset: xr.Dataset) -> xr.Dataset:
-    """A stored cube with the names of today: up to schema 3 ``hole_diameter_uncertainty`` was that of the reading."""
-    names = {
-        f"{name}_uncertainty": UNCERTAINTY.named(name)
-        for name in quantities_of(dataset)
-        if f"{name}_uncertainty" in dataset
-    }
-    return dataset.rename(names)
+def finite(value: Any) -> Any:
+    """A value as JSON has it: None in place of a number that is none."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def confidences_of(dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE) -> list[str]:

@@ -116,7 +116,7 @@ EQUIVALENT_DIAMETER = _number_of_run(
 
 
 def bins_variable(bins: Any) -> Variable:
-    """The coordinate of some bins (``studies.measurements._distributions``); a record is the middle of one."""
+    """The coordinate of some bins (``studies.measurements.cloud``); a record is the middle of one."""
     meaning = f"{bins.meaning}; middles of bins {bins.width:.6g} wide"
     return Variable(bins.name, meaning, float, (bins.name,), bins.unit, label=bins.title)
 

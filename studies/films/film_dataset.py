@@ -9,8 +9,6 @@ from xarray import Dataset
 from studies.values.errors import Finding, InvalidInput
 from studies.values.files import FILM
 
-__all__ = ["Dataset", "open_film"]
-
 FRAMES = {  # unit and meaning of each array over particles
     "position": ("m", "position: x, y, z, or in axisymmetry r, z, theta"),
     "speed": ("m s-1", "speed"),

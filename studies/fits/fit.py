@@ -9,8 +9,8 @@ import numpy as np
 from studies import laws
 from studies.fits.measured import MeasuredShots
 from studies.laws import Shot
-from studies.laws._fitted import FittedConstant, FittedLaw, FittedRange
-from studies.laws._forms import FORMS, Form, columns_of, dimension_of
+from studies.laws.fitted import FittedConstant, FittedLaw, FittedRange
+from studies.laws.forms import FORMS, Form, columns_of, dimension_of
 from studies.values.least_squares import CONFIDENCE, NotIdentified, Solution, aic, aicc, linear, nonlinear
 from studies.values.quantities import round_quantity
 

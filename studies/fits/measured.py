@@ -51,7 +51,9 @@ class MeasuredShots:
                 raise refusal("--at", text, "an axis of the points", nearest_cure(name, axes))
             unit = self.units.get(name)
             is_word = isinstance(axes[name], str)
-            chosen[name] = value if is_word else float(parse_quantity(_plain(value), unit or "1", f"--at {name}"))
+            chosen[name] = (
+                value if is_word else float(parse_quantity(number_or_text(value), unit or "1", f"--at {name}"))
+            )
         return chosen
 
     def at(self, chosen: Mapping[str, float | str]) -> "MeasuredShots":
@@ -70,7 +72,7 @@ class MeasuredShots:
         )
 
 
-def _plain(text: str) -> float | str:
+def number_or_text(text: str) -> float | str:
     """A text as a number where it is one: a quantity without unit is written so."""
     try:
         return float(text)
@@ -108,7 +110,6 @@ def open_cube(path: Path) -> xr.Dataset:
     except (OSError, ValueError) as error:
         cure = f"give cube.nc of a sweep, or its folder: {error}"
         raise refusal("CUBE", str(file), "the cube of a sweep", cure) from None
-    loaded = reading.of_any_schema(loaded)
     return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
 
 

@@ -25,7 +25,7 @@ from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, judged_w
 from studies.sweeps.reading import RESOLUTION
 from studies.values.quantities import readable
 
-Kind = Literal[
+SeriesKind = Literal[
     "simulation", "law", "band", "observation", "missing", "history", "quantity", "run", "level", "trend", "limit"
 ]
 Scales = Literal["shared", "own"]
@@ -50,7 +50,7 @@ EXTRAPOLATED, TREND = "extrapolated", "curve of the order used"
 class Series:
     """Points of one kind; every list has one entry a point, None where there is none."""
 
-    kind: Kind
+    kind: SeriesKind
     label: str
     x: tuple[float | str | None, ...]
     y: Numbers = ()

@@ -21,21 +21,21 @@ from studies.values.quantities import exact_number, refusal
 from studies.values.recipes import ACCURACY
 
 if TYPE_CHECKING:
-    from studies.laws._fitted import FittedLaw
+    from studies.laws.fitted import FittedLaw
 
 KEYS = (
     *("name", "title", "scenario", "fixed", "axes", "combine", "points", "seed", "resolution", "offsets", "accuracy"),
     *("materials", "observations", "laws", "model_part"),
 )
 Combine = Literal["grid", "zip", "latin-hypercube", "sobol"]
-ModelPart = Literal["stored", "screen", "none"]
+ModelPartChoice = Literal["stored", "screen", "none"]
 COMBINATIONS: tuple[Combine, ...] = get_args(Combine)
-MODEL_PARTS: tuple[ModelPart, ...] = get_args(ModelPart)
+MODEL_PARTS: tuple[ModelPartChoice, ...] = get_args(ModelPartChoice)
 LONGEST_NAME = 200  # characters of a sweep's name or title
 MOST_LAWS = 50  # fitted ones of a sweep
 MOST_OFFSETS = 32  # offsets of one resolution; more add nothing to a scatter
 
-Choice = TypeVar("Choice", bound=str)
+Allowed = TypeVar("Allowed", bound=str)
 
 RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
 OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
@@ -161,7 +161,7 @@ class _DocumentReading:
             raise refusal("scenario", name, "the name of a scenario", cure)
         return scenarios.load(name)
 
-    def _choice(self, key: str, choices: tuple[Choice, ...], limit: str) -> Choice:
+    def _choice(self, key: str, choices: tuple[Allowed, ...], limit: str) -> Allowed:
         """One of some words; the first of them where there is none."""
         asked = self.document.get(key, choices[0])
         for choice in choices:
@@ -195,8 +195,14 @@ class _DocumentReading:
             limit, cure = f"at most {most} materials", "remove materials that no run uses"
             self.findings.append(Finding("materials", f"{len(documents)} materials", limit, cure))
             return {}
-        read = {name: self.findings.attempt(_own_material, name, document) for name, document in documents.items()}
+        read = {name: self.findings.attempt(self._material, name, document) for name, document in documents.items()}
         return {name: material for name, material in read.items() if material is not None}
+
+    def _material(self, name: Any, document: Any) -> Material:
+        if name in shipped.names():
+            limit = "a name that no shipped material has"
+            raise refusal(f"materials.{name}", name, limit, f"call it my-{name}")
+        return read_own(document, f"materials.{name}", str(name))
 
     def _laws(self, terms: AllowedNames) -> "tuple[FittedLaw, ...]":
         """The fitted laws; each has a name of its own and is about what the scenario measures."""
@@ -207,7 +213,7 @@ class _DocumentReading:
         if not isinstance(documents, list | tuple) or len(documents) > MOST_LAWS:
             self._refuse("laws", documents, limit, "write laws: [my-law.json]")
             return ()
-        from studies.laws._fitted import read_law
+        from studies.laws.fitted import read_law
 
         read = [self.findings.attempt(read_law, document, f"laws[{place}]") for place, document in enumerate(documents)]
         laws = tuple(law for law in read if law is not None)
@@ -394,13 +400,6 @@ class _DocumentReading:
                     cure = "give the cells per projectile diameter: resolution: 16"
                     finding = Finding("resolution", "nothing", finding.limit, cure)
                 self.findings.append(finding)
-
-
-def _own_material(name: Any, document: Any) -> Material:
-    if name in shipped.names():
-        limit = "a name that no shipped material has"
-        raise refusal(f"materials.{name}", name, limit, f"call it my-{name}")
-    return read_own(document, f"materials.{name}", str(name))
 
 
 def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]) -> AllowedNames:

@@ -27,7 +27,7 @@ EXAMPLE = "write {limit_of: perforated, between: [150 m/s, 250 m/s]}"
 TOLERANCE = 1.0 / 64.0  # of the interval, by default: six halvings
 FINEST = 1e-6  # of the interval: the least tolerance
 
-Outcome = bool | None  # of an ended run; None: it failed, or ended undecided
+LimitOutcome = bool | None  # of an ended run; None: it failed, or ended undecided
 
 
 class SearchVerdict(StrEnum):
@@ -76,7 +76,7 @@ class SearchedLimit:
         return 0.5 * (self.lower + self.upper)
 
 
-def replay(search: Search, outcome_of: Callable[[float], Outcome | str], unit: str) -> SearchedLimit:
+def replay(search: Search, outcome_of: Callable[[float], LimitOutcome | str], unit: str) -> SearchedLimit:
     """A search as its results tell it.
 
     ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``unit`` (SI) is for reasons.
@@ -92,7 +92,7 @@ def replay(search: Search, outcome_of: Callable[[float], Outcome | str], unit: s
             return SearchedLimit(SearchVerdict.UNFINISHED, tuple(sorted(tried)), limit.next)
 
 
-def _limit(search: Search, outcomes: Mapping[float, Outcome | str], unit: str) -> SearchedLimit:
+def _limit(search: Search, outcomes: Mapping[float, LimitOutcome | str], unit: str) -> SearchedLimit:
     """Where a search stands with these outcomes, by ascending value."""
     tried = tuple(outcomes)
     if any(isinstance(outcome, str) for outcome in outcomes.values()):
@@ -117,11 +117,11 @@ def _limit(search: Search, outcomes: Mapping[float, Outcome | str], unit: str) -
     return SearchedLimit(SearchVerdict.BRACKETED, tried, following, lower, upper)
 
 
-def _shown(outcome: Outcome | str) -> str:
+def _shown(outcome: LimitOutcome | str) -> str:
     return "without an outcome" if outcome is None else str(int(bool(outcome)))
 
 
-def outcome_in(summary: Mapping[str, Any] | None, quantity: str) -> Outcome:
+def outcome_in(summary: Mapping[str, Any] | None, quantity: str) -> LimitOutcome:
     """The outcome among the measurements of a result, as plain values; None without one."""
     measured = ((summary or {}).get("measurements") or {}).get(quantity) or {}
     value = measured.get("value")

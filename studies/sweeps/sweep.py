@@ -20,13 +20,13 @@ from studies.sweeps.reading import (
     OFFSET,
     RESOLUTION,
     Combine,
-    ModelPart,
+    ModelPartChoice,
     SweepLimits,
     read_fields,
     vocabulary,
 )
 from studies.sweeps.sampling import Sampling
-from studies.sweeps.search import Outcome, SearchedLimit, replay
+from studies.sweeps.search import LimitOutcome, SearchedLimit, replay
 from studies.values.errors import Finding, InvalidInput
 from studies.values.parameters import Value, declared
 from studies.values.quantities import round_quantity
@@ -34,7 +34,7 @@ from studies.values.recipes import ACCURACY, FEW_PARTICLES
 
 if TYPE_CHECKING:
     from studies.laws import Shot
-    from studies.laws._fitted import FittedLaw
+    from studies.laws.fitted import FittedLaw
     from studies.sweeps.screening import Screen
 
 PARTICLES = "particles_per_cell"
@@ -72,7 +72,7 @@ class Sweep:
     # Of ``fixed``, what a preset of accuracy set and another one may set otherwise.
     by_accuracy: tuple[str, ...] = field(default=(), compare=False)
     # Where the uncertainty of the models comes from: stored sensitivities, screening runs, or nowhere.
-    model_part: ModelPart = "stored"
+    model_part: ModelPartChoice = "stored"
     # Limit of the service, not of the user.
     max_particles: int = field(default=MOST_PARTICLES, compare=False)
 
@@ -119,7 +119,9 @@ class Sweep:
             return self.size
         return self.size // len(axis.values) * axis.search.most_tries
 
-    def limits(self, outcome_of: "Callable[[run.Run], Outcome | str]") -> list[tuple[dict[str, Value], SearchedLimit]]:
+    def limits(
+        self, outcome_of: "Callable[[run.Run], LimitOutcome | str]"
+    ) -> list[tuple[dict[str, Value], SearchedLimit]]:
         """The limit at each point of the other axes, from the outcomes of runs or the states of unfinished ones."""
         axis = self.searched
         assert axis is not None
@@ -159,7 +161,7 @@ class Sweep:
             "combine": self.combine,
             "points": self.sampling.points if self.sampling else None,
             "seed": self.sampling.seed if self.sampling else None,
-            "resolution": _one_or_all(self.resolutions),
+            "resolution": list(self.resolutions) if len(self.resolutions) > 1 else next(iter(self.resolutions), None),
             "offsets": self.offsets if self.offsets > 1 else None,
             "materials": {name: each.document() for name, each in self.materials.items()},
             "observations": [each.document(terms) for each in self.observations],
@@ -344,8 +346,7 @@ class Sweep:
     def _check_particles(self, resolved: "run.Run", materials: Mapping[str, Material]) -> None:
         """A run fits into a machine."""
         scenario = scenarios.load(self.scenario)
-        size = scenario.estimate(scenario.parameters(**resolved.parameters), materials)
-        particles = size.particles
+        particles = scenario.record(resolved.parameters).size(materials).particles
         if particles > self.max_particles:
             count = f"about {particles:.2g} particles"
             limit = f"at most {self.max_particles:.12g} in a run"
@@ -373,8 +374,3 @@ def _written_axis(axis: Axis) -> Any:
         return values
     low, high = (written(end, axis.unit) for end in axis.bounds)
     return {"low": low, "high": high, "values": values}
-
-
-def _one_or_all(values: tuple[float, ...]) -> float | list[float] | None:
-    """Values as a document writes them: one as itself, several as a list."""
-    return list(values) if len(values) > 1 else next(iter(values), None)

@@ -7,8 +7,8 @@ from typing import ParamSpec, TypeVar
 
 from solver.errors import WhippleError
 
-P = ParamSpec("P")
-Read = TypeVar("Read")
+Arguments = ParamSpec("Arguments")
+Accepted = TypeVar("Accepted")
 
 MOST_FINDINGS = 200  # of one input, where its reading stops; with its cure one takes up to a millisecond (2026-11)
 
@@ -50,7 +50,9 @@ class Findings(list[Finding]):
         for finding in findings:
             self.append(finding)
 
-    def attempt(self, part: Callable[P, Read], *args: P.args, **options: P.kwargs) -> Read | None:
+    def attempt(
+        self, part: Callable[Arguments, Accepted], *args: Arguments.args, **options: Arguments.kwargs
+    ) -> Accepted | None:
         """What a part of an input is read as; None where it is refused, with its findings kept."""
         try:
             return part(*args, **options)

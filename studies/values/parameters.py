@@ -3,7 +3,8 @@
 A record is a frozen dataclass whose fields are annotated with a unit alias, ``str``, ``int``,
 ``bool``, a ``Literal``, ``MaterialName``, or one of these ``| None``, and with ``Described``, which gives its
 meaning and bounds; ``Choice`` says of a text which names it allows. Scenarios and materials have such records. A
-model of the solver is a NamedTuple: its ``Described`` fields are parameters, the others are computed.
+model of the solver is a NamedTuple: its ``Described`` fields are parameters, the others are computed. A record may hold
+other records: at the door their fields stand beside its own (``flat``, ``nested``).
 """
 
 import dataclasses
@@ -11,7 +12,7 @@ from collections.abc import Callable, Collection, Iterable, Mapping
 from dataclasses import MISSING, dataclass
 from functools import cache
 from types import MappingProxyType, NoneType, UnionType
-from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from solver.units import Described, Unit, marked, marks_of
 from studies.values.errors import Finding, Findings
@@ -28,7 +29,8 @@ from studies.values.quantities import (
 )
 
 Value = float | int | bool | str | None
-Kind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
+Record = TypeVar("Record")
+ParameterKind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
 
 LONGEST_WORD = 200  # characters of a text parameter that says no more
 
@@ -59,7 +61,7 @@ class Parameter:
     """One field that a person may set: what it holds and what it allows."""
 
     name: str
-    kind: Kind
+    kind: ParameterKind
     unit: str | None = None  # SI symbol, "1" for a plain number; None for words
     meaning: str = ""
     minimum: float | None = None  # SI, inclusive, at the 12 digits of what it bounds
@@ -90,6 +92,31 @@ class Parameter:
 def declared(record: type) -> Mapping[str, Parameter]:
     """The parameters that a record declares, by name; TypeError for an annotation of no use."""
     return _declared(record)
+
+
+@cache
+def marks(record: type, kind: type) -> Mapping[str, Any]:
+    """The mark of a kind of each parameter that carries one."""
+    inside = [marks(part, kind) for part in _parts(record).values()]
+    return {name: mark for each in (marked(record, kind), *inside) for name, mark in each.items()}
+
+
+def flat(record: Any) -> dict[str, Any]:
+    """The values of a record by name, those of the records inside it in their places."""
+    kind: type = type(record)
+    parts, values = _parts(kind), dict[str, Any]()
+    if not parts:
+        return dict(vars(record))
+    for name, value in vars(record).items():
+        values |= flat(value) if name in parts else {name: value}
+    return values
+
+
+def nested(record: type[Record], values: Mapping[str, Any]) -> Record:
+    """A record from its ``flat`` values; what is left out has its default. TypeError for a name that it has not."""
+    own, parts = dict(values), _parts(record)  # type: ignore[arg-type]
+    inside = {name: {n: own.pop(n) for n in declared(part) if n in own} for name, part in parts.items()}
+    return record(**own, **{name: nested(part, inside[name]) for name, part in parts.items()})
 
 
 def parse_parameters(
@@ -172,14 +199,23 @@ def _rounded(value: Any) -> Any:
 
 
 @cache
+def _parts(record: Any) -> Mapping[str, Any]:
+    """The records inside a record, by field."""
+    return {name: hint for name, hint in get_type_hints(record).items() if dataclasses.is_dataclass(hint)}
+
+
+@cache
 def _declared(record: type) -> Mapping[str, Parameter]:
-    hints = get_type_hints(record, include_extras=True)
+    hints, parts = get_type_hints(record, include_extras=True), _parts(record)
     if dataclasses.is_dataclass(record):
         defaults = {f.name: f.default for f in dataclasses.fields(record)}
     else:
         described = marked(record, Described)
         defaults = {name: record._field_defaults.get(name, MISSING) for name in described}  # type: ignore[attr-defined]
-    return MappingProxyType({name: _parameter(name, hints[name], default) for name, default in defaults.items()})
+    parameters: dict[str, Parameter] = {}
+    for name, default in defaults.items():
+        parameters |= _declared(parts[name]) if name in parts else {name: _parameter(name, hints[name], default)}
+    return MappingProxyType(parameters)
 
 
 def _parameter(name: str, hint: Any, default: Any) -> Parameter:
@@ -216,14 +252,14 @@ def _without_none(hint: Any) -> tuple[Any, bool]:
     return others[0] if len(others) == 1 else hint, NoneType in get_args(hint)
 
 
-def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> Kind:
+def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> ParameterKind:
     if _MaterialMark in marks:
         return "material"
     if Choice in marks or get_origin(hint) is Literal:
         return "choice"
     if Unit in marks:
         return "quantity"
-    plain: dict[Any, Kind] = {int: "integer", bool: "boolean", str: "text"}
+    plain: dict[Any, ParameterKind] = {int: "integer", bool: "boolean", str: "text"}
     if hint not in plain:
         raise TypeError(f"{name}: {hint} is not a unit alias, int, bool, str, Literal or MaterialName")
     return plain[hint]
@@ -295,8 +331,8 @@ def describe(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
     return [dataclasses.asdict(parameter) | {"limit": parameter.limit()} for parameter in parameters]
 
 
-_WORDS: dict[Kind, str] = {"boolean": "true or false", "material": "the name of a material"}
-_PARSERS: dict[Kind, Callable[[Parameter, Any, str], Value]] = {
+_WORDS: dict[ParameterKind, str] = {"boolean": "true or false", "material": "the name of a material"}
+_PARSERS: dict[ParameterKind, Callable[[Parameter, Any, str], Value]] = {
     "quantity": _parse_quantity,
     "integer": _parse_integer,
     "boolean": _parse_boolean,

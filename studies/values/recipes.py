@@ -1,7 +1,7 @@
 """Presets: the numerics of a run under one name, and how well it is to be resolved.
 
-A recipe fills the numerical parameters that a user left out (``studies.scenarios._numerics``); the identity of a run
-is what it fills in, not its name. An accuracy is the resolutions and sub-cell offsets of a sweep. The number of
+A recipe fills the numerical parameters that a user left out (``studies.scenarios.parts.numerics``); the identity of a
+run is what it fills in, not its name. An accuracy is the resolutions and sub-cell offsets of a sweep. The number of
 particles is, in this order, what the user states, that of a draft or of three dimensions, that of the recipe.
 """
 

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from solver.state import Particles, empty_table, views
-from studies.cases.setups.impacts import gap, image
+from studies.cases.setups.impacts import image, largest_difference
 from tests.solver.bodies import DENSITY, ROOM, SPACING
 
 SPEED = 4e3  # m/s
@@ -33,19 +33,19 @@ def changed(name: str, component: tuple[int, ...]) -> Particles:
     ("name", "component"),
     [(name, component) for name in COMPARED for component in np.ndindex(getattr(state(), name).shape[1:])],
 )
-def test_gap__sees_every_value_that_a_particle_carries(name: str, component: tuple[int, ...]) -> None:
-    assert gap(state(), changed(name, component), spacing=SPACING, speed=SPEED).largest > 1e-15
+def test_largest_difference__sees_every_value_that_a_particle_carries(name: str, component: tuple[int, ...]) -> None:
+    assert largest_difference(state(), changed(name, component), spacing=SPACING, speed=SPEED) > 1e-15
 
 
-def test_gap__of_a_state_to_itself_is_none() -> None:
-    assert gap(state(), state(), spacing=SPACING, speed=SPEED).largest == 0.0
+def test_largest_difference__of_a_state_to_itself_is_none() -> None:
+    assert largest_difference(state(), state(), spacing=SPACING, speed=SPEED) == 0.0
 
 
 @pytest.mark.parametrize("name", ["position", "energy", "temperature", "deviator"])
-def test_gap__of_what_is_no_number_is_none(name: str) -> None:
+def test_largest_difference__of_what_is_no_number_is_none(name: str) -> None:
     broken = state()
     getattr(broken, name)[0] = np.nan
-    assert np.isnan(gap(state(), broken, spacing=SPACING, speed=SPEED).largest)
+    assert np.isnan(largest_difference(state(), broken, spacing=SPACING, speed=SPEED))
 
 
 @pytest.mark.parametrize("axis", [0, 1, 2])

@@ -54,7 +54,7 @@ def files() -> list[str]:
 
 
 def marks_of(item: pytest.Item) -> list[Marked]:
-    """The claims that a test is: one name, in one set or several."""
+    """The claims that a test is; the first one names its rows."""
     return [Marked(*mark.args, **mark.kwargs) for mark in item.iter_markers("claim")]
 
 

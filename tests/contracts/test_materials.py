@@ -11,7 +11,7 @@ from solver.matter.strength import yield_stress
 from studies import materials
 from studies.materials import Material
 from studies.materials.schema import CONFIDENCES
-from studies.scenarios._matter import check_constants, check_eos, eos_forms, eos_of, matter
+from studies.scenarios.parts.matter import check_constants, check_eos, eos_forms, eos_of, matter
 from tests.contracts.test_eos import shock
 
 # rho0 c0^2 is the bulk modulus at zero pressure; Ma (2005) alone has 3.6 and 3.94 km/s for copper.

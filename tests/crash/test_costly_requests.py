@@ -15,7 +15,7 @@ import pytest
 
 from service.api import middleware
 from service.records.jobs import Scope
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from tests.claims.marked import in_full
 from tests.crash.support import altered_serve, clients
@@ -214,7 +214,7 @@ def test_large_sweeps__at_once_leave_the_service_alive_ready_and_small(
     with served(tmp_path) as service:
         with closing(Store.open(Settings(data=service.data).url, migrate=False)) as store:
             scopes = {"read": Scope.READ, "submit": Scope.SUBMIT, "other": Scope.READ}
-            keys = {name: store.keys.create(name, [scope])[1] for name, scope in scopes.items()}
+            keys = {name: store.keys.issue(name, [scope])[1] for name, scope in scopes.items()}
         compared(*_flooded(service, {name: {"Authorization": f"Bearer {key}"} for name, key in keys.items()}))
 
 

@@ -6,7 +6,7 @@ import subprocess
 import sys
 from collections.abc import Callable, Mapping
 from contextlib import closing, suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from multiprocessing import get_context
 from pathlib import Path
 from signal import SIGKILL
@@ -186,7 +186,8 @@ def test_fork_of_a_service__that_dies_at_a_point_goes_on(tmp_path: Path, compare
 @pytest.mark.claim("queue", "fault-points")
 def test_copy__that_dies_after_the_first_file_is_completed(tmp_path: Path, compared: Callable[..., None]) -> None:
     """A sweep without a service that is killed while it copies files out copies the others when it starts again."""
-    [document] = WORK.documents()
+    work = replace(WORK, targets="tests.service.support.targets", run_seconds=0.0)
+    [document] = work.documents()
     file, published = tmp_path / "sweep.yaml", {*PUBLISHED}
     file.write_text(yaml.safe_dump(document))
 
@@ -194,7 +195,7 @@ def test_copy__that_dies_after_the_first_file_is_completed(tmp_path: Path, compa
         return subprocess.run(
             [sys.executable, "-c", SWEEP, str(file), str(tmp_path)],
             cwd=ROOT,
-            env={**os.environ, **WORK.environment(), **more},
+            env={**os.environ, **work.environment(), **more},
             capture_output=True,
             timeout=START_SECONDS,
             check=False,
@@ -210,7 +211,7 @@ def test_copy__that_dies_after_the_first_file_is_completed(tmp_path: Path, compa
             row, *_ = store.sweeps.page().items  # the youngest; the one before had ended already
             begun = sum(run.attempt for run in inspection.runs(store, [row.id]).values())
             wanted = {each.name: each.sha256 for each in store.publications.files(row.id) if each.name in published}
-        compared(equal("runs computed again", expected=0, got=begun - WORK.runs))
+        compared(equal("runs computed again", expected=0, got=begun - work.runs))
         compared(equal("files registered", expected=published, got=set(wanted)))
         compared(equal("files copied out", expected=wanted, got={name: digest(tmp_path / name) for name in wanted}))
         compared(equal("processes left", expected=0, got=len(tree.pids())))

@@ -32,9 +32,11 @@ from tests.rows import Row, at_least, equal
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import is_gone, wait_until
 
-WORK = Work(speeds=6, sweeps=1, thicknesses=1, run_seconds=1.0)
+WORK = Work(speeds=4, sweeps=1, thicknesses=1, run_seconds=1.0)
 # Runs that are still computing when the disk is full, or the clock is set, however late that is.
 LONG = replace(WORK, run_seconds=3.0)
+NEIGHBOURS = replace(WORK, speeds=6, run_seconds=0.2)
+ONE_WORKER = {"WHIPPLE_WORKERS": "1"}  # each takes seconds of computing to start
 LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "15"}
 FAILURES = {3000: ("greedy", Cause.MEMORY_LIMIT), 3100: ("deaf", Cause.TIME_LIMIT), 3200: ("abort", Cause.CRASH)}
 DISK, RESERVE = 128 << 20, 32 << 20  # bytes of a file system of its own, and what is to stay free
@@ -55,8 +57,7 @@ def service_program() -> dict[str, Any]:
 def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, compared: Callable[..., None]) -> None:
     """A run that allocates without end, never ends, or crashes the interpreter has the named end, and no neighbour."""
     behaviours = json.dumps({speed: behaviour for speed, (behaviour, _) in FAILURES.items()})
-    work, settings = replace(WORK, run_seconds=0.2), {**LIMITS, FAILING: behaviours}
-    with crash_test(work, tmp_path, settings=settings) as here:
+    with crash_test(NEIGHBOURS, tmp_path, settings={**LIMITS, FAILING: behaviours}) as here:
         ids = here.submit()
         here.wait_for_the_end(ids)
         runs = {round(float(point.coordinates["speed"])): point.run for point in here.store.sweeps.points(ids[0]).items}
@@ -64,16 +65,16 @@ def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, com
             run = runs.pop(speed)
             compared(equal(f"{speed} m/s: {run.reason}", expected=cause, got=run.cause))
         once = sum(run.attempt == 1 and run.crashes == 0 and run.cause is None for run in runs.values())
-        compared(equal("neighbours done at the first attempt", expected=WORK.speeds - len(FAILURES), got=once))
+        compared(equal("neighbours done at the first attempt", expected=NEIGHBOURS.runs - len(FAILURES), got=once))
         [cube] = here.fetch(ids, tmp_path / "cubes")
-        compared(*_rows_of_neighbours(undisturbed(WORK)[0], cube))
+        compared(*_rows_of_neighbours(undisturbed(NEIGHBOURS)[0], cube))
         compared(here.row_of_processes())
 
 
 @pytest.mark.claim("queue", "trouble-locked")
 def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
     """A database that another program locks: refused with a reason, nothing lost."""
-    with crash_test(WORK, tmp_path, **service_program()) as here:
+    with crash_test(WORK, tmp_path, settings=ONE_WORKER, **service_program()) as here:
         ids = here.submit()
         here.wait_until_computing()
         with closing(sqlite3.connect(here.service.data / "whipple.db")) as other:
@@ -86,7 +87,10 @@ def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, comp
 @pytest.mark.claim("queue", "trouble-away")
 def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
     """A PostgreSQL server that crashes and comes back: refused with a reason, nothing lost."""
-    with stoppable_postgresql() as (url, stop, start), crash_test(WORK, tmp_path, database_url=url) as here:
+    with (
+        stoppable_postgresql() as (url, stop, start),
+        crash_test(WORK, tmp_path, settings=ONE_WORKER, database_url=url) as here,
+    ):
         ids = here.submit()
         here.wait_until_computing()
         stop()
@@ -99,7 +103,7 @@ def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, com
 @pytest.mark.claim("queue", "trouble-disk")
 def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
     """A disk that is full: nothing is begun, nothing is lost, and it goes on when there is room."""
-    settings = {"WHIPPLE_DISK_RESERVE": str(RESERVE)}
+    settings = {**ONE_WORKER, "WHIPPLE_DISK_RESERVE": str(RESERVE)}
     with small_disk(tmp_path / "data"), crash_test(LONG, tmp_path, settings=settings, **service_program()) as here:
         ids = here.submit()
         here.wait_until_computing()
@@ -120,7 +124,7 @@ def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Callable[...
     """A clock that is set back by a day, and forward again: nothing is lost, nothing stops."""
     clock = tmp_path / "clock"
     write_text(clock, "0")
-    with crash_test(LONG, tmp_path, program=(*BRIEF[:-1], str(clock))) as here:
+    with crash_test(LONG, tmp_path, settings=ONE_WORKER, program=(*BRIEF[:-1], str(clock))) as here:
         ids = here.submit()
         for shift in (-DAY, DAY):
             here.wait_until_computing()

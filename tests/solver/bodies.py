@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
+from solver.audit import Audit
 from solver.grid.nodes import node_strides
 from solver.grid.shapes import width
 from solver.matter.eos.mie_grueneisen import mie_grueneisen
@@ -197,3 +198,10 @@ def assert_same_bits(particles: Particles, other: Particles) -> None:
     """Compare particles field by field; NaN is equal to itself here."""
     for name in Particles._fields:
         assert getattr(particles, name).tobytes() == getattr(other, name).tobytes(), name
+
+
+def assert_balanced(audit: Audit) -> None:
+    """Mass, momentum and energy are kept to round-off."""
+    assert audit.mass_error <= ROUND_OFF
+    assert audit.momentum_error <= ROUND_OFF
+    assert abs(audit.energy_drift) <= ROUND_OFF

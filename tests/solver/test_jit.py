@@ -203,7 +203,9 @@ def a_few_steps() -> Particles:
     return after(two_blocks("axisymmetric"), STEPS).particles
 
 
+@pytest.mark.claim("speed", "same-bits")
 def test_step__gives_the_same_numbers_without_the_compiler(tmp_path: Path) -> None:
+    """Plain Python gives the numbers of compiled steps but for round-off."""
     file = tmp_path / "plain.npz"
     subprocess.run(
         [sys.executable, "-c", PLAIN_RUN, str(file)],

@@ -21,7 +21,7 @@ from service.api.schemas import SweepChange
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.records.jobs import PRIORITIES, Keep, Submission
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import Finding, InvalidInput
@@ -54,7 +54,7 @@ SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps"
 RunId = Annotated[str, Path(description="Run id from the list of a sweep's runs")]
 Cursor = Annotated[str | None, Query(description="`next_cursor` of the previous page")]
 Prefix = Annotated[str, Query(pattern="^[0-9a-f]{0,32}$", description="Only ids that begin with these digits")]
-Limit = Annotated[int, Query(ge=1, le=1000, description="Items per page")]
+PageLimit = Annotated[int, Query(ge=1, le=1000, description="Items per page")]
 
 
 def check_directory(settings: Settings, store: Store) -> None:
@@ -91,7 +91,7 @@ async def _body(request: Request) -> bytes:
     return bytes(body)
 
 
-Body = Annotated[bytes, Depends(_body)]
+RequestBody = Annotated[bytes, Depends(_body)]
 
 
 @asynccontextmanager
@@ -114,7 +114,7 @@ async def _read(
         yield read
 
 
-async def _estimated(request: Request, body: Body, settings: AppSettings) -> AsyncIterator[EstimatedSweep]:
+async def _estimated(request: Request, body: RequestBody, settings: AppSettings) -> AsyncIterator[EstimatedSweep]:
     async with _read(request, body, settings, estimated) as sweep:
         yield sweep
 
@@ -122,7 +122,7 @@ async def _estimated(request: Request, body: Body, settings: AppSettings) -> Asy
 PostedEstimate = Annotated[EstimatedSweep, Depends(_estimated)]
 
 
-def _change(request: Request, body: Body) -> SweepChange:
+def _change(request: Request, body: RequestBody) -> SweepChange:
     """The change of a sweep in the body; raises InvalidInput."""
     if _media_type(request) not in ("application/json", "application/merge-patch+json"):
         raise UnsupportedMediaType(f"{_media_type(request)!r}; send application/json")
@@ -158,7 +158,7 @@ def _media_type(request: Request) -> str:
 Priority = Annotated[
     int, Query(ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first")
 ]
-Retention = Annotated[
+KeepQuery = Annotated[
     Keep, Query(description="Files kept for each run: `numbers`, also the `final` state, or also the `film`")
 ]
 IdempotencyKey = Annotated[
@@ -172,10 +172,10 @@ IdempotencyKey = Annotated[
 async def _submission(
     request: Request,
     caller: Submitter,
-    body: Body,
+    body: RequestBody,
     settings: AppSettings,
     priority: Priority = 0,
-    keep: Retention = Keep.FINAL,
+    keep: KeepQuery = Keep.FINAL,
     idempotency_key: IdempotencyKey = None,
 ) -> AsyncIterator[Submission]:
     """A sweep with its owner, priority, retention and idempotency key; it is stored before the next one is expanded.

@@ -7,7 +7,7 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from service.api.event_streams import EventSubject, Listener, queue_subject, run_subject, stream, sweep_subject
-from service.api.routes.dependencies import AppEventStreams, AppStore, Cursor, Limit, RunId, SweepId, link_next
+from service.api.routes.dependencies import AppEventStreams, AppStore, Cursor, PageLimit, RunId, SweepId, link_next
 from service.api.schemas import EventModel, PageOf
 from service.records.jobs import Event
 from studies.values.errors import Finding, InvalidInput
@@ -109,7 +109,7 @@ async def follow_queue(
 
 @router.get("/sweeps/{id}/history")
 def list_sweep_events(
-    id: SweepId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: Limit = 100
+    id: SweepId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: PageLimit = 100
 ) -> PageOf[EventModel]:
     """Past events of a sweep and its runs, oldest first."""
     store.sweeps.document(id)
@@ -119,7 +119,7 @@ def list_sweep_events(
 
 @router.get("/runs/{id}/history")
 def list_run_events(
-    id: RunId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: Limit = 100
+    id: RunId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: PageLimit = 100
 ) -> PageOf[EventModel]:
     """Past events of a run, oldest first."""
     store.runs.get(id)

@@ -10,14 +10,14 @@ from concurrent.futures import Future
 
 from fastapi import APIRouter, Request, Response
 
+from service import version
 from service.api.errors import ServiceNotReady
 from service.api.metrics import CONTENT_TYPE
 from service.api.routes.dependencies import AppSettings, AppStore, check_directory
 from service.api.schemas import Health, Readiness, VersionModel
 from service.queue.status import DispatcherStatus
 from service.records.jobs import QueueRow, StoreUnavailable
-from service.records.settings import Settings
-from service.records.version import version
+from service.settings import Settings
 from studies.runs.run import PHYSICS_VERSION
 
 router = APIRouter(tags=["service"])

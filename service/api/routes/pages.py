@@ -12,12 +12,12 @@ from fastapi.responses import HTMLResponse
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup, escape
 
+from service import version
 from service.api.errors import INTERNAL_ERROR, PROBLEMS
 from service.api.routes.dependencies import AppArtifacts, AppStore, SweepId
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
 from service.records.jobs import Stored
-from service.records.version import version
 from studies.values.files import REPORT_JSON
 from studies.values.formats import duration
 

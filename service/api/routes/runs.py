@@ -6,7 +6,7 @@ from fastapi import APIRouter, Path, Request, Response
 from fastapi.responses import FileResponse
 
 from service.api.downloads import Download, media_type_of, send_file, serves
-from service.api.routes.dependencies import AppArtifacts, AppStore, Limit, Prefix, RunId
+from service.api.routes.dependencies import AppArtifacts, AppStore, PageLimit, Prefix, RunId
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
 from service.files.artifacts import LOG, OF_A_RUN
 from service.records.jobs import NotFound, State
@@ -15,9 +15,9 @@ router = APIRouter(prefix="/v1/runs", tags=["runs"])
 
 
 @router.get("")
-def list_runs_by_id(store: AppStore, prefix: Prefix = "", limit: Limit = 50) -> Items[RunModel]:
+def list_runs_by_id(store: AppStore, prefix: Prefix = "", limit: PageLimit = 50) -> Items[RunModel]:
     """Runs of all sweeps whose ids begin with some digits, in the order of their ids."""
-    return Items(items=[RunModel.of(row) for row in store.runs.beginning(prefix, limit)])
+    return Items(items=[RunModel.of(row) for row in store.runs.with_prefix(prefix, limit)])
 
 
 @router.get("/{id}")

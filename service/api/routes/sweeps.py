@@ -10,7 +10,7 @@ from service.api.routes.dependencies import (
     AppSettings,
     AppStore,
     Cursor,
-    Limit,
+    PageLimit,
     PatchedSweep,
     PostedEstimate,
     PostedSubmission,
@@ -23,6 +23,7 @@ from service.api.schemas import EstimateModel, PageOf, PointModel, PresetModel, 
 from service.queue.garbage_collection import forget_lost_states
 from service.records.jobs import RUN_STATES, State, SweepState
 from service.store import Store
+from service.store.sweeps import Sweeps
 from studies.sweeps.cost import OF_SWEEP
 
 router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
@@ -68,7 +69,8 @@ def submit_sweep(submission: PostedSubmission, store: AppStore, response: Respon
     `reused` of the `planned` runs are computed already, or under way for another sweep; `new` ones were
     queued. Requests with the same `Idempotency-Key` are accepted once.
     """
-    accepted = SweepModel.of(store.sweeps.create(submission))
+    sweeps: Sweeps = store.sweeps
+    accepted = SweepModel.of(sweeps.create(submission))
     response.headers["Location"] = accepted.links["self"]
     response.headers["Retry-After"] = RETRY_AFTER
     return accepted
@@ -111,7 +113,7 @@ def list_sweeps(
     state: Annotated[SweepState | None, Query(description="Sweeps in this state only")] = None,
     prefix: Prefix = "",
     cursor: Cursor = None,
-    limit: Limit = 50,
+    limit: PageLimit = 50,
 ) -> PageOf[SweepModel]:
     """Sweeps, newest first."""
     page = store.sweeps.page(state=state, prefix=prefix, cursor=cursor, limit=limit)
@@ -142,7 +144,7 @@ def list_runs(
         State | None, Query(description="Points in this state only: " + ", ".join(f"`{state}`" for state in RUN_STATES))
     ] = None,
     cursor: Cursor = None,
-    limit: Limit = 100,
+    limit: PageLimit = 100,
 ) -> PageOf[PointModel]:
     """The points of a sweep in its own order, each with its run; for example `?state=failed`."""
     page = store.sweeps.points(id, state=state, cursor=cursor, limit=limit)

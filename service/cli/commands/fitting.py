@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-Quantity = Annotated[str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")]
+QuantityOption = Annotated[
+    str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")
+]
 At = Annotated[
     list[str] | None, typer.Option(metavar="AXIS=VALUE", help="Only points with this value: target=copper-ofhc.")
 ]
@@ -34,7 +36,7 @@ def fit(
             help="cube.nc of a sweep, or its folder; or shots: a CSV file, or a published table by name.",
         ),
     ],
-    quantity: Quantity = None,
+    quantity: QuantityOption = None,
     form: Annotated[str | None, typer.Option(metavar="NAME", help="The form of law; by default every one.")] = None,
     at: At = None,
     out: Annotated[
@@ -47,7 +49,7 @@ def fit(
     from service.cli.console import print_json
     from studies.fits.fit import as_json as plain
     from studies.fits.fit import fits_of, forms_of
-    from studies.laws._forms import FORMS
+    from studies.laws.forms import FORMS
     from studies.values.nearest import nearest_cure
 
     fitted = []
@@ -73,7 +75,7 @@ def fit(
 @app.command()
 def surrogate(
     cube: Annotated[Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")],
-    quantity: Quantity = None,
+    quantity: QuantityOption = None,
     at: Annotated[
         list[str] | None,
         typer.Option(metavar="AXIS=VALUE", help="Predict the value here: speed=6.2 km/s; for every axis."),
@@ -168,7 +170,7 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
     from studies.fits.measured import of_cube, of_table, open_cube, quantities_of
-    from studies.laws._forms import SIZES
+    from studies.laws.forms import SIZES
 
     if source.endswith(".csv") or (source in observations.names() and not Path(source).exists()):
         every = list(of_table(source, SIZES))
@@ -196,7 +198,7 @@ def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
 def _print_fits(fits: "list[FittedForm]") -> None:
     from service.cli.console import print_table
     from studies.fits.fit import compared, verdicts
-    from studies.laws._forms import dimension_of
+    from studies.laws.forms import dimension_of
 
     measured = fits[0].measured
     weights = "weighted by their uncertainties" if measured.errors is not None else "equal weights"

@@ -55,7 +55,7 @@ def create_key(
     scopes, lifetime = [Scope(word) for word in scope or ["submit"]], _lifetime(expires)
     until = None if lifetime is None else datetime.now(UTC) + lifetime
     with open_store(settings_of(data=data, database_url=database_url), create=True) as store:
-        row, secret = store.keys.create(name.strip(), scopes, until)
+        row, secret = store.keys.issue(name.strip(), scopes, until)
     print(secret)
     print_keys([row], file=sys.stderr)
     print("save the secret: it cannot be shown again", file=sys.stderr)

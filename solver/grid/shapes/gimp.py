@@ -7,7 +7,7 @@ the axes; it is part of the shape, because all bodies of a problem are sampled a
 from typing import NamedTuple
 
 from solver.grid.shapes import ShapeEntry, weights, width
-from solver.jit import device, implements
+from solver.jit import device, gives, implements
 from solver.units import Dimensionless
 from solver.vectors import absolute, floor, maximum, minimum
 
@@ -26,9 +26,7 @@ def gimp(particles_per_cell):
 SHAPE = ShapeEntry("gimp", Gimp, gimp, flat_cost=0.122e-6, box_cost=0.269e-6)
 
 
-@implements(width, Gimp)
-def _(shape):
-    return 3
+gives(width, Gimp, 3)
 
 
 @device
@@ -44,7 +42,7 @@ def _tent(x):
 
 
 @device
-def _share(shape, left):
+def _node(shape, left):
     """Weight and slope of a node that lies ``left`` cells, rightwards, of a particle's left end."""
     right = left + 2.0 * shape.half
     inverse = 0.5 / shape.half
@@ -52,10 +50,10 @@ def _share(shape, left):
 
 
 @implements(weights, Gimp)
-def _(shape, place):
+def weights_of_gimp(shape, place):
     first = floor(place - shape.half)
     left = place - first - shape.half
-    w0, s0 = _share(shape, left)
-    w1, s1 = _share(shape, left - 1.0)
-    w2, s2 = _share(shape, left - 2.0)
+    w0, s0 = _node(shape, left)
+    w1, s1 = _node(shape, left - 1.0)
+    w2, s2 = _node(shape, left - 2.0)
     return first, (w0, w1, w2), (s0, s1, s2)

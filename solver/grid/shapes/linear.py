@@ -3,10 +3,10 @@
 from typing import NamedTuple
 
 from solver.grid.shapes import ShapeEntry, weights, width
-from solver.jit import implements
+from solver.jit import gives, implements
 from solver.vectors import floor, maximum, minimum
 
-# Cells. A particle on a node would have no share in the next one and yet pull at it: that node would have a force and
+# Cells. A particle on a node would have no weight in the next one and yet pull at it: that node would have a force and
 # no mass. It counts as so far beside the node.
 BESIDE = 1e-12
 
@@ -20,13 +20,11 @@ class Linear(NamedTuple):
 SHAPE = ShapeEntry("linear", Linear, lambda _: Linear(), flat_cost=0.094e-6, box_cost=0.204e-6)
 
 
-@implements(width, Linear)
-def _(shape):
-    return 2
+gives(width, Linear, 2)
 
 
 @implements(weights, Linear)
-def _(shape, place):
+def weights_of_linear(shape, place):
     first = floor(place)
     part = minimum(maximum(place - first, BESIDE), 1.0 - BESIDE)
     return first, (1.0 - part, part), (-1.0, 1.0)

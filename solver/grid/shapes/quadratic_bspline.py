@@ -6,7 +6,7 @@ Steffen, Kirby and Berzins (2008), Int. J. Numer. Methods Eng. 76, 922.
 from typing import NamedTuple
 
 from solver.grid.shapes import ShapeEntry, weights, width
-from solver.jit import implements
+from solver.jit import gives, implements
 from solver.vectors import floor
 
 
@@ -21,13 +21,11 @@ SHAPE = ShapeEntry(
 )
 
 
-@implements(width, QuadraticBSpline)
-def _(shape):
-    return 3
+gives(width, QuadraticBSpline, 3)
 
 
 @implements(weights, QuadraticBSpline)
-def _(shape, place):
+def weights_of_quadratic_spline(shape, place):
     middle = floor(place + 0.5)
     part = place - middle  # -1/2 .. 1/2
     left, right = 0.5 - part, 0.5 + part

@@ -2,7 +2,7 @@
 
 A file adds one: a parameter record (a NamedTuple of floats and tables) under ``EOS``'s ``record``, and the device
 functions below implemented for its type, without ``if``, so that they act on eight points at a time. A material file
-gives the fields that are ``Described``; ``Density``, ``HeatCapacity`` and ``RoomTemperature`` come from the rest of
+gives the fields that are ``Described``; ``Density``, ``HeatCapacity`` and ``RoomTemperature`` are those of the rest of
 the material; ``make`` computes the others, which have defaults. A form with any other field is for verification alone.
 ``tests/contracts/test_eos.py`` then asks it for p(rho0, 0) = 0, for a sound speed equal to the derivative along the
 isentrope, and for finite answers at the corners.
@@ -13,10 +13,9 @@ rule. ``solve_pressure`` does both.
 """
 
 from collections.abc import Callable
-from typing import Annotated, Any, NamedTuple
+from typing import Any, NamedTuple
 
-from solver.jit import device, generic, implements
-from solver.units import FromMaterial, JoulePerKilogramKelvin, Kelvin, KilogramPerCubicMetre
+from solver.jit import device, generic, overridable
 from solver.vectors import maximum
 
 
@@ -32,24 +31,14 @@ class EosEntry(NamedTuple):
     boils: bool = False  # its vapour bears no tension: melting has to end tension before
 
 
-Density = Annotated[KilogramPerCubicMetre, FromMaterial("density")]
-HeatCapacity = Annotated[JoulePerKilogramKelvin, FromMaterial("thermal.heat_capacity")]
-RoomTemperature = Annotated[Kelvin, FromMaterial("thermal.room_temperature")]
-
-
 @generic
 def pressure_terms(eos, density, energy):
     """(a, b) of the tangent p = a + b e, in Pa and kg/m3, at a density in kg/m3 and an energy in J/kg."""
 
 
-@generic
+@overridable
 def linearisations(eos):
-    """Number of tangents that it takes to solve for the energy."""
-
-
-@implements(linearisations, object)
-def _(eos):
-    """By default the pressure is linear in the energy."""
+    """Number of tangents that it takes to solve for the energy; by default the pressure is linear in the energy."""
     return 1
 
 
@@ -63,36 +52,21 @@ def temperature(eos, density, energy):
     """Temperature in K of matter with a specific internal energy in J/kg; may fall below zero, the caller counts."""
 
 
-@generic
+@overridable
 def outside_range(eos, density):
-    """True where the form is continued beyond the densities it was measured for."""
-
-
-@implements(outside_range, object)
-def _(eos, density):
-    """By default nowhere."""
+    """True where the form is continued beyond the densities it was measured for; by default nowhere."""
     return False
 
 
-@generic
+@overridable
 def below_range(eos, density):
-    """True where matter is so thin that the form holds on to a constant."""
-
-
-@implements(below_range, object)
-def _(eos, density):
-    """By default nowhere."""
+    """True where matter is so thin that the form holds on to a constant; by default nowhere."""
     return False
 
 
-@generic
+@overridable
 def reference_density(eos):
-    """Density without pressure at zero internal energy, kg/m3."""
-
-
-@implements(reference_density, object)
-def _(eos):
-    """By default the record's own."""
+    """Density without pressure at zero internal energy, kg/m3; by default the record's own."""
     return eos.density
 
 
@@ -101,25 +75,18 @@ def reference_sound_speed(eos):
     """Bulk sound speed of the reference state, m/s."""
 
 
-@generic
+@overridable
 def burns(eos):
-    """True for an explosive, whose particles are lit at times of their own (``Body.lighting``)."""
-
-
-@implements(burns, object)
-def _(eos):
-    """By default nothing burns."""
+    """True for an explosive, whose particles are lit at times of their own (``Body.lighting``); by default False."""
     return False
 
 
-@generic
+@overridable
 def burning(eos, table, p, lanes, time, spacing):
-    """The parameters of the eight particles from p on, with what has burnt at a time (s) in cells of a size (m)."""
+    """The parameters of eight particles from p on, with what has burnt at a time (s) in cells of a size (m).
 
-
-@implements(burning, object)
-def _(eos, table, p, lanes, time, spacing):
-    """By default those of the body."""
+    By default those of the body.
+    """
     return eos
 
 

@@ -79,11 +79,11 @@ def horner(coefficients, t):
 @device
 def _temperature(eos, density, energy):
     mu = maximum(density * (1.0 / eos.density) - 1.0, 0.0)
-    share = mu * (eos.density / density)  # mu / (1 + mu)
-    t = minimum(share, eos.mu_tangent / (1.0 + eos.mu_tangent))
+    lost = mu * (eos.density / density)  # of the volume: mu / (1 + mu)
+    t = minimum(lost, eos.mu_tangent / (1.0 + eos.mu_tangent))
     hugoniot, _ = reference_curve(eos, minimum(mu, eos.mu_tangent))
     on_isentrope = 0.5 * hugoniot * t * (1.0 / eos.density) * horner(eos.isentrope, t)
-    warmed = eos.temperature * exp(eos.gamma0 * share)
+    warmed = eos.temperature * exp(eos.gamma0 * lost)
     return warmed + (energy - on_isentrope) * (1.0 / eos.heat_capacity)
 
 

@@ -7,17 +7,8 @@ and temperature there say what a fast signal, a thin state and a hot one are.
 from typing import NamedTuple
 
 from solver.jit import implements
-from solver.matter.eos import (
-    Density,
-    EosEntry,
-    HeatCapacity,
-    RoomTemperature,
-    pressure_terms,
-    reference_sound_speed,
-    sound_speed_squared,
-    temperature,
-)
-from solver.units import Dimensionless, MetrePerSecond
+from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.units import Density, Dimensionless, HeatCapacity, MetrePerSecond, RoomTemperature
 
 
 class IdealGas(NamedTuple):
@@ -34,22 +25,22 @@ EOS = EosEntry("ideal-gas", IdealGas, IdealGas)
 
 
 @implements(pressure_terms, IdealGas)
-def _(eos, density, energy):
+def pressure_terms_of_ideal_gas(eos, density, energy):
     return 0.0, (eos.gamma - 1.0) * density
 
 
 @implements(sound_speed_squared, IdealGas)
-def _(eos, density, energy, pressure):
+def sound_speed_squared_of_ideal_gas(eos, density, energy, pressure):
     return (eos.gamma - 1.0) * (energy + pressure / density)
 
 
 @implements(temperature, IdealGas)
-def _(eos, density, energy):
+def temperature_of_ideal_gas(eos, density, energy):
     # c^2 = gamma (gamma - 1) e
     reference = eos.sound_speed * eos.sound_speed / (eos.gamma * (eos.gamma - 1.0))
     return eos.temperature + (energy - reference) / eos.heat_capacity
 
 
 @implements(reference_sound_speed, IdealGas)
-def _(eos):
+def reference_sound_speed_of_ideal_gas(eos):
     return eos.sound_speed

@@ -27,12 +27,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from solver.jit import device, implements
+from solver.jit import device, gives, implements
 from solver.matter.eos import (
-    Density,
     EosEntry,
-    HeatCapacity,
-    RoomTemperature,
     burning,
     burns,
     pressure_terms,
@@ -41,7 +38,7 @@ from solver.matter.eos import (
     temperature,
 )
 from solver.state import LIGHTING
-from solver.units import Dimensionless, MetrePerSecond, Pascal
+from solver.units import Density, Dimensionless, HeatCapacity, MetrePerSecond, Pascal, RoomTemperature
 from solver.vectors import exp, load, maximum, minimum
 
 BURN_WIDTH = 1.5  # cells over which the burnt fraction rises: LS-DYNA's, see above
@@ -100,13 +97,11 @@ def burnt_fraction(eos, lighting, time, spacing):
     return minimum(maximum(run, 0.0), 1.0)
 
 
-@implements(burns, JonesWilkinsLee)
-def _(eos):
-    return True
+gives(burns, JonesWilkinsLee, True)
 
 
 @implements(burning, JonesWilkinsLee)
-def _(eos, table, p, lanes, time, spacing):
+def burning_of_jwl(eos, table, p, lanes, time, spacing):
     lighting = load(table, LIGHTING, p, lanes)
     return JonesWilkinsLee(
         eos.density,
@@ -129,21 +124,21 @@ def _terms(eos, density):
     """The two exponential terms of p_s at the volume of a density, and their sum's slope with the volume."""
     volume = eos.density / density
     first, second = eos.A * exp(-eos.R1 * volume), eos.B * exp(-eos.R2 * volume)
-    share = eos.omega / volume
-    cold = first * (1.0 - share / eos.R1) + second * (1.0 - share / eos.R2)
-    slope = first * (share - eos.R1 + share / (eos.R1 * volume))
-    slope = slope + second * (share - eos.R2 + share / (eos.R2 * volume))
+    thermal = eos.omega / volume
+    cold = first * (1.0 - thermal / eos.R1) + second * (1.0 - thermal / eos.R2)
+    slope = first * (thermal - eos.R1 + thermal / (eos.R1 * volume))
+    slope = slope + second * (thermal - eos.R2 + thermal / (eos.R2 * volume))
     return first, second, cold, slope
 
 
 @implements(pressure_terms, JonesWilkinsLee)
-def _(eos, density, energy):
+def pressure_terms_of_jwl(eos, density, energy):
     _, _, cold, _ = _terms(eos, density)
     return eos.burnt * cold, eos.burnt * (eos.omega * density)
 
 
 @implements(sound_speed_squared, JonesWilkinsLee)
-def _(eos, density, energy, pressure):
+def sound_speed_squared_of_jwl(eos, density, energy, pressure):
     _, _, _, slope = _terms(eos, density)
     # dV = -V / rho drho; at constant entropy de = p / rho^2 drho.
     compressed = -slope * eos.density / (density * density) + eos.omega * energy
@@ -151,12 +146,12 @@ def _(eos, density, energy, pressure):
 
 
 @implements(temperature, JonesWilkinsLee)
-def _(eos, density, energy):
+def temperature_of_jwl(eos, density, energy):
     first, second, _, _ = _terms(eos, density)
     cold = (first / eos.R1 + second / eos.R2) / eos.density
     return eos.temperature + eos.burnt * (energy - cold) / eos.heat_capacity
 
 
 @implements(reference_sound_speed, JonesWilkinsLee)
-def _(eos):
+def reference_sound_speed_of_jwl(eos):
     return eos.detonation_velocity

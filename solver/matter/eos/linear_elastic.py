@@ -11,17 +11,8 @@ import math
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.eos import (
-    Density,
-    EosEntry,
-    HeatCapacity,
-    RoomTemperature,
-    pressure_terms,
-    reference_sound_speed,
-    sound_speed_squared,
-    temperature,
-)
-from solver.units import FromMaterial, Pascal
+from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.units import Density, FromMaterial, HeatCapacity, Pascal, RoomTemperature
 from solver.vectors import log
 
 
@@ -38,22 +29,22 @@ EOS = EosEntry("linear-elastic", LinearElastic, LinearElastic, form="elastic")
 
 
 @implements(pressure_terms, LinearElastic)
-def _(eos, density, energy):
+def pressure_terms_of_linear_elastic(eos, density, energy):
     return eos.bulk_modulus * (density / eos.density - 1.0), 0.0
 
 
 @implements(sound_speed_squared, LinearElastic)
-def _(eos, density, energy, pressure):
+def sound_speed_squared_of_linear_elastic(eos, density, energy, pressure):
     return eos.bulk_modulus / eos.density
 
 
 @implements(temperature, LinearElastic)
-def _(eos, density, energy):
+def temperature_of_linear_elastic(eos, density, energy):
     x = density / eos.density
     cold = eos.bulk_modulus / eos.density * (log(x) - 1.0 + 1.0 / x)
     return eos.temperature + (energy - cold) / eos.heat_capacity
 
 
 @implements(reference_sound_speed, LinearElastic)
-def _(eos):
+def reference_sound_speed_of_linear_elastic(eos):
     return math.sqrt(eos.bulk_modulus / eos.density)

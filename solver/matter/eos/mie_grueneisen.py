@@ -10,17 +10,17 @@ from functools import cache
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.eos import Density, EosEntry, HeatCapacity, RoomTemperature, pressure_terms, sound_speed_squared
+from solver.matter.eos import EosEntry, pressure_terms, sound_speed_squared
 from solver.matter.eos._hugoniot import (
     implement_common,
     isentropic_sound_speed_squared,
     reference_curve,
     with_isentrope,
 )
-from solver.units import Described, Dimensionless, MetrePerSecond
+from solver.units import Density, Described, Dimensionless, HeatCapacity, MetrePerSecond, RoomTemperature
 from solver.vectors import maximum, minimum, where
 
-# Where p_H is continued by its tangent, as a share of the pole. At 0.8 the Hugoniot pressure of copper is 15 TPa,
+# Where p_H is continued by its tangent, as a part of the pole. At 0.8 the Hugoniot pressure of copper is 15 TPa,
 # beyond any impact speed served here; density noise can still reach it, and is counted.
 TANGENT_FROM = 0.8
 STIFF = 4.0  # the same compression for materials with s <= 1, which have no pole
@@ -51,7 +51,7 @@ EOS = EosEntry("mie-grueneisen", MieGrueneisen, mie_grueneisen, form="hugoniot")
 
 
 @implements(reference_curve, MieGrueneisen)
-def _(eos, mu):
+def reference_curve_of_mie_grueneisen(eos, mu):
     """p_H and dp_H/dmu of the closed form in compression, with its tangent beyond ``mu_tangent``."""
     stiffness = eos.density * eos.c0 * eos.c0
     inside = minimum(mu, eos.mu_tangent)
@@ -62,7 +62,7 @@ def _(eos, mu):
 
 
 @implements(pressure_terms, MieGrueneisen)
-def _(eos, density, energy):
+def pressure_terms_of_mie_grueneisen(eos, density, energy):
     thinning = eos.density / density
     mu = density * (1.0 / eos.density) - 1.0
     pressed = maximum(mu, 0.0)
@@ -72,7 +72,7 @@ def _(eos, density, energy):
 
 
 @implements(sound_speed_squared, MieGrueneisen)
-def _(eos, density, energy, pressure):
+def sound_speed_squared_of_mie_grueneisen(eos, density, energy, pressure):
     thinning = eos.density / density
     mu = density * (1.0 / eos.density) - 1.0
     expanded = eos.c0 * eos.c0 + eos.gamma0 * (energy + pressure * thinning * (1.0 / eos.density))

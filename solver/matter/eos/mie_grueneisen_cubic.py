@@ -10,22 +10,14 @@ from functools import cache
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.eos import (
-    Density,
-    EosEntry,
-    HeatCapacity,
-    RoomTemperature,
-    below_range,
-    pressure_terms,
-    sound_speed_squared,
-)
+from solver.matter.eos import EosEntry, below_range, pressure_terms, sound_speed_squared
 from solver.matter.eos._hugoniot import (
     implement_common,
     isentropic_sound_speed_squared,
     reference_curve,
     with_isentrope,
 )
-from solver.units import Described, Dimensionless, MetrePerSecond
+from solver.units import Density, Described, Dimensionless, HeatCapacity, MetrePerSecond, RoomTemperature
 from solver.vectors import maximum, minimum, where
 
 THINNEST = -0.5  # Ma (2005), at Eq. 2-25 (printed 0.5)
@@ -56,7 +48,7 @@ EOS = EosEntry("mie-grueneisen-cubic", MieGrueneisenCubic, mie_grueneisen_cubic,
 
 
 @implements(reference_curve, MieGrueneisenCubic)
-def _(eos, mu):
+def reference_curve_of_mie_grueneisen_cubic(eos, mu):
     """p_H and dp_H/dmu in Pa."""
     c = eos.density * eos.c0 * eos.c0
     d = c * (2.0 * eos.s - 1.0)
@@ -66,7 +58,7 @@ def _(eos, mu):
 
 
 @implements(pressure_terms, MieGrueneisenCubic)
-def _(eos, density, energy):
+def pressure_terms_of_mie_grueneisen_cubic(eos, density, energy):
     mu = maximum(density / eos.density - 1.0, THINNEST)
     hugoniot, _ = reference_curve(eos, mu)
     return (
@@ -76,7 +68,7 @@ def _(eos, density, energy):
 
 
 @implements(sound_speed_squared, MieGrueneisenCubic)
-def _(eos, density, energy, pressure):
+def sound_speed_squared_of_mie_grueneisen_cubic(eos, density, energy, pressure):
     mu = density / eos.density - 1.0
     cold = where(mu < THINNEST, 0.0, eos.c0 * eos.c0 * (1.0 - eos.gamma0 * mu))
     return where(
@@ -87,7 +79,7 @@ def _(eos, density, energy, pressure):
 
 
 @implements(below_range, MieGrueneisenCubic)
-def _(eos, density):
+def below_range_of_mie_grueneisen_cubic(eos, density):
     return density / eos.density - 1.0 < THINNEST
 
 

@@ -12,17 +12,8 @@ Temperature: the room's with the energy E0, and the heat capacity from there on.
 from typing import Annotated, NamedTuple
 
 from solver.jit import device, implements
-from solver.matter.eos import (
-    Density,
-    EosEntry,
-    HeatCapacity,
-    RoomTemperature,
-    pressure_terms,
-    reference_sound_speed,
-    sound_speed_squared,
-    temperature,
-)
-from solver.units import Described, Dimensionless, Pascal
+from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.units import Density, Described, Dimensionless, HeatCapacity, Pascal, RoomTemperature
 
 MOST = 1e13  # Pa
 
@@ -58,24 +49,24 @@ def _factors(eos, density):
 
 
 @implements(pressure_terms, Polynomial)
-def _(eos, density, energy):
+def pressure_terms_of_polynomial(eos, density, energy):
     cold, heated, _, _ = _factors(eos, density)
     return cold, heated * eos.density
 
 
 @implements(sound_speed_squared, Polynomial)
-def _(eos, density, energy, pressure):
+def sound_speed_squared_of_polynomial(eos, density, energy, pressure):
     _, heated, cold_slope, heated_slope = _factors(eos, density)
     along = cold_slope / eos.density + heated_slope * energy
     return along + heated * eos.density * pressure / (density * density)
 
 
 @implements(temperature, Polynomial)
-def _(eos, density, energy):
+def temperature_of_polynomial(eos, density, energy):
     return eos.temperature + (energy - eos.E0 / eos.density) / eos.heat_capacity
 
 
 @implements(reference_sound_speed, Polynomial)
-def _(eos):
+def reference_sound_speed_of_polynomial(eos):
     squared = eos.C1 + eos.C5 * eos.E0 + eos.C4 * (eos.C0 + eos.C4 * eos.E0)
     return (max(squared, 0.0) / eos.density) ** 0.5

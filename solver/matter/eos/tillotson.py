@@ -27,10 +27,7 @@ from numpy.polynomial import Polynomial
 
 from solver.jit import device, implements
 from solver.matter.eos import (
-    Density,
     EosEntry,
-    HeatCapacity,
-    RoomTemperature,
     linearisations,
     outside_range,
     pressure_terms,
@@ -39,7 +36,16 @@ from solver.matter.eos import (
     temperature,
 )
 from solver.matter.eos._hugoniot import ISENTROPE_DEGREE, horner
-from solver.units import Below, Described, Dimensionless, JoulePerKilogram, Pascal
+from solver.units import (
+    Below,
+    Density,
+    Described,
+    Dimensionless,
+    HeatCapacity,
+    JoulePerKilogram,
+    Pascal,
+    RoomTemperature,
+)
 from solver.vectors import absolute, exp, log, maximum, minimum, where
 
 RANGE = 2.0  # compression mu up to which the isentrope is tabulated
@@ -147,24 +153,24 @@ def _state(eos, density, energy):
 
 
 @implements(pressure_terms, Tillotson)
-def _(eos, density, energy):
+def pressure_terms_of_tillotson(eos, density, energy):
     pressure, _, heating = _state(eos, density, energy)
     return pressure - heating * energy, heating
 
 
 @implements(linearisations, Tillotson)
-def _(eos):
+def linearisations_of_tillotson(eos):
     return TANGENTS
 
 
 @implements(sound_speed_squared, Tillotson)
-def _(eos, density, energy, pressure):
+def sound_speed_squared_of_tillotson(eos, density, energy, pressure):
     _, slope, heating = _state(eos, density, energy)
     return slope + pressure / (density * density) * heating
 
 
 @implements(temperature, Tillotson)
-def _(eos, density, energy):
+def temperature_of_tillotson(eos, density, energy):
     inside = minimum(maximum(density / eos.density - 1.0, 0.0), eos.mu_tangent)
     t = inside / (1.0 + inside)
     cold = 0.5 * eos.A * t * t / eos.density * horner(eos.isentrope, t)
@@ -173,10 +179,10 @@ def _(eos, density, energy):
 
 
 @implements(outside_range, Tillotson)
-def _(eos, density):
+def outside_range_of_tillotson(eos, density):
     return density > eos.density * (1.0 + eos.mu_tangent)
 
 
 @implements(reference_sound_speed, Tillotson)
-def _(eos):
+def reference_sound_speed_of_tillotson(eos):
     return math.sqrt(eos.A / eos.density)

@@ -12,7 +12,7 @@ failed carries no shear and no tension.
 
 from typing import NamedTuple
 
-from solver.jit import generic, implements
+from solver.jit import generic, overridable
 
 
 class FailureEntry(NamedTuple):
@@ -41,34 +41,19 @@ def grown_damage(failure, damage, loading):
     """Damage 0..1 after a step with a ``PointLoading``."""
 
 
-@generic
+@overridable
 def weakens(failure):
-    """True where damage weakens strength before matter has failed."""
-
-
-@implements(weakens, object)
-def _(failure):
-    """By default it does not."""
+    """True where damage weakens strength before matter has failed; by default it does not."""
     return False
 
 
-@generic
+@overridable
 def integrity(failure, damage):
-    """Part 0..1 of the yield stress that damage leaves."""
-
-
-@implements(integrity, object)
-def _(failure, damage):
-    """By default all of it."""
+    """Part 0..1 of the yield stress that damage leaves; by default all of it."""
     return 1.0
 
 
-@generic
+@overridable
 def floor_until_failure(failure, floor):
-    """Lowest pressure in Pa that matter sustains until it fails, where the rule of tension says ``floor``."""
-
-
-@implements(floor_until_failure, object)
-def _(failure, floor):
-    """By default as the rule of tension says."""
+    """Lowest pressure in Pa until matter fails; by default the ``floor`` of the rule of tension."""
     return floor

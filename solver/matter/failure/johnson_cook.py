@@ -13,7 +13,7 @@ the one that matter carries, so weakened too. Matter whose eps_f is not above p_
 
 from typing import Annotated, NamedTuple
 
-from solver.jit import device, generic, implements
+from solver.jit import device, generic, gives, implements
 from solver.matter.failure import FailureEntry, grown_damage, integrity, weakens
 from solver.units import Dimensionless, FromMaterial, PerSecond
 from solver.vectors import SMALLEST, exp, log, maximum, minimum, power, where
@@ -53,12 +53,12 @@ def rate_factor(failure, strain_rate):
 
 
 @implements(rate_factor, JohnsonCookDamage)
-def _(failure, strain_rate):
+def rate_factor_of_johnson_cook_damage(failure, strain_rate):
     return 1.0 + failure.D4 * log(maximum(strain_rate * (1.0 / failure.reference_rate), 1.0))
 
 
 @implements(rate_factor, ModifiedJohnsonCookDamage)
-def _(failure, strain_rate):
+def rate_factor_of_modified_johnson_cook_damage(failure, strain_rate):
     return power(1.0 + strain_rate * (1.0 / failure.reference_rate), failure.D4)
 
 
@@ -71,20 +71,18 @@ def fracture_strain(failure, triaxiality, strain_rate, homologous):
 
 @implements(grown_damage, ModifiedJohnsonCookDamage)
 @implements(grown_damage, JohnsonCookDamage)
-def _(failure, damage, loading):
+def grown_damage_of_johnson_cook_damage(failure, damage, loading):
     limit = fracture_strain(failure, loading.triaxiality, loading.strain_rate, loading.homologous)
     # The part of the slip that lies above the threshold.
     slip = minimum(loading.slip, maximum(loading.plastic_strain - failure.threshold, 0.0))
     return minimum(damage + slip / maximum(limit - failure.threshold, SMALLEST), 1.0)
 
 
-@implements(weakens, ModifiedJohnsonCookDamage)
-@implements(weakens, JohnsonCookDamage)
-def _(failure):
-    return True
+gives(weakens, JohnsonCookDamage, True)
+gives(weakens, ModifiedJohnsonCookDamage, True)
 
 
 @implements(integrity, ModifiedJohnsonCookDamage)
 @implements(integrity, JohnsonCookDamage)
-def _(failure, damage):
+def integrity_of_johnson_cook_damage(failure, damage):
     return where(damage < 1.0, 1.0 - failure.critical_damage * damage, 0.0)

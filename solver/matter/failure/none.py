@@ -16,5 +16,5 @@ FAILURE = FailureEntry("none", NoFailure)
 
 
 @implements(grown_damage, NoFailure)
-def _(failure, damage, loading):
+def grown_damage_of_no_failure(failure, damage, loading):
     return 0.0  # a constant, so that the compiler leaves out what a failed point does

@@ -21,5 +21,5 @@ FAILURE = FailureEntry("plastic-strain", PlasticStrainLimit)
 
 
 @implements(grown_damage, PlasticStrainLimit)
-def _(failure, damage, loading):
+def grown_damage_of_plastic_strain_limit(failure, damage, loading):
     return maximum(damage, minimum(loading.plastic_strain / failure.strain, 1.0))

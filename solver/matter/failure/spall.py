@@ -37,12 +37,12 @@ FAILURE = FailureEntry("spall", Spall)
 
 
 @implements(grown_damage, Spall)
-def _(failure, damage, loading):
+def grown_damage_of_spall(failure, damage, loading):
     beyond = maximum(-loading.pressure / failure.threshold - 1.0, 0.0)
     grown = power(beyond, failure.exponent) * loading.dt / failure.time
     return minimum(damage + where(beyond > 0.0, grown, 0.0), 1.0)
 
 
 @implements(floor_until_failure, Spall)
-def _(failure, floor):
+def floor_until_failure_of_spall(failure, floor):
     return where(floor < 0.0, -math.inf, floor)  # 0: molten

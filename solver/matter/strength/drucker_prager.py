@@ -17,7 +17,7 @@ from typing import Annotated, NamedTuple
 
 from solver.jit import implements
 from solver.matter.eos import pressure_terms
-from solver.matter.strength import StrengthEntry, hardening, rate_and_heat, solid, under_pressure
+from solver.matter.strength import StrengthEntry, hardening, under_pressure
 from solver.units import Described, Dimensionless, FromMaterial, Pascal
 from solver.vectors import maximum
 
@@ -35,18 +35,13 @@ STRENGTH = StrengthEntry("drucker-prager", DruckerPrager)
 
 
 @implements(under_pressure, DruckerPrager)
-def _(strength, eos, density, energy):
+def under_pressure_of_drucker_prager(strength, eos, density, energy):
     a, b = pressure_terms(eos, density, energy)
     return DruckerPrager(strength.cohesion, strength.friction, strength.tensile, a + b * energy)
 
 
 @implements(hardening, DruckerPrager)
-def _(strength, plastic_strain):
+def hardening_of_drucker_prager(strength, plastic_strain):
     pressure = maximum(strength.pressure, -strength.tensile)
     shear = strength.cohesion + strength.friction * pressure
     return math.sqrt(3.0) * maximum(shear, 0.0), 0.0
-
-
-@implements(rate_and_heat, DruckerPrager)
-def _(strength, strain_rate, homologous, stiff):
-    return solid(homologous)

@@ -3,7 +3,7 @@
 from typing import NamedTuple
 
 from solver.jit import implements
-from solver.matter.strength import StrengthEntry, hardening, rate_and_heat, solid
+from solver.matter.strength import StrengthEntry, hardening
 from solver.units import Pascal
 
 
@@ -17,10 +17,5 @@ STRENGTH = StrengthEntry("elastic", Elastic)
 
 
 @implements(hardening, Elastic)
-def _(strength, plastic_strain):
+def hardening_of_elastic(strength, plastic_strain):
     return strength.limit, 0.0
-
-
-@implements(rate_and_heat, Elastic)
-def _(strength, strain_rate, homologous, stiff):
-    return solid(homologous)

@@ -46,24 +46,24 @@ STRENGTH = (StrengthEntry("johnson-cook", JohnsonCook), StrengthEntry("modified-
 
 @implements(hardening, ModifiedJohnsonCook)
 @implements(hardening, JohnsonCook)
-def _(strength, plastic_strain):
+def hardening_of_johnson_cook(strength, plastic_strain):
     hardened = strength.B * power(plastic_strain, strength.n)
     slope = strength.n * hardened / maximum(plastic_strain, SMALLEST)
     return strength.A + hardened, slope
 
 
 @implements(rate_and_heat, JohnsonCook)
-def _(strength, strain_rate, homologous, stiff):
+def rate_and_heat_of_johnson_cook(strength, strain_rate, homologous, stiff):
     rate = 1.0 + strength.C * log(maximum(strain_rate * (1.0 / strength.reference_rate), 1.0))
     return rate * where(homologous >= 1.0, 0.0, 1.0 - power(homologous, strength.m))
 
 
 @implements(rate_and_heat, ModifiedJohnsonCook)
-def _(strength, strain_rate, homologous, stiff):
+def rate_and_heat_of_modified_johnson_cook(strength, strain_rate, homologous, stiff):
     rate = power(1.0 + strain_rate * (1.0 / strength.reference_rate), strength.C)
     return rate * where(homologous >= 1.0, 0.0, 1.0 - power(homologous, strength.m))
 
 
 @implements(stored_part, ModifiedJohnsonCook)
-def _(strength):
+def stored_part_of_modified_johnson_cook(strength):
     return 1.0 - strength.alpha

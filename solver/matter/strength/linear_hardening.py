@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.strength import StrengthEntry, hardening, rate_and_heat, solid
+from solver.matter.strength import StrengthEntry, hardening
 from solver.units import Described, Pascal
 
 
@@ -18,11 +18,6 @@ STRENGTH = StrengthEntry("linear-hardening", LinearHardening)
 
 
 @implements(hardening, LinearHardening)
-def _(strength, plastic_strain):
+def hardening_of_linear_hardening(strength, plastic_strain):
     stress = strength.yield_stress + strength.hardening_modulus * plastic_strain
     return stress, strength.hardening_modulus
-
-
-@implements(rate_and_heat, LinearHardening)
-def _(strength, strain_rate, homologous, stiff):
-    return solid(homologous)

@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.strength import StrengthEntry, hardening, rate_and_heat, solid
+from solver.matter.strength import StrengthEntry, hardening
 from solver.units import Described, Pascal
 
 
@@ -17,10 +17,5 @@ STRENGTH = StrengthEntry("perfectly-plastic", PerfectlyPlastic)
 
 
 @implements(hardening, PerfectlyPlastic)
-def _(strength, plastic_strain):
+def hardening_of_perfectly_plastic(strength, plastic_strain):
     return strength.yield_stress, 0.0
-
-
-@implements(rate_and_heat, PerfectlyPlastic)
-def _(strength, strain_rate, homologous, stiff):
-    return solid(homologous)

@@ -44,7 +44,7 @@ STRENGTH = StrengthEntry("steinberg-guinan", SteinbergGuinan)
 
 
 @implements(hardening, SteinbergGuinan)
-def _(strength, plastic_strain):
+def hardening_of_steinberg_guinan(strength, plastic_strain):
     strained = 1.0 + strength.beta * plastic_strain
     stress = strength.Y0 * power(strained, strength.n)
     slope = strength.n * strength.beta * stress / strained
@@ -52,19 +52,19 @@ def _(strength, plastic_strain):
 
 
 @implements(rate_and_heat, SteinbergGuinan)
-def _(strength, strain_rate, homologous, stiff):
+def rate_and_heat_of_steinberg_guinan(strength, strain_rate, homologous, stiff):
     return stiff * solid(homologous)
 
 
 @implements(stiffness, SteinbergGuinan)
-def _(strength, density_ratio, pressure, kelvin):
+def stiffness_of_steinberg_guinan(strength, density_ratio, pressure, kelvin):
     pressed = strength.A * pressure / power(density_ratio, 1.0 / 3.0)
     law = 1.0 + pressed - strength.B * (kelvin - COLD)
     return maximum(law, SOFTEST) * minimum(density_ratio / THINNEST_SOLID, 1.0)
 
 
 @implements(melting, SteinbergGuinan)
-def _(strength, density_ratio):
+def melting_of_steinberg_guinan(strength, density_ratio):
     exponent = 2.0 * (strength.gamma0 - strength.a - 1.0 / 3.0)
     solid_ratio = maximum(density_ratio, THINNEST_SOLID)
     growth = exp(2.0 * strength.a * (1.0 - 1.0 / solid_ratio))

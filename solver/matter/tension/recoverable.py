@@ -21,5 +21,5 @@ TENSION = TensionEntry("recoverable", RecoverableTension)
 
 
 @implements(pressure_floor, RecoverableTension)
-def _(tension, homologous):
+def pressure_floor_of_recoverable_tension(tension, homologous):
     return -tension.cutoff * (1.0 - homologous)

@@ -18,5 +18,5 @@ TENSION = TensionEntry("unlimited", UnlimitedTension, molten=True)
 
 
 @implements(pressure_floor, UnlimitedTension)
-def _(tension, homologous):
+def pressure_floor_of_unlimited_tension(tension, homologous):
     return tension.floor

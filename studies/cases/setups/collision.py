@@ -37,7 +37,6 @@ class Wave:
 
     speed: MetrePerSecond  # of the front relative to the matter ahead of it
     plateau: Plateau
-    particle_speed: MetrePerSecond  # of the plateau, relative to the matter ahead of the front
 
 
 @dataclass(frozen=True)
@@ -93,7 +92,7 @@ def _wave(pairs: list[tuple[ColumnProfile, ColumnProfile]], ahead: float) -> Wav
     readings = [_reading(body, behind) for body, behind in pairs]
     (begin, _), (end, plateau) = readings[0], readings[-1]
     elapsed = pairs[-1][0].time - pairs[0][0].time
-    return Wave((end - begin) / elapsed - ahead, plateau, plateau.velocity - ahead)
+    return Wave((end - begin) / elapsed - ahead, plateau)
 
 
 def _reading(body: ColumnProfile, behind: ColumnProfile) -> tuple[float, Plateau]:

@@ -1,7 +1,7 @@
 """Plane problems as a column of cells, one cell wide, with symmetric sides: only the first axis sees anything.
 
 Across the column stands one particle: nothing varies there, so that more would give the same sums. What comes out is
-read off as a ``Profile``, and a front and the plateau behind it off that.
+read off as a ``ColumnProfile``, and a front and the plateau behind it off that.
 """
 
 import math
@@ -16,7 +16,8 @@ from solver.problem import Body, Face, Problem
 from solver.problem.geometry import Cartesian3D, grid
 from solver.state import Snapshot
 from solver.units import JoulePerKilogram, KilogramPerCubicMetre, Metre, MetrePerSecond
-from studies.scenarios._numerics import Numerics, numerics
+from studies.cases.setups.lattices import MIRRORS, lattice, middles
+from studies.scenarios.parts.numerics import Numerics
 from studies.values.recipes import Recipe
 
 # Cells left out of a plateau at the interface or wall: start-up errors of the shock stay there.
@@ -40,13 +41,7 @@ class Stretch:
 
 def solver_numerics(recipe: Recipe) -> dict[str, Any]:
     """The fields of ``Problem`` for the numerics of a recipe."""
-    return numerics(Numerics(**asdict(recipe)))
-
-
-def lattice(*lines: np.ndarray) -> np.ndarray:
-    """Points (n, 3) of the lattice of three lines, the last fastest; two lines lie in the plane z = 0."""
-    points = np.meshgrid(*lines, *[np.zeros(1)] * (3 - len(lines)), indexing="ij")
-    return np.stack([axis.ravel() for axis in points], axis=-1)
+    return Numerics(**asdict(recipe)).arguments()
 
 
 def column(
@@ -58,44 +53,37 @@ def column(
     end_time: float,
     lower: float = 0.0,
     ends: tuple[str, str] = ("FREE", "FREE"),
-    across: int = 1,
     boost: float = 0.0,
     **changes: Any,
 ) -> Problem:
-    """The problem of a column from ``lower`` on, ``ends`` by the names of faces.
-
-    ``across`` particles stand along each of the other axes of a cell, and ``boost`` (m/s) is added to all velocities.
-    """
-    side = (Face.SYMMETRIC, Face.SYMMETRIC)
+    """The problem of a column from ``lower`` on, ``ends`` by the names of faces; ``boost`` (m/s) moves all of it."""
     geometry = grid(Cartesian3D, lower=(lower, 0.0, 0.0), cells=(cells, 1, 1), spacing=spacing)
-    bodies = tuple(_body(stretch, spacing, recipe.particles_per_cell, across, boost) for stretch in stretches)
+    bodies = tuple(_body(stretch, spacing, recipe.particles_per_cell, boost) for stretch in stretches)
     return Problem(
         geometry=geometry,
         bodies=bodies,
-        faces=((Face[ends[0]], Face[ends[1]]), side, side),
+        faces=((Face[ends[0]], Face[ends[1]]), MIRRORS, MIRRORS),
         end_time=end_time,
         **{**solver_numerics(recipe), **changes},
     )
 
 
-def _body(stretch: Stretch, spacing: float, along: int, across: int, boost: float) -> Body:
+def _body(stretch: Stretch, spacing: float, along: int, boost: float) -> Body:
     count = round((stretch.end - stretch.begin) / spacing * along)
     step = (stretch.end - stretch.begin) / count
-    x = stretch.begin + step * (np.arange(count) + 0.5)
-    side = spacing / across * (np.arange(across) + 0.5)
-    position = lattice(x, side, side)
+    side = np.array([0.5 * spacing])
+    position = lattice(middles(count, step, stretch.begin), side, side)
     velocity = np.zeros_like(position)
     flow = stretch.velocity
     velocity[:, 0] = boost + (flow(position[:, 0]) if callable(flow) else flow)
-    volume = step * (spacing / across) ** 2
     return Body(
         name=stretch.name,
         matter=stretch.matter,
         position=position,
         velocity=velocity,
-        mass=np.full(len(position), stretch.density * volume),
+        mass=np.full(count, stretch.density * (step * spacing**2)),
         density=stretch.density,
-        spacing=(step, spacing / across, spacing / across),
+        spacing=(step, spacing, spacing),
         energy=stretch.energy,
         lighting=stretch.lighting(position) if stretch.lighting else None,
     )
@@ -132,37 +120,26 @@ class ColumnProfile:
 def profile(snapshot: Snapshot, body: int, axis: int = 0) -> ColumnProfile:
     """The living particles of a body along an axis, as copies."""
     p = snapshot.particles
-    index = np.flatnonzero((snapshot.body == body) & (p.alive == 1))
-    index = index[np.argsort(p.position[index, axis], kind="stable")]
-    return ColumnProfile(
-        time=snapshot.time,
-        place=p.position[index, axis],
-        velocity=p.velocity[index, axis],
-        stress=p.pressure[index] - p.deviator[index, axis],
-        density=p.density[index],
-        energy=p.energy[index],
-        mass=p.mass[index],
-        number=p.number[index],
-    )
+    stress = p.pressure - p.deviator[:, axis]
+    return _profile(snapshot, snapshot.body == body, p.position[:, axis], p.velocity[:, axis], stress)
 
 
 def radial_profile(snapshot: Snapshot) -> ColumnProfile:
     """All living particles of an axisymmetric problem by their distance from the origin; stress is the pressure."""
     p = snapshot.particles
-    radius = np.hypot(p.position[:, 0], p.position[:, 1])
-    index = np.argsort(radius, kind="stable")
-    index = index[p.alive[index] == 1]
-    radius, x, v = radius[index], p.position[index], p.velocity[index]
-    return ColumnProfile(
-        time=snapshot.time,
-        place=radius,
-        velocity=(v[:, 0] * x[:, 0] + v[:, 1] * x[:, 1]) / radius,
-        stress=p.pressure[index],
-        density=p.density[index],
-        energy=p.energy[index],
-        mass=p.mass[index],
-        number=p.number[index],
-    )
+    x, v, radius = p.position, p.velocity, np.hypot(p.position[:, 0], p.position[:, 1])
+    outwards = (v[:, 0] * x[:, 0] + v[:, 1] * x[:, 1]) / radius
+    return _profile(snapshot, np.full(radius.size, True), radius, outwards, p.pressure)
+
+
+def _profile(
+    snapshot: Snapshot, keep: np.ndarray, place: np.ndarray, velocity: np.ndarray, stress: np.ndarray
+) -> ColumnProfile:
+    p = snapshot.particles
+    index = np.flatnonzero(keep & (p.alive == 1))
+    index = index[np.argsort(place[index], kind="stable")]
+    own = (each[index] for each in (place, velocity, stress, p.density, p.energy, p.mass, p.number))
+    return ColumnProfile(snapshot.time, *own)
 
 
 @dataclass(frozen=True)
@@ -176,7 +153,6 @@ class Plateau:
     spacing_density: float
     velocity: float  # m/s
     energy: float  # J/kg, weighted by mass
-    particles: int
 
 
 def front(line: ColumnProfile, spacing: float, level: float) -> float:
@@ -219,7 +195,7 @@ def between(line: ColumnProfile, spacing: float, low: float, high: float) -> Pla
     inside = line.part((line.place > low) & (line.place < high))
     if inside.place.size < 2:
         nan = math.nan
-        return Plateau(nan, nan, nan, nan, nan, nan, 0)
+        return Plateau(nan, nan, nan, nan, nan, nan)
     stress = inside.mean(inside.stress)
     # Mass up to each particle over its place, as a least-squares line: particles at the ends weigh no more than others.
     slope = np.polyfit(inside.place - low, np.cumsum(inside.mass) - 0.5 * inside.mass, 1)[0]
@@ -230,7 +206,6 @@ def between(line: ColumnProfile, spacing: float, low: float, high: float) -> Pla
         spacing_density=float(slope / spacing**2),
         velocity=float((inside.mass * inside.velocity).sum() / inside.mass.sum()),
         energy=float((inside.mass * inside.energy).sum() / inside.mass.sum()),
-        particles=inside.place.size,
     )
 
 

@@ -1,7 +1,7 @@
 """Impacts on a thin plate and what is done to them: scaled, shifted, mirrored, unfolded; and how two runs compare."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, astuple, dataclass, replace
+from dataclasses import asdict, replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +12,7 @@ from solver.simulation import Simulation, start
 from solver.state import Particles
 from studies import scenarios
 from studies.materials import load
-from studies.scenarios import ImpactSetting
+from studies.scenarios.parts.impact import ImpactSetting
 from studies.values.parameters import declared
 from studies.values.recipes import Recipe
 
@@ -43,9 +43,9 @@ def impact_setting(
     scenario = scenarios.load(name)
     names = {"projectile": material, "target": material}
     small = {key: value for key, value in SMALL.items() if key in declared(scenario.parameters)}
-    values = scenario.parameters(**{**small, **asdict(recipe), **names, **parameters})
+    values = scenario.record({**small, **asdict(recipe), **names, **parameters})
     loaded = {role: load(name) for role, name in names.items()}
-    setting: ImpactSetting = scenario.build(scenario.fill(values), loaded)  # type: ignore[assignment]
+    setting: ImpactSetting = values.filled().build(loaded)  # type: ignore[assignment]
     return setting
 
 
@@ -157,29 +157,6 @@ def advanced(problem: Problem, steps: int = STEPS, *, threads: int = 1, shares: 
     return simulation
 
 
-@dataclass(frozen=True)
-class Gap:
-    """The largest differences of two runs, particle by particle, in all that a particle carries."""
-
-    position: float  # in cells
-    velocity: float  # of a gauge speed
-    mass: float  # relative
-    density: float  # relative
-    energy: float  # of gauge speed squared
-    pressure: float  # of density times gauge speed squared, and so are the next two
-    viscosity: float
-    deviator: float
-    plastic_strain: float
-    temperature: float  # of the highest
-    damage: float
-    gone: int  # particles that have left the grid in one of the two only
-
-    @property
-    def largest(self) -> float:
-        """The largest of all; not a number where one of them is none."""
-        return float(np.max(astuple(self)))
-
-
 def ordered(particles: Particles) -> Particles:
     """The particles by their permanent numbers."""
     index = np.argsort(particles.number)
@@ -196,27 +173,25 @@ def image(particles: Particles, axis: int = 0) -> Particles:
     )
 
 
-def gap(first: Particles, second: Particles, *, spacing: float, speed: float) -> Gap:
-    """How far two runs are apart; both in the order of their numbers."""
+def largest_difference(first: Particles, second: Particles, *, spacing: float, speed: float) -> float:
+    """The largest difference of two runs, particle by particle, in all that a particle carries.
+
+    Both in the order of their numbers. Each field is told in a scale of its own: cells, a gauge speed and its square,
+    density times it, or the value itself; not a number where one of them is none.
+    """
     stress = float(first.density.max()) * speed**2
-    return Gap(
-        position=_farthest(first.position, second.position) / spacing,
-        velocity=_farthest(first.velocity, second.velocity) / speed,
-        mass=_farthest(first.mass / second.mass, 1.0),
-        density=_farthest(first.density / second.density, 1.0),
-        energy=_farthest(first.energy, second.energy) / speed**2,
-        pressure=_farthest(first.pressure, second.pressure) / stress,
-        viscosity=_farthest(first.viscosity, second.viscosity) / stress,
-        deviator=_farthest(first.deviator, second.deviator) / stress,
-        plastic_strain=_farthest(first.plastic_strain, second.plastic_strain),
-        temperature=_farthest(first.temperature, second.temperature) / float(first.temperature.max()),
-        damage=_farthest(first.damage, second.damage),
-        gone=int((first.alive != second.alive).sum()),
-    )
-
-
-def _farthest(first: np.ndarray, second: np.ndarray | float) -> float:
-    return float(abs(first - second).max())
+    scales = {
+        "position": spacing,
+        "velocity": speed,
+        "energy": speed**2,
+        **dict.fromkeys(("pressure", "viscosity", "deviator"), stress),
+        **dict.fromkeys(("plastic_strain", "damage"), 1.0),
+        "temperature": float(first.temperature.max()),
+    }
+    differences = [abs(getattr(first, name) - getattr(second, name)).max() / scale for name, scale in scales.items()]
+    differences += [abs(getattr(first, name) / getattr(second, name) - 1.0).max() for name in ("mass", "density")]
+    gone = int((first.alive != second.alive).sum())  # particles that have left the grid in one of the two only
+    return float(np.max([*differences, gone]))
 
 
 def differing_values(first: Particles, second: Particles) -> int:

@@ -26,9 +26,3 @@ def executed(
     if result.state != "succeeded":
         raise WhippleError(f"{scenario}: {result.reason}")
     return result
-
-
-def value(result: RunResult, name: str) -> float:
-    """A measured value; NaN where there is none."""
-    measured = result.measurements[name].value
-    return float("nan") if measured is None else float(measured)

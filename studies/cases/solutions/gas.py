@@ -4,6 +4,7 @@ import math
 from dataclasses import dataclass
 
 import numpy as np
+from scipy.optimize import brentq
 
 SOD_GAMMA = 1.4
 NOH_GAMMA = 5.0 / 3.0
@@ -61,7 +62,7 @@ class Riemann:
 
 
 def riemann(left: Gas, right: Gas, gamma: float) -> Riemann:
-    """The solution for a rarefaction to the left and a shock to the right: Toro (2009), section 4.2; by bisection.
+    """The solution for a rarefaction to the left and a shock to the right: Toro (2009), section 4.2.
 
     Sod's tube: p* = 0.30313, u* = 0.92745, densities 0.42632 and 0.26557, shock 1.75216:
 
@@ -82,13 +83,7 @@ def riemann(left: Gas, right: Gas, gamma: float) -> Riemann:
         b = (gamma - 1.0) / (gamma + 1.0) * right.pressure
         return right.velocity + (p - right.pressure) * math.sqrt(a / (p + b))
 
-    low, high = right.pressure, left.pressure
-    for _ in range(200):
-        p = 0.5 * (low + high)
-        if left_velocity(p) > right_velocity(p):
-            low = p
-        else:
-            high = p
+    p = float(brentq(lambda p: left_velocity(p) - right_velocity(p), right.pressure, left.pressure, xtol=1e-15))
     u = right_velocity(p)
     k = (gamma - 1.0) / (gamma + 1.0)
     strength = p / right.pressure

@@ -6,13 +6,16 @@ Tillotson (1962), General Atomic GA-3216; constants of copper as in ``studies/ma
 import math
 from collections.abc import Iterator
 
+import numpy as np
+from scipy.integrate import solve_ivp
+from scipy.optimize import brentq
+
 from studies.cases.solutions.hugoniot import Shock
 
+EXACT = 1e-12  # relative error of an integration
 DENSITY, A, B = 8900.0, 139e9, 110e9  # kg/m3, Pa, Pa
 SMALL_A, SMALL_B, ALPHA, BETA = 0.5, 1.5, 5.0, 5.0
 E0, E_IV, E_CV = 32.5e6, 1.38e6, 6.9e6  # J/kg
-HALVINGS = 200
-STEPS = 20_000  # of the fourth-order rule, over the whole release
 
 
 def pressure(density: float, energy: float) -> float:
@@ -38,7 +41,7 @@ def pressure(density: float, energy: float) -> float:
 
 
 def shocked(particle_speed: float) -> Shock:
-    """The state behind a shock of a particle speed (m/s), by halving: Rankine and Hugoniot's jumps from rest.
+    """The state behind a shock of a particle speed (m/s): Rankine and Hugoniot's jumps from rest.
 
     >>> state = shocked(3000.0)
     >>> math.isclose(pressure(state.density, state.energy), state.pressure, rel_tol=1e-9)
@@ -46,34 +49,25 @@ def shocked(particle_speed: float) -> Shock:
     """
     energy = 0.5 * particle_speed**2
     sound = math.sqrt(A / DENSITY)
-    low, high = sound + 0.5 * particle_speed, sound + 3.0 * particle_speed
-    for _ in range(HALVINGS):
-        speed = 0.5 * (low + high)
+
+    def state(speed: float) -> Shock:
         density = DENSITY * speed / (speed - particle_speed)
-        if pressure(density, energy) > DENSITY * speed * particle_speed:
-            low = speed
-        else:
-            high = speed
-    return Shock(particle_speed, speed, DENSITY * speed * particle_speed, density, energy)
+        return Shock(particle_speed, speed, DENSITY * speed * particle_speed, density, energy)
+
+    def excess(speed: float) -> float:
+        return pressure(state(speed).density, energy) - state(speed).pressure
+
+    low, high = sound + 0.5 * particle_speed, sound + 3.0 * particle_speed
+    return state(float(brentq(excess, low, high, xtol=1e-9)))
 
 
 def released(state: Shock, densities: list[float]) -> Iterator[tuple[float, float]]:
     """Energy and pressure on the isentrope of a state at falling densities: de = p / rho^2 drho."""
-    density, energy = state.density, state.energy
-    steps = STEPS // len(densities)
-    for end in densities:
-        step = (end - density) / steps
-        start = density
-        for index in range(steps):
-            density = start + index * step
-            k1 = _slope(density, energy)
-            k2 = _slope(density + 0.5 * step, energy + 0.5 * step * k1)
-            k3 = _slope(density + 0.5 * step, energy + 0.5 * step * k2)
-            k4 = _slope(density + step, energy + step * k3)
-            energy += step * (k1 + 2.0 * k2 + 2.0 * k3 + k4) / 6.0
-        density = end
-        yield energy, pressure(density, energy)
 
+    def slope(density: float, energy: np.ndarray) -> np.ndarray:
+        return np.array([pressure(density, energy[0]) / density**2])
 
-def _slope(density: float, energy: float) -> float:
-    return pressure(density, energy) / density**2
+    ends = (state.density, densities[-1])
+    path = solve_ivp(slope, ends, [state.energy], t_eval=densities, method="DOP853", rtol=EXACT, atol=1e-9)
+    for density, energy in zip(densities, path.y[0], strict=True):
+        yield float(energy), pressure(density, float(energy))

@@ -46,6 +46,10 @@ class Isotropic:
         return math.sqrt((self.bulk_modulus + 4.0 / 3.0 * self.shear_modulus) / self.density)
 
 
+COPPER = Isotropic(8930.0, 117e9, 0.35)  # Ma (2005), Table 2.1
+COPPER_BAR = Isotropic(8930.0, 117e9, 0.0)  # its stiffness, without Poisson's effect
+
+
 def strain_energy_density(matter: Isotropic, p: Particles) -> np.ndarray:
     """Elastic energy (n,) of the particles' stress, p^2 / 2 K + s:s / 4 G, J/m3."""
     shear = (p.deviator[:, :3] ** 2).sum(axis=1) + 2.0 * (p.deviator[:, 3:] ** 2).sum(axis=1)

@@ -16,7 +16,7 @@ claim of ``tests/claims`` by its own sentence.
 import csv
 import io
 from collections.abc import Callable, Iterable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from importlib.resources import files
 from typing import TYPE_CHECKING, Any, Literal, get_args
 
@@ -49,6 +49,10 @@ class PublishedNumber:
         assert self.shot.value is not None
         return self.shot.value
 
+    def at(self, axis: str) -> float:
+        """Its place along an axis, SI."""
+        return float(self.shot.parameters[axis] or 0.0)
+
 
 @dataclass(frozen=True)
 class Line:
@@ -70,10 +74,6 @@ class Picture:
     lines: tuple[Line, ...]
 
 
-def _no_pictures(cubes: Cubes) -> Iterable[Picture]:
-    return ()
-
-
 @dataclass(frozen=True, kw_only=True)
 class ValidationCase:
     """A published problem."""
@@ -83,7 +83,7 @@ class ValidationCase:
     source: str
     sweeps: Callable[[Level], Mapping[str, Mapping[str, Any]]]  # documents by name
     rows: Callable[[Level, Cubes], Iterable[Row]]
-    pictures: Callable[[Cubes], Iterable[Picture]] = field(default=_no_pictures)
+    pictures: Callable[[Cubes], Iterable[Picture]] = lambda cubes: ()
 
     def documents(self, level: Level) -> dict[str, dict[str, Any]]:
         """Its sweeps by name, each with its own name in the document."""

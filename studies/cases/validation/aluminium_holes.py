@@ -3,7 +3,6 @@
 The shots themselves are in no open source, so that their fit stands for them.
 """
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
@@ -65,7 +64,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
                 )
                 if inside and not str(label).startswith("maiden_al")
             }
-            yield replace(made, bar=None if math.isnan(bar) else bar, others=others)
+            yield replace(made, bar=bar, others=others)
 
 
 def _pictures(cubes: Cubes) -> Iterator[Picture]:
@@ -75,7 +74,7 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
         speeds = [float(speed) for speed in cube.speed.values]
         law = [(v / 1e3, DIAMETER * float(hole_ratio(v, ratio)), 0.0) for v in speeds]
         ours = [
-            ComparedReading(cube, "hole_diameter", {"speed": speed, "plate_thickness": float(thickness)}).best
+            ComparedReading(cube, "hole_diameter", {"speed": speed, "plate_thickness": float(thickness)}).point
             for speed in speeds
         ]
         points = tuple((v / 1e3, *hole) for v, hole in zip(speeds, ours, strict=True))

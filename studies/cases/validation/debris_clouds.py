@@ -46,22 +46,14 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
             where = f"{plate}, {speed / 1e3:g} km/s"
             yield from _balances(where, cube, at)
             tip = ComparedReading(cube, "tip_velocity_permille", at)
-            value, bar = tip.best
-            made = at_most(
-                f"{where}: velocity that 0.1 % of the mass exceeds, over 2 u_p",
-                limit=FASTEST,
-                got=value / tip.factor / speed,
-            )
+            got = tip.best[0] / tip.factor / speed
+            made = at_most(f"{where}: velocity that 0.1 % of the mass exceeds, over 2 u_p", limit=FASTEST, got=got)
             yield made if name == PHOTOGRAPH else made.ungated(FASTEST)
             for quantity in SHAPES:
                 reading = ComparedReading(cube, quantity, at)
                 value, bar = reading.best
-                claim = f"{where}: {reading.label}"
-                if reading.is_refined:
-                    grids = ", ".join(f"{reading.on(grid):.4g}" for grid in reading.grids)
-                    verdict = f"converged ({reading.converged[2]}; grids {grids})"
-                    claim = f"{where}, {verdict}: {reading.label}"
-                yield Row(claim, "", value, None, bar=None if math.isnan(bar) else bar)
+                place = f"{where}, {reading.convergence}" if reading.is_refined else where
+                yield Row(f"{place}: {reading.label}", "", value, None, bar=bar)
 
 
 def _balances(where: str, cube: Any, at: Mapping[str, float]) -> Iterator[Row]:

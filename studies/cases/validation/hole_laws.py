@@ -117,9 +117,9 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
 def _of_holes(series: HoleSeries) -> Iterator[Row]:
     """Holes over the speed, and what the last refinement changed."""
     where = f"{series.material}, t/d = {series.ratio:g}"
-    holes = [reading.best for reading in series.readings]
+    holes = [reading.point for reading in series.readings]
     grow = all(
-        fast - slow >= -SPREAD * float(np.hypot(*np.nan_to_num((slow_bar, fast_bar))))
+        fast - slow >= -SPREAD * float(np.hypot(slow_bar, fast_bar))
         for (slow, slow_bar), (fast, fast_bar) in pairwise(holes)
     )
     listed = ", ".join(reading.text for reading in series.readings)
@@ -190,7 +190,7 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
     for material in MATERIALS:
         series = _series(cubes, material)
         holes = [
-            Line(f"t/d = {each.ratio:g}", tuple((float(at.at["speed"]) / 1e3, *at.best) for at in each.readings))
+            Line(f"t/d = {each.ratio:g}", tuple((float(at.at["speed"]) / 1e3, *at.point) for at in each.readings))
             for each in series
         ]
         residuals = [

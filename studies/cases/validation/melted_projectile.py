@@ -40,11 +40,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
         shares = []
         for speed in cube.speed.values:
             at = {"speed": float(speed), "plate_thickness": float(thickness)}
-            there = [
-                each
-                for each in numbers
-                if all(abs(float(each.shot.parameters[axis] or 0.0) - at[axis]) < 1e-9 for axis in at)
-            ]
+            there = [each for each in numbers if all(abs(each.at(axis) - at[axis]) < 1e-9 for axis in at)]
             where = f"bumper of {100 * thickness:g} diameters, {speed / 1e3:g} km/s"
             reading = ComparedReading(cube, QUANTITY, at)
             yield from compared(where, reading, there, "CALE", mesh=(FINE[0], "coarsest grid"))

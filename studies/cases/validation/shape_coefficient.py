@@ -95,7 +95,7 @@ def _approaches(shapes: Sequence[float]) -> bool:
 def _beside() -> dict[str, float]:
     """The published ratios of copper on copper."""
     return {
-        f"{each.by} at {float(each.shot.parameters['speed'] or 0.0) / 1e3:g} km/s": each.value
+        f"{each.by} at {each.at('speed') / 1e3:g} km/s": each.value
         for each in numbers_of("shape_coefficient", "thick_plate")
     }
 
@@ -104,15 +104,13 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
     lines = [
         Line(
             name.replace("-", " "),
-            tuple((float(each.at["speed"]) / 1e3, *each.best) for each in _readings(cubes["craters"], name)),
+            tuple((float(each.at["speed"]) / 1e3, *each.point) for each in _readings(cubes["craters"], name)),
         )
         for name in PAIRS
     ]
     numbers = numbers_of("shape_coefficient", "thick_plate")
     for by in dict.fromkeys(each.by for each in numbers):
-        points = [
-            (float(each.shot.parameters["speed"] or 0.0) / 1e3, each.value, 0.0) for each in numbers if each.by == by
-        ]
+        points = [(each.at("speed") / 1e3, each.value, 0.0) for each in numbers if each.by == by]
         lines.append(Line(f"{by}, copper", tuple(points)))
     title = "Shape of craters (Fig. 1.1)"
     yield Picture("shape-coefficient", title, "speed (km/s)", "crater depth over diameter", tuple(lines))

@@ -59,11 +59,9 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
         passed = bool(low <= got <= high)
         yield Row(claim, expected, got, passed, others=answers | beside)
         if hole.is_refined:
-            got, bar, verdict = hole.converged
-            grids = ", ".join(f"{hole.on(grid):.4g}" for grid in hole.grids)
-            claim = f"{where}, converged ({verdict}; grids {grids}): {hole.label}"
-            error = None if math.isnan(bar) else bar
-            yield Row(claim, expected, got, None, bar=error, others=answers | beside)
+            got, bar, _ = hole.converged
+            claim = f"{where}, {hole.convergence}: {hole.label}"
+            yield Row(claim, expected, got, None, bar=bar, others=answers | beside)
 
 
 def _answer(cube: Any, law: str, speed: float) -> float:

@@ -15,7 +15,7 @@ import numpy as np
 from solver.matter.eos.jwl import JonesWilkinsLee, burnt_fraction, lighting_times
 from solver.problem import Problem
 from solver.simulation import Outcome, simulate
-from studies.cases.rows import Row, absolute, observed_order, relative, reported
+from studies.cases.rows import Row, refinement, relative, zero
 from studies.cases.setups.column import ColumnProfile, Stretch, column, front, profile
 from studies.cases.setups.matter import ROOM, matter_of
 from studies.cases.solutions.detonation import TNT, TaylorWave, chapman_jouguet, taylor_wave
@@ -70,15 +70,11 @@ def bar(cells: int, recipe: Recipe) -> Problem:
 
 def released(problem: Problem, outcome: Outcome) -> float:
     """Chemical energy that has burnt, of all of it."""
-    mass, total = 0.0, 0.0
-    for body in problem.bodies:
-        spacing = problem.geometry.spacing
-        now = outcome.snapshot.time
-        assert body.lighting is not None
-        burnt = [burnt_fraction(body.matter.eos, lit, now, spacing) for lit in body.lighting]
-        mass += float((body.mass * np.array(burnt)).sum())
-        total += float(body.mass.sum())
-    return mass / total
+    [body] = problem.bodies
+    assert body.lighting is not None
+    now, spacing = outcome.snapshot.time, problem.geometry.spacing
+    burnt = [burnt_fraction(body.matter.eos, lit, now, spacing) for lit in body.lighting]
+    return float((body.mass * np.array(burnt)).sum()) / float(body.mass.sum())
 
 
 def at_front(speed: np.ndarray, values: np.ndarray) -> float:
@@ -111,18 +107,12 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         yield relative(f"the exact wave read so: {name}", expected=expected, got=missed)
     reached = front(line, LENGTH / CELLS[-1], 0.5 * exact.pressure) / line.time
     yield relative(f"{where}: speed of the front (m/s)", expected=exact.front, got=reached, within=SPEED)
-    for cells, error, peak in zip(CELLS, errors, peaks, strict=True):
-        last = cells == CELLS[-1]
-        yield reported(
-            f"{cells} cells: L1 error of the pressure", error, order=observed_order(errors) if last else None
-        )
-        yield reported(
-            f"{cells} cells: largest pressure below Chapman-Jouguet's",
-            peak,
-            order=observed_order(peaks) if last else None,
-        )
+    of_wave = refinement("{} cells: L1 error of the pressure", CELLS, errors)
+    of_peak = refinement("{} cells: largest pressure below Chapman-Jouguet's", CELLS, peaks)
+    for both in zip(of_wave, of_peak, strict=True):
+        yield from both
     drift = outcome.audit.energy_drift
-    yield absolute("drift of the energy, burnt and unburnt", expected=0.0, got=drift, within=1e-12)
+    yield zero("drift of the energy, burnt and unburnt", got=drift, within=1e-12)
     yield relative("share of the energy released", expected=BURNT, got=released(problem, outcome), within=STATE)
 
 

@@ -27,7 +27,7 @@ from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
 from studies.cases.rows import Row, at_most, relative, reported
 from studies.cases.setups.matter import elastic
-from studies.cases.setups.smoothed import SPH
+from studies.cases.setups.methods import SPH
 from studies.cases.solutions.waves import Isotropic
 from studies.cases.verification import VerificationCase
 from studies.values.recipes import Recipe

@@ -15,7 +15,7 @@ import numpy as np
 
 from solver.simulation import simulate
 from solver.state import Particles, Snapshot
-from studies.cases.rows import Row, at_most, observed_order, reported
+from studies.cases.rows import Row, at_most, refinement
 from studies.cases.setups.column import Stretch, column
 from studies.cases.setups.matter import elastic
 from studies.cases.solutions.waves import Isotropic, Vibration, strain_energy_density
@@ -53,15 +53,9 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         motions = [_motion(vibration, cells, recipe) for cells in CELLS]
         velocity = [_velocity_error(motion, vibration) for motion in motions]
         drift = [_energy_change(motion) for motion in motions]
-        yield from _series(f"{name} amplitude: rms error of the mean velocity (of v0)", velocity)
-        yield from _series(f"{name} amplitude: largest change of kinetic + strain energy", drift)
+        yield from refinement(f"{name} amplitude: rms error of the mean velocity (of v0), {{}} cells", CELLS, velocity)
+        yield from refinement(f"{name} amplitude: largest change of kinetic + strain energy, {{}} cells", CELLS, drift)
         yield from _halving(name, drift)
-
-
-def _series(claim: str, errors: list[float]) -> Iterator[Row]:
-    for cells, error in zip(CELLS, errors, strict=True):
-        order = observed_order(errors) if cells == CELLS[-1] else None
-        yield reported(f"{claim}, {cells} cells", error, order=order)
 
 
 def _halving(name: str, drift: list[float]) -> Iterator[Row]:
@@ -79,22 +73,16 @@ def _halving(name: str, drift: list[float]) -> Iterator[Row]:
 def _motion(vibration: Vibration, cells: int, recipe: Recipe) -> Motion:
     spacing = LENGTH / cells
     end_time = PERIODS * 2.0 * math.pi / vibration.frequency
+    bar = Stretch(
+        "bar",
+        elastic(MATTER),
+        MATTER.density,
+        0.0,
+        LENGTH,
+        lambda x: vibration.amplitude * np.sin(0.5 * math.pi * x / LENGTH),
+    )
     problem = column(
-        [
-            Stretch(
-                "bar",
-                elastic(MATTER),
-                MATTER.density,
-                0.0,
-                LENGTH,
-                lambda x: vibration.amplitude * np.sin(0.5 * math.pi * x / LENGTH),
-            )
-        ],
-        recipe,
-        cells=cells + VOID_CELLS,
-        spacing=spacing,
-        end_time=end_time,
-        ends=("SYMMETRIC", "FREE"),
+        [bar], recipe, cells=cells + VOID_CELLS, spacing=spacing, end_time=end_time, ends=("SYMMETRIC", "FREE")
     )
     rows: list[tuple[float, float, float]] = []
 

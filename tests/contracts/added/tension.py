@@ -17,5 +17,5 @@ TENSION = TensionEntry("half", HalfTension, molten=True)
 
 
 @implements(pressure_floor, HalfTension)
-def _(tension, homologous):
+def pressure_floor_of_half_tension(tension, homologous):
     return -0.5 * tension.spall_strength

@@ -16,7 +16,7 @@ from typing import Self
 from service.api import middleware
 from service.cli import main as cli
 from service.files import disk_space
-from service.store import connection, statements
+from service.store import connection, tables
 
 BRIEF = ("-m", __name__, "brief")
 BUSY_MILLISECONDS = 2000
@@ -45,7 +45,7 @@ def follow_clock(file: Path) -> None:
     """Set the clock by a file, again and again."""
     right = time.time
     time.time = lambda: right() + float(file.read_text())
-    statements.datetime = SettableClock  # type: ignore[misc]
+    tables.datetime = SettableClock  # type: ignore[misc]
 
 
 if __name__ == "__main__":

@@ -35,7 +35,7 @@ def arm() -> None:
         return
     from service.files.artifacts import Artifacts
     from service.queue.leader import Leader
-    from service.store import leases, publications, sweeps
+    from service.store import leases, sweeps
 
     places: dict[str, tuple[Any, str, Callable[..., bool]]] = {
         "submission-before-commit": (sweeps, "accept", _always),
@@ -45,9 +45,9 @@ def arm() -> None:
         "result-before-registration": (leases.Leases, "finish", _always),
         "result-before-commit": (leases, "log_attempts", _logs("succeeded")),
         "result-after-commit": (leases.Leases, "finish", _always),
-        "publication-before-registration": (publications.Publications, "publish", _always),
-        "publication-before-commit": (publications, "log_attempts", _logs("published")),
-        "publication-after-commit": (publications.Publications, "publish", _always),
+        "publication-before-registration": (leases.Leases, "publish", _always),
+        "publication-before-commit": (leases, "log_attempts", _logs("published")),
+        "publication-after-commit": (leases.Leases, "publish", _always),
         "copy-halfway": (Artifacts, "copy_out", _always),
     }
     assert tuple(places) == POINTS

@@ -8,8 +8,8 @@ from pathlib import Path
 from service.files.artifacts import OF_A_RUN, describe
 from service.files.data_directory import holding
 from service.queue.dispatcher import Dispatcher
-from service.records.attempt import Attempt, Ended, Ending, Inbox
 from service.records.jobs import Kind, Submission
+from service.workers.attempt import Attempt, Ended, Ending, Inbox
 from service.workers.warm_process import perform
 from tests.crash.support import fault_points
 from tests.service.support.fakes import RecordingEngine, open_store, settings_in, sweep_of

@@ -9,7 +9,7 @@ import pytest
 from fastapi.testclient import TestClient
 
 from service.api.access import SECURITY_HEADERS, check_binding
-from service.records.settings import Settings
+from service.settings import Settings
 from studies import examples
 from studies.values.errors import InvalidInput
 from tests.service.support.api import SWEEP, Api, open_api
@@ -35,7 +35,7 @@ with open_api(Path(sys.argv[1])) as api:
             broken = answer.status_code == 500 and not answer.json()["type"].endswith("partial-cube-failed")
             assert not broken, (method, path, answer.text)
     api.http.delete(f"/v1/sweeps/{id}")
-heavy = {"numba", "llvmlite", "xarray", "netCDF4", "plotly", "pandas"} & set(sys.modules)
+heavy = {"numba", "llvmlite", "xarray", "netCDF4", "matplotlib", "pandas"} & set(sys.modules)
 assert not heavy, heavy
 print(len(paths), "paths")
 """

@@ -32,6 +32,7 @@ def is_problem(response: Any, status: int) -> bool:
 STEP = {"start": "1 km/s", "stop": "9 km/s", "step": "1 mm/s"}
 
 
+@pytest.mark.claim("bad-input", "bad-input-http")
 @pytest.mark.parametrize(
     ("changes", "place", "cure"),
     [
@@ -49,6 +50,7 @@ STEP = {"start": "1 km/s", "stop": "9 km/s", "step": "1 mm/s"}
 def test_bad_sweep__is_refused_with_field_value_limit_and_cure(
     shared_api: Api, changes: dict[str, Any], place: str, cure: str
 ) -> None:
+    """Bad input over HTTP is a 422 that names field, value, limit and cure, and stores nothing."""
     response = shared_api.http.post("/v1/sweeps", json=sweep_of(**changes))
     assert is_problem(response, 422), response.text
     [error, *_] = [error for error in response.json()["errors"] if error["pointer"] == place]

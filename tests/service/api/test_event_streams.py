@@ -113,7 +113,7 @@ def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
     [lease] = api.store.leases.take(1, api.term())
     report = {"time": 7e-6, "end_time": 1e-4, "step": 7, "eta_seconds": 5.0, "measured": {"hole_diameter": 0.01007}}
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
-        api.store.leases.record_progress([(lease, 0.07, 0.7, report)])
+        api.store.leases.record_progress([(lease, {"fraction": 0.07, "seconds": 0.7, **report})])
         progress = next(event for event in stream if event.name == "progress")
     assert progress.id is None
     told = content(progress)

@@ -12,9 +12,9 @@ import httpx
 import pytest
 from fastapi.testclient import TestClient
 
-from service.records import logs
+from service import logs
 from service.records.jobs import Scope
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from tests.service.support.api import SWEEP, Api, open_api, served
 
@@ -25,7 +25,7 @@ WITHOUT_KEY = {"/livez", "/readyz", "/version"}  # asked by machines that have n
 
 def key_for(api: Api, *scopes: Scope, name: str = "anna", **more: Any) -> dict[str, str]:
     """The header of a new key."""
-    _, secret = api.store.keys.create(name, scopes, **more)
+    _, secret = api.store.keys.issue(name, scopes, **more)
     return {"Authorization": f"Bearer {secret}"}
 
 
@@ -33,7 +33,7 @@ def key_for(api: Api, *scopes: Scope, name: str = "anna", **more: Any) -> dict[s
 def api(tmp_path: Path) -> Iterator[Api]:
     """A service that can be reached from elsewhere; the key which lets it start is nobody's."""
     with closing(Store.open(Settings(data=tmp_path).url)) as store:
-        store.keys.create("nobody", [])
+        store.keys.issue("nobody", [])
     with open_api(tmp_path, **ELSEWHERE) as opened:
         yield opened
 
@@ -97,7 +97,7 @@ def test_key__that_is_unknown_is_refused_everywhere(api: Api, shared_api: Api) -
 
 
 def test_key__that_is_revoked_or_past_its_time_is_refused(api: Api) -> None:
-    row, secret = api.store.keys.create("bert", [Scope.READ])
+    row, secret = api.store.keys.issue("bert", [Scope.READ])
     key = {"Authorization": f"Bearer {secret}"}
     assert api.http.get("/v1/sweeps", headers=key).status_code == 200
     api.store.keys.revoke(row.id)
@@ -173,7 +173,7 @@ def test_key__on_the_loopback_owns_what_is_submitted_with_it(tmp_path: Path) -> 
 
 
 def test_secret__is_neither_logged_nor_answered(api: Api) -> None:
-    _, secret = api.store.keys.create("anna", [Scope.READ])
+    _, secret = api.store.keys.issue("anna", [Scope.READ])
     written = io.StringIO()
     logs.configure(written)
     logging.getLogger(logs.OURS).setLevel(logging.DEBUG)

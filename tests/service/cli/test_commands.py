@@ -5,7 +5,7 @@ import json
 import re
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -16,12 +16,12 @@ from service.cli import local
 from service.cli import validation as validation_commands
 from service.cli.commands import computing
 from service.cli.console import print_table
-from service.records.jobs import RUN_STATES, Keep, SweepState, SweepStatus
-from service.records.settings import Settings
+from service.records.jobs import SweepStatus
+from service.settings import Settings
 from studies import examples
 from studies.cases import rows
 from studies.values.recipes import ACCURACY
-from tests.service.support.api import Api
+from tests.service.support.api import FILES, Api
 from tests.service.support.command import run
 
 Capsys = pytest.CaptureFixture[str]
@@ -52,6 +52,7 @@ assert not heavy & set(sys.modules), heavy & set(sys.modules)
     subprocess.run([sys.executable, "-c", code], check=True, capture_output=True)
 
 
+@pytest.mark.claim("bad-input", "bad-input-command")
 @pytest.mark.parametrize(
     ("text", "texts"),
     [
@@ -66,6 +67,7 @@ assert not heavy & set(sys.modules), heavy & set(sys.modules)
 def test_sweep__of_bad_input_ends_with_2_and_the_cure(
     tmp_path: Path, capsys: Capsys, text: str, texts: list[str]
 ) -> None:
+    """Bad input on the command line is exit 2 with field, value, limit and cure."""
     file = tmp_path / "sweep.yaml"
     file.write_text(text)
     assert run("sweep", file, "--out", tmp_path / "out") == 2
@@ -75,19 +77,25 @@ def test_sweep__of_bad_input_ends_with_2_and_the_cure(
         assert word in output
 
 
-def test_estimate__prints_the_cost_and_that_of_each_accuracy(smoke: Path, capsys: Capsys) -> None:
+def test_estimate__prints_the_cost_at_each_accuracy_and_warnings(smoke: Path, capsys: Capsys) -> None:
     assert run("estimate", smoke) == 0
-    output = capsys.readouterr().out
-    assert "smoke: 2 runs" in output
+    output = capsys.readouterr()
+    assert "smoke: 2 runs" in output.out
+    assert "warning" not in output.err
     for name, preset in ACCURACY.items():
-        assert f"accuracy: {name}" in output
-        assert f"{2 * len(preset.resolutions) * preset.offsets} runs" in output
-        assert preset.meaning in output
+        assert f"accuracy: {name}" in output.out
+        assert f"{2 * len(preset.resolutions) * preset.offsets} runs" in output.out
+        assert preset.meaning in output.out
+    smoke.write_text(smoke.read_text().replace("3 km/s", "0.1 km/s"))
+    assert run("estimate", smoke, "--json") == 0
+    output = capsys.readouterr()
+    assert "warning: speed 100 m/s: rho v^2/Y" in output.err
+    assert json.loads(output.out)["runs"] == 2
 
 
-@pytest.mark.parametrize("arguments", [["sweep"], ["nonsense"], ["serve", "--port", "x"], ["fetch"]])
-def test_command__that_is_incomplete_ends_with_2(arguments: list[str]) -> None:
-    assert run(*arguments) == 2
+def test_command__that_is_incomplete_ends_with_2() -> None:
+    for arguments in (["sweep"], ["nonsense"], ["serve", "--port", "x"], ["fetch"]):
+        assert run(*arguments) == 2
 
 
 @pytest.mark.parametrize(
@@ -107,76 +115,37 @@ def test_serve__refuses_a_place_that_it_must_not_or_cannot_take(
     assert word in capsys.readouterr().err
 
 
-ROW = {
-    "id": "0" * 32,
-    "name": "smoke",
-    "title": "smoke",
-    "scenario": "thin_plate",
-    "owner": "",
-    "priority": 0,
-    "keep": Keep.FINAL,
-    "state": SweepState.SUCCEEDED,
-    "reason": None,
-    "planned": 2,
-    "reused": 0,
-    "new": 2,
-    "lost_answers": 0,
-    "progress": 1.0,
-    "eta_seconds": None,
-    "created": None,
-    "cancelled": None,
-    "finished": None,
-}
+def finished(status: SweepStatus) -> Callable[..., local.Finished]:
+    """In place of an engine: a sweep that has ended before it began."""
 
-
-def computed(**counts: int) -> Callable[..., local.Finished]:
-    """An engine that has finished before it began."""
-    row = SweepStatus(**{**ROW, "counts": dict.fromkeys(RUN_STATES, 0) | counts})  # type: ignore[arg-type]
-
-    def run_sweep(
-        document: Mapping[str, Any] | Path,
-        out: Path,
-        *,
-        progress: Callable[[SweepStatus], None],
-        settings: Settings,
-        overwrite: bool,
-        keep: str,
-        ready: object,
-    ) -> local.Finished:
+    def run_sweep(_document: object, out: Path, *, progress: Any, settings: Settings, **_: object) -> local.Finished:
         print(f"threads: {settings.threads}")
-        progress(replace(row, progress=0.5, eta_seconds=61.0))
-        progress(row)
+        progress(replace(status, progress=0.5, eta_seconds=61.0))
+        progress(status)
         out.mkdir(exist_ok=True)
-        report = {"verdict": {"summary": ["use the law", "rests on numerics"]}}
-        (out / "report.json").write_text(json.dumps(report))
-        return local.Finished(out, row)
+        (out / "report.json").write_bytes(FILES["report.json"])
+        return local.Finished(out, status)
 
     return run_sweep
 
 
-@pytest.mark.parametrize(
-    ("counts", "status"), [({"succeeded": 2}, 0), ({"succeeded": 1, "failed": 1}, 3), ({"cancelled": 2}, 3)]
-)
+@pytest.mark.parametrize(("end", "status"), [("2 succeeded", 0), ("1 succeeded, 1 failed", 3), ("2 cancelled", 3)])
 def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
-    smoke: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys, counts: dict[str, int], status: int
+    api: Api, smoke: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys, end: str, status: int
 ) -> None:
-    monkeypatch.setattr(local, "run_sweep", computed(**counts))
-    assert run("sweep", smoke, "--out", tmp_path / "out") == status
-    output = capsys.readouterr()
-    assert "report.html" in output.out
-    assert "  use the law\n  rests on numerics\n" in output.out
-    for state, count in counts.items():
-        assert f"{count} {state}" in output.out
-
-
-@pytest.mark.parametrize(("word", "threads"), [("2", 2), ("auto", None)])
-def test_sweep__takes_the_threads_that_it_is_given_and_not_those_of_the_environment(
-    smoke: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys, word: str, threads: int | None
-) -> None:
+    id = api.submit()
+    if "cancelled" in end:
+        api.store.sweeps.cancel(id)
+    api.compute(failures=end.count("failed"))
+    monkeypatch.setattr(local, "run_sweep", finished(api.store.sweeps.get(id)))
     monkeypatch.setenv("WHIPPLE_THREADS", "7")
-    monkeypatch.setattr(local, "run_sweep", computed(succeeded=2))
-    run("sweep", smoke, "--out", tmp_path / "out", "--threads", word)
-    assert f"threads: {threads}\n" in capsys.readouterr().out
+    for option, threads in (("2", 2), ("auto", None)):  # not those of the environment
+        assert run("sweep", smoke, "--out", tmp_path / "out", "--threads", option) == status
+        output = capsys.readouterr().out
+        assert f"threads: {threads}\n" in output
+        assert "report.html" in output
+        assert "  Use the law.\n  Rests on numerics.\n" in output
+        assert end in output
 
 
 def test_sweep__that_cannot_be_published_ends_with_1_and_the_reason(
@@ -230,7 +199,7 @@ def test_validate__refuses_what_it_does_not_have(tmp_path: Path, capsys: Capsys)
     ("kind", "name", "words"),
     [
         ("materials", "copper-ofhc", ["8930 kg m-3", "Steinberg (1996)", "strength.A", "90 MPa"]),
-        ("laws", "maiden_c", ["2.40 (v/C) (t/d)^(2/3)", "v <= 8 km/s"]),
+        ("laws", "maiden_c", ["2.40 (v/C) (t/d)^(2/3)", "v <= 8 km/s", "verdict"]),
         ("scenarios", "thin_plate", ["from 100 m/s to 20 km/s", "required", "hole_diameter"]),
     ],
 )
@@ -257,7 +226,7 @@ def test_option__that_every_command_line_has_is_there(capsys: Capsys, option: st
     assert ("Requests to a service" in output) is (option != "--version")
 
 
-def test_sweep__of_a_missing_file_names_the_one_beside_it_and_the_examples(
+def test_missing_file__is_named_with_the_one_beside_it_or_an_example(
     smoke: Path, tmp_path: Path, capsys: Capsys
 ) -> None:
     missing = smoke.with_name("smok.yaml")
@@ -265,9 +234,6 @@ def test_sweep__of_a_missing_file_names_the_one_beside_it_and_the_examples(
     output = capsys.readouterr().err
     for words in (f"{missing}: no such file", "did you mean 'smoke.yaml'", "holes.yaml"):
         assert words in output
-
-
-def test_plot__of_a_missing_file_says_so_with_an_example(tmp_path: Path, capsys: Capsys) -> None:
     assert run("plot", tmp_path / "nothere") == 2
     output = capsys.readouterr().err
     assert "nothere: no such file" in output
@@ -284,22 +250,3 @@ def test_tables__cut_no_name_on_a_narrow_terminal(monkeypatch: pytest.MonkeyPatc
     name, terminal = "al-6061-t6-steinberg-guinan", Terminal()
     print_table(("name", "title"), [(name, "Aluminium 6061-T6 " * 5)], file=terminal)
     assert name in terminal.getvalue()
-
-
-def test_laws__are_listed_with_use(capsys: Capsys) -> None:
-    assert run("laws") == 0
-    header, *lines = capsys.readouterr().out.splitlines()
-    assert header.split() == ["name", "title", "quantity", "use"]
-    (maiden,) = [line for line in lines if line.startswith("maiden_c ")]
-    (carey,) = [line for line in lines if line.startswith("carey")]
-    assert ("verdict" in maiden, "drawn only" in carey) == (True, True)
-
-
-def test_estimate__warns_of_what_is_allowed_and_hardly_useful(smoke: Path, capsys: Capsys) -> None:
-    assert run("estimate", smoke) == 0
-    assert "warning" not in capsys.readouterr().err
-    smoke.write_text(smoke.read_text().replace("3 km/s", "0.1 km/s"))
-    assert run("estimate", smoke, "--json") == 0
-    output = capsys.readouterr()
-    assert "warning: speed 100 m/s: rho v^2/Y" in output.err
-    assert json.loads(output.out)["runs"] == 2

@@ -2,23 +2,24 @@
 
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import pytest
 import xarray as xr
 
+from service.cli import remeasuring
 from service.cli.local import start_engine
 from service.cli.offline import without_services
 from service.cli.remeasuring import plan_of, remeasure_runs
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
 from service.records.jobs import State, Submission, SweepState
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies import measurements
 from studies.sweeps.sweep import Sweep
@@ -94,6 +95,27 @@ def solved(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
         yield Solved(Settings(), store)
 
 
+class MeasuringHere:
+    """In place of a pool of child processes, for tests of what is measured."""
+
+    def __init__(self, *_: object):
+        pass
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def map(self, function: Callable[[Any], Any], tasks: Iterable[Any]) -> Iterator[Any]:
+        return map(function, tasks)
+
+
+@pytest.fixture
+def _here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(remeasuring, "ProcessPoolExecutor", MeasuringHere)
+
+
 def test_results__follow_the_new_definition_and_their_sweeps_are_marked(solved: Solved, capsys: Capsys) -> None:
     old = {id: solved.result(id) for id in solved.runs()}
     earlier = [solved.store.runs.file(id, RESULT) for id in old]
@@ -118,6 +140,7 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(solved: 
     assert not [*solved.settings.data.glob("runs/**/*.part")]
 
 
+@pytest.mark.usefixtures("_here")
 def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -144,6 +167,7 @@ def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     assert all(cube[name].identical(before[name]) for name in rest if before[name].size)
 
 
+@pytest.mark.usefixtures("_here")
 def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(solved: Solved, capsys: Capsys) -> None:
     other = solved.store.sweeps.create(Submission(Sweep.parse({**OTHER, "axes": {"speed": ["8 km/s"]}})))
     damaged, fine = solved.runs()
@@ -160,7 +184,7 @@ def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(solved: Solved,
     assert solved.store.sweeps.get(other.id).state is SweepState.QUEUED  # no run was begun
 
 
-def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(solved: Solved, capsys: Capsys) -> None:
+def test_result__whose_state_was_not_kept_is_named(solved: Solved, capsys: Capsys) -> None:
     for id in solved.runs():
         solved.store.retention.forget_files(id, [STATE])
     assert run("remeasure") == 0
@@ -172,6 +196,7 @@ def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(solved: So
 # --- what interrupts it ----------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("_here")
 def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(solved: Solved, capsys: Capsys) -> None:
     plan = plan_of(solved.store)
     assert len(plan.measurable) == 2

@@ -137,6 +137,12 @@ def test_refusal__is_not_asked_again(status: int) -> None:
     assert len(sent) == 1
 
 
+def test_page__of_another_program_is_told() -> None:
+    client, _ = scripted(httpx.Response(502, text="<html>bad gateway</html>"))
+    with pytest.raises(ServiceError, match="502"):
+        client.laws()
+
+
 def test_download__that_breaks_off_begins_again(shared_api: Api, url: str, tmp_path: Path) -> None:
     with Client(url) as client:
         id = client.submit(sweep_of(name="fetched")).id
@@ -237,7 +243,7 @@ def test_open_cube__takes_an_address_too(published: SweepHandle) -> None:
 
 
 def test_open_cube__sends_the_key(shared_api: Api, published: SweepHandle, monkeypatch: pytest.MonkeyPatch) -> None:
-    _, secret = shared_api.store.keys.create("anna", [Scope.READ])
+    _, secret = shared_api.store.keys.issue("anna", [Scope.READ])
     monkeypatch.setattr(published._connection, "headers", {"Authorization": "Bearer whp_wrong"})
     with pytest.raises(FileNotFoundError):
         published.open_cube()

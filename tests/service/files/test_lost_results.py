@@ -9,8 +9,8 @@ import pytest
 
 from service.files.artifacts import Artifacts
 from service.files.lost_results import Loss, ResultsLost, leave_list
-from service.records.attempt import Attempt
 from service.records.jobs import Cause, Kind, State, Submission, SweepState
+from service.workers.attempt import Attempt
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FAKE

@@ -103,14 +103,6 @@ def test_run_sweep__into_the_folder_of_another_goes_by_its_store_and_replaces_on
         run_sweep(asked, tmp_path, settings=settings)
 
 
-def test_sweep__of_another_into_a_folder_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    leave_report(tmp_path / "out", document(name="first"))
-    file = tmp_path / "sweep.json"
-    file.write_text(json.dumps(sweep_of(resolution=16)))
-    assert run("sweep", file, "--out", tmp_path / "out") == 2
-    assert "'first'" in capsys.readouterr().err
-
-
 # --- fetch ------------------------------------------------------------------------------------------
 
 

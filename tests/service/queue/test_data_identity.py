@@ -10,7 +10,7 @@ import pytest
 from service.queue import data_identity as identity
 from service.queue.data_identity import WrongDirectory
 from service.records.jobs import Cause, State, Submission
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies.values.errors import InvalidInput
 from studies.values.files import STATE

@@ -13,8 +13,8 @@ import pytest
 from service.files import disk_space as space
 from service.files.disk_space import Space
 from service.queue.retry import excuse_full_disk
-from service.records.attempt import Ending
-from service.records.jobs import Cause, Kind, State, StoreUnavailable, Submission
+from service.records.jobs import Cause, State, StoreUnavailable, Submission
+from service.workers.attempt import Ending
 from tests.service.support.fakes import sweep_of
 from tests.service.support.harness import Harness, open_harness
 
@@ -62,72 +62,45 @@ def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(harness: Harne
     assert harness.dispatcher.blocked_reason() is harness.store.queue.status().blocked_reason is None
 
 
-def test_reserve__what_is_under_way_goes_on_and_is_registered(harness: Harness, disk: Disk) -> None:
-    harness.store.sweeps.create(Submission(sweep_of(1)))
-    [ticket] = harness.tick()
-    disk.free = 0
-    harness.end_well(ticket)
-    harness.tick()
-    assert harness.run().state is State.SUCCEEDED
-    assert harness.engine.stopped == []
-
-
-@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
-def test_full_disk__the_run_is_queued_again_and_costs_nothing(harness: Harness, disk: Disk, number: int) -> None:
+def test_full_disk__the_run_is_queued_again_and_costs_nothing(harness: Harness, disk: Disk) -> None:
     harness.store.sweeps.create(Submission(sweep_of(1)))
     for _ in range(3):
         [ticket] = harness.tick()
         disk.free = RESERVE - 1
-        harness.end(ticket, full(os.strerror(number)))
+        harness.end(ticket, full())
         harness.tick()
         disk.free = RESERVE
     assert len(harness.tick()) == 1
     assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
 
 
-@pytest.mark.parametrize("number", [errno.ENOSPC, errno.EDQUOT])
-def test_full_disk__a_run_that_leaves_room_behind_has_crashed(harness: Harness, number: int) -> None:
-    harness.store.sweeps.create(Submission(sweep_of(1)))
-    for _ in range(3):
-        [ticket] = harness.tick()
-        harness.end(ticket, full(os.strerror(number)))
-    assert [ticket.kind for ticket in harness.tick()] == [Kind.PUBLISH]
-    assert (harness.run().state, harness.run().cause) == (State.FAILED, Cause.CRASH)
-    assert "the disk was full" in str(harness.run().reason)
-
-
-def test_full_disk__is_full_without_a_reserve_too(tmp_path: Path, disk: Disk) -> None:
-    disk.free = 0
-    assert Space(tmp_path, 0).is_used_up()
-    assert Space(tmp_path, 0).blocked_reason() is None
-
-
-def test_full_disk__is_believed_whatever_the_library_says(harness: Harness, disk: Disk) -> None:
-    harness.store.sweeps.create(Submission(sweep_of(2)))
-    one, other = harness.tick()
-    disk.free = RESERVE - 1
-    harness.end_badly(one, Cause.ERROR, reason="NetCDF: HDF error")
-    harness.end_badly(other, Cause.CRASH, reason="the process died: SIGBUS")
-    assert harness.tick() == []
-    disk.free = RESERVE
-    assert len(harness.tick()) == 2
-    assert {harness.run(number).crashes for number in (0, 1)} == {0}
+FULL, PLENTY = RESERVE - 1, 2 * RESERVE  # free bytes
+NO_SPACE, NO_QUOTA = os.strerror(errno.ENOSPC), os.strerror(errno.EDQUOT)
 
 
 @pytest.mark.parametrize(
-    ("cause", "reason"),
+    ("cause", "reason", "free_at_end", "counts_as"),
     [
-        (Cause.ERROR, os.strerror(errno.ENOSPC)),
-        (Cause.ERROR, "NetCDF: HDF error"),
-        (Cause.CRASH, "the process died: SIGBUS"),
+        (Cause.ERROR, NO_SPACE, FULL, Cause.LOST),
+        (Cause.ERROR, NO_QUOTA, FULL, Cause.LOST),
+        (Cause.ERROR, "NetCDF: HDF error", FULL, Cause.LOST),  # whatever the library says
+        (Cause.CRASH, "the process died: SIGBUS", FULL, Cause.LOST),
+        (Cause.ERROR, NO_SPACE, PLENTY, Cause.CRASH),  # it left room behind: it may never fit
+        (Cause.ERROR, NO_QUOTA, PLENTY, Cause.CRASH),
+        (Cause.ERROR, "something else", PLENTY, Cause.ERROR),
+        (None, NO_SPACE, FULL, None),
+        (Cause.LOST, NO_SPACE, FULL, Cause.LOST),
+        (Cause.TIME_LIMIT, NO_SPACE, FULL, Cause.TIME_LIMIT),
+        (Cause.MEMORY_LIMIT, NO_SPACE, FULL, Cause.MEMORY_LIMIT),
     ],
 )
-def test_full_disk__is_judged_by_the_room_that_there_was(harness: Harness, cause: Cause, reason: str) -> None:
-    harness.store.sweeps.create(Submission(sweep_of(1)))
-    [ticket] = harness.tick()
-    harness.end_badly(ticket, cause, reason=reason, free=RESERVE - 1)  # there is room again
-    assert len(harness.tick()) == 1
-    assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
+@pytest.mark.parametrize("is_known", [True, False])
+def test_full_disk__is_judged_by_the_room_at_the_end_of_the_attempt_or_now(
+    tmp_path: Path, disk: Disk, cause: Cause | None, reason: str, free_at_end: int, counts_as: Cause, is_known: bool
+) -> None:
+    disk.free = PLENTY if is_known else free_at_end
+    ending = Ending(cause, "", reason, (), 1.0, free=free_at_end if is_known else None)
+    assert excuse_full_disk(ending, Space(tmp_path, RESERVE)).cause is counts_as
 
 
 def test_full_disk__is_judged_once_however_long_the_store_is_away(
@@ -158,15 +131,3 @@ def test_full_disk__after_it_nothing_is_begun_for_a_while(harness: Harness, monk
     assert "full disk" in str(harness.dispatcher.blocked_reason())
     monkeypatch.setattr(space, "PAUSE_SECONDS", 0.0)
     assert len(harness.tick()) == 1
-
-
-@pytest.mark.parametrize("cause", [None, Cause.LOST, Cause.TIME_LIMIT, Cause.MEMORY_LIMIT])
-def test_want_of_space__explains_only_errors_and_crashes(tmp_path: Path, disk: Disk, cause: Cause | None) -> None:
-    disk.free = 0
-    ending = Ending(cause, "", "", (), 1.0)
-    assert excuse_full_disk(ending, Space(tmp_path, RESERVE)) is ending
-
-
-def test_want_of_space__an_error_with_room_on_the_disk_is_an_error(tmp_path: Path, disk: Disk) -> None:
-    ending = Ending(Cause.ERROR, "RuntimeError", "something else", (), 1.0)
-    assert excuse_full_disk(ending, Space(tmp_path, RESERVE)) is ending

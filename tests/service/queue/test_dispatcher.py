@@ -9,9 +9,9 @@ import pytest
 
 from service.queue.dispatcher import OTHER_LEADER, Dispatcher
 from service.queue.leader import NO_WORKER
-from service.records.attempt import Attempt, Inbox
 from service.records.jobs import Cause, State, StoreUnavailable
-from tests.service.support.fakes import RecordingEngine, failing, open_store, settings_in, wait_until
+from service.workers.attempt import Attempt, Inbox
+from tests.service.support.fakes import RecordingEngine, failing, open_store, wait_until
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
 
@@ -118,23 +118,6 @@ def test_lead_lost_while_the_engine_starts__begins_no_term(harness: Harness) -> 
     assert not dispatcher.leads()
 
 
-def test_leader__of_postgresql_is_one_and_the_next_takes_over(tmp_path: Path, postgresql_url: str) -> None:
-    settings = settings_in(tmp_path, database_url=postgresql_url, poll_seconds=0.05)
-    with closing(open_store(settings)) as one, closing(open_store(settings)) as other:
-        first, second = (
-            Dispatcher(settings, store, open_engine=lambda _inbox: RecordingEngine(), timings=AT_ONCE)
-            for store in (one, other)
-        )
-        first.start()
-        second.start()
-        assert (first.leads(), second.leads()) == (True, False)
-        assert first.is_alive()
-        assert second.is_alive()
-        first.close()
-        wait_until(second.leads)
-        second.close()
-
-
 # --- errors --------------------------------------------------------------------------------------
 
 
@@ -197,16 +180,6 @@ def test_close__queues_what_was_under_way_and_registers_what_ended(harness: Harn
     assert (rows[1].attempt, rows[1].crashes) == (1, 0)
     assert set(harness.engine.forgotten) == {ended.key, left.key, stopped.key}
     assert harness.store.leases.held() == ()
-
-
-def test_leave__claims_nothing_more(harness: Harness) -> None:
-    harness.engine.free = 0
-    harness.submit(2)
-    harness.dispatcher.start()
-    harness.dispatcher.leave()
-    harness.engine.free = 2
-    harness.dispatcher.close()
-    assert harness.engine.submitted == []
 
 
 def test_close__with_a_store_that_is_away_ends(harness: Harness) -> None:

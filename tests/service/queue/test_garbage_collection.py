@@ -12,9 +12,9 @@ import pytest
 
 from service.files.disk_space import Space
 from service.queue.garbage_collection import FOLDERS_AT_ONCE, MOST_REMOVED, GarbageCollector
-from service.records.attempt import Attempt
 from service.records.jobs import Cause, Keep, NotFound, State, StoreUnavailable
-from service.records.timings import Timings
+from service.workers.attempt import Attempt
+from service.workers.timings import Timings
 from tests.service.support.fakes import failing, run_id, runs_of
 from tests.service.support.harness import Harness, open_harness
 
@@ -78,16 +78,6 @@ def temporary(file: Path) -> Path:
 
 
 # --- attempts ------------------------------------------------------------------------------------
-
-
-def test_lost_attempt__goes_when_it_is_old(harness: Harness) -> None:
-    lost, counted = lost_and_finished(harness)
-    collect(harness)
-    assert lost.is_dir()
-    make_old(harness.settings.data / "runs")
-    collect(harness)
-    assert not lost.exists()
-    assert counted.is_dir()
 
 
 def test_lost_attempt__goes_at_once_when_the_disk_is_full(harness: Harness) -> None:

@@ -6,8 +6,8 @@ from pathlib import Path
 import pytest
 
 from service.queue.leader import NO_WORKER, REFUSED
-from service.records.attempt import ProgressMessage
 from service.records.jobs import Cause, Keep, Kind, State, StoreUnavailable
+from service.workers.attempt import ProgressMessage
 from tests.service.support.fakes import failing, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FakeRun
@@ -70,12 +70,6 @@ def test_threads__of_the_workers_are_shared_by_runs_that_begin_together(
 ) -> None:
     harness.engine.free = 4
     assert {attempt.threads for attempt in harness.begin(runs)} == {threads}
-
-
-def test_threads__of_a_later_run_are_a_share_too(harness: Harness) -> None:
-    harness.engine.free = 4
-    harness.begin(1)
-    assert [attempt.threads for attempt in harness.begin(runs_of("fine", first=1))] == [2]
 
 
 # --- stopping and progress -----------------------------------------------------------------------

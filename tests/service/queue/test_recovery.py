@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pytest
 
-from service.records.attempt import Attempt, Away, Back, Ended
 from service.records.jobs import Cause, State, StoreUnavailable, SweepState
+from service.workers.attempt import Attempt, Away, Back
 from tests.service.support.fakes import RecordingEngine, failing, run_id
 from tests.service.support.harness import Harness
 
@@ -41,14 +41,6 @@ def test_new_life__registers_what_is_complete_and_queues_the_rest(harness: Harne
     assert harness.run(1).crashes == 0
 
 
-def test_lost__a_result_that_is_complete_on_disk_counts(harness: Harness) -> None:
-    [attempt] = harness.begin(1)
-    harness.compute(attempt)
-    harness.end_badly(attempt, Cause.LOST)  # its worker died just then
-    harness.tick()
-    assert is_first_success(harness)
-
-
 def test_new_term__a_store_that_is_away_at_its_begin_loses_no_result(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     harness.end_well(attempt)
@@ -74,16 +66,6 @@ def test_new_life__a_publication_is_made_again(harness: Harness) -> None:
     assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
 
 
-def test_new_life__a_run_that_was_being_cancelled_ends_cancelled(harness: Harness) -> None:
-    id = harness.submit(1)
-    harness.tick()
-    harness.store.sweeps.cancel(id)
-    engine = RecordingEngine()
-    harness.successor(engine).tick()
-    assert harness.run().state is State.CANCELLED
-    assert engine.submitted == []
-
-
 # --- an engine that outlives the service ---------------------------------------------------------
 
 
@@ -100,16 +82,6 @@ def test_adoption__attempts_go_on_through_changes_of_leader(harness: Harness) ->
     assert is_first_success(harness)
     assert first.key in engine.forgotten
     assert len(engine.submitted) == 1  # in the free slot
-
-
-def test_adoption__fences_the_leader_of_before(harness: Harness) -> None:
-    first, _ = harness.begin(3)
-    own = harness.inbox
-    assert own is not None
-    harness.successor(RecordingEngine(under_way={first.key})).tick()
-    own.put(Ended(first.key, harness.compute(first)))
-    assert harness.tick() == []  # the ending does not count, and nothing is claimed
-    assert harness.run().state is State.RUNNING
 
 
 def test_adoption__of_a_run_that_is_being_cancelled_ends_it(harness: Harness) -> None:

@@ -10,8 +10,8 @@ from service.queue.leader import MOST_REGISTRATIONS
 from service.queue.registration import Registrar
 from service.queue.retry import FREE_LOSSES
 from service.queue.verification import VerifiedEnding
-from service.records.attempt import Attempt, Ending
-from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable, SweepState
+from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable
+from service.workers.attempt import Attempt
 from tests.service.support.fakes import failing, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FAKE
@@ -27,19 +27,6 @@ def checkpoint_of(harness: Harness) -> Path:
 
 
 # --- results -------------------------------------------------------------------------------------
-
-
-def test_whole_path__from_sweep_to_files(harness: Harness) -> None:
-    id = harness.submit(runs_of("fine", "verdict"))
-    for attempt in harness.tick():
-        harness.end_well(attempt)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
-    assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
-    files = harness.store.publications.files(id)
-    assert {file.name for file in files} == {"cube.nc", "runs.csv", "report.html", "report.json", "log.txt"}
-    assert all(harness.artifacts.is_intact(file) for file in files)
 
 
 def test_result__its_row_has_files_and_numbers_but_no_history_and_no_checkpoint(harness: Harness) -> None:
@@ -99,16 +86,6 @@ def test_publication__gets_results_and_reasons(harness: Harness) -> None:
     assert (failure["path"], failure["state"]) == (None, "failed")
     assert failure["reason"].startswith("because of error")
     assert publication.spec["document"] == harness.store.sweeps.document(id)
-
-
-def test_publication_that_fails__leaves_the_earlier_files(harness: Harness) -> None:
-    id = harness.submit(runs_of("raise"))
-    for end in (harness.end_well, lambda attempt: harness.end_badly(attempt, Cause.ERROR)):
-        harness.end_badly(harness.tick()[0], Cause.ERROR)
-        end(harness.tick()[0])
-        harness.tick()
-        harness.store.sweeps.retry(id)
-    assert {file.name for file in harness.store.publications.files(id)} >= {"cube.nc", "report.html"}
 
 
 def test_failure__registers_its_log(harness: Harness) -> None:
@@ -178,17 +155,6 @@ def test_ending_that_cannot_be_registered__is_tried_again_after_a_while(tmp_path
 # --- trying again --------------------------------------------------------------------------------
 
 
-def test_crash__three_attempts_then_failed(harness: Harness) -> None:
-    harness.submit(1)
-    for _ in range(3):
-        [attempt] = harness.tick()
-        harness.end_badly(attempt, Cause.CRASH)
-    [publication] = harness.tick()
-    assert publication.kind is Kind.PUBLISH
-    row = harness.run()
-    assert (row.state, row.cause, row.attempt, row.crashes) == (State.FAILED, Cause.CRASH, 3, 3)
-
-
 def test_crash__progress_beyond_the_checkpoint_starts_the_count_anew(harness: Harness) -> None:
     harness.submit(1)
     for step in (None, None, 100, 100, 200, 300):
@@ -219,12 +185,6 @@ def test_lost__again_and_again_delays_the_run_but_no_other(harness: Harness) -> 
     assert [attempt.spec["materials"][FAKE] for attempt in harness.begin(2)] == [run_id(1)]
 
 
-def test_lost__costs_a_run_that_makes_progress_nothing(harness: Harness) -> None:
-    [attempt] = lose(harness, 2 * FREE_LOSSES, lambda number: number)
-    assert attempt.kind is Kind.RUN
-    assert harness.run().crashes == 0
-
-
 def test_cancel__is_no_loss_however_often(harness: Harness) -> None:
     harness.engine.free = 100
     for _ in range(1 + FREE_LOSSES):
@@ -235,17 +195,3 @@ def test_cancel__is_no_loss_however_often(harness: Harness) -> None:
         harness.tick()
         assert harness.run().state is State.CANCELLED
     assert [attempt.kind for attempt in harness.begin(1)] == [Kind.RUN]
-
-
-@pytest.mark.parametrize("cause", [Cause.TIME_LIMIT, Cause.MEMORY_LIMIT, Cause.ERROR])
-def test_limits_and_error__one_attempt(harness: Harness, cause: Cause) -> None:
-    harness.end_badly(harness.begin(1)[0], cause)
-    harness.tick()
-    assert harness.run().cause is cause
-
-
-def test_result_without_answer__is_computed_again(harness: Harness) -> None:
-    [attempt] = harness.begin(1)
-    harness.end(attempt, Ending(None, "", "", harness.compute(attempt).files[1:], 1.0))
-    assert len(harness.tick()) == 1
-    assert harness.run().crashes == 1

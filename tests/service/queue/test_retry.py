@@ -4,7 +4,7 @@ import pytest
 
 from service.queue.retry import BUDGET, FREE_LOSSES, Backoff, decide
 from service.records.jobs import Cause, CrashCount
-from service.records.timings import DEFAULT, Timings
+from service.workers.timings import DEFAULT, Timings
 from tests.service.support.rows import lease_of
 
 LEASE = lease_of()

@@ -6,10 +6,9 @@ from typing import Any
 
 import pytest
 
-from service.queue import searching
-from service.records.attempt import Attempt
 from service.records.jobs import Cause, Kind, State, Submission, SweepState
-from studies.sweeps.sweep import Point, Sweep
+from service.workers.attempt import Attempt
+from studies.sweeps.sweep import Sweep
 from tests.service.support.fakes import open_store
 from tests.service.support.harness import Harness, open_harness
 from tests.service.support.targets import PERFORATES
@@ -56,21 +55,6 @@ def test_search__submits_ordinary_runs_until_it_has_its_interval(harness: Harnes
     harness.end_well(publication)
     harness.tick()
     assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
-
-
-def test_search__counts_its_further_runs_whenever_somebody_looks(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The tally of a sweep whose points have all ended is remembered."""
-    id, asked = submit(harness), searching.next_points
-
-    def looking(*arguments: Any) -> list[Point]:
-        harness.store.sweeps.get(id)
-        return asked(*arguments)
-
-    monkeypatch.setattr(searching, "next_points", looking)
-    searched(harness, [], [])
-    assert harness.store.sweeps.get(id).counts["succeeded"] == 7
 
 
 def test_search__computes_nothing_twice(harness: Harness) -> None:

@@ -7,37 +7,14 @@ import pytest
 from service.records.jobs import RESULT, Cause, Conflict, NotFound, State, Stored, Submission, SweepState
 from service.store import Store
 from tests.service.support.fakes import run_id, stored, sweep_of
-from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
-
-
-def test_cancel__ends_queued_runs_and_stops_running_ones(store: Store) -> None:
-    sweep = store.sweeps.create(Submission(sweep_of(3))).id
-    [lease] = lease_runs(store, 1)
-    status = store.sweeps.cancel(sweep)
-    assert (status.state, status.counts["cancelled"]) == (SweepState.CANCELLED, 3)
-    assert store.sweeps.cancel(sweep) == status
-    assert [held.state for held in store.leases.held()] == [State.CANCELLING]
-    assert store.leases.requeue(lease, Cause.LOST, reason="stopped") is State.CANCELLED
-    assert store.leases.take(9, TERM) == ()
-
-
-def test_cancel__leaves_shared_runs_to_the_other_sweep(store: Store) -> None:
-    mine, theirs = (store.sweeps.create(Submission(sweep_of(2))).id for _ in range(2))
-    [lease] = lease_runs(store, 1)
-    store.sweeps.cancel(mine)
-    assert store.runs.get(lease.id).state is State.RUNNING
-    assert store.sweeps.get(theirs).counts["queued"] == 1
-    assert store.leases.finish(lease, result())
-    finish_all(store)
-    assert store.sweeps.get(mine).counts["cancelled"] == 2
-    assert store.sweeps.get(theirs).state is SweepState.SUCCEEDED
+from tests.service.support.rows import TERM, finish_all, lease_runs, result
 
 
 def test_cancel__publishes_what_was_computed(store: Store) -> None:
     sweep = store.sweeps.create(Submission(sweep_of(4))).id
     done, running = lease_runs(store, 2)
     store.leases.finish(done, result())
-    store.leases.record_progress([(running, 0.5, 3.0, {})])
+    store.leases.record_progress([(running, {"fraction": 0.5, "seconds": 3.0})])
     status = store.sweeps.cancel(sweep)
     assert status.state is SweepState.CANCELLING
     assert status.progress == pytest.approx(0.25)
@@ -51,29 +28,6 @@ def test_cancel__publishes_what_was_computed(store: Store) -> None:
     finish_all(store)
     assert store.sweeps.get(sweep).progress == 1.0
     assert store.sweeps.cancel(sweep).state is SweepState.SUCCEEDED  # nothing is left to cancel
-
-
-def test_stopped_run__is_queued_again_for_a_sweep_that_came_meanwhile(store: Store) -> None:
-    sweep = store.sweeps.create(Submission(sweep_of(1))).id
-    [lease] = lease_runs(store, 1)
-    store.sweeps.cancel(sweep)
-    again = store.sweeps.create(Submission(sweep_of(1))).id
-    assert store.leases.requeue(lease, Cause.LOST, reason="stopped") is State.QUEUED
-    finish_all(store)
-    assert store.sweeps.get(again).state is SweepState.SUCCEEDED
-
-
-def test_cancel__is_one_statement_for_each_table(store: Store) -> None:
-    shared = store.sweeps.create(Submission(sweep_of(2), priority=5)).id
-    mine = store.sweeps.create(Submission(sweep_of(4), priority=-5)).id
-    [done, running] = lease_runs(store, 2)
-    store.leases.finish(done, result())
-    with statements(store) as sent:
-        store.sweeps.cancel(mine)
-    for table in ("points", "jobs", "sweeps"):
-        assert len([text for text in sent if text.startswith(f"UPDATE {table} ")]) == 1
-    assert (store.runs.get(running.id).state, store.runs.get(running.id).priority) == (State.RUNNING, 5)
-    assert store.sweeps.get(shared).counts["running"] == 1
 
 
 # --- retry -----------------------------------------------------------------------------------------
@@ -107,7 +61,7 @@ def test_retry__publishes_again_and_keeps_the_earlier_files_until_then(store: St
     assert [file.name for file in store.publications.files(sweep)] == ["cube.nc", "log.txt"]
     store.sweeps.retry(sweep)
     [publication] = store.leases.take(1, TERM)
-    assert store.publications.publish(publication, [stored("report.html", "report.html")], seconds=1.0)
+    assert store.leases.publish(publication, [stored("report.html", "report.html")], seconds=1.0)
     assert [file.name for file in store.publications.files(sweep)] == ["report.html"]
 
 
@@ -143,7 +97,7 @@ def test_publication__of_an_earlier_result_no_longer_counts(store: Store) -> Non
     store.sweeps.retry(sweep)
     [stale] = store.leases.take(9, TERM)
     assert store.runs.replace_result(run_id(0), stored().sha256, NEW, SUMMARY) == (sweep,)
-    assert not store.publications.publish(stale, [stored("cube.nc", "cube.nc")], seconds=1.0)
+    assert not store.leases.publish(stale, [stored("cube.nc", "cube.nc")], seconds=1.0)
     assert [lease.sweep_id for lease in store.leases.take(9, TERM)] == [sweep]
 
 

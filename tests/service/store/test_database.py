@@ -54,7 +54,7 @@ def test_connection__is_durable_and_waits_for_no_lock_for_ever(store: Store) -> 
 
 def test_reader__sees_one_moment(store: Store, database_url: str) -> None:
     count = sa.select(sa.func.count()).select_from(SWEEPS)
-    with closing(Store.open(database_url, cost=lambda run: 1.0)) as other, store.database.reading() as reading:
+    with closing(Store.open(database_url)) as other, store.database.reading() as reading:
         before = reading.execute(count).scalar()
         other.sweeps.create(Submission(sweep_of(1)))
         assert reading.execute(count).scalar() == before
@@ -64,7 +64,7 @@ def test_writer__that_waits_too_long_for_another_process_changes_nothing(
     database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(connection, "BUSY_MILLISECONDS", 50)
-    with closing(Store.open(database_url, cost=lambda run: 1.0)) as store, closing(Store.open(database_url)) as other:
+    with closing(Store.open(database_url)) as store, closing(Store.open(database_url)) as other:
         with other.database.writing():
             with pytest.raises(StoreUnavailable, match="lock"):
                 store.sweeps.create(Submission(sweep_of(1)))
@@ -96,7 +96,7 @@ def test_writer__that_waits_too_long_for_another_thread_is_refused(
 
 
 def test_server__that_ends_the_connections_is_used_again(postgresql_url: str) -> None:
-    with closing(Store.open(postgresql_url, cost=lambda run: 1.0)) as store:
+    with closing(Store.open(postgresql_url)) as store:
         store.sweeps.create(Submission(sweep_of(1)))
         end = (
             "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
@@ -142,7 +142,7 @@ def test_revision__of_the_tables_is_that_of_the_newest_migration(own_url: str) -
 
 
 def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> None:
-    with closing(Store.open(own_url, cost=lambda run: 1.0)) as store:
+    with closing(Store.open(own_url)) as store:
         done = store.sweeps.create(Submission(sweep_of(runs_of("fine")))).id
         finish_all(store)
         waiting = store.sweeps.create(Submission(sweep_of(runs_of("fine", first=10)))).id

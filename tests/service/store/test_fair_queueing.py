@@ -1,8 +1,5 @@
 """Fairness between sweeps, priorities of shared runs, a paused queue."""
 
-from collections.abc import Iterator
-from contextlib import closing
-
 import pytest
 
 from service.records.jobs import Cause, Conflict, Kind, State, Submission
@@ -51,17 +48,10 @@ def test_later_sweep__neither_waits_for_a_long_one_nor_catches_up(store: Store) 
     assert {70, 71} < set(leased(store, 6))
 
 
-@pytest.fixture
-def priced(database_url: str) -> Iterator[Store]:
-    """A store in which a run costs what its parameter says."""
-    with closing(Store.open(database_url, cost=lambda run: float(str(run.parameters["cost"])))) as opened:
-        yield opened
-
-
-def test_shares__are_of_cost(priced: Store) -> None:
-    priced.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * 10, first=0, cost=10))))
-    priced.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * 100, first=100, cost=1))))
-    assert of_the_first(leased(priced, 44)) == pytest.approx(4, abs=ONE_RUN)
+def test_shares__are_of_cost(store: Store) -> None:
+    store.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * 10, first=0, cost=10))))
+    store.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * 100, first=100, cost=1))))
+    assert of_the_first(leased(store, 44)) == pytest.approx(4, abs=ONE_RUN)
 
 
 def test_finished_runs__delay_nothing(store: Store) -> None:
@@ -117,15 +107,6 @@ def test_shared_run__has_the_priority_of_the_most_urgent_sweep(store: Store) -> 
     finish_all(store)
     with pytest.raises(Conflict, match="ended"):
         store.sweeps.set_priority(patient, 1)
-
-
-def test_priority__of_a_sweep_that_has_ended_does_not_count(store: Store) -> None:
-    submit(store, 0, 1, priority=-5)
-    [lease] = lease_runs(store, 1)
-    store.leases.fail(lease, Cause.CRASH, failure="SIGSEGV", reason="")
-    finish_all(store)
-    submit(store, 0, 1, priority=5)
-    assert priorities(store, 1) == [5]
 
 
 def test_priority_classes__have_virtual_times_of_their_own(store: Store) -> None:

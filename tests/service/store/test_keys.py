@@ -7,15 +7,14 @@ import sqlalchemy as sa
 
 from service.records.jobs import NotFound, Scope
 from service.store import Store
-from service.store.statements import now
-from service.store.tables import KEYS
+from service.store.tables import KEYS, now
 from tests.service.support.fakes import wait_until
 
 BOTH = frozenset({Scope.READ, Scope.SUBMIT})
 
 
 def test_key__is_found_by_its_secret_which_is_stored_nowhere(store: Store) -> None:
-    key, secret = store.keys.create("ann", BOTH)
+    key, secret = store.keys.issue("ann", BOTH)
     present = store.keys.find(secret)
     assert present is not None
     assert (present.id, present.name, present.scopes) == (key.id, "ann", BOTH)
@@ -27,12 +26,12 @@ def test_key__is_found_by_its_secret_which_is_stored_nowhere(store: Store) -> No
 
 @pytest.mark.parametrize("wrong", ["", "whp_", "x", "whp_ümläut", "whp_\udcff", "whp_\x00"])
 def test_key__is_found_by_nothing_else(store: Store, wrong: str) -> None:
-    key, secret = store.keys.create("ann", BOTH)
+    key, secret = store.keys.issue("ann", BOTH)
     assert [store.keys.find(text) for text in (wrong, secret + "x", key.prefix)] == [None] * 3
 
 
 def test_revoked_key__is_useless(store: Store) -> None:
-    key, secret = store.keys.create("ann", BOTH)
+    key, secret = store.keys.issue("ann", BOTH)
     assert store.keys.any_usable()
     revoked = store.keys.revoke(key.id)
     assert store.keys.find(secret) is None
@@ -44,15 +43,15 @@ def test_revoked_key__is_useless(store: Store) -> None:
 
 
 def test_expired_key__is_useless(store: Store) -> None:
-    _, past = store.keys.create("ann", BOTH, now() - timedelta(seconds=1))
+    _, past = store.keys.issue("ann", BOTH, now() - timedelta(seconds=1))
     assert not store.keys.any_usable()
-    _, future = store.keys.create("bob", BOTH, now() + timedelta(days=1))
+    _, future = store.keys.issue("bob", BOTH, now() + timedelta(days=1))
     assert store.keys.find(past) is None
     assert store.keys.find(future) is not None
 
 
 def test_use_of_a_key__is_noted_once_a_minute_beside_other_writers(store: Store) -> None:
-    _, secret = store.keys.create("ann", BOTH)
+    _, secret = store.keys.issue("ann", BOTH)
     with store.database.writing():  # which a request does not wait for
         assert store.keys.find(secret) is not None
         assert store.keys.all()[0].used is None

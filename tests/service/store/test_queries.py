@@ -92,15 +92,6 @@ def test_tally__is_read_again_when_another_sweep_queues_a_run(store: Store, data
         assert [service.sweeps.get(sweep).counts["succeeded"] for service in services] == [1, 1]
 
 
-def test_tally__is_read_again_after_a_retry(store: Store) -> None:
-    mine, _ = (store.sweeps.create(Submission(sweep_of(1))).id for _ in range(2))
-    lease_runs(store, 1)
-    assert store.sweeps.cancel(mine).state is SweepState.CANCELLED
-    assert store.sweeps.get(mine).counts["cancelled"] == 1
-    store.sweeps.retry(mine)
-    assert store.sweeps.get(mine).counts["running"] == 1
-
-
 # --- events ----------------------------------------------------------------------------------------
 
 
@@ -128,14 +119,6 @@ def test_events__of_a_sweep_of_a_run_and_of_everything(store: Store) -> None:
 # --- runs and the queue ----------------------------------------------------------------------------
 
 
-def test_known_runs__need_no_computation(store: Store) -> None:
-    store.sweeps.create(Submission(sweep_of(3)))
-    done, accident, _ = lease_runs(store, 3)
-    store.leases.finish(done, result())
-    store.leases.fail(accident, Cause.CRASH, failure="SIGSEGV", reason="died")
-    assert len(store.runs.known(run_id(number) for number in range(2000))) == 2
-
-
 def test_runs_under_way__have_the_sweeps_that_wait_for_them(store: Store) -> None:
     mine = store.sweeps.create(Submission(sweep_of(2))).id
     theirs = store.sweeps.create(Submission(sweep_of(1))).id
@@ -145,16 +128,6 @@ def test_runs_under_way__have_the_sweeps_that_wait_for_them(store: Store) -> Non
     store.sweeps.cancel(theirs)
     waiting = {run.id: set(sweeps) for run, sweeps in store.runs.under_way()}
     assert waiting == {shared.id: {mine}, own.id: {mine}}
-
-
-def test_queue__has_jobs_by_state_and_the_oldest_wait(store: Store) -> None:
-    assert store.queue.status().oldest_queued is None
-    status = store.sweeps.create(Submission(sweep_of(3)))
-    lease_runs(store, 1)
-    queue = store.queue.status()
-    assert queue.states == {State.QUEUED: 2, State.RUNNING: 1, State.WAITING: 1}
-    assert queue.oldest_queued == status.created
-    assert (queue.paused, queue.blocked_reason) == (None, None)
 
 
 def test_job_tally__is_by_kind_state_and_duration(store: Store) -> None:

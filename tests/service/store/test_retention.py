@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from service.records.jobs import Cause, Keep, LastAttempt, NotFound, State, Stored, Submission, SweepState
+from service.records.jobs import Cause, Keep, State, Stored, Submission, SweepState
 from service.store import Store
 from tests.service.support.fakes import run_id, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result
@@ -35,30 +35,6 @@ def names(store: Store) -> list[str]:
 # --- garbage ---------------------------------------------------------------------------------------
 
 
-def test_discardable__are_files_that_no_sweep_keeps(store: Store) -> None:
-    finished(store, STATE, FILM, keep=Keep.NUMBERS)
-    assert store.retention.discardable(10) == ((RUN, FILM), (RUN, STATE))
-    assert store.retention.discardable(1) == ((RUN, FILM),)
-    assert [len(store.retention.discardable(10, shard)) for shard in ("00", "01")] == [2, 0]
-    final = submitted(store, Keep.FINAL)
-    assert store.retention.discardable(10) == ((RUN, FILM),)
-    film = submitted(store, Keep.FILM)
-    assert store.retention.discardable(10) == ()
-    finish_all(store)
-    for sweep in (final, film):
-        store.sweeps.delete(sweep)
-    assert len(store.retention.discardable(10)) == 2
-
-
-def test_discardable__are_no_files_of_a_run_that_may_write(store: Store) -> None:
-    submitted(store, Keep.NUMBERS)
-    [lease] = lease_runs(store, 1)
-    store.leases.fail(lease, Cause.CRASH, failure="SIGSEGV", reason="died", files=[STATE])
-    assert len(store.retention.discardable(10)) == 1
-    submitted(store, Keep.NUMBERS)
-    assert store.retention.discardable(10) == ()
-
-
 def test_drop__spares_files_that_a_sweep_demanded_meanwhile(store: Store) -> None:
     finished(store, STATE, FILM, keep=Keep.NUMBERS)
     discardable = store.retention.discardable(10)
@@ -75,77 +51,7 @@ def test_forgotten_files__lower_the_retention_of_their_run(store: Store) -> None
     assert names(store) == ["result.json"]
 
 
-def test_files__are_listed_page_by_page_and_between_ids(store: Store) -> None:
-    store.sweeps.create(Submission(sweep_of(3)))
-    finish_all(store)
-    listed: list[tuple[str, Stored]] = []
-    after = ("", "")
-    while page := store.retention.files(after=after, limit=2):
-        listed += page
-        after = (page[-1][0], page[-1][1].name)
-    assert len(listed) == len(set(listed)) == 4  # three results and a cube
-    between = store.retention.files_between(run_id(1), run_id(2))
-    assert [job for job, _ in between] == [run_id(1), run_id(2)]
-
-
-def test_last_attempts__are_those_of_known_jobs(store: Store) -> None:
-    store.sweeps.create(Submission(sweep_of(2)))
-    [lease] = lease_runs(store, 1)
-    assert store.retention.last_attempts(run_id(number) for number in range(2000)) == {
-        run_id(0): LastAttempt(1, lease.token, State.RUNNING),
-        run_id(1): LastAttempt(0, None, State.QUEUED),
-    }
-
-
-def test_forget_runs__takes_those_of_deleted_sweeps(store: Store) -> None:
-    first, second = finished(store, keep=Keep.FINAL), submitted(store, Keep.FINAL)
-    finish_all(store)
-    store.sweeps.delete(first)
-    assert store.retention.forget_runs(LATER, 9) == 0
-    before = datetime.now(UTC)
-    store.sweeps.delete(second)
-    assert store.retention.forget_runs(before, 9) == 0
-    assert store.retention.forget_runs(LATER, 9) == 1
-    with pytest.raises(NotFound):
-        store.runs.get(RUN)
-    assert store.retention.files() == ()
-    assert store.retention.forgotten_runs([RUN, run_id(1)]) == {RUN}
-    assert store.sweeps.create(Submission(sweep_of(1))).new == 1
-
-
 # --- results that stay -----------------------------------------------------------------------------
-
-
-@pytest.fixture
-def retried_verdict(store: Store) -> str:
-    """A sweep whose verdict is queued again."""
-    sweep = store.sweeps.create(Submission(sweep_of(1))).id
-    finish_all(store, succeeded=False)
-    assert store.sweeps.retry(sweep, verdicts=True).counts["queued"] == 1
-    run = store.runs.get(RUN)
-    assert (run.path, run.cause) == ("runs/result.json", Cause.VERDICT)
-    return sweep
-
-
-def test_verdict__stays_until_it_is_replaced(store: Store, retried_verdict: str) -> None:
-    assert names(store) == ["result.json"]
-    [lease] = lease_runs(store, 1)
-    assert store.leases.finish(lease, result(STATE))
-    assert (store.runs.get(RUN).state, store.runs.get(RUN).cause) == (State.SUCCEEDED, None)
-
-
-@pytest.mark.parametrize("end", ["cancelled", "stopped", "failed"])
-def test_verdict__comes_back_when_the_retry_ends_without_a_result(store: Store, retried_verdict: str, end: str) -> None:
-    leases = lease_runs(store, 0 if end == "cancelled" else 1)
-    if end == "failed":
-        assert store.leases.fail(leases[0], Cause.ERROR, failure="OSError", reason="no", files=[STATE])
-    else:
-        store.sweeps.cancel(retried_verdict)
-    if end == "stopped":
-        assert store.leases.requeue(leases[0], Cause.LOST, reason="stopped") is State.FAILED
-    run = store.runs.get(RUN)
-    assert (run.state, run.cause, run.failure) == (State.FAILED, Cause.VERDICT, "UnphysicalState")
-    assert names(store) == ["result.json"]
 
 
 def test_missing_film__is_computed_for_the_sweep_that_demands_it(store: Store) -> None:

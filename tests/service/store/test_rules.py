@@ -174,7 +174,7 @@ class Rules(RuleBasedStateMachine):
     def finish(self, lease: Lease, succeeded: bool) -> None:
         counts = self.counts(lease)
         if lease.kind is Kind.PUBLISH:
-            assert self.store.publications.publish(lease, [stored("cube.nc")], seconds=1.0) == counts
+            assert self.store.leases.publish(lease, [stored("cube.nc")], seconds=1.0) == counts
             return
         assert self.store.leases.finish(lease, result(succeeded=succeeded)) == counts
         if counts:
@@ -215,7 +215,7 @@ class Rules(RuleBasedStateMachine):
         held = self.held.get(lease.key)
         counts = held is not None and held.term == lease.term
         before = self.checkpoint_of(lease.id)
-        self.store.leases.record_checkpoints([(lease, step)])
+        self.store.leases.record_progress([(lease, {"seconds": 1.0, "checkpoint": step})])
         assert self.checkpoint_of(lease.id) == (step if counts else before)
 
     # --- what must hold

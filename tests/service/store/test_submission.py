@@ -1,47 +1,16 @@
 """Accepted sweeps: shared runs, retention, idempotency keys."""
 
-from contextlib import closing
 from typing import cast
 
 import pytest
 
-from service.records.jobs import Cause, CrashCount, Keep, KeyReused, Kind, NotFound, Submission, SweepState
-from service.store import Store, digest_of
+from service.records.jobs import Cause, CrashCount, Keep, Submission
+from service.store import Store
 from tests.service.support.fakes import run_id, sweep_of
-from tests.service.support.rows import TERM, finish_all, lease_runs, result
+from tests.service.support.rows import finish_all, lease_runs, result
 from tests.service.support.targets import FakeRun
 
 KEY = ("2b6f", "11" * 32)
-
-
-def test_sweep__begins_queued_with_all_its_runs_new(store: Store, database_url: str) -> None:
-    status = store.sweeps.create(Submission(sweep_of(3)))
-    assert (status.planned, status.reused, status.new) == (3, 0, 3)
-    assert (status.state, status.counts["queued"]) == (SweepState.QUEUED, 3)
-    assert (status.progress, status.eta_seconds) == (0.0, None)
-    with closing(Store.open(database_url)) as again:
-        assert again.sweeps.get(status.id) == status
-        assert again.sweeps.document(status.id)["name"] == "asked"
-
-
-def test_finished_runs__are_linked(store: Store) -> None:
-    store.sweeps.create(Submission(sweep_of(3)))
-    finish_all(store)
-    assert store.sweeps.create(Submission(sweep_of(2))).state is SweepState.PUBLISHING
-    assert [lease.kind for lease in store.leases.take(9, TERM)] == [Kind.PUBLISH]
-    status = store.sweeps.create(Submission(sweep_of(4)))
-    assert (status.planned, status.reused, status.new) == (4, 3, 1)
-    lease_runs(store, 1)
-    assert store.leases.take(9, TERM) == ()
-
-
-def test_run_under_way__is_joined(store: Store) -> None:
-    store.sweeps.create(Submission(sweep_of(2)))
-    [lease, _] = lease_runs(store, 2)
-    status = store.sweeps.create(Submission(sweep_of(2)))
-    assert (status.reused, status.new) == (2, 0)
-    assert store.leases.finish(lease, result())
-    assert store.sweeps.get(status.id).counts["succeeded"] == 1
 
 
 def test_run__that_is_twice_in_a_sweep_is_computed_once(store: Store) -> None:
@@ -74,15 +43,8 @@ def test_failed_transaction__leaves_nothing(store: Store) -> None:
 
 def test_digest__finds_the_same_sweep(store: Store) -> None:
     status = store.sweeps.create(Submission(sweep_of(2)))
-    assert store.sweeps.find(digest_of(sweep_of(2))) == status
-    assert store.sweeps.find(digest_of(sweep_of(3))) is None
-
-
-def test_owner_priority_and_retention__are_those_of_the_submission(store: Store) -> None:
-    status = store.sweeps.create(Submission(sweep_of(1), owner="ann", priority=-7, keep=Keep.FILM))
-    assert (status.owner, status.priority, status.keep) == ("ann", -7, Keep.FILM)
-    [lease] = lease_runs(store, 1)
-    assert (lease.priority, lease.keep) == (-7, Keep.FILM)
+    assert store.sweeps.find(sweep_of(2).digest) == status
+    assert store.sweeps.find(sweep_of(3).digest) is None
 
 
 def test_shared_run__keeps_the_most_that_a_sweep_demands(store: Store) -> None:
@@ -101,19 +63,3 @@ def test_same_key__is_the_same_sweep_for_each_owner(store: Store) -> None:
     assert again == store.sweeps.get(status.id)
     other = store.sweeps.create(Submission(sweep_of(2), owner="bob", idempotency=KEY))
     assert other.id != status.id
-
-
-def test_same_key__with_another_body_is_refused(store: Store) -> None:
-    store.sweeps.create(Submission(sweep_of(2), idempotency=KEY))
-    with pytest.raises(KeyReused, match="2b6f"):
-        store.sweeps.create(Submission(sweep_of(3), idempotency=("2b6f", "22" * 32)))
-    assert len(store.sweeps.page().items) == 1
-
-
-def test_key__is_deleted_with_its_sweep(store: Store) -> None:
-    status = store.sweeps.create(Submission(sweep_of(1), idempotency=KEY))
-    finish_all(store)
-    store.sweeps.delete(status.id)
-    assert store.sweeps.create(Submission(sweep_of(1), idempotency=KEY)).id != status.id
-    with pytest.raises(NotFound):
-        store.sweeps.get(status.id)

@@ -16,7 +16,7 @@ from service.api.app import open_service
 from service.api.readers import Readers
 from service.api.reading import Posted, Read, Refusal, read
 from service.records.jobs import Cause, Kind, Result, Stored
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies.sweeps.sweep import Sweep
 
@@ -119,7 +119,7 @@ class Api:
             for claim in claims:
                 if claim.kind is Kind.PUBLISH:
                     if publish:
-                        self.store.publications.publish(claim, self._files(claim.id), seconds=0.1)
+                        self.store.leases.publish(claim, self._files(claim.id), seconds=0.1)
                 elif failures > 0:
                     failures -= 1
                     arguments = "density = 3e4 at particle 17 of 'target'"

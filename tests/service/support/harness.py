@@ -8,11 +8,11 @@ from typing import Any
 
 from service.files.artifacts import OF_A_RUN, Artifacts, describe
 from service.queue.dispatcher import Dispatcher
-from service.records.attempt import Attempt, Ended, Ending, Inbox, Message
 from service.records.jobs import Cause, Kind, RunRow, Submission
-from service.records.settings import Settings
-from service.records.timings import Timings
+from service.settings import Settings
 from service.store import Store
+from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message
+from service.workers.timings import Timings
 from tests.service.support.fakes import (
     DEADLINE,
     LosableTerms,

@@ -45,7 +45,7 @@ def finish_all(store: Store, *, succeeded: bool = True, term: int = TERM) -> Non
     while leases := store.leases.take(100, term):
         for lease in leases:
             if lease.kind is Kind.PUBLISH:
-                assert store.publications.publish(lease, [stored("cube.nc", "cube.nc")], seconds=1.0)
+                assert store.leases.publish(lease, [stored("cube.nc", "cube.nc")], seconds=1.0)
             else:
                 assert store.leases.finish(lease, result(succeeded=succeeded))
 

@@ -10,8 +10,8 @@ import pytest
 from studies.cubes.catalogue import catalogue_of
 from studies.fits.fit import fit
 from studies.fits.measured import of_cube
-from studies.laws._fitted import FittedLaw, read_law
-from studies.laws._forms import FORMS
+from studies.laws.fitted import FittedLaw, read_law
+from studies.laws.forms import FORMS
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput

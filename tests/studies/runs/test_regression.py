@@ -104,7 +104,7 @@ NUMBERS = "test_regression__same_identity_gives_the_same_numbers"
 # What is changed: file, text, its replacement; the case that notices it, and the words in which it says so.
 CHANGES: tuple[tuple[str, str, str, str, str], ...] = (
     (
-        "studies/measurements/_plates.py",
+        "studies/measurements/plates.py",
         "OUTER = 0.2",
         "OUTER = 0.3",
         "plate impact",

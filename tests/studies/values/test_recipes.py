@@ -16,8 +16,8 @@ from solver.simulation import Simulation, start
 from studies import materials
 from studies.runs.execution import setting_of
 from studies.runs.run import Run, estimate, resolve
-from studies.scenarios._impact import ImpactShot
-from studies.scenarios._numerics import BY_RECIPE, Numerics, check_numerics, numerics
+from studies.scenarios.parts.numerics import BY_RECIPE, Numerics
+from studies.scenarios.parts.shot import ImpactShot
 from studies.sweeps.sweep import Sweep
 from studies.values.errors import InvalidInput
 from studies.values.parameters import declared
@@ -74,7 +74,7 @@ def test_recipe__holds_what_its_parameters_allow(name: RecipeName) -> None:
 def test_thesis__is_what_the_solver_does_without_being_told() -> None:
     """Both are Ma (2005) with the viscosity of MPM3D-F90."""
     plain = {one.name: one for one in dataclasses.fields(Problem)}
-    for name, value in numerics(Numerics(recipe="thesis")).items():
+    for name, value in Numerics(recipe="thesis").filled().arguments().items():
         default = plain[name]
         made = default.default_factory is not dataclasses.MISSING
         assert value == (default.default_factory() if made else default.default), name  # type: ignore[operator]
@@ -162,8 +162,8 @@ def test_numerics__become_what_the_solver_takes(change: dict[str, Any], name: st
 
 
 def test_friction__without_contact_is_refused() -> None:
-    assert [one.field for one in check_numerics(Numerics(friction=0.1))] == ["friction"]
-    assert not check_numerics(Numerics(friction=0.1, contact="bardenhagen"))
+    assert [one.field for one in Numerics(friction=0.1).check(None)] == ["friction"]
+    assert not Numerics(friction=0.1, contact="bardenhagen").check(None)
     with pytest.raises(InvalidInput, match="friction"):
         asked(friction=0.1)
 
