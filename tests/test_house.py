@@ -105,11 +105,11 @@ def test_start__is_quick(tmp_path: Path, compared: Callable[..., None]) -> None:
 
 MOST_FILES = 15  # of service and studies
 LISTED = re.compile(r"^\d+\. `((?:service|studies)/[\w/]+\.py)`", re.MULTILINE)
-# Rooms that help everywhere, what is around every request, what every command of the store uses, and what keeps
+# Rooms that help everywhere, what is around every request, what commands of the store are made of, and what keeps
 # pictures of a run: no cube has them.
 HELPERS = re.compile(
     r"service/(records|files|cli)/.*|studies/(values|films)/.*"
-    r"|service/api/(access|middleware)\.py|service/store/(connection|statements)\.py"
+    r"|service/api/(access|middleware)\.py|service/store/(connection|events|statements|submission)\.py"
 )
 TRACE = "WHIPPLE_WAY"  # environment: file to which a child process adds the files on its stack
 # Imported by the interpreter of each child process.
