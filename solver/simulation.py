@@ -54,7 +54,7 @@ DENSEST, THINNEST, SPEED_FACTOR, ENERGY_FACTOR = 8.0, 1e-9, 10.0, 100.0
 CARRIED_NUMBERS = ("time", "step", "dt", "smallest_step", "particle_steps", "removed", "removed_by_contact", "worked")
 DEPARTED = "departed_"  # before the names of its arrays
 
-Observer = Callable[[Snapshot], str | None]
+SnapshotObserver = Callable[[Snapshot], str | None]
 
 
 class Recorder(Protocol):
@@ -302,7 +302,7 @@ class Simulation:
 
 def simulate(
     problem: Problem,
-    observe: Observer | None = None,
+    observe: SnapshotObserver | None = None,
     *,
     interval: float | None = None,
     recorder: Recorder | None = None,
@@ -325,7 +325,7 @@ def simulate(
 
 def _run(
     simulation: Simulation,
-    observe: Observer | None,
+    observe: SnapshotObserver | None,
     interval: float,
     recorder: Recorder | None,
     checkpoint: Checkpointing | None,

@@ -54,16 +54,16 @@ TESTS = {
 }
 # In the order in which they begin, long ones first.
 STAGES = (
-    Stage("rules", 10, ["ruff", "check", "--quiet"]),
-    Stage("format", 10, ["ruff", "format", "--check", "--quiet"]),
+    Stage("rules", 5, ["ruff", "check", "--quiet"]),
+    Stage("format", 5, ["ruff", "format", "--check", "--quiet"]),
     Stage("solver", 300, [*PYTEST, *TESTS["solver"]]),
-    Stage("store", 300, [*PYTEST, *TESTS["store"]]),
-    Stage("other tests", 250, [*PYTEST, *(f"--ignore={path}" for paths in TESTS.values() for path in paths)]),
-    Stage("api", 250, [*PYTEST, *TESTS["api"]]),
-    Stage("crashes", 250, [*PYTEST, *TESTS["crashes"]]),
-    Stage("doors", 150, [*PYTEST, *TESTS["doors"], *(f"--ignore={path}" for path in TESTS["crashes"])]),
-    Stage("types", 80, ["mypy"]),
-    Stage("imports", 30, ["lint-imports", "--no-logo", "--cache-dir", ".cache/import-linter"]),
+    Stage("store", 200, [*PYTEST, *TESTS["store"]]),
+    Stage("other tests", 310, [*PYTEST, *(f"--ignore={path}" for paths in TESTS.values() for path in paths)]),
+    Stage("api", 180, [*PYTEST, *TESTS["api"]]),
+    Stage("crashes", 220, [*PYTEST, *TESTS["crashes"]]),
+    Stage("doors", 100, [*PYTEST, *TESTS["doors"], *(f"--ignore={path}" for path in TESTS["crashes"])]),
+    Stage("types", 60, ["mypy"]),
+    Stage("imports", 10, ["lint-imports", "--no-logo", "--cache-dir", ".cache/import-linter"]),
 )
 
 

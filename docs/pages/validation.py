@@ -17,11 +17,11 @@ from solver import PHYSICS_VERSION
 from studies.cases import validation
 from studies.cases.pages import HEADERS, cells
 from studies.cases.rows import Row
-from studies.values.formats import MESH_UNKNOWN
+from studies.quantities.display import MESH_UNKNOWN
 
 STORED = RESULTS / "validation.json"
 COMMAND = "python -m docs.pages compute validation"
-LEVEL: validation.Level = "fine"
+LEVEL: validation.ValidationLevel = "fine"
 
 
 def compute(directory: Path | None = None, *names: Path) -> None:
@@ -64,7 +64,7 @@ def _computed(chosen: str, place: Path) -> dict[str, Any]:
     return {"rows": rows, "pictures": pictures}
 
 
-def _place(chosen: str) -> tuple[str, validation.Level]:
+def _place(chosen: str) -> tuple[str, validation.ValidationLevel]:
     """Name and level of what stands in the results as ``CASE`` or ``CASE/LEVEL``."""
     name, _, level = chosen.partition("/")
     return name, level or LEVEL  # type: ignore[return-value]

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping
 from typing import Any
 
 from studies.cases.verification import contact, plate_impact
-from studies.values.results import ENERGY_DRIFT_LIMIT
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 
 OTHER_SHAPES = plate_impact.PRESSURE["gimp"]  # whatever is not named there is held to this
 # Largest mean change of the Taylor bar's lengths from 10 to 20 cells per diameter and from 20 to 40, which halves at

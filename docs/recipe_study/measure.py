@@ -15,10 +15,10 @@ from studies.cases.validation.taylor_bar import HALVED, MATERIAL, MEASURED, REFE
 from studies.cases.verification.contact import contact_and_rebound
 from studies.cases.verification.noh import gated_errors
 from studies.cases.verification.plate_impact import PAIRS, impact, states
+from studies.quantities.recipes import Recipe
 from studies.runs.execution import execute
+from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
-from studies.values.recipes import Recipe
-from studies.values.results import RunResult
 
 SPEEDS = (2e3, 6e3)  # m/s
 HOLE_CELLS = (16, 32)  # across the diameter: 4 and 8 through the plate

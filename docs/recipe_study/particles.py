@@ -21,8 +21,8 @@ from typing import Any
 
 from docs.recipe_study.measure import OFFSETS, Figures, computed, hole, taylor
 from studies import examples
+from studies.quantities.recipes import RECIPES, Recipe
 from studies.sweeps.document import read_yaml
-from studies.values.recipes import RECIPES, Recipe
 
 PROCESSES = 2
 COUNTS = (2, 3)

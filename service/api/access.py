@@ -32,7 +32,7 @@ from service.api.errors import (
 )
 from service.records.jobs import Scope, SweepStatus
 from service.settings import Settings
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})

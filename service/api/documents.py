@@ -13,9 +13,8 @@ from typing import Any
 
 import yaml
 
+from studies.quantities.findings import Finding, InvalidInput, shown
 from studies.sweeps import document as sweep_document
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import shown
 
 DEEPEST = 50  # levels of nesting; a sweep has about five
 LONGEST_NAME = 200  # characters of a key; those of a sweep have less than fifty

@@ -22,8 +22,7 @@ from starlette.routing import Match
 
 from service.records.jobs import Conflict, KeyReused, NotFound, StoreUnavailable
 from solver.errors import WhippleError
-from studies.values.errors import MOST_FINDINGS, Finding, InvalidInput
-from studies.values.nearest import shown
+from studies.quantities.findings import MOST_FINDINGS, Finding, InvalidInput, shown
 
 log = logging.getLogger(__name__)
 

@@ -17,12 +17,12 @@ from typing import Any, TypeVar
 
 from service.api.documents import pointer, read_json, read_yaml
 from service.records.expansion import ExpandedSweep, expand
+from studies.quantities.findings import Finding, InvalidInput
 from studies.runs.run import estimate
 from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import warnings_of
-from studies.values.errors import Finding, InvalidInput
 
 PARSERS: Mapping[str, Callable[[bytes], Any]] = {
     "application/json": read_json,

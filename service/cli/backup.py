@@ -19,8 +19,8 @@ from service.queue import data_identity as identity
 from service.records.jobs import Stored
 from service.settings import Settings
 from service.store import Store
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import to_disk, write_atomically
+from studies.quantities.files import to_disk, write_atomically
+from studies.quantities.findings import Finding, InvalidInput
 
 DATABASE = "whipple.db"
 PART = f".{DATABASE}.part"

@@ -21,11 +21,11 @@ from service.settings import Settings
 from service.store import Store, digest_of
 from service.workers.timings import DEFAULT, Timings
 from solver.errors import WhippleError
+from studies.quantities.files import FILM
+from studies.quantities.findings import Finding, InvalidInput
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import FILM
 
 if TYPE_CHECKING:
     from service.queue.dispatcher import Dispatcher

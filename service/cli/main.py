@@ -11,7 +11,7 @@ import typer
 from service.cli.commands import catalogue, client, computing, decks, fitting, maintenance, serving, validating
 from service.cli.commands.options import FAILURE, INVALID
 from solver.errors import WhippleError
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 
 app = typer.Typer(
     name="whipple",

@@ -24,10 +24,10 @@ from service.records.jobs import State, Stored, SweepStatus
 from service.settings import Settings
 from service.workers.warm_process import die_with_parent
 from solver.errors import WhippleError
+from studies.quantities.files import RESULT, STATE, write_text
 from studies.runs.remeasure import outdated, remeasure
+from studies.runs.results import RunResult
 from studies.runs.run import Run
-from studies.values.files import RESULT, STATE, write_text
-from studies.values.results import RunResult
 
 if TYPE_CHECKING:
     from service.store import Store

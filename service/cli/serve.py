@@ -16,7 +16,7 @@ from service.cli import local
 from service.cli.signals import EndRequest, handling_end_signals
 from service.files.data_directory import check_names, holding
 from service.settings import Settings
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 LEAVE_SECONDS = 3  # grace for open connections after SIGTERM
 # Requests beyond this number are refused with 503; open streams continue. It is five times the limit of event

@@ -14,11 +14,10 @@ from solver.errors import WhippleError
 from studies.cases import validation, verification
 from studies.cases.pages import write_case, write_index
 from studies.cases.rows import Verified, timed
-from studies.cases.validation import Cubes, Level, ValidationCase
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
 from studies.cases.verification import VerificationCase, verify
 from studies.fits.measured import open_cube
-from studies.values.nearest import nearest_cure
-from studies.values.quantities import refusal
+from studies.quantities.findings import nearest_cure, refusal
 
 STORE = STORE_OF_FOLDER
 KINDS = ("validation", "verification")
@@ -26,7 +25,7 @@ KINDS = ("validation", "verification")
 ShowProgress = Callable[[str], AbstractContextManager[Show]]
 
 
-def selected(names: Sequence[str], level: Level) -> list[VerificationCase | ValidationCase]:
+def selected(names: Sequence[str], level: ValidationLevel) -> list[VerificationCase | ValidationCase]:
     """Cases of the names, or of all; of whole kinds, at ``quick``, those of seconds. Raises InvalidInput."""
     quick = level == "quick"
     of_kinds: Mapping[str, list[VerificationCase | ValidationCase]] = {
@@ -50,7 +49,7 @@ def selected(names: Sequence[str], level: Level) -> list[VerificationCase | Vali
 
 def validated(
     cases: Sequence[VerificationCase | ValidationCase],
-    level: Level,
+    level: ValidationLevel,
     out: Path,
     settings: Settings,
     showing: ShowProgress,
@@ -81,7 +80,7 @@ def validated(
 
 
 def _computed(
-    cases: Sequence[ValidationCase], level: Level, out: Path, settings: Settings, showing: ShowProgress
+    cases: Sequence[ValidationCase], level: ValidationLevel, out: Path, settings: Settings, showing: ShowProgress
 ) -> Iterator[tuple[ValidationCase, Cubes]]:
     """Each case with its cubes by name, as the last of its sweeps ends."""
     documents = {f"{case.name}/{name}": document for case in cases for name, document in case.documents(level).items()}

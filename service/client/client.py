@@ -24,12 +24,12 @@ from service.client.connection import Connection, ServiceError, Unreachable
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import SweepStatus
 from solver.errors import WhippleError
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import SWEEP_FILES
+from studies.quantities.files import SWEEP_FILES
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.client.html import RunDocument
-    from studies.values.opening import Dataset
+    from studies.cubes.reading import Dataset
 
 __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle", "SweepStatus", "Unreachable"]
 

@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from studies.values.errors import MissingExtra
+from studies.quantities.findings import MissingExtra
 
 if TYPE_CHECKING:
     from service.execution.protocol import OpenEngine

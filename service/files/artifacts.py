@@ -19,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from service.records.jobs import Kind, Lease, Stored
-from studies.values.files import FILM, RESULT, SECTIONS, STATE, to_disk, write_atomically
+from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, to_disk, write_atomically
 
 RUNS, SWEEPS = "runs", "sweeps"
 LOG = "log.txt"

@@ -9,7 +9,7 @@ from pathlib import Path
 
 from service.settings import Settings
 from solver.errors import WhippleError
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 LOCK = "whipple.lock"  # named as the database is
 

@@ -11,8 +11,8 @@ from service.files.artifacts import RUNS
 from service.settings import Settings
 from service.store import Store
 from solver.errors import WhippleError
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import write_text
+from studies.quantities.files import write_text
+from studies.quantities.findings import Finding, InvalidInput
 
 FILE = "whipple.id"
 ADOPT = "join the two with `whipple adopt`, which takes --data and --database-url"

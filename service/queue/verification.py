@@ -21,7 +21,7 @@ from service.workers.attempt import Ending, legible
 from service.workers.supervisor import BROKEN_MOUNT
 from service.workers.timings import Timings
 from solver.errors import WhippleError
-from studies.values.files import RESULT
+from studies.quantities.files import RESULT
 
 log = logging.getLogger(__name__)
 

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from solver.errors import WhippleError
-from studies.values.files import FILM, RESULT, STATE
+from studies.quantities.files import FILM, RESULT, STATE
 
 if TYPE_CHECKING:
     from service.records.expansion import ExpandedSweep
@@ -239,7 +239,7 @@ class RunRow:
     keep: Keep  # the most that a sweep demands
     checkpoint: int | None  # step of the last one
     fraction: float | None  # 0 to 1, of the running attempt
-    # studies.values.results.Progress: time, step, eta_seconds, measured.
+    # studies.runs.results.Progress: time, step, eta_seconds, measured.
     progress: Mapping[str, Any] | None
     cause: Cause | None  # why it failed
     failure: str | None  # short kind: "UnphysicalState", "SIGABRT"

@@ -29,7 +29,7 @@ from service.store.tables import (
     runs_of,
     unless_result,
 )
-from studies.values.files import FILM
+from studies.quantities.files import FILM
 
 LAST = 1e300  # a virtual time after every other
 QUEUE_ORDER = [JOBS.c.priority, JOBS.c.virtual_time, JOBS.c.ordinal]

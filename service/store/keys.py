@@ -13,7 +13,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import KeyRow, NotFound, Scope, StoreUnavailable
 from service.store.connection import Database
-from service.store.tables import KEYS, Row, now, one_row
+from service.store.tables import KEYS, StatementRow, now, one_row
 
 MARK = "whp_"  # by which people and secret scanners recognise a secret of this service
 PREFIX_LENGTH = len(MARK) + 8
@@ -100,7 +100,7 @@ class Keys:
         return _record(row)
 
 
-def _record(row: Row) -> KeyRow:
+def _record(row: StatementRow) -> KeyRow:
     values = {name: getattr(row, name) for name in KeyRow.__dataclass_fields__ if name != "scopes"}
     return KeyRow(**values, scopes=frozenset(map(Scope, row.scopes.split())))
 

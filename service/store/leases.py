@@ -23,7 +23,7 @@ from service.store.tables import (
     POINTS,
     PUBLISH_PRIORITY,
     TERMS,
-    Row,
+    StatementRow,
     given_up,
     hold_publications,
     insert_into,
@@ -250,7 +250,7 @@ class Leases:
         return True
 
 
-def _running(row: Row) -> Lease:
+def _running(row: StatementRow) -> Lease:
     """The lease of an attempt under way; its process may keep less than the row demands by now."""
     return replace(lease_record(row), keep=Keep.NUMBERS)
 
@@ -300,7 +300,7 @@ def register_files(connection: sa.Connection, job_id: str, files: Iterable[Store
         connection.execute(ARTIFACTS.insert(), rows)
 
 
-def lease_record(row: Row) -> Lease:
+def lease_record(row: StatementRow) -> Lease:
     """A lease from a row with LEASE_COLUMNS."""
     values = {field: row._mapping[JOBS.c[field]] for field in Lease.__dataclass_fields__}
     return Lease(**{**values, "spec": values["spec"] or {}})

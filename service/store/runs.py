@@ -14,7 +14,7 @@ from service.store.tables import (
     JOBS,
     POINTS,
     SWEEPS,
-    Row,
+    StatementRow,
     batches,
     begins,
     ended_by_accident,
@@ -24,7 +24,7 @@ from service.store.tables import (
     runs_of,
     stored_record,
 )
-from studies.values.files import RESULT, STATE
+from studies.quantities.files import RESULT, STATE
 
 RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
 
@@ -163,6 +163,6 @@ class Runs:
         return tuple(marked)
 
 
-def run_record(row: Row) -> RunRow:
+def run_record(row: StatementRow) -> RunRow:
     """A run from a row with RUN_COLUMNS."""
     return RunRow(**{field: row._mapping[JOBS.c[field]] for field in RunRow.__dataclass_fields__})

@@ -44,7 +44,7 @@ from service.store.tables import (
     POINTS,
     PUBLICATIONS,
     SWEEPS,
-    Row,
+    StatementRow,
     begins,
     enumeration,
     given_up,
@@ -57,7 +57,7 @@ from service.store.tables import (
     runs_of,
 )
 from service.store.time_left import Tallies, counts_of, progress_of, seconds_left, tallies_of
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from studies.runs.run import Run
@@ -330,12 +330,12 @@ class Sweeps:
         items = tuple(point_record(row) for row in rows[:limit])
         return Page(items, str(items[-1].ordinal) if len(rows) > limit else None)
 
-    def _page_of(self, connection: sa.Connection, rows: Sequence[Row], limit: int) -> Page[SweepStatus]:
+    def _page_of(self, connection: sa.Connection, rows: Sequence[StatementRow], limit: int) -> Page[SweepStatus]:
         """The first ``limit`` sweeps, and the cursor of the next page."""
         items = self._statuses(connection, rows[:limit])
         return Page(items, str(rows[limit - 1].number) if len(rows) > limit else None)
 
-    def _statuses(self, connection: sa.Connection, rows: Sequence[Row]) -> tuple[SweepStatus, ...]:
+    def _statuses(self, connection: sa.Connection, rows: Sequence[StatementRow]) -> tuple[SweepStatus, ...]:
         tallies = self._tallies.of(connection, rows)
         return tuple(_status(row, tallies[row.id]) for row in rows)
 
@@ -346,7 +346,7 @@ def sweep_status(connection: sa.Connection, id: str) -> SweepStatus:
     return _status(row, tallies_of(connection, [id])[id])
 
 
-def _status(row: Row, tally: Sequence[Row]) -> SweepStatus:
+def _status(row: StatementRow, tally: Sequence[StatementRow]) -> SweepStatus:
     """A sweep from its row and its tally."""
     return SweepStatus(
         **{name: getattr(row, name) for name in _STORED},
@@ -368,12 +368,12 @@ def _youngest(query: sa.Select[Any], cursor: str | None, limit: int) -> sa.Selec
     return query if cursor is None else query.where(SWEEPS.c.number < number_of(cursor))
 
 
-def _names(row: Row) -> Sequence[str]:
+def _names(row: StatementRow) -> Sequence[str]:
     """The file names of a row with FILE_NAMES."""
     return tuple(sorted((row.files or "").split()))
 
 
-def point_record(row: Row) -> PointRow:
+def point_record(row: StatementRow) -> PointRow:
     """A point from a row with the columns of POINTS, RUN_COLUMNS and ``point_state``."""
     return PointRow(
         ordinal=row._mapping[POINTS.c.ordinal],

@@ -33,7 +33,7 @@ def enumeration(kind: type[StrEnum]) -> sa.Enum:
     )
 
 
-Row = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
+StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
@@ -323,7 +323,7 @@ def begins(column: sa.ColumnElement[str], prefix: str) -> sa.ColumnElement[bool]
     return sa.and_(column >= prefix, column < prefix + "g")
 
 
-def one_row(connection: sa.Connection, query: sa.Select[Any], kind: str, id: str) -> Row:
+def one_row(connection: sa.Connection, query: sa.Select[Any], kind: str, id: str) -> StatementRow:
     """The single row of a query; raises NotFound."""
     row = connection.execute(query).first()
     if row is None:
@@ -331,7 +331,7 @@ def one_row(connection: sa.Connection, query: sa.Select[Any], kind: str, id: str
     return row
 
 
-def stored_record(row: Row) -> Stored:
+def stored_record(row: StatementRow) -> Stored:
     """A file from a row of ARTIFACTS."""
     return Stored(name=row.name, path=row.path, size=row.size, sha256=row.sha256)
 

@@ -10,7 +10,7 @@ from collections.abc import Mapping, Sequence
 import sqlalchemy as sa
 
 from service.records.jobs import ACTIVE, RUN_STATES, State
-from service.store.tables import JOBS, POINT_STATE, POINTS, Row
+from service.store.tables import JOBS, POINT_STATE, POINTS, StatementRow
 
 MOST_REMEMBERED = 10_000  # sweeps whose tallies are remembered
 
@@ -19,9 +19,9 @@ class Tallies:
     """Tallies of sweeps; those without an unfinished point are remembered for one cache generation."""
 
     def __init__(self) -> None:
-        self._remembered: dict[str, tuple[int, list[Row]]] = {}
+        self._remembered: dict[str, tuple[int, list[StatementRow]]] = {}
 
-    def of(self, connection: sa.Connection, rows: Sequence[Row]) -> Mapping[str, list[Row]]:
+    def of(self, connection: sa.Connection, rows: Sequence[StatementRow]) -> Mapping[str, list[StatementRow]]:
         """``tallies_of`` sweeps; their rows name the cache generation of the moment they were read."""
         tallies = {row.id: self._remembered_of(row) for row in rows}
         fresh = tallies_of(connection, [id for id, tally in tallies.items() if not tally])
@@ -32,12 +32,12 @@ class Tallies:
                 self._remembered[row.id] = row.cache_generation, fresh[row.id]
         return {**tallies, **fresh}
 
-    def _remembered_of(self, row: Row) -> list[Row]:
+    def _remembered_of(self, row: StatementRow) -> list[StatementRow]:
         generation, tally = self._remembered.get(row.id, (row.cache_generation, []))
         return tally if generation == row.cache_generation else []
 
 
-def tallies_of(connection: sa.Connection, ids: Sequence[str]) -> Mapping[str, list[Row]]:
+def tallies_of(connection: sa.Connection, ids: Sequence[str]) -> Mapping[str, list[StatementRow]]:
     """For each sweep and state of its points: their number, cost, computed cost and measured seconds."""
     done = sa.func.coalesce(JOBS.c.fraction, 0.0) * JOBS.c.cost
     if not ids:
@@ -58,19 +58,19 @@ def tallies_of(connection: sa.Connection, ids: Sequence[str]) -> Mapping[str, li
     return tallies
 
 
-def counts_of(tally: Sequence[Row]) -> dict[str, int]:
+def counts_of(tally: Sequence[StatementRow]) -> dict[str, int]:
     """Points by state of their runs, with zeros."""
     counts = dict.fromkeys((state.value for state in RUN_STATES), 0)
     return counts | {part.point_state.value: part.points for part in tally}
 
 
-def progress_of(tally: Sequence[Row]) -> float:
+def progress_of(tally: Sequence[StatementRow]) -> float:
     """The computed part of the estimated cost, 0 to 1; cancelled points count as never computed."""
     total = sum(part.cost for part in tally)
     return sum(map(_computed, tally)) / total if total else 1.0
 
 
-def seconds_left(tally: Sequence[Row]) -> float | None:
+def seconds_left(tally: Sequence[StatementRow]) -> float | None:
     """Seconds until all points are computed; None before the first measured run."""
     remaining = sum(part.cost - part.done for part in tally if part.point_state in ACTIVE)
     done = sum(part.done for part in tally)
@@ -83,7 +83,7 @@ def seconds_left(tally: Sequence[Row]) -> float | None:
     return remaining * rate / max(1, side_by_side)
 
 
-def _computed(part: Row) -> float:
+def _computed(part: StatementRow) -> float:
     """Computed cost of the points in a state; cancelled ones count nothing."""
     if part.point_state is State.CANCELLED:
         return 0.0

@@ -88,4 +88,5 @@ class Back:
 
 
 Message = Ended | ProgressMessage | Away | Back
+RawMessage = Mapping[str, Any]  # as a pipe carries it
 Inbox = SimpleQueue[Message | None]

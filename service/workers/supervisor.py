@@ -20,11 +20,11 @@ from service.records.jobs import Cause, Kind, Stored
 from service.workers.attempt import Attempt, Ending
 from service.workers.stall import StallClock
 from service.workers.timings import DEFAULT, Timings
-from service.workers.warm import Message, Slot, WarmProcess
+from service.workers.warm import RawMessage, Slot, WarmProcess
 from service.workers.warm_process import STATUS_MEMORY
-from studies.values.files import RESULT, SWEEP_FILES
+from studies.quantities.files import RESULT, SWEEP_FILES
 
-SendProgress = Callable[[Message], None]
+SendProgress = Callable[[RawMessage], None]
 
 # What each kind of job must leave behind, and what it may.
 FILES = {Kind.RUN: (RESULT,), Kind.PUBLISH: SWEEP_FILES}
@@ -130,7 +130,7 @@ class Supervisor:
 
     # --- while it is under way -------------------------------------------------------------------
 
-    def _watch(self, process: WarmProcess) -> Message | None:
+    def _watch(self, process: WarmProcess) -> RawMessage | None:
         """The message that ends the attempt; None: the process ended without one."""
         timings, kill_at = self._timings, math.inf
         limit = self._begin + self._attempt.seconds_limit
@@ -167,7 +167,7 @@ class Supervisor:
         has_steps = "fraction" in self._progress
         return self._stall.has_run_out(used=process.processor_seconds(), has_steps=has_steps)
 
-    def _note(self, message: Message) -> None:
+    def _note(self, message: RawMessage) -> None:
         """Note a message; send progress on when a checkpoint was written, else not too often."""
         self._stall.hear()
         self._is_accepted = self._is_accepted or "accepted" in message
@@ -182,7 +182,7 @@ class Supervisor:
 
     # --- how it ended ----------------------------------------------------------------------------
 
-    def _judge(self, last: Message) -> Ending:
+    def _judge(self, last: RawMessage) -> Ending:
         """The ending, from the last message."""
         if "done" in last:  # also if it was about to be stopped
             missing = self._missing()

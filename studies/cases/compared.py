@@ -1,7 +1,7 @@
 """Rows and pictures of a case: values of a cube on one grid and converged, beside published numbers."""
 
 import math
-from collections.abc import Hashable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Hashable, Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 
@@ -12,13 +12,11 @@ from studies.cases.rows import Row, absolute, relative
 from studies.cases.validation import Line, Picture, PublishedNumber
 from studies.convergence.richardson import VERDICTS
 from studies.cubes import variables as cubes
-from studies.cubes.points import simulated
+from studies.cubes.points import Place, simulated
+from studies.quantities.display import NONE, digits, display_of, with_bar, with_unit
 from studies.sweeps.reading import RESOLUTION
-from studies.values.formats import NONE, digits, display_of, with_bar, with_unit
 
 EXACT = 1e-9  # relative: the place in a cube of a number that was written in a document
-
-Place = Mapping[str, float | str]
 
 
 @dataclass(frozen=True)

@@ -14,10 +14,10 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
 from studies.cases.rows import Row, Verified
-from studies.cases.validation import Cubes, Level, Line, Picture, ValidationCase
+from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel
 from studies.cases.verification import VerificationCase
-from studies.values.files import REPORT_HTML, write_text
-from studies.values.formats import NONE, digits
+from studies.quantities.display import NONE, digits
+from studies.quantities.files import REPORT_HTML, write_text
 
 INDEX = "index.html"
 COLOURS = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9", "#7f7f7f")
@@ -72,7 +72,7 @@ def write_case(case: AnyCase, rows: Sequence[Verified], cubes: Cubes, out: Path)
     return write_text(out / f"{case.name}.html", page)
 
 
-def write_index(done: Done, level: Level, out: Path) -> Path:
+def write_index(done: Done, level: ValidationLevel, out: Path) -> Path:
     """Write the list of the cases, with the first picture of each."""
     entries = [
         {

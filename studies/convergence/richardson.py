@@ -58,10 +58,12 @@ from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
 from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit, observed_order
-from studies.values.results import TOO_COARSE
+from studies.quantities.measured import TOO_COARSE
 
-Verdict = Literal["converging", "oscillatory", "not in the asymptotic range", "two grids", "single grid", "no value"]
-VERDICTS: tuple[Verdict, ...] = get_args(Verdict)
+ConvergenceVerdict = Literal[
+    "converging", "oscillatory", "not in the asymptotic range", "two grids", "single grid", "no value"
+]
+VERDICTS: tuple[ConvergenceVerdict, ...] = get_args(ConvergenceVerdict)
 
 # Of two grids, which cannot show one: shocks and free surfaces are of first order whatever the scheme is (Banks, Aslam
 # and Rider 2008, J. Comput. Phys. 227, 6985).
@@ -123,7 +125,7 @@ class Level:
 class Convergence:
     """The converged value of a quantity, its error bar, and the verdict on its convergence."""
 
-    verdict: Verdict
+    verdict: ConvergenceVerdict
     reason: str  # in words; what was left out, too
     value: float  # extrapolated where converging and more certain so, else of the finest resolution with a value
     mesh: float  # parts of the uncertainty; the mesh's is NaN where nothing tells it
@@ -325,14 +327,14 @@ def _left_out(levels: Sequence[Level]) -> list[str]:
 
 # ---- verdicts ------------------------------------------------------------------------------------
 
-_Judged = tuple[Verdict, str, float, float, dict[str, float]]  # with value, mesh, and more numbers
+_Judged = tuple[ConvergenceVerdict, str, float, float, dict[str, float]]  # with value, mesh, and more numbers
 
 
 def _too_coarse(valued: Sequence[Level]) -> _Judged | None:
     """The verdict where even the finest resolution with a value is too coarse to have an error bar."""
     if TOO_COARSE not in valued[0].quality_flags:
         return None
-    verdict: Verdict = "single grid" if len(valued) == 1 else "not in the asymptotic range"
+    verdict: ConvergenceVerdict = "single grid" if len(valued) == 1 else "not in the asymptotic range"
     reason = "the finest resolution has too few cells for an error bar"
     return verdict, reason, valued[0].value, math.nan, {}
 

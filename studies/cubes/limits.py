@@ -11,8 +11,8 @@ import numpy as np
 
 from studies.cubes.variable import Variable
 from studies.cubes.variables import parameter_variable
+from studies.quantities.parameters import Parameter
 from studies.sweeps.search import LimitOutcome, SearchedLimit, SearchVerdict, outcome_in
-from studies.values.parameters import Parameter
 
 SEARCH = "search"
 VERDICTS = tuple(SearchVerdict)

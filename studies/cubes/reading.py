@@ -3,14 +3,16 @@
 import json
 import math
 from collections.abc import Sequence
-from typing import Any
+from contextlib import ExitStack
+from typing import Any, BinaryIO
 
 import numpy as np
 import xarray as xr
+from xarray import Dataset
 
 from studies.cubes.variable import Variable
 from studies.cubes.variables import EQUATION, LAW_CONFIDENCE
-from studies.values.results import ERROR_UNKNOWN
+from studies.quantities.measured import ERROR_UNKNOWN
 
 
 def quantities_of(dataset: xr.Dataset) -> list[str]:
@@ -65,3 +67,14 @@ def by_run(dataset: xr.Dataset, array: xr.DataArray) -> np.ndarray:
     Without xarray's alignment, which takes milliseconds: the variables of a cube share their coordinates.
     """
     return array.variable.set_dims(dict(dataset.run_state.sizes)).values
+
+
+def open_file(file: BinaryIO) -> Dataset:
+    """The dataset in an open file, read as it is looked at; closing it closes the file."""
+    with ExitStack() as ends:
+        ends.callback(file.close)
+        inner = xr.open_dataset(file, engine="h5netcdf")
+        ends.callback(inner.close)
+        dataset = inner.copy()
+        dataset.set_close(ends.pop_all().close)
+    return dataset

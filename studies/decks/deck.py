@@ -5,8 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass, field
 from typing import NoReturn
 
-from studies.values.errors import Finding, InvalidInput
-from studies.values.recipes import SchemeName
+from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.recipes import SchemeName
 
 MOST_PARTICLES = 20_000_000
 MOST_NODES = 50_000_000

@@ -48,8 +48,7 @@ from studies.decks.deck import (
 )
 from studies.decks.macros import COUNTS, EOS_COUNTS, IGNORED, KINDS, OPTIONS, REFUSED, SETTINGS, SHAPES, TITLES
 from studies.decks.words import INTEGER, SEPARATORS, DeckWord, Words
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import nearest_cure
+from studies.quantities.findings import Finding, InvalidInput, nearest_cure
 
 MOST_BYTES = 1_000_000
 DENSITY_OR_MASS = 0.01  # relative: what a block's third number must agree with

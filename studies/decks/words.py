@@ -8,7 +8,7 @@ from typing import NoReturn
 
 from studies.decks.deck import Vector, refuse_line
 from studies.decks.macros import SHIFTS, DeckQuantity
-from studies.values.nearest import nearest_cure
+from studies.quantities.findings import nearest_cure
 
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[dDeE]([+-]?\d{1,4}))?")
 INTEGER = re.compile(r"[+-]?\d{1,15}")

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.values.files import write_atomically, write_text
+from studies.quantities.files import write_atomically, write_text
 
 if TYPE_CHECKING:
     from xarray import Dataset

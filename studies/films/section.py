@@ -27,7 +27,7 @@ from solver.problem import Body, Face, Problem
 from solver.problem.geometry import impact_axis
 from solver.state import Snapshot
 from studies.films.radiograph import Radiograph, radiograph
-from studies.values.files import write_atomically
+from studies.quantities.files import write_atomically
 
 # Particles of a section at most: as many as a picture has pixels.
 MOST = 200_000

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from studies.fits.surrogate import Surrogate
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import write_atomically
-from studies.values.formats import display_of, with_unit
+from studies.quantities.display import display_of, with_unit
+from studies.quantities.files import write_atomically
+from studies.quantities.findings import Finding, InvalidInput
 
 FORMATS = ("png", "svg", "pdf")
 

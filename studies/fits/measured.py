@@ -16,13 +16,12 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, comparable, places_of, points_of, simulated
 from studies.cubes.variable import variable_name
 from studies.laws import Shot
+from studies.quantities.files import CUBE
+from studies.quantities.findings import InvalidInput, nearest_cure, refusal
+from studies.quantities.parameters import declared
+from studies.quantities.units import parse_quantity
 from studies.sweeps.reading import ACCEPTED, vocabulary
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
-from studies.values.files import CUBE
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import declared
-from studies.values.quantities import parse_quantity, refusal
 
 SHORT_DIGEST = 16  # hexadecimal digits of a SHA-256 in a source
 

@@ -20,13 +20,12 @@ from studies.cubes import reading
 from studies.cubes.points import SUCCEEDED, axes_of, by_run, main_quantities, refinements_of, simulated
 from studies.cubes.variables import FLAGS
 from studies.fits.measured import number_or_text, source_of
+from studies.laws.fitting.least_squares import CONFIDENCE
+from studies.quantities.findings import Finding, Findings, InvalidInput, MissingExtra, nearest_cure, refusal
+from studies.quantities.measured import CLOSED_ON_AXIS, TOO_COARSE
+from studies.quantities.parameters import Parameter, parse_value
+from studies.quantities.units import readable
 from studies.sweeps.reading import OFFSET, RESOLUTION
-from studies.values.errors import Finding, Findings, InvalidInput, MissingExtra
-from studies.values.least_squares import CONFIDENCE
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import Parameter, parse_value
-from studies.values.quantities import readable, refusal
-from studies.values.results import CLOSED_ON_AXIS, TOO_COARSE
 
 SAMPLES = 200  # of lengths, size and noise
 FOLDS = 60  # the most processes of which each never had some runs

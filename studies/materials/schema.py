@@ -26,9 +26,9 @@ from solver.units import (
     PerSecond,
     marked,
 )
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import Parameter, declared
-from studies.values.quantities import refusal, round_quantity
+from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.parameters import Parameter, declared
+from studies.quantities.units import round_quantity
 
 CONFIDENCES: Mapping[str, str] = {
     "read": "read in the cited document",

@@ -1,9 +1,9 @@
 """Measurements: numbers read off a state of a run, each with its own parts of uncertainty and flags.
 
-A family is a module, or a small folder, in which its definitions stand beside the view that they read: an impact
-(``impact``: its hole and its crater), its debris (``cloud``), the plug of a plate (``plug``), a bar (``bar``), two
-plates (``plates``), everything on the grid (``whole``). ``view`` of a family makes its view of a snapshot; a view hides
-whether the model was a body of revolution or a quarter in three dimensions.
+A family is a module in which its definitions stand together: the hole of an impact (``hole``), its crater (``crater``),
+its debris (``cloud``), the plug of a plate (``plug``), a bar (``bar``), two plates (``plates``), everything on the grid
+(``whole``). ``view`` of a family makes its view of a snapshot, which hides whether the model was a body of revolution
+or a quarter in three dimensions; holes and craters have theirs in the folder ``impact``, which offers no measurement.
 
 How to add one: a function in its family, ``measurement`` above it, and its name in the family's ``MEASUREMENT``. A new
 family is a module here that offers one ``Measurement``, or a tuple of several, as ``MEASUREMENT``. A measurement reads
@@ -19,7 +19,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from solver.registry import entries
-from studies.values.results import ERROR_UNKNOWN, numerical_parts
+from studies.quantities.measured import ERROR_UNKNOWN, numerical_parts
 
 if TYPE_CHECKING:
     import numpy as np
@@ -27,6 +27,17 @@ if TYPE_CHECKING:
 # A shift of the plate against the grid by part of a cell moved prototype holes by 0.9, 0.3 and 0.2 mm at cells of 1,
 # 0.5 and 0.25 mm: about one cell is what a single run cannot tell.
 RESOLUTION_IN_CELLS = 1.0
+
+
+class OnGrid:
+    """What every view of a state on a grid has."""
+
+    cell: float  # m
+
+    @property
+    def resolution(self) -> float:
+        """Standard uncertainty of a length that one run cannot see, m."""
+        return RESOLUTION_IN_CELLS * self.cell
 
 
 @dataclass(frozen=True)

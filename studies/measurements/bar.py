@@ -16,14 +16,14 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, Reading, measurement
-from studies.values.results import LOST_PARTICLES
+from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, OnGrid, Reading, measurement
+from studies.quantities.measured import LOST_PARTICLES
 
 TWICE_THE_SHEAR = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # six components in a double contraction
 
 
 @dataclass(frozen=True)
-class BarView:
+class BarView(OnGrid):
     """A bar: particles, with what the set-up says of it. Heights are distances from the wall."""
 
     place: np.ndarray  # (n, 3) in the initial lattice: across, across, along; from 0
@@ -40,11 +40,6 @@ class BarView:
     speed: float  # initial, towards the wall, m/s
     is_loaded: bool  # whether more than the wall acts on it
     references: tuple[float | None, float | None, float | None]  # length, diameter, width; m
-
-    @property
-    def resolution(self) -> float:
-        """Standard uncertainty of a length that one run cannot see, m."""
-        return RESOLUTION_IN_CELLS * self.cell
 
     @property
     def share(self) -> float:

@@ -22,10 +22,10 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import RESOLUTION_IN_CELLS, Bins, Distribution, Measurement, Reading, measurement
+from studies.measurements import Bins, Distribution, Measurement, OnGrid, Reading, measurement
 from studies.measurements.impact.edges import overlap, place_holding
 from studies.measurements.impact.view import rim_of
-from studies.values.results import DEFINITION
+from studies.quantities.measured import DEFINITION
 
 # Pieces are flagged where the grid still joins flying matter to the plate: more than a hundredth of the mass behind,
 # faster than a tenth of the impact speed.
@@ -36,7 +36,7 @@ HALF = 0.5  # of the difference between two definitions, or between two neighbou
 
 
 @dataclass(frozen=True)
-class CloudView:
+class CloudView(OnGrid):
     """Particles of whole bodies about the axis of an impact, those that departed included."""
 
     radius: np.ndarray  # (n,) from the axis, m
@@ -55,11 +55,6 @@ class CloudView:
     thickness: float  # of the plate, m
     speed: float  # of the impact, m/s
     melting: tuple[Any, Any]  # of projectile and target: studies.scenarios.Melting, or the flag that says why not
-
-    @property
-    def resolution(self) -> float:
-        """Standard uncertainty of a length that one run cannot see, m."""
-        return RESOLUTION_IN_CELLS * self.cell
 
     def behind(self, off: float = 0.0) -> np.ndarray:
         """(n,) whether it is farther than ``off`` (m) behind the back surface."""

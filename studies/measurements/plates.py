@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, Reading, measurement
+from studies.measurements import History, Measurement, OnGrid, Reading, measurement
 
 # Cells left out at the interface: matter that met at the touch is heated by the start of the shock.
 AT_INTERFACE = 3.0
@@ -25,7 +25,7 @@ PLATES = {"flyer": FLYER, "target": TARGET}
 
 
 @dataclass(frozen=True)
-class PlateView:
+class PlateView(OnGrid):
     """Living particles of two plates."""
 
     body: np.ndarray  # (n,) FLYER or TARGET
@@ -228,7 +228,7 @@ def _shock_front(name: str, plate: int) -> Measurement:
             return Reading(math.nan, flags=(ends.flag,))
         place = interface(view) + (ends.distance if plate == TARGET else -ends.distance)
         run = place if plate == TARGET else view.speed * view.time - place
-        return Reading(run, {"resolution": RESOLUTION_IN_CELLS * view.cell})
+        return Reading(run, {"resolution": view.resolution})
 
     return Measurement(
         name=f"{name}_shock_front",

@@ -13,11 +13,11 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, Reading, measurement
+from studies.measurements import History, Measurement, OnGrid, Reading, measurement
 from studies.measurements.cloud import connected
 from studies.measurements.impact.edges import edge_from_outside
 from studies.measurements.impact.view import rim_of
-from studies.values.results import DEFINITION
+from studies.quantities.measured import DEFINITION
 
 # Of the mass of plate that the projectile covers: a lighter piece is a chip and no plug.
 LEAST_PLUG = 0.1
@@ -29,7 +29,7 @@ NO_PLUG = Reading(math.nan, flags=("no_plug",))  # of what only a plug has
 
 
 @dataclass(frozen=True)
-class PlugView:
+class PlugView(OnGrid):
     """Living particles of whole bodies about the line of flight."""
 
     radius: np.ndarray  # (n,) from the axis, m
@@ -49,11 +49,6 @@ class PlugView:
     projectile_diameter: float  # m
     # From the axis, m: farther out stand nodes of elements, more than a cell apart.
     particles_to: float = math.inf
-
-    @property
-    def resolution(self) -> float:
-        """Standard uncertainty of a length that one run cannot see, m."""
-        return RESOLUTION_IN_CELLS * self.cell
 
     @property
     def layer(self) -> float:

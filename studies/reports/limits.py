@@ -10,9 +10,9 @@ import xarray as xr
 from studies.cubes import limits as cubes
 from studies.cubes.points import axes_of, places_of, plain, simulated
 from studies.cubes.reading import finite
+from studies.laws.fitting.least_squares import NotIdentified, nonlinear
 from studies.reports.figures import Figure, Panel, Series, numbers
 from studies.reports.view import Scale, title_of
-from studies.values.least_squares import NotIdentified, nonlinear
 
 RESIDUAL, SPEED, PERFORATED = "residual_velocity", "speed", "perforated"
 CONSTANTS = ("a", "p", "v_bl")

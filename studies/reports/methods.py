@@ -9,7 +9,7 @@ import xarray as xr
 from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, comparable, error_bars, main_quantities, places_of
 from studies.cubes.reading import finite
-from studies.values.formats import NARROW_SPACE, digits
+from studies.quantities.display import NARROW_SPACE, digits
 
 METHOD = "method"
 DIGITS = 2  # of a difference in per cent

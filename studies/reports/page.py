@@ -15,13 +15,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemBytecodeCache, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
-from studies.reports.drawing import charts
-from studies.reports.drawing.sections import Gallery, colour_keys
-from studies.reports.drawing.sketches import growth_sketch, setup_sketch
-from studies.reports.figures import Figure, Panel, Series
-from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
-from studies.reports.view import Scale
-from studies.values.formats import (
+from studies.quantities.display import (
     MESH_UNKNOWN,
     display_alone,
     display_of,
@@ -32,6 +26,12 @@ from studies.values.formats import (
     printed_in,
     with_unit,
 )
+from studies.reports.drawing import charts
+from studies.reports.drawing.sections import Gallery, colour_keys
+from studies.reports.drawing.sketches import growth_sketch, setup_sketch
+from studies.reports.figures import Figure, Panel, Series
+from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
+from studies.reports.view import Scale
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 MOST_REASONS = 4  # of a law, in its row

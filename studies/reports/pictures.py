@@ -20,10 +20,10 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
+from studies.quantities.display import MESH_UNKNOWN, digits, display_of, printed, printed_in
 from studies.reports.setup import setup_of, upward
 from studies.reports.view import judged_window, spread, title_of
 from studies.sweeps.reading import OFFSET, RESOLUTION
-from studies.values.formats import MESH_UNKNOWN, digits, display_of, printed, printed_in
 
 # Of the densest pixel, which is in the plate seen edge on: where the colours of a radiograph end.
 CLOUD = 0.03

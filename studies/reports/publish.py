@@ -14,10 +14,10 @@ from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import MissingResult
 from studies.cubes.runs_table import runs_csv
+from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
+from studies.quantities.findings import Finding, InvalidInput
 from studies.reports import compare, report
 from studies.reports.figures import figures
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
 
 
 def publish(
@@ -82,7 +82,7 @@ def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any
 def outcome_from_json(plain: Mapping[str, Any]) -> Any:
     """A ``RunResult``, or a ``MissingResult`` where there is only a state and a reason."""
     if "measurements" in plain:
-        from studies.values.results import RunResult
+        from studies.runs.results import RunResult
 
         return RunResult.from_json(plain)
     return MissingResult(str(plain["state"]), str(plain.get("reason") or ""))

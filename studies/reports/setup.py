@@ -10,8 +10,8 @@ import xarray as xr
 from studies import scenarios
 from studies.cubes.points import by_run, plain
 from studies.cubes.variable import variable_name
-from studies.values.errors import InvalidInput
-from studies.values.quantities import readable
+from studies.quantities.findings import InvalidInput
+from studies.quantities.units import readable
 
 
 def setup_of(dataset: xr.Dataset) -> dict[str, Any] | None:

@@ -23,12 +23,13 @@ from solver.simulation import DEPARTED, Outcome, simulate, threads_for
 from studies import scenarios
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
+from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES
 from studies.runs.observer import RunObserver
+from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
 from studies.runs.run import Run, materials_of
 from studies.runs.run_log import RunLog
 from studies.scenarios import Setting
-from studies.values.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
-from studies.values.results import ENERGY_DRIFT_LIMIT, LOST_PARTICLES, NO_CONTROL, Progress, RunControl, RunResult
 
 # Flagged, not failed. The hottest 0.1 % of mass of resolved perforations holds 3 to 9 % of the internal energy at the
 # end; half of it means that single particles have run away.

@@ -14,8 +14,9 @@ from studies import measurements
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
+from studies.quantities.measured import CLOSED_ON_AXIS, MESH_DETERMINED, TOO_COARSE, Measured
+from studies.runs.results import Progress
 from studies.scenarios import Scenario, Setting, SetUp
-from studies.values.results import CLOSED_ON_AXIS, MESH_DETERMINED, TOO_COARSE, Measured, Progress
 
 # A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
 # the share of the value.

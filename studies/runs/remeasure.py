@@ -16,8 +16,9 @@ from typing import Any
 
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
+from studies.quantities.measured import ERROR_UNKNOWN, MESH_DETERMINED, TOO_COARSE, Measured
+from studies.runs.results import RunResult
 from studies.runs.run import Run
-from studies.values.results import ERROR_UNKNOWN, MESH_DETERMINED, TOO_COARSE, Measured, RunResult
 
 NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
 NEVER = Measured(None, None, {}, (NEEDS_SOLVING,), {"time": [], "value": []}, 0)

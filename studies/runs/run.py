@@ -18,8 +18,8 @@ from solver.registry import entries
 from solver.units import Described
 from studies import scenarios
 from studies.materials import Material, simulated
-from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import declared, flat, marks, parse_parameters
+from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.parameters import declared, flat, marks, parse_parameters
 
 if TYPE_CHECKING:
     from studies.scenarios import Materials

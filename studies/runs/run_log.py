@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from solver.problem import Problem
 from studies import measurements
+from studies.quantities.display import with_bar
+from studies.quantities.units import readable
+from studies.runs.results import Progress, RunResult
 from studies.runs.run import Run
-from studies.values.formats import with_bar
-from studies.values.quantities import readable
-from studies.values.results import Progress, RunResult
 
 DIGITS = 5  # significant digits of a logged value; the result has them all
 

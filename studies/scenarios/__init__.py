@@ -14,11 +14,9 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from solver.registry import entries
+from studies.quantities.findings import Finding, nearest_cure, refusal
+from studies.quantities.parameters import declared, describe, nested
 from studies.scenarios.parts.outline import Outline
-from studies.values.errors import Finding
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import declared, describe, nested
-from studies.values.quantities import refusal
 
 if TYPE_CHECKING:
     from solver.problem import Problem
@@ -108,7 +106,7 @@ class SetUp(ABC):
 
         return SectionOptions()
 
-    def parts(self, measurement: str) -> Mapping[str, float]:
+    def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
         """Parts of the uncertainty of a measurement, relative, that parameters tell and no state shows."""
         return {}
 
@@ -119,7 +117,7 @@ class SetUp(ABC):
 
     def all_parts(self, measurement: str, value: float, parts: Mapping[str, float]) -> dict[str, float]:
         """The parts of the uncertainty of a value: those of its reading, and those that the parameters tell."""
-        return {**parts, **{part: share * abs(value) for part, share in self.parts(measurement).items()}}
+        return {**parts, **{part: share * abs(value) for part, share in self.uncertainty_parts(measurement).items()}}
 
 
 @dataclass(frozen=True)

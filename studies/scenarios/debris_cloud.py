@@ -11,15 +11,15 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
+from studies.quantities.findings import Finding
+from studies.quantities.recipes import DebrisName
+from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
 from studies.scenarios.parts.matter import Fracture
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import ImpactShot, Plate, has_free_rim
-from studies.values.errors import Finding
-from studies.values.quantities import round_quantity
-from studies.values.recipes import DebrisName
 
 if TYPE_CHECKING:
     from studies.films.section import SectionOptions

@@ -8,14 +8,14 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Second
+from studies.quantities.findings import Finding
+from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
 from studies.scenarios.parts.bar import Bar, BarSetUp, Extent, Wall
 from studies.scenarios.parts.loading import FASTEST, Loading
 from studies.scenarios.parts.matter import longitudinal_speed
 from studies.scenarios.parts.method import MethodChoice, check_method
 from studies.scenarios.parts.numerics import Numerics
-from studies.values.errors import Finding
-from studies.values.quantities import round_quantity
 
 if TYPE_CHECKING:
     from solver.matter.laws import Matter

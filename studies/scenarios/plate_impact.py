@@ -9,13 +9,13 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice, MaterialName
+from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh
 from studies.scenarios.parts.matter import check_constants, elastic_speed, eos_forms, matter
 from studies.scenarios.parts.numerics import Numerics
-from studies.values.errors import Finding
-from studies.values.parameters import Choice, MaterialName
-from studies.values.quantities import round_quantity
 
 if TYPE_CHECKING:
     import numpy as np

@@ -11,6 +11,10 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice, MaterialName
+from studies.quantities.recipes import RECIPES
+from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
 from studies.scenarios.parts.coupled_plate import EVEN, coupled_plate, plate_size
 from studies.scenarios.parts.impact import ImpactSetting
@@ -28,10 +32,6 @@ from studies.scenarios.parts.matter import (
 from studies.scenarios.parts.method import REPULSION, MethodChoice, check_method, is_coupled, is_on_grid, is_smoothed
 from studies.scenarios.parts.numerics import ContactName, Numerics, has_melting, shapes
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
-from studies.values.errors import Finding
-from studies.values.parameters import Choice, MaterialName
-from studies.values.quantities import round_quantity
-from studies.values.recipes import RECIPES
 
 if TYPE_CHECKING:
     from solver.problem import Body

@@ -4,6 +4,9 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice, MaterialName
+from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
 from studies.scenarios.parts.bar import Bar, BarSetUp, Extent, Wall
 from studies.scenarios.parts.loading import Loading
@@ -17,9 +20,6 @@ from studies.scenarios.parts.matter import (
     matter,
 )
 from studies.scenarios.parts.numerics import Numerics, has_melting
-from studies.values.errors import Finding
-from studies.values.parameters import Choice, MaterialName
-from studies.values.quantities import round_quantity
 
 if TYPE_CHECKING:
     from studies.materials import Material

@@ -5,14 +5,14 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Self
 
 from solver.units import Described, Metre
+from studies.quantities.findings import Finding
+from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, Scenario
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, SettlingImpact, outline
 from studies.scenarios.parts.matter import Fracture
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import Angles, ImpactShot, Settling
-from studies.values.errors import Finding
-from studies.values.quantities import round_quantity
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
 # at 7 km/s is 3.5 diameters deep and three wide on each side. A fixed rim and a free back make a crater at 6 km/s 2 %

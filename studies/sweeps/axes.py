@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
+from studies.quantities.findings import Findings, refusal, unknown_keys
+from studies.quantities.parameters import Parameter, Value, parse_value
+from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
 from studies.sweeps.search import Search
-from studies.values.errors import Findings
-from studies.values.nearest import unknown_keys
-from studies.values.parameters import Parameter, Value, parse_value
-from studies.values.quantities import exact_number, parse_quantity, readable, refusal, round_quantity
 
 RANGE_KEYS = ("start", "stop", "step")
 FORMS = "a list of values, or start, stop and step"

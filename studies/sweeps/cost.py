@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
+from studies.quantities.findings import InvalidInput
 from studies.runs import run
+from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
-from studies.values.recipes import ACCURACY
 
 MOST_LOOKED_AT = 64  # points of a sweep, at 1 ms each; those of a larger one cost as these do
 

@@ -12,9 +12,7 @@ except ImportError:
 
 from studies import examples
 from studies import observations as published
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import nearest_cure, shown
-from studies.values.quantities import refusal
+from studies.quantities.findings import Finding, InvalidInput, nearest_cure, refusal, shown
 
 MOST_BESIDE = 20  # files that are compared with the name of a missing one
 

@@ -10,18 +10,26 @@ from studies import materials as shipped
 from studies import measurements, scenarios
 from studies.materials import Material, read_own
 from studies.observations import AllowedNames, read_observations, written
+from studies.quantities.display import CONTROLS
+from studies.quantities.findings import (
+    Finding,
+    Findings,
+    InvalidInput,
+    few_suggestions,
+    nearest,
+    nearest_cure,
+    refusal,
+    shown,
+)
+from studies.quantities.parameters import Parameter, declared, find, missing, parse_value, parse_values
+from studies.quantities.units import exact_number
+from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
 from studies.sweeps.search import read_search
-from studies.values.errors import Finding, Findings, InvalidInput
-from studies.values.formats import CONTROLS
-from studies.values.nearest import few_suggestions, nearest, nearest_cure, shown
-from studies.values.parameters import Parameter, declared, find, missing, parse_value, parse_values
-from studies.values.quantities import exact_number, refusal
-from studies.values.recipes import ACCURACY
 
 if TYPE_CHECKING:
-    from studies.laws.fitted import FittedLaw
+    from studies.laws.fitting.fitted import FittedLaw
 
 KEYS = (
     *("name", "title", "scenario", "fixed", "axes", "combine", "points", "seed", "resolution", "offsets", "accuracy"),
@@ -213,7 +221,7 @@ class _DocumentReading:
         if not isinstance(documents, list | tuple) or len(documents) > MOST_LAWS:
             self._refuse("laws", documents, limit, "write laws: [my-law.json]")
             return ()
-        from studies.laws.fitted import read_law
+        from studies.laws.fitting.fitted import read_law
 
         read = [self.findings.attempt(read_law, document, f"laws[{place}]") for place, document in enumerate(documents)]
         laws = tuple(law for law in read if law is not None)

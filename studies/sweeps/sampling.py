@@ -4,12 +4,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from studies.quantities.findings import Finding, Findings, refusal, shown, unknown_keys
+from studies.quantities.parameters import Parameter
+from studies.quantities.units import readable, round_quantity
 from studies.sweeps.axes import Axis, AxisReader
 from studies.sweeps.search import read_end
-from studies.values.errors import Finding, Findings
-from studies.values.nearest import shown, unknown_keys
-from studies.values.parameters import Parameter
-from studies.values.quantities import readable, refusal, round_quantity
 
 LATIN, SOBOL = "latin-hypercube", "sobol"
 METHODS = (LATIN, SOBOL)

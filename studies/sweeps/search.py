@@ -17,10 +17,9 @@ from itertools import pairwise
 from typing import Any
 
 from studies import measurements
-from studies.values.errors import Finding, Findings
-from studies.values.nearest import nearest_cure, shown, unknown_keys
-from studies.values.parameters import Parameter, parse_value
-from studies.values.quantities import parse_quantity, readable, refusal, round_quantity
+from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
+from studies.quantities.parameters import Parameter, parse_value
+from studies.quantities.units import parse_quantity, readable, round_quantity
 
 KEYS = ("limit_of", "between", "tolerance")
 EXAMPLE = "write {limit_of: perforated, between: [150 m/s, 250 m/s]}"

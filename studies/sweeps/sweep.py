@@ -13,7 +13,12 @@ from studies import scenarios
 from studies.materials import Material
 from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
+from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.parameters import Value, declared
+from studies.quantities.recipes import FEW_PARTICLES
+from studies.quantities.units import round_quantity
 from studies.runs import run
+from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import Axis
 from studies.sweeps.reading import (
     MOST_PARTICLES,
@@ -27,14 +32,10 @@ from studies.sweeps.reading import (
 )
 from studies.sweeps.sampling import Sampling
 from studies.sweeps.search import LimitOutcome, SearchedLimit, replay
-from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import Value, declared
-from studies.values.quantities import round_quantity
-from studies.values.recipes import ACCURACY, FEW_PARTICLES
 
 if TYPE_CHECKING:
     from studies.laws import Shot
-    from studies.laws.fitted import FittedLaw
+    from studies.laws.fitting.fitted import FittedLaw
     from studies.sweeps.screening import Screen
 
 PARTICLES = "particles_per_cell"
@@ -86,6 +87,11 @@ class Sweep:
         preset = fields.pop("accuracy")
         sweep = Sweep(**fields)
         return sweep if preset is None else sweep.at_accuracy(preset)
+
+    @property
+    def definition(self) -> scenarios.Scenario:
+        """The scenario of that name."""
+        return scenarios.load(self.scenario)
 
     @property
     def refinements(self) -> tuple[Axis, ...]:
@@ -209,7 +215,7 @@ class Sweep:
         """The shot of each point, before it is refined; none where the scenario describes none."""
         from studies.laws import shot_from
 
-        defaults = declared(scenarios.load(self.scenario).parameters)
+        defaults = declared(self.definition.parameters)
         filled = {name: parameter.default for name, parameter in defaults.items()}
         for _, coordinates in self._points():
             values = {**self.fixed, **coordinates}
@@ -258,7 +264,7 @@ class Sweep:
 
     def roles(self) -> dict[str, tuple[str, ...]]:
         """The names of the materials that each material parameter takes."""
-        scenario = scenarios.load(self.scenario)
+        scenario = self.definition
         varied = {axis.name: axis.values for axis in self.axes}
         defaults = declared(scenario.parameters)
         return {
@@ -275,7 +281,7 @@ class Sweep:
         roles = self.roles()
         targets = roles.get("target") or tuple(name for names in roles.values() for name in names)
         families = {self.material(name).family for name in targets}
-        quantities = scenarios.load(self.scenario).measurements
+        quantities = self.definition.measurements
         return [
             each
             for each in compared_shots()
@@ -288,7 +294,7 @@ class Sweep:
         Raises ValueError where the scenario lacks the parameters that the preset sets, or the sweep sets them.
         """
         preset = ACCURACY[name]
-        record = scenarios.load(self.scenario).parameters
+        record = self.definition.parameters
         fixed = {name: value for name, value in self.fixed.items() if name not in self.by_accuracy}
         if self.searched and len(preset.resolutions) * preset.offsets > 1:
             raise ValueError(f"{self.name}: the preset {name} has several grids, a limit takes one")
@@ -331,10 +337,9 @@ class Sweep:
 
     def _materials_at(self, values: Mapping[str, Value]) -> dict[str, Material]:
         """The materials by role, with the constants among the values of a point."""
-        defaults = declared(scenarios.load(self.scenario).parameters)
+        defaults = declared(self.definition.parameters)
         materials = {
-            role: self.material(str(values.get(role, defaults[role].default)))
-            for role in scenarios.load(self.scenario).materials
+            role: self.material(str(values.get(role, defaults[role].default))) for role in self.definition.materials
         }
         for path, value in values.items():
             role, dot, constant = path.partition(".")
@@ -345,8 +350,7 @@ class Sweep:
 
     def _check_particles(self, resolved: "run.Run", materials: Mapping[str, Material]) -> None:
         """A run fits into a machine."""
-        scenario = scenarios.load(self.scenario)
-        particles = scenario.record(resolved.parameters).size(materials).particles
+        particles = self.definition.record(resolved.parameters).size(materials).particles
         if particles > self.max_particles:
             count = f"about {particles:.2g} particles"
             limit = f"at most {self.max_particles:.12g} in a run"

@@ -11,8 +11,8 @@ from solver.errors import ProblemError
 from studies.cases import verification
 from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative, reported
 from studies.cases.verification import VerificationCase
-from studies.values.errors import InvalidInput
-from studies.values.recipes import Recipe
+from studies.quantities.findings import InvalidInput
+from studies.quantities.recipes import Recipe
 
 NAN = math.nan
 

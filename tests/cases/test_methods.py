@@ -11,9 +11,9 @@ import pytest
 from studies.cases import validation
 from studies.cases.compared import ComparedReading
 from studies.cubes import cube
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
-from studies.values.results import ENERGY_DRIFT_LIMIT
 from tests.benchmarks import figures
 from tests.benchmarks.measure import BARS
 from tests.rows import Row, at_most, equal

@@ -13,9 +13,9 @@ import pytest
 from studies import materials
 from studies.reports.limits import fitted_curve
 from studies.runs.execution import execute
+from studies.runs.results import RunResult
 from studies.runs.run import resolve
 from studies.sweeps.search import LimitOutcome, Search, SearchVerdict, replay
-from studies.values.results import RunResult
 from tests.rows import Row, at_most, equal, relative
 
 DIAMETER = 20e-3  # m

@@ -16,8 +16,8 @@ import pytest
 from studies import materials
 from studies.cases.verification.conservation import CELLS_PER_DIAMETER
 from studies.runs.execution import execute
+from studies.runs.results import RunResult
 from studies.runs.run import resolve
-from studies.values.results import RunResult
 from tests.rows import Row, equal
 
 MEASURED_SHARE = 0.98

@@ -13,9 +13,10 @@ import numpy as np
 import pytest
 
 from studies import materials, scenarios
+from studies.quantities.measured import Measured
 from studies.runs.execution import execute
+from studies.runs.results import RunResult
 from studies.runs.run import resolve
-from studies.values.results import Measured, RunResult
 from tests.cases.test_robustness import COARSE, ORDINARY_SPEEDS, WORKERS, draws
 from tests.rows import Row, at_least, at_most
 

@@ -13,7 +13,7 @@ import pytest
 from service.cli.validation import STORE, selected, validated
 from service.settings import Settings
 from studies.cases import validation
-from studies.cases.validation import Level
+from studies.cases.validation import ValidationLevel
 from studies.cubes import cube
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
@@ -32,7 +32,7 @@ def _unwatched(name: str) -> Iterator:
     yield lambda status: None
 
 
-def _rows(names: Sequence[str], level: Level, folder: Path) -> Iterator[Row]:
+def _rows(names: Sequence[str], level: ValidationLevel, folder: Path) -> Iterator[Row]:
     settings = Settings(data=folder / STORE)
     for each in validated(selected(names, level), level, folder, settings, _unwatched):
         yield each.row

@@ -12,9 +12,9 @@ from solver.simulation import start
 from solver.units import Described
 from studies import scenarios
 from studies.cases.rows import Row, equal
+from studies.quantities.findings import InvalidInput
+from studies.quantities.parameters import Parameter, declared, marks
 from studies.runs.run import Run
-from studies.values.errors import InvalidInput
-from studies.values.parameters import Parameter, declared, marks
 from tests.contracts.test_scenarios import asked, built, given_of
 
 STEPS = 12

@@ -12,9 +12,9 @@ import pytest
 from solver.audit import Audit
 from solver.simulation import start
 from studies import materials, measurements, scenarios
+from studies.quantities.parameters import declared
 from studies.runs.run import Run, materials_of, resolve
 from studies.scenarios import Scenario, Setting, SetUp
-from studies.values.parameters import declared
 from tests.studies.support.decks import appendix_deck, detonation_deck, fluid_deck, soil_deck
 
 DIAMETER, CELLS = 8e-3, 4.0

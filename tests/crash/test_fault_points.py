@@ -18,7 +18,7 @@ import yaml
 from service.files.artifacts import Artifacts, digest
 from service.records.jobs import Kind, State, SweepState, SweepStatus
 from service.store import Store
-from studies.values.files import RESULT
+from studies.quantities.files import RESULT
 from tests.crash.support import inline_service, inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.fault_points import POINTS, VARIABLE

@@ -14,7 +14,7 @@ from service.api.app import CACHE
 from service.files.artifacts import Artifacts, describe
 from service.records.jobs import Lease, Submission
 from service.store import Store
-from studies.values.files import RESULT
+from studies.quantities.files import RESULT
 from tests.crash.support.inspection import damaged, differences, half_files
 from tests.service.support.fakes import sweep_of
 from tests.service.support.rows import lease_runs, result

@@ -146,7 +146,7 @@ SWEEP = """
 import sys
 from functools import partial
 from service.cli import local
-from service.records.timings import Timings
+from service.workers.timings import Timings
 local.start_engine = partial(local.start_engine, timings=Timings(last_verification_wait=60.0))
 local.run_sweep(sys.argv[1], sys.argv[2])
 """

@@ -20,7 +20,7 @@ import xarray as xr
 
 from service.records.jobs import Cause, StoreUnavailable
 from service.store import Store
-from studies.values.files import write_text
+from studies.quantities.files import write_text
 from tests.claims.marked import in_full
 from tests.crash.support import inspection
 from tests.crash.support.altered_serve import BRIEF

@@ -12,7 +12,7 @@ from solver.fem.mesh import lattice, node_masses
 from solver.problem import Body, Face, Problem, Smoothing
 from solver.simulation import simulate, start
 from solver.sph.smoothing import CubicSpline
-from tests.solver.bodies import DENSITY, FREE, OPEN, SPACING, assert_balanced, box, elastic_copper
+from tests.solver.bodies import DENSITY, FREE, OPEN, SPACING, box, elastic_copper
 
 CELLS = 4
 LINE = (CELLS + np.arange(CELLS + 1)) * SPACING
@@ -63,7 +63,8 @@ def test_particles_fixed_to_nodes_move_with_them() -> None:
 
 def test_momentum_is_kept_to_round_off_and_energy_to_the_error_of_two_readings() -> None:
     audit = simulate(bar(pressing)).audit
-    assert_balanced(audit)
+    assert audit.mass_error < 1e-12
+    assert audit.momentum_error < 1e-12
     assert abs(audit.energy_drift) < 0.02
 
 

@@ -24,7 +24,7 @@ from solver.problem import ArtificialViscosity
 from solver.simulation import start
 from studies.cases.solutions.detonation import TNT, Isentrope, chapman_jouguet
 from studies.cases.verification.chapman_jouguet import bar, explosive
-from studies.values.recipes import RECIPES
+from studies.quantities.recipes import RECIPES
 from tests.contracts.test_eos import made, pressure, shock
 from tests.contracts.test_strength import copper
 from tests.solver.bodies import DENSITY, MELT, ROOM, SOUND_SPEED, SPACING, elastic_copper, real_copper

@@ -11,7 +11,8 @@ from pydantic import BaseModel
 
 from service.api.schemas import CatalogueModel, Items, ScenarioModel
 from studies import laws, materials, scenarios
-from studies.values.recipes import ACCURACY, IMPACT_RECIPES, RECIPES
+from studies.quantities.recipes import IMPACT_RECIPES, RECIPES
+from studies.sweeps.accuracy import ACCURACY
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 

@@ -23,9 +23,8 @@ from service.queue import data_identity as identity
 from service.records.jobs import PRIORITIES, Keep, Submission
 from service.settings import Settings
 from service.store import Store
+from studies.quantities.findings import Finding, InvalidInput, shown
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import shown
 
 LONGEST_BODY = 4 * 1024 * 1024  # bytes; ten thousand observations take about one million
 LONGEST_CHANGE = 128 * 1024  # bytes; a change is one number

@@ -10,8 +10,7 @@ from service.api.event_streams import EventSubject, Listener, queue_subject, run
 from service.api.routes.dependencies import AppEventStreams, AppStore, Cursor, PageLimit, RunId, SweepId, link_next
 from service.api.schemas import EventModel, PageOf
 from service.records.jobs import Event
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import shown
+from studies.quantities.findings import Finding, InvalidInput, shown
 
 router = APIRouter(prefix="/v1", tags=["events"])
 

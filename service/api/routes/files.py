@@ -12,7 +12,7 @@ from service.api.routes.dependencies import AppArtifacts, AppPartialCubes, AppSt
 from service.files.artifacts import Artifacts
 from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
-from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV
+from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
 

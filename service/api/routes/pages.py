@@ -18,8 +18,8 @@ from service.api.routes.dependencies import AppArtifacts, AppStore, SweepId
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
 from service.records.jobs import Stored
-from studies.values.files import REPORT_JSON
-from studies.values.formats import duration
+from studies.quantities.display import duration
+from studies.quantities.files import REPORT_JSON
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 # Open to callers without a key, because problem documents point there.

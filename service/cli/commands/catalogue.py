@@ -138,7 +138,7 @@ def _default(parameter: Description) -> str:
 
 def _value(quantity: Description) -> str:
     """A value with its unit, as a sweep document writes it."""
-    from studies.values.quantities import readable
+    from studies.quantities.units import readable
 
     value, unit = quantity["value"], quantity["unit"]
     if isinstance(value, bool):

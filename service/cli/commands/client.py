@@ -27,8 +27,8 @@ from service.cli.commands.options import (
     document_of,
     folder_of,
 )
-from studies.values.errors import Finding, InvalidInput
-from studies.values.formats import escaped
+from studies.quantities.display import escaped
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.client.client import SweepHandle, SweepStatus

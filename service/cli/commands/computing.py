@@ -25,7 +25,7 @@ from service.cli.commands.options import (
     settings_of,
 )
 from solver.errors import WhippleError
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.workers.warm import WarmProcess

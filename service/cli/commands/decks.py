@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from service.cli.commands.options import Json, Threads, folder_of
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from studies.decks.deck import Deck

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands.options import Json
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from studies.fits.fit import FittedForm
@@ -49,8 +49,8 @@ def fit(
     from service.cli.console import print_json
     from studies.fits.fit import as_json as plain
     from studies.fits.fit import fits_of, forms_of
-    from studies.laws.forms import FORMS
-    from studies.values.nearest import nearest_cure
+    from studies.laws.fitting.forms import FORMS
+    from studies.quantities.findings import nearest_cure
 
     fitted = []
     for measured in _measured(source, quantity, at or []):
@@ -121,7 +121,7 @@ def surrogate(
 
 def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
     from service.cli.console import print_table
-    from studies.values.formats import display_of, with_unit
+    from studies.quantities.display import display_of, with_unit
 
     runs, left = made.runs, made.left_out
     shown = display_of(runs.unit)
@@ -158,7 +158,7 @@ def _index(index: "SobolIndex") -> str:
 
 
 def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]) -> None:
-    from studies.values.formats import display_of
+    from studies.quantities.display import display_of
 
     shown = display_of(made.runs.unit)
     value, interval = (float(each[0]) * shown.factor for each in (prediction.values, prediction.intervals))
@@ -170,7 +170,7 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
     from studies.fits.measured import of_cube, of_table, open_cube, quantities_of
-    from studies.laws.forms import SIZES
+    from studies.laws.fitting.forms import SIZES
 
     if source.endswith(".csv") or (source in observations.names() and not Path(source).exists()):
         every = list(of_table(source, SIZES))
@@ -198,7 +198,7 @@ def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
 def _print_fits(fits: "list[FittedForm]") -> None:
     from service.cli.console import print_table
     from studies.fits.fit import compared, verdicts
-    from studies.laws.forms import dimension_of
+    from studies.laws.fitting.forms import dimension_of
 
     measured = fits[0].measured
     weights = "weighted by their uncertainties" if measured.errors is not None else "equal weights"

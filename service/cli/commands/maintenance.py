@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands.options import FAILURE, SOME_FAILED, SUCCESS, Data, DatabaseUrl, Json, settings_of
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from datetime import timedelta

@@ -7,10 +7,10 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands.options import FAILURE, SUCCESS, Json, Threads, folder_of, settings_of
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from studies.cases.validation import Level
+    from studies.cases.validation import ValidationLevel
 
 app = typer.Typer()
 
@@ -67,7 +67,7 @@ def validate(
     raise typer.Exit(FAILURE if failed or not rows else SUCCESS)
 
 
-def _level(text: str) -> "Level":
+def _level(text: str) -> "ValidationLevel":
     from studies.cases.validation import LEVELS
 
     for level in LEVELS:

@@ -8,10 +8,10 @@ from typing import Any
 
 from solver.errors import WhippleError
 from studies.materials import load
+from studies.quantities.recipes import Recipe
 from studies.runs.execution import execute
+from studies.runs.results import RunResult
 from studies.runs.run import resolve
-from studies.values.recipes import Recipe
-from studies.values.results import RunResult
 
 
 def executed(

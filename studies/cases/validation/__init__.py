@@ -24,15 +24,14 @@ from solver.registry import entries
 from studies import observations, scenarios
 from studies.cases.rows import Row
 from studies.observations import Observation
+from studies.quantities.findings import nearest_cure, refusal
 from studies.sweeps.reading import vocabulary
-from studies.values.nearest import nearest_cure
-from studies.values.quantities import refusal
 
 if TYPE_CHECKING:
     import xarray as xr
 
-Level = Literal["quick", "thesis", "fine"]
-LEVELS: tuple[Level, ...] = get_args(Level)
+ValidationLevel = Literal["quick", "thesis", "fine"]
+LEVELS: tuple[ValidationLevel, ...] = get_args(ValidationLevel)
 Cubes = Mapping[str, "xr.Dataset"]  # by the names of a case's sweeps
 
 
@@ -81,11 +80,11 @@ class ValidationCase:
     name: str
     says: str  # the sentence that its rows prove
     source: str
-    sweeps: Callable[[Level], Mapping[str, Mapping[str, Any]]]  # documents by name
-    rows: Callable[[Level, Cubes], Iterable[Row]]
+    sweeps: Callable[[ValidationLevel], Mapping[str, Mapping[str, Any]]]  # documents by name
+    rows: Callable[[ValidationLevel, Cubes], Iterable[Row]]
     pictures: Callable[[Cubes], Iterable[Picture]] = lambda cubes: ()
 
-    def documents(self, level: Level) -> dict[str, dict[str, Any]]:
+    def documents(self, level: ValidationLevel) -> dict[str, dict[str, Any]]:
         """Its sweeps by name, each with its own name in the document."""
         return {name: {"name": name, **document} for name, document in self.sweeps(level).items()}
 

@@ -9,7 +9,7 @@ from typing import Any
 
 from studies.cases.compared import ComparedReading
 from studies.cases.rows import Row, relative
-from studies.cases.validation import Cubes, Level, Line, Picture, ValidationCase
+from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel
 from studies.laws.maiden_al import hole_ratio
 
 DIAMETER = 10.0  # mm
@@ -23,7 +23,7 @@ QUICK = 16  # the least that a projectile is resolved with
 SHARE, FROM = 0.15, 5e3
 
 
-def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     quick = level == "quick"
     thicknesses, speeds = (THICKNESSES[1:], SPEEDS[1:]) if quick else (THICKNESSES, SPEEDS)
     return {
@@ -40,7 +40,7 @@ def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     cube = cubes["holes"]
     for thickness in cube.plate_thickness.values:
         for speed in cube.speed.values:

@@ -21,10 +21,18 @@ import numpy as np
 
 from studies.cases.compared import ComparedReading, against, compared, energy_line, grids_of, kinetic_energy
 from studies.cases.rows import Row, at_most, reported
-from studies.cases.validation import Cubes, Level, Picture, PublishedNumber, ValidationCase, numbers_of, of_observations
+from studies.cases.validation import (
+    Cubes,
+    Picture,
+    PublishedNumber,
+    ValidationCase,
+    ValidationLevel,
+    numbers_of,
+    of_observations,
+)
 from studies.fits.fit import fit, forms_of
 from studies.fits.measured import MeasuredShots, of_table
-from studies.values.quantities import round_quantity
+from studies.quantities.units import round_quantity
 
 CELL = 1e-3  # m, of the thesis
 MESH = "cells of 1 mm"
@@ -42,7 +50,7 @@ FIXED = {
 REFINED = (1.0, 2.0, 4.0)  # of the fine level, cells of the thesis over the cells
 
 
-def _craters(level: Level, diameter: float, end_time: str, **fixed: Any) -> dict[str, Any]:
+def _craters(level: ValidationLevel, diameter: float, end_time: str, **fixed: Any) -> dict[str, Any]:
     """Parameters and resolutions of a crater at a level: a body of revolution, or the thesis' half model."""
     cells = diameter / CELL
     return {
@@ -70,14 +78,14 @@ RISE = 1e-9  # of the kinetic energy, over the initial one: round-off of its sum
 CONTACTS = {"none": "no contact", "bardenhagen": "contact", "thesis": "contact by the printed criterion"}
 
 
-def _contact_sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
+def _contact_sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     crater = _craters(level, SPHERE, "32 us", speed="6 km/s")
     title = "Crater of a copper sphere of 0.5 g at 6 km/s: Ma (2005), Table 3.3"
     contacts = list(CONTACTS)[:2] if level == "quick" else list(CONTACTS)
     return {"contact": {"title": title, "axes": {"contact": contacts}, **crater}}
 
 
-def _contact_rows(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _contact_rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     cube, numbers = cubes["contact"], numbers_of("table_3_3", "thick_plate")
     contacts = {str(contact): CONTACTS[str(contact)] for contact in cube.contact.values}
     mesh = (round_quantity(SPHERE / CELL), MESH)
@@ -124,7 +132,7 @@ WITHIN = {"crater_depth": 2.0, "crater_diameter": 3.0}  # mm
 FORMS = ("linear", "power")
 
 
-def _speed_sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
+def _speed_sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     shape = {"projectile_shape": "cylinder", "projectile_length": "4 mm"}
     crater = _craters(level, CYLINDER, "45 us", **shape)
     speeds = [f"{speed} km/s" for speed in (4, 5, 6, 7)]
@@ -136,7 +144,7 @@ def _numbers() -> list[PublishedNumber]:
     return of_observations("craters-thesis", "thick_plate", THESIS)
 
 
-def _speed_rows(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _speed_rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     cube, numbers = cubes["craters"], _numbers()
     for name, within in WITHIN.items():
         for speed in cube.speed.values:

@@ -6,7 +6,7 @@ from typing import Any
 
 from studies.cases.compared import ComparedReading, against, grids_of
 from studies.cases.rows import Row, at_most
-from studies.cases.validation import Cubes, Level, Picture, ValidationCase
+from studies.cases.validation import Cubes, Picture, ValidationCase, ValidationLevel
 
 DIAMETER = 8e-3  # m
 DENSITY = 8930.0  # kg/m3
@@ -20,7 +20,7 @@ PHOTOGRAPH = "photograph"
 SHAPES = ("cloud_length_over_diameter", "cloud_radius", "rear_velocity", "melted_share_behind")
 
 
-def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     copper = {"projectile": "copper-ofhc", "target": "copper-ofhc"}
     speeds = (2, 6) if level == "quick" else (2, 4, 6, 8)
     plates = {"speeds": ("2 mm", [f"{speed} km/s" for speed in speeds]), PHOTOGRAPH: ("3 mm", ["6.6 km/s"])}
@@ -38,7 +38,7 @@ def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     for name, cube in cubes.items():
         plate = f"plate of {1e3 * float(cube.plate_thickness):g} mm"
         for speed in cube.speed.values:

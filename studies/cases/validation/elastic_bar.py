@@ -13,7 +13,7 @@ import numpy as np
 from studies.cases.compared import ComparedReading, energy_line, grids_of
 from studies.cases.rows import Row, at_most, relative, reported
 from studies.cases.solutions.waves import Isotropic
-from studies.cases.validation import Cubes, Level, Picture, ValidationCase
+from studies.cases.validation import Cubes, Picture, ValidationCase, ValidationLevel
 
 LENGTH = 10e-3  # m; the set-up is the scenario's own default: Ma (2005), section 2.3.1
 BAR = Isotropic(8900.0, 100e9, 0.3)
@@ -33,7 +33,7 @@ ENERGIES = {
 }
 
 
-def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     sweeps = {
         geometry: _sweep(geometry, cells if level == "fine" else (THESIS,)) for geometry, cells in GEOMETRIES.items()
     }
@@ -50,7 +50,7 @@ def _sweep(geometry: str, cells: tuple[float, ...], **fixed: Any) -> Mapping[str
     }
 
 
-def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     for name, cube in cubes.items():
         is_gated = name != OWN_NUMERICS
         for cells, run in grids_of(cube):

@@ -16,12 +16,12 @@ import numpy as np
 from studies import laws
 from studies.cases.compared import ComparedReading
 from studies.cases.rows import Row, equal, reported
-from studies.cases.validation import Cubes, Level, Line, Picture, ValidationCase
+from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel
 from studies.cubes.points import points_of
+from studies.quantities.display import decimals, signed
 from studies.reports.verdict import of_law, texts
 from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint, Subject, evidence_of
 from studies.reports.verdict.trends import Slope, trend_of
-from studies.values.formats import decimals, signed
 
 QUANTITY = "hole_diameter"
 DIAMETER = 8e-3  # m
@@ -59,7 +59,7 @@ class HoleSeries:
         return [ComparedReading(cube, QUANTITY, {"speed": speed}) for cube, speed in sorted(places, key=itemgetter(1))]
 
 
-def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     if level == "quick":
         return {f"copper-{r:g}": _sweep("copper", r, v, THROUGH[:1]) for r, v in QUICK.items()}
     sweeps = {}
@@ -98,7 +98,7 @@ def _series(cubes: Cubes, material: str) -> list[HoleSeries]:
     return [HoleSeries(material, ratio, tuple(own)) for ratio, own in by_ratio.items()]
 
 
-def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     for material in MATERIALS:
         series = _series(cubes, material)
         if not series:

@@ -11,14 +11,14 @@ from typing import Any
 
 from studies.cases.compared import ComparedReading, against, compared
 from studies.cases.rows import Row
-from studies.cases.validation import Cubes, Level, Picture, ValidationCase, numbers_of
+from studies.cases.validation import Cubes, Picture, ValidationCase, ValidationLevel, numbers_of
 
 QUANTITY = "melted_share_projectile"
 SPEEDS, THICKNESSES = (6, 8, 10), (1, 2, 5)  # km/s; mm, of a sphere of 10 mm
 FINE, QUICK = [20, 30, 45], 10
 
 
-def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     thicknesses = THICKNESSES[1:2] if level == "quick" else THICKNESSES
     return {
         "melt": {
@@ -34,7 +34,7 @@ def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     cube, numbers = cubes["melt"], numbers_of("melted_projectile", "debris_cloud")
     for thickness in cube.plate_thickness.values:
         shares = []

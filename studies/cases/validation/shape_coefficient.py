@@ -14,7 +14,7 @@ import numpy as np
 
 from studies.cases.compared import ComparedReading
 from studies.cases.rows import Row
-from studies.cases.validation import Cubes, Level, Line, Picture, ValidationCase, numbers_of
+from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel, numbers_of
 
 QUANTITY = "crater_depth_over_diameter"
 DEEP, LIKE, SHALLOW = "steel-on-aluminium", "copper-on-copper", "aluminium-on-steel"
@@ -29,7 +29,7 @@ CELLS = {"quick": 5, "thesis": 9, "fine": [6, 9, 13.5]}
 SMALL_BLOCK = {"target_depth": "30 mm", "target_radius": "25 mm"}
 
 
-def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     speeds = QUICK if level == "quick" else SPEEDS
     points = [(*pair, f"{speed} km/s") for pair in PAIRS.values() for speed in speeds]
     projectiles, targets, every_speed = (list(column) for column in zip(*points, strict=True))
@@ -56,7 +56,7 @@ def _readings(cube: Any, name: str) -> list[ComparedReading]:
     return [ComparedReading(cube, QUANTITY, {**pair, "speed": float(speed)}) for speed in np.unique(cube.speed.values)]
 
 
-def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     readings = {name: _readings(cubes["craters"], name) for name in PAIRS}
     shapes = {name: [each.best[0] for each in mine] for name, mine in readings.items()}
     deep, like, shallow = (shapes[name] for name in PAIRS)

@@ -6,7 +6,7 @@ from typing import Any
 
 from studies.cases.compared import ComparedReading, compared, grids_of
 from studies.cases.rows import Row, at_most, relative
-from studies.cases.validation import Cubes, Level, Line, Picture, ValidationCase, numbers_of
+from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel, numbers_of
 
 MATERIAL = "copper-thesis-taylor"
 # Ma (2005), Table 2.2, experiment of Johnson and Holmquist (1988): length, mushroom, width at 0.2 L, m.
@@ -29,7 +29,7 @@ ERRORS = {"FEM": 0.008, "MPM3D": 0.011}
 STEPS = {"FEM": 4657, "MPM3D": 408}
 
 
-def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     return {
         geometry: {
             "title": f"Taylor bar of copper at 190 m/s, {geometry}: Ma (2005), Table 2.2",
@@ -47,7 +47,7 @@ def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     numbers = numbers_of("taylor_bar", "taylor_bar")
     for geometry, cube in cubes.items():
         for name in MEASURED:
@@ -65,7 +65,7 @@ def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
         yield from _agreement(level, cubes)
 
 
-def _agreement(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _agreement(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     """The body of revolution against three dimensions, on the grids of both."""
     common = set.intersection(*map(set, GRIDS.values())) if level == "fine" else {THESIS}
     for cells in sorted(common):

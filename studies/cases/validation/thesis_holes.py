@@ -10,7 +10,7 @@ from typing import Any
 
 from studies.cases.compared import ComparedReading, against
 from studies.cases.rows import Row
-from studies.cases.validation import Cubes, Level, Picture, ValidationCase, numbers_of
+from studies.cases.validation import Cubes, Picture, ValidationCase, ValidationLevel, numbers_of
 
 DIAMETER = 8.0  # mm
 THESIS = 8  # cells per diameter
@@ -18,7 +18,7 @@ FINE = [8, 16, 32, 64]
 A, B, C = "maiden_al", "zhang_tan", "strength_ln"
 
 
-def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
+def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
     return {
         "holes": {
             "title": "Holes in a copper plate: Ma (2005), section 3.1.1",
@@ -44,7 +44,7 @@ def _sweeps(level: Level) -> Mapping[str, Mapping[str, Any]]:
     }
 
 
-def _rows(level: Level, cubes: Cubes) -> Iterator[Row]:
+def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
     cube, numbers = cubes["holes"], numbers_of("thesis_holes", "thin_plate")
     for speed in cube.speed.values:
         hole = ComparedReading(cube, "hole_diameter", {"speed": float(speed)})

@@ -19,9 +19,8 @@ from functools import partial
 from solver.errors import WhippleError
 from solver.registry import entries
 from studies.cases.rows import Row, Verified, timed
-from studies.values.nearest import nearest_cure
-from studies.values.quantities import refusal
-from studies.values.recipes import RECIPES, Recipe
+from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.recipes import RECIPES, Recipe
 
 DEFAULT = RECIPES["whipple"]
 

@@ -23,8 +23,8 @@ from studies.cases.setups.matter import elastic
 from studies.cases.setups.runs import executed
 from studies.cases.solutions.waves import COPPER, strain_energy_density
 from studies.cases.verification import VerificationCase
-from studies.values.recipes import Recipe
-from studies.values.results import RunResult
+from studies.quantities.recipes import Recipe
+from studies.runs.results import RunResult
 
 # ---- pulse and burst -----------------------------------------------------------------------------
 

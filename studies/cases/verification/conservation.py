@@ -19,8 +19,8 @@ from studies.cases.setups.impacts import impact_setting
 from studies.cases.setups.matter import fluid
 from studies.cases.solutions.hugoniot import COPPER, shocked
 from studies.cases.verification import VerificationCase
-from studies.values.recipes import Recipe
-from studies.values.results import ENERGY_DRIFT_LIMIT
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT
+from studies.quantities.recipes import Recipe
 
 MATERIAL, RADIUS = "copper-ofhc", 28e-3  # m, of the plate
 

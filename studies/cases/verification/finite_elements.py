@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from studies.cases.rows import Row
 from studies.cases.verification import VerificationCase, elastic_waves, noh, patch, plate_impact, sod
-from studies.values.recipes import Recipe
+from studies.quantities.recipes import Recipe
 
 
 def _run(recipe: Recipe) -> Iterator[Row]:

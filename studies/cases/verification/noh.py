@@ -28,7 +28,7 @@ from studies.cases.setups.matter import gas
 from studies.cases.setups.methods import LINE, kept, meshed, smoothed
 from studies.cases.solutions.gas import NOH_GAMMA, Noh
 from studies.cases.verification import VerificationCase
-from studies.values.recipes import Recipe
+from studies.quantities.recipes import Recipe
 
 END_TIME = 0.6  # the front stands at 0.2, the outer edge at 0.4
 CELLS = 200  # in the initial radius of 1

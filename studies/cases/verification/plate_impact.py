@@ -35,7 +35,7 @@ from studies.cases.solutions.hugoniot import (
     shocked,
 )
 from studies.cases.verification import VerificationCase
-from studies.values.recipes import Recipe
+from studies.quantities.recipes import Recipe
 
 # Set before any run. Smooth shapes are held to their pressure; linear cells, whose particle density drifts where
 # particles cross cells, are reported.

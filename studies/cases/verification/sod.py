@@ -23,7 +23,7 @@ from studies.cases.setups.matter import gas
 from studies.cases.setups.methods import LINE, PLAIN, kept, meshed, smoothed
 from studies.cases.solutions.gas import SOD, SOD_GAMMA, riemann
 from studies.cases.verification import VerificationCase
-from studies.values.recipes import Recipe
+from studies.quantities.recipes import Recipe
 
 CELLS = (100, 200, 400)  # or elements, in a tube of length 1, coarse to fine
 PARTICLES = (200, 400, 800)  # the same

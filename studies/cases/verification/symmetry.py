@@ -35,7 +35,7 @@ from studies.cases.setups.impacts import (
 )
 from studies.cases.verification import VerificationCase
 from studies.measurements.impact.view import view
-from studies.values.recipes import Recipe
+from studies.quantities.recipes import Recipe
 
 SPEED = float(SMALL["speed"])
 

@@ -1,5 +1,4 @@
-"""An impact: its hole (``hole``) and its crater (``crater``), and the view of both (``view``)."""
+"""What holes, craters, clouds and plugs of an impact share: the view (``view``), edges of matter (``edges``), openings.
 
-from studies.measurements.impact import crater, hole
-
-MEASUREMENT = (*hole.MEASUREMENT, *crater.MEASUREMENT)
+``view`` makes the view of holes and craters of a snapshot; ``opening`` has sizes by radii in sectors of azimuth.
+"""

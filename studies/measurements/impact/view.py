@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import RESOLUTION_IN_CELLS
+from studies.measurements import OnGrid
 from studies.measurements.impact.edges import overlap
 
 SECTOR = math.radians(10.0)  # width of the sectors in which a three-dimensional hole is measured
@@ -19,7 +19,7 @@ MOUTH = 2.0  # cells below the original surface, in which the mouth of a crater 
 
 
 @dataclass(frozen=True, eq=False)
-class ImpactView:
+class ImpactView(OnGrid):
     """Living particles about the line of flight, and the numbers of the set-up.
 
     An oblique shot makes its hole beside the first touch: its particles stand about the middle of the hole. Matter
@@ -69,11 +69,6 @@ class ImpactView:
         }
         return replace(self, **arrays)
 
-    @property
-    def resolution(self) -> float:
-        """Standard uncertainty of a length that one run cannot see, m."""
-        return RESOLUTION_IN_CELLS * self.cell
-
 
 def view(setting: Any, snapshot: Any) -> ImpactView:
     """The view of a snapshot (``solver.state.Snapshot``) in a scenario's ``Setting``."""
@@ -91,7 +86,8 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
     rim = rim_of(setting, plane, position[:, axis], target)
     cell = _cells(problem.geometry, position)
     attached_target = _touching(problem.geometry, cell, target, rim)
-    centre, is_oblique = np.zeros(plane.shape[1]), _is_oblique(problem, axis)
+    centre = np.zeros(plane.shape[1])
+    is_oblique = any(np.delete(body.velocity, axis, axis=-1).any() for body in problem.bodies)
     if is_oblique:
         centre = _centre_of_opening(
             plane[attached_target],
@@ -182,7 +178,8 @@ def rim_of(setting: Any, plane: np.ndarray, depth: np.ndarray, target: np.ndarra
     A rim that nothing holds drifts: it stands where most of the target is that is so far out.
     """
     cell = setting.problem.geometry.spacing
-    far = target & (_from_axis(plane) > setting.radius - 2.0 * cell)
+    # A target has its half width from the axis if round, from the middle planes if square.
+    far = target & (np.abs(plane).max(axis=1) > setting.radius - 2.0 * cell)
     if not far.any():
         return far
     places = np.sort(depth[far])
@@ -190,17 +187,6 @@ def rim_of(setting: Any, plane: np.ndarray, depth: np.ndarray, target: np.ndarra
     inside = np.searchsorted(places, places + reach, side="right") - np.arange(places.size)
     front = places[np.argmax(inside)]
     return far & (depth >= front) & (depth <= front + reach)
-
-
-def _from_axis(plane: np.ndarray) -> np.ndarray:
-    """Distance in which a target has its half width: from the axis if round, from the middle planes if square."""
-    distance: np.ndarray = np.abs(plane).max(axis=1)
-    return distance
-
-
-def _is_oblique(problem: Any, axis: int) -> bool:
-    """Whether a body flies across the target's normal too."""
-    return any(np.delete(body.velocity, axis, axis=-1).any() for body in problem.bodies)
 
 
 def _sectors(setting: Any, plane: np.ndarray) -> tuple[np.ndarray, int]:

@@ -15,7 +15,7 @@ from markupsafe import Markup, escape
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from studies.values.formats import digits
+from studies.quantities.display import digits
 
 INK, SOFT, GREY, RULE, CRIMSON = "#1a1a1a", "#555555", "#8a8a8a", "#e4e4e4", "#a3003c"
 DPI = 192  # of a PNG
@@ -32,7 +32,7 @@ OF_PAGES = (
     (r"(\d\.\d{3})\d+", r"\1"),
     (r"image-rendering:[^;\"]*;?", ""),
 )
-STYLE = {
+STYLE: Any = {
     "font.family": "sans-serif",
     "font.sans-serif": ["Helvetica", "Arial", "Liberation Sans", "DejaVu Sans"],
     "font.size": 9.5,
@@ -68,7 +68,7 @@ STYLE = {
 }
 
 
-LINES: Mapping[str, Mapping[str, Any]] = {
+LINES: Mapping[str, dict[str, Any]] = {
     "plain": {"color": SOFT, "linewidth": 0.75},
     "scale": {"color": INK, "linewidth": 1.5},
     "flight": {"color": INK, "linewidth": 1.35},
@@ -107,7 +107,12 @@ def line(axes: Axes, kind: str, x: Sequence[float], y: Sequence[float]) -> None:
 def arrow(axes: Axes, kind: str, x: Sequence[float], y: Sequence[float], *, both: bool = True) -> None:
     """A line with a head at both ends, or at its end alone."""
     begin, end = zip(x, y, strict=True)
-    style = {"arrowstyle": "<|-|>" if both else "-|>", "shrinkA": 0.0, "shrinkB": 0.0, "mutation_scale": 8.0}
+    style: dict[str, Any] = {
+        "arrowstyle": "<|-|>" if both else "-|>",
+        "shrinkA": 0.0,
+        "shrinkB": 0.0,
+        "mutation_scale": 8.0,
+    }
     axes.annotate("", end, begin, arrowprops=style | LINES[kind])
 
 

@@ -7,12 +7,12 @@ from typing import Any
 
 from markupsafe import Markup
 
+from studies.quantities.files import write_atomically
 from studies.reports.drawing.canvas import as_file, as_svg, canvas, drawn_in_style
 from studies.reports.drawing.layout import WIDTHS, Grid, prepare
 from studies.reports.drawing.marks import Marks
 from studies.reports.drawing.styles import FLAGGED, styles_of
 from studies.reports.figures import Figure, Panel
-from studies.values.files import write_atomically
 
 PANELS = 6  # in one drawing of a page, so that it fits a sheet of A4
 MOST_LETTERS = 44  # in a line of the legend: as many as fit a telephone

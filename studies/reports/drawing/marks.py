@@ -9,11 +9,11 @@ from matplotlib.axes import Axes
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch
 
+from studies.quantities.display import digits, display_of
 from studies.reports.drawing.canvas import say
 from studies.reports.drawing.styles import FLAGGED, LOOKS, NO_MESH_ERROR, OUTSIDE, STYLES, WINDOW, Look, Style
 from studies.reports.figures import Figure, Series
 from studies.reports.view import Scale
-from studies.values.formats import digits, display_of, with_unit
 
 # points
 STROKE, THIN = 1.5, 1.0  # lines of laws, inside and outside of their range
@@ -39,7 +39,7 @@ class Marks:
         self.entries: dict[str, Any] = {}  # of the legend: what stands before each label
         every = [series for panel in figure.panels for series in panel.series]
         # Of the abscissa, where it has words: their places are its numbers.
-        self.words = list(dict.fromkeys(x for series in every for x in series.x)) if figure.x.unit is None else []
+        self.words = list(dict.fromkeys(str(x) for series in every for x in series.x)) if figure.x.unit is None else []
         self._ranged = {each.label for each in every if any(each.in_range) or each.kind not in ("law", "band")}
 
     def draw(self, axes: Axes, series: Series) -> None:
@@ -59,7 +59,7 @@ class Marks:
             axes.plot(x, y, style.dash, color=style.colour, linewidth=look.stroke, zorder=LINES)
         if any(series.uncertainty):
             bars = np.nan_to_num(scaled(series.uncertainty, self.figure.y))
-            line = {"ecolor": style.colour, "elinewidth": 0.9, "capsize": 2.0, "zorder": LINES}
+            line: dict[str, Any] = {"ecolor": style.colour, "elinewidth": 0.9, "capsize": 2.0, "zorder": LINES}
             axes.errorbar(x, y, bars, fmt="none", **line)
         if look.size:
             self._points(axes, series, style, look, x, y)
@@ -78,7 +78,7 @@ class Marks:
         filled = [not flag for flag in series.flagged] or series.in_range or [not style.is_open] * len(x)
         faces = [style.colour if each else "none" for each in filled]
         colours = {"color": style.colour} if style.marker == "x" else {"facecolors": faces, "edgecolors": style.colour}
-        size = {"s": look.size**2, "linewidths": look.ring, "clip_on": look.clipped, "zorder": POINTS}
+        size: dict[str, Any] = {"s": look.size**2, "linewidths": look.ring, "clip_on": look.clipped, "zorder": POINTS}
         say(axes.scatter(x, y, marker=style.marker, **colours, **size), self._texts(series))
 
     def _texts(self, series: Series) -> Iterator[str]:
@@ -126,7 +126,7 @@ class Marks:
     def _rings(self, axes: Axes, series: Series, x: np.ndarray, y: np.ndarray, doubted: Sequence[int]) -> None:
         """A ring about each flagged point, with its flags beside it."""
         colour = STYLES[FLAGGED].colour
-        look = {"facecolors": "none", "edgecolors": colour, "linewidths": RING_STROKE, "clip_on": False}
+        look: dict[str, Any] = {"facecolors": "none", "edgecolors": colour, "linewidths": RING_STROKE, "clip_on": False}
         axes.scatter(x[doubted], y[doubted], s=RING**2, zorder=RINGS, **look)
         self._enter(FLAGGED, _entry(STYLES[FLAGGED], stroke=0.0))
         if len(doubted) > MOST_LABELS or series.kind != "simulation":
@@ -154,7 +154,7 @@ class Marks:
             axes.fill_between(x[complete], low[complete], high[complete], color=style.colour, alpha=0.2, linewidth=0)
             for edge in (low, high):
                 _strokes(axes, x, edge, series.in_range, style)
-            handle = Patch(facecolor=(style.colour, 0.2), edgecolor=style.colour, linestyle=":" if dotted else "-")
+            handle: Any = Patch(facecolor=(style.colour, 0.2), edgecolor=style.colour, linestyle=":" if dotted else "-")
         else:
             axes.vlines(x[complete], low[complete], high[complete], color=style.colour, alpha=0.5, linewidth=BAND_BAR)
             handle = Line2D([], [], color=style.colour, alpha=0.5, linewidth=BAND_BAR)
@@ -163,23 +163,23 @@ class Marks:
             self._name_outside()
 
 
-def _read(value: float, scale: Scale, bar: float | None = None) -> str:
-    """A number of an axis with its unit and its bar: "5.31 ± 0.12 km/s"."""
-    factor = display_of(scale.unit).factor
-    return with_unit(" ± ".join(digits(each * factor) for each in (value, bar) if each), "1") + (
-        f" {display_of(scale.unit).unit}".rstrip()
-    )
+def _read(value: float | None, scale: Scale, bar: float | None = None) -> str:
+    """A number of an axis with its bar and its unit: "5.31 ± 0.12 km/s"."""
+    display = display_of(scale.unit)
+    numbers = [digits(each * display.factor) for each in (value, bar) if each is not None]
+    return f"{' ± '.join(numbers)} {display.unit}".rstrip()
 
 
 def _entry(style: Style, *, stroke: float, marked: bool = True, dotted: bool = False) -> Line2D:
     """How a label looks, inside its range or (open, dotted) outside."""
     is_open = style.is_open or dotted
+    dash: Any = (":" if dotted else style.dash) if stroke else "none"
     return Line2D(
         [],
         [],
         color=style.colour,
         linewidth=stroke,
-        linestyle=(":" if dotted else style.dash) if stroke else "none",
+        linestyle=dash,
         marker=style.marker if marked else "none",
         markersize=5.3,
         markeredgewidth=1.0,

@@ -15,10 +15,10 @@ from matplotlib.axes import Axes
 
 from studies.films.radiograph import AREAL_DENSITY
 from studies.films.section import Sections, read_sections
+from studies.quantities.display import digits, display_of, printed, printed_in
 from studies.reports.drawing.canvas import arrow, as_svg, canvas, drawn_in_style, line, number, write
 from studies.reports.drawing.pixels import coloured, colours, in_radiograph, nearest
 from studies.reports.pictures import Frame
-from studies.values.formats import digits, display_of, printed, printed_in
 
 # points
 FULL, THUMBNAIL, SMALL = 330.0, 180.0, 87.0  # width; small: of debris in the card of a run
@@ -130,7 +130,12 @@ def colour_keys(pictures: Sequence[Mapping[str, Any]]) -> Markup:
             _bar(axes, picture, (*picture["limits"], 0.0, 1.0), np.linspace(0.0, 1.0, SHADES)[None])
             axes.set_axis_off()
             drawing.text(0.0, 1.0, f"{scene}: {_labelled(picture)}", va="top", size=9.0)
-            place = {"textcoords": "offset points", "xycoords": "axes fraction", "va": "center", "size": 9.0}
+            place: dict[str, Any] = {
+                "textcoords": "offset points",
+                "xycoords": "axes fraction",
+                "va": "center",
+                "size": 9.0,
+            }
             axes.annotate(low, (0.0, 0.5), (-3.0, 0.0), ha="right", **place)
             axes.annotate(high, (1.0, 0.5), (3.0, 0.0), ha="left", **place)
             alt = f"Colours {scene}: {picture['label']} from {low} to {high}"
@@ -178,7 +183,7 @@ def _lengths(axes: Axes, picture: Mapping[str, Any], frame: Frame, point: float)
         write(axes, "measured", middle + LABEL_AT * point, 0.5 * end, _millimetres(length["value"]), "left")
 
 
-def _bar(axes: Axes, picture: Mapping[str, Any], extent: Sequence[float], shades: np.ndarray) -> None:
+def _bar(axes: Axes, picture: Mapping[str, Any], extent: tuple[float, float, float, float], shades: np.ndarray) -> None:
     """The colours of a field between its limits, in the units that people read."""
     axes.grid(visible=False)
     axes.imshow(shades, cmap=colours(picture["field"]), extent=extent, aspect="auto", interpolation="none")

@@ -65,7 +65,12 @@ def _shape(axes: Axes, shape: Mapping[str, Any], place: Placing, sign: float, do
     (x, right), (y, bottom) = (sorted(ends) for ends in zip(*corners, strict=True))
     wide, tall, middle = right - x, bottom - y, 0.5 * (x + right)
     colours = (WALL, SOFT) if shape["body"] == "wall" else (BODY, INK)
-    look = {"facecolor": colours[0], "edgecolor": colours[1], "linewidth": 0.9, "gid": f"kind:{shape['body']}"}
+    look: dict[str, Any] = {
+        "facecolor": colours[0],
+        "edgecolor": colours[1],
+        "linewidth": 0.9,
+        "gid": f"kind:{shape['body']}",
+    }
     is_disc = shape["is_disc"]
     axes.add_patch(
         Ellipse((middle, y + 0.5 * wide), wide, wide, **look) if is_disc else Rectangle((x, y), wide, tall, **look)

@@ -15,7 +15,7 @@ from studies.cubes.points import Place
 from studies.cubes.reading import finite
 from studies.laws import OTHER_MATERIAL
 from studies.reports.verdict import summary, texts
-from studies.reports.verdict.bands import Band, Value, bands_of
+from studies.reports.verdict.bands import Band, BandValue, bands_of
 from studies.reports.verdict.evidence import AxisOfSweep, Evidence, JudgedPoint, Reference, StatedWord, Subject, beside
 from studies.reports.verdict.trends import Exponent, Trend, exponents_of, is_uneven, trend_of
 
@@ -30,7 +30,7 @@ class StatedBand:
     where: str  # "from 6 km/s"
     says: str  # "numerically to 6 %"
     abscissa: str
-    values: tuple[Value, ...]  # of the abscissa, SI
+    values: tuple[BandValue, ...]  # of the abscissa, SI
     slices: tuple[Place, ...]  # values of the other axes; empty for all
     points: int
     judged: int

@@ -18,8 +18,8 @@ from studies.laws import CAVEATS, DRAWN_ONLY, FITTED, NO_RANGE
 from studies.reports.matched import BEYOND_AXES, ELSEWHERE, MatchedObservation, interpolate
 
 Reference = Literal["simulation", "observation"]
-State = Literal["judged", "outside", "unjudged"]
-Word = Literal["close", "agrees", "under", "over", "outside", "unjudged"]  # for a point
+JudgedState = Literal["judged", "outside", "unjudged"]
+AgreementWord = Literal["close", "agrees", "under", "over", "outside", "unjudged"]  # for a point
 # For a band: "trusted" where all points are close and inside their joint uncertainty, which is a test; else "within".
 # Beside a simulation, whose models are no nearer to nature for that, "numerically" stands in place of "trusted".
 StatedWord = Literal["trusted", "numerically", "within", "agrees", "under", "over", "outside", "unjudged"]
@@ -85,13 +85,13 @@ class JudgedPoint:
         return 0.0 if math.isnan(self.uncertainty) else self.uncertainty
 
     @property
-    def state(self) -> State:
+    def state(self) -> JudgedState:
         if self.outside:
             return "outside"
         return "unjudged" if self.unjudged else "judged"
 
     @property
-    def word(self) -> Word:
+    def word(self) -> AgreementWord:
         """How the law does here."""
         if self.state != "judged":
             return self.state

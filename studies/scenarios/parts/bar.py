@@ -11,13 +11,13 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from solver.units import Described
+from studies.quantities.findings import Finding
 from studies.scenarios import Setting, SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, along_flight, body, flight_axis, lattice, mesh, points
 from studies.scenarios.parts.loading import Loading
 from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_coupled, is_meshed
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
-from studies.values.errors import Finding
 
 if TYPE_CHECKING:
     import numpy as np

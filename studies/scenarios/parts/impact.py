@@ -12,6 +12,8 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
+from studies.quantities.findings import Finding
+from studies.quantities.recipes import FEW_PARTICLES, RECIPES
 from studies.scenarios import Materials, ObservationRate, Setting, SetUp, Size
 from studies.scenarios.parts.lattice import (
     SECTORS,
@@ -28,8 +30,6 @@ from studies.scenarios.parts.method import ON_GRID, MethodChoice
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 from studies.scenarios.parts.shot import UPRIGHT, Angles, ImpactShot, Settling
-from studies.values.errors import Finding
-from studies.values.recipes import FEW_PARTICLES, RECIPES
 
 if TYPE_CHECKING:
     import numpy as np
@@ -325,7 +325,7 @@ class SettlingImpact(ImpactSetUp):
         moments = tuple(moment * max(shot.projectile_diameter, shot.length) / shot.speed for moment in MOMENTS)
         return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
 
-    def parts(self, measurement: str) -> Mapping[str, float]:
+    def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
         """The part that a low number of particles leaves; none for other shapes, of which nobody measured it."""
         shot, own, default = self.impact.shot, self.impact.numerics.choices, RECIPES["whipple"]
         few = own.particles_per_cell <= FEW_PARTICLES < default.particles_per_cell

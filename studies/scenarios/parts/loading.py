@@ -12,9 +12,9 @@ from itertools import pairwise
 from typing import Annotated, Any, Self
 
 from solver.units import Described, MetrePerSecondSquared, Pascal
-from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import LongText
-from studies.values.quantities import exact_number, parse_quantity, readable, refusal, round_quantity
+from studies.quantities.findings import Finding, InvalidInput, refusal
+from studies.quantities.parameters import LongText
+from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
 
 FASTEST = 0.3  # of the wave speed: the strain at which matter moves so fast is no small one
 # Nodes within two cells of the end carry the pressure (``solver.grid.loads.REACH``), and those of the other end lie

@@ -12,11 +12,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 from solver.registry import entries
 from solver.units import Described, FromMaterial, Unit, marked
 from studies.materials.schema import OPTIONAL, acting_eos, models
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice, declared
+from studies.quantities.units import readable
 from studies.scenarios import Materials
 from studies.scenarios.parts.numerics import tensions
-from studies.values.errors import Finding
-from studies.values.parameters import Choice, declared
-from studies.values.quantities import readable
 
 if TYPE_CHECKING:
     from solver.matter.laws import Matter

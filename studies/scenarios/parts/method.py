@@ -5,8 +5,8 @@ from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 from solver.units import Described, Dimensionless
-from studies.values.errors import Finding
-from studies.values.parameters import flat
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import flat
 
 # Spacings within which particles of two solids repel each other: ``solver.sph.contact``.
 REPULSION = 1.5

@@ -6,12 +6,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self, TypeVar
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, PerSecond, Second, marked
+from studies.quantities.files import MOST_FRAMES
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice
+from studies.quantities.recipes import FEW_PARTICLES, RECIPES, Recipe, RecipeName, SchemeName, StepRuleName
+from studies.quantities.units import readable, round_quantity
 from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_on_grid, is_smoothed
-from studies.values.errors import Finding
-from studies.values.files import MOST_FRAMES
-from studies.values.parameters import Choice
-from studies.values.quantities import readable, round_quantity
-from studies.values.recipes import FEW_PARTICLES, RECIPES, Recipe, RecipeName, SchemeName, StepRuleName
 
 if TYPE_CHECKING:
     from solver.problem import ArtificialViscosity, Smoothing
@@ -65,7 +65,7 @@ def _states(material: Mapping[str, Any], path: str) -> bool:
 class Numerics:
     """Numerical parameters of every scenario; what is left out follows from ``recipe``.
 
-    The number of particles that is left out follows from the geometry first (``studies.values.recipes``).
+    The number of particles that is left out follows from the geometry first (``studies.quantities.recipes``).
     """
 
     recipe: Annotated[RecipeName, Described("preset for the numerical parameters that are left out", label=True)] = (

@@ -5,20 +5,16 @@ from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Radian, Second
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice, MaterialName
+from studies.quantities.recipes import IMPACT_RECIPES, DebrisName
+from studies.quantities.units import readable, round_quantity
 from studies.scenarios import ObservationRate
 from studies.scenarios.parts.matter import eos_forms
 from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_smoothed
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics, filled_from, has_melting
-from studies.values.errors import Finding
-from studies.values.parameters import Choice, MaterialName
-from studies.values.quantities import readable, round_quantity
-from studies.values.recipes import IMPACT_RECIPES, DebrisName
 
-# The cap scales with the diameter, as everything does in a rate-independent material. 60 us at 8 mm: prototypes of
-# copper plates crept for 30 us and longer on coarse grids.
-CAP_PER_DIAMETER = 60e-6 / 8e-3  # s/m; a block needs longer
-
-# As the cap: 5 us at 8 mm.
+# As the latest end of a run: 5 us at 8 mm.
 WINDOW_PER_DIAMETER = 5e-6 / 8e-3  # s/m
 
 # Of the default window. In a tenth of it a hole that grows by 5 % in the whole counts as settled (0.5 %); in a shorter

@@ -13,9 +13,10 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import Interrupted
+from studies.quantities.files import write_text
+from studies.quantities.measured import Measured
 from studies.reports import publish as real
-from studies.values.files import write_text
-from studies.values.results import NO_CONTROL, Measured, Progress, RunControl, RunResult
+from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
 from tests.service.support.targets import Run, behave
 
 __all__ = ["Run", "execute", "publish"]

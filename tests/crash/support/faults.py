@@ -10,7 +10,7 @@ from pathlib import Path
 from service.files.artifacts import Artifacts
 from service.records.jobs import Kind, Lease, State
 from service.store import Store
-from studies.values.files import RESULT
+from studies.quantities.files import RESULT
 from tests.service.support.fakes import is_gone
 
 # Begin and end of the kills, in events for each run: a run has two at least.

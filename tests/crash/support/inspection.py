@@ -15,7 +15,7 @@ from service.api.app import CACHE
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, Artifacts
 from service.records.jobs import RunRow, State, Stored
 from service.store import Store
-from studies.values.files import RESULT
+from studies.quantities.files import RESULT
 from tests.rows import Row, at_least, equal
 from tests.service.store.test_races import check as nobody_waits_in_vain
 

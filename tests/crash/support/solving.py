@@ -10,8 +10,8 @@ from typing import Any
 
 from solver.checkpoints import Checkpointing
 from studies.runs import execution
+from studies.runs.results import RunResult
 from studies.runs.run import Run
-from studies.values.results import RunResult
 from tests.crash.support.chained import publish
 
 __all__ = ["Run", "execute", "publish"]

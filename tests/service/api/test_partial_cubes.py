@@ -12,7 +12,8 @@ import xarray as xr
 from service.api.errors import PartialCubeFailed
 from service.api.partial_cubes import MOST_FILES, PartialCubes
 from service.records.jobs import Lease
-from studies.values.results import Measured, RunResult
+from studies.quantities.measured import Measured
+from studies.runs.results import RunResult
 from tests.service.support.api import SWEEP, Api
 
 HOLE = 0.0148  # m

@@ -7,7 +7,7 @@ import pytest
 
 from service.store import Store
 from studies import examples
-from studies.values.recipes import ACCURACY
+from studies.sweeps.accuracy import ACCURACY
 from tests.service.support.api import FILES, SWEEP, Api
 
 MORE = {**SWEEP, "axes": {"speed": ["6 km/s", "7 km/s"]}}

@@ -17,7 +17,7 @@ from service.queue import data_identity as identity
 from service.records.jobs import Submission, SweepState
 from service.settings import Settings
 from service.store import Store
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 from tests.service.support.command import run
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import open_store, run_id, runs_of, settings_in, sweep_of

@@ -20,7 +20,7 @@ from service.records.jobs import SweepStatus
 from service.settings import Settings
 from studies import examples
 from studies.cases import rows
-from studies.values.recipes import ACCURACY
+from studies.sweeps.accuracy import ACCURACY
 from tests.service.support.api import FILES, Api
 from tests.service.support.command import run
 

@@ -22,8 +22,8 @@ from service.records.jobs import State, Submission, SweepState
 from service.settings import Settings
 from service.store import Store
 from studies import measurements
+from studies.quantities.files import RESULT, STATE
 from studies.sweeps.sweep import Sweep
-from studies.values.files import RESULT, STATE
 from tests.service.support.api import SWEEP
 from tests.service.support.changed_measurement import FAULT, MEASUREMENT, TODAY, VALUE, VERSION, raise_the_version
 from tests.service.support.command import run

@@ -15,7 +15,7 @@ from service.cli.local import Finished, PublicationFailed, run_sweep
 from service.files.artifacts import Artifacts
 from service.records.jobs import State, Submission, SweepState, SweepStatus
 from service.settings import Settings
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 from tests.service.support.fakes import open_store, run_id, runs_of, settings_in, sweep_of
 
 ROOT = Path(__file__).parents[3]

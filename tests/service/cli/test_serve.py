@@ -21,7 +21,7 @@ from service.cli import serve
 from service.cli.serve import _listening, _Server
 from service.cli.signals import handling_end_signals
 from service.settings import Settings
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 from tests.service.support.fakes import DEADLINE
 
 ROOT = Path(__file__).parents[3]

@@ -11,7 +11,7 @@ import pytest
 from service.client.client import Client, ServiceError, StillRunning, Unreachable
 from service.client.html import RunDocument
 from studies import examples
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 from tests.service.support.api import SWEEP, Api, sweep_of
 
 

@@ -16,8 +16,8 @@ from service.client import connection
 from service.client import remote_cube as remote
 from service.client.client import KEY_VARIABLE, Client, ServiceError, SweepHandle, Unreachable
 from service.records.jobs import Scope
-from studies.values.errors import MissingExtra
-from studies.values.files import SWEEP_FILES
+from studies.quantities.files import SWEEP_FILES
+from studies.quantities.findings import MissingExtra
 from tests.service.support.api import FILES, SWEEP, Api, sweep_of
 
 Answer = httpx.Response | Exception

@@ -16,7 +16,7 @@ from service.records.jobs import Cause
 from service.settings import Settings
 from service.workers.supervisor import Supervisor
 from service.workers.timings import DEFAULT
-from studies.values.errors import MissingExtra
+from studies.quantities.findings import MissingExtra
 from tests.service.support.cluster import attempt_in, using
 from tests.service.support.fakes import is_gone
 

@@ -14,7 +14,7 @@ from service.cli.serve import serve
 from service.files.data_directory import DataInUse, holding
 from service.settings import Settings
 from service.store import Store
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 from tests.service.cli.test_run_sweep import document, settings_of
 
 ROOT = Path(__file__).parents[3]

@@ -10,9 +10,9 @@ import pytest
 from service.cli.local import run_sweep
 from service.client.client import Client
 from service.files.output_folders import check_same, held_in
+from studies.quantities.files import SWEEP_FILES
+from studies.quantities.findings import InvalidInput
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
-from studies.values.files import SWEEP_FILES
 from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of
 from tests.service.support.command import run
 from tests.service.support.fakes import settings_in

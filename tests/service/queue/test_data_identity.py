@@ -12,8 +12,8 @@ from service.queue.data_identity import WrongDirectory
 from service.records.jobs import Cause, State, Submission
 from service.settings import Settings
 from service.store import Store
-from studies.values.errors import InvalidInput
-from studies.values.files import STATE
+from studies.quantities.files import STATE
+from studies.quantities.findings import InvalidInput
 from tests.service.support.api import open_api
 from tests.service.support.fakes import settings_in, stored, sweep_of
 from tests.service.support.harness import Harness, open_harness

@@ -26,9 +26,10 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import Interrupted
+from studies.quantities.files import write_text
+from studies.quantities.measured import Measured
 from studies.runs import run as real
-from studies.values.files import write_text
-from studies.values.results import NO_CONTROL, Measured, Progress, RunControl, RunResult
+from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
 
 GATES = RUN_GATE, SWEEP_GATE = "WHIPPLE_TEST_RUN_GATE", "WHIPPLE_TEST_SWEEP_GATE"
 PAUSE = 0.02  # s, between two looks at a gate

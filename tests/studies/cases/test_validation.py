@@ -15,8 +15,9 @@ from studies.cases.rows import Row, Verified, reported
 from studies.cases.validation import LEVELS, Line, Picture, ValidationCase, shape_coefficient
 from studies.laws.maiden_c import hole_ratio
 from studies.materials import load
+from studies.quantities.measured import Measured
+from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
-from studies.values.results import Measured, RunResult
 
 CELLS = (5.0, 10.0, 20.0)
 

@@ -15,10 +15,10 @@ from studies.cubes import cube, variables
 from studies.cubes.runs_table import runs_csv
 from studies.cubes.variable import GROUPS, LONGEST_LABEL, Quantity, Variable
 from studies.cubes.variables import STATES
+from studies.quantities.measured import MESH_DETERMINED
+from studies.quantities.parameters import declared
 from studies.sweeps.axes import Axis
 from studies.sweeps.screening import CONTRIBUTIONS
-from studies.values.parameters import declared
-from studies.values.results import MESH_DETERMINED
 from tests.studies.support import compliance, fakes
 from tests.studies.support.fakes import sweep_of
 

@@ -19,9 +19,9 @@ from studies.cases.solutions.detonation import TNT, chapman_jouguet
 from studies.cases.verification.chapman_jouguet import STATE, at_front
 from studies.decks.problem import fixed_step
 from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
+from studies.quantities.findings import InvalidInput
 from studies.runs.execution import setting_of
 from studies.runs.run import resolve
-from studies.values.errors import InvalidInput
 from tests.rows import Row, at_most, equal, relative
 from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, soil_deck, thousandfold
 

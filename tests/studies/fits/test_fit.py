@@ -12,8 +12,8 @@ from studies.fits import fit as fitting
 from studies.fits.fit import FittedForm, fit, fits_of, forms_of, verdicts
 from studies.fits.measured import MeasuredShots, of_cube, of_table
 from studies.laws import Shot
-from studies.laws.forms import FORMS, LENGTHS, Form, columns_of, dimension_of
-from studies.values.least_squares import NotIdentified, linear
+from studies.laws.fitting.forms import FORMS, LENGTHS, Form, columns_of, dimension_of
+from studies.laws.fitting.least_squares import NotIdentified, linear
 from tests.rows import Row, equal
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
 

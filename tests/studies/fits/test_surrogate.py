@@ -26,9 +26,9 @@ from studies.fits.surrogate import (
     surrogate_of,
 )
 from studies.laws import Shot
+from studies.quantities.findings import InvalidInput, MissingExtra
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sampling import LATIN, SOBOL, Sampling
-from studies.values.errors import InvalidInput, MissingExtra
 from tests.rows import Row, at_least
 from tests.service.support.command import run
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube

@@ -12,11 +12,11 @@ import xarray as xr
 
 from studies.convergence.richardson import Convergence, Sample, converge_series
 from studies.laws import DRAWN_ONLY, load
+from studies.quantities.measured import numerical_parts
 from studies.reports.publish import publish
 from studies.runs.execution import execute
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
-from studies.values.results import numerical_parts
 from tests.rows import Row, equal, relative
 
 # Coarse, so that it takes a minute: this claim is about what is compared with what. At 9 km/s a law answers outside of

@@ -15,11 +15,11 @@ from studies.cubes.points import points_of
 from studies.laws import FITTED, Range, Shield, Shot, cour_palais, whipple_jsc, whipple_nno, whipple_reimerdes
 from studies.laws._range import length_ratio
 from studies.laws.zhang_tan import hole_ratio, smallest_speed
+from studies.quantities.findings import InvalidInput
 from studies.reports.matched import matched_observations
 from studies.reports.verdict.evidence import evidence_of
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
 
 COPPER, ALUMINIUM = materials.load("copper-ofhc"), materials.load("al-2024-t3")
 OF_COPPER = Shot(6e3, 8e-3, 2e-3, COPPER, COPPER)

@@ -12,7 +12,7 @@ from solver.simulation import start
 from solver.state import Departed, Snapshot
 from studies.measurements.cloud import DISTRIBUTIONS, FEW_PARTICLES, connected, exceeded, view
 from studies.measurements.cloud import SPEEDS as SPEEDS_OF_BINS
-from studies.values.results import DEFINITION
+from studies.quantities.measured import DEFINITION
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.measurements.states import (
     BALLS,

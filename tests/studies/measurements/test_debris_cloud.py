@@ -11,10 +11,10 @@ import pytest
 from solver.simulation import start
 from studies import materials, measurements
 from studies.convergence.richardson import Sample, converge
+from studies.quantities.measured import DEFINITION, Measured, numerical_parts
 from studies.runs.execution import execute, setting_of
 from studies.runs.remeasure import load_state
 from studies.runs.run import Run, resolve
-from studies.values.results import DEFINITION, Measured, numerical_parts
 from tests.rows import Row, absolute, at_most, equal
 
 GRIDS = (16.0, 32.0, 64.0)  # cells across the projectile: 6, 12 and 24 through the plate

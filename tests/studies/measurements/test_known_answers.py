@@ -11,7 +11,7 @@ import pytest
 
 from studies.measurements import History
 from studies.measurements.bar import rear_face_place
-from studies.values.results import DEFINITION
+from studies.quantities.measured import DEFINITION
 from tests.studies.measurements.states import (
     BALLS,
     BAR_DIAMETER,

@@ -12,6 +12,7 @@ import xarray as xr
 from studies.cubes import cube
 from studies.laws import DRAWN_ONLY, Range, Shot
 from studies.laws._range import family
+from studies.quantities.measured import NOT_COMPARED
 from studies.reports.compare import (
     ONLY_SIMULATION,
     UNJUDGED_BY_OBSERVATION,
@@ -24,7 +25,6 @@ from studies.reports.compare import (
     sentence,
     statistics,
 )
-from studies.values.results import NOT_COMPARED
 from tests.studies.support import fakes
 
 MAIDEN = "maiden_al"  # its stated range is 2.5 to 5.5 km/s

@@ -3,6 +3,7 @@
 import math
 import re
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,8 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
+from studies.laws import Shot
+from studies.quantities.findings import InvalidInput
 from studies.reports.compare import compare
 from studies.reports.drawing.charts import chart, draw
 from studies.reports.drawing.layout import WIDTHS
@@ -19,7 +22,6 @@ from studies.reports.drawing.styles import FLAGGED, NO_MESH_ERROR, OUTSIDE
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
 from studies.reports.publish import draw_figures
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 
@@ -39,7 +41,7 @@ def without_coarse_runs() -> xr.Dataset:
     lost = [
         point.run.id
         for point in REFINED.runs()
-        if point.coordinates["speed"] == LONELY and point.coordinates["cells_per_diameter"] < fakes.CELLS[-1]
+        if point.coordinates["speed"] == LONELY and point.coordinates["cells_per_diameter"] != fakes.CELLS[-1]
     ]
     crashed = dict.fromkeys(lost, MissingResult("crashed", "out of luck"))
     return built(REFINED, {**fakes.results(REFINED), **crashed})
@@ -335,13 +337,17 @@ def test_convergence__has_no_band_where_no_error_bar_is_known() -> None:
     assert "no point has resolutions that show" in drawn(dataset, "residuals").caption
 
 
+def constant(value: float, shot: Shot, variant: str) -> float:
+    return value
+
+
 def with_many_laws(*, inside: int) -> xr.Dataset:
     """Holes with nine laws, some of which are inside their range at every point."""
     many = tuple(
         fakes.law(
             f"law_{number}",
             "hole_diameter",
-            lambda shot, _, number=number: 1.5 + 0.1 * number,
+            partial(constant, 1.5 + 0.1 * number),
             range=fakes.within(0.0, math.inf if number < inside else 0.001),
             title=f"law {number}",
         )
@@ -401,7 +407,7 @@ def test_titles_and_legend__fit_and_part_no_number_from_its_unit(width: float) -
 def test_caption__names_laws_that_coincide_and_laws_left_out_as_unjudged() -> None:
     values = (1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.8)
     laws = tuple(
-        fakes.law(f"law_{number}", "hole_diameter", lambda shot, _, value=value: value, title=f"law {number}")
+        fakes.law(f"law_{number}", "hole_diameter", partial(constant, value), title=f"law {number}")
         for number, value in enumerate(values)
     )
     laws = (replace(laws[0], confidence="memory"), *laws[1:])

@@ -12,6 +12,8 @@ import pytest
 from PIL import Image
 
 from studies.films.section import END, Section, Sections, read_sections
+from studies.quantities.display import printed
+from studies.quantities.parameters import Parameter
 from studies.reports import page
 from studies.reports.drawing.pixels import coloured, colours, nearest
 from studies.reports.drawing.sketches import setup_sketch
@@ -20,8 +22,6 @@ from studies.reports.publish import publish_sweep
 from studies.reports.setup import upward
 from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
-from studies.values.formats import printed
-from studies.values.parameters import Parameter
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
@@ -158,7 +158,7 @@ def test_page__of_a_report_without_sections_says_so_for_each_run(tmp_path: Path)
 def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None:
     sweep = fakes.holes(fixed={"plate_radius": 28e-3})
     catalogue = fakes.catalogue()
-    catalogue = replace(catalogue, parameters=catalogue.parameters | fakes.declared_of("plate_radius"))
+    catalogue = replace(catalogue, parameters={**catalogue.parameters, **fakes.declared_of("plate_radius")})
     files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue)
     setup = json.loads(Path(files["report.json"]).read_text())["pictures"]["setup"]
     assert setup["labels"] == {

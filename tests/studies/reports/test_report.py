@@ -10,11 +10,7 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.runs_table import runs_csv
-from studies.reports import page, report
-from studies.reports.compare import compare
-from studies.reports.drawing.charts import chart
-from studies.sweeps.axes import Axis
-from studies.values.formats import (
+from studies.quantities.display import (
     KINDS,
     MESH_UNKNOWN,
     digits,
@@ -25,7 +21,11 @@ from studies.values.formats import (
     printed_beside,
     printed_in,
 )
-from studies.values.quantities import DISPLAY_UNITS
+from studies.quantities.units import DISPLAY_UNITS
+from studies.reports import page, report
+from studies.reports.compare import compare
+from studies.reports.drawing.charts import chart
+from studies.sweeps.axes import Axis
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 from tests.studies.support.printed import Page, at, read_page

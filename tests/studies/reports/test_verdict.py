@@ -14,8 +14,9 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.laws import NO_RANGE, NOT_FOUND
+from studies.quantities.measured import Measured
 from studies.reports.compare import compare
-from studies.values.results import Measured, RunResult
+from studies.runs.results import RunResult
 from tests.studies.support import fakes
 
 NAME = "hole_diameter"
@@ -41,10 +42,18 @@ def document_of(
     change: Change = lambda result: result,
     *,
     rangeless: bool = False,
+    scatter: float | None = None,
 ) -> dict[str, Any]:
     """The comparison of the invented holes, the same on every grid, with a law that gives them times a factor."""
     limits = fakes.within(0.0, math.inf, *([NOT_FOUND] if rangeless else []))
-    law = fakes.law("law", NAME, lambda shot, _: ratio(shot.speed) * factor(shot.speed), title="the law", range=limits)
+    law = fakes.law(
+        "law",
+        NAME,
+        lambda shot, _: ratio(shot.speed) * factor(shot.speed),
+        title="the law",
+        range=limits,
+        scatter=scatter,
+    )
     axis = fakes.Axis("speed", "m s-1", speeds)
     sweep = fakes.sweep_of(axis, resolutions=fakes.CELLS, model_part="none")
     results = {point.run.id: change(result(point.run)) for point in sweep.runs()}
@@ -117,6 +126,13 @@ def test_law_of_known_difference__gets_its_words(
     assert recommendation.replace(" %", "\u202f%") in quantity["recommendation"]
     if len({factor(speed) for speed in fakes.SPEEDS}) == 1:
         assert ("numerically" in json.dumps(quantity)) == ("numerically" in bands[0])
+
+
+def test_published_scatter_of_a_law__is_part_of_its_joint_uncertainty() -> None:
+    assert stated(lambda v: 1.05, scatter=0.06)[0] == ["from 2 to 7 km/s: numerically to 7\u202f%"]
+    assert stated(lambda v: 1.2, scatter=0.3)[0] == [
+        "from 2 to 7 km/s: agrees within the joint uncertainty of 36\u202f%"
+    ]
 
 
 @pytest.mark.claim("report", "verdict-words")
@@ -295,8 +311,8 @@ def check_bands(bands: list[dict[str, Any]], frame: xr.Dataset) -> None:
         covered += int(mask.sum())
         judged = mask & frame.inside & frame.usable
         residual, bar, tests = (frame[key].broadcast_like(mask).where(judged) for key in ("residual", "bar", "tests"))
-        sizes, says = np.abs(residual), band["says"]
-        beyond = int((sizes > bar).where(tests == 1.0, other=False).sum())
+        sizes, says = abs(residual), band["says"]
+        beyond = int(((sizes > bar) & (tests == 1.0)).sum())
         if says.startswith("outside its range"):
             assert not (mask & frame.inside).any()
         elif says.startswith("not judged") and "error bars" not in says:

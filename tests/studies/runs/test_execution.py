@@ -16,12 +16,13 @@ from solver.simulation import start
 from solver.state import Departed, Particles
 from studies import scenarios
 from studies.measurements import Reading
+from studies.quantities.measured import DEFINITION
 from studies.runs.execution import execute, molten_fraction, observer_of
 from studies.runs.observer import RunObserver
 from studies.runs.remeasure import load_state
+from studies.runs.results import Progress, RunControl, RunResult
 from studies.runs.run import PHYSICS_VERSION, Run, estimate
 from studies.scenarios import OBSERVATIONS_PER_WINDOW
-from studies.values.results import DEFINITION, Progress, RunControl, RunResult
 from tests.contracts.test_scenarios import asked as small
 from tests.solver.bodies import MELT, real_copper
 from tests.studies.runs.solved import BROKEN_OFF_AFTER, RUNS, after, asked, solved

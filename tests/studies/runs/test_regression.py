@@ -14,8 +14,8 @@ import pytest
 
 from solver import PHYSICS_VERSION
 from studies import scenarios
+from studies.quantities.parameters import declared
 from studies.runs.remeasure import definitions
-from studies.values.parameters import declared
 from tests.rows import Row, equal
 from tests.studies.runs.regression import CASES, FILE, RELATIVE, computed, run_of
 

@@ -10,9 +10,10 @@ import pytest
 from solver import simulation
 from studies import measurements
 from studies.measurements import Measurement, Reading
+from studies.quantities.measured import TOO_COARSE
 from studies.runs import execution
 from studies.runs.remeasure import NEEDS_SOLVING, definitions, load_state, outdated, remeasure
-from studies.values.results import TOO_COARSE, RunResult
+from studies.runs.results import RunResult
 from tests.studies.runs.solved import RUNS, asked, solved
 
 Patch = Callable[..., None]

@@ -11,11 +11,11 @@ import pytest
 from studies import materials
 from studies.materials import Material
 from studies.materials.schema import MEASURED_WITH, NOT_SIMULATED
+from studies.quantities.findings import InvalidInput
+from studies.quantities.recipes import RECIPES
 from studies.runs import run
 from studies.runs.run import PHYSICS_VERSION, Run, estimate, resolve
 from studies.scenarios.parts.shot import WINDOW_PER_DIAMETER
-from studies.values.errors import InvalidInput
-from studies.values.recipes import RECIPES
 from tests.contracts.test_scenarios import SMALL
 from tests.contracts.test_scenarios import asked as contract_run
 

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 from tests.contracts.test_scenarios import asked
 
 SPH = {"geometry": "quarter", "method": "sph"}

@@ -22,8 +22,8 @@ import pytest
 
 from studies.materials import load
 from studies.runs.execution import execute
+from studies.runs.results import RunResult
 from studies.runs.run import resolve
-from studies.values.results import RunResult
 from tests.rows import Row, relative
 
 THREADS = 2

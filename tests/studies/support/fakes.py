@@ -11,11 +11,12 @@ from studies.cubes.cells import MissingResult
 from studies.cubes.variable import Quantity
 from studies.laws import NOT_FOUND, Law, Range, Shot
 from studies.laws._range import speed
+from studies.quantities.measured import DEFINITION, Measured
+from studies.quantities.parameters import Parameter, declared
+from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
-from studies.values.parameters import Parameter, declared
-from studies.values.results import DEFINITION, Measured, RunResult
 
 DIAMETER = 0.008
 CELLS = (16.0, 32.0, 64.0)
@@ -167,7 +168,7 @@ def measured(value: float, *flags: str) -> Measured:
 
 def mesh_error(run: Run) -> float:
     """Relative error of a run on its mesh: of another kind for each speed; none where no mesh is named."""
-    cells, offset = run.parameters["cells_per_diameter"], run.parameters["offset"]
+    cells, offset = (float(run.parameters[name] or 0.0) for name in ("cells_per_diameter", "offset"))
     if cells not in CELLS:
         return 0.0
     h = 16.0 / cells  # 1 on the coarsest mesh, 1/4 on the finest
@@ -198,7 +199,7 @@ def result(run: Run) -> RunResult:
             "crater_diameter": measured(1.9 * depth),
             "crater_depth_over_diameter": measured(1 / 1.9),
         }
-    cells = run.parameters["cells_per_diameter"]
+    cells = float(run.parameters["cells_per_diameter"] or 0.0)
     return RunResult(
         run.id, "succeeded", measurements=values, numbers=_numbers(shot, cells), stop="converged", provenance=PROVENANCE
     )

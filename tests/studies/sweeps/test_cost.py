@@ -6,10 +6,10 @@ import pytest
 
 from studies import examples
 from studies.runs import run
+from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.cost import MOST_LOOKED_AT, cost_of, presets_of, sweep_cost
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
-from studies.values.recipes import ACCURACY
 
 DOCUMENT = read_yaml(examples.text("smoke"), "smoke")
 SWEEP = Sweep.parse(DOCUMENT)

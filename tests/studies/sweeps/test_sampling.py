@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 import pytest
 
+from studies.quantities.findings import InvalidInput
 from studies.reports import compare, report
 from studies.sweeps.cost import cost_of
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sampling import METHODS
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
 from tests.studies.support.sized import HOLES, sized_cube
 
 SAMPLED: Mapping[str, Any] = {

@@ -6,6 +6,7 @@ from statistics import mean, stdev
 import pytest
 
 from studies import materials
+from studies.quantities.findings import InvalidInput
 from studies.runs.run import Run, materials_of, resolve
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
@@ -19,7 +20,6 @@ from studies.sweeps.screening import (
     screens_of,
 )
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
 
 DOCUMENT = {
     "scenario": "thin_plate",

@@ -6,10 +6,10 @@ from typing import Any
 
 import pytest
 
+from studies.quantities.findings import InvalidInput
 from studies.sweeps.cost import cost_of
 from studies.sweeps.search import LimitOutcome, Search, SearchedLimit, SearchVerdict, replay
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
 
 SEARCH = Search("perforated", 100.0, 200.0, 2.0)
 DOCUMENT: dict[str, Any] = {

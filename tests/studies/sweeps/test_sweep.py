@@ -16,16 +16,14 @@ from hypothesis import strategies as st
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond
 from studies import examples, materials
+from studies.quantities.findings import Finding, InvalidInput, nearest_cure, refusal
+from studies.quantities.parameters import MaterialName, declared
 from studies.scenarios import Size
+from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import AxisReader
 from studies.sweeps.document import read_sweep_file, read_yaml
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import MaterialName, declared
-from studies.values.quantities import refusal
-from studies.values.recipes import ACCURACY
 
 
 @dataclass(frozen=True, kw_only=True)

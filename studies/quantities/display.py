@@ -9,7 +9,7 @@ import re
 from collections.abc import Callable
 from dataclasses import dataclass
 
-from studies.values.quantities import DISPLAY_UNITS
+from studies.quantities.units import DISPLAY_UNITS
 
 NONE = "–"
 NARROW_SPACE = "\u202f"

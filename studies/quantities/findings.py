@@ -1,12 +1,85 @@
-"""The nearest allowed name, for the cure of a finding."""
+"""Errors of user input: every error names the field, the value, the limit and the cure, with the nearest names."""
 
 import re
-from collections.abc import Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from contextvars import ContextVar
+from dataclasses import dataclass
 from difflib import get_close_matches
+from itertools import islice
+from typing import ParamSpec, TypeVar
 
-from studies.values.errors import Finding
+from solver.errors import WhippleError
+
+Arguments = ParamSpec("Arguments")
+Accepted = TypeVar("Accepted")
+
+MOST_FINDINGS = 200  # of one input, where its reading stops; with its cure one takes up to a millisecond (2026-11)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One error in an input."""
+
+    field: str  # dotted path into the document: "axes.speed[2]"
+    value: str  # what was given, as text, shortened
+    limit: str  # what is allowed: "a speed between 100 m/s and 20 km/s"
+    cure: str  # what to do: "write '6 km/s'"
+
+    def __str__(self) -> str:
+        return f"{self.field}: {self.value} is refused; allowed: {self.limit}; {self.cure}"
+
+
+class InvalidInput(WhippleError):
+    """An input is refused; ``findings`` lists its errors, up to ``MOST_FINDINGS``.
+
+    ``more`` is the number of errors that a response has left out.
+    """
+
+    def __init__(self, findings: Iterable[Finding], *, more: int = 0):
+        self.findings = tuple(islice(findings, MOST_FINDINGS))
+        self.more = more
+        super().__init__("\n".join(str(finding) for finding in self.findings))
+
+
+class Findings(list[Finding]):
+    """The errors so far; with ``MOST_FINDINGS`` errors it raises InvalidInput, which ends the reading."""
+
+    def append(self, finding: Finding) -> None:
+        super().append(finding)
+        if len(self) >= MOST_FINDINGS:
+            raise InvalidInput(self)
+
+    def extend(self, findings: Iterable[Finding]) -> None:
+        for finding in findings:
+            self.append(finding)
+
+    def attempt(
+        self, part: Callable[Arguments, Accepted], *args: Arguments.args, **options: Arguments.kwargs
+    ) -> Accepted | None:
+        """What a part of an input is read as; None where it is refused, with its findings kept."""
+        try:
+            return part(*args, **options)
+        except InvalidInput as error:
+            self.extend(error.findings)
+            return None
+
+    def check(self) -> None:
+        """Raise InvalidInput with the errors so far, if there are any."""
+        if self:
+            raise InvalidInput(self)
+
+
+class MissingExtra(WhippleError):
+    """Libraries that are not part of a plain installation are needed."""
+
+
+def refusal(field: str, raw: object, limit: str, cure: str) -> InvalidInput:
+    """The error of one finding."""
+    return InvalidInput([Finding(field, shown(raw), limit, cure)])
+
+
+# --- near names ------------------------------------------------------------------------------------
 
 SHOWN_LENGTH = 60  # characters of a refused value that a person still recognises
 LONGEST_NAME = 100  # characters of a text that may be meant for a name

@@ -10,7 +10,6 @@ import numpy as np
 
 from studies.laws import Shot
 
-LAW = ()  # none that ships
 LENGTHS = ("crater_depth", "crater_diameter", "hole_diameter")
 VOLUMES = ("crater_volume",)
 SIZES = LENGTHS + VOLUMES

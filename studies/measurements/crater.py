@@ -84,23 +84,17 @@ def _floor(view: ImpactView, radius: np.ndarray, among: np.ndarray, column: floa
     )
 
 
-def upper_walls(view: ImpactView) -> np.ndarray | None:
-    """Radius (layers, sectors) of the wall in layers below the original surface (m); None without a crater."""
+@lru_cache(maxsize=1)
+def opening(view: ImpactView) -> Radii:
+    """Radii of the crater at the original surface."""
     depth = deepest_floor(view).depth
     if depth < view.cell:
-        return None
+        return None, ("no_crater",)
     unit = view.cell
     if math.isfinite(depth):
         unit = min(unit, DEEPEST * depth / (CENTRES[-1] + 0.5 * LAYER))
     walls = np.array([wall(view, centre * unit, LAYER * unit) for centre in CENTRES])
-    return None if np.isnan(walls).any() else walls
-
-
-@lru_cache(maxsize=1)
-def opening(view: ImpactView) -> Radii:
-    """Radii of the crater at the original surface."""
-    walls = upper_walls(view)
-    if walls is None:
+    if np.isnan(walls).any():
         return None, ("no_crater",)
     if not contained(view, walls):
         return None, ("not_contained",)

@@ -13,8 +13,7 @@ from functools import cache, lru_cache
 from numbers import Rational, Real
 from typing import Any
 
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import shown
+from studies.quantities.findings import refusal
 
 # More than any input is known to, fewer than a float holds: a stable identity.
 SIGNIFICANT_DIGITS = 12
@@ -224,11 +223,6 @@ def a_quantity(unit: str) -> str:
     """
     dimension = dimension_of(unit)
     return f"{'an' if dimension[0] in 'aeiou' else 'a'} {dimension}"
-
-
-def refusal(field: str, raw: object, limit: str, cure: str) -> InvalidInput:
-    """The error of one finding."""
-    return InvalidInput([Finding(field, shown(raw), limit, cure)])
 
 
 def _split(raw: object, unit: str, field: str, bounds: Bounds) -> tuple[str, str]:

@@ -9,9 +9,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studies.values import quantities
-from studies.values.errors import InvalidInput
-from studies.values.quantities import Bounds, parse_quantity, readable, round_quantity
+from studies.quantities import units as quantities
+from studies.quantities.findings import InvalidInput
+from studies.quantities.units import Bounds, parse_quantity, readable, round_quantity
 
 UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1", "rad"]
 
@@ -146,7 +146,7 @@ def test_import__of_quantities_leaves_pint_for_the_first_unusual_unit() -> None:
 def test_parse_quantity__loads_no_arrays_of_other_libraries() -> None:
     """And leaves them to be loaded by those who want them."""
     code = (
-        "import sys; from studies.values.quantities import parse_quantity; parse_quantity('6 mi/h', 'm s-1', 'speed')\n"
+        "import sys; from studies.quantities.units import parse_quantity; parse_quantity('6 mi/h', 'm s-1', 'speed')\n"
         "heavy = {'dask', 'distributed', 'xarray', 'pandas', 'uncertainties'} & set(sys.modules)\n"
         "assert 'pint' in sys.modules and not heavy, heavy\n"
         "import dask.base"

@@ -7,8 +7,8 @@ from typing import Annotated, Any, Literal
 import pytest
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Radian
-from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import MaterialName, declared, parse_parameters
+from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.parameters import MaterialName, declared, parse_parameters
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -33,7 +33,7 @@ from studies.measurements.impact.opening import (
     radii_by_sector,
 )
 from studies.measurements.impact.view import FILM, ImpactView
-from studies.values.results import CLOSED_ON_AXIS, DEFINITION
+from studies.quantities.measured import CLOSED_ON_AXIS, DEFINITION
 
 OBSTACLE = 0.01  # of the mass that a full bin holds within a projectile diameter of the edge
 HALF_OF_GAP = 0.5  # between two definitions of a diameter: the part of its uncertainty

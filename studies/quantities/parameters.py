@@ -15,16 +15,14 @@ from types import MappingProxyType, NoneType, UnionType
 from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
 
 from solver.units import Described, Unit, marked, marks_of
-from studies.values.errors import Finding, Findings
-from studies.values.nearest import nearest_cure
-from studies.values.quantities import (
+from studies.quantities.findings import Finding, Findings, nearest_cure, refusal
+from studies.quantities.units import (
     Bounds,
     a_quantity,
     exact_number,
     is_number,
     parse_quantity,
     readable,
-    refusal,
     round_quantity,
 )
 

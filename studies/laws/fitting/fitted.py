@@ -12,12 +12,10 @@ from typing import Any
 from studies.laws import Law, Limit, Range, Shot
 from studies.laws import names as shipped
 from studies.laws._range import between, speed
-from studies.laws.forms import FORMS, Form, columns_of, dimension_of
-from studies.values.errors import Finding, Findings, InvalidInput
-from studies.values.nearest import nearest_cure, shown
-from studies.values.quantities import is_number, parse_quantity, readable, refusal
+from studies.laws.fitting.forms import FORMS, Form, columns_of, dimension_of
+from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
+from studies.quantities.units import is_number, parse_quantity, readable
 
-LAW = ()  # none that ships
 KEYS = ("law", "title", "quantity", "form", "equation", "constants", "level", "points", "scatter", "range", "source")
 RANGE_KEYS = ("speed", "thickness_ratio", "length_ratio", "materials")
 LONGEST = 500  # characters of a text
