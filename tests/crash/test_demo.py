@@ -16,8 +16,8 @@ from service.cli.commands.computing import DEMO
 from studies import examples
 from studies.cubes.points import refined
 from studies.cubes.reading import quantities_of
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.sweeps.document import read_yaml
-from studies.values.results import ENERGY_DRIFT_LIMIT
 from tests.crash.support.serving import ROOT
 from tests.rows import Row, at_least, at_most, equal
 
