@@ -62,7 +62,6 @@ STAGES = (
     Stage("api", 180, [*PYTEST, *TESTS["api"]]),
     Stage("crashes", 220, [*PYTEST, *TESTS["crashes"]]),
     Stage("doors", 100, [*PYTEST, *TESTS["doors"], *(f"--ignore={path}" for path in TESTS["crashes"])]),
-    Stage("quick claims", 100, ["python", "-m", "tests.claims", "--quick"]),
     Stage("types", 60, ["mypy"]),
     Stage("imports", 10, ["lint-imports", "--no-logo", "--cache-dir", ".cache/import-linter"]),
 )

@@ -15,7 +15,6 @@ well. Several tests may have the mark of one claim, and a test the marks of seve
 """
 
 import os
-import re
 import time
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
@@ -52,12 +51,6 @@ def in_full() -> bool:
 def files() -> list[str]:
     """The test files in which a mark stands; only these are collected for a claim."""
     return sorted(str(path) for path in TESTS.rglob("test_*.py") if MARK in path.read_text(encoding="utf-8"))
-
-
-def known() -> set[str]:
-    """The names of marked claims and of their sets that the files write as text."""
-    mark = re.compile(re.escape(MARK) + r'\s*"([^"]+)",\s*(?:"([^"]+)")?')
-    return {name for path in files() for found in mark.findall(Path(path).read_text("utf-8")) for name in found if name}
 
 
 def marks_of(item: pytest.Item) -> list[Marked]:
