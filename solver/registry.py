@@ -18,16 +18,12 @@ from solver.errors import RegistryError
 
 @cache
 def entries(package: str, kind: str) -> Mapping[str, Any]:
-    """Entries of one kind by their ``name``, sorted.
-
-    A module whose name begins with an underscore offers none; a folder inside may offer none.
-    """
+    """Entries of one kind by their ``name``, sorted; a module whose name begins with an underscore offers none."""
     folder = importlib.import_module(package)
     members: dict[str, Any] = {}
-    modules = {module.name: module.ispkg for module in pkgutil.iter_modules(folder.__path__)}
-    for module_name, is_folder in sorted(modules.items()):
+    for module_name in sorted(module.name for module in pkgutil.iter_modules(folder.__path__)):
         if not module_name.startswith("_"):
-            offered = _load(f"{package}.{module_name}", kind, () if is_folder else None)
+            offered = _load(f"{package}.{module_name}", kind)
             # Entries may be named tuples themselves.
             for entry in offered if type(offered) is tuple else (offered,):
                 _add(members, entry, f"{package}.{module_name}")
@@ -54,15 +50,14 @@ def _loaded(point: EntryPoint) -> Any:
         raise RegistryError(f"entry point {point.name!r} of {point.group}: {error}") from error
 
 
-def _load(module_name: str, kind: str, default: tuple[()] | None) -> Any:
+def _load(module_name: str, kind: str) -> Any:
     try:
         module = importlib.import_module(module_name)
     except Exception as error:
         raise RegistryError(f"{module_name} cannot be imported: {error}") from error
-    offered = getattr(module, kind, default)
-    if offered is None:
+    if not hasattr(module, kind):
         raise RegistryError(f"{module_name} has no {kind}: each module of this folder offers one")
-    return offered
+    return getattr(module, kind)
 
 
 def _add(members: dict[str, Any], entry: Any, origin: str) -> None:

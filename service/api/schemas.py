@@ -24,11 +24,11 @@ from service.records.jobs import (
     SweepStatus,
 )
 from studies import examples
-from studies.quantities.files import SWEEP_FILES
 from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
+from studies.values.files import SWEEP_FILES
 
-Listed = TypeVar("Listed")
+Item = TypeVar("Item")
 
 
 class Answer(BaseModel):
@@ -37,10 +37,10 @@ class Answer(BaseModel):
     model_config = ConfigDict(frozen=True)
 
 
-class Items(Answer, Generic[Listed]):
+class Items(Answer, Generic[Item]):
     """A complete list."""
 
-    items: list[Listed]
+    items: list[Item]
 
     @classmethod
     def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
@@ -48,7 +48,7 @@ class Items(Answer, Generic[Listed]):
         return params[0].__name__.removesuffix("Model") + cls.__name__.removesuffix("Of")
 
 
-class PageOf(Items[Listed], Generic[Listed]):
+class PageOf(Items[Item], Generic[Item]):
     """A page of a list."""
 
     next_cursor: str | None = Field(description="Value of `cursor` for the next page; null on the last page")

@@ -6,7 +6,8 @@ by ``names()`` and offered by the command line.
 
 from importlib.resources import files
 
-from studies.quantities.findings import nearest_cure, refusal
+from studies.values.nearest import nearest_cure
+from studies.values.quantities import refusal
 
 
 def names() -> list[str]:

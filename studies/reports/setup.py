@@ -10,11 +10,13 @@ import xarray as xr
 from studies import scenarios
 from studies.cubes.points import by_run, plain
 from studies.cubes.variable import variable_name
-from studies.quantities.findings import InvalidInput
-from studies.quantities.units import readable
+from studies.values.errors import InvalidInput
+from studies.values.quantities import readable
+
+Document = dict[str, Any]
 
 
-def setup_of(dataset: xr.Dataset) -> dict[str, Any] | None:
+def setup_of(dataset: xr.Dataset) -> Document | None:
     """The set-up of the first run: outlines, dimensions, speed and materials; None where the scenario draws none."""
     values = {name: values_of(dataset, name) for name in _parameters(dataset)}
     first = {name: each[0] for name, each in values.items() if each}
@@ -22,7 +24,7 @@ def setup_of(dataset: xr.Dataset) -> dict[str, Any] | None:
         scenario = scenarios.load(dataset.attrs["scenario"])
     except InvalidInput:  # a scenario of another version
         return None
-    outline = scenario.parameters.outline(first)
+    outline = scenario.outline(first)
     if outline is None:
         return None
     names = dict.fromkeys([d.parameter for d in outline.dimensions])
@@ -39,7 +41,7 @@ def setup_of(dataset: xr.Dataset) -> dict[str, Any] | None:
     }
 
 
-def upward(setup: dict[str, Any] | None) -> float:
+def upward(setup: Document | None) -> float:
     """The factor that makes the coordinate along the line of flight point down: -1 where a body flies against it."""
     shapes = setup["outline"]["shapes"] if setup else ()
     return -1.0 if any((shape["heading"] or (0, 1))[1] < 0 for shape in shapes) else 1.0

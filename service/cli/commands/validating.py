@@ -1,16 +1,18 @@
 """Published and exactly solved problems, computed here and compared."""
 
 import json
+from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.commands.options import FAILURE, SUCCESS, Json, Threads, folder_of, settings_of
-from studies.quantities.findings import Finding, InvalidInput
+from studies.values.errors import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from studies.cases.validation import ValidationLevel
+    from studies.validation import Level
+    from studies.verification import Verified
 
 app = typer.Typer()
 
@@ -52,11 +54,7 @@ def validate(
         return
     folder = folder_of(out)
     settings = settings_of(data=folder / STORE, threads=threads)
-    rows = []
-    for each in validated(chosen, chosen_level, folder, settings, showing_progress):
-        rows.append(each)
-        if not as_json:
-            print(f"{each.case} | {each.row}", flush=True)
+    rows = list(_printed(validated(chosen, chosen_level, folder, settings, showing_progress), quiet=as_json))
     failed = sum(each.row.passed is False for each in rows)
     if as_json:
         print(json.dumps([each.as_json() for each in rows], indent=2, allow_nan=False))
@@ -67,8 +65,15 @@ def validate(
     raise typer.Exit(FAILURE if failed or not rows else SUCCESS)
 
 
-def _level(text: str) -> "ValidationLevel":
-    from studies.cases.validation import LEVELS
+def _printed(verified: "Iterator[Verified]", *, quiet: bool) -> "Iterator[Verified]":
+    for each in verified:
+        if not quiet:
+            print(f"{each.case} | {each.row}", flush=True)
+        yield each
+
+
+def _level(text: str) -> "Level":
+    from studies.validation import LEVELS
 
     for level in LEVELS:
         if text == level:

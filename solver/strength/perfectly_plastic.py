@@ -1,0 +1,26 @@
+"""Elastic, perfectly plastic: a constant yield stress until melting."""
+
+from typing import Annotated, NamedTuple
+
+from solver.jit import implements
+from solver.strength import StrengthEntry, hardening, rate_and_heat, solid
+from solver.units import Described, Pascal
+
+
+class PerfectlyPlastic(NamedTuple):
+    """Parameters of perfect plasticity."""
+
+    yield_stress: Annotated[Pascal, Described("yield stress", 0.0, 1e12)]
+
+
+STRENGTH = StrengthEntry("perfectly-plastic", PerfectlyPlastic)
+
+
+@implements(hardening, PerfectlyPlastic)
+def _(strength, plastic_strain):
+    return strength.yield_stress, 0.0
+
+
+@implements(rate_and_heat, PerfectlyPlastic)
+def _(strength, strain_rate, homologous, stiff):
+    return solid(homologous)

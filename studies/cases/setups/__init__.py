@@ -1,1 +1,0 @@
-"""Problems that several cases share, and what is read off their states."""

@@ -1,1 +1,0 @@
-"""What several scenarios have in common: records of parameters, and the problems that they make; no registry."""

@@ -1,0 +1,304 @@
+"""Checked parameters: values that a person wrote, against the annotations and limits of a record.
+
+A record is a frozen dataclass whose fields are annotated with a unit alias, ``str``, ``int``,
+``bool``, a ``Literal``, ``MaterialName``, or one of these ``| None``, and with ``Described``, which gives its
+meaning and bounds; ``Choice`` says of a text which names it allows. Scenarios and materials have such records. A
+model of the solver is a NamedTuple: its ``Described`` fields are parameters, the others are computed.
+"""
+
+import dataclasses
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import MISSING, dataclass
+from functools import cache
+from types import MappingProxyType, NoneType, UnionType
+from typing import Annotated, Any, Literal, Union, get_args, get_origin, get_type_hints
+
+from solver.units import Described, Unit, marked, marks_of
+from studies.values.errors import Finding, Findings, InvalidInput
+from studies.values.nearest import nearest_cure
+from studies.values.quantities import (
+    Bounds,
+    a_quantity,
+    exact_number,
+    is_number,
+    parse_quantity,
+    readable,
+    refusal,
+    round_quantity,
+)
+
+Value = float | int | bool | str | None
+Kind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
+
+LONGEST_WORD = 200  # characters of a text parameter that says no more
+
+
+class _MaterialMark:
+    """Marks a text that names a material."""
+
+
+MaterialName = Annotated[str, _MaterialMark()]
+
+
+@dataclass(frozen=True)
+class LongText:
+    """Marks a text of several lines, such as an input file, and the most characters that it has."""
+
+    longest: int
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Marks a text that is one of the names that a function lists, such as the entries of a registry."""
+
+    names: Callable[[], Iterable[str]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One field that a person may set: what it holds and what it allows."""
+
+    name: str
+    kind: Kind
+    unit: str | None = None  # SI symbol, "1" for a plain number; None for words
+    meaning: str = ""
+    minimum: float | None = None  # SI, inclusive, at the 12 digits of what it bounds
+    maximum: float | None = None  # SI, inclusive, likewise
+    choices: tuple[str, ...] = ()
+    longest: int = LONGEST_WORD  # characters of a text
+    optional: bool = False  # null is an answer
+    required: bool = True  # there is no default
+    default: Value = None
+
+    @property
+    def bounds(self) -> Bounds:
+        """The allowed numbers."""
+        return Bounds(self.minimum, self.maximum)
+
+    def limit(self) -> str:
+        """The allowed values as a text."""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        if self.kind == "text":
+            return f"a text of at most {self.longest} characters"
+        if self.unit is None:
+            return _WORDS[self.kind]
+        what = "a whole number" if self.kind == "integer" else a_quantity(self.unit)
+        return what + _between(self.minimum, self.maximum, self.unit)
+
+
+def declared(record: type) -> Mapping[str, Parameter]:
+    """The parameters that a record declares, by name; TypeError for an annotation of no use."""
+    return _declared(record)
+
+
+def parse_parameters(
+    record: type, raw: Mapping[str, Any], path: str = "", *, materials: Collection[str] = (), si: bool = False
+) -> dict[str, Value]:
+    """All parameters of a record, checked, in SI, defaults filled in.
+
+    ``path`` goes before each field name in a finding; ``materials`` are the names that a material
+    parameter may hold (empty: any); with ``si`` a bare number on a field with a unit is taken as SI
+    (a value that was parsed before). Raises InvalidInput with every finding.
+    """
+    parameters = declared(record)
+    values, findings = parse_values(parameters, raw, path, materials=materials, si=si)
+    for parameter in parameters.values():
+        if parameter.name not in raw:
+            if parameter.required:
+                findings.append(missing(parameter, path))
+            values[parameter.name] = _rounded(parameter.default)
+    if findings:
+        raise InvalidInput(findings)
+    return {name: values[name] for name in parameters}
+
+
+def parse_values(
+    parameters: Mapping[str, Parameter],
+    raw: Mapping[str, Any],
+    path: str = "",
+    *,
+    materials: Collection[str] = (),
+    si: bool = False,
+) -> tuple[dict[str, Value], list[Finding]]:
+    """The valid values, and the errors of the invalid ones."""
+    values: dict[str, Value] = {}
+    findings = Findings()
+    for name, value in raw.items():
+        try:
+            parameter = find(parameters, name, path)
+            values[name] = parse_value(parameter, value, join(path, name), materials=materials, si=si)
+        except InvalidInput as error:
+            findings.extend(error.findings)
+    return values, findings
+
+
+def parse_value(
+    parameter: Parameter, raw: Any, field: str, *, materials: Collection[str] = (), si: bool = False
+) -> Value:
+    """One value, checked, in SI, at 12 significant digits; raises InvalidInput."""
+    if raw is None:
+        if parameter.optional:
+            return None
+        raise refusal(field, raw, parameter.limit(), "give a value, or leave the field out")
+    if parameter.kind == "material":
+        return _parse_material(raw, field, materials)
+    if si and is_number(raw) and parameter.kind == "quantity":
+        return _within(round_quantity(exact_number(raw, field)), parameter, raw, field)
+    return _PARSERS[parameter.kind](parameter, raw, field)
+
+
+def find(parameters: Mapping[str, Parameter], name: object, path: str = "") -> Parameter:
+    """The parameter of a name; raises InvalidInput with the nearest one."""
+    if isinstance(name, str) and name in parameters:
+        return parameters[name]
+    raise refusal(join(path, name), name, "a name of a parameter", nearest_cure(name, parameters))
+
+
+def missing(parameter: Parameter, path: str = "") -> Finding:
+    """The error for a required parameter that is missing."""
+    cure = f"give {parameter.meaning}" if parameter.meaning else f"give {parameter.name}"
+    return Finding(join(path, parameter.name), "nothing", parameter.limit(), cure)
+
+
+def join(path: str, name: object) -> str:
+    """A dotted path: "fixed" and "speed" make "fixed.speed"."""
+    return f"{path}.{name}" if path else str(name)
+
+
+def _rounded(value: Any) -> Any:
+    return round_quantity(value) if isinstance(value, float) else value
+
+
+@cache
+def _declared(record: type) -> Mapping[str, Parameter]:
+    hints = get_type_hints(record, include_extras=True)
+    if dataclasses.is_dataclass(record):
+        defaults = {f.name: f.default for f in dataclasses.fields(record)}
+    else:
+        described = marked(record, Described)
+        defaults = {name: record._field_defaults.get(name, MISSING) for name in described}  # type: ignore[attr-defined]
+    return MappingProxyType({name: _parameter(name, hints[name], default) for name, default in defaults.items()})
+
+
+def _parameter(name: str, hint: Any, default: Any) -> Parameter:
+    marks = {type(mark): mark for mark in marks_of(hint)}
+    about = marks.get(Described, Described(""))
+    inner, optional = _without_none(_bare(hint))
+    kind = _kind(_bare(inner), marks, name)
+    unit = marks[Unit].symbol if kind == "quantity" else "1" if kind == "integer" else None
+    choices = marks[Choice].names() if Choice in marks else get_args(inner)
+    return Parameter(
+        name=name,
+        kind=kind,
+        unit=unit,
+        meaning=about.meaning,
+        minimum=_rounded(about.minimum),
+        maximum=_rounded(about.maximum),
+        choices=tuple(choices) if kind == "choice" else (),
+        longest=marks[LongText].longest if LongText in marks else LONGEST_WORD,
+        optional=optional,
+        required=default is MISSING,
+        default=None if default is MISSING else default,
+    )
+
+
+def _bare(hint: Any) -> Any:
+    """A type without its marks."""
+    return hint.__origin__ if hasattr(hint, "__metadata__") else hint
+
+
+def _without_none(hint: Any) -> tuple[Any, bool]:
+    if get_origin(hint) not in (Union, UnionType):
+        return hint, False
+    others = [part for part in get_args(hint) if part is not NoneType]
+    return others[0] if len(others) == 1 else hint, NoneType in get_args(hint)
+
+
+def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> Kind:
+    if _MaterialMark in marks:
+        return "material"
+    if Choice in marks or get_origin(hint) is Literal:
+        return "choice"
+    if Unit in marks:
+        return "quantity"
+    plain: dict[Any, Kind] = {int: "integer", bool: "boolean", str: "text"}
+    if hint not in plain:
+        raise TypeError(f"{name}: {hint} is not a unit alias, int, bool, str, Literal or MaterialName")
+    return plain[hint]
+
+
+def _parse_quantity(parameter: Parameter, raw: Any, field: str) -> float:
+    assert parameter.unit is not None
+    if parameter.unit == "1":
+        exact = exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
+    else:
+        exact = parse_quantity(raw, parameter.unit, field, parameter.bounds)
+    return _within(round_quantity(exact), parameter, raw, field)
+
+
+def _parse_integer(parameter: Parameter, raw: Any, field: str) -> int:
+    value = exact_number(raw, field, str(parameter.bounds.nearest(1)))
+    if value != value.to_integral_value():
+        cure = f"write {parameter.bounds.nearest(round(value))}"
+        raise refusal(field, raw, parameter.limit(), cure)
+    return int(_within(int(value), parameter, raw, field))
+
+
+def _parse_boolean(parameter: Parameter, raw: Any, field: str) -> bool:
+    if not isinstance(raw, bool):
+        raise refusal(field, raw, _WORDS["boolean"], "write true or false")
+    return raw
+
+
+def _parse_text(parameter: Parameter, raw: Any, field: str) -> str:
+    if not isinstance(raw, str) or not raw.strip() or len(raw) > parameter.longest:
+        raise refusal(field, raw, parameter.limit(), "write a text")
+    # Lines of a file keep their numbers.
+    return raw.strip() if parameter.longest == LONGEST_WORD else raw
+
+
+def _parse_choice(parameter: Parameter, raw: Any, field: str) -> str:
+    if not isinstance(raw, str) or raw not in parameter.choices:
+        raise refusal(field, raw, parameter.limit(), nearest_cure(raw, parameter.choices))
+    return raw
+
+
+def _parse_material(raw: Any, field: str, materials: Collection[str]) -> str:
+    if not isinstance(raw, str) or not raw:
+        raise refusal(field, raw, _WORDS["material"], nearest_cure(raw, materials))
+    if materials and raw not in materials:
+        raise refusal(field, raw, "a material that ships or that the sweep brings", nearest_cure(raw, materials))
+    return raw
+
+
+def _within(value: Any, parameter: Parameter, raw: Any, field: str) -> Any:
+    nearest = parameter.bounds.nearest(value)
+    if nearest != value:
+        assert parameter.unit is not None
+        cure = f"the nearest allowed value is {readable(nearest, parameter.unit)}"
+        raise refusal(field, raw, parameter.limit(), cure)
+    return value
+
+
+def _between(minimum: float | None, maximum: float | None, unit: str) -> str:
+    """The bounds as a text with a leading space; empty without bounds."""
+    texts = [
+        f"{side} {readable(bound, unit)}" for side, bound in (("from", minimum), ("to", maximum)) if bound is not None
+    ]
+    return " " + " ".join(texts) if texts else ""
+
+
+def describe(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
+    """Parameters as plain objects, for a catalogue."""
+    return [dataclasses.asdict(parameter) | {"limit": parameter.limit()} for parameter in parameters]
+
+
+_WORDS: dict[Kind, str] = {"boolean": "true or false", "material": "the name of a material"}
+_PARSERS: dict[Kind, Callable[[Parameter, Any, str], Value]] = {
+    "quantity": _parse_quantity,
+    "integer": _parse_integer,
+    "boolean": _parse_boolean,
+    "text": _parse_text,
+    "choice": _parse_choice,
+}

@@ -1,0 +1,95 @@
+"""Energy: what the audit says, what it cannot see, and where the internal energy sits.
+
+The sum of kinetic and internal energy is kept by construction (the internal energy takes what the forces do), so the
+audit's drift shows errors of bookkeeping, not of the mesh. What the mesh does to energy is seen where the exact split
+is known: behind a plane shock the internal energy is up^2 / 2. Its error against the cell is reported with its order.
+"""
+
+from collections.abc import Iterator
+
+import numpy as np
+
+from solver.simulation import simulate
+from studies.values.recipes import Recipe
+from studies.values.results import ENERGY_DRIFT_LIMIT
+from studies.verification import Case, Row, at_most, observed_order, relative, reported
+from studies.verification._collision import Piece, collide, collision_problem
+from studies.verification._hugoniot import COPPER, shocked
+from studies.verification._impacts import impact_setting
+from studies.verification._matter import fluid
+
+IMPACT_SPEEDS = (2e3, 6e3)  # m/s
+CELLS_PER_DIAMETER = 16.0
+END_TIME = 20e-6  # of an 8 mm sphere, s
+# A thousandth of the mass may hold a tenth of the internal energy at the end: a hundred times the mean. Stated when
+# GIMP's 3 to 5 % were known (splines: 3 to 9 %); the 17 to 20 % before them came from debris that hit a rim which is no
+# longer held above the plate. In the first microsecond little else than the touching zone has any energy, so the
+# largest share is reported.
+HOTTEST = 0.1
+
+SHOCK_SPEEDS = (2e3, 6e3)
+FLYER_CELLS = (25, 50, 100, 200)
+
+
+def _run(recipe: Recipe) -> Iterator[Row]:
+    for speed in IMPACT_SPEEDS:
+        yield from _impact(speed, recipe)
+    for speed in SHOCK_SPEEDS:
+        yield from _shock(speed, recipe)
+
+
+def _impact(speed: float, recipe: Recipe) -> Iterator[Row]:
+    setting = impact_setting(
+        recipe,
+        geometry="axisymmetric",
+        speed=speed,
+        material="copper-ofhc",
+        cells_per_diameter=CELLS_PER_DIAMETER,
+        plate_radius=28e-3,
+        end_time=END_TIME,
+    )
+    outcome = simulate(setting.problem, interval=END_TIME / 20.0)
+    where = f"thin plate, {speed / 1e3:g} km/s, {CELLS_PER_DIAMETER:g} cells per diameter"
+    yield at_most(
+        f"{where}: largest drift of the sum (kept by construction)",
+        limit=ENERGY_DRIFT_LIMIT,
+        got=float(np.max([abs(audit.energy_drift) for audit in outcome.history])),
+    )
+    yield at_most(
+        f"{where}: share of internal energy in the hottest 0.1 % of mass at the end",
+        limit=HOTTEST,
+        got=outcome.audit.hottest_energy_share,
+    )
+    yield reported(
+        f"{where}: the same share, largest of the run",
+        float(np.max([audit.hottest_energy_share for audit in outcome.history])),
+    )
+    hottest = float(outcome.snapshot.particles.energy.max()) / (0.5 * speed**2)
+    yield reported(f"{where}: hottest particle at the end (of v^2 / 2)", hottest)
+    fastest = outcome.audit.largest_speed / speed
+    yield reported(f"{where}: fastest particle at the end (of the impact speed)", fastest)
+
+
+def _shock(speed: float, recipe: Recipe) -> Iterator[Row]:
+    state = shocked(COPPER, 0.5 * speed)
+    piece = Piece(fluid(COPPER), COPPER.density, state.shock_speed)
+    errors: list[float] = []
+    for cells in FLYER_CELLS:
+        result = collide(collision_problem(piece, piece, speed, recipe, flyer_cells=cells))
+        got = 0.5 * (result.flyer.plateau.energy + result.target.plateau.energy)
+        errors.append(abs(got / state.energy - 1.0))
+        yield relative(
+            f"Cu on Cu, {speed / 1e3:g} km/s, {cells} cells per flyer: internal energy behind the front (MJ/kg)",
+            expected=state.energy / 1e6,
+            got=got / 1e6,
+            order=observed_order(errors) if len(errors) == len(FLYER_CELLS) else None,
+        )
+
+
+CASE = Case(
+    name="energy",
+    says="energy of impacts is kept within 1 %; errors that the audit cannot detect are reported",
+    source="Rankine and Hugoniot for the energy behind a shock",
+    run=_run,
+    quick=False,
+)

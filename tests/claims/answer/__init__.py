@@ -1,0 +1,1 @@
+"""The report says which law to trust, and how sure that is."""

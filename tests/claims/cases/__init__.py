@@ -1,0 +1,3 @@
+"""Examples of the thesis, and laws out of cubes."""
+
+ALSO = ["loads", "contact", "crater-walls"]

@@ -1,0 +1,1 @@
+"""First light: hole and crater sweeps on real physics."""

@@ -1,0 +1,1 @@
+"""That the house stays one in which a newcomer finds the way."""

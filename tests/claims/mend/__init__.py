@@ -1,0 +1,1 @@
+"""What was once wrong and is watched since: craters, bad bodies and heads, disk, leader, README."""

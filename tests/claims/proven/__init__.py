@@ -1,0 +1,1 @@
+"""Proven: exact answers, symmetries, robustness and convergence of the solver."""
