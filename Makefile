@@ -30,11 +30,11 @@ TARGETS := help demo demo-full test claims soak bench map clean
 help:
 	@echo "make demo               set up, compute the example sweeps into $(OUT)/, print its time"
 	@echo "make demo-full          the same with more thicknesses and finer grids, into $(OUT)-full/"
-	@echo "make test               set up, then every check: rules, types, imports, tests, quick claims"
+	@echo "make test               set up, then every check: rules, types, imports, tests"
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
 	@echo "make soak [SEED=n]      what the queue says about itself, with other kills each time: half an hour and more"
 	@echo "make bench [JSON=file]  measure speed (docs/speed.md); never part of pass or fail"
-	@echo "make map                print rooms, arrows, floors, circles and lines of each package, and draw them"
+	@echo "make map                print what imports what and where there is too much, and write docs/house.md"
 	@echo "make clean              remove the environment, caches and the demo's results"
 
 # The demo computes everything itself; the first time it compiles the kernels too.
@@ -48,7 +48,7 @@ demo-full: $(RUNTIME)
 test: $(DEVELOPMENT)
 	@$(BIN)/python -m tests
 
-# "make claims first-light": the words after claims are names of sets or claims, not targets of its own.
+# "make claims house": the words after claims are names of sets or claims, not targets of its own.
 ifeq (claims,$(firstword $(MAKECMDGOALS)))
 NAME ?= $(filter-out $(TARGETS),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
 ifneq (,$(strip $(NAME)))

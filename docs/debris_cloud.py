@@ -3,18 +3,17 @@
 ``python -m docs.debris_cloud`` computes it anew on the finest grid of the claim ``debris-cloud``, in minutes.
 """
 
-import io
 import tempfile
 from pathlib import Path
 
 import numpy as np
 
-from studies import materials
+from studies.films.radiograph import AREAL_DENSITY
 from studies.films.section import END, Sections, read_sections
-from studies.reports.raster import VIRIDIS, Frame, nearest, png, radiogram
+from studies.reports.drawing.pixels import coloured, in_radiograph, nearest
+from studies.reports.pictures import Frame
 from studies.runs.execution import execute
-from studies.runs.run import resolve
-from tests.claims.cases.clouds import CASE, COPPER, GRIDS
+from tests.studies.measurements.test_debris_cloud import GRIDS, asked
 
 FILE = Path(__file__).parent / "debris-cloud.png"
 WIDTH, GAP = 360, 24  # px of a panel, and between both
@@ -24,10 +23,8 @@ SPEEDS, DENSITIES = (0.0, 6600.0), (0.0, 40.0)  # ends of the colours, m/s and k
 
 def sections() -> Sections:
     """The stored sections of the case."""
-    roles = {role: materials.load(COPPER) for role in ("projectile", "target")}
-    run = resolve("debris_cloud", {**CASE, "cells_per_diameter": GRIDS[-1]}, roles)
     with tempfile.TemporaryDirectory() as folder:
-        execute(run, Path(folder))
+        execute(asked(GRIDS[-1]), Path(folder))
         return read_sections(Path(folder) / "sections.npz")
 
 
@@ -39,11 +36,13 @@ def write() -> None:
     end = stored.at(END)
     assert end is not None
     shown = nearest(stored, end, FRAME, WIDTH)
+    assert stored.radiograph is not None
+    seen = in_radiograph(stored.radiograph, FRAME, WIDTH, 1.0)
     panels = [
-        png(shown, np.asarray(end.fields["speed"]), SPEEDS, VIRIDIS),
-        radiogram(stored, FRAME, WIDTH, 1.0, DENSITIES),
+        coloured(shown, np.asarray(end.fields["speed"]), SPEEDS, "speed"),
+        coloured(seen, stored.radiograph.density.ravel(), DENSITIES, AREAL_DENSITY),
     ]
-    images = [Image.open(io.BytesIO(panel)).convert("RGBA") for panel in panels]
+    images = [Image.fromarray(panel) for panel in panels]
     height = max(image.height for image in images)
     sheet = Image.new("RGBA", (2 * WIDTH + GAP, height), "white")
     for place, image in enumerate(images):

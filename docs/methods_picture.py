@@ -3,7 +3,6 @@
 ``python -m docs.methods_picture`` computes it anew on the finest grid of the claim ``methods-thin-plate``, in minutes.
 """
 
-import io
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -11,13 +10,15 @@ from pathlib import Path
 import numpy as np
 
 from studies.films.section import Sections, read_sections
-from studies.reports.raster import VIRIDIS, Frame, nearest, png
+from studies.reports.drawing.pixels import coloured, nearest
+from studies.reports.pictures import Frame
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
-from tests.claims.methods.thin_plate import GRIDS, document
+from tests.cases.test_methods import GRIDS, document
 
 FILE = Path(__file__).parent / "methods.png"
 WIDTH, GAP = 300, 16  # px of a panel, and between two
+FIELD = "plastic_strain"
 FRAME = Frame(-0.022, 0.022, -0.008, 0.024)  # m
 STRAINS = (0.0, 3.0)  # ends of the colours
 
@@ -38,12 +39,12 @@ def write(stored: Sequence[Sections]) -> None:
 
     rows = [
         [
-            png(nearest(each, state, FRAME, WIDTH), np.asarray(state.fields["plastic_strain"]), STRAINS, VIRIDIS)
+            coloured(nearest(each, state, FRAME, WIDTH), np.asarray(state.fields[FIELD]), STRAINS, FIELD)
             for state in sorted(each.states, key=lambda state: state.time)
         ]
         for each in stored
     ]
-    images = [[Image.open(io.BytesIO(panel)).convert("RGBA") for panel in row] for row in rows]
+    images = [[Image.fromarray(panel) for panel in row] for row in rows]
     high = images[0][0].height
     size = (len(images[0]) * (WIDTH + GAP) - GAP, len(images) * (high + GAP) - GAP)
     sheet = Image.new("RGBA", size, "white")

@@ -16,9 +16,9 @@ from solver import PHYSICS_VERSION
 from studies import materials
 from studies.cubes.models import STORED
 from studies.runs.execution import execute
+from studies.runs.results import RunResult
 from studies.runs.run import Run, resolve
 from studies.sweeps.screening import contributions_of, screens_of
-from studies.values.results import RunResult
 
 COMMAND = "python -m docs.model_part"
 WORKERS = 2

@@ -4,17 +4,17 @@
 in some minutes of one core.
 """
 
-import io
 from pathlib import Path
 from typing import Any
 
 from solver.simulation import simulate
 from studies import materials
 from studies.films.section import SectionOptions, SectionRecorder, Sections
-from studies.reports.raster import VIRIDIS, Frame, nearest, png
+from studies.reports.drawing.pixels import coloured, nearest
+from studies.reports.pictures import Frame
 from studies.runs.execution import observer_of
 from studies.runs.run import resolve
-from tests.claims.methods.plugging import DIAMETER, ROLES, SPACING, SPEED
+from tests.cases.test_plugging import DIAMETER, ROLES, SPACING, SPEED
 
 FILE = Path(__file__).parent / "plugging.png"
 MOMENTS = (7e-6, 30e-6, 60e-6, 120e-6)  # s: contact, the plate bulges, the plug moves, and is out
@@ -70,8 +70,8 @@ def write(columns: dict[str, Sections]) -> None:
             if state is None:
                 continue
             shown = nearest(stored, state, FRAME, WIDTH)
-            panel = png(shown, state.fields["plastic_strain"], STRAINS, VIRIDIS)
-            sheet.alpha_composite(Image.open(io.BytesIO(panel)).convert("RGBA"), (left, top + 2 * HEAD))
+            panel = coloured(shown, state.fields["plastic_strain"], STRAINS, "plastic_strain")
+            sheet.alpha_composite(Image.fromarray(panel), (left, top + 2 * HEAD))
     sheet.convert("RGB").quantize(96).save(FILE, optimize=True)
 
 

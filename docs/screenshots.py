@@ -10,7 +10,7 @@ from pathlib import Path
 from PIL import Image
 from playwright.sync_api import Browser
 
-from tests.acceptance.support.browser import chromium, opened
+from tests.crash.support.browser import chromium, opened
 
 DOCS = Path(__file__).parent
 WIDTH = 1100  # px of the window: a report's widest layout
@@ -22,8 +22,7 @@ PICTURES = """() => {
     const debris = [...run.querySelectorAll(".beside > figure svg.of-run")];
     const end = run.querySelector(".fields > figure svg.of-run");
     const styles = [...document.querySelectorAll("style")].map(style => style.outerHTML).join("");
-    const ramps = document.querySelector("svg.ramps").outerHTML;
-    return [styles + ramps, run.querySelector("h3").textContent, [...debris, end].map(svg => svg.outerHTML)];
+    return [styles, run.querySelector("h3").textContent, [...debris, end].map(svg => svg.outerHTML)];
 }"""
 ROWS = {"holes": "Copper sphere of 8 mm on a copper plate", "craters": "Copper cylinder on a copper block"}
 

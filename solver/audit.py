@@ -11,10 +11,10 @@ from typing import Any
 
 import numpy as np
 
-from solver.geometry import conserved_axes, impact_axis
+from solver.problem.geometry import conserved_axes, impact_axis
 from solver.state import Departed, Particles
 
-HOTTEST_SHARE = 1e-3  # of the mass: the particles whose share of internal energy is watched
+HOTTEST_PART = 1e-3  # of the mass: the particles whose part of the internal energy is watched
 
 
 @dataclass(frozen=True)
@@ -105,10 +105,10 @@ def totals(particles: Particles, index: Any = slice(None)) -> Totals:
     momentum, scale, kinetic = np.zeros(3), 0.0, 0.0
     for axis in range(3):  # one after another takes a third of the memory
         velocity = particles.velocity[index, axis]
-        carried = mass * velocity
-        momentum[axis] = carried.sum()
-        scale += float(np.abs(carried).sum())
-        kinetic += 0.5 * float((carried * velocity).sum())
+        momenta = mass * velocity
+        momentum[axis] = momenta.sum()
+        scale += float(np.abs(momenta).sum())
+        kinetic += 0.5 * float((momenta * velocity).sum())
     return Totals(
         mass=float(mass.sum()),
         momentum=momentum,
@@ -191,5 +191,5 @@ def _hottest_share(particles: Particles, living: np.ndarray, internal: float) ->
         return 0.0
     order = living[np.argsort(particles.energy[living])[::-1]]
     cumulated = np.cumsum(particles.mass[order])
-    hottest = order[: int(np.searchsorted(cumulated, HOTTEST_SHARE * cumulated[-1])) + 1]
+    hottest = order[: int(np.searchsorted(cumulated, HOTTEST_PART * cumulated[-1])) + 1]
     return float((particles.mass[hottest] * particles.energy[hottest]).sum()) / internal

@@ -13,6 +13,7 @@ energy is kept to the work of the difference, which the audit shows. Only partic
 nodes act on others, as debris that comes to them, without being pushed back, and the audit shows that too.
 """
 
+import operator
 from collections.abc import Mapping
 from dataclasses import replace
 
@@ -20,14 +21,14 @@ import numpy as np
 
 from solver.errors import ProblemError
 from solver.fem.step import TOGETHER, ElementStepper
-from solver.method import Method, Partition, StepBalance
 from solver.problem import Problem
 from solver.sph.smoothing import SUPPORT
 from solver.sph.step import ParticleStepper
 from solver.sph.tables import MOVED
 from solver.state import MASS, NEW_X, VX, Particles
-from solver.stress import CULPRIT, MAXIMA, Limits, Tally
-from solver.threads import ThreadPool
+from solver.steps.method import Method, Partition, StepBalance
+from solver.steps.points import CULPRIT, MAXIMA, StateLimits, Tally
+from solver.steps.threads import ThreadPool
 
 # Courant number of elements, of which each knows its stable step. ``Problem.courant`` is that of the particles.
 COURANT_OF_ELEMENTS = 0.8
@@ -38,7 +39,7 @@ NEAR = 1.5
 class CoupledStepper(Method):
     """The stages of a step of particles and elements; ``shares`` of each may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         meshed = [body for body in problem.bodies if body.mesh]
         if any(body.mesh for body in problem.bodies[len(meshed) :]):
             raise ProblemError("bodies with a mesh come first; reorder the bodies")
@@ -172,12 +173,4 @@ def _added(first: StepBalance, second: StepBalance) -> StepBalance:
     tally = np.add(first.tally, second.tally)
     tally[:MAXIMA] = np.maximum(first.tally, second.tally)[:MAXIMA]
     tally[CULPRIT] = first.tally.culprit if first.tally.fault else second.tally.culprit
-    return StepBalance(
-        first.impulse + second.impulse,
-        first.energy + second.energy,
-        first.contact + second.contact,
-        first.work + second.work,
-        first.gone + second.gone,
-        first.reflected + second.reflected,
-        Tally(*tally.tolist()),
-    )
+    return StepBalance(*map(operator.add, first, second))._replace(tally=Tally(*tally.tolist()))

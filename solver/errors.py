@@ -6,7 +6,7 @@
     +-- ProblemError       the input of a simulation contradicts itself or cannot be computed
     +-- UnphysicalState    a run left the range of its own physics: particle, time, quantity, value
     +-- RegistryError      a folder of models holds something that cannot be used
-    +-- InvalidInput       (studies.values.errors) what a user gave is refused, with a cure for each finding
+    +-- InvalidInput       (studies.quantities.findings) what a user gave is refused, with a cure for each finding
 
     Interrupted            a run stopped on request; not an error, hence outside the tree
 """

@@ -2,7 +2,9 @@
 
 ``device``      a function of scalars and small arrays, callable from kernels and from plain Python alike
 ``generic``     a device function chosen by the *type* of its first argument, a parameter record
-``implements``  registers the text of a generic function for one record type, or for ``object``: all that bring none
+``overridable`` the same with a text of its own, for all records that bring none
+``implements``  registers the text of a generic function for one record type
+``gives``       registers a constant in the place of a text
 ``kernel``      a compiled loop over particles or nodes, cached on disk
 
 Choosing by type keeps kernels cacheable: a jitted function handed over as an argument, or a kernel made in a
@@ -30,7 +32,18 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
-__all__ = ["Bound", "compiler", "device", "generic", "implements", "kernel", "software", "when_compiling"]
+__all__ = [
+    "Bound",
+    "compiler",
+    "device",
+    "generic",
+    "gives",
+    "implements",
+    "kernel",
+    "overridable",
+    "software",
+    "when_compiling",
+]
 
 # Fused multiply-add is allowed; everything that could hide a NaN or reorder a sum is not.
 _FLOATING_POINT = {"contract"}
@@ -135,8 +148,15 @@ def device(function: Callable[..., Any]) -> Callable[..., Any]:
 
 def generic(declaration: Callable[..., Any]) -> Callable[..., Any]:
     """A function whose text depends on the type of its first argument; ``implements`` adds the texts."""
-    texts: dict[type, Callable[..., Any]] = {}
+    return _chosen_by_type(declaration, {})
 
+
+def overridable(text: Callable[..., Any]) -> Callable[..., Any]:
+    """A generic function whose own text serves all records that bring none."""
+    return _chosen_by_type(text, {object: text})
+
+
+def _chosen_by_type(declaration: Callable[..., Any], texts: dict[type, Callable[..., Any]]) -> Callable[..., Any]:
     @functools.wraps(declaration)
     def dispatch(record: Any, *arguments: Any) -> Any:
         kind = type(record) if type(record) in texts or object not in texts else object
@@ -161,6 +181,15 @@ def implements(function: Any, record: type) -> Callable[[Callable[..., Any]], Ca
         return text
 
     return register
+
+
+def gives(function: Any, record: type, value: Any) -> None:
+    """Register a constant as what a generic function gives for one record type."""
+
+    def constant(record: Any, *arguments: Any) -> Any:
+        return value
+
+    implements(function, record)(constant)
 
 
 def kernel(function: Callable[..., Any]) -> Any:

@@ -18,12 +18,16 @@ from solver.errors import RegistryError
 
 @cache
 def entries(package: str, kind: str) -> Mapping[str, Any]:
-    """Entries of one kind by their ``name``, sorted; a module whose name begins with an underscore offers none."""
+    """Entries of one kind by their ``name``, sorted.
+
+    A module whose name begins with an underscore offers none; a folder inside may offer none.
+    """
     folder = importlib.import_module(package)
     members: dict[str, Any] = {}
-    for module_name in sorted(module.name for module in pkgutil.iter_modules(folder.__path__)):
+    modules = {module.name: module.ispkg for module in pkgutil.iter_modules(folder.__path__)}
+    for module_name, is_folder in sorted(modules.items()):
         if not module_name.startswith("_"):
-            offered = _load(f"{package}.{module_name}", kind)
+            offered = _load(f"{package}.{module_name}", kind, () if is_folder else None)
             # Entries may be named tuples themselves.
             for entry in offered if type(offered) is tuple else (offered,):
                 _add(members, entry, f"{package}.{module_name}")
@@ -50,14 +54,15 @@ def _loaded(point: EntryPoint) -> Any:
         raise RegistryError(f"entry point {point.name!r} of {point.group}: {error}") from error
 
 
-def _load(module_name: str, kind: str) -> Any:
+def _load(module_name: str, kind: str, default: tuple[()] | None) -> Any:
     try:
         module = importlib.import_module(module_name)
     except Exception as error:
         raise RegistryError(f"{module_name} cannot be imported: {error}") from error
-    if not hasattr(module, kind):
+    offered = getattr(module, kind, default)
+    if offered is None:
         raise RegistryError(f"{module_name} has no {kind}: each module of this folder offers one")
-    return getattr(module, kind)
+    return offered
 
 
 def _add(members: dict[str, Any], entry: Any, origin: str) -> None:

@@ -9,24 +9,23 @@ from typing import Protocol
 import numpy as np
 
 from solver.audit import Audit, Ledger, Totals, audit, body_balances, totals
-from solver.checkpoint import Carried, Checkpointing
-from solver.checkpointing import CheckpointWriter, Observing
+from solver.checkpoints import Carried, Checkpointing, CheckpointWriter, Observing
 from solver.coupling import CoupledStepper
-from solver.debris import clear_debris
-from solver.eos import reference_density, reference_sound_speed
 from solver.errors import ProblemError, UnphysicalState
-from solver.failure import weakens
 from solver.fem.step import ElementStepper
-from solver.geometry import exit_face, node_count
-from solver.method import Method, Partition
+from solver.grid.debris import clear_debris
+from solver.grid.step import Stepper, shares_of
+from solver.matter.eos import reference_sound_speed
+from solver.matter.failure import weakens
+from solver.matter.strength import stored_part
 from solver.problem import Body, Problem
+from solver.problem.geometry import node_count
 from solver.sph.step import ParticleStepper
 from solver.state import (
     LIGHTING,
     MASS,
     NONE_DEPARTED,
     Departed,
-    Particles,
     Snapshot,
     empty_table,
     joined,
@@ -34,12 +33,11 @@ from solver.state import (
     reordered,
     views,
 )
-from solver.step import Stepper, shares_of
-from solver.strength import stored_part
-from solver.stress import QUANTITIES, Limits, Tally, find_fault
-from solver.threads import ThreadPool, asked_threads
-from solver.timestep import first_step, stable_step
-from solver.vectors import LANES
+from solver.steps.crossing import exit_face
+from solver.steps.method import Method, Partition
+from solver.steps.points import StateLimits, Tally, first_fault
+from solver.steps.threads import ThreadPool, asked_threads
+from solver.steps.timestep import fastest, first_step, stable_step
 
 # Steps between reorderings of the particle arrays, for memory locality; debris is retired before them.
 SORT_INTERVAL = 100
@@ -53,10 +51,10 @@ SHARE, MOST_SHARES = 32768, 16
 DENSEST, THINNEST, SPEED_FACTOR, ENERGY_FACTOR = 8.0, 1e-9, 10.0, 100.0
 
 # Numbers of a Simulation.
-CARRIED = ("time", "step", "dt", "smallest_step", "particle_steps", "removed", "removed_by_contact", "worked")
+CARRIED_NUMBERS = ("time", "step", "dt", "smallest_step", "particle_steps", "removed", "removed_by_contact", "worked")
 DEPARTED = "departed_"  # before the names of its arrays
 
-Observer = Callable[[Snapshot], str | None]
+SnapshotObserver = Callable[[Snapshot], str | None]
 
 
 class Recorder(Protocol):
@@ -74,7 +72,7 @@ class Recorder(Protocol):
 class Counters:
     """Counts of the safeguards that acted on a state, over all steps and particles; every clamp is counted.
 
-    Limits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
+    StateLimits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
     their strain rate below the reference rate, the shear modulus of expanded matter, and in Steinberg and Guinan's
     strength the softest solid and the thinnest.
     """
@@ -141,7 +139,7 @@ class Simulation:
         self.stepper = _method(problem)(problem, self.limits, self.pool, self.shares)
         self.impulse = np.zeros(3)
         self._departures = [NONE_DEPARTED]
-        self.dt = problem.fixed_dt or _first_step(problem)
+        self.dt = problem.fixed_dt or first_step(problem)
         self._arrange()
         self.start = totals(self.particles)
 
@@ -190,7 +188,7 @@ class Simulation:
             **self.stepper.carried(),
         }
         numbers = {
-            **{name: getattr(self, name) for name in CARRIED},
+            **{name: getattr(self, name) for name in CARRIED_NUMBERS},
             "counters": asdict(self.counters),
             "ledger": ledger,
             "start": first,
@@ -200,7 +198,7 @@ class Simulation:
     def take_over(self, carried: Carried) -> None:
         """Go on from what a simulation of the same problem carried."""
         numbers, arrays = carried.numbers, carried.arrays
-        for name in CARRIED:
+        for name in CARRIED_NUMBERS:
             # Checkpoints without loads have no work.
             setattr(self, name, numbers.get(name, 0.0) if name == "worked" else numbers[name])
         self.counters = Counters(**numbers["counters"])
@@ -231,14 +229,7 @@ class Simulation:
         self.smallest_step = min(self.smallest_step, dt)
         self._book(balance.gone)
         if self.problem.fixed_dt is None:
-            self.dt = stable_step(
-                self.tally,
-                courant=self.problem.courant,
-                spacing=self.problem.geometry.spacing,
-                previous=dt,
-                rule=self.problem.step_rule,
-                travel=self.problem.travel,
-            )
+            self.dt = stable_step(self.problem, self.tally, dt)
 
     def _book(self, gone: int) -> None:
         """Counters, ledger and faults of the step that was just taken."""
@@ -261,18 +252,13 @@ class Simulation:
 
     def _raise(self, first: int) -> None:
         particles, body = self.stepper.material_points(self.particles, self.body)
-        found = [
-            (p, *find_fault(self.problem.bodies[int(body[p])].matter, self.limits, particles, p))
-            for p in range(first, min(first + LANES, body.size))
-            if particles.mass[p] > 0.0
-        ]
-        culprit, kind, value = next(one for one in found if one[1])
+        culprit, quantity, value = first_fault(self.problem, self.limits, particles, body, first)
         raise UnphysicalState(
             particle=int(particles.number[culprit]),
             body=self.problem.bodies[int(body[culprit])].name,
             time=self.time,
             step=self.step,
-            quantity=QUANTITIES[kind],
+            quantity=quantity,
             value=value,
         )
 
@@ -316,7 +302,7 @@ class Simulation:
 
 def simulate(
     problem: Problem,
-    observe: Observer | None = None,
+    observe: SnapshotObserver | None = None,
     *,
     interval: float | None = None,
     recorder: Recorder | None = None,
@@ -339,7 +325,7 @@ def simulate(
 
 def _run(
     simulation: Simulation,
-    observe: Observer | None,
+    observe: SnapshotObserver | None,
     interval: float,
     recorder: Recorder | None,
     checkpoint: Checkpointing | None,
@@ -400,7 +386,9 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
     table, begin = empty_table(sum(sizes), burns=explosive, remembers=remembers), 0
     for body, size in zip(problem.bodies, sizes, strict=True):
         _check_inside(problem, body)
-        _fill(views(table[:, begin : begin + size]), body)
+        particles = views(table[:, begin : begin + size])
+        particles.position[:], particles.velocity[:], particles.mass[:] = body.position, body.velocity, body.mass
+        body.fill(particles)
         if body.lighting is not None:
             table[LIGHTING, begin : begin + size] = body.lighting
         begin += size
@@ -423,14 +411,6 @@ def _remembers(body: Body) -> bool:
     return bool(weakens(body.matter.failure) or stored_part(body.matter.strength) > 0.0)
 
 
-def _fill(particles: Particles, body: Body) -> None:
-    """The initial state of a body's particles."""
-    particles.position[:] = body.position
-    particles.velocity[:] = body.velocity
-    particles.mass[:] = body.mass
-    body.fill(particles)
-
-
 def _check_inside(problem: Problem, body: Body) -> None:
     if body.mesh:  # of which the grid's box holds the faces alone
         return
@@ -445,23 +425,9 @@ def _check_inside(problem: Problem, body: Body) -> None:
             )
 
 
-def _fastest(problem: Problem) -> float:
-    """Largest initial speed of any particle, m/s."""
-    return max(float(np.sqrt((np.asarray(body.velocity) ** 2).sum(axis=-1)).max()) for body in problem.bodies)
-
-
-def _limits(problem: Problem) -> Limits:
+def _limits(problem: Problem) -> StateLimits:
     sound = max(reference_sound_speed(body.matter.eos) for body in problem.bodies)
-    speed = max(_fastest(problem), sound)
-    return Limits(densest=DENSEST, thinnest=THINNEST, energy=ENERGY_FACTOR * 0.5 * speed**2, speed=SPEED_FACTOR * speed)
-
-
-def _first_step(problem: Problem) -> float:
-    sound = max(
-        math.sqrt(
-            reference_sound_speed(body.matter.eos) ** 2
-            + 4.0 / 3.0 * body.matter.shear_modulus / reference_density(body.matter.eos)
-        )
-        for body in problem.bodies
+    speed = max(fastest(problem), sound)
+    return StateLimits(
+        densest=DENSEST, thinnest=THINNEST, energy=ENERGY_FACTOR * 0.5 * speed**2, speed=SPEED_FACTOR * speed
     )
-    return first_step(sound + _fastest(problem), courant=problem.courant, spacing=problem.geometry.spacing)

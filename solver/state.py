@@ -1,8 +1,8 @@
-"""The arrays of a simulation: particles, nodes, and the picture of both that leaves the solver. Allocation only.
+"""The particles of a simulation, and the picture of them that leaves the solver. Allocation only.
 
-Kernels see tables. In that of the particles each number has a row, so that eight neighbours are one vector;
-``Particles`` are views of its rows. In those of the nodes each node has a line of eight numbers, 64 bytes, which is
-what the memory moves at a time; ``Nodes`` are views of its columns.
+Kernels see a table. In it each number has a row, so that eight neighbours are one vector; ``Particles`` are views of
+its rows. Tables of nodes, neighbours and gradients have a line of eight numbers instead, 64 bytes, which is what the
+memory moves at a time.
 """
 
 import mmap
@@ -10,14 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-LINE = 8  # numbers of a node in a table
-BLOCK = 8  # nodes that are looked at together: whether any particle touched them
-
-# Columns of the tables of nodes, where vectors begin. They stand so that a line of mass, momentum and force over the
-# mass is one of velocity and acceleration.
-MOMENTUM, FORCE = 1, 4  # of state, whose column 0 is the mass
-BEFORE, ACCELERATION = 1, 4  # of motion
-VELOCITY = 1  # of mapped and smoothed
+LINE = 8  # numbers of a line
 
 # Rows of the table of particles.
 X, Y, Z, VX, VY, VZ, MASS, DENSITY, ENERGY, PRESSURE, VISCOSITY = range(11)
@@ -46,25 +39,6 @@ class Particles(NamedTuple):
     damage: np.ndarray  # (n,) 0 whole .. 1 failed
     number: np.ndarray  # (n,) permanent, int64
     alive: np.ndarray  # (n,) 1 on the grid, 0 once it has left, uint8
-
-
-class Nodes(NamedTuple):
-    """Grid fields; of nodes without mass the rest means nothing. In axisymmetry mass and force are per radian."""
-
-    mass: np.ndarray  # (m,) kg
-    momentum: np.ndarray  # (m, 3) kg m/s
-    force: np.ndarray  # (m, 3) N
-    before: np.ndarray  # (m, 3) velocity before the forces of the step, m/s
-    velocity: np.ndarray  # (m, 3) m/s
-    acceleration: np.ndarray  # (m, 3) m/s2
-    # (m, 3) ``before`` mapped to the particles and back, for damping of second order, m/s.
-    smooth: np.ndarray
-    surface: np.ndarray  # (m, 3) outward area of a body, for contact, m2 (m2 per radian)
-    state: np.ndarray  # (m, 8) table of mass, momentum and force
-    motion: np.ndarray  # (m, 8) table of before and acceleration
-    mapped: np.ndarray  # (m, 8) table of velocity
-    smoothed: np.ndarray  # (m, 8) table of smooth
-    areas: np.ndarray  # (m, 8) table whose columns of the force are surface
 
 
 class Departed(NamedTuple):
@@ -161,28 +135,6 @@ def lines(count, *, sparse=False):
     memory = np.zeros(count * LINE + LINE)
     skipped = -memory.ctypes.data % (LINE * memory.itemsize) // memory.itemsize
     return memory[skipped : skipped + count * LINE].reshape(count, LINE)
-
-
-def empty_nodes(count, *, smooth=True, surface=True, sparse=False):
-    """Nodes without mass, in whole blocks; columns for damping and contact are left out on request."""
-    count = -(-count // BLOCK) * BLOCK
-    counts = count, count, count, count if smooth else 0, count if surface else 0
-    state, motion, mapped, smoothed, areas = (lines(one, sparse=sparse) for one in counts)
-    return Nodes(
-        mass=state[:, 0],
-        momentum=state[:, MOMENTUM : MOMENTUM + 3],
-        force=state[:, FORCE : FORCE + 3],
-        before=motion[:, BEFORE : BEFORE + 3],
-        velocity=mapped[:, VELOCITY : VELOCITY + 3],
-        acceleration=motion[:, ACCELERATION : ACCELERATION + 3],
-        smooth=smoothed[:, VELOCITY : VELOCITY + 3],
-        surface=areas[:, FORCE : FORCE + 3],
-        state=state,
-        motion=motion,
-        mapped=mapped,
-        smoothed=smoothed,
-        areas=areas,
-    )
 
 
 def records(time, particles, body, index):

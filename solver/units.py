@@ -64,6 +64,11 @@ KilogramPerCubicMetre = Annotated[float, Unit("kg m-3")]
 JoulePerKilogram = Annotated[float, Unit("J kg-1")]
 JoulePerKilogramKelvin = Annotated[float, Unit("J kg-1 K-1")]
 
+# Numbers of a material that several models take.
+Density = Annotated[KilogramPerCubicMetre, FromMaterial("density")]
+HeatCapacity = Annotated[JoulePerKilogramKelvin, FromMaterial("thermal.heat_capacity")]
+RoomTemperature = Annotated[Kelvin, FromMaterial("thermal.room_temperature")]
+
 
 def units_of(record: type) -> dict[str, str]:
     """The unit symbol of each field of a record that carries one."""

@@ -12,7 +12,7 @@ settings.load_profile("whipple")
 
 pytest_plugins = ["tests.claims.marked"]
 
-MARK_OF_FOLDER = {"acceptance": "acceptance", "verification": "verification"}
+MARK_OF_FOLDER = {"crash": "crash", "cases": "cases"}
 TESTS = Path(__file__).parent
 
 

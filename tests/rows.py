@@ -1,8 +1,8 @@
-"""Rows of claims and acceptance checks: the records of ``studies.verification``, and a test's assertion on them."""
+"""Rows of claims and crash tests: the records of ``studies.cases.rows``, and a test's assertion on them."""
 
 from collections.abc import Iterable
 
-from studies.verification import Row, absolute, at_least, at_most, equal, relative
+from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative
 
 __all__ = ["Row", "absolute", "at_least", "at_most", "check", "equal", "relative"]
 

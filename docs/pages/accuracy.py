@@ -7,8 +7,8 @@ from typing import Any
 
 from docs.pages import MADE, RESULTS, keep, shots, table
 from solver import PHYSICS_VERSION
-from studies import verification
-from studies.values.formats import NONE, digits
+from studies.cases import verification
+from studies.quantities.display import NONE, digits
 
 STORED = RESULTS / "verification.json"
 COMMAND = "python -m docs.pages compute accuracy"

@@ -5,7 +5,7 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
-from studies.validation._pages import COLOURS, GREY, MARKS, STYLE
+from studies.cases.pages import COLOURS, GREY, MARKS, STYLE
 
 # Dashes of lines: the first with each colour, then the second with each again.
 DASHES = ("-", "--")

@@ -16,13 +16,13 @@ from typing import Any
 from docs.pages import MADE, keep, plots, table
 from solver import PHYSICS_VERSION
 from studies import measurements, observations, scenarios
+from studies.laws.fitting.least_squares import CONFIDENCE
 from studies.observations import written
 from studies.observations.compared import FEWEST, STORED, bias_and_scatter, compared_shots, ratio, stored
+from studies.quantities.display import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
+from studies.quantities.parameters import declared
 from studies.reports.verdict.summary import of_shots
-from studies.sweeps.sweep import vocabulary
-from studies.values.formats import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
-from studies.values.least_squares import CONFIDENCE
-from studies.values.parameters import declared
+from studies.sweeps.reading import vocabulary
 
 COMMAND = "python -m docs.pages compute shots"
 

@@ -14,14 +14,14 @@ from typing import Any
 
 from docs.pages import DOCS, MADE, RESULTS, keep, table
 from solver import PHYSICS_VERSION
-from studies import validation
-from studies.validation._pages import HEADERS, cells
-from studies.values.formats import MESH_UNKNOWN
-from studies.verification import Row
+from studies.cases import validation
+from studies.cases.pages import HEADERS, cells
+from studies.cases.rows import Row
+from studies.quantities.display import MESH_UNKNOWN
 
 STORED = RESULTS / "validation.json"
 COMMAND = "python -m docs.pages compute validation"
-LEVEL: validation.Level = "fine"
+LEVEL: validation.ValidationLevel = "fine"
 
 
 def compute(directory: Path | None = None, *names: Path) -> None:
@@ -51,7 +51,7 @@ def _unwatched(name: str) -> Iterator[Any]:
 def _computed(chosen: str, place: Path) -> dict[str, Any]:
     """Rows of a case, and the names of its pictures, which are copied at the level ``fine``."""
     from service.cli.validation import STORE, selected, validated
-    from service.records.settings import Settings
+    from service.settings import Settings
 
     settings = Settings(data=place / STORE)
     name, level = _place(chosen)
@@ -64,7 +64,7 @@ def _computed(chosen: str, place: Path) -> dict[str, Any]:
     return {"rows": rows, "pictures": pictures}
 
 
-def _place(chosen: str) -> tuple[str, validation.Level]:
+def _place(chosen: str) -> tuple[str, validation.ValidationLevel]:
     """Name and level of what stands in the results as ``CASE`` or ``CASE/LEVEL``."""
     name, _, level = chosen.partition("/")
     return name, level or LEVEL  # type: ignore[return-value]

@@ -4,8 +4,8 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from studies.values.results import ENERGY_DRIFT_LIMIT
-from studies.verification import bar_contact, plate_impact
+from studies.cases.verification import contact, plate_impact
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 
 OTHER_SHAPES = plate_impact.PRESSURE["gimp"]  # whatever is not named there is held to this
 # Largest mean change of the Taylor bar's lengths from 10 to 20 cells per diameter and from 20 to 40, which halves at
@@ -53,9 +53,9 @@ def margins(figures: Figures) -> dict[str, float]:
         word: min(1.0 - abs(error) / limit for one in shocks for error in one.get(name, [math.inf]))
         for word, (name, limit) in limits.items()
     }
-    bar, least = figures["bar"], bar_contact.REBOUND
+    bar, least = figures["bar"], contact.REBOUND
     taylor = figures["taylor"].get("changes", (math.inf, math.inf))
-    found["contact"] = 1.0 - abs(bar.get("time", math.inf)) / bar_contact.CONTACT_TIME
+    found["contact"] = 1.0 - abs(bar.get("time", math.inf)) / contact.CONTACT_TIME
     found["rebound"] = (bar.get("rebound", -math.inf) - least) / (1.0 - least)
     found["Taylor"] = min(1.0 - change / limit for change, limit in zip(taylor, TAYLOR_CHANGES, strict=True))
     found["Noh"] = 1.0 - float(figures["noh"].get("part", math.inf))

@@ -9,7 +9,7 @@ import matplotlib
 from matplotlib import pyplot
 
 from docs.recipe_study.choice import change_of_hole, cost, eligible
-from studies.verification.plate_impact import PRESSURE, SHOCK_SPEED
+from studies.cases.verification.plate_impact import PRESSURE, SHOCK_SPEED
 
 matplotlib.use("Agg")
 

@@ -9,16 +9,16 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import WhippleError
+from studies.cases.setups.runs import executed
+from studies.cases.solutions.hugoniot import Solid
+from studies.cases.validation.taylor_bar import HALVED, MATERIAL, MEASURED, REFERENCES
+from studies.cases.verification.contact import contact_and_rebound
+from studies.cases.verification.noh import gated_errors
+from studies.cases.verification.plate_impact import PAIRS, impact, states
+from studies.quantities.recipes import Recipe
 from studies.runs.execution import execute
+from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
-from studies.validation.taylor_bar import HALVED, MATERIAL, MEASURED, REFERENCES
-from studies.values.recipes import Recipe
-from studies.values.results import RunResult
-from studies.verification._hugoniot import Solid
-from studies.verification._runs import executed, value
-from studies.verification.bar_contact import contact_and_rebound
-from studies.verification.noh import gated_errors
-from studies.verification.plate_impact import PAIRS, impact, states
 
 SPEEDS = (2e3, 6e3)  # m/s
 HOLE_CELLS = (16, 32)  # across the diameter: 4 and 8 through the plate
@@ -117,7 +117,13 @@ def _taylor_bar(recipe: Recipe, cells: float) -> dict[str, float]:
     """The three lengths of the body of revolution, m, and their mean error against the experiment (Eq. 2-42)."""
     parameters = {"cells_per_diameter": cells, **REFERENCES}
     result = executed("taylor_bar", recipe, parameters, {"bar": MATERIAL})
-    return {name: value(result, name) for name in (*MEASURED, "taylor_error")}
+    return {name: _value(result, name) for name in (*MEASURED, "taylor_error")}
+
+
+def _value(result: RunResult, name: str) -> float:
+    """A measured value; NaN where there is none."""
+    measured = result.measurements[name].value
+    return float("nan") if measured is None else float(measured)
 
 
 def noh(recipe: Recipe) -> Figures:

@@ -3,7 +3,7 @@
 The recipe ``whipple`` with either number: the Taylor bar, holes in copper plates of a quarter of the sphere's diameter,
 and the craters of the example ``craters``, each over several grids and, for impacts, three sub-cell positions. FILE
 keeps the figures as JSON; the tables of docs/recipe.md are printed. The part of the uncertainty that runs with two
-particles state (``OF_FEW_PARTICLES`` in ``studies.scenarios._impact_observer``) is, by quantity, the root mean square
+particles state (``OF_FEW_PARTICLES`` in ``studies.scenarios.parts.impact``) is, by quantity, the root mean square
 difference over all runs of the draft's grid, and over all of finer ones, rounded up to a tenth of a per cent.
 """
 
@@ -21,8 +21,8 @@ from typing import Any
 
 from docs.recipe_study.measure import OFFSETS, Figures, computed, hole, taylor
 from studies import examples
+from studies.quantities.recipes import RECIPES, Recipe
 from studies.sweeps.document import read_yaml
-from studies.values.recipes import RECIPES, Recipe
 
 PROCESSES = 2
 COUNTS = (2, 3)

@@ -31,8 +31,8 @@ from service.api.errors import (
     problem_response,
 )
 from service.records.jobs import Scope, SweepStatus
-from service.records.settings import Settings
-from studies.values.errors import Finding, InvalidInput
+from service.settings import Settings
+from studies.quantities.findings import Finding, InvalidInput
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
 SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
@@ -222,7 +222,7 @@ def _authenticate(request: Request, credentials: HTTPAuthorizationCredentials | 
     if credentials is not None:
         secret = credentials.credentials
         is_possible = 0 < len(secret) <= LONGEST_SECRET
-        key = request.app.state.store.find_key(secret) if is_possible else None
+        key = request.app.state.store.keys.find(secret) if is_possible else None
         if key is None:
             raise Unauthorized("this key is unknown, revoked or expired; ask for another", key_was_sent=True)
         return Caller(key.name, key.scopes)

@@ -8,6 +8,7 @@ from typing import Any
 from fastapi import FastAPI
 from fastapi.staticfiles import StaticFiles
 
+from service import version
 from service.api import errors
 from service.api.access import Access, check_binding, requires
 from service.api.event_streams import EventStreams
@@ -17,11 +18,11 @@ from service.api.partial_cubes import PartialCubes
 from service.api.readers import Readers
 from service.api.routes import catalogue, events, files, health, pages, queue, runs, sweeps
 from service.api.schemas import problem_schemas
+from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.queue.status import DispatcherStatus
 from service.records.jobs import Scope
-from service.records.settings import Settings
-from service.records.version import version
+from service.settings import Settings
 from service.store import Store
 
 __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
@@ -51,7 +52,7 @@ def open_service(settings: Settings, start_engine: StartEngine) -> Iterator[Fast
         settings.data.mkdir(parents=True, exist_ok=True)
     with closing(Store.open(settings.url)) as store:
         identity.settle(settings, store)
-        check_binding(settings, has_keys=store.has_keys())
+        check_binding(settings, has_keys=store.keys.any_usable())
         with start_engine(settings, store) as engine:
             app = build_app(settings, store, engine)
             with closing(app.state.event_streams):
@@ -73,6 +74,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     streams = EventStreams(store)
     metrics = Metrics(store, engine, streams)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
+    app.state.artifacts = Artifacts(settings.data)
     app.state.event_streams, app.state.metrics = streams, metrics
     app.state.problem_page = pages.problem_page
     app.state.readers = Readers()

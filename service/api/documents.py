@@ -13,9 +13,8 @@ from typing import Any
 
 import yaml
 
+from studies.quantities.findings import Finding, InvalidInput, shown
 from studies.sweeps import document as sweep_document
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import shown
 
 DEEPEST = 50  # levels of nesting; a sweep has about five
 LONGEST_NAME = 200  # characters of a key; those of a sweep have less than fifty
@@ -112,7 +111,9 @@ def _checked(document: Any) -> Any:
     for _ in range(DEEPEST):
         mappings = [part for part in level if isinstance(part, dict)]
         names = [name for mapping in mappings for name in mapping if isinstance(name, str)]
-        _check_names(names)
+        for name in names:
+            if len(name) > LONGEST_NAME:
+                raise _refusal(shown(name), f"a name of at most {LONGEST_NAME} characters", "shorten the name")
         _check_text(names + [part for part in level if isinstance(part, str)])
         containers: list[Iterable[Any]] = [part for part in level if isinstance(part, list)]
         containers += [mapping.values() for mapping in mappings]
@@ -120,13 +121,6 @@ def _checked(document: Any) -> Any:
         if not level:
             return document
     raise _too_deep()
-
-
-def _check_names(names: list[str]) -> None:
-    for name in names:
-        if len(name) > LONGEST_NAME:
-            limit = f"a name of at most {LONGEST_NAME} characters"
-            raise _refusal(shown(name), limit, "shorten the name")
 
 
 def _check_text(texts: list[str]) -> None:

@@ -1,8 +1,8 @@
 """Errors as HTTP: one table from exception to status, one format of response (RFC 9457).
 
 Domain code raises exceptions that carry meaning and knows nothing of the web. Here each becomes an
-``application/problem+json`` document. Any other exception is a 500 that hides its text; the log has
-it under the id of the request.
+``application/problem+json`` document, as do the errors that only a request has, which enter the table by themselves.
+Any other exception is a 500 that hides its text; the log has it under the id of the request.
 """
 
 import json
@@ -10,6 +10,7 @@ import logging
 from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass
 from http import HTTPStatus
+from types import MappingProxyType
 from typing import Any
 
 from fastapi import FastAPI, Request
@@ -21,8 +22,7 @@ from starlette.routing import Match
 
 from service.records.jobs import Conflict, KeyReused, NotFound, StoreUnavailable
 from solver.errors import WhippleError
-from studies.values.errors import MOST_FINDINGS, Finding, InvalidInput
-from studies.values.nearest import shown
+from studies.quantities.findings import MOST_FINDINGS, Finding, InvalidInput, shown
 
 log = logging.getLogger(__name__)
 
@@ -31,76 +31,6 @@ METHODS = ("DELETE", "GET", "HEAD", "PATCH", "POST", "PUT")
 MOST_ERRORS_SENT = 50
 MOST_FINDING_BYTES = 48_000  # the summary repeats the first finding; the whole response is below 64 kB
 LONGEST_PART = 1_500  # characters of a field, value, limit or cure; a cure that lists names has about a thousand
-
-
-class PayloadTooLarge(WhippleError):
-    """A request body exceeds the size limit."""
-
-
-class UnsupportedMediaType(WhippleError):
-    """A request body has a media type that this endpoint does not read."""
-
-
-class NotReady(WhippleError):
-    """A file of an unfinished sweep was requested."""
-
-
-class ServiceNotReady(WhippleError):
-    """The service responds, but cannot compute at the moment."""
-
-
-class PreconditionFailed(WhippleError):
-    """A file differs from the one that If-Match names."""
-
-
-class FileDamaged(WhippleError):
-    """A file no longer has its digest."""
-
-
-class Busy(WhippleError):
-    """The maximum number of clients is using a resource."""
-
-
-class TooManyRequests(WhippleError):
-    """A key has as much under way as one key may have, or others have it."""
-
-
-class ReaderLost(WhippleError):
-    """The process that read a sweep ended before it was done."""
-
-
-class PartialCubeFailed(WhippleError):
-    """The cube of an unfinished sweep could not be made."""
-
-
-class Unauthorized(WhippleError):
-    """A request lacks a valid API key."""
-
-    def __init__(self, text: str, *, key_was_sent: bool):
-        super().__init__(text)
-        error = ', error="invalid_token"' if key_was_sent else ""
-        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple"{error}'}
-
-
-class Forbidden(WhippleError):
-    """An API key lacks the scope that a request needs."""
-
-    def __init__(self, text: str, *, scope: str):
-        super().__init__(text)
-        error = f'error="insufficient_scope", scope="{scope}"'
-        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple", {error}'}
-
-
-class BadRequest(WhippleError):
-    """A request violates HTTP and is ambiguous."""
-
-
-class MisdirectedRequest(WhippleError):
-    """The Host header names another host (DNS rebinding)."""
-
-
-class CrossSiteRequest(WhippleError):
-    """A page of another site sent a request that changes something."""
 
 
 @dataclass(frozen=True)
@@ -123,59 +53,104 @@ class ProblemDetails:
         return f"/docs#problem-{self.slug}"
 
 
-PROBLEMS: Mapping[type[Exception], ProblemDetails] = {
+INTERNAL_ERROR = ProblemDetails(
+    500, "Internal error", "An unexpected error occurred; the log of the service has the error under `request_id`."
+)
+PROBLEMS: dict[type[Exception], ProblemDetails] = {
     InvalidInput: ProblemDetails(
         422, "Invalid input", "The input is refused, and nothing was stored. `errors` lists each error."
     ),
     NotFound: ProblemDetails(404, "Not found", "There is no sweep, run or file of this name."),
-    NotReady: ProblemDetails(409, "Not ready", "The file will exist once the sweep has ended.", retry_after=2),
     Conflict: ProblemDetails(409, "Conflict", "The state of the sweep does not allow this operation."),
-    PayloadTooLarge: ProblemDetails(413, "Payload too large", "The request body exceeds the size limit."),
-    PreconditionFailed: ProblemDetails(
-        412, "Precondition failed", "The file has changed since the copy that `If-Match` names."
-    ),
     KeyReused: ProblemDetails(
         422, "Idempotency key reused", "This `Idempotency-Key` belongs to a different request; nothing was stored."
     ),
-    Unauthorized: ProblemDetails(401, "Unauthorized", "This request needs a valid API key."),
-    Forbidden: ProblemDetails(403, "Forbidden", "The API key lacks the scope that this request needs."),
-    PartialCubeFailed: ProblemDetails(
-        500, "Partial cube failed", "The cube of the unfinished sweep could not be made."
-    ),
-    FileDamaged: ProblemDetails(500, "File damaged", "The file on the disk is not the one that was registered."),
-    Busy: ProblemDetails(503, "Service busy", "The maximum number of clients is using this resource.", retry_after=5),
-    TooManyRequests: ProblemDetails(
-        429,
-        "Too many requests",
-        "This key, or all keys together, have as much under way as the service allows; send the request again.",
-        retry_after=5,
-    ),
-    ReaderLost: ProblemDetails(
-        503,
-        "Reader lost",
-        "The process that read the sweep ended before it was done; nothing was stored.",
-        retry_after=2,
-    ),
-    UnsupportedMediaType: ProblemDetails(
-        415, "Unsupported media type", "This operation does not read bodies of this media type."
-    ),
-    BadRequest: ProblemDetails(400, "Bad request", "The request violates HTTP and is ambiguous."),
     # For the log and the metrics: its sender is gone.
     ClientDisconnect: ProblemDetails(400, "Incomplete request", "The connection ended before the body did."),
-    MisdirectedRequest: ProblemDetails(
-        421, "Misdirected request", "The Host header names another host than this service."
-    ),
-    CrossSiteRequest: ProblemDetails(403, "Cross-site request", "Pages of other sites may not change anything here."),
     StoreUnavailable: ProblemDetails(
         503, "Database unavailable", "The database is locked, unreachable or full; nothing was changed.", retry_after=2
     ),
-    ServiceNotReady: ProblemDetails(
-        503, "Service not ready", "The service cannot compute at the moment; `detail` says why.", retry_after=2
-    ),
 }
-INTERNAL_ERROR = ProblemDetails(
-    500, "Internal error", "An unexpected error occurred; the log of the service has the error under `request_id`."
-)
+
+
+class RequestError(WhippleError):
+    """An error that only a request has; the docstring of each kind is its meaning in the documentation."""
+
+    headers: Mapping[str, str] = MappingProxyType({})  # of the response
+
+    def __init_subclass__(cls, *, status: int, title: str, retry_after: int | None = None):
+        assert cls.__doc__
+        PROBLEMS[cls] = ProblemDetails(status, title, " ".join(cls.__doc__.split()), retry_after)
+
+
+class NotReady(RequestError, status=409, title="Not ready", retry_after=2):
+    """The file will exist once the sweep has ended."""
+
+
+class PayloadTooLarge(RequestError, status=413, title="Payload too large"):
+    """The request body exceeds the size limit."""
+
+
+class PreconditionFailed(RequestError, status=412, title="Precondition failed"):
+    """The file has changed since the copy that `If-Match` names."""
+
+
+class Unauthorized(RequestError, status=401, title="Unauthorized"):
+    """This request needs a valid API key."""
+
+    def __init__(self, text: str, *, key_was_sent: bool):
+        super().__init__(text)
+        error = ', error="invalid_token"' if key_was_sent else ""
+        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple"{error}'}
+
+
+class Forbidden(RequestError, status=403, title="Forbidden"):
+    """The API key lacks the scope that this request needs."""
+
+    def __init__(self, text: str, *, scope: str):
+        super().__init__(text)
+        error = f'error="insufficient_scope", scope="{scope}"'
+        self.headers = {"WWW-Authenticate": f'Bearer realm="whipple", {error}'}
+
+
+class PartialCubeFailed(RequestError, status=500, title="Partial cube failed"):
+    """The cube of the unfinished sweep could not be made."""
+
+
+class FileDamaged(RequestError, status=500, title="File damaged"):
+    """The file on the disk is not the one that was registered."""
+
+
+class Busy(RequestError, status=503, title="Service busy", retry_after=5):
+    """The maximum number of clients is using this resource."""
+
+
+class TooManyRequests(RequestError, status=429, title="Too many requests", retry_after=5):
+    """This key, or all keys together, have as much under way as the service allows; send the request again."""
+
+
+class ReaderLost(RequestError, status=503, title="Reader lost", retry_after=2):
+    """The process that read the sweep ended before it was done; nothing was stored."""
+
+
+class UnsupportedMediaType(RequestError, status=415, title="Unsupported media type"):
+    """This operation does not read bodies of this media type."""
+
+
+class BadRequest(RequestError, status=400, title="Bad request"):
+    """The request violates HTTP and is ambiguous."""
+
+
+class MisdirectedRequest(RequestError, status=421, title="Misdirected request"):
+    """The Host header names another host than this service."""
+
+
+class CrossSiteRequest(RequestError, status=403, title="Cross-site request"):
+    """Pages of other sites may not change anything here."""
+
+
+class ServiceNotReady(RequestError, status=503, title="Service not ready", retry_after=2):
+    """The service cannot compute at the moment; `detail` says why."""
 
 
 def install(app: FastAPI) -> None:
@@ -193,7 +168,8 @@ def problem_response(request: Request, error: Exception) -> Response:
     if isinstance(error, InvalidInput):
         return _document(request, problem, _summary(error), _errors(request, error))
     response = _document(request, problem, str(error))
-    response.headers.update(getattr(error, "headers", {}))
+    if isinstance(error, RequestError):
+        response.headers.update(error.headers)
     return response
 
 

@@ -147,8 +147,8 @@ class EventStreams:
 
     def _read(self, *, with_progress: bool) -> QueueSnapshot | None:
         try:
-            last = self._store.last_event()
-            return QueueSnapshot(last, self._store.under_way() if with_progress else None)
+            last = self._store.events.last()
+            return QueueSnapshot(last, self._store.runs.under_way() if with_progress else None)
         except StoreUnavailable as error:  # streams stay open, and continue when it is back
             log.warning("%s", error)
         except Exception:
@@ -173,13 +173,13 @@ def sweep_subject(store: Store, id: str) -> EventSubject:
 
     def final() -> Any | None:
         try:
-            row = store.sweep(id)
+            row = store.sweeps.get(id)
         except NotFound:
             return {"id": id, "state": "deleted"}
         return SweepModel.of(row) if row.is_terminal else None
 
     return EventSubject(
-        events=lambda after: store.events(id, after=after, limit=PAGE),
+        events=lambda after: store.events.of_sweep(id, after=after, limit=PAGE),
         includes=lambda _run, sweeps: id in sweeps,
         final=final,
     )
@@ -189,11 +189,11 @@ def run_subject(store: Store, id: str) -> EventSubject:
     """A run, until it has ended."""
 
     def final() -> Any | None:
-        row = store.run(id)
+        row = store.runs.get(id)
         return RunModel.of(row) if row.state in TERMINAL else None
 
     return EventSubject(
-        events=lambda after: store.run_events(id, after=after, limit=PAGE),
+        events=lambda after: store.events.of_run(id, after=after, limit=PAGE),
         includes=lambda run, _sweeps: run == id,
         final=final,
     )
@@ -202,7 +202,7 @@ def run_subject(store: Store, id: str) -> EventSubject:
 def queue_subject(store: Store) -> EventSubject:
     """All sweeps and runs, for as long as the client is connected."""
     return EventSubject(
-        events=lambda after: store.all_events(after=after, limit=PAGE),
+        events=lambda after: store.events.all(after=after, limit=PAGE),
         includes=lambda _run, _sweeps: True,
         final=lambda: None,
     )

@@ -24,10 +24,10 @@ from prometheus_client.metrics_core import (
 )
 from prometheus_client.registry import Collector
 
+from service import version
 from service.api.event_streams import EventStreams
 from service.queue.status import DispatcherStatus
 from service.records.jobs import RUN_STATES, Cause, JobTally, Kind, State, StoreUnavailable
-from service.records.version import version
 from service.store import Store
 from studies.runs.run import PHYSICS_VERSION
 
@@ -104,9 +104,9 @@ class _StoreMetrics(_LazyCollector):
 
     def collect(self) -> Iterator[Metric]:
         try:
-            queue = self._store.queue()
-            tallies = self._store.tally(RUN_SECONDS)
-            attempts = self._store.attempts_by_cause()
+            queue = self._store.queue.status()
+            tallies = self._store.queue.tally(RUN_SECONDS)
+            attempts = self._store.queue.attempts_by_cause()
         except StoreUnavailable:
             yield _store_up(0.0)
             return

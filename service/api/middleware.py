@@ -26,7 +26,7 @@ from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from service.api.errors import TooManyRequests, problem_response
 from service.api.metrics import Metrics
-from service.records.logs import REQUEST_ID
+from service.logs import REQUEST_ID
 
 log = logging.getLogger(__name__)
 

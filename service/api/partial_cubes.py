@@ -16,10 +16,10 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
+from service import version
 from service.api.errors import Busy, PartialCubeFailed
 from service.files.artifacts import digest
 from service.records.jobs import PublishedRun, State
-from service.records.version import version
 
 log = logging.getLogger(__name__)
 

@@ -13,7 +13,7 @@ import anyio
 from anyio import CapacityLimiter, to_process
 
 from service.api.errors import ReaderLost, TooManyRequests
-from service.api.reading import USUAL, Limits, Posted, Read, Refusal, read_within_limits
+from service.api.reading import USUAL, Posted, Read, ReadingLimits, Refusal, read_within_limits
 from studies.sweeps.sweep import Sweep
 
 SLOTS = 2  # children; the other cores belong to the runs
@@ -27,7 +27,7 @@ class Readers:
     """The children of a service."""
 
     def __init__(
-        self, limits: Limits = USUAL, *, wait_seconds: float = WAIT_SECONDS, wall_seconds: float = WALL_SECONDS
+        self, limits: ReadingLimits = USUAL, *, wait_seconds: float = WAIT_SECONDS, wall_seconds: float = WALL_SECONDS
     ):
         self._limits, self._wait, self._wall = limits, wait_seconds, wall_seconds
         self._slots = CapacityLimiter(SLOTS)

@@ -17,11 +17,12 @@ from typing import Any, TypeVar
 
 from service.api.documents import pointer, read_json, read_yaml
 from service.records.expansion import ExpandedSweep, expand
+from studies.quantities.findings import Finding, InvalidInput
 from studies.runs.run import estimate
 from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
-from studies.sweeps.sweep import Sweep, SweepLimits
+from studies.sweeps.reading import SweepLimits
+from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import warnings_of
-from studies.values.errors import Finding, InvalidInput
 
 PARSERS: Mapping[str, Callable[[bytes], Any]] = {
     "application/json": read_json,
@@ -43,14 +44,14 @@ class Posted:
 
 
 @dataclass(frozen=True)
-class Limits:
+class ReadingLimits:
     """What one sweep may take of a child."""
 
     cpu_seconds: int = 30  # ten thousand runs take 6 (2026-11)
     memory: int = 1 << 30  # bytes of data; ten thousand runs take 140 MB (2026-11)
 
 
-USUAL = Limits()
+USUAL = ReadingLimits()
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class _OutOfTime(BaseException):
     """The computing time of a sweep is over; no handler of other errors may catch it."""
 
 
-def read_within_limits(posted: Posted, part: Callable[[Sweep, Posted], Read], limits: Limits) -> Read | Refusal:
+def read_within_limits(posted: Posted, part: Callable[[Sweep, Posted], Read], limits: ReadingLimits) -> Read | Refusal:
     """Read a body within limits of time and memory."""
     os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
     # Ctrl-C is for the service, which ends its children.

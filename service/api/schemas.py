@@ -24,11 +24,11 @@ from service.records.jobs import (
     SweepStatus,
 )
 from studies import examples
+from studies.quantities.files import SWEEP_FILES
 from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
-from studies.values.files import SWEEP_FILES
 
-Item = TypeVar("Item")
+Listed = TypeVar("Listed")
 
 
 class Answer(BaseModel):
@@ -37,10 +37,10 @@ class Answer(BaseModel):
     model_config = ConfigDict(frozen=True)
 
 
-class Items(Answer, Generic[Item]):
+class Items(Answer, Generic[Listed]):
     """A complete list."""
 
-    items: list[Item]
+    items: list[Listed]
 
     @classmethod
     def model_parametrized_name(cls, params: tuple[Any, ...]) -> str:
@@ -48,7 +48,7 @@ class Items(Answer, Generic[Item]):
         return params[0].__name__.removesuffix("Model") + cls.__name__.removesuffix("Of")
 
 
-class PageOf(Items[Item], Generic[Item]):
+class PageOf(Items[Listed], Generic[Listed]):
     """A page of a list."""
 
     next_cursor: str | None = Field(description="Value of `cursor` for the next page; null on the last page")

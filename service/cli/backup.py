@@ -17,10 +17,10 @@ from service.files.artifacts import Artifacts, digest
 from service.files.data_directory import holding
 from service.queue import data_identity as identity
 from service.records.jobs import Stored
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import to_disk, write_atomically
+from studies.quantities.files import to_disk, write_atomically
+from studies.quantities.findings import Finding, InvalidInput
 
 DATABASE = "whipple.db"
 PART = f".{DATABASE}.part"
@@ -30,7 +30,7 @@ FILES_ON_A_PAGE = 1000
 def files_from(store: Store, id: str) -> Iterator[tuple[str, Stored]]:
     """Every registered file of the jobs from ``id`` on, in their order, page by page."""
     after = (id, "")
-    while page := store.files(after=after, limit=FILES_ON_A_PAGE):
+    while page := store.retention.files(after=after, limit=FILES_ON_A_PAGE):
         yield from page
         last, file = page[-1]
         after = (last, file.name)
@@ -80,7 +80,7 @@ def _copy_files(source: Artifacts, store: Store, target: Artifacts, copy: Store)
         elif file in _files_of(store, job_id):
             done = replace(done, lost=(*done.lost, file.path))
         else:
-            copy.forget_files(job_id, [file.name])
+            copy.retention.forget_files(job_id, [file.name])
             done = replace(done, removed=done.removed + 1)
     return done
 

@@ -6,8 +6,8 @@ from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
 from typing import IO, TYPE_CHECKING, Any
 
-from studies.values.errors import InvalidInput
-from studies.values.formats import display_of, duration, escaped, with_unit
+from studies.quantities.display import display_of, duration, escaped, with_unit
+from studies.quantities.findings import InvalidInput
 
 if TYPE_CHECKING:
     from datetime import datetime

@@ -14,7 +14,7 @@ from pathlib import Path
 
 from service.queue import data_identity as identity
 from service.records.jobs import StoreUnavailable
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 
 

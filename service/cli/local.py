@@ -11,21 +11,21 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service.cli.signals import EndRequest, handling_end_signals
 from service.files.artifacts import LOG, PART, Artifacts
 from service.files.data_directory import DataInUse, check_names, holding
 from service.files.output_folders import check_same, held_in
 from service.queue import data_identity as identity
-from service.records.fault_points import fault_point
 from service.records.jobs import SWEEP_TERMINAL, Keep, NotFound, StoreUnavailable, Submission, SweepState, SweepStatus
-from service.records.settings import Settings
-from service.records.signals import EndRequest, handling_end_signals
-from service.records.timings import DEFAULT, Timings
+from service.settings import Settings
 from service.store import Store, digest_of
+from service.workers.timings import DEFAULT, Timings
 from solver.errors import WhippleError
+from studies.quantities.files import FILM
+from studies.quantities.findings import Finding, InvalidInput
 from studies.sweeps.document import read_sweep_file
-from studies.sweeps.sweep import Sweep, SweepLimits
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import FILM
+from studies.sweeps.reading import SweepLimits
+from studies.sweeps.sweep import Sweep
 
 if TYPE_CHECKING:
     from service.queue.dispatcher import Dispatcher
@@ -94,8 +94,8 @@ def run_sweep(
             identity.settle(settings, store)
             if held is None and not overwrite:
                 # The last sweep in a folder without a report must be this one.
-                for last in store.sweeps(limit=1).items:
-                    check_same(folder, store.sweep_document(last.id), sweep.document())
+                for last in store.sweeps.page(limit=1).items:
+                    check_same(folder, store.sweeps.document(last.id), sweep.document())
             id = _accept(store, {sweep.name: sweep}, retention)[sweep.name]
             leaving.raise_if_requested()
             with start_engine(settings, store, ready=ready) as dispatcher:
@@ -175,14 +175,14 @@ def _accept(store: Store, sweeps: Mapping[str, Sweep], keep: Keep) -> dict[str, 
     """Ids of sweeps in a store of a folder: new ones, unless they are there and unfinished; cancels all others."""
     ids = {}
     for name, sweep in sweeps.items():
-        known = store.find_sweep(digest_of(sweep))
+        known = store.sweeps.find(digest_of(sweep))
         if known is None or known.is_terminal or known.keep is not keep:
-            known = store.create_sweep(Submission(sweep, keep=keep))
+            known = store.sweeps.create(Submission(sweep, keep=keep))
         ids[name] = known.id
     for state in set(SweepState) - SWEEP_TERMINAL:
-        for other in store.sweeps(state=state, limit=MOST_SWEEPS).items:
+        for other in store.sweeps.page(state=state, limit=MOST_SWEEPS).items:
             if other.id not in ids.values():
-                store.cancel_sweep(other.id)
+                store.sweeps.cancel(other.id)
     return ids
 
 
@@ -194,7 +194,7 @@ def _wait(
         begin = time.monotonic()
         # It may pass; the dispatcher waits too.
         with suppress(StoreUnavailable):
-            status = store.sweep(id)
+            status = store.sweeps.get(id)
             progress(status)
             if status.is_terminal:
                 return status
@@ -206,19 +206,18 @@ def _wait(
 
 def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path) -> None:
     """Copy cube and report to the output folder, replacing those of an earlier sweep."""
-    for file in store.artifacts(id):
+    for file in store.publications.files(id):
         if file.name != LOG:
             # Parts of a copy that was killed.
             for part in folder.glob(f".{file.name}.{PART}"):
                 part.unlink(missing_ok=True)
             artifacts.copy_out(file, folder)
-            fault_point("copy-halfway")
 
 
 def _copy_films(store: Store, artifacts: Artifacts, sweep_id: str, folder: Path) -> None:
     """Copy the film of each run that has one to a folder of its name."""
-    for id in (run.id for run in store.measured_runs(sweep_id)):
+    for id in (run.id for run in store.runs.measured(sweep_id)):
         with suppress(NotFound):
-            film = store.run_file(id, FILM)
+            film = store.runs.file(id, FILM)
             (folder / "runs" / id).mkdir(parents=True, exist_ok=True)
             artifacts.copy_out(film, folder / "runs" / id)

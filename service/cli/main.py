@@ -11,7 +11,7 @@ import typer
 from service.cli.commands import catalogue, client, computing, decks, fitting, maintenance, serving, validating
 from service.cli.commands.options import FAILURE, INVALID
 from solver.errors import WhippleError
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 
 app = typer.Typer(
     name="whipple",
@@ -38,7 +38,7 @@ for title, part in PANELS:
 
 def _print_version(asked: bool) -> None:
     if asked:
-        from service.records.version import version
+        from service import version
 
         print(version())
         raise typer.Exit

@@ -8,7 +8,7 @@ from contextlib import closing, contextmanager
 from service.cli.doctor import has_database
 from service.files.data_directory import DataInUse, holding
 from service.queue import data_identity as identity
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from solver.errors import WhippleError
 
@@ -39,9 +39,9 @@ def open_store(settings: Settings, *, create: bool = False) -> Iterator[Store]:
 def without_services(settings: Settings, store: Store) -> Iterator[None]:
     """Keep services away from the store for the duration of a block; raises DataInUse if one runs."""
     with holding(settings):
-        leadership = store.lead(f"{socket.gethostname()}:{os.getpid()}")
+        leadership = store.terms.lead(f"{socket.gethostname()}:{os.getpid()}")
         if leadership is None:
-            leader = store.queue().leader or "a service"
+            leader = store.queue.status().leader or "a service"
             raise DataInUse(f"{leader} uses this database; stop every service on it first")
         with closing(leadership):
             identity.check(settings, store)

@@ -17,17 +17,17 @@ from importlib import import_module
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from service import version
 from service.files.artifacts import Artifacts, describe, digest
 from service.queue.verification import Damaged, summary_of
 from service.records.jobs import State, Stored, SweepStatus
-from service.records.settings import Settings
-from service.records.version import version
+from service.settings import Settings
 from service.workers.warm_process import die_with_parent
 from solver.errors import WhippleError
+from studies.quantities.files import RESULT, STATE, write_text
 from studies.runs.remeasure import outdated, remeasure
+from studies.runs.results import RunResult
 from studies.runs.run import Run
-from studies.values.files import RESULT, STATE, write_text
-from studies.values.results import RunResult
 
 if TYPE_CHECKING:
     from service.store import Store
@@ -71,7 +71,7 @@ def plan_of(store: "Store") -> RemeasurePlan:
     without_state: set[str] = set()
     sweeps: dict[str, str] = {}
     for sweep in _sweeps(store):
-        for run in store.measured_runs(sweep.id):
+        for run in store.runs.measured(sweep.id):
             measured = (run.summary or {}).get("measurements", {})
             if run.state is not State.SUCCEEDED or not outdated(run.scenario, measured):
                 continue
@@ -84,10 +84,10 @@ def plan_of(store: "Store") -> RemeasurePlan:
 
 
 def _sweeps(store: "Store") -> Iterator[SweepStatus]:
-    page = store.sweeps()
+    page = store.sweeps.page()
     yield from page.items
     while page.next_cursor is not None:
-        page = store.sweeps(cursor=page.next_cursor)
+        page = store.sweeps.page(cursor=page.next_cursor)
         yield from page.items
 
 
@@ -119,9 +119,10 @@ def remeasure_runs(settings: Settings, store: "Store", run_ids: Sequence[str]) -
 
 def _task(store: "Store", artifacts: Artifacts, id: str) -> _Task:
     answer, state = (
-        replace(file, path=str(artifacts.path(file))) for file in (store.run_file(id, name) for name in (RESULT, STATE))
+        replace(file, path=str(artifacts.path(file)))
+        for file in (store.runs.file(id, name) for name in (RESULT, STATE))
     )
-    return _Task(id, store.run_spec(id), answer, state)
+    return _Task(id, store.runs.spec(id), answer, state)
 
 
 def _register(store: "Store", artifacts: Artifacts, task: _Task, outcome: NewResult | str) -> Remeasured:
@@ -130,7 +131,7 @@ def _register(store: "Store", artifacts: Artifacts, task: _Task, outcome: NewRes
         return Remeasured(task.run_id, reason=outcome)
     file, summary = outcome
     answer = replace(file, name=RESULT, path=artifacts.relative(Path(file.path)))
-    marked = store.replace_result(task.run_id, task.answer.sha256, answer, summary)
+    marked = store.runs.replace_result(task.run_id, task.answer.sha256, answer, summary)
     return Remeasured(task.run_id, marked)
 
 

@@ -9,14 +9,14 @@ from types import FrameType
 import uvicorn
 from fastapi import FastAPI
 
+from service import logs
 from service.api.app import open_service
 from service.api.middleware import LONGEST_HEAD, DeadlineProtocol
 from service.cli import local
+from service.cli.signals import EndRequest, handling_end_signals
 from service.files.data_directory import check_names, holding
-from service.records import logs
-from service.records.settings import Settings
-from service.records.signals import EndRequest, handling_end_signals
-from studies.values.errors import Finding, InvalidInput
+from service.settings import Settings
+from studies.quantities.findings import Finding, InvalidInput
 
 LEAVE_SECONDS = 3  # grace for open connections after SIGTERM
 # Requests beyond this number are refused with 503; open streams continue. It is five times the limit of event

@@ -7,35 +7,35 @@ from pathlib import Path
 from typing import Any
 
 from service.cli.local import STORE_OF_FOLDER, run_sweeps
+from service.client.progress import Show
 from service.records.jobs import SweepStatus
-from service.records.settings import Settings
+from service.settings import Settings
 from solver.errors import WhippleError
-from studies import validation, verification
+from studies.cases import validation, verification
+from studies.cases.pages import write_case, write_index
+from studies.cases.rows import Verified, timed
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
+from studies.cases.verification import VerificationCase, verify
 from studies.fits.measured import open_cube
-from studies.validation import Cubes, Level, Validation
-from studies.validation._pages import write_case, write_index
-from studies.values.nearest import nearest_cure
-from studies.values.quantities import refusal
-from studies.verification import Case, Verified, timed, verify
+from studies.quantities.findings import nearest_cure, refusal
 
 STORE = STORE_OF_FOLDER
 KINDS = ("validation", "verification")
 
-Show = Callable[[SweepStatus], None]
 ShowProgress = Callable[[str], AbstractContextManager[Show]]
 
 
-def selected(names: Sequence[str], level: Level) -> list[Case | Validation]:
+def selected(names: Sequence[str], level: ValidationLevel) -> list[VerificationCase | ValidationCase]:
     """Cases of the names, or of all; of whole kinds, at ``quick``, those of seconds. Raises InvalidInput."""
     quick = level == "quick"
-    of_kinds: Mapping[str, list[Case | Validation]] = {
+    of_kinds: Mapping[str, list[VerificationCase | ValidationCase]] = {
         "validation": [validation.load(name) for name in validation.names()],
         "verification": [verification.load(name) for name in verification.names(quick=quick)],
     }
-    by_name: dict[str, Case | Validation] = {
+    by_name: dict[str, VerificationCase | ValidationCase] = {
         name: package.load(name) for package in (verification, validation) for name in package.names()
     }
-    chosen: dict[str, Case | Validation] = {}
+    chosen: dict[str, VerificationCase | ValidationCase] = {}
     for name in names or KINDS:
         if name in of_kinds:
             chosen |= {case.name: case for case in of_kinds[name]}
@@ -48,23 +48,27 @@ def selected(names: Sequence[str], level: Level) -> list[Case | Validation]:
 
 
 def validated(
-    cases: Sequence[Case | Validation], level: Level, out: Path, settings: Settings, showing: ShowProgress
+    cases: Sequence[VerificationCase | ValidationCase],
+    level: ValidationLevel,
+    out: Path,
+    settings: Settings,
+    showing: ShowProgress,
 ) -> Iterator[Verified]:
     """Compute cases, and yield each row as it is known; writes a page for each case, and an index.
 
     The sweeps of all cases are computed together, each into ``out/CASE/SWEEP``. An error of the solver is a row that
     failed.
     """
-    done: list[tuple[Case | Validation, list[Verified]]] = []
+    done: list[tuple[VerificationCase | ValidationCase, list[Verified]]] = []
     for case in cases:
-        if isinstance(case, Case):
+        if isinstance(case, VerificationCase):
             rows: list[Verified] = []
             for row in verify([case.name]):
                 rows.append(row)
                 yield row
             write_case(case, rows, {}, out)
             done.append((case, rows))
-    published = [case for case in cases if isinstance(case, Validation)]
+    published = [case for case in cases if isinstance(case, ValidationCase)]
     for case, cubes in _computed(published, level, out, settings, showing):
         rows = []
         for row in timed(case.name, case.says, partial(case.rows, level, cubes), WhippleError):
@@ -76,13 +80,13 @@ def validated(
 
 
 def _computed(
-    cases: Sequence[Validation], level: Level, out: Path, settings: Settings, showing: ShowProgress
-) -> Iterator[tuple[Validation, Cubes]]:
+    cases: Sequence[ValidationCase], level: ValidationLevel, out: Path, settings: Settings, showing: ShowProgress
+) -> Iterator[tuple[ValidationCase, Cubes]]:
     """Each case with its cubes by name, as the last of its sweeps ends."""
     documents = {f"{case.name}/{name}": document for case in cases for name, document in case.documents(level).items()}
     if not documents:
         return
-    waiting: dict[str, tuple[Validation, dict[str, Any]]] = {case.name: (case, {}) for case in cases}
+    waiting: dict[str, tuple[ValidationCase, dict[str, Any]]] = {case.name: (case, {}) for case in cases}
     with ExitStack() as stack:
         shows: dict[str, Show] = {}
 

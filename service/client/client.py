@@ -24,12 +24,12 @@ from service.client.connection import Connection, ServiceError, Unreachable
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import SweepStatus
 from solver.errors import WhippleError
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import SWEEP_FILES
+from studies.quantities.files import SWEEP_FILES
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.client.html import RunDocument
-    from studies.values.opening import Dataset
+    from studies.cubes.reading import Dataset
 
 __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle", "SweepStatus", "Unreachable"]
 
@@ -41,7 +41,7 @@ MOST_CANDIDATES = 10  # ids that an ambiguous beginning lists
 _PREFIX = re.compile("[0-9a-f]{1,31}")  # beginning of an id, which has 32 digits
 PATIENCE = 30.0  # s, for a service that restarts or is busy
 
-Document = Mapping[str, Any] | str | Path  # a sweep, or its YAML or JSON file
+SweepSource = Mapping[str, Any] | str | Path  # a sweep, or its YAML or JSON file
 
 
 class StillRunning(WhippleError):
@@ -91,7 +91,7 @@ class Client:
     # --- sweeps ----------------------------------------------------------------------------------
 
     def submit(
-        self, sweep: Document, *, priority: int = 0, keep: str = "final", idempotency_key: str | None = None
+        self, sweep: SweepSource, *, priority: int = 0, keep: str = "final", idempotency_key: str | None = None
     ) -> "SweepHandle":
         """Submit a document, or the YAML or JSON file at a path; raises InvalidInput with findings.
 
@@ -104,7 +104,7 @@ class Client:
         body = self._connection.json("POST", "/v1/sweeps", params=query, **_body(sweep, headers=headers))
         return SweepHandle(self, body["id"])
 
-    def estimate(self, sweep: Document) -> dict[str, Any]:
+    def estimate(self, sweep: SweepSource) -> dict[str, Any]:
         """The cost of a sweep: runs, reused, core_seconds, seconds, bytes, and presets."""
         return self._connection.json("POST", "/v1/sweeps/estimate", **_body(sweep))
 
@@ -319,7 +319,7 @@ class SweepHandle:
         return SweepStatus.from_json(self._connection.json(method, f"{self._path}{path}", **options))
 
 
-def _body(sweep: Document, headers: Mapping[str, str] | None = None) -> dict[str, Any]:
+def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Body and headers of a submission; values that JSON lacks are sent as text, which the service refuses."""
     if not isinstance(sweep, Mapping):
         from studies.sweeps.document import read_sweep_file

@@ -17,8 +17,8 @@ from typing import Any, TypeVar
 import httpx
 
 from solver.errors import WhippleError
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import write_atomically
+from studies.quantities.files import write_atomically
+from studies.quantities.findings import Finding, InvalidInput
 
 T = TypeVar("T")
 

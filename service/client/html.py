@@ -5,8 +5,8 @@ from html import escape
 from typing import Any
 
 from service.records.jobs import SweepStatus
-from studies.values.formats import duration
-from studies.values.quantities import readable
+from studies.quantities.display import duration
+from studies.quantities.units import readable
 
 DIGITS = 4  # of a measured value
 
@@ -44,7 +44,7 @@ def table(title: str, rows: Iterable[tuple[str, object]], below: str = "") -> st
 def _parameters(question: Mapping[str, Any]) -> list[tuple[str, object]]:
     """The parameters of a run with their units."""
     from studies import scenarios
-    from studies.values.parameters import declared
+    from studies.quantities.parameters import declared
 
     parameters = question.get("parameters") or {}
     allowed = declared(scenarios.load(question["scenario"]).parameters) if parameters else {}
@@ -57,7 +57,7 @@ def _parameters(question: Mapping[str, Any]) -> list[tuple[str, object]]:
 def _measured(summary: Mapping[str, Any]) -> list[tuple[str, object]]:
     """The measured values of a run with their units."""
     from studies import measurements
-    from studies.values.formats import with_bar
+    from studies.quantities.display import with_bar
 
     known = set(measurements.names())
     rows: list[tuple[str, object]] = []

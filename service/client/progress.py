@@ -7,7 +7,7 @@ from contextlib import contextmanager
 from importlib.util import find_spec
 
 from service.records.jobs import SweepStatus
-from studies.values.formats import duration, escaped
+from studies.quantities.display import duration, escaped
 
 COMPUTED = ("succeeded", "failed")  # states of a computed point
 

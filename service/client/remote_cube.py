@@ -4,10 +4,10 @@ from collections.abc import Mapping
 from importlib import import_module
 from typing import TYPE_CHECKING
 
-from studies.values.errors import MissingExtra
+from studies.quantities.findings import MissingExtra
 
 if TYPE_CHECKING:
-    from studies.values.opening import Dataset
+    from studies.cubes.reading import Dataset
 
 BLOCK = 1 << 18  # bytes per request
 
@@ -24,7 +24,7 @@ def open_remote(url: str, headers: Mapping[str, str]) -> "Dataset":
         raise MissingExtra(
             f"opening a cube remotely needs more libraries ({error}): pip install 'whipple[remote]'; or fetch the cube"
         ) from None
-    from studies.values.opening import open_file
+    from studies.cubes.reading import open_file
 
     file = fsspec.open(url, cache_type="blockcache", block_size=BLOCK, headers=dict(headers))
     return open_file(file.open())

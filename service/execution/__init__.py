@@ -9,11 +9,11 @@ from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
-from studies.values.errors import MissingExtra
+from studies.quantities.findings import MissingExtra
 
 if TYPE_CHECKING:
     from service.execution.protocol import OpenEngine
-    from service.records.settings import Settings
+    from service.settings import Settings
     from service.workers.warm import WarmProcess
 
 CURE = "pip install 'whipple[cluster]', or remove the engine setting to compute runs on this machine"

@@ -22,11 +22,11 @@ from typing import TYPE_CHECKING, Any, Self
 import distributed
 
 from service.execution import Cluster, dask_worker
-from service.records.attempt import Attempt, Away, Back, Ended, Ending, Inbox, ProgressMessage
-from service.records.timings import DEFAULT, Timings
+from service.workers.attempt import Attempt, Away, Back, Ended, Ending, Inbox, ProgressMessage
+from service.workers.timings import DEFAULT, Timings
 
 if TYPE_CHECKING:
-    from service.records.settings import Settings
+    from service.settings import Settings
 
 log = logging.getLogger(__name__)
 

@@ -10,10 +10,10 @@ from collections.abc import Callable, Mapping
 from importlib import metadata
 from typing import Any
 
-from service.records.attempt import Attempt, Ending
-from service.records.timings import DEFAULT
-from service.records.version import version
+from service import version
+from service.workers.attempt import Attempt, Ending
 from service.workers.supervisor import Supervisor
+from service.workers.timings import DEFAULT
 from service.workers.warm import Slot
 from solver import PHYSICS_VERSION
 

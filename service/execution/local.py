@@ -8,9 +8,9 @@ from contextlib import closing
 from queue import SimpleQueue
 from typing import Any
 
-from service.records.attempt import Attempt, Ended, Ending, Inbox, ProgressMessage
-from service.records.timings import DEFAULT, Timings
+from service.workers.attempt import Attempt, Ended, Ending, Inbox, ProgressMessage
 from service.workers.supervisor import Supervisor
+from service.workers.timings import DEFAULT, Timings
 from service.workers.warm import Slot, WarmProcess
 
 log = logging.getLogger(__name__)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from typing import Protocol
 
-from service.records.attempt import Attempt, Inbox
+from service.workers.attempt import Attempt, Inbox
 
 
 class Engine(Protocol):

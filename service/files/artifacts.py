@@ -7,9 +7,8 @@
     DIR/runs/<two digits>/<run id>/checkpoint.npz        of every attempt, while there is no result
     DIR/sweeps/<sweep id>/a<attempt>-<token>/            cube.nc, runs.csv, report.html, report.json, log.txt
 
-Each attempt writes into a folder of its own, so nothing is ever published in place: the row says
-which folder counts. Paths in rows are relative to DIR and made of ids that the service gave, never
-of text from users.
+Each attempt writes into a folder of its own, so nothing is ever published in place: the row says which folder counts.
+Paths in rows are relative to DIR and made of ids that the service gave, never of text from users.
 """
 
 import hashlib
@@ -20,7 +19,7 @@ from pathlib import Path
 from typing import Any
 
 from service.records.jobs import Kind, Lease, Stored
-from studies.values.files import FILM, RESULT, SECTIONS, STATE, to_disk, write_atomically
+from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, to_disk, write_atomically
 
 RUNS, SWEEPS = "runs", "sweeps"
 LOG = "log.txt"

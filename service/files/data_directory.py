@@ -7,9 +7,9 @@ from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 
-from service.records.settings import Settings
+from service.settings import Settings
 from solver.errors import WhippleError
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 LOCK = "whipple.lock"  # named as the database is
 

@@ -6,9 +6,6 @@ import shutil
 import time
 from pathlib import Path
 
-from service.records.attempt import Ending
-from service.records.jobs import COUNTED, Cause
-
 # After a run met a full disk: its own files are gone, so that there seems to be space.
 PAUSE_SECONDS = 60.0
 LITTLE = 16 << 20  # bytes; with less of them free a disk is full, whatever the reserve
@@ -47,15 +44,9 @@ class Space:
         self._full = time.monotonic()
 
 
-def is_full_disk(ending: Ending, space: Space) -> bool:
-    """Whether an attempt ended because a disk was full: by its message, or by the free space at its end.
-
-    Libraries report it in many ways (a short write, a signal from a mapped file), so no attempt that
-    fails while the reserve is used up is charged to its run.
-    """
-    if ending.cause not in (Cause.ERROR, *COUNTED):
-        return False
-    return any(message in ending.reason for message in MESSAGES) or space.is_used_up(ending.free)
+def names_full_disk(reason: str) -> bool:
+    """Whether the message of an error says that a disk was full."""
+    return any(message in reason for message in MESSAGES)
 
 
 def free_bytes(folder: Path) -> int:

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from service.files.artifacts import digest
 from solver.errors import WhippleError
-from studies.values.files import write_text
+from studies.quantities.files import write_text
 
 LOSSES = "losses.json"
 

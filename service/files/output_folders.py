@@ -10,17 +10,14 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import REPORT_JSON
-from studies.values.nearest import shown
-
-Document = Mapping[str, Any]  # of a sweep, canonical
+from studies.quantities.files import REPORT_JSON
+from studies.quantities.findings import Finding, InvalidInput, shown
 
 ALIKE = ("scenario", "combine", "materials")  # parts of a document that agree for the same sweep
 NAMED = 3  # differences that an error names
 
 
-def held_in(folder: Path) -> Document | None:
+def held_in(folder: Path) -> Mapping[str, Any] | None:
     """The sweep whose report is in a folder; None without such a report."""
     try:
         held = json.loads((folder / REPORT_JSON).read_bytes())["provenance"]["sweep"]
@@ -29,7 +26,7 @@ def held_in(folder: Path) -> Document | None:
     return held if isinstance(held, Mapping) else None
 
 
-def check_same(folder: Path, held: Document, asked: Document) -> None:
+def check_same(folder: Path, held: Mapping[str, Any], asked: Mapping[str, Any]) -> None:
     """Raise InvalidInput, with both names, unless a folder holds the requested sweep."""
     there, here = _question(held), _question(asked)
     differing = [name for name in {**there, **here} if there.get(name) != here.get(name)]
@@ -40,7 +37,7 @@ def check_same(folder: Path, held: Document, asked: Document) -> None:
         raise InvalidInput([Finding("out", value, limit, cure)])
 
 
-def _question(document: Document) -> dict[str, Any]:
+def _question(document: Mapping[str, Any]) -> dict[str, Any]:
     """The values that agree for the same sweep, by name."""
     question = {name: document[name] for name in ALIKE if name in document}
     question |= {f"fixed.{name}": value for name, value in document.get("fixed", {}).items()}
@@ -53,7 +50,7 @@ def _question(document: Document) -> dict[str, Any]:
     return {**question, "axes": ", ".join(sorted(axes))}
 
 
-def _named(document: Document, question: Mapping[str, Any], differing: list[str]) -> str:
+def _named(document: Mapping[str, Any], question: Mapping[str, Any], differing: list[str]) -> str:
     """A sweep by its name, and by values that differ from the other one."""
     differences = (f"{name}: {_plain(question.get(name))}" for name in differing[:NAMED])
     return f"{document.get('name')!r} ({'; '.join(differences)})"

@@ -8,11 +8,11 @@ import uuid
 from pathlib import Path
 
 from service.files.artifacts import RUNS
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from solver.errors import WhippleError
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import write_text
+from studies.quantities.files import write_text
+from studies.quantities.findings import Finding, InvalidInput
 
 FILE = "whipple.id"
 ADOPT = "join the two with `whipple adopt`, which takes --data and --database-url"
@@ -33,7 +33,7 @@ def settle(settings: Settings, store: Store) -> None:
     def choose(in_database: str | None) -> str | None:
         if in_database is not None or read(settings.data) is not None:
             return in_database
-        if store.files(limit=1) and not (settings.data / RUNS).is_dir():
+        if store.retention.files(limit=1) and not (settings.data / RUNS).is_dir():
             what = "the data directory has no results, its database has some"
             raise WrongDirectory(settings.data, what, f"mount it, or {ADOPT}")
         settings.data.mkdir(parents=True, exist_ok=True)

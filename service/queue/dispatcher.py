@@ -18,11 +18,11 @@ from queue import Empty, SimpleQueue
 from service.execution.protocol import Engine, OpenEngine
 from service.queue import data_identity as identity
 from service.queue.leader import Leader
-from service.records.attempt import Inbox
 from service.records.jobs import StoreUnavailable
-from service.records.settings import Settings
-from service.records.timings import DEFAULT, Timings
+from service.settings import Settings
 from service.store import Leadership, Store
+from service.workers.attempt import Inbox
+from service.workers.timings import DEFAULT, Timings
 
 log = logging.getLogger(__name__)
 
@@ -182,7 +182,7 @@ class Dispatcher:
             self._resign()
             if not self._may_retry():
                 return False
-            self._leadership = self._store.lead(self._owner)
+            self._leadership = self._store.terms.lead(self._owner)
             if self._leadership is None:
                 self._stand_by()
                 return False
@@ -197,7 +197,7 @@ class Dispatcher:
                 return False
             if self._leader.is_superseded:
                 log.error(OTHER_LEADER)
-            term = self._store.begin_term(self._owner)
+            term = self._store.terms.begin(self._owner)
             self._leader.begin_term(term, self._engine)
             log.info("%s leads, term %s", self._owner, term)
         return True

@@ -20,9 +20,9 @@ from pathlib import Path
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, SWEEPS, Artifacts, name_of_attempt
 from service.files.disk_space import Space
 from service.records.jobs import KEPT_BY, TERMINAL, LastAttempt, State, Stored
-from service.records.settings import Settings
-from service.records.timings import DEFAULT, Timings
+from service.settings import Settings
 from service.store import Store
+from service.workers.timings import DEFAULT, Timings
 
 log = logging.getLogger(__name__)
 
@@ -95,7 +95,7 @@ class GarbageCollector:
         self._drop_files(time.monotonic() + self._timings.collection_drop)
         if self._may_forget:
             before = datetime.now(UTC) - timedelta(seconds=self._forget_seconds)
-            self._may_forget = self._store.forget_runs(before, MOST_REMOVED) == MOST_REMOVED
+            self._may_forget = self._store.retention.forget_runs(before, MOST_REMOVED) == MOST_REMOVED
 
     def _remove_orphans(self, end: float) -> None:
         """Remove orphans, from where the last step ended."""
@@ -126,12 +126,12 @@ class GarbageCollector:
         """Remove registered files that no sweep retains, in one shard after the other."""
         files: tuple[tuple[str, Stored], ...] = ()
         while not files:
-            files = self._store.discardable(MOST_REMOVED, self._shard)
+            files = self._store.retention.discardable(MOST_REMOVED, self._shard)
             if len(files) < MOST_REMOVED:
                 self._shard = next(self._shards)
             if time.monotonic() > end:
                 break
-        for _, file in self._store.drop(files) if files else ():
+        for _, file in self._store.retention.drop(files) if files else ():
             self._artifacts.path(file).unlink(missing_ok=True)
 
     # --- orphans ---------------------------------------------------------------------------------
@@ -147,12 +147,12 @@ class GarbageCollector:
 
     def _of_sweeps(self, folders: Sequence[Path]) -> Iterator[Orphan]:
         """Deleted sweeps, and replaced publications; the youngest one may be under way."""
-        deleted = self._store.deleted_sweeps([folder.name for folder in folders])
+        deleted = self._store.retention.deleted_sweeps([folder.name for folder in folders])
         for folder in folders:
             if folder.name in deleted:
                 yield Orphan(folder, Reason.DELETED)
             elif len(attempts := _attempts(folder)) > 1:
-                files = self._store.artifacts(folder.name)
+                files = self._store.publications.files(folder.name)
                 counting = {self._artifacts.path(file).parent for file in files}
                 for attempt in attempts[:-1]:
                     if counting and attempt not in counting:
@@ -161,8 +161,8 @@ class GarbageCollector:
     def _of_runs(self, folders: Sequence[Path]) -> Iterator[Orphan]:
         """Orphans of runs that are neighbours in the order of ids: a few statements for all of them."""
         ids = [folder.name for folder in folders]
-        attempts, registered = self._store.last_attempts(ids), self._registered(ids)
-        forgotten = self._store.forgotten_runs([id for id in ids if id not in attempts])
+        attempts, registered = self._store.retention.last_attempts(ids), self._registered(ids)
+        forgotten = self._store.retention.forgotten_runs([id for id in ids if id not in attempts])
         for folder in folders:
             if folder.name in attempts:
                 yield from _of_run(folder, attempts[folder.name], registered[folder.name])
@@ -172,7 +172,7 @@ class GarbageCollector:
     def _registered(self, ids: Sequence[str]) -> Mapping[str, Set[Path]]:
         """Files that rows of these runs point to."""
         by_run: dict[str, set[Path]] = {id: set() for id in ids}
-        for id, file in self._store.files_between(ids[0], ids[-1]):
+        for id, file in self._store.retention.files_between(ids[0], ids[-1]):
             if id in by_run:
                 by_run[id].add(self._artifacts.root / file.path)
         return by_run
@@ -224,6 +224,6 @@ def forget_lost_states(store: Store, artifacts: Artifacts, sweep_id: str) -> Non
 
     Reads all of them: about 0.7 s a gigabyte (2026-11).
     """
-    for run in store.measured_runs(sweep_id):
+    for run in store.runs.measured(sweep_id):
         if run.kept is not None and not artifacts.is_intact(run.kept):
-            store.forget_files(run.id, [run.kept.name])
+            store.retention.forget_files(run.id, [run.kept.name])

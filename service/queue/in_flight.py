@@ -4,8 +4,9 @@ from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
-from service.records.attempt import Away, Back, Ended, Ending, Message, ProgressMessage
-from service.records.jobs import COUNTED, Cause, Lease
+from service.queue.retry import CRASHES
+from service.records.jobs import Cause, Lease
+from service.workers.attempt import Away, Back, Ended, Ending, Message, ProgressMessage
 
 
 class AttemptsInFlight:
@@ -56,7 +57,7 @@ class AttemptsInFlight:
     def excuse_failures(self) -> None:
         """Count attempts that failed while the data directory was missing as lost, not as failures."""
         for key, ending in self.ended.items():
-            if ending.cause in (Cause.ERROR, *COUNTED):
+            if ending.cause in (Cause.ERROR, *CRASHES):
                 reason = f"the data directory was missing: {ending.reason}"
                 self.ended[key] = replace(ending, cause=Cause.LOST, reason=reason)
 

@@ -15,18 +15,17 @@ from typing import Any
 from service.execution.protocol import Engine
 from service.files.artifacts import Artifacts
 from service.files.disk_space import Space
+from service.logs import about
 from service.queue import searching
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
 from service.queue.registration import Registrar
 from service.queue.verification import Verification
-from service.records.attempt import Attempt, Ending
-from service.records.fault_points import fault_point
 from service.records.jobs import Kind, Lease, State, StoreUnavailable
-from service.records.logs import about
-from service.records.settings import Settings
-from service.records.timings import Timings
+from service.settings import Settings
 from service.store import Store
+from service.workers.attempt import Attempt, Ending
+from service.workers.timings import Timings
 
 log = logging.getLogger(__name__)
 
@@ -84,7 +83,7 @@ class Leader:
         """Bring rows and engine together; garbage is collected even if no row can be written."""
         assert self.term is not None
         try:
-            leases = self._store.leases()
+            leases = self._store.leases.held()
             self.slots = self._engine.slots()
             late = time.monotonic() - self._compared >= self._settings.reconcile_seconds
             is_due = late or self.in_flight.is_back
@@ -124,7 +123,7 @@ class Leader:
 
         While the engine is away its attempts are unknown, so none is marked as lost.
         """
-        self.is_superseded = self._store.queue().term > term
+        self.is_superseded = self._store.queue.status().term > term
         keys = self._engine_keys()
         for lease in leases:
             if lease.key in self.in_flight.leases:
@@ -151,7 +150,7 @@ class Leader:
         """Go on with an attempt of an earlier term that the engine still has."""
         if lease.key not in self.in_flight.submitted and not self._follow(lease.key):
             return
-        adopted = self._store.adopt(lease, term)
+        adopted = self._store.leases.adopt(lease, term)
         if adopted is not None:  # else it is stopped, as one that no row wants
             log.info("%s is adopted", lease.key, extra=about(lease))
             self.in_flight.add(adopted)
@@ -231,10 +230,7 @@ class Leader:
         self._written = now
         news = [(flight.leases[key], progress) for key, progress in flight.progress.items() if key in flight.leases]
         flight.progress.clear()
-        self._store.record_progress([_progress_row(lease, progress) for lease, progress in news])
-        self._store.record_checkpoints(
-            [(lease, progress["checkpoint"]) for lease, progress in news if "checkpoint" in progress]
-        )
+        self._store.leases.record_progress(news)
 
     # --- what begins -----------------------------------------------------------------------------
 
@@ -243,7 +239,7 @@ class Leader:
         free = self.slots - len(self.in_flight.under_way())
         if free <= 0 or self._why_nothing_begins() is not None:
             return
-        leases = self._store.lease(
+        leases = self._store.leases.take(
             free,
             term,
             publications_only=self._why_no_run_begins() is not None,
@@ -252,7 +248,6 @@ class Leader:
         runs = len(self.in_flight.under_way()) + len(leases)
         threads = self._settings.threads_of_a_run(workers=self.slots, runs=max(1, runs))
         for lease in leases:
-            fault_point("claim-after-commit")
             if lease.kind is Kind.PUBLISH and searching.goes_on(self._store, lease):
                 continue
             self.in_flight.add(lease)
@@ -272,7 +267,7 @@ class Leader:
     def _store_blocked_reason(self) -> None:
         """Tell every service that shares the store why nothing begins, when that changes."""
         if self.blocked_reason != self._stored_reason:
-            self._store.set_blocked_reason(self.blocked_reason, self.term)
+            self._store.queue.set_blocked_reason(self.blocked_reason, self.term)
             self._stored_reason = self.blocked_reason
 
     def _submit(self, lease: Lease, threads: int) -> None:
@@ -283,7 +278,6 @@ class Leader:
             reason = f"{type(error).__name__}: {error}"
             self.in_flight.ended[lease.key] = Ending.lost("Lost", reason)
             self._refused = time.monotonic()
-        fault_point("claim-after-submit")
 
     def _attempt(self, lease: Lease, threads: int) -> Attempt:
         """The attempt of a lease; the folder above its own exists, so a worker that misses it lacks the disk."""
@@ -308,10 +302,6 @@ class Leader:
     def _publication(self, lease: Lease) -> Mapping[str, Any]:
         """The sweep document and the outcomes of its runs, from which cube and report are made."""
         assert lease.sweep_id is not None
-        document, outcomes = self._store.publication_inputs(lease.sweep_id)
+        document, outcomes = self._store.publications.inputs(lease.sweep_id)
         root = self._artifacts.root
         return {"document": document, "outcomes": [outcome.as_json(root) for outcome in outcomes]}
-
-
-def _progress_row(lease: Lease, progress: Mapping[str, Any]) -> tuple[Lease, float, float, Mapping[str, Any]]:
-    return lease, float(progress.get("fraction") or 0.0), float(progress["seconds"]), progress

@@ -1,19 +1,17 @@
 """Registration: a verified ending becomes a result in the rows, another attempt, or a failure."""
 
 import logging
-from dataclasses import replace
 
 from service.files.artifacts import LOG, Artifacts
-from service.files.disk_space import Space, is_full_disk
+from service.files.disk_space import Space
 from service.files.lost_results import TooManyLost
-from service.queue.backoff import Backoff
+from service.logs import about
+from service.queue import retry
 from service.queue.verification import VerifiedEnding
-from service.records.attempt import Ending, legible
-from service.records.fault_points import fault_point
-from service.records.jobs import Cause, Lease, State, Stored, crashes_before, may_try_again
-from service.records.logs import about
-from service.records.timings import Timings
+from service.records.jobs import Cause, Lease, State, Stored
 from service.store import Store
+from service.workers.attempt import Ending, legible
+from service.workers.timings import Timings
 
 log = logging.getLogger(__name__)
 
@@ -22,7 +20,7 @@ class Registrar:
     """Registers ended attempts; after it, an attempt is over whatever happens."""
 
     def __init__(self, store: Store, artifacts: Artifacts, space: Space, timings: Timings):
-        self.backoff = Backoff(timings)
+        self.backoff = retry.Backoff(timings)
         self.refused: dict[str, str] = {}  # by publication: why its lost results are not forgotten
         self._store = store
         self._artifacts = artifacts
@@ -39,7 +37,7 @@ class Registrar:
         elif verified.losses:
             counts = self._lose_results(lease, verified)
         else:
-            ending = self._excuse_full_disk(ending)
+            ending = retry.excuse_full_disk(ending, self._space)
             counts = self._retry_or_fail(lease, ending, verified.files)
         log.log(
             logging.INFO if counts and not verified.losses else logging.WARNING,
@@ -53,20 +51,14 @@ class Registrar:
     def abandon(self, lease: Lease, error: Exception) -> None:
         """Fail an attempt whose ending cannot be registered."""
         reason = legible(f"the end of the attempt cannot be written to the database: {error}")
-        self._store.fail(lease, Cause.ERROR, failure=type(error).__name__, reason=reason)
+        self._store.leases.fail(lease, Cause.ERROR, failure=type(error).__name__, reason=reason)
         self.backoff.clear(lease)
 
     def _succeed(self, lease: Lease, verified: VerifiedEnding) -> bool:
         self.backoff.clear(lease)
         if verified.result is None:
-            fault_point("publication-before-registration")
-            seconds = verified.ending.seconds
-            counts = self._store.publish(lease, verified.files, seconds=seconds)
-            fault_point("publication-after-commit")
-            return counts
-        fault_point("result-before-registration")
-        counts = self._store.finish(lease, verified.result)
-        fault_point("result-after-commit")
+            return self._store.leases.publish(lease, verified.files, seconds=verified.ending.seconds)
+        counts = self._store.leases.finish(lease, verified.result)
         if counts:
             try:
                 self._artifacts.discard_checkpoint(lease.id)
@@ -75,35 +67,35 @@ class Registrar:
         return counts
 
     def _retry_or_fail(self, lease: Lease, ending: Ending, files: tuple[Stored, ...]) -> bool:
-        """Queue an attempt without result again, if the budget of its cause allows; else fail it."""
+        """Queue the job of an attempt without result again, or fail it."""
         assert ending.cause is not None
-        cause, step = ending.cause, ending.checkpoint
-        if may_try_again(cause, crashes_before(lease, step)):
-            state = self._store.requeue(lease, cause, reason=ending.reason, crash_step=step)
+        cause, decision = ending.cause, retry.decide(lease, ending.cause, ending.checkpoint)
+        if decision.again:
+            state = self._store.leases.requeue(lease, cause, reason=ending.reason, crashes=decision.crashes)
             self._delay(lease, ending, state)
             return state is not None
         self.backoff.clear(lease)
         written = self._artifacts.attempt_directory(lease) / LOG
-        return self._store.fail(
+        return self._store.leases.fail(
             lease,
             cause,
             failure=ending.failure,
             reason=f"{ending.reason} (log: {self._artifacts.relative(written)})",
-            crash_step=step,
+            crashes=decision.crashes,
             files=files,
         )
 
     def _lose_results(self, lease: Lease, verified: VerifiedEnding) -> bool:
         """Have lost results computed again; too many are verified again later, as a disk may come back."""
         try:
-            counts = self._store.lose_results(lease, verified.losses)
+            counts = self._store.publications.lose_results(lease, verified.losses, most=retry.MOST_LOST_RESULTS)
         except TooManyLost as error:
             if lease.id not in self.refused:
                 ids = ", ".join(loss.run_id for loss in verified.losses)
                 log.error("%s; in %s: %s", error, self._artifacts.root, ids, extra=about(lease))
             self.refused[lease.id] = str(error)
             self.backoff.delay(lease, self._timings.lost_results_retry)
-            return self._store.requeue(lease, Cause.LOST, reason=str(error)) is not None
+            return self._store.leases.requeue(lease, Cause.LOST, reason=str(error)) is not None
         self.refused.pop(lease.id, None)
         return counts
 
@@ -116,15 +108,3 @@ class Registrar:
         if seconds:
             message = "%s was lost again; the next attempt starts in %.0f s"
             log.warning(message, lease.key, seconds, extra=about(lease))
-
-    def _excuse_full_disk(self, ending: Ending) -> Ending:
-        """The ending of an attempt that met a full disk.
-
-        If the disk was full at its end too, that says nothing about the run: it was lost. If there was space again,
-        the run may be one that never fits, which counts as a crash.
-        """
-        if not is_full_disk(ending, self._space):
-            return ending
-        self._space.note_full_disk()
-        cause = Cause.LOST if self._space.is_used_up(ending.free) else Cause.CRASH
-        return replace(ending, cause=cause, reason=f"the disk was full: {ending.reason}")

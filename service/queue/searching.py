@@ -3,13 +3,14 @@
 import logging
 from collections.abc import Mapping
 
+from service.logs import about
 from service.records.jobs import Lease, MeasuredRun, State
-from service.records.logs import about
 from service.store import Store
 from solver.errors import WhippleError
 from studies.runs.run import Run
-from studies.sweeps.search import Outcome, outcome_in
-from studies.sweeps.sweep import ACCEPTED, Point, Sweep
+from studies.sweeps.reading import ACCEPTED
+from studies.sweeps.search import LimitOutcome, outcome_in
+from studies.sweeps.sweep import Point, Sweep
 
 log = logging.getLogger(__name__)
 
@@ -17,17 +18,17 @@ log = logging.getLogger(__name__)
 def goes_on(store: Store, lease: Lease) -> bool:
     """Whether the sweep of a leased publication got further runs, for which the publication waits."""
     assert lease.sweep_id is not None
-    document = store.sweep_document(lease.sweep_id)
+    document = store.sweeps.document(lease.sweep_id)
     axes = document.get("axes") or {}
     if not any(isinstance(axis, Mapping) and "limit_of" in axis for axis in axes.values()):
         return False
-    runs = {run.id: run for run in store.measured_runs(lease.sweep_id)}
+    runs = {run.id: run for run in store.runs.measured(lease.sweep_id)}
     try:
         points = next_points(Sweep.parse(document, ACCEPTED), runs)
     except WhippleError as error:  # the publication says it too, where people read it
         log.warning("%s cannot go on with its search: %s", lease.key, error, extra=about(lease))
         return False
-    return bool(points) and store.extend_search(lease, points)
+    return bool(points) and store.sweeps.extend(lease, points)
 
 
 def next_points(sweep: Sweep, runs: Mapping[str, MeasuredRun]) -> list[Point]:
@@ -37,7 +38,7 @@ def next_points(sweep: Sweep, runs: Mapping[str, MeasuredRun]) -> list[Point]:
     assert searched.search is not None
     quantity = searched.search.quantity
 
-    def outcome_of(run: Run) -> Outcome | str:
+    def outcome_of(run: Run) -> LimitOutcome | str:
         ended = runs.get(run.id)
         if ended is None or ended.state not in (State.SUCCEEDED, State.FAILED):
             return "unfinished"

@@ -16,12 +16,12 @@ from typing import Any
 
 from service.files.artifacts import LOG, Artifacts, describe
 from service.files.lost_results import Loss, ResultsLost, list_in
-from service.records.attempt import Ending, legible
 from service.records.jobs import Cause, Kind, Lease, Result, Stored
-from service.records.timings import Timings
+from service.workers.attempt import Ending, legible
 from service.workers.supervisor import BROKEN_MOUNT
+from service.workers.timings import Timings
 from solver.errors import WhippleError
-from studies.values.files import RESULT
+from studies.quantities.files import RESULT
 
 log = logging.getLogger(__name__)
 

@@ -1,4 +1,4 @@
-"""Records that every room of the service shares: states and records of the queue, settings, timings, signals, logs.
+"""Records that every room of the service shares: states, moves and rows of the queue, and an expanded sweep.
 
 Pure: no database, no engine, no HTTP. The lowest room of the service; every other room may call it.
 """

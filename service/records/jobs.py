@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from solver.errors import WhippleError
-from studies.values.files import FILM, RESULT, STATE
+from studies.quantities.files import FILM, RESULT, STATE
 
 if TYPE_CHECKING:
     from service.records.expansion import ExpandedSweep
@@ -68,7 +68,7 @@ class SweepState(StrEnum):
 
 
 class Cause(StrEnum):
-    """The cause of an unsuccessful attempt; each cause has its own budget."""
+    """The cause of an unsuccessful attempt; each cause has its own budget (``service.queue.retry``)."""
 
     VERDICT = "verdict"  # the run ended with an error of its own, such as an unphysical state: a result
     CRASH = "crash"  # the process died, and the service had not killed it
@@ -116,33 +116,10 @@ MOVES: Mapping[State, frozenset[State]] = {
     State.CANCELLED: frozenset({State.QUEUED, State.WAITING}),
 }
 
-# Failed attempts of each cause that end a job; None: attempts of this cause are repeated without limit. Crashes and
-# stalls are counted together (``store.leases``), at one checkpoint: progress beyond it starts the count anew.
-BUDGET: Mapping[Cause, int | None] = {
-    Cause.VERDICT: 1,
-    Cause.CRASH: 3,
-    Cause.MEMORY_LIMIT: 1,
-    Cause.TIME_LIMIT: 1,
-    Cause.STALLED: 3,
-    Cause.ERROR: 1,
-    Cause.LOST: None,
-}
-
-COUNTED = frozenset({Cause.CRASH, Cause.STALLED})  # as crashes, in one count
-
 
 def before(state: State) -> frozenset[State]:
     """States from which a job may move to ``state``."""
     return frozenset(origin for origin, targets in MOVES.items() if state in targets)
-
-
-def may_try_again(cause: Cause, crashes: int) -> bool:
-    """Whether a job that stopped for ``cause``, after earlier ``crashes``, gets another attempt.
-
-    The crashes that count are those at the same checkpoint: ``crashes_before``.
-    """
-    budget = BUDGET[cause]
-    return budget is None or crashes + 1 < budget
 
 
 def at_least(keep: Keep) -> frozenset[Keep]:
@@ -262,7 +239,7 @@ class RunRow:
     keep: Keep  # the most that a sweep demands
     checkpoint: int | None  # step of the last one
     fraction: float | None  # 0 to 1, of the running attempt
-    # studies.values.results.Progress: time, step, eta_seconds, measured.
+    # studies.runs.results.Progress: time, step, eta_seconds, measured.
     progress: Mapping[str, Any] | None
     cause: Cause | None  # why it failed
     failure: str | None  # short kind: "UnphysicalState", "SIGABRT"
@@ -362,9 +339,12 @@ class Lease:
         return f"{self.id}-{self.attempt}-{self.token}"
 
 
-def crashes_before(lease: Lease, step: int | None) -> int:
-    """Earlier crashes that count for a crash at the checkpoint of ``step``: none before a later checkpoint."""
-    return lease.crashes if (step or 0) <= (lease.crash_step or 0) else 0
+@dataclass(frozen=True)
+class CrashCount:
+    """Attempts of a job that died at the same checkpoint."""
+
+    crashes: int
+    step: int  # of that checkpoint; 0: there was none
 
 
 @dataclass(frozen=True)

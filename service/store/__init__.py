@@ -1,12 +1,123 @@
-"""The only room with a database connection: every command and query of the service, each with a name.
+"""The only room with a database connection: ``Store`` holds an object for each kind of row.
 
-``Store`` is the facade; ``tables`` says what is stored, ``connection`` how writers follow one another. One
-text serves SQLite and PostgreSQL. Records that go in and out are those of ``service.records.jobs``; each
-update of a state names the states that it may start from. Called by queue, API and command line.
+Each of them has the commands and the queries about its rows, and a query about several kinds is with the one that it
+answers for. ``tables`` says what is stored, ``connection`` how writers follow one another. One text serves SQLite and
+PostgreSQL. Records that go in and out are those of ``service.records.jobs``; each update of a state names the states
+that it may start from. Called by queue, API and command line.
 """
 
-from service.store.commands import digest_of
-from service.store.leadership import Leadership
-from service.store.store import Store
+from collections.abc import Callable
+from contextlib import closing
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import sqlalchemy as sa
+
+from service.store.connection import Database
+from service.store.events import Events
+from service.store.keys import Keys
+from service.store.leadership import Leadership, Terms
+from service.store.leases import Leases
+from service.store.publications import Publications
+from service.store.queue import Queue
+from service.store.retention import Retention
+from service.store.runs import Runs
+from service.store.submission import digest_of
+from service.store.sweeps import Sweeps
+from service.store.tables import CONTROL
+
+if TYPE_CHECKING:
+    from studies.runs.run import Run
 
 __all__ = ["Leadership", "Store", "digest_of"]
+
+
+class Store:
+    """Sweeps, runs, publications, their files and what happened to them, in one database."""
+
+    sweeps: Sweeps
+    runs: Runs
+    publications: Publications
+    queue: Queue
+    leases: Leases
+    terms: Terms
+    retention: Retention
+    events: Events
+    keys: Keys
+
+    def __init__(self, database: Database, *, cost: Callable[["Run"], float]):
+        self.database = database
+        self.sweeps = Sweeps(database, cost)
+        self.runs = Runs(database)
+        self.publications = Publications(database)
+        self.queue = Queue(database)
+        self.leases = Leases(database)
+        self.terms = Terms(database)
+        self.retention = Retention(database)
+        self.events = Events(database)
+        self.keys = Keys(database)
+
+    @classmethod
+    def open(cls, url: str, *, cost: Callable[["Run"], float] | None = None, migrate: bool = True) -> "Store":
+        """Connect, and make the tables or bring them up to date; with ``migrate=False`` only check their revision.
+
+        ``cost`` estimates the core seconds of a run; without it ``studies.runs.run.estimate`` does. Raises
+        StoreUnavailable, also for tables of another revision.
+        """
+        database = Database(url)
+        try:
+            if migrate:
+                database.migrate()
+            else:
+                database.check_revision()
+        except BaseException:
+            database.close()
+            raise
+        return cls(database, cost=cost or _estimated_core_seconds)
+
+    @staticmethod
+    def revision(url: str) -> str | None:
+        """The revision of a store's tables, None for an empty database; raises StoreUnavailable."""
+        with closing(Database(url)) as database:
+            return database.revision()
+
+    def close(self) -> None:
+        """Give every connection back."""
+        self.database.close()
+
+    def on_command(self, listener: Callable[[], object]) -> None:
+        """Call ``listener`` after each command that is given here and leaves the dispatcher something to do.
+
+        It must be quick.
+        """
+        self.database.listeners.append(listener)
+
+    def copy_to(self, file: Path) -> None:
+        """Copy a store on SQLite, as it is at one moment, to a new file."""
+        self.database.copy_to(file)
+
+    def ping(self) -> None:
+        """Ask for the right to write, and write nothing; raises StoreUnavailable."""
+        with self.database.writing() as connection:
+            connection.execute(sa.select(sa.literal(1)))
+
+    def data_id(self) -> str | None:
+        """Id that the database shares with its data directory; None before its first use."""
+        with self.database.reading() as connection:
+            return connection.execute(sa.select(CONTROL.c.data_id)).scalar_one()
+
+    def choose_data_id(self, choose: Callable[[str | None], str | None]) -> str | None:
+        """Replace the id by what ``choose`` makes of it, while no other service can; return the new one."""
+        with self.database.writing() as connection:
+            present = connection.execute(sa.select(CONTROL.c.data_id)).scalar_one()
+            chosen = choose(present)
+            if chosen != present:
+                connection.execute(CONTROL.update().values(data_id=chosen))
+        return chosen
+
+
+def _estimated_core_seconds(run: "Run") -> float:
+    """The estimated core seconds of a run, from the studies."""
+    from studies.runs.run import estimate
+
+    return estimate(run).core_seconds

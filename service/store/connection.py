@@ -1,12 +1,11 @@
 """Connections and transactions, on SQLite and PostgreSQL.
 
-Writers run one at a time, on both. SQLite knows nothing else; on PostgreSQL every writer first locks
-the one row of ``control``, and reads only after that: each of its statements then sees all that
-earlier writers committed (READ COMMITTED), and nothing changes between its statements. So whatever
-holds for one order of the transactions holds for any number of replicas: two of them that accept the
-same sweep, a run that ends while a sweep joins it, a cancel beside a submission. No writer holds another
-lock while it waits for this one, so there are no deadlocks and no failures to serialise, and the
-numbers of events become visible in order. The price: replicas do not write side by side.
+Writers run one at a time, on both. SQLite knows nothing else; on PostgreSQL every writer first locks the one row of
+``control``, and reads only after that: each of its statements then sees all that earlier writers committed (READ
+COMMITTED), and nothing changes between its statements. So whatever holds for one order of the transactions holds for
+any number of replicas: two of them that accept the same sweep, a run that ends while a sweep joins it, a cancel beside
+a submission. No writer holds another lock while it waits for this one, so there are no deadlocks and no failures to
+serialise, and the numbers of events become visible in order. The price: replicas do not write side by side.
 
 Readers wait for no writer, and see one moment (REPEATABLE READ, a read transaction of SQLite).
 """
@@ -15,7 +14,7 @@ import json
 import sqlite3
 import threading
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import closing, contextmanager, suppress
 from pathlib import Path
 from typing import Any
@@ -75,6 +74,7 @@ class Database:
         self._migrations = migrations
         self._newest = revision
         self._mutex = threading.Lock()  # writers of this process wait without a connection
+        self.listeners: list[Callable[[], object]] = []  # called after each command
         if self.is_sqlite:
             self._engine = sa.create_engine(self.url, **CONNECTIONS)
             self._readers = self._engine.execution_options(writes=False)
@@ -105,6 +105,14 @@ class Database:
                     connection.exec_driver_sql(f"SET LOCAL lock_timeout = {left}")
                 connection.execute(sa.select(CONTROL.c.id).with_for_update())
                 yield connection
+
+    @contextmanager
+    def commanding(self) -> Iterator[sa.Connection]:
+        """A write transaction that leaves the dispatcher something to do."""
+        with self.writing() as connection:
+            yield connection
+        for listener in self.listeners:
+            listener()
 
     def migrate(self) -> None:
         """Make the tables in an empty database, or bring them up to date; raises StoreUnavailable.
@@ -204,13 +212,6 @@ def _make_private(database: Path) -> None:
     for end in ("", "-wal", "-shm"):
         with suppress(OSError):  # not there, or another user's
             Path(f"{database}{end}").chmod(PRIVATE)
-
-
-class Part:
-    """A part of the store: methods over one database."""
-
-    def __init__(self, database: Database):
-        self._database = database
 
 
 def connect_postgresql(url: sa.URL, *, idle_session_timeout: str = "0", **options: Any) -> sa.Engine:

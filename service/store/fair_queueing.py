@@ -1,11 +1,10 @@
 """Fairness between sweeps, and the priority of runs that sweeps share.
 
-Start-time fair queueing (Goyal, Vin, Cheng 1996) by estimated cost, within each priority class. The
-virtual time of a class is that of the run leased last. A sweep that is accepted begins there: the
-virtual time of each of its runs is later by the cost of the sweep's unfinished runs before it. So two
-sweeps get equal shares of the cores while both have work, however long the older one is. Classes have
-virtual times of their own, so that an urgent sweep that passes all others leaves theirs as it was. A
-run that changes its class keeps its distance from the virtual time of the class.
+Start-time fair queueing (Goyal, Vin, Cheng 1996) by estimated cost, within each priority class. The virtual time of a
+class is that of the run leased last. A sweep that is accepted begins there: the virtual time of each of its runs is
+later by the cost of the sweep's unfinished runs before it. So two sweeps get equal shares of the cores while both have
+work, however long the older one is. Classes have virtual times of their own, so that an urgent sweep that passes all
+others leaves theirs as it was. A run that changes its class keeps its distance from the virtual time of the class.
 """
 
 from collections.abc import Sequence
@@ -15,9 +14,14 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.records.jobs import ACTIVE, KEPT_BY, Keep, Kind, Lease, State, at_least
-from service.store.statements import (
+from service.store.tables import (
+    ARTIFACTS,
     HAS_RESULT,
+    JOBS,
+    POINTS,
+    PRIORITY_CLASSES,
     PUBLICATIONS,
+    SWEEPS,
     ended_by_accident,
     hold_publications,
     insert_into,
@@ -25,8 +29,7 @@ from service.store.statements import (
     runs_of,
     unless_result,
 )
-from service.store.tables import ARTIFACTS, JOBS, POINTS, PRIORITY_CLASSES, SWEEPS
-from studies.values.files import FILM
+from studies.quantities.files import FILM
 
 LAST = 1e300  # a virtual time after every other
 QUEUE_ORDER = [JOBS.c.priority, JOBS.c.virtual_time, JOBS.c.ordinal]
@@ -80,9 +83,8 @@ def queue_again(
 
     ``among`` are the ids of those that are looked at, by default all.
 
-    The same happens to those that succeeded and lack a file that the sweep keeps. A result, or a
-    verdict, stays until it is replaced: other sweeps may have it. ``schedule`` gives the runs their
-    virtual times.
+    The same happens to those that succeeded and lack a file that the sweep keeps. A result, or a verdict, stays until
+    it is replaced: other sweeps may have it. ``schedule`` gives the runs their virtual times.
     """
     own = runs_of(sweep_id)
     if among is not None:

@@ -12,9 +12,8 @@ from threading import Lock, Thread
 import sqlalchemy as sa
 
 from service.records.jobs import KeyRow, NotFound, Scope, StoreUnavailable
-from service.store.connection import Database, Part
-from service.store.statements import Row, now, one_row
-from service.store.tables import KEYS
+from service.store.connection import Database
+from service.store.tables import KEYS, StatementRow, now, one_row
 
 MARK = "whp_"  # by which people and secret scanners recognise a secret of this service
 PREFIX_LENGTH = len(MARK) + 8
@@ -22,15 +21,15 @@ SECRET_BYTES = 32
 USED_EVERY = timedelta(minutes=1)  # interval between two notes of the use of a key
 
 
-class Keys(Part):
+class Keys:
     """Keys that requests need elsewhere than on the loopback."""
 
     def __init__(self, database: Database):
-        super().__init__(database)
+        self._database = database
         self._noting = Lock()  # held while a use is noted
 
-    def create_key(self, name: str, scopes: Iterable[Scope], expires: datetime | None = None) -> tuple[KeyRow, str]:
-        """Create a key; return it with its secret, which is stored nowhere."""
+    def issue(self, name: str, scopes: Iterable[Scope], expires: datetime | None = None) -> tuple[KeyRow, str]:
+        """Issue a key; return it with its secret, which is stored nowhere."""
         secret = MARK + secrets.token_urlsafe(SECRET_BYTES)
         row = {
             "id": uuid.uuid4().hex,
@@ -45,7 +44,7 @@ class Keys(Part):
         with self._database.writing() as connection:
             return _record(connection.execute(insert).one()), secret
 
-    def find_key(self, secret: str) -> KeyRow | None:
+    def find(self, secret: str) -> KeyRow | None:
         """The usable key with this secret, if there is one; its use is noted in the background, once a minute."""
         if not (secret.isascii() and secret.isprintable()):
             return None
@@ -61,19 +60,19 @@ class Keys(Part):
             self._note_use(key.id, moment)
         return key
 
-    def has_keys(self) -> bool:
+    def any_usable(self) -> bool:
         """Whether there is a key that can be used now."""
         query = sa.select(sa.exists(sa.select(KEYS.c.id).where(_is_usable(now()))))
         with self._database.reading() as connection:
             return bool(connection.execute(query).scalar())
 
-    def keys(self) -> tuple[KeyRow, ...]:
+    def all(self) -> tuple[KeyRow, ...]:
         """All keys, expired and revoked ones too, oldest first."""
         query = sa.select(KEYS).order_by(KEYS.c.created, KEYS.c.id)
         with self._database.reading() as connection:
             return tuple(_record(row) for row in connection.execute(query))
 
-    def revoke_key(self, id: str) -> KeyRow:
+    def revoke(self, id: str) -> KeyRow:
         """Make a key useless from now on; raises NotFound."""
         query = sa.select(KEYS).where(KEYS.c.id == id)
         with self._database.reading() as connection:
@@ -101,7 +100,7 @@ class Keys(Part):
         return _record(row)
 
 
-def _record(row: Row) -> KeyRow:
+def _record(row: StatementRow) -> KeyRow:
     values = {name: getattr(row, name) for name in KeyRow.__dataclass_fields__ if name != "scopes"}
     return KeyRow(**values, scopes=frozenset(map(Scope, row.scopes.split())))
 

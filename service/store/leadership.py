@@ -14,7 +14,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
 from service.store.connection import Database, connect_postgresql
-from service.store.tables import TERMS
+from service.store.tables import TERMS, now
 
 LOCK = int.from_bytes(b"leader")  # advisory, of PostgreSQL
 IDLE_SECONDS = 6.0  # of silence, after which the server ends the connection that holds the lock
@@ -54,23 +54,38 @@ class Leadership:
             pass
 
 
-def lead(database: Database, owner: str) -> Leadership | None:
-    """Become the leader; None if another service leads. Raises StoreUnavailable."""
-    if database.is_sqlite:
-        return Leadership()
-    engine = connect_postgresql(
-        database.url, idle_session_timeout=f"{IDLE_SECONDS:g}s", poolclass=sa.NullPool, isolation_level="AUTOCOMMIT"
-    )
-    try:
-        connection = engine.connect()
-        named = sa.func.set_config("application_name", owner, False)
-        leads = connection.execute(sa.select(named, sa.func.pg_try_advisory_lock(LOCK))).one()[1]
-    except sa.exc.OperationalError as error:
-        raise StoreUnavailable(f"the database cannot be used now: {error.orig}") from error
-    if leads:
-        return Leadership(connection)
-    connection.close()
-    return None
+class Terms:
+    """Terms of leadership: a lease carries the number of the one that it was given in."""
+
+    def __init__(self, database: Database):
+        self._database = database
+
+    def lead(self, owner: str) -> Leadership | None:
+        """Become the service that works through the queue; None: another one is. Raises StoreUnavailable."""
+        if self._database.is_sqlite:
+            return Leadership()
+        engine = connect_postgresql(
+            self._database.url,
+            idle_session_timeout=f"{IDLE_SECONDS:g}s",
+            poolclass=sa.NullPool,
+            isolation_level="AUTOCOMMIT",
+        )
+        try:
+            connection = engine.connect()
+            named = sa.func.set_config("application_name", owner, False)
+            leads = connection.execute(sa.select(named, sa.func.pg_try_advisory_lock(LOCK))).one()[1]
+        except sa.exc.OperationalError as error:
+            raise StoreUnavailable(f"the database cannot be used now: {error.orig}") from error
+        if leads:
+            return Leadership(connection)
+        connection.close()
+        return None
+
+    def begin(self, owner: str) -> int:
+        """Number of a new term; no lease is given in earlier ones any more."""
+        begin = TERMS.insert().values(owner=owner, started=now())
+        with self._database.writing() as connection:
+            return connection.execute(begin.returning(TERMS.c.term)).scalar_one()
 
 
 def leader(database: Database, connection: sa.Connection) -> str | None:

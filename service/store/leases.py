@@ -5,73 +5,70 @@ the last ones of the job: an attempt that was given up cannot overwrite the work
 """
 
 import secrets
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import sqlalchemy as sa
 
-from service.files.lost_results import Loss
-from service.records.fault_points import fault_point
-from service.records.jobs import COUNTED, Cause, Keep, Kind, Lease, Result, State, Stored, before, crashes_before
-from service.store import leadership
-from service.store.connection import Part
+from service.records.jobs import Cause, CrashCount, Keep, Kind, Lease, Result, State, Stored, before
+from service.store.connection import Database
+from service.store.events import log_attempts
 from service.store.fair_queueing import IS_WANTED, QUEUE_ORDER, advance_classes, queue_for_film
-from service.store.leadership import Leadership
-from service.store.lost_results import forget_results
-from service.store.statements import (
-    IS_HELD,
-    LEASE_COLUMNS,
+from service.store.tables import (
+    ARTIFACTS,
+    CAUSES,
+    CONTROL,
+    JOBS,
+    POINTS,
     PUBLISH_PRIORITY,
-    Row,
-    count_attempt,
+    TERMS,
+    StatementRow,
     given_up,
-    held_by,
     hold_publications,
-    is_held,
-    lease_record,
-    log_attempts,
+    insert_into,
     now,
-    register_files,
     release_publications,
     retention_if,
     unless_result,
 )
-from service.store.tables import ARTIFACTS, CONTROL, JOBS, POINTS, TERMS
 
+LEASE_COLUMNS = [JOBS.c[field] for field in Lease.__dataclass_fields__]
 # Columns of a job that say how far its attempt is.
 NO_PROGRESS = dict.fromkeys(("fraction", "progress", "seconds"), sa.null())
 
 
-class Leases(Part):
+def _is_held(id: Any, attempt: Any, term: Any) -> sa.ColumnElement[bool]:
+    return sa.and_(
+        JOBS.c.id == id,
+        JOBS.c.attempt == attempt,
+        JOBS.c.term == term,
+        # Not IN: a list of states cannot be executed for many leases at once.
+        sa.or_(JOBS.c.state == State.RUNNING, JOBS.c.state == State.CANCELLING),
+    )
+
+
+def is_held(lease: Lease) -> sa.ColumnElement[bool]:
+    """The lease is the last one of its job, and the attempt has not ended."""
+    return _is_held(lease.id, lease.attempt, lease.term)
+
+
+# ``is_held`` for many leases at once, each with the parameters of ``held_by``.
+IS_HELD = _is_held(*(sa.bindparam(f"held_{name}") for name in ("id", "attempt", "term")))
+
+
+def held_by(lease: Lease) -> dict[str, Any]:
+    """Parameters of IS_HELD."""
+    return {"held_id": lease.id, "held_attempt": lease.attempt, "held_term": lease.term}
+
+
+class Leases:
     """The queue as the dispatcher works through it."""
 
-    # --- terms of leadership ---------------------------------------------------------------------
+    def __init__(self, database: Database):
+        self._database = database
 
-    def lead(self, owner: str) -> Leadership | None:
-        """Become the service that works through the queue; None: another one is."""
-        return leadership.lead(self._database, owner)
-
-    def begin_term(self, owner: str) -> int:
-        """Number of a new term of leadership; no lease is given in earlier ones any more."""
-        begin = TERMS.insert().values(owner=owner, started=now())
-        with self._database.writing() as connection:
-            return connection.execute(begin.returning(TERMS.c.term)).scalar_one()
-
-    def set_blocked_reason(self, reason: str | None, term: int | None = None) -> None:
-        """Note why nothing is begun although there is work; None: nothing blocks the queue.
-
-        Without effect for a ``term`` that has ended; None stands for a service that never led.
-        """
-        note = CONTROL.update().values(blocked_reason=reason)
-        if term is not None:
-            note = note.where(sa.not_(sa.exists().where(TERMS.c.term > term)))
-        with self._database.writing() as connection:
-            connection.execute(note)
-
-    # --- leases ----------------------------------------------------------------------------------
-
-    def lease(
+    def take(
         self, limit: int, term: int, *, publications_only: bool = False, backed_off: Collection[str] = ()
     ) -> tuple[Lease, ...]:
         """Lease up to ``limit`` queued jobs: publications first, then runs by priority and virtual time.
@@ -113,7 +110,7 @@ class Leases(Part):
             log_attempts(connection, now(), "adopted", lease)
         return _running(row)
 
-    def leases(self) -> tuple[Lease, ...]:
+    def held(self) -> tuple[Lease, ...]:
         """Every job that is running or being stopped, whatever the term of its lease."""
         held = JOBS.c.state.in_([State.RUNNING, State.CANCELLING])
         with self._database.reading() as connection:
@@ -122,25 +119,26 @@ class Leases(Part):
 
     # --- progress --------------------------------------------------------------------------------
 
-    def record_progress(self, news: Sequence[tuple[Lease, float, float, Mapping[str, Any]]]) -> None:
-        """Note the progress of attempts: lease, fraction, seconds so far, progress of the solver."""
+    def record_progress(self, news: Sequence[tuple[Lease, Mapping[str, Any]]]) -> None:
+        """Note the last message about each of these attempts, and the step of its last checkpoint."""
+        progress = {name: sa.bindparam(f"new_{name}", type_=JOBS.c[name].type) for name in NO_PROGRESS}
         rows = [
-            {**held_by(lease), "now_at": fraction, "spent": seconds, "message": dict(progress)}
-            for lease, fraction, seconds, progress in news
+            {
+                **held_by(lease),
+                "new_fraction": float(message.get("fraction") or 0.0),
+                "new_seconds": float(message["seconds"]),
+                "new_progress": dict(message),
+            }
+            for lease, message in news
         ]
-        self._note(rows, fraction="now_at", seconds="spent", progress="message")
-
-    def record_checkpoints(self, news: Sequence[tuple[Lease, int]]) -> None:
-        """Note the step of the last checkpoint of attempts."""
-        rows = [{**held_by(lease), "saved": step} for lease, step in news]
-        self._note(rows, checkpoint="saved")
-
-    def _note(self, rows: Sequence[Mapping[str, Any]], **columns: str) -> None:
-        """Write news of attempts that still count; ``columns`` names the parameter of each column."""
-        values = {name: sa.bindparam(parameter, type_=JOBS.c[name].type) for name, parameter in columns.items()}
-        if rows:
-            with self._database.writing() as connection:
-                connection.execute(JOBS.update().where(IS_HELD).values(values), rows)
+        saved = [
+            {**held_by(lease), "step": message["checkpoint"]} for lease, message in news if "checkpoint" in message
+        ]
+        with self._database.writing() as connection:
+            if rows:
+                connection.execute(JOBS.update().where(IS_HELD).values(progress), rows)
+            if saved:
+                connection.execute(JOBS.update().where(IS_HELD).values(checkpoint=sa.bindparam("step")), saved)
 
     # --- ends ------------------------------------------------------------------------------------
 
@@ -169,10 +167,10 @@ class Leases(Part):
         *,
         failure: str,
         reason: str,
-        crash_step: int | None = None,
+        crashes: CrashCount | None = None,
         files: Sequence[Stored] = (),
     ) -> bool:
-        """End a job for good without a new result; ``files`` hold its log.
+        """End a job for good without a new result; ``files`` hold its log, and ``crashes`` are counted in its row.
 
         A run that had a result before goes back to it. Its checkpoint stays, for a retry.
         """
@@ -180,16 +178,15 @@ class Leases(Part):
             "state": sa.type_coerce(given_up(State.FAILED), JOBS.c.state.type),
             "keep": retention_if(sa.true()),
             **unless_result(cause=cause, failure=failure, reason=reason),
-            **_crash_count(lease, cause, crash_step),
+            **_counted(crashes),
         }
         event = {"cause": cause, "reason": reason}
         return self._end(lease, State.FAILED, end, files=files, event=event)
 
-    def requeue(self, lease: Lease, cause: Cause, *, reason: str, crash_step: int | None = None) -> State | None:
+    def requeue(self, lease: Lease, cause: Cause, *, reason: str, crashes: CrashCount | None = None) -> State | None:
         """Put an attempt without result back into the queue, or end its job if no sweep waits for it.
 
-        Returns the new state of the job; None: the attempt no longer counts. ``crash_step`` is the
-        step of the last checkpoint of an attempt that crashed.
+        Returns the new state of the job; None: the attempt no longer counts. ``crashes`` are counted in its row.
         """
         moment = now()
         ends = sa.and_(JOBS.c.kind == Kind.RUN, sa.not_(IS_WANTED))
@@ -199,7 +196,7 @@ class Leases(Part):
             .where(is_held(lease))
             .values(state=sa.type_coerce(state, JOBS.c.state.type), keep=retention_if(ends))
             .values(finished=sa.case((ends, moment), else_=sa.null()))
-            .values(NO_PROGRESS | _crash_count(lease, cause, crash_step))
+            .values(NO_PROGRESS | _counted(crashes))
             .returning(JOBS.c.state)
         )
         with self._database.writing() as connection:
@@ -212,23 +209,6 @@ class Leases(Part):
                 log_attempts(connection, moment, "cancelled", lease)
         return outcome
 
-    def lose_results(self, lease: Lease, losses: Sequence[Loss]) -> bool:
-        """End a publication that found results of its runs lost: it waits until they are computed again.
-
-        Raises TooManyLost, and changes nothing, beyond the limits of ``lost_results``.
-        """
-        moment = now()
-        wait = JOBS.update().where(is_held(lease)).values(NO_PROGRESS)
-        wait = wait.values(state=State.WAITING, unfinished_point=sa.null())
-        reason = f"results of {len(losses)} runs are lost"
-        with self._database.writing() as connection:
-            if not connection.execute(wait).rowcount:
-                return False
-            forget_results(connection, moment, lease, losses)
-            count_attempt(connection, Cause.LOST)
-            log_attempts(connection, moment, "requeued", lease, cause=Cause.LOST, reason=reason)
-        return True
-
     def publish(self, lease: Lease, files: Sequence[Stored], *, seconds: float) -> bool:
         """Register the files of a publication, in place of earlier ones, all at once."""
         moment = now()
@@ -240,7 +220,6 @@ class Leases(Part):
             register_files(connection, lease.id, files)
             names = [file.name for file in files]
             log_attempts(connection, moment, "published", lease, files=names)
-            fault_point("publication-before-commit")
         return True
 
     def _end(
@@ -268,11 +247,10 @@ class Leases(Part):
             log_attempts(connection, moment, state, lease, **event)
             if "cause" in event:
                 count_attempt(connection, event["cause"])
-            fault_point("result-before-commit")
         return True
 
 
-def _running(row: Row) -> Lease:
+def _running(row: StatementRow) -> Lease:
     """The lease of an attempt under way; its process may keep less than the row demands by now."""
     return replace(lease_record(row), keep=Keep.NUMBERS)
 
@@ -293,9 +271,36 @@ def _begin_attempts(head: sa.Select[Any], term: int) -> sa.Update:
     )
 
 
-def _crash_count(lease: Lease, cause: Cause, step: int | None) -> dict[str, Any]:
-    """Crashes at the last checkpoint after one more attempt; other causes leave them as they are."""
-    if cause not in COUNTED:
-        return {}
-    furthest = max(step or 0, lease.crash_step or 0)
-    return {"crashes": crashes_before(lease, step) + 1, "crash_step": furthest}
+def _counted(crashes: CrashCount | None) -> dict[str, Any]:
+    """The columns of the crashes of a job; none where no crash is counted."""
+    return {} if crashes is None else {"crashes": crashes.crashes, "crash_step": crashes.step}
+
+
+def wait_again(connection: sa.Connection, lease: Lease, *conditions: sa.ColumnElement[bool]) -> bool:
+    """End the attempt of a leased publication: it waits for runs again. False: the attempt no longer counts."""
+    wait = JOBS.update().where(is_held(lease), *conditions).values(NO_PROGRESS)
+    wait = wait.values(state=State.WAITING, unfinished_point=sa.null(), finished=sa.null())
+    return connection.execute(wait).rowcount > 0
+
+
+def count_attempt(connection: sa.Connection, cause: Cause) -> None:
+    """Count an attempt that did not succeed."""
+    insert = insert_into(connection, CAUSES).values(cause=cause, attempts=1)
+    one_more = {"attempts": CAUSES.c.attempts + 1}
+    connection.execute(insert.on_conflict_do_update(index_elements=["cause"], set_=one_more))
+
+
+def register_files(connection: sa.Connection, job_id: str, files: Iterable[Stored]) -> None:
+    """Register files of a job, in place of those of the same names."""
+    rows = [{**vars(file), "job_id": job_id} for file in files]
+    if rows:
+        names = [row["name"] for row in rows]
+        same = ARTIFACTS.delete().where(ARTIFACTS.c.job_id == job_id)
+        connection.execute(same.where(ARTIFACTS.c.name.in_(names)))
+        connection.execute(ARTIFACTS.insert(), rows)
+
+
+def lease_record(row: StatementRow) -> Lease:
+    """A lease from a row with LEASE_COLUMNS."""
+    values = {field: row._mapping[JOBS.c[field]] for field in Lease.__dataclass_fields__}
+    return Lease(**{**values, "spec": values["spec"] or {}})

@@ -7,16 +7,19 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.records.jobs import KEPT_BY, TERMINAL, Keep, Kind, LastAttempt, Stored, at_least
-from service.store.connection import Part
-from service.store.statements import batches, log_event, now, stored_record
-from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS
+from service.store.connection import Database
+from service.store.events import log_event
+from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS, batches, now, stored_record
 
 AFTER_HEX = "g"  # added to the beginning of an id, it comes after every id that begins so
 BY_JOB = [ARTIFACTS.c.job_id, ARTIFACTS.c.name]
 
 
-class RetentionQueries(Part):
+class Retention:
     """Files that no sweep keeps, runs that no sweep has, and what the store knows of folders on the disk."""
+
+    def __init__(self, database: Database):
+        self._database = database
 
     def discardable(self, limit: int, shard: str = "") -> tuple[tuple[str, Stored], ...]:
         """Registered files that no sweep keeps, each with its run; ``drop`` removes them from the rows.
@@ -108,10 +111,6 @@ class RetentionQueries(Part):
         return tuple((row.job_id, stored_record(row)) for row in rows)
 
 
-def _keeps(name: str, keep: Keep) -> sa.ColumnElement[bool]:
-    return (ARTIFACTS.c.name == name) & SWEEPS.c.keep.in_(at_least(keep))
-
-
 # A registered file of a run that has ended, and that no sweep keeps.
 _IS_DROPPED = sa.and_(
     ARTIFACTS.c.name.in_(KEPT_BY),
@@ -119,7 +118,9 @@ _IS_DROPPED = sa.and_(
     sa.not_(
         sa.exists()
         .where(POINTS.c.run_id == ARTIFACTS.c.job_id, SWEEPS.c.id == POINTS.c.sweep_id)
-        .where(sa.or_(*(_keeps(name, keep) for name, keep in KEPT_BY.items())))
+        .where(
+            sa.or_(*((ARTIFACTS.c.name == name) & SWEEPS.c.keep.in_(at_least(keep)) for name, keep in KEPT_BY.items()))
+        )
     ),
 )
 

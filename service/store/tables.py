@@ -1,11 +1,17 @@
-"""The tables. ``Database.migrate`` makes them in an empty database; later changes are migrations."""
+"""The tables, and the expressions and statements over them that several parts of the store share.
 
+``Database.migrate`` makes the tables in an empty database; later changes are migrations.
+"""
+
+from collections.abc import Iterable
 from datetime import UTC, datetime
 from enum import StrEnum
+from typing import Any
 
 import sqlalchemy as sa
+from sqlalchemy.dialects import postgresql, sqlite
 
-from service.records.jobs import Cause, Keep, Kind, State
+from service.records.jobs import ACTIVE, Cause, Keep, Kind, NotFound, State, Stored
 
 
 class UtcTime(sa.types.TypeDecorator[datetime]):
@@ -27,6 +33,8 @@ def enumeration(kind: type[StrEnum]) -> sa.Enum:
     )
 
 
+StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
+ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
 REVISION = "0006"  # of these tables: that of the newest file of ``service/migrations/versions``
@@ -196,3 +204,148 @@ CAUSES = sa.Table(
     sa.Column("cause", enumeration(Cause), primary_key=True),
     sa.Column("attempts", sa.BigInteger, nullable=False),
 )
+
+# --- expressions -------------------------------------------------------------------------------
+
+PUBLICATIONS = JOBS.alias("publications")
+PUBLISH_PRIORITY = -1000  # a finished sweep is published before more runs begin
+
+
+def literal(text: str) -> sa.ColumnClause[str]:
+    """A text without a parameter: PostgreSQL groups by no expression that has parameters."""
+    return sa.literal_column(f"'{text}'")
+
+
+# Where a point stands for its sweep: cancelled once the sweep no longer waits for the run.
+POINT_STATE = sa.type_coerce(
+    sa.case((POINTS.c.detached, literal(State.CANCELLED)), else_=sa.type_coerce(JOBS.c.state, sa.Text)),
+    enumeration(State),
+)
+
+
+def runs_of(sweep_id: str) -> sa.Select[tuple[str]]:
+    """Ids of the runs of a sweep."""
+    return sa.select(POINTS.c.run_id).where(POINTS.c.sweep_id == sweep_id)
+
+
+def ended_by_accident(*, verdicts: bool) -> sa.ColumnElement[bool]:
+    """The run ended without a result, so that another try is worth while."""
+    accident = sa.and_(JOBS.c.state == State.FAILED, JOBS.c.cause != Cause.VERDICT)
+    ended = accident if not verdicts else JOBS.c.state == State.FAILED
+    return sa.or_(JOBS.c.state == State.CANCELLED, ended)
+
+
+# Also true of a run that is computed again; never of a publication.
+HAS_RESULT = JOBS.c.path.is_not(None)
+
+
+def given_up(otherwise: State) -> sa.Case[str]:
+    """State of a job that ends without a new result: that of its earlier result, else ``otherwise``."""
+    return sa.case(
+        (sa.not_(HAS_RESULT), literal(otherwise)),
+        (JOBS.c.cause.is_(None), literal(State.SUCCEEDED)),
+        else_=literal(State.FAILED),
+    )
+
+
+def retention_if(is_given_up: sa.ColumnElement[bool]) -> sa.Case[Any]:
+    """Retention of a job: that of the files that are there, once it goes back to its earlier result."""
+    goes_back = sa.and_(is_given_up, HAS_RESULT)
+    return sa.case((goes_back, sa.literal(Keep.NUMBERS, JOBS.c.keep.type)), else_=JOBS.c.keep)
+
+
+def unless_result(**values: Any) -> dict[str, sa.ColumnElement[Any]]:
+    """Values for the row of a job without a result; the row of one with a result keeps its own."""
+    return {
+        name: sa.case((HAS_RESULT, JOBS.c[name]), else_=sa.literal(value, JOBS.c[name].type))
+        for name, value in values.items()
+    }
+
+
+_RUNS = JOBS.alias("runs")
+
+# The points that a publication waits for.
+_UNFINISHED = (
+    sa.select(POINTS)
+    .join_from(POINTS, _RUNS, _RUNS.c.id == POINTS.c.run_id)
+    .where(POINTS.c.sweep_id == JOBS.c.sweep_id, POINTS.c.detached.is_(False))
+    .where(_RUNS.c.state.in_(ACTIVE))
+    .correlate(JOBS)
+)
+
+# --- statements --------------------------------------------------------------------------------
+
+
+def insert_into(connection: sa.Connection, table: sa.Table) -> sqlite.Insert | postgresql.Insert:
+    """An insert that can say what to do with rows that are there already."""
+    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
+    return dialect.insert(table)
+
+
+def invalidate_tallies(connection: sa.Connection, points: int) -> None:
+    """Note that so many points that had ended are unfinished again: see ``time_left.Tallies``."""
+    generation = CONTROL.c.cache_generation
+    connection.execute(CONTROL.update().values(cache_generation=generation + points))
+
+
+def release_publications(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool]) -> None:
+    """Queue those waiting publications, among ``which``, whose sweeps wait for no run any more.
+
+    The row of each names a point that was unfinished at the last check. While that point still is,
+    nothing has to be done; else all points are searched for another. So the end of a run costs the
+    same whatever the length of its sweeps.
+    """
+    waiting = (which, JOBS.c.state == State.WAITING)
+    another = (
+        _UNFINISHED.with_only_columns(POINTS.c.ordinal)
+        .order_by(POINTS.c.ordinal.desc())  # runs are leased in order: the last is unfinished long
+        .limit(1)
+        .scalar_subquery()
+    )
+    is_unfinished = _UNFINISHED.where(POINTS.c.ordinal == JOBS.c.unfinished_point).exists()
+    check = JOBS.update().where(*waiting, sa.not_(is_unfinished)).values(unfinished_point=another)
+    checked = connection.execute(check.returning(JOBS.c.id, JOBS.c.unfinished_point)).all()
+    done = [row.id for row in checked if row.unfinished_point is None]
+    if done:
+        queue = JOBS.update().where(JOBS.c.id.in_(done))
+        connection.execute(queue.values(state=State.QUEUED, queued=moment))
+
+
+def hold_publications(connection: sa.Connection, which: sa.ColumnElement[bool]) -> None:
+    """Let those queued publications, among ``which``, wait again whose runs are no longer all done."""
+    wait = JOBS.update().where(which, JOBS.c.kind == Kind.PUBLISH, JOBS.c.state == State.QUEUED)
+    wait = wait.where(_UNFINISHED.exists())
+    connection.execute(wait.values(state=State.WAITING, unfinished_point=sa.null()))
+
+
+def begins(column: sa.ColumnElement[str], prefix: str) -> sa.ColumnElement[bool]:
+    """The id, of hexadecimal digits, begins so; by its index."""
+    return sa.and_(column >= prefix, column < prefix + "g")
+
+
+def one_row(connection: sa.Connection, query: sa.Select[Any], kind: str, id: str) -> StatementRow:
+    """The single row of a query; raises NotFound."""
+    row = connection.execute(query).first()
+    if row is None:
+        raise NotFound(kind, id)
+    return row
+
+
+def stored_record(row: StatementRow) -> Stored:
+    """A file from a row of ARTIFACTS."""
+    return Stored(name=row.name, path=row.path, size=row.size, sha256=row.sha256)
+
+
+# --- rows, moments, batches -------------------------------------------------------------------
+
+
+def now() -> datetime:
+    """This moment; it decides whether a key has expired and when an unused run is removed, nothing else."""
+    return datetime.now(UTC)
+
+
+def batches(items: Iterable[str]) -> Iterable[list[str]]:
+    """Items in lists short enough for one statement."""
+    items = list(items)
+    starts = range(0, len(items), ROWS_PER_STATEMENT)
+    return (items[start : start + ROWS_PER_STATEMENT] for start in starts)

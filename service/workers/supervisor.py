@@ -6,6 +6,7 @@ cancellation or a limit. The results are files in the attempt's folder; whatever
 
 import errno
 import math
+import os
 import signal
 import time
 from collections.abc import Callable
@@ -13,18 +14,17 @@ from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
-from service.files import attempt_log
 from service.files.artifacts import LOG, OF_A_RUN, describe
 from service.files.disk_space import free_bytes
-from service.records.attempt import Attempt, Ending
 from service.records.jobs import Cause, Kind, Stored
-from service.records.timings import DEFAULT, Timings
+from service.workers.attempt import Attempt, Ending
 from service.workers.stall import StallClock
-from service.workers.warm import Message, Slot, WarmProcess
+from service.workers.timings import DEFAULT, Timings
+from service.workers.warm import RawMessage, Slot, WarmProcess
 from service.workers.warm_process import STATUS_MEMORY
-from studies.values.files import RESULT, SWEEP_FILES
+from studies.quantities.files import RESULT, SWEEP_FILES
 
-SendProgress = Callable[[Message], None]
+SendProgress = Callable[[RawMessage], None]
 
 # What each kind of job must leave behind, and what it may.
 FILES = {Kind.RUN: (RESULT,), Kind.PUBLISH: SWEEP_FILES}
@@ -33,6 +33,8 @@ MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (LOG,)}
 MOST_STARTS = 3  # processes that may die before they accept the attempt
 BROKEN_MOUNT = frozenset({errno.EIO, errno.ESTALE, errno.EROFS, errno.ENOTCONN, errno.EHOSTDOWN})
 
+LOG_BYTES = 16 << 20  # limit; of a longer log the first and the last quarter of it stay
+CUT = b"\n... (here the log was too long)\n"
 # A process that dies with this share of its memory limit in use is taken to have died of it, and so is one whose log
 # ends (so many bytes) with one of these messages: libraries of other languages abort where Python raises.
 AT_THE_LIMIT = 0.9
@@ -86,7 +88,7 @@ class Supervisor:
             try:
                 process.compute(self._attempt)
                 last = self._watch(process)
-                attempt_log.cut(self._directory / LOG)
+                _cut(self._directory / LOG)
             except BaseException:
                 process.end(kill_wait)
                 raise
@@ -128,7 +130,7 @@ class Supervisor:
 
     # --- while it is under way -------------------------------------------------------------------
 
-    def _watch(self, process: WarmProcess) -> Message | None:
+    def _watch(self, process: WarmProcess) -> RawMessage | None:
         """The message that ends the attempt; None: the process ended without one."""
         timings, kill_at = self._timings, math.inf
         limit = self._begin + self._attempt.seconds_limit
@@ -148,7 +150,7 @@ class Supervisor:
                 self._most_data = max(self._most_data, process.data())
             if now - self._cut_log >= timings.message_interval:
                 self._cut_log = now
-                attempt_log.cut(self._directory / LOG)
+                _cut(self._directory / LOG)
                 if self._stopped_for is None and self._is_stalled(process):
                     self._stopped_for = Cause.STALLED
                     return None
@@ -165,7 +167,7 @@ class Supervisor:
         has_steps = "fraction" in self._progress
         return self._stall.has_run_out(used=process.processor_seconds(), has_steps=has_steps)
 
-    def _note(self, message: Message) -> None:
+    def _note(self, message: RawMessage) -> None:
         """Note a message; send progress on when a checkpoint was written, else not too often."""
         self._stall.hear()
         self._is_accepted = self._is_accepted or "accepted" in message
@@ -180,7 +182,7 @@ class Supervisor:
 
     # --- how it ended ----------------------------------------------------------------------------
 
-    def _judge(self, last: Message) -> Ending:
+    def _judge(self, last: RawMessage) -> Ending:
         """The ending, from the last message."""
         if "done" in last:  # also if it was about to be stopped
             missing = self._missing()
@@ -220,7 +222,7 @@ class Supervisor:
         limit = self._attempt.memory_limit
         if limit is None:
             return False
-        end = attempt_log.last_bytes(self._directory / LOG, LOG_END)
+        end = _last_bytes(self._directory / LOG, LOG_END)
         return self._most_data > AT_THE_LIMIT * limit or any(text in end for text in OUT_OF_MEMORY)
 
     def _out_of_memory(self, failure: str, reason: str) -> Ending:
@@ -238,3 +240,28 @@ class Supervisor:
         kind = self._attempt.kind
         files = [self._directory / name for name in (*FILES[kind], *MORE_FILES[kind])]
         return self._ending(None, files=tuple(describe(file) for file in files if file.is_file()))
+
+
+# --- the log of an attempt, which its process may write to meanwhile -------------------------------
+
+
+def _last_bytes(log: Path, count: int) -> bytes:
+    """The end of a log; empty if it cannot be read."""
+    try:
+        with log.open("rb") as opened:
+            opened.seek(max(0, log.stat().st_size - count))
+            return opened.read(count)
+    except OSError:
+        return b""
+
+
+def _cut(log: Path) -> None:
+    """Cut the middle out of a log that is too long."""
+    quarter = LOG_BYTES // 4
+    with suppress(OSError):  # no log, or a disk error
+        if log.stat().st_size <= LOG_BYTES:
+            return
+        last = _last_bytes(log, quarter)
+        os.truncate(log, quarter)
+        with log.open("ab") as end:
+            end.write(CUT + last)

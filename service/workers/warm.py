@@ -12,18 +12,17 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from dataclasses import asdict
 from pathlib import Path
 from typing import Any
 
-from service.records.attempt import Attempt
-from service.records.timings import DEFAULT
+from service.workers.attempt import Attempt, RawMessage
+from service.workers.timings import DEFAULT
 
 log = logging.getLogger(__name__)
 
-Message = Mapping[str, Any]
 
 MOST_ATTEMPTS = 100  # attempts of one process: imports cost a second, a hundredth of it each
 
@@ -61,7 +60,7 @@ class WarmProcess:
         self.attempts += 1
         self.send({"attempt": asdict(attempt)})
 
-    def send(self, message: Message) -> None:
+    def send(self, message: RawMessage) -> None:
         """Send a message as far as the process reads now; ``receive`` sends the rest."""
         self._unsent += json.dumps(message).encode() + b"\n"
         self._go_on_sending()
@@ -78,7 +77,7 @@ class WarmProcess:
         elif is_registered and not self._unsent:
             self._selector.unregister(self._stdin)
 
-    def receive(self, seconds: float) -> list[Message]:
+    def receive(self, seconds: float) -> list[RawMessage]:
         """The messages that arrive within ``seconds``; returns early when data is sent or read."""
         if not self._selector.get_map():  # its stdout has ended
             time.sleep(seconds)

@@ -35,12 +35,12 @@ from typing import Any
 from service.files.artifacts import LOG
 from service.files.lost_results import Loss, leave_list
 from service.records.jobs import Keep, Kind
+from service.workers.attempt import RawMessage
 from solver.errors import Interrupted
-from studies.values.files import SECTIONS
-from studies.values.results import RunControl
+from studies.quantities.files import SECTIONS
+from studies.runs.results import RunControl
 
-Message = Mapping[str, Any]
-Send = Callable[[Message], None]
+Send = Callable[[RawMessage], None]
 
 # The module that computes each kind of job.
 TARGETS = {Kind.RUN: "studies.runs.execution", Kind.PUBLISH: "studies.reports.publish"}
@@ -73,7 +73,7 @@ def main() -> None:
 # --- one attempt ---------------------------------------------------------------------------------
 
 
-def _compute(attempt: Message, send: Send, must_stop: Callable[[], bool]) -> Message:
+def _compute(attempt: RawMessage, send: Send, must_stop: Callable[[], bool]) -> RawMessage:
     """Compute an attempt; the message that ends it."""
     try:
         with _restored_process(), _logged(Path(attempt["directory"])), _memory_limit(attempt["memory_limit"]):
@@ -87,7 +87,7 @@ def _compute(attempt: Message, send: Send, must_stop: Callable[[], bool]) -> Mes
     return {"done": {}}
 
 
-def perform(attempt: Message, send: Send, must_stop: Callable[[], bool]) -> None:
+def perform(attempt: RawMessage, send: Send, must_stop: Callable[[], bool]) -> None:
     """Compute a run, or publish a sweep, into the folder of the attempt."""
     kind, spec, directory = Kind(attempt["kind"]), attempt["spec"], Path(attempt["directory"])
     target = import_module(attempt["targets"] or TARGETS[kind])
@@ -131,7 +131,7 @@ def _log(line: str) -> None:
         print(line, flush=True)
 
 
-def _answers(outcomes: Iterable[Message], directory: Path) -> dict[str, Message]:
+def _answers(outcomes: Iterable[RawMessage], directory: Path) -> dict[str, RawMessage]:
     """The result of each run of a sweep, or why there is none; raises ResultsLost."""
     registered = [
         Loss(outcome["run_id"], outcome["path"], outcome["sha256"]) for outcome in outcomes if outcome["path"]
@@ -146,7 +146,7 @@ def _answers(outcomes: Iterable[Message], directory: Path) -> dict[str, Message]
     }
 
 
-def _sections(outcomes: Iterable[Message]) -> dict[str, Path]:
+def _sections(outcomes: Iterable[RawMessage]) -> dict[str, Path]:
     """The sections of each run that has kept them, beside its result."""
     files = {outcome["run_id"]: Path(outcome["path"]).with_name(SECTIONS) for outcome in outcomes if outcome["path"]}
     return {id: file for id, file in files.items() if file.is_file()}
@@ -267,7 +267,7 @@ class _Listener(threading.Thread):
     def __init__(self, descriptor: int):
         super().__init__(name="listener", daemon=True)
         self._descriptor = descriptor
-        self.attempts: SimpleQueue[Message] = SimpleQueue()
+        self.attempts: SimpleQueue[RawMessage] = SimpleQueue()
         self.leave = threading.Event()
 
     def run(self) -> None:
@@ -279,7 +279,7 @@ class _Listener(threading.Thread):
             os._exit(STATUS_MEMORY)
         os._exit(STATUS_ORPHAN)
 
-    def _receive(self, message: Message) -> None:
+    def _receive(self, message: RawMessage) -> None:
         if "stop" in message:
             os._exit(STATUS_STOPPED)
         if "leave" in message:
@@ -303,7 +303,7 @@ def _take_pipes() -> tuple[int, Send]:
     stdout = os.fdopen(os.dup(1), "w", encoding="utf-8")
     os.dup2(2, 1)
 
-    def send(message: Message) -> None:
+    def send(message: RawMessage) -> None:
         try:
             print(json.dumps(message), file=stdout, flush=True)
         except BrokenPipeError:  # the supervisor has ended

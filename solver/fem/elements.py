@@ -9,7 +9,7 @@ elements are (the patch test), and so do hourglass forces in linear velocities.
 import math
 from typing import NamedTuple
 
-from solver.jit import device, generic, implements
+from solver.jit import device, generic, gives, implements
 
 GAUSS = 1.0 / math.sqrt(3.0)  # place of a point of the rule with two of them, on -1..1
 
@@ -93,28 +93,18 @@ _MODES = (
 )
 
 
-@implements(node_count, Hexahedron)
-def _(kind):
-    return 8
-
-
-@implements(axes, Hexahedron)
-def _(kind):
-    return 3
-
-
-@implements(mode_count, Hexahedron)
-def _(kind):
-    return 4
+gives(node_count, Hexahedron, 8)
+gives(axes, Hexahedron, 3)
+gives(mode_count, Hexahedron, 4)
 
 
 @implements(mode, Hexahedron)
-def _(kind, number, node):
+def mode_of_hexahedron(kind, number, node):
     return _MODES[number][node]
 
 
 @implements(mean_operator, Hexahedron)
-def _(kind, x, operator):
+def mean_operator_of_hexahedron(kind, x, operator):
     volume = 0.0
     for axis in range(3):
         y, z = (axis + 1) % 3, (axis + 2) % 3
@@ -138,7 +128,7 @@ def _(kind, x, operator):
 
 
 @implements(point_operator, Hexahedron)
-def _(kind, x, point, operator):
+def point_operator_of_hexahedron(kind, x, point, operator):
     corner = _CORNERS[point]
     u, v, w = GAUSS * corner[0], GAUSS * corner[1], GAUSS * corner[2]
     for node in range(8):
@@ -160,7 +150,7 @@ def _(kind, x, point, operator):
 
 
 @implements(strained, Hexahedron)
-def _(kind, v, operator):
+def strained_of_hexahedron(kind, v, operator):
     a = b = c = d = e = f = g = h = i = 0.0
     for node in range(8):
         p, q, r = operator[node, 0], operator[node, 1], operator[node, 2]
@@ -171,12 +161,12 @@ def _(kind, v, operator):
 
 
 @implements(dilation, Hexahedron)
-def _(kind, v, operator, node):
+def dilation_of_hexahedron(kind, v, operator, node):
     return v[node, 2] * operator[node, 2]
 
 
 @implements(thrust, Hexahedron)
-def _(kind, stress, factor, operator, force):
+def thrust_of_hexahedron(kind, stress, factor, operator, force):
     s11, s22, s33, s12, s23, s31 = stress
     for node in range(8):
         p, q, r = factor * operator[node, 0], factor * operator[node, 1], factor * operator[node, 2]
@@ -202,28 +192,18 @@ _SQUARE = ((-1, -1), (1, -1), (1, 1), (-1, 1))
 _MODE = (1, -1, 1, -1)
 
 
-@implements(node_count, Quadrilateral)
-def _(kind):
-    return 4
-
-
-@implements(axes, Quadrilateral)
-def _(kind):
-    return 2
-
-
-@implements(mode_count, Quadrilateral)
-def _(kind):
-    return 1
+gives(node_count, Quadrilateral, 4)
+gives(axes, Quadrilateral, 2)
+gives(mode_count, Quadrilateral, 1)
 
 
 @implements(mode, Quadrilateral)
-def _(kind, number, node):
+def mode_of_quadrilateral(kind, number, node):
     return _MODE[node]
 
 
 @implements(mean_operator, Quadrilateral)
-def _(kind, x, operator):
+def mean_operator_of_quadrilateral(kind, x, operator):
     """Integrals of r dN/dr, r dN/dz and N over the area: two points an axis integrate them exactly."""
     volume = 0.0
     operator[:] = 0.0
@@ -241,7 +221,7 @@ def _(kind, x, operator):
 
 
 @implements(point_operator, Quadrilateral)
-def _(kind, x, point, operator):
+def point_operator_of_quadrilateral(kind, x, point, operator):
     slopes, values, jacobian, radius = _square(x, point)
     for node in range(4):
         operator[node, 0], operator[node, 1] = slopes[node]
@@ -250,7 +230,7 @@ def _(kind, x, point, operator):
 
 
 @implements(strained, Quadrilateral)
-def _(kind, v, operator):
+def strained_of_quadrilateral(kind, v, operator):
     a = b = d = e = i = 0.0
     for node in range(4):
         p, q = operator[node, 0], operator[node, 1]
@@ -261,12 +241,12 @@ def _(kind, v, operator):
 
 
 @implements(dilation, Quadrilateral)
-def _(kind, v, operator, node):
+def dilation_of_quadrilateral(kind, v, operator, node):
     return v[node, 0] * operator[node, 2]
 
 
 @implements(thrust, Quadrilateral)
-def _(kind, stress, factor, operator, force):
+def thrust_of_quadrilateral(kind, stress, factor, operator, force):
     s11, s22, s33, s12, _, _ = stress
     for node in range(4):
         p, q, r = factor * operator[node, 0], factor * operator[node, 1], factor * operator[node, 2]

@@ -48,7 +48,7 @@ def point_volumes(mesh: Mesh, position: np.ndarray) -> np.ndarray:
     return found
 
 
-def node_shares(mesh: Mesh, position: np.ndarray) -> np.ndarray:
+def node_parts(mesh: Mesh, position: np.ndarray) -> np.ndarray:
     """The part of each element's volume that each of its nodes has, (e, nodes); rows sum to one.
 
     That is the integral of the node's shape function: Hinton, Rock and Zienkiewicz (1976), row-sum lumping.
@@ -59,15 +59,15 @@ def node_shares(mesh: Mesh, position: np.ndarray) -> np.ndarray:
     # (points, nodes): the shape function of each node at each point of the full rule.
     values = np.prod(0.5 * (1.0 + GAUSS * corners[:, None, :] * corners[None, :, :]), axis=-1)
     parts = point_volumes(Mesh(full, mesh.nodes), position)
-    shares: np.ndarray = parts @ values
-    return shares / shares.sum(axis=1, keepdims=True)
+    volumes: np.ndarray = parts @ values
+    return volumes / volumes.sum(axis=1, keepdims=True)
 
 
 def node_masses(mesh: Mesh, position: np.ndarray, density: float) -> np.ndarray:
     """The lumped mass of each node of a mesh of uniform density, (n,), kg (per radian of a body of revolution)."""
     whole = density * point_volumes(mesh, position).sum(axis=1)
     return np.bincount(
-        mesh.nodes.ravel(), (whole[:, None] * node_shares(mesh, position)).ravel(), minlength=len(position)
+        mesh.nodes.ravel(), (whole[:, None] * node_parts(mesh, position)).ravel(), minlength=len(position)
     )
 
 

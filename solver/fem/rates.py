@@ -29,24 +29,9 @@ from solver.fem.elements import (
     thrust,
 )
 from solver.jit import device, kernel
-from solver.state import (
-    DENSITY,
-    ENERGY,
-    MASS,
-    NEW_X,
-    PRESSURE,
-    S11,
-    S12,
-    S22,
-    S23,
-    S31,
-    S33,
-    VELOCITY,
-    VISCOSITY,
-    VX,
-    X,
-)
-from solver.tensor import contract, symmetric
+from solver.matter.tensor import contract, symmetric
+from solver.state import DENSITY, ENERGY, MASS, NEW_X, PRESSURE, VISCOSITY, VX, X
+from solver.steps.space import VELOCITY, deviator_of
 
 AXES = 3
 TAKEN, SLOWEST = range(2)  # of the sums of a share: energy of hourglass springs, J; spacing over least length
@@ -139,12 +124,6 @@ def flow_of(gamma, v, axis):
     for node in range(v.shape[0]):
         flow += gamma[node] * v[node, axis]
     return flow
-
-
-@device
-def deviator_of(states, p):
-    """The six components of the deviator of an integration point, Pa."""
-    return (states[S11, p], states[S22, p], states[S33, p], states[S12, p], states[S23, p], states[S31, p])
 
 
 @device
@@ -272,9 +251,9 @@ def move_nodes(around, joints, forces, held, walls, box, loads, drivers, table, 
             for k in range(first[joint], first[joint + 1]):
                 i = members[k]
                 mass += table[MASS, i]
-                carried = table[MASS, i] * table[VX + axis, i]
-                momentum += carried
-                kinetic += 0.5 * carried * table[VX + axis, i]
+                own = table[MASS, i] * table[VX + axis, i]
+                momentum += own
+                kinetic += 0.5 * own * table[VX + axis, i]
                 pushed += loads[i, axis]
                 for pair in range(start[i], start[i + 1]):
                     force += forces[pairs[pair], axis]

@@ -7,7 +7,7 @@ forces   of the elements on their nodes; v(n+1/2) = v(n-1/2) + f k / m with k ha
 strain   the gradient of v(n+1/2), from which density, stress and energy at n+1 follow, point by point as on the grid
 
 The forces change the kinetic energy by f . (v(n-1/2) + v(n+1/2)) / 2 k, and the points take minus that, half with the
-forces and half with the strain, as in ``solver/step.py``: their sum is kept to round-off, whatever the stress is.
+forces and half with the strain, as in ``solver/grid/step.py``: their sum is kept to round-off, whatever the stress is.
 """
 
 import math
@@ -17,10 +17,9 @@ from typing import Any
 
 import numpy as np
 
-from solver.eos import burns, reference_density, reference_sound_speed
 from solver.errors import ProblemError
 from solver.fem.elements import Hexahedron
-from solver.fem.mesh import end_faces, face_areas, node_shares, point_volumes
+from solver.fem.mesh import end_faces, face_areas, node_parts, point_volumes
 from solver.fem.rates import (
     AXES,
     HELD,
@@ -33,16 +32,15 @@ from solver.fem.rates import (
     show_nodes,
     strain_elements,
 )
-from solver.fem.space import Points
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import Bound
-from solver.loads import mean_pressure
-from solver.method import Method, Partition, StepBalance
-from solver.problem import Body, Face, Problem, Scheme
+from solver.matter.eos import burns, reference_density, reference_sound_speed
+from solver.problem import Body, Face, Problem, Scheme, mean_pressure
+from solver.problem.geometry import Cartesian3D
 from solver.state import DENSITY, ENERGY, MASS, NEW_X, NEW_Z, STRAIN, Particles, X, Z, empty_table, lines, views
-from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
-from solver.threads import ThreadPool
-from solver.transfer import new_pack
+from solver.steps.method import Method, Partition, StepBalance
+from solver.steps.points import PointUpdate, StateLimits
+from solver.steps.space import ElementPoints
+from solver.steps.threads import ThreadPool
 
 AT_FACE = 1e-6  # of a cell: nodes within it stand on a face of the grid
 TOGETHER = 1e-3  # of a cell: nodes that begin within it are joined
@@ -51,7 +49,7 @@ SHOWN = slice(DENSITY, NEW_X)
 
 
 @dataclass
-class Loaded:
+class LoadedEnd:
     """The end faces of a body that a traction presses on."""
 
     load: Any  # a Traction
@@ -62,9 +60,10 @@ class Loaded:
 class ElementStepper(Method):
     """The stages of a step over one problem's meshes; ``shares`` of the elements may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         _check(problem)
-        self.problem, self.limits, self.pool, self.shares = problem, limits, pool, shares
+        self.problem, self.pool, self.shares = problem, pool, shares
+        self._heating = float(problem.viscosity.heating)
         geometry = problem.geometry
         meshes = [body.mesh for body in problem.bodies if body.mesh]
         counts = np.cumsum([0, *(mesh.nodes.shape[0] * mesh.kind.points for mesh in meshes)])
@@ -93,11 +92,11 @@ class ElementStepper(Method):
             self.node_of[pairs] = columns.ravel()
             self.point_of[pairs] = np.repeat(first + np.arange(elements) * mesh.kind.points, count)
             self.points_of[pairs] = mesh.kind.points
-            shares_of_nodes = node_shares(mesh, body.position)
+            parts = node_parts(mesh, body.position)
             whole = body.density * volumes.sum(axis=1, keepdims=True)
-            self.part[pairs] = (whole * shares_of_nodes).ravel()
+            self.part[pairs] = (whole * parts).ravel()
             self.loaded += [
-                Loaded(load, mesh.kind, end_faces(mesh, body.position, load) + int(nodes[number]))
+                LoadedEnd(load, mesh.kind, end_faces(mesh, body.position, load) + int(nodes[number]))
                 for load in problem.tractions
                 if load.body == number
             ]
@@ -114,20 +113,16 @@ class ElementStepper(Method):
         self.undriven = np.full(position.shape[0], -1)
         self.before = np.zeros(1)  # the step that ended at n, s
         lengths = np.zeros((1, self.states.shape[1]))
-        self.space = Points(geometry.lower, geometry.spacing, geometry.cells, lengths)
+        self.space = ElementPoints(geometry.lower, geometry.spacing, geometry.cells, lengths)
         self.gradients = lines(AXES * self.states.shape[1])
         self.scratch = [[np.zeros((mesh.nodes.shape[1], AXES)) for mesh in meshes] for _ in range(shares)]
-        self.packs = [new_pack() for _ in range(shares)]
-        self.tallies = empty_tallies(shares * len(meshes))
-        self.summary = np.zeros(len(Tally._fields))
+        self.points = PointUpdate(problem, limits, shares)
         self.taken = np.zeros((shares, 1))
         self.node_sums = np.zeros((shares, 5))
         self.find_operators = [Bound(find_operators) for _ in meshes]
         self.push_nodes = [Bound(push_nodes) for _ in meshes]
         self.strain_elements = [Bound(strain_elements) for _ in meshes]
-        self.update_particles = [Bound(update_particles) for _ in meshes]
         self.move_nodes, self.show_nodes = Bound(move_nodes), Bound(show_nodes)
-        self.summarise = Bound(summarise)
 
     def advance(self, partition: Partition, time: float, dt: float) -> StepBalance:
         """Take nodes and integration points from n, at a time, to n+1."""
@@ -147,25 +142,14 @@ class ElementStepper(Method):
     def move(self, table: np.ndarray, drivers: np.ndarray, kick: float, dt: float) -> None:
         """Velocities and places at n+1; nodes with ``drivers``, columns of the table or -1, move as these do."""
         edges = np.linspace(0, self.joints[0].size - 1, self.shares + 1).astype(int)
-        self.pool.run(
-            lambda share: self.move_nodes(
-                self.around,
-                self.joints,
-                self.forces,
-                self.held,
-                self.walls,
-                self.box,
-                self.loads,
-                drivers,
-                table,
-                edges[share],
-                edges[share + 1],
-                kick,
-                dt,
-                self.node_sums[share],
-            ),
-            range(self.shares),
-        )
+        mesh = self.around, self.joints, self.forces
+        bounds = self.held, self.walls, self.box, self.loads
+
+        def move(share: int) -> None:
+            span, sums = (edges[share], edges[share + 1]), self.node_sums[share]
+            self.move_nodes(*mesh, *bounds, drivers, table, *span, kick, dt, sums)
+
+        self.pool.run(move, range(self.shares))
 
     def strain(self, table: np.ndarray, time: float, kick: float, dt: float) -> None:
         """Density, stress and energy at n+1."""
@@ -181,21 +165,13 @@ class ElementStepper(Method):
 
     def show(self, table: np.ndarray) -> None:
         """Give the nodes of a table the means of the elements around them, by the mass that each has of them."""
-        self.pool.run(
-            lambda share: self.show_nodes(
-                self.around,
-                self.point_of,
-                self.points_of,
-                self.part,
-                self.states,
-                table,
-                len(self.loads) * share // self.shares,
-                len(self.loads) * (share + 1) // self.shares,
-                SHOWN.start,
-                SHOWN.stop,
-            ),
-            range(self.shares),
-        )
+        elements, count = (self.around, self.point_of, self.points_of, self.part, self.states), len(self.loads)
+
+        def show(share: int) -> None:
+            span = count * share // self.shares, count * (share + 1) // self.shares
+            self.show_nodes(*elements, table, *span, SHOWN.start, SHOWN.stop)
+
+        self.pool.run(show, range(self.shares))
 
     def carried(self) -> dict[str, np.ndarray]:
         """The state of the elements that passes from step to step."""
@@ -225,59 +201,22 @@ class ElementStepper(Method):
     def _push(self, share: int, body: int, begin: int, end: int, table: np.ndarray, kick: float) -> None:
         mesh = self.meshes[body]
         self.find_operators[body](mesh, table, begin, end)
-        self.push_nodes[body](
-            mesh,
-            table,
-            self.states,
-            begin,
-            end,
-            kick,
-            float(self.problem.viscosity.heating),
-            self.scratch[share][body],
-            self.taken[share],
-        )
+        heating, scratch, taken = self._heating, self.scratch[share][body], self.taken[share]
+        self.push_nodes[body](mesh, table, self.states, begin, end, kick, heating, scratch, taken)
 
     def _strain(
         self, share: int, body: int, begin: int, end: int, table: np.ndarray, time: float, kick: float, dt: float
     ) -> None:
         problem, mesh = self.problem, self.meshes[body]
-        self.strain_elements[body](
-            mesh,
-            table,
-            self.states,
-            begin,
-            end,
-            kick,
-            dt,
-            float(problem.viscosity.heating),
-            self.scratch[share][body],
-            self.gradients,
-            self.space.lengths,
-            self.taken[share],
-        )
-        self.update_particles[body](
-            self.space,
-            problem.shape,
-            self.packs[share],
-            problem.bodies[body].matter,
-            problem.stress_rate,
-            problem.viscosity,
-            self.limits,
-            self.states,
-            mesh.first + begin * mesh.kind.points,
-            mesh.first + end * mesh.kind.points,
-            self.gradients,
-            self.tallies,
-            share * len(self.meshes) + body,
-            time,
-            dt,
-            0,
-        )
+        found = self._heating, self.scratch[share][body], self.gradients, self.space.lengths, self.taken[share]
+        self.strain_elements[body](mesh, table, self.states, begin, end, kick, dt, *found)
+        points = mesh.kind.points
+        span = mesh.first + begin * points, mesh.first + end * points
+        self.points.update(self.space, problem.viscosity, share, body, self.states, span, self.gradients, time, dt)
 
     def balance(self, kick: float) -> StepBalance:
         """What the step exchanged with faces, loads and springs."""
-        self.summarise(self.tallies, self.summary)
-        tally = Tally(*self.summary.tolist())
+        tally = self.points.tally()
         # A mesh moves with the matter, and may leave the box.
         tally = tally._replace(convected=tally.signal, outside=0.0)
         sums = self.node_sums.sum(axis=0)
@@ -334,10 +273,7 @@ def held_components(problem: Problem, position: np.ndarray) -> np.ndarray:
             if face == Face.SYMMETRIC:
                 held[on, axis] = 1
                 continue
-            along = np.arange(3) != axis
-            place = position[:, along]
-            inside = (place >= problem.clamp.lower[along]) & (place <= problem.clamp.upper[along])
-            held[on & inside.all(axis=1)] = 1
+            held[on & problem.clamp.holds(position, axis)] = 1
     return held
 
 

@@ -1,6 +1,6 @@
 """Smoothed particle hydrodynamics: each particle sums over its neighbours, and there is no grid.
 
-The second method beside the grid of ``solver/step.py``: the same problem, particles, laws of matter, audit and
+The second method beside the grid of ``solver/grid/step.py``: the same problem, particles, laws of matter, audit and
 checkpoints, with stages of its own (``step.py``) that ``Problem.smoothing`` asks for. Forces are the adjoint of the
 velocity gradient, pair by pair, so that momentum and energy are kept to round-off: Bonet and Lok (1999), Comput.
 Methods Appl. Mech. Eng. 180, 97.

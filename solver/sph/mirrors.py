@@ -39,11 +39,11 @@ def images_of(problem, axes, position, length):
             wall = geometry.lower[axis] + side * geometry.cells[axis] * geometry.spacing
             near = np.flatnonzero((np.abs(position[:, axis] - wall) < length + farthest) & (length > 0.0))
             if face == Face.FIXED:
-                near = near[_within(problem.clamp, position[near], axis)]
+                near = near[problem.clamp.holds(position[near], axis)]
             ones = np.ones((near.size, 3))
             again = np.flatnonzero(np.abs(found.position[:, axis] - wall) < length[found.source] + farthest)
             if face == Face.FIXED:
-                again = again[_within(problem.clamp, found.position[again], axis)]
+                again = again[problem.clamp.holds(found.position[again], axis)]
             source = np.concatenate([near, found.source[again]])
             place = np.concatenate([position[near], found.position[again]])
             turned = np.concatenate([ones, found.turned[again]])
@@ -57,13 +57,6 @@ def images_of(problem, axes, position, length):
             more.append(Images(source, place, turned, moved))
         found = Images(*map(np.concatenate, zip(found, *more, strict=True)))
     return found
-
-
-def _within(clamp, position, axis):
-    """Which places lie within the clamp, by their place along the face."""
-    beside = [other for other in range(3) if other != axis]
-    low, high = np.broadcast_to(clamp.lower, 3)[beside], np.broadcast_to(clamp.upper, 3)[beside]
-    return ((position[:, beside] >= low) & (position[:, beside] <= high)).all(axis=1)
 
 
 def set_places(tables: Tables, images: Images, count: int) -> None:

@@ -17,31 +17,13 @@ from typing import NamedTuple
 import numpy as np
 
 from solver.jit import device, kernel
+from solver.matter.stress import PointState, signal_speed
 from solver.problem import ArtificialViscosity
 from solver.sph.artificial import approach, opposed, pair_viscosity
 from solver.sph.neighbours import apart, row, rows
 from solver.sph.tables import HEAVY, IMAGE, LENGTH, MOVED, RHO, SOUND, SPEED, T33
-from solver.state import (
-    DENSITY,
-    ENERGY,
-    KELVIN,
-    MASS,
-    NEW_X,
-    PRESSURE,
-    S11,
-    S12,
-    S22,
-    S23,
-    S31,
-    S33,
-    VX,
-    VY,
-    VZ,
-    X,
-    Y,
-    Z,
-)
-from solver.stress import PointState, signal_speed
+from solver.state import DENSITY, ENERGY, KELVIN, MASS, NEW_X, PRESSURE, VX, VY, VZ, X, Y, Z
+from solver.steps.space import deviator_of
 from solver.vectors import LANES, bare, first_lanes, largest, load, maximum, number, power, spread, store, total, where
 
 STILL = ArtificialViscosity(0.0, 0.0)  # of the point update: viscosity acts between particles
@@ -108,8 +90,8 @@ def set_stress(table, correction, ranges, stress, other):
         for i in range(ranges[body, 0], ranges[body, 1]):
             over = 1.0 / (table[DENSITY, i] * table[DENSITY, i])
             pressure = table[PRESSURE, i]
-            s11, s22, s33 = (table[S11, i] - pressure, table[S22, i] - pressure, table[S33, i] - pressure)
-            s12, s23, s31 = table[S12, i], table[S23, i], table[S31, i]
+            s11, s22, s33, s12, s23, s31 = deviator_of(table, i)
+            s11, s22, s33 = s11 - pressure, s22 - pressure, s33 - pressure
             b11, b22, b33 = correction[i, 0], correction[i, 1], correction[i, 2]
             b12, b23, b31 = correction[i, 3], correction[i, 4], correction[i, 5]
             stress[i, 0] = over * (s11 * b11 + s12 * b12 + s31 * b31)

@@ -43,37 +43,37 @@ def slope(function, dimensions, q):
 
 
 @implements(factor, CubicSpline)
-def _(function, dimensions):
+def factor_of_cubic_spline(function, dimensions):
     return by_dimension(dimensions, 2.0 / 3.0, 10.0 / (7.0 * math.pi), 1.0 / math.pi)
 
 
 @implements(height, CubicSpline)
-def _(function, dimensions, q):
+def height_of_cubic_spline(function, dimensions, q):
     rest = maximum(SUPPORT - q, 0.0)
     inner = 1.0 - 1.5 * q * q + 0.75 * q * q * q
     return where(q < 1.0, inner, 0.25 * rest * rest * rest)
 
 
 @implements(slope, CubicSpline)
-def _(function, dimensions, q):
+def slope_of_cubic_spline(function, dimensions, q):
     rest = maximum(SUPPORT - q, 0.0)
     return where(q < 1.0, 2.25 * q - 3.0, -0.75 * rest * rest / maximum(q, 1.0))
 
 
 @implements(factor, WendlandC2)
-def _(function, dimensions):
+def factor_of_wendland(function, dimensions):
     return by_dimension(dimensions, 5.0 / 8.0, 7.0 / (4.0 * math.pi), 21.0 / (16.0 * math.pi))
 
 
 @implements(height, WendlandC2)
-def _(function, dimensions, q):
+def height_of_wendland(function, dimensions, q):
     rest = maximum(1.0 - 0.5 * q, 0.0)
     cubed = rest * rest * rest
     return where(dimensions == 1, cubed * (1.0 + 1.5 * q), cubed * rest * (1.0 + 2.0 * q))
 
 
 @implements(slope, WendlandC2)
-def _(function, dimensions, q):
+def slope_of_wendland(function, dimensions, q):
     rest = maximum(1.0 - 0.5 * q, 0.0)
     squared = rest * rest
     return where(dimensions == 1, -3.0 * squared, -5.0 * squared * rest)

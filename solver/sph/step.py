@@ -17,15 +17,11 @@ from typing import Any
 
 import numpy as np
 
-from solver.eos import burns
 from solver.errors import ProblemError
-from solver.faces import cross_faces
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.jit import Bound
-from solver.loads import mean_pressure
-from solver.method import Method, Partition, StepBalance
-from solver.problem import Face, Problem, Scheme, Smoothing
-from solver.scattered import AXES, Scattered
+from solver.matter.eos import burns
+from solver.problem import Face, Problem, Scheme, Smoothing, mean_pressure
+from solver.problem.geometry import Cartesian3D
 from solver.sph.artificial import tensile_part
 from solver.sph.contact import reached, repel
 from solver.sph.loads import pressed_ends
@@ -49,9 +45,11 @@ from solver.sph.rates import (
 from solver.sph.smoothing import SUPPORT
 from solver.sph.tables import MOVED, new_memory, tables_of
 from solver.state import MASS, VX, Particles, lines
-from solver.stress import Limits, Tally, empty_tallies, summarise, update_particles
-from solver.threads import ThreadPool
-from solver.transfer import new_pack
+from solver.steps.crossing import cross_faces
+from solver.steps.method import Method, Partition, StepBalance
+from solver.steps.points import PointUpdate, StateLimits
+from solver.steps.space import AXES, Scattered
+from solver.steps.threads import ThreadPool
 
 STRETCHED = 2.0  # largest smoothing length of thin matter, over that at the initial density
 LISTED = 100  # neighbours of a particle in the first lists; lists that are too short double
@@ -62,7 +60,7 @@ SPARE = 1.2  # of the rows of the tables
 
 
 @dataclass
-class Loaded:
+class LoadedLayer:
     """Particles that a traction presses on in a step."""
 
     axis: int
@@ -75,22 +73,19 @@ class Loaded:
 class ParticleStepper(Method):
     """The stages of a step over one problem's arrays; ``shares`` of the particles may be done at once."""
 
-    def __init__(self, problem: Problem, limits: Limits, pool: ThreadPool, shares: int):
+    def __init__(self, problem: Problem, limits: StateLimits, pool: ThreadPool, shares: int):
         if problem.smoothing is None:
             raise ProblemError("smoothed particles need the numerics of their smoothing")
         _check(problem, problem.smoothing)
         self.problem = problem
         self.smoothing = problem.smoothing
-        self.limits = limits
         self.pool = pool
         self.axes = _axes(problem)
         self.pressed = pressed_ends(problem, self.axes)
-        self.loaded: list[Loaded] = []
+        self.loaded: list[LoadedLayer] = []
         self.before = np.zeros(1)  # the step that ended at n, s
         self.space = Scattered(problem.geometry.lower, problem.geometry.spacing, problem.geometry.cells, self.axes)
-        self.packs = [new_pack() for _ in range(shares)]
-        self.tallies = empty_tallies(shares * len(problem.bodies))
-        self.summary = np.zeros(len(Tally._fields))
+        self.points = PointUpdate(problem, limits, shares)
         self.sums = np.zeros((shares, 8))
         self.faces = np.array(problem.faces, dtype=np.int64).reshape(3, 2)
         self.gravity = np.array(problem.gravity)
@@ -105,11 +100,10 @@ class ParticleStepper(Method):
         self.passive = [number for number in bodies if number not in self.active]
         self.seen = list(bodies)
         self.measure = [Bound(measure) for _ in bodies]
-        self.update_particles = [Bound(update_particles) for _ in bodies]
         self.lay_out, self.set_stress = Bound(lay_out), Bound(set_stress)
         self.find_neighbours, self.repel = Bound(find_neighbours), Bound(repel)
         self.accelerate, self.find_gradients = Bound(accelerate), Bound(find_gradients)
-        self.find_forces_of_others, self.summarise = Bound(find_forces_of_others), Bound(summarise)
+        self.find_forces_of_others = Bound(find_forces_of_others)
 
     def carried(self) -> dict[str, np.ndarray]:
         """The step before."""
@@ -160,21 +154,11 @@ class ParticleStepper(Method):
         set_stresses(tables, images, count)
         self._push_apart(cells, tables, solid, count)
         self._press(partition, time, dt)
+        sums = smoothing, axes, tables, table
+        pushes = self.pushed, self.gravity, kick, dt
         self._over_shares(
             partition,
-            lambda share, ranges: self.accelerate(
-                smoothing,
-                axes,
-                tables,
-                table,
-                ranges,
-                self._lists(share),
-                self.pushed,
-                self.gravity,
-                kick,
-                dt,
-                self.sums[share],
-            ),
+            lambda share, ranges: self.accelerate(*sums, ranges, self._lists(share), *pushes, self.sums[share]),
         )
         for loaded in self.loaded:
             loaded.after = table[VX + loaded.axis, loaded.columns].copy()
@@ -197,16 +181,8 @@ class ParticleStepper(Method):
                 inside |= (particles >= begin) & (particles < end)
             mine = np.flatnonzero(inside)
             found = np.zeros((mine.size, 6))
-            self.find_forces_of_others(
-                self.smoothing,
-                self.axes,
-                self.tables,
-                partition.table,
-                particles[mine],
-                self._lists(share),
-                marks,
-                found,
-            )
+            sums = self.smoothing, self.axes, self.tables, partition.table
+            self.find_forces_of_others(*sums, particles[mine], self._lists(share), marks, found)
             forces[mine] = found
         return forces
 
@@ -216,34 +192,25 @@ class ParticleStepper(Method):
         for begin, end in partition.shares[:, self.passive].reshape(-1, 2):
             self.tables.other[begin:end, MOVED : MOVED + AXES] = table[VX : VX + AXES, begin:end].T
         set_velocities(self.tables, self.images, partition.particles.mass.size)
+        sums = self.smoothing, self.axes, self.tables, table
+        found = self.correction, self.gradients, kick, dt
         self._over_shares(
-            partition,
-            lambda share, ranges: self.find_gradients(
-                self.smoothing,
-                self.axes,
-                self.tables,
-                table,
-                ranges,
-                self._lists(share),
-                self.correction,
-                self.gradients,
-                kick,
-                dt,
-            ),
+            partition, lambda share, ranges: self.find_gradients(*sums, ranges, self._lists(share), *found)
         )
         self._over_bodies(
             partition,
-            lambda share, body, begin, end: self._update(share, body, begin, end, table, time + dt, dt),
+            lambda share, body, begin, end: self.points.update(
+                self.space, STILL, share, body, table, (begin, end), self.gradients, time + dt, dt
+            ),
             self.active,
         )
 
     def balance(self, partition: Partition, kick: float) -> StepBalance:
         """What the step exchanged with faces and gravity."""
         impulse = np.zeros(3)
-        self.summarise(self.tallies, self.summary)
         # The signal that takes as long through a cell as the one that decides through its smoothing length.
         signal = self.problem.geometry.spacing * max(float(self.sums[:, FASTEST].max()), STANDSTILL)
-        tally = Tally(*self.summary.tolist())._replace(signal=signal, convected=signal)
+        tally = self.points.tally()._replace(signal=signal, convected=signal)
         impulse += self.sums[:, IMPULSE : IMPULSE + 3].sum(axis=0)
         impulse += self.sums[:, WEIGHT].sum() * self.gravity * kick
         gone, reflected = 0, 0
@@ -307,7 +274,7 @@ class ParticleStepper(Method):
                 forces = end.forces(table, columns, pressure)
                 self.pushed[columns, axis] += forces / table[MASS, columns]
                 before = table[VX + axis, columns].copy()
-                self.loaded.append(Loaded(axis, columns, forces, before, before))
+                self.loaded.append(LoadedLayer(axis, columns, forces, before, before))
 
     def _complete(self, partition: Partition) -> None:
         """Give particles on a plane of symmetry the smoothing length of the mass that they have with their images."""
@@ -339,69 +306,27 @@ class ParticleStepper(Method):
         length[others[away - length[others] > farthest]] = 0.0
 
     def _measure(self, share: int, body: int, begin: int, end: int) -> None:
-        made = self.problem.bodies[body]
-        self.measure[body](
-            made.matter,
-            self.smoothing.ratio,
-            self.axes,
-            made.density / STRETCHED**self.axes,
-            self.table,
-            begin,
-            end,
-            self.measures,
-        )
+        made, axes = self.problem.bodies[body], self.axes
+        thinnest = made.density / STRETCHED**axes
+        self.measure[body](made.matter, self.smoothing.ratio, axes, thinnest, self.table, begin, end, self.measures)
 
     def _find(self, share: int, ranges: np.ndarray, cells: Any, tables: Any, solid: np.ndarray) -> None:
         if not self.lists[share].size:
             size = int((ranges[:, 1] - ranges[:, 0]).sum())
             self.lists[share] = np.zeros(LISTED * (size + 1), np.int32)
-        while (
-            self.find_neighbours(
-                self.smoothing,
-                self.axes,
-                cells,
-                tables.place,
-                solid,
-                tables.other,
-                ranges,
-                self.lists[share],
-                self.first,
-                self.stop,
-                self.correction,
-            )
-            < 0
-        ):
+        seen = self.smoothing, self.axes, cells, tables.place, solid, tables.other, ranges
+        found = self.first, self.stop, self.correction
+        while self.find_neighbours(*seen, self.lists[share], *found) < 0:
             self.lists[share] = np.zeros(2 * self.lists[share].size, np.int32)
 
     def _lists(self, share: int) -> Lists:
         return Lists(self.lists[share], self.first, self.stop)
 
-    def _update(self, share: int, body: int, begin: int, end: int, table: Any, time: float, dt: float) -> None:
-        problem = self.problem
-        self.update_particles[body](
-            self.space,
-            problem.shape,
-            self.packs[share],
-            problem.bodies[body].matter,
-            problem.stress_rate,
-            STILL,
-            self.limits,
-            table,
-            begin,
-            end,
-            self.gradients,
-            self.tallies,
-            share * len(problem.bodies) + body,
-            time,
-            dt,
-            0,
-        )
-
     def _over_shares(self, partition: Partition, call: Any, bodies: Sequence[int] | None = None) -> None:
         """A kernel over each share of the particles of some bodies, by default those that move."""
         chosen = self.active if bodies is None else bodies
         self.pool.run(
-            lambda share: call(share, np.ascontiguousarray(partition.shares[share][chosen])), range(len(self.packs))
+            lambda share: call(share, np.ascontiguousarray(partition.shares[share][chosen])), range(len(self.sums))
         )
 
     def _over_bodies(self, partition: Partition, call: Any, bodies: Sequence[int]) -> None:
@@ -413,7 +338,7 @@ class ParticleStepper(Method):
                 begin, end = partition.shares[share, body].tolist()
                 call(share, body, begin, end)
 
-        self.pool.run(work, range(len(self.packs)))
+        self.pool.run(work, range(len(self.sums)))
 
 
 def _axes(problem: Problem) -> int:

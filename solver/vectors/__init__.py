@@ -16,6 +16,8 @@ The plain Python here says what each function means, for numbers and arrays of n
 give kernels the code for it. ``log``, ``exp`` and ``power`` are made of the others, and so are one text for both.
 """
 
+import importlib
+
 import numpy as np
 
 from solver.jit import device, when_compiling
@@ -231,6 +233,6 @@ def power(base, exponent):
 
 @when_compiling
 def _register() -> None:
-    """Import what registers the code of the functions; it takes numba."""
-    import solver.vectors.compiled
-    import solver.vectors.memory  # noqa: F401
+    """Import by name what registers the code of the functions above; it takes numba."""
+    for name in ("compiled", "memory"):
+        importlib.import_module(f"{__name__}.{name}")

@@ -9,25 +9,8 @@ from numba.core import types as numba_types
 from numba.core.typing.templates import AbstractTemplate, infer_global, signature
 from numba.extending import lower_builtin, lower_cast, models, register_model
 
-from solver.vectors import (
-    LANES,
-    absolute,
-    alike,
-    anywhere,
-    counted,
-    exponent,
-    finite,
-    first_lanes,
-    floor,
-    fraction,
-    maximum,
-    minimum,
-    nearest,
-    power_of_two,
-    spread,
-    sqrt,
-    where,
-)
+from solver import vectors as plain
+from solver.vectors import LANES
 
 types: Any = numba_types  # whose names are made when it is imported
 
@@ -91,18 +74,15 @@ def _splat(builder: Any, value: Any, kind: Any) -> Any:
 @lower_cast(types.Float, VectorType)
 @lower_cast(types.Integer, VectorType)
 @lower_cast(types.IntegerLiteral, VectorType)
-def _(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
+def spread_number(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
     number = context.cast(builder, value, source, types.float64)
     return _splat(builder, number, DOUBLES)
 
 
 @lower_cast(types.Boolean, MaskType)
 @lower_cast(types.BooleanLiteral, MaskType)
-def _(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
+def spread_truth(context: Any, builder: Any, source: Any, target: Any, value: Any) -> Any:
     return _splat(builder, builder.trunc(value, ir.IntType(1)) if value.type.width > 1 else value, BITS)
-
-
-_NUMBERS = (types.Number, types.IntegerLiteral)
 
 
 def is_number(kind: Any) -> bool:
@@ -203,7 +183,7 @@ def _truth(builder: Any, condition: Any) -> Any:
 
 
 define(
-    where,
+    plain.where,
     _choose_where,
     lambda c, b, s, a: b.select(_truth(b, a[0]), a[1], a[2]),
     (MaskType, VectorType, VectorType),
@@ -267,16 +247,16 @@ def _emit_power_of_two(builder: Any, value: Any) -> Any:
     return builder.bitcast(builder.shl(number, constant(whole, 52)), value.type)
 
 
-_elementary(sqrt, _intrinsic("llvm.sqrt"))
-_elementary(floor, _intrinsic("llvm.floor"))
-_elementary(nearest, _intrinsic("llvm.rint"))
-_elementary(absolute, _intrinsic("llvm.fabs"))
-_elementary(fraction, _emit_fraction)
-_elementary(exponent, _emit_exponent)
-_elementary(power_of_two, _emit_power_of_two)
-_elementary(alike, lambda b, x, y: x, 2)
-_elementary(minimum, lambda b, x, y: b.select(b.fcmp_ordered("<", y, x), y, x), 2)
-_elementary(maximum, lambda b, x, y: b.select(b.fcmp_ordered(">", y, x), y, x), 2)
+_elementary(plain.sqrt, _intrinsic("llvm.sqrt"))
+_elementary(plain.floor, _intrinsic("llvm.floor"))
+_elementary(plain.nearest, _intrinsic("llvm.rint"))
+_elementary(plain.absolute, _intrinsic("llvm.fabs"))
+_elementary(plain.fraction, _emit_fraction)
+_elementary(plain.exponent, _emit_exponent)
+_elementary(plain.power_of_two, _emit_power_of_two)
+_elementary(plain.alike, lambda b, x, y: x, 2)
+_elementary(plain.minimum, lambda b, x, y: b.select(b.fcmp_ordered("<", y, x), y, x), 2)
+_elementary(plain.maximum, lambda b, x, y: b.select(b.fcmp_ordered(">", y, x), y, x), 2)
 
 
 def _emit_finite(builder: Any, value: Any) -> Any:
@@ -286,7 +266,7 @@ def _emit_finite(builder: Any, value: Any) -> Any:
 
 
 define(
-    finite,
+    plain.finite,
     lambda kind: signature(MASK if kind is VECTOR else types.boolean, _real(kind)) if _real(kind) else None,
     lambda c, b, s, a: _emit_finite(b, a[0]),
     (VectorType,),
@@ -303,7 +283,7 @@ def _emit_anywhere(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 
 
 define(
-    anywhere,
+    plain.anywhere,
     lambda kind: signature(types.boolean, kind) if isinstance(kind, (MaskType, types.Boolean)) else None,
     _emit_anywhere,
     (MaskType,),
@@ -316,7 +296,7 @@ def _emit_counted(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     return builder.zext(builder.ctpop(bits), ir.IntType(64))
 
 
-define(counted, lambda kind: signature(types.int64, MASK) if kind is MASK else None, _emit_counted, (MaskType,))
+define(plain.counted, lambda kind: signature(types.int64, MASK) if kind is MASK else None, _emit_counted, (MaskType,))
 
 
 def _emit_first_lanes(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
@@ -326,11 +306,14 @@ def _emit_first_lanes(context: Any, builder: Any, sig: Any, arguments: Any) -> A
 
 
 define(
-    first_lanes,
+    plain.first_lanes,
     lambda kind: signature(MASK, types.int64) if isinstance(kind, types.Integer) else None,
     _emit_first_lanes,
     (types.Integer,),
 )
 define(
-    spread, lambda kind: signature(VECTOR, VECTOR) if is_number(kind) else None, lambda c, b, s, a: a[0], (VectorType,)
+    plain.spread,
+    lambda kind: signature(VECTOR, VECTOR) if is_number(kind) else None,
+    lambda c, b, s, a: a[0],
+    (VectorType,),
 )

@@ -6,21 +6,8 @@ from llvmlite import ir
 from numba.core import cgutils
 from numba.core.typing.templates import signature
 
-from solver.vectors import (
-    LANES,
-    bare,
-    element,
-    largest,
-    line,
-    load,
-    mark,
-    number,
-    set_line,
-    store,
-    store_whole,
-    total,
-    transposed,
-)
+from solver import vectors as plain
+from solver.vectors import LANES
 from solver.vectors.compiled import (
     BITS,
     DOUBLES,
@@ -56,6 +43,11 @@ def _parts(context: Any, builder: Any, kind: Any, array: Any) -> tuple[Any, Any]
     return made.data, cgutils.unpack_tuple(builder, made.shape)[-1]
 
 
+def define_on_arrays(function: Any, choose: Any, emit: Any, *kinds: Any) -> None:
+    """Define a function whose first argument is an array, bare or not."""
+    define(function, choose, emit, (types.Array, *kinds), (BareType, *kinds))
+
+
 def _is_row(kind: Any) -> bool:
     return isinstance(kind, BareType) or (isinstance(kind, types.Array) and kind.layout == "C")
 
@@ -71,7 +63,7 @@ def _emit_bare(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
 
 
 define(
-    bare,
+    plain.bare,
     lambda kind: signature(BareType(kind.dtype, kind.ndim), kind) if _is_row(kind) else None,
     _emit_bare,
     (types.Array,),
@@ -98,25 +90,28 @@ def _emit_store(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     return context.get_dummy_value()
 
 
-define(
-    load,
+define_on_arrays(
+    plain.load,
     lambda table, row, place, lanes: (
         signature(VECTOR, table, types.int64, types.int64, MASK) if _is_table(table) else None
     ),
     _emit_load,
-    (types.Array, types.Integer, types.Integer, MaskType),
-    (BareType, types.Integer, types.Integer, MaskType),
+    types.Integer,
+    types.Integer,
+    MaskType,
 )
-define(
-    store,
+define_on_arrays(
+    plain.store,
     lambda table, row, place, values, lanes: (
         signature(types.none, table, types.int64, types.int64, VECTOR, MASK)
         if _is_table(table) and is_number(values)
         else None
     ),
     _emit_store,
-    (types.Array, types.Integer, types.Integer, VectorType, MaskType),
-    (BareType, types.Integer, types.Integer, VectorType, MaskType),
+    types.Integer,
+    types.Integer,
+    VectorType,
+    MaskType,
 )
 
 
@@ -128,12 +123,12 @@ def _emit_store_whole(context: Any, builder: Any, sig: Any, arguments: Any) -> A
     return context.get_dummy_value()
 
 
-define(
-    store_whole,
+define_on_arrays(
+    plain.store_whole,
     lambda places, place, values: signature(types.none, places, types.int64, VECTOR),
     _emit_store_whole,
-    (types.Array, types.Integer, VectorType),
-    (BareType, types.Integer, VectorType),
+    types.Integer,
+    VectorType,
 )
 
 
@@ -153,26 +148,24 @@ def _emit_mark(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     return context.get_dummy_value()
 
 
-define(
-    element,
+define_on_arrays(
+    plain.element,
     lambda array, place: signature(array.dtype, array, types.int64) if _is_row(array) else None,
     _emit_element,
-    (types.Array, types.Integer),
-    (BareType, types.Integer),
+    types.Integer,
 )
-define(
-    mark,
+define_on_arrays(
+    plain.mark,
     lambda flags, place: signature(types.none, flags, types.int64) if _is_row(flags) else None,
     _emit_mark,
-    (types.Array, types.Integer),
-    (BareType, types.Integer),
+    types.Integer,
 )
-define(
-    number,
+define_on_arrays(
+    plain.number,
     lambda table, row, place: signature(types.float64, table, types.int64, types.int64) if _is_table(table) else None,
     _emit_number,
-    (types.Array, types.Integer, types.Integer),
-    (BareType, types.Integer, types.Integer),
+    types.Integer,
+    types.Integer,
 )
 
 
@@ -192,19 +185,18 @@ def _emit_set_line(context: Any, builder: Any, sig: Any, arguments: Any) -> Any:
     return context.get_dummy_value()
 
 
-define(
-    line,
+define_on_arrays(
+    plain.line,
     lambda table, row: signature(VECTOR, table, types.int64) if _is_table(table) else None,
     _emit_line,
-    (types.Array, types.Integer),
-    (BareType, types.Integer),
+    types.Integer,
 )
-define(
-    set_line,
+define_on_arrays(
+    plain.set_line,
     lambda table, row, values: signature(types.none, table, types.int64, VECTOR) if _is_table(table) else None,
     _emit_set_line,
-    (types.Array, types.Integer, VectorType),
-    (BareType, types.Integer, VectorType),
+    types.Integer,
+    VectorType,
 )
 
 
@@ -227,7 +219,7 @@ def _emit_transposed(context: Any, builder: Any, sig: Any, rows: Any) -> Any:
 
 
 define(
-    transposed,
+    plain.transposed,
     lambda *rows: signature(types.UniTuple(VECTOR, LANES), *(VECTOR,) * LANES) if all(map(is_number, rows)) else None,
     _emit_transposed,
     (VectorType,) * LANES,
@@ -252,5 +244,5 @@ def _larger(builder: Any, value: Any, other: Any) -> Any:
     return builder.call(function, [value, other])
 
 
-_reduction(largest, _larger)
-_reduction(total, lambda b, x, y: b.fadd(x, y))
+_reduction(plain.largest, _larger)
+_reduction(plain.total, lambda b, x, y: b.fadd(x, y))

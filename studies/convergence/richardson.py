@@ -55,20 +55,15 @@ Eng. 130, 078001; Eça and Hoekstra (2014), J. Comput. Phys. 262, 104.
 import math
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from typing import Literal
+from typing import Literal, get_args
 
 from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit, observed_order
-from studies.values.results import TOO_COARSE
+from studies.quantities.measured import TOO_COARSE
 
-Verdict = Literal["converging", "oscillatory", "not in the asymptotic range", "two grids", "single grid", "no value"]
-VERDICTS: tuple[Verdict, ...] = (
-    "converging",
-    "oscillatory",
-    "not in the asymptotic range",
-    "two grids",
-    "single grid",
-    "no value",
-)
+ConvergenceVerdict = Literal[
+    "converging", "oscillatory", "not in the asymptotic range", "two grids", "single grid", "no value"
+]
+VERDICTS: tuple[ConvergenceVerdict, ...] = get_args(ConvergenceVerdict)
 
 # Of two grids, which cannot show one: shocks and free surfaces are of first order whatever the scheme is (Banks, Aslam
 # and Rider 2008, J. Comput. Phys. 227, 6985).
@@ -130,7 +125,7 @@ class Level:
 class Convergence:
     """The converged value of a quantity, its error bar, and the verdict on its convergence."""
 
-    verdict: Verdict
+    verdict: ConvergenceVerdict
     reason: str  # in words; what was left out, too
     value: float  # extrapolated where converging and more certain so, else of the finest resolution with a value
     mesh: float  # parts of the uncertainty; the mesh's is NaN where nothing tells it
@@ -246,7 +241,7 @@ def _extrapolated(point: Convergence, order: float, name: str) -> Convergence | 
     used = min(order, FORMAL_ORDER)
     reason = f"extrapolated with {name}"
     if point.verdict != "converging":
-        if not _fits(three, used):
+        if _limit_within_noise(three, used) is None:
             return None
         reason += f", which fits its values within their noise; by itself {point.verdict}"
     return _convergence(point.levels, _of_order(three, order, reason, point))
@@ -332,14 +327,14 @@ def _left_out(levels: Sequence[Level]) -> list[str]:
 
 # ---- verdicts ------------------------------------------------------------------------------------
 
-_Judged = tuple[Verdict, str, float, float, dict[str, float]]  # with value, mesh, and more numbers
+_Judged = tuple[ConvergenceVerdict, str, float, float, dict[str, float]]  # with value, mesh, and more numbers
 
 
 def _too_coarse(valued: Sequence[Level]) -> _Judged | None:
     """The verdict where even the finest resolution with a value is too coarse to have an error bar."""
     if TOO_COARSE not in valued[0].quality_flags:
         return None
-    verdict: Verdict = "single grid" if len(valued) == 1 else "not in the asymptotic range"
+    verdict: ConvergenceVerdict = "single grid" if len(valued) == 1 else "not in the asymptotic range"
     reason = "the finest resolution has too few cells for an error bar"
     return verdict, reason, valued[0].value, math.nan, {}
 
@@ -439,20 +434,18 @@ def _unsettled(three: Sequence[Level]) -> float:
 
 def _limits_within_noise(three: Sequence[Level]) -> list[float]:
     """Limits of the orders, from the assumed to the formal one, that fit three values within their noise."""
+    orders = (ASSUMED_ORDER, 0.5 * (ASSUMED_ORDER + FORMAL_ORDER), FORMAL_ORDER)
+    limits = (_limit_within_noise(three, order) for order in orders)
+    return [limit for limit in limits if limit is not None]
+
+
+def _limit_within_noise(three: Sequence[Level], order: float) -> float | None:
+    """The limit of a power law of an order that fits three values within their noise; None where none does."""
     noise = [_noise_of(three, level) for level in three]
     if not all(noise):
-        return []
-    spacings, values = [level.spacing for level in three], [level.value for level in three]
-    orders = (ASSUMED_ORDER, 0.5 * (ASSUMED_ORDER + FORMAL_ORDER), FORMAL_ORDER)
-    fits = (fit(spacings, values, noise, order) for order in orders)
-    return [each.limit for each in fits if each.misfit <= COVERAGE]
-
-
-def _fits(three: Sequence[Level], order: float) -> bool:
-    """Whether a power law of an order fits three values within their noise."""
-    noise = [_noise_of(three, level) for level in three]
-    spacings, values = [level.spacing for level in three], [level.value for level in three]
-    return all(noise) and fit(spacings, values, noise, order).misfit <= COVERAGE
+        return None
+    fitted = fit([level.spacing for level in three], [level.value for level in three], noise, order)
+    return fitted.limit if fitted.misfit <= COVERAGE else None
 
 
 def _noise_of(three: Sequence[Level], level: Level) -> float:

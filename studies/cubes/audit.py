@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from functools import partial
 
 from studies.cubes.variable import RUNS, Variable
-from studies.values.results import ENERGY_DRIFT_LIMIT
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 
 
 @dataclass(frozen=True)

@@ -9,8 +9,8 @@ import numpy as np
 
 from studies import laws, measurements
 from studies.cubes.variable import Quantity
-from studies.values.errors import InvalidInput
-from studies.values.parameters import Parameter, declared
+from studies.quantities.findings import InvalidInput
+from studies.quantities.parameters import Parameter, declared
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,9 @@ def answers(choices: Sequence[LawChoice], shots: np.ndarray) -> np.ndarray:
 
 def catalogue_of(sweep: Any) -> Catalogue:
     """The catalogue of a sweep, from the scenario, laws and materials that are installed."""
-    from studies import scenarios
-    from studies.sweeps.sweep import vocabulary
+    from studies.sweeps.reading import vocabulary
 
-    scenario = scenarios.load(sweep.scenario)
+    scenario = sweep.definition
     allowed = vocabulary(sweep.scenario, sweep.roles(), sweep.materials)
     own = declared(scenario.parameters)
     axes = [axis.name for axis in sweep.axes]

@@ -10,8 +10,8 @@ import numpy as np
 from studies.convergence.richardson import Sample, converge_series
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
-from studies.sweeps.sweep import RESOLUTION
-from studies.values.results import BY_ONE_GRID, DEFINITION, ENOUGH_GRIDS, numerical_parts
+from studies.quantities.measured import BY_ONE_GRID, DEFINITION, ENOUGH_GRIDS, numerical_parts
+from studies.sweeps.reading import RESOLUTION
 
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
 
@@ -34,7 +34,7 @@ class Cell:
     coordinates: Mapping[str, Any]  # of the axes, by the names a user writes
     run: Any  # studies.runs.run.Run
     shot: Any | None  # studies.laws.Shot: what the laws are asked about
-    result: Any | None  # studies.values.results.RunResult, when the run left one
+    result: Any | None  # studies.runs.results.RunResult, when the run left one
     state: str  # one of STATES
     reason: str  # why there is no result
 
@@ -43,7 +43,7 @@ class Cell:
         return getattr(self.result, name, None)
 
     def measured(self, quantity: str) -> Any | None:
-        """The measurement of a quantity (studies.values.results.Measured)."""
+        """The measurement of a quantity (studies.runs.results.Measured)."""
         return self.measurements.get(quantity)
 
     @property

@@ -38,10 +38,10 @@ from studies.cubes.cells import Cell, Layout, converge_points, definition_part, 
 from studies.cubes.models import Assess, assessment
 from studies.cubes.variable import GROUPS, POINTS, RUNS, Quantity, Variable, variable_name
 from studies.laws import FITTED
+from studies.quantities.files import write_atomically
+from studies.quantities.measured import numerical_parts
+from studies.quantities.parameters import Parameter
 from studies.sweeps.screening import CONTRIBUTIONS
-from studies.values.files import write_atomically
-from studies.values.parameters import Parameter
-from studies.values.results import numerical_parts
 
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
 HISTORY_SAMPLES = 256  # of a run: a curve on paper shows no more
@@ -215,7 +215,7 @@ def _of_histories(layout: Layout, samples: int) -> Iterator[Column]:
 
 def _of_distributions(layout: Layout) -> Iterator[Column]:
     """Arrays over bins, of the runs that have them."""
-    from studies.measurements._distributions import DISTRIBUTIONS
+    from studies.measurements.cloud import DISTRIBUTIONS
 
     for name in {name: None for cell in layout.cells.flat for name in cell.distributions}:
         distribution = DISTRIBUTIONS[name]

@@ -11,8 +11,8 @@ import numpy as np
 
 from studies.cubes.variable import Variable
 from studies.cubes.variables import parameter_variable
-from studies.sweeps.search import Outcome, SearchedLimit, SearchVerdict, outcome_in
-from studies.values.parameters import Parameter
+from studies.quantities.parameters import Parameter
+from studies.sweeps.search import LimitOutcome, SearchedLimit, SearchVerdict, outcome_in
 
 SEARCH = "search"
 VERDICTS = tuple(SearchVerdict)
@@ -70,7 +70,7 @@ REASON = Variable(
 )
 
 
-def outcome_of(result: Any | None, quantity: str) -> Outcome | str:
+def outcome_of(result: Any | None, quantity: str) -> LimitOutcome | str:
     """The outcome of a run by its result, or its state where it has not ended."""
     if result is None or result.state in UNFINISHED:
         return "unfinished"

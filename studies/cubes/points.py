@@ -14,8 +14,8 @@ from studies.convergence.richardson import VERDICTS, Convergence, Sample, levels
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.variable import Variable
-from studies.sweeps.sweep import OFFSET, RESOLUTION
-from studies.values.results import NOT_COMPARED
+from studies.quantities.measured import NOT_COMPARED
+from studies.sweeps.reading import OFFSET, RESOLUTION
 
 SUCCEEDED = cubes.STATES.index("succeeded")
 

@@ -1,14 +1,18 @@
 """Reading of a cube: its quantities, versions, confidences and flags, and values for each run."""
 
 import json
+import math
 from collections.abc import Sequence
+from contextlib import ExitStack
+from typing import Any, BinaryIO
 
 import numpy as np
 import xarray as xr
+from xarray import Dataset
 
 from studies.cubes.variable import Variable
-from studies.cubes.variables import EQUATION, LAW_CONFIDENCE, UNCERTAINTY
-from studies.values.results import ERROR_UNKNOWN
+from studies.cubes.variables import EQUATION, LAW_CONFIDENCE
+from studies.quantities.measured import ERROR_UNKNOWN
 
 
 def quantities_of(dataset: xr.Dataset) -> list[str]:
@@ -16,14 +20,9 @@ def quantities_of(dataset: xr.Dataset) -> list[str]:
     return str(dataset.attrs["quantities"]).split()
 
 
-def of_any_schema(dataset: xr.Dataset) -> xr.Dataset:
-    """A stored cube with the names of today: up to schema 3 ``hole_diameter_uncertainty`` was that of the reading."""
-    names = {
-        f"{name}_uncertainty": UNCERTAINTY.named(name)
-        for name in quantities_of(dataset)
-        if f"{name}_uncertainty" in dataset
-    }
-    return dataset.rename(names)
+def finite(value: Any) -> Any:
+    """A value as JSON has it: None in place of a number that is none."""
+    return None if isinstance(value, float) and not math.isfinite(value) else value
 
 
 def confidences_of(dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE) -> list[str]:
@@ -68,3 +67,14 @@ def by_run(dataset: xr.Dataset, array: xr.DataArray) -> np.ndarray:
     Without xarray's alignment, which takes milliseconds: the variables of a cube share their coordinates.
     """
     return array.variable.set_dims(dict(dataset.run_state.sizes)).values
+
+
+def open_file(file: BinaryIO) -> Dataset:
+    """The dataset in an open file, read as it is looked at; closing it closes the file."""
+    with ExitStack() as ends:
+        ends.callback(file.close)
+        inner = xr.open_dataset(file, engine="h5netcdf")
+        ends.callback(inner.close)
+        dataset = inner.copy()
+        dataset.set_close(ends.pop_all().close)
+    return dataset

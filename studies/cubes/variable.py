@@ -8,7 +8,7 @@ from typing import Any, Literal, get_args
 import numpy as np
 import xarray as xr
 
-Kind = Literal["number", "integer", "text", "flag", "mask"]
+VariableKind = Literal["number", "integer", "text", "flag", "mask"]
 DTYPES = {"number": float, "integer": np.int32, "text": object, "flag": np.int8, "mask": np.int32}
 EMPTY = {"number": np.nan, "integer": 0, "text": "", "flag": 0, "mask": 0}
 
@@ -38,7 +38,7 @@ class Variable:
     pick: Callable[[Any], Any]  # the value of one record; None where it has none
     dims: tuple[str, ...]
     unit: str | None = None  # UDUNITS; None for text and flags
-    kind: Kind = "number"
+    kind: VariableKind = "number"
     # Meanings of the values 0, 1, ... of a flag, or of the bits of a mask.
     meanings: tuple[str, ...] = ()
     label: str = ""  # a few words for an axis; by default the meaning, or the name where that is long

@@ -14,8 +14,8 @@ from functools import partial
 from typing import Any
 
 from studies.convergence.richardson import VERDICTS
-from studies.cubes.variable import POINTS, RUNS, Kind, Variable, variable_name
-from studies.values.parameters import Parameter
+from studies.cubes.variable import POINTS, RUNS, Variable, VariableKind, variable_name
+from studies.quantities.parameters import Parameter
 
 # 2: refinements and what converges over them; laws at observed shots have labels of their own.
 # 3: groups, short labels with the meaning in ``comment``, parameters as coordinates, one time for all histories.
@@ -53,7 +53,7 @@ VERDICT_WORDS = tuple(verdict.replace(" ", "_") for verdict in VERDICTS)
 
 def parameter_variable(parameter: Parameter, dims: tuple[str, ...]) -> Variable:
     """The variable of a parameter; its records are the parameter's values."""
-    kind: Kind = "text" if parameter.unit is None else "number"
+    kind: VariableKind = "text" if parameter.unit is None else "number"
     pick = str if kind == "text" else float
     name = variable_name(parameter.name)
     label = parameter.name.replace("_", " ").replace(".", " ")
@@ -116,7 +116,7 @@ EQUIVALENT_DIAMETER = _number_of_run(
 
 
 def bins_variable(bins: Any) -> Variable:
-    """The coordinate of some bins (``studies.measurements._distributions``); a record is the middle of one."""
+    """The coordinate of some bins (``studies.measurements.cloud``); a record is the middle of one."""
     meaning = f"{bins.meaning}; middles of bins {bins.width:.6g} wide"
     return Variable(bins.name, meaning, float, (bins.name,), bins.unit, label=bins.title)
 

@@ -6,8 +6,7 @@ by ``names()`` and offered by the command line.
 
 from importlib.resources import files
 
-from studies.values.nearest import nearest_cure
-from studies.values.quantities import refusal
+from studies.quantities.findings import nearest_cure, refusal
 
 
 def names() -> list[str]:

@@ -17,10 +17,10 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from solver.debris import flown_on_grid
+from solver.grid.debris import flown_on_grid
 from solver.problem import Problem
 from solver.state import Snapshot
-from studies.values.files import MOST_FRAMES, write_atomically
+from studies.quantities.files import MOST_FRAMES, write_atomically
 
 FRAMES = 48  # evenly in time, where no interval is stated; the first and the last state come on top
 BYTES = 32 << 20  # of all frames; the file is smaller, it is compressed

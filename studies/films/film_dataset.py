@@ -6,10 +6,8 @@ from zipfile import BadZipFile
 import numpy as np
 from xarray import Dataset
 
-from studies.values.errors import Finding, InvalidInput
-from studies.values.files import FILM
-
-__all__ = ["Dataset", "open_film"]
+from studies.quantities.files import FILM
+from studies.quantities.findings import Finding, InvalidInput
 
 FRAMES = {  # unit and meaning of each array over particles
     "position": ("m", "position: x, y, z, or in axisymmetry r, z, theta"),

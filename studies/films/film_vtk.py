@@ -13,10 +13,10 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from studies.values.files import write_atomically, write_text
+from studies.quantities.files import write_atomically, write_text
 
 if TYPE_CHECKING:
-    from studies.films.film_dataset import Dataset
+    from xarray import Dataset
 
 VERTEX = 1  # the cell of VTK that is a point
 KINDS = {"float32": "Float32", "int32": "Int32", "uint8": "UInt8"}

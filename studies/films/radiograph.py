@@ -10,9 +10,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from solver.debris import flown
-from solver.geometry import impact_axis
+from solver.grid.debris import flown
 from solver.problem import Problem
+from solver.problem.geometry import impact_axis
 from solver.state import Snapshot
 
 AREAL_DENSITY = "areal_density"  # the field of a picture that is a radiograph

@@ -22,12 +22,12 @@ from zipfile import BadZipFile
 
 import numpy as np
 
-from solver.debris import flown_on_grid
-from solver.geometry import impact_axis
+from solver.grid.debris import flown_on_grid
 from solver.problem import Body, Face, Problem
+from solver.problem.geometry import impact_axis
 from solver.state import Snapshot
 from studies.films.radiograph import Radiograph, radiograph
-from studies.values.files import write_atomically
+from studies.quantities.files import write_atomically
 
 # Particles of a section at most: as many as a picture has pixels.
 MOST = 200_000

@@ -1,24 +1,22 @@
-"""The figure of a surrogate: each run predicted from the others over what was computed. Needs ``whipple[plot]``."""
+"""The figure of a surrogate: each run predicted from the others over what was computed."""
 
 from pathlib import Path
 
 from studies.fits.surrogate import Surrogate
-from studies.values.errors import Finding, InvalidInput, MissingExtra
-from studies.values.files import write_atomically
-from studies.values.formats import display_of, with_unit
+from studies.quantities.display import display_of, with_unit
+from studies.quantities.files import write_atomically
+from studies.quantities.findings import Finding, InvalidInput
 
 FORMATS = ("png", "svg", "pdf")
 
 
 def draw_left_out(surrogate: Surrogate, file: Path) -> Path:
-    """Draw into a file, whose ending is its format; raises InvalidInput, MissingExtra."""
+    """Draw into a file, whose ending is its format; raises InvalidInput."""
     format = file.suffix.removeprefix(".").lower()
     if format not in FORMATS:
         raise InvalidInput([Finding("--plot", str(file), ", ".join(FORMATS), "end it in .png")])
-    try:
-        from matplotlib.figure import Figure
-    except ImportError:
-        raise MissingExtra("drawing figures needs Matplotlib: pip install 'whipple[plot]'") from None
+    from matplotlib.figure import Figure
+
     runs, predicted = surrogate.runs, surrogate.left_out.predicted
     factor = display_of(runs.unit).factor
     figure = Figure(figsize=(5.0, 5.0), layout="constrained")

@@ -9,10 +9,10 @@ import numpy as np
 from studies import laws
 from studies.fits.measured import MeasuredShots
 from studies.laws import Shot
-from studies.laws._fitted import FittedConstant, FittedLaw, FittedRange
-from studies.laws._forms import FORMS, Form, columns_of, dimension_of
-from studies.values.least_squares import CONFIDENCE, NotIdentified, Solution, aic, aicc, linear, nonlinear
-from studies.values.quantities import round_quantity
+from studies.laws.fitting.fitted import FittedConstant, FittedLaw, FittedRange
+from studies.laws.fitting.forms import FORMS, Form, columns_of, dimension_of
+from studies.laws.fitting.least_squares import CONFIDENCE, NotIdentified, Solution, aic, aicc, linear, nonlinear
+from studies.quantities.units import round_quantity
 
 # Forms whose criteria differ by less are not told apart: "substantial support" of Burnham and Anderson (2002), Model
 # Selection and Multimodel Inference, 2nd edition, section 2.6 (recalled, not read).

@@ -16,12 +16,12 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, comparable, places_of, points_of, simulated
 from studies.cubes.variable import variable_name
 from studies.laws import Shot
-from studies.sweeps.sweep import ACCEPTED, Sweep, vocabulary
-from studies.values.errors import InvalidInput
-from studies.values.files import CUBE
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import declared
-from studies.values.quantities import parse_quantity, refusal
+from studies.quantities.files import CUBE
+from studies.quantities.findings import InvalidInput, nearest_cure, refusal
+from studies.quantities.parameters import declared
+from studies.quantities.units import parse_quantity
+from studies.sweeps.reading import ACCEPTED, vocabulary
+from studies.sweeps.sweep import Sweep
 
 SHORT_DIGEST = 16  # hexadecimal digits of a SHA-256 in a source
 
@@ -50,7 +50,9 @@ class MeasuredShots:
                 raise refusal("--at", text, "an axis of the points", nearest_cure(name, axes))
             unit = self.units.get(name)
             is_word = isinstance(axes[name], str)
-            chosen[name] = value if is_word else float(parse_quantity(_plain(value), unit or "1", f"--at {name}"))
+            chosen[name] = (
+                value if is_word else float(parse_quantity(number_or_text(value), unit or "1", f"--at {name}"))
+            )
         return chosen
 
     def at(self, chosen: Mapping[str, float | str]) -> "MeasuredShots":
@@ -69,7 +71,7 @@ class MeasuredShots:
         )
 
 
-def _plain(text: str) -> float | str:
+def number_or_text(text: str) -> float | str:
     """A text as a number where it is one: a quantity without unit is written so."""
     try:
         return float(text)
@@ -107,7 +109,6 @@ def open_cube(path: Path) -> xr.Dataset:
     except (OSError, ValueError) as error:
         cure = f"give cube.nc of a sweep, or its folder: {error}"
         raise refusal("CUBE", str(file), "the cube of a sweep", cure) from None
-    loaded = reading.of_any_schema(loaded)
     return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
 
 

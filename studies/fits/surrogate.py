@@ -19,14 +19,13 @@ import xarray as xr
 from studies.cubes import reading
 from studies.cubes.points import SUCCEEDED, axes_of, by_run, main_quantities, refinements_of, simulated
 from studies.cubes.variables import FLAGS
-from studies.fits.measured import source_of
-from studies.sweeps.sweep import OFFSET, RESOLUTION
-from studies.values.errors import Finding, Findings, InvalidInput, MissingExtra
-from studies.values.least_squares import CONFIDENCE
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import Parameter, parse_value
-from studies.values.quantities import readable, refusal
-from studies.values.results import CLOSED_ON_AXIS, TOO_COARSE
+from studies.fits.measured import number_or_text, source_of
+from studies.laws.fitting.least_squares import CONFIDENCE
+from studies.quantities.findings import Finding, Findings, InvalidInput, MissingExtra, nearest_cure, refusal
+from studies.quantities.measured import CLOSED_ON_AXIS, TOO_COARSE
+from studies.quantities.parameters import Parameter, parse_value
+from studies.quantities.units import readable
+from studies.sweeps.reading import OFFSET, RESOLUTION
 
 SAMPLES = 200  # of lengths, size and noise
 FOLDS = 60  # the most processes of which each never had some runs
@@ -122,7 +121,7 @@ class ComputedRuns:
                 if each.name not in stated:
                     limit = f"{each.name} from {low} to {high}"
                     raise refusal("--at", "nothing", limit, f"add --at '{each.name}={low}'")
-                value = parse_value(parameter, _number_or_text(stated[each.name]), f"--at {each.name}")
+                value = parse_value(parameter, number_or_text(stated[each.name]), f"--at {each.name}")
                 assert isinstance(value, float)
                 place.append(value)
             except InvalidInput as error:
@@ -130,13 +129,6 @@ class ComputedRuns:
         if findings:
             raise InvalidInput(findings)
         return np.array(place)
-
-
-def _number_or_text(text: str) -> float | str:
-    try:
-        return float(text)
-    except ValueError:
-        return text
 
 
 def runs_of(dataset: xr.Dataset, quantity: str) -> ComputedRuns:

@@ -6,7 +6,8 @@ around it: equation as published, source, the scatter that the source states, an
 checked and where it is stated; it is for compact projectiles unless it states another ``projectile``. Its
 ``confidence`` decides its use: a law that is recalled and unchecked, or a rule of thumb, is drawn and compared, and
 enters no verdict, no recommendation and no average (``DRAWN_ONLY``).
-``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit.
+``tests/contracts/test_laws.py`` finds the file; cube, report, API and form need no edit. The folder ``fitting``, which
+offers no law, has the forms whose constants can be fitted, and the law that a fit is for the next sweep.
 
 A law answers outside its range too, flagged with the reasons; where it is meaningless it answers
 NaN with the reason. Its band is the smallest to the largest answer over its stated variants.
@@ -18,11 +19,10 @@ from dataclasses import dataclass
 from typing import Any
 
 from solver.registry import entries
-from solver.units import Dimensionless, Metre, MetrePerSecond, Pascal, Radian
+from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
 from studies.laws._range import NO_RANGE, NOT_FOUND, OTHER_MATERIAL, Limit, Range
-from studies.materials import Material
-from studies.values.nearest import nearest_cure
-from studies.values.quantities import refusal
+from studies.laws._shot import Shield, Shot, shot_from, shot_of
+from studies.quantities.findings import nearest_cure, refusal
 
 __all__ = [
     "CAVEATS",
@@ -55,57 +55,16 @@ ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 # Confidence decides the use of a law: these words of studies.materials.CONFIDENCES keep it out of verdicts,
 # recommendations and averages, so that it is compared and drawn alone; what is not known at all is no law here.
 DRAWN_ONLY: Mapping[str, str] = {"memory": "recalled and unchecked", "indicative": "a rule of thumb or a limit"}
+# What a catalogue says of a law besides its range.
+DESCRIBED = (
+    *("name", "title", "quantity", "equation", "source", "confidence", "use"),
+    *("scatter", "size_exponent", "largest_obliquity"),
+)
 # Why a law is not judged by a measured shot.
 FITTED = "a constant of the law is fitted to this shot"
 PRINTED = 0.005  # relative: tables print two to three digits
 # A verdict states these words with the law.
 CAVEATS: Mapping[str, str] = {"cross-checked": "recalled, cross-checked"}
-
-
-@dataclass(frozen=True)
-class Shield:
-    """A Whipple shield: a bumper of the target's material before a wall of aluminium."""
-
-    bumper_thickness: Metre
-    wall_thickness: Metre
-    stand_off: Metre  # between the back of the bumper and the front of the wall
-    wall_yield_stress: Pascal
-
-
-@dataclass(frozen=True)
-class Shot:
-    """The data of a shot that laws use: impact of a projectile on a plate or a block."""
-
-    speed: MetrePerSecond
-    projectile_diameter: Metre  # of the sphere with the projectile's volume
-    plate_thickness: Metre | None  # None for a target without a back face
-    projectile: Material
-    target: Material
-    obliquity: Radian = 0.0  # between the flight and the target's normal
-    length_ratio: Dimensionless = 1.0  # length of the projectile over its own diameter
-    shield: Shield | None = None  # whose bumper is the target; no scenario has one
-
-    @property
-    def normal_speed(self) -> float:
-        """Component of the velocity along the target's normal, m/s."""
-        return self.speed * math.cos(self.obliquity)
-
-    @property
-    def density_ratio(self) -> float:
-        """Density of the projectile over that of the target."""
-        return self.projectile.density / self.target.density
-
-    @property
-    def mass(self) -> float:
-        """Mass of the projectile, kg."""
-        return self.projectile.density * math.pi / 6.0 * self.projectile_diameter**3
-
-    @property
-    def thickness_ratio(self) -> float:
-        """t/d; NaN without a plate."""
-        if self.plate_thickness is None:
-            return math.nan
-        return self.plate_thickness / self.projectile_diameter
 
 
 @dataclass(frozen=True)
@@ -183,19 +142,8 @@ class Law:
 
     def describe(self) -> dict[str, Any]:
         """The law as plain values, for a catalogue."""
-        return {
-            "name": self.name,
-            "title": self.title,
-            "quantity": self.quantity,
-            "equation": self.equation,
-            "source": self.source,
-            "confidence": self.confidence,
-            "use": self.use,
-            "scatter": self.scatter,
-            "size_exponent": self.size_exponent,
-            "largest_obliquity": self.largest_obliquity,
-            "range": self.range.describe(),
-        }
+        plain = {name: getattr(self, name) for name in DESCRIBED}
+        return {**plain, "range": self.range.describe()}
 
     def _oblique(self, shot: Shot) -> list[str]:
         """Why the obliquity of a shot is outside the range."""
@@ -220,7 +168,7 @@ def narrower_than_projectile(ratio: Callable[[Shot, str], float]) -> Callable[[S
 
 def without_hardness(shot: Shot, variant: str = "") -> str:
     """For the laws with the Brinell hardness of the target: the reason where the material states none."""
-    if shot.target.brinell_hardness is not None:
+    if not math.isnan(shot.brinell_hardness):
         return ""
     return f"the material {shot.target.name} states no Brinell hardness"
 
@@ -241,42 +189,3 @@ def load(name: str) -> Law:
 def answering(quantity: str) -> list[Law]:
     """The laws for one measured quantity, in the order of their names."""
     return [law for law in map(load, names()) if law.quantity == quantity]
-
-
-def shot_of(run: Any) -> Shot:
-    """The shot that a run (``studies.runs.run.Run``) computes."""
-    materials = {role: Material.from_resolved(plain) for role, plain in run.materials.items()}
-    return shot_from(run.parameters, materials)
-
-
-def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material]) -> Shot:
-    """The shot of a scenario's parameters (SI) and its materials by role.
-
-    KeyError where speed, projectile_diameter, projectile, target or a cylinder's length are missing
-    or None.
-    """
-    values = {name: value for name, value in parameters.items() if value is not None}
-    return Shot(
-        speed=values["speed"],
-        projectile_diameter=_equivalent_diameter(values),
-        plate_thickness=values.get("plate_thickness"),
-        projectile=materials["projectile"],
-        target=materials["target"],
-        obliquity=values.get("obliquity", 0.0),
-        length_ratio=_length_ratio(values),
-    )
-
-
-def _equivalent_diameter(values: Mapping[str, Any]) -> float:
-    """Diameter of the sphere of equal volume: pi/6 d_eq^3 = pi/4 d^2 L of a cylinder."""
-    diameter = values["projectile_diameter"]
-    if values.get("projectile_shape") != "cylinder":
-        return diameter
-    return (1.5 * diameter**2 * values["projectile_length"]) ** (1.0 / 3.0)
-
-
-def _length_ratio(values: Mapping[str, Any]) -> float:
-    """L/d of a cylinder; 1 of a sphere."""
-    if values.get("projectile_shape") != "cylinder":
-        return 1.0
-    return values["projectile_length"] / values["projectile_diameter"]

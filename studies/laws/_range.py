@@ -3,10 +3,9 @@
 import math
 from collections.abc import Callable
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-if TYPE_CHECKING:
-    from studies.laws import Shot
+from studies.laws._shot import Shot
 
 # In place of the source of a limit that none states. Such a limit is what is commonly quoted: it marks, and says so.
 NOT_FOUND = "source not found"
@@ -24,7 +23,7 @@ class Limit:
 
     words: str  # "like on like"
     source: str  # where the limit is stated, or NOT_FOUND
-    outside: Callable[["Shot"], str] | None = field(default=None, repr=False)  # the reason, or ""
+    outside: Callable[[Shot], str] | None = field(default=None, repr=False)  # the reason, or ""
 
     @property
     def is_published(self) -> bool:
@@ -36,7 +35,7 @@ class Limit:
         """Whether a shot is checked against this limit, or only the reader is told."""
         return self.outside is not None
 
-    def reason(self, shot: "Shot") -> str:
+    def reason(self, shot: Shot) -> str:
         """Why a shot lies outside, with the source of the limit; empty inside, and where nothing is checked."""
         reason = self.outside(shot) if self.outside else ""
         return f"{reason} ({self.source})" if reason else ""
@@ -66,7 +65,7 @@ class Range:
         """Whether a source states any of the limits."""
         return any(limit.is_published for limit in self.every)
 
-    def reasons(self, shot: "Shot") -> list[str]:
+    def reasons(self, shot: Shot) -> list[str]:
         """Why a shot lies outside; empty inside."""
         reasons = (limit.reason(shot) for limit in self.every)
         return [reason for reason in reasons if reason]
@@ -82,7 +81,7 @@ class Range:
 def like_on_like(source: str) -> Limit:
     """Projectile and target of the same family of materials."""
 
-    def outside(shot: "Shot") -> str:
+    def outside(shot: Shot) -> str:
         projectile, target = shot.projectile.family, shot.target.family
         return "" if projectile == target else f"{projectile} on {target} is not like on like"
 
@@ -96,7 +95,7 @@ OTHER_MATERIAL = "calibrated on "
 def family(name: str, source: str) -> Limit:
     """A target of one family of materials."""
 
-    def outside(shot: "Shot") -> str:
+    def outside(shot: Shot) -> str:
         family = shot.target.family
         return "" if family == name else f"{OTHER_MATERIAL}{name}, the target is {family}"
 
@@ -119,12 +118,12 @@ def length_ratio(minimum: float, maximum: float, source: str) -> Limit:
     return between("projectile L/d", lambda shot: shot.length_ratio, bounds, "", source)
 
 
-def between(symbol: str, of: Callable[["Shot"], float], bounds: tuple[float, float], unit: str, source: str) -> Limit:
+def between(symbol: str, of: Callable[[Shot], float], bounds: tuple[float, float], unit: str, source: str) -> Limit:
     """A number of the shot between two bounds, inclusive; an infinite bound is none."""
     low, high = bounds
     unit = f" {unit}" if unit else ""
 
-    def outside(shot: "Shot") -> str:
+    def outside(shot: Shot) -> str:
         value = of(shot)
         if value < low * (1.0 - ROUND_OFF):
             return f"{symbol} = {value:.3g}{unit} is below {low:g}{unit}"
@@ -138,7 +137,7 @@ def between(symbol: str, of: Callable[["Shot"], float], bounds: tuple[float, flo
 def plate() -> Limit:
     """A target with a back face."""
 
-    def outside(shot: "Shot") -> str:
+    def outside(shot: Shot) -> str:
         return "" if shot.plate_thickness else "t/d is not defined for this shot"
 
     return Limit("a plate with a back face", "the law is about holes", outside)
@@ -148,11 +147,6 @@ def density_ratio(minimum: float, maximum: float, source: str) -> Limit:
     """Density of the projectile over that of the target."""
     bounds = (minimum, maximum)
     return between("rho_p/rho_t", lambda shot: shot.density_ratio, bounds, "", source)
-
-
-def stated(words: str, source: str) -> Limit:
-    """A limit that no number of the shot can check."""
-    return Limit(words, source)
 
 
 def _interval(symbol: str, low: float, high: float, unit: str) -> str:

@@ -8,7 +8,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Shield, Shot
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, HANDBOOK, KILOMETRE_PER_SECOND, KSI
-from studies.laws._range import Limit, Range, family, stated
+from studies.laws._range import Limit, Range, family
 
 FAST = 7.0  # km/s of the normal speed, from which the debris is molten
 SIZE = 18.0 / 19.0  # exponent of the limbs of strength
@@ -96,6 +96,17 @@ def in_handbook_units(shield: Shield, bumper_density: float, projectile_density:
     )
 
 
+def over_projectile(critical: Callable[[ArrayLike, float, float, Shield], NDArray]) -> Callable[[Shot, str], float]:
+    """The ratio of a law of normal impact, from its critical diameter by m/s, two densities in kg/m3 and the shield."""
+
+    def ratio(shot: Shot, variant: str) -> float:
+        assert shot.shield is not None
+        diameter = critical(shot.speed, shot.target.density, shot.projectile.density, shot.shield)
+        return float(diameter / shot.projectile_diameter)
+
+    return ratio
+
+
 def in_metres(speed: ArrayLike, critical: Callable[[float], float]) -> NDArray:
     """Critical diameters, m, of speeds in m/s, by a function of km/s that gives cm."""
     speeds = np.asarray(speed) / KILOMETRE_PER_SECOND
@@ -119,6 +130,6 @@ def range_of(source: str) -> Range:
         (
             family("aluminium", source),
             Limit("a Whipple shield", "the equation is about bumper and wall", without_shield),
-            stated("wall of aluminium; perforated or with detached spall", HANDBOOK),
+            Limit("wall of aluminium; perforated or with detached spall", HANDBOOK),
         )
     )

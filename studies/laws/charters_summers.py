@@ -6,7 +6,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
-from studies.laws._range import NOT_FOUND, between, density_ratio, speed, stated
+from studies.laws._range import NOT_FOUND, Limit, between, density_ratio, speed
 
 COUR_PALAIS = "Cour-Palais (1987), Int. J. Impact Eng. 5, p. 225"
 
@@ -45,7 +45,7 @@ LAW = Law(
             # Data up to 16 km/s do not tell the exponent 2/3 from 0.58; densities within a factor of 3.
             speed(0.0, 16.0, COUR_PALAIS),
             density_ratio(1.0 / 3.0, 3.0, COUR_PALAIS),
-            stated("metals", NOT_FOUND),
+            Limit("metals", NOT_FOUND),
         )
     ),
     ratio=_ratio,

@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
 from studies.laws._handbook import CENTIMETRE, HANDBOOK, KILOMETRE_PER_SECOND
-from studies.laws._range import NOT_FOUND, family, stated
+from studies.laws._range import NOT_FOUND, Limit, family
 
 SIZE_EXPONENT = 19.0 / 18.0
 # Eq. 4-10 prints 0.434, with which Eq. 4-12 would not have its 1.57; Ryan and Christiansen (2011) print 0.345.
@@ -31,7 +31,7 @@ def of_shot(shot: Shot) -> float:
     return float(depth_ratio(shot.normal_speed, shot.projectile_diameter, shot.density_ratio))
 
 
-RANGE = Range((family("steel", HANDBOOK), stated("CRES 15-5PH; speeds of the shots of the fit", NOT_FOUND)))
+RANGE = Range((family("steel", HANDBOOK), Limit("CRES 15-5PH; speeds of the shots of the fit", NOT_FOUND)))
 LAW = Law(
     name="christiansen_steel",
     title="Christiansen (steel 15-5PH)",

@@ -34,9 +34,8 @@ def depth_ratio(
 
 def of_shot(shot: Shot) -> float:
     """The depth over the diameter for a shot; NaN where the target states no hardness."""
-    hardness = math.nan if shot.target.brinell_hardness is None else shot.target.brinell_hardness
     diameter, sound_speed = shot.projectile_diameter, shot.target.sound_speed
-    return float(depth_ratio(shot.normal_speed, diameter, shot.density_ratio, sound_speed, hardness))
+    return float(depth_ratio(shot.normal_speed, diameter, shot.density_ratio, sound_speed, shot.brinell_hardness))
 
 
 LAW = Law(

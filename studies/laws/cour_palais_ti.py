@@ -1,13 +1,11 @@
 """Crater depth in titanium, the form of Cour-Palais of Ryan and Christiansen (2011); in cm, g/cm3 and km/s."""
 
-import math
-
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot, without_hardness
 from studies.laws._handbook import HANDBOOK, RYAN
-from studies.laws._range import family, speed, stated
+from studies.laws._range import Limit, family, speed
 
 
 def depth_ratio(
@@ -28,11 +26,10 @@ def depth_ratio(
 
 def of_shot(shot: Shot) -> float:
     """The depth over the diameter for a shot; NaN where the target states no hardness."""
-    hardness = math.nan if shot.target.brinell_hardness is None else shot.target.brinell_hardness
-    return float(depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed, hardness))
+    return float(depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed, shot.brinell_hardness))
 
 
-RANGE = Range((family("titanium", RYAN), speed(6.4, 7.0, RYAN), stated("Ti-15V-3Cr-3Sn-3Al", RYAN)))
+RANGE = Range((family("titanium", RYAN), speed(6.4, 7.0, RYAN), Limit("Ti-15V-3Cr-3Sn-3Al", RYAN)))
 LAW = Law(
     name="cour_palais_ti",
     title="Cour-Palais (titanium)",

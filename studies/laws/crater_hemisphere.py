@@ -3,7 +3,7 @@
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot, charters_summers
-from studies.laws._range import stated
+from studies.laws._range import Limit
 
 
 def diameter_ratio(speed: ArrayLike, density_ratio: ArrayLike, sound_speed: ArrayLike) -> NDArray:
@@ -32,7 +32,7 @@ LAW = Law(
     range=Range(
         (
             *charters_summers.LAW.range.limits,
-            stated("hemispheres; metals have p/D of 0.5 to 0.6", "Ma (2005), Tables 3.3 and 3.4"),
+            Limit("hemispheres; metals have p/D of 0.5 to 0.6", "Ma (2005), Tables 3.3 and 3.4"),
         )
     ),
     ratio=_ratio,

@@ -7,7 +7,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, RYAN
-from studies.laws._range import NOT_FOUND, family, stated
+from studies.laws._range import NOT_FOUND, Limit, family
 
 SIZE_EXPONENT = 19.0 / 18.0
 CONSTANTS: Mapping[str, float] = {"fused silica": 0.53, "fused quartz": 0.758}
@@ -43,7 +43,7 @@ LAW = Law(
     source=f"{RYAN}, 245, Eq. 19",
     confidence="verified",
     size_exponent=SIZE_EXPONENT,
-    range=Range((family("glass", RYAN), stated("speeds of the shots of the fit", NOT_FOUND))),
+    range=Range((family("glass", RYAN), Limit("speeds of the shots of the fit", NOT_FOUND))),
     ratio=_ratio,
     variants=lambda shot: list(CONSTANTS),
 )

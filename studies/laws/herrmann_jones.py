@@ -1,13 +1,11 @@
 """Crater depth in a thick block of metal, Herrmann and Jones (1961), with the hardness of the target."""
 
-import math
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot, without_hardness
 from studies.laws._handbook import BRINELL
-from studies.laws._range import NOT_FOUND, speed, stated
+from studies.laws._range import NOT_FOUND, Limit, speed
 
 
 def depth_ratio(
@@ -28,9 +26,7 @@ def depth_ratio(
 
 
 def _ratio(shot: Shot, variant: str) -> float:
-    target = shot.target
-    hardness = math.nan if target.brinell_hardness is None else target.brinell_hardness
-    return float(depth_ratio(shot.speed, shot.density_ratio, target.density, hardness))
+    return float(depth_ratio(shot.speed, shot.density_ratio, shot.target.density, shot.brinell_hardness))
 
 
 LAW = Law(
@@ -43,7 +39,7 @@ LAW = Law(
     ),
     source="Herrmann and Jones (1961)",
     confidence="cross-checked",
-    range=Range((speed(1.0, 8.0, NOT_FOUND), stated("metals", NOT_FOUND))),
+    range=Range((speed(1.0, 8.0, NOT_FOUND), Limit("metals", NOT_FOUND))),
     ratio=_ratio,
     meaningless=without_hardness,
 )

@@ -4,7 +4,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot, narrower_than_projectile
-from studies.laws._range import NOT_FOUND, plate, stated
+from studies.laws._range import NOT_FOUND, Limit, plate
 
 
 def hole_ratio(
@@ -46,7 +46,7 @@ LAW = Law(
         "Impact Eng. 30, 303, by its variables"
     ),
     confidence="cross-checked",
-    range=Range((plate(), stated("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND))),
+    range=Range((plate(), Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND))),
     ratio=_ratio,
     meaningless=narrower_than_projectile(_ratio),
 )

@@ -4,7 +4,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot, narrower_than_projectile
-from studies.laws._range import NOT_FOUND, density_ratio, plate, stated
+from studies.laws._range import NOT_FOUND, Limit, density_ratio, plate
 
 OF_DENSITY = 0.0308
 
@@ -39,7 +39,7 @@ LAW = Law(
         (
             density_ratio(OF_DENSITY, float("inf"), "computed from the equation"),
             plate(),
-            stated("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND),
+            Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND),
         )
     ),
     ratio=_ratio,

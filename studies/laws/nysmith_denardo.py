@@ -5,7 +5,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot, narrower_than_projectile
 from studies.laws._handbook import GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND
-from studies.laws._range import NOT_FOUND, family, like_on_like, plate, stated
+from studies.laws._range import NOT_FOUND, Limit, family, like_on_like, plate
 
 
 def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, projectile_density: ArrayLike) -> NDArray:
@@ -39,7 +39,7 @@ LAW = Law(
             like_on_like(NOT_FOUND),
             family("aluminium", NOT_FOUND),
             plate(),
-            stated("aluminium spheres on 2024-T3 sheet", NOT_FOUND),
+            Limit("aluminium spheres on 2024-T3 sheet", NOT_FOUND),
         )
     ),
     ratio=_ratio,

@@ -4,7 +4,7 @@ from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot, narrower_than_projectile
-from studies.laws._range import NOT_FOUND, family, like_on_like, plate, stated
+from studies.laws._range import NOT_FOUND, Limit, family, like_on_like, plate
 
 
 def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, sound_speed: ArrayLike) -> NDArray:
@@ -36,7 +36,7 @@ LAW = Law(
             like_on_like(NOT_FOUND),
             family("aluminium", NOT_FOUND),
             plate(),
-            stated("1100 spheres on 6061-T6 plates", NOT_FOUND),
+            Limit("1100 spheres on 6061-T6 plates", NOT_FOUND),
         )
     ),
     ratio=_ratio,

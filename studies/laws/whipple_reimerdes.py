@@ -4,7 +4,7 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Shield, Shot
+from studies.laws import Law, Shield
 from studies.laws._shields import (
     FAST,
     SIZE,
@@ -12,6 +12,7 @@ from studies.laws._shields import (
     ThinBumper,
     in_handbook_units,
     in_metres,
+    over_projectile,
     range_of,
     without_shield,
 )
@@ -59,12 +60,6 @@ def _wall_ratio(shield: HandbookShield, diameter: float) -> float:
     return FACTORS["perforation"] * depth / behind
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    assert shot.shield is not None
-    diameter = critical_diameter(shot.speed, shot.target.density, shot.projectile.density, shot.shield)
-    return float(diameter / shot.projectile_diameter)
-
-
 LAW = Law(
     name="whipple_reimerdes",
     title="Reimerdes, Whipple shield",
@@ -78,6 +73,6 @@ LAW = Law(
     confidence="verified",
     size_exponent=None,
     range=range_of(SOURCE),
-    ratio=_ratio,
+    ratio=over_projectile(critical_diameter),
     meaningless=without_shield,
 )

@@ -4,7 +4,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Range, Shot
-from studies.laws._range import NOT_FOUND, Limit, like_on_like, stated
+from studies.laws._range import NOT_FOUND, Limit, like_on_like
 
 
 def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike) -> NDArray:
@@ -56,7 +56,7 @@ LAW = Law(
         (
             like_on_like("Ma (2005), section 1.2.1"),
             Limit("v >= 1 + 0.363 / (t/d) km/s, where D/d >= 1", "computed from the equation", _too_slow),
-            stated("largest speed and thicknesses of the shots that it was fitted to", NOT_FOUND),
+            Limit("largest speed and thicknesses of the shots that it was fitted to", NOT_FOUND),
         )
     ),
     ratio=_ratio,

@@ -24,9 +24,8 @@ from typing import Any
 from solver.registry import points
 from studies.materials.reader import read_document, read_toml
 from studies.materials.schema import CONFIDENCES, Material, Model, simulated
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import join
-from studies.values.quantities import refusal
+from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.parameters import join
 
 __all__ = ["CONFIDENCES", "Material", "Model", "load", "names", "read_own", "simulated"]
 

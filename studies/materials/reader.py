@@ -18,10 +18,9 @@ from studies.materials.schema import (
     record_of,
     section_of,
 )
-from studies.values.errors import Finding, Findings, InvalidInput
-from studies.values.nearest import nearest_cure, shown
-from studies.values.parameters import Parameter, declared, join, missing, parse_value
-from studies.values.quantities import convert, exact_number, refusal, round_quantity
+from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
+from studies.quantities.parameters import Parameter, declared, join, missing, parse_value
+from studies.quantities.units import convert, exact_number, round_quantity
 
 STATED = "stated by the user"  # the source of a number that names none
 NUMBER_KEYS = ("value", "unit", "source", "confidence")

@@ -1,8 +1,8 @@
 """The schema of a material: density, elasticity, equation of state, heat, strength, tension; in SI.
 
 A person writes a constant as a dotted path: ``strength.A``. The constants of an equation of state and of a strength
-are declared in the file of that model, in ``solver/eos/`` and ``solver/strength/``. Every number carries its source
-and how sure that is; ``None`` where a material goes without (it never melts, it bears any tension).
+are declared in the file of that model, in ``solver/matter/eos/`` and ``solver/matter/strength/``. Every number carries
+its source and how sure that is; ``None`` where a material goes without (it never melts, it bears any tension).
 """
 
 import dataclasses
@@ -26,9 +26,9 @@ from solver.units import (
     PerSecond,
     marked,
 )
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import Parameter, declared
-from studies.values.quantities import refusal, round_quantity
+from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.parameters import Parameter, declared
+from studies.quantities.units import round_quantity
 
 CONFIDENCES: Mapping[str, str] = {
     "read": "read in the cited document",
@@ -86,7 +86,7 @@ class Tension:
 
 @dataclass(frozen=True)
 class FractureStrain:
-    """Johnson and Cook's fracture strain and damage (``solver/failure/johnson_cook.py``): all numbers, or none."""
+    """Johnson and Cook's fracture strain and damage (``matter/failure/johnson_cook.py``): all numbers, or none."""
 
     D1: Annotated[Dimensionless | None, Described("fracture strain D1", -10.0, 10.0)] = None
     D2: Annotated[Dimensionless | None, Described("fracture strain D2", -100.0, 100.0)] = None
@@ -111,9 +111,9 @@ class Model:
 # The sections of a material: the record of each, or the folder whose models it chooses from.
 SECTIONS: Mapping[str, type | tuple[str, str]] = {
     "elastic": Stiffness,
-    "eos": ("solver.eos", "EOS"),
+    "eos": ("solver.matter.eos", "EOS"),
     "thermal": Thermal,
-    "strength": ("solver.strength", "STRENGTH"),
+    "strength": ("solver.matter.strength", "STRENGTH"),
     "tension": Tension,
     "fracture": FractureStrain,
 }
@@ -193,7 +193,7 @@ class Material:
     @property
     def sound_speed(self) -> float:
         """Bulk sound speed at rest, m/s, for laws."""
-        from solver.eos import reference_sound_speed
+        from solver.matter.eos import reference_sound_speed
 
         speed: float = reference_sound_speed(models("eos")[self.eos.kind].record(**self.fill("eos")))
         return speed
@@ -323,7 +323,7 @@ MEASURED_WITH = ("thermal.latent_heat_of_fusion",)
 def acting_eos(kind: str, form: str = "") -> Any:
     """The entry of the equation of state of a material, in a form (``eos_form``); its own where it has no such form."""
     own = models("eos")[kind]
-    forms = (eos for eos in entries("solver.eos", "EOS").values() if eos.form and eos.form == form)
+    forms = (eos for eos in entries("solver.matter.eos", "EOS").values() if eos.form and eos.form == form)
     return next((eos for eos in forms if eos.kind == kind or not declared(eos.record)), own)
 
 

@@ -1,14 +1,16 @@
 """Measurements: numbers read off a state of a run, each with its own parts of uncertainty and flags.
 
-How to add one: a module here that offers a ``Measurement`` as ``MEASUREMENT``, or a tuple of them where one quantity
-is read of several bodies; modules whose name starts with an underscore are shared. A measurement reads one state,
-through the view of its family of scenarios: an impact (``_impact``), its debris
-(``_cloud``), a bar (``_bar``), two plates (``_plates``). A view
-hides whether the model was a body of revolution or a quarter in three dimensions. A measurement of the course of a run
-(when contact ended, the largest pull) names other measurements that it ``follows`` and reads their ``History``.
-Contract tests give it states with a known answer (a drilled disc, a scooped half space, a stretched bar) and shuffle
-the particles. ``version`` grows when the definition changes, that of its uncertainty included: a stored state is then
-read again, not solved again.
+A family is a module in which its definitions stand together: the hole of an impact (``hole``), its crater (``crater``),
+its debris (``cloud``), the plug of a plate (``plug``), a bar (``bar``), two plates (``plates``), everything on the grid
+(``whole``). ``view`` of a family makes its view of a snapshot, which hides whether the model was a body of revolution
+or a quarter in three dimensions; holes and craters have theirs in the folder ``impact``, which offers no measurement.
+
+How to add one: a function in its family, ``measurement`` above it, and its name in the family's ``MEASUREMENT``. A new
+family is a module here that offers one ``Measurement``, or a tuple of several, as ``MEASUREMENT``. A measurement reads
+one state, or, of the course of a run (when contact ended, the largest pull), names other measurements that it
+``follows`` and reads their ``History``. Contract tests give it states with a known answer (a drilled disc, a scooped
+half space, a stretched bar) and shuffle the particles. ``version`` grows when the definition changes, that of its
+uncertainty included: a stored state is then read again, not solved again.
 """
 
 import math
@@ -17,7 +19,7 @@ from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any
 
 from solver.registry import entries
-from studies.values.results import ERROR_UNKNOWN, numerical_parts
+from studies.quantities.measured import ERROR_UNKNOWN, numerical_parts
 
 if TYPE_CHECKING:
     import numpy as np
@@ -25,6 +27,17 @@ if TYPE_CHECKING:
 # A shift of the plate against the grid by part of a cell moved prototype holes by 0.9, 0.3 and 0.2 mm at cells of 1,
 # 0.5 and 0.25 mm: about one cell is what a single run cannot tell.
 RESOLUTION_IN_CELLS = 1.0
+
+
+class OnGrid:
+    """What every view of a state on a grid has."""
+
+    cell: float  # m
+
+    @property
+    def resolution(self) -> float:
+        """Standard uncertainty of a length that one run cannot see, m."""
+        return RESOLUTION_IN_CELLS * self.cell
 
 
 @dataclass(frozen=True)
@@ -70,6 +83,45 @@ class Measurement:
         size = math.hypot(*numerical_parts(parts).values())
         is_flagged = size > 0.0 or self.is_outcome or self.mesh_determined
         return size or None, () if is_flagged else (ERROR_UNKNOWN,)
+
+
+def measurement(**definition: Any) -> Callable[[Callable[[Any], Reading]], Measurement]:
+    """Make a function that reads a view, or a history, the measurement of its name; the other fields are given."""
+    return lambda read: Measurement(name=read.__name__, read=read, **definition)
+
+
+@dataclass(frozen=True)
+class Bins:
+    """Bins of equal width; what lies beyond the last edge is in the last bin."""
+
+    name: str
+    title: str
+    unit: str
+    meaning: str
+    width: float
+    count: int
+
+    @property
+    def middles(self) -> list[float]:
+        """The middle of each bin."""
+        return [(place + 0.5) * self.width for place in range(self.count)]
+
+    def place(self, values: "np.ndarray") -> "np.ndarray":
+        """The bin (n,) of each value, none of which is negative."""
+        return (values / self.width).astype(int).clip(max=self.count - 1)
+
+
+@dataclass(frozen=True)
+class Distribution:
+    """A quantity over bins, read off the last state of a run. Bins are those of every run, so coordinates of a cube."""
+
+    name: str
+    title: str
+    unit: str
+    meaning: str
+    version: int
+    bins: tuple[Bins, ...]
+    read: Callable[[Any], "np.ndarray"]  # of a view, with the shape of the bins
 
 
 def names() -> list[str]:

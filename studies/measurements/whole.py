@@ -1,9 +1,34 @@
-"""Energies, momentum and largest pressure of all that is on the grid: what every problem has."""
+"""Everything on the grid, whatever its bodies are: energies, momentum and the largest pressure of any problem."""
 
 from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
 
 from studies.measurements import Measurement, Reading
-from studies.measurements._whole import WholeView
+
+
+@dataclass(frozen=True)
+class WholeView:
+    """Living particles; SI."""
+
+    mass: np.ndarray  # (n,) kg
+    velocity: np.ndarray  # (n, 3) m/s
+    energy: np.ndarray  # (n,) specific internal energy, J/kg
+    pressure: np.ndarray  # (n,) with the artificial viscosity, Pa
+
+
+def view(setting: Any, snapshot: Any) -> WholeView:
+    """A state as measurements of the whole see it."""
+    p = snapshot.particles
+    living = p.alive == 1
+    return WholeView(
+        mass=p.mass[living],
+        velocity=p.velocity[living],
+        energy=p.energy[living],
+        pressure=p.pressure[living] + p.viscosity[living],
+    )
 
 
 def _sum(name: str, title: str, unit: str, meaning: str, of: Callable[[WholeView], float]) -> Measurement:

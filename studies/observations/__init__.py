@@ -21,10 +21,9 @@ from importlib.resources import files
 from itertools import islice
 from typing import Any
 
-from studies.values.errors import Finding, Findings, InvalidInput
-from studies.values.nearest import nearest_cure, shown
-from studies.values.parameters import Parameter, Value, parse_value
-from studies.values.quantities import is_number, readable, refusal
+from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
+from studies.quantities.parameters import Parameter, Value, parse_value
+from studies.quantities.units import is_number, readable
 
 MOST_ROWS = 10_000  # a table of shots; more is another kind of file
 MOST_LINES = 10 * MOST_ROWS  # lines of a text, with empty lines and remarks

@@ -5,8 +5,8 @@ from collections.abc import Iterable, Iterator
 import numpy as np
 
 from studies.cubes import variables as cubes
+from studies.quantities.display import MESH_UNKNOWN
 from studies.reports.view import ONLY_DRAWN, FigureView, is_cut
-from studies.values.formats import MESH_UNKNOWN
 
 NEAR = 0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
 # A history has dipped where it is below this share of an earlier value.

@@ -11,7 +11,7 @@ import json
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -20,13 +20,11 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, comparable, error_bars, places_of, points_of, refined, refinements_of
 from studies.laws import DRAWN_ONLY, NO_RANGE
+from studies.quantities.display import display_of, of_share, printed_in
 from studies.reports.matched import MatchedObservation, matched_observations
 from studies.reports.verdict import Verdict, verdict
-from studies.reports.verdict.evidence import axes_in, evidence_of, without_range
+from studies.reports.verdict.evidence import Reference, axes_in, evidence_of, without_range
 from studies.reports.verdict.trends import is_uneven
-from studies.values.formats import display_of, of_share, printed_in
-
-Reference = Literal["simulation", "observation"]
 
 ONLY_SIMULATION = (
     "The reference of every residual here is a simulation, not an experiment: no observed shot "

@@ -18,14 +18,14 @@ from studies.convergence.richardson import Convergence
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, Refined, main_quantities, places_of, refined, refinements_of
+from studies.quantities.units import readable
 from studies.reports import captions
 from studies.reports.compare import Comparison
 from studies.reports.matched import MatchedObservation
 from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, judged_window, spread, title_of, views_of
-from studies.sweeps.sweep import RESOLUTION
-from studies.values.quantities import readable
+from studies.sweeps.reading import RESOLUTION
 
-Kind = Literal[
+SeriesKind = Literal[
     "simulation", "law", "band", "observation", "missing", "history", "quantity", "run", "level", "trend", "limit"
 ]
 Scales = Literal["shared", "own"]
@@ -50,7 +50,7 @@ EXTRAPOLATED, TREND = "extrapolated", "curve of the order used"
 class Series:
     """Points of one kind; every list has one entry a point, None where there is none."""
 
-    kind: Kind
+    kind: SeriesKind
     label: str
     x: tuple[float | str | None, ...]
     y: Numbers = ()

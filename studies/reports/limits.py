@@ -9,9 +9,10 @@ import xarray as xr
 
 from studies.cubes import limits as cubes
 from studies.cubes.points import axes_of, places_of, plain, simulated
+from studies.cubes.reading import finite
+from studies.laws.fitting.least_squares import NotIdentified, nonlinear
 from studies.reports.figures import Figure, Panel, Series, numbers
 from studies.reports.view import Scale, title_of
-from studies.values.least_squares import NotIdentified, nonlinear
 
 RESIDUAL, SPEED, PERFORATED = "residual_velocity", "speed", "perforated"
 CONSTANTS = ("a", "p", "v_bl")
@@ -22,10 +23,8 @@ LEAST = len(CONSTANTS) + 1
 CURVE = 60  # points of a drawn curve
 ENERGY = 2.0  # p where nothing is lost but the energy at the limit: the start of the iteration
 
-Document = dict[str, Any]
 
-
-def limits_of(dataset: xr.Dataset) -> Document | None:
+def limits_of(dataset: xr.Dataset) -> dict[str, Any] | None:
     """The limits of a search with their intervals; None without a search."""
     if not cubes.LIMIT.is_in(dataset):
         return None
@@ -34,9 +33,9 @@ def limits_of(dataset: xr.Dataset) -> Document | None:
     rows = [
         {
             "at": {name: plain(dataset[f"limit_{name}"].values[place]) for name in others},
-            "limit": _finite(dataset.limit.values[place]),
-            "lower": _finite(dataset.limit_lower.values[place]),
-            "upper": _finite(dataset.limit_upper.values[place]),
+            "limit": finite(dataset.limit.values[place]),
+            "lower": finite(dataset.limit_lower.values[place]),
+            "upper": finite(dataset.limit_upper.values[place]),
             "runs": int(dataset.limit_runs.values[place]),
             "verdict": cubes.VERDICTS[int(dataset.limit_verdict.values[place])].replace("_", " "),
             "reason": str(dataset.limit_reason.values[place]),
@@ -47,7 +46,7 @@ def limits_of(dataset: xr.Dataset) -> Document | None:
     return {"axis": label, "of": about["limit_of"], "unit": about["units"], "rows": rows}
 
 
-def residual_curves(dataset: xr.Dataset) -> Document | None:
+def residual_curves(dataset: xr.Dataset) -> dict[str, Any] | None:
     """Residual velocities by impact speed with the constants of their curve; None where none were measured."""
     if RESIDUAL not in dataset or SPEED not in axes_of(dataset):
         return None
@@ -55,7 +54,7 @@ def residual_curves(dataset: xr.Dataset) -> Document | None:
     return {"equation": EQUATION, "source": SOURCE, "rows": rows} if rows else None
 
 
-def _curves(dataset: xr.Dataset) -> Iterator[Document]:
+def _curves(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """A row for each combination of the axes beside the speed that has a residual velocity."""
     values = simulated(dataset, RESIDUAL).values.ravel()
     groups: dict[tuple[tuple[str, Any], ...], list[tuple[float, float]]] = {}
@@ -73,9 +72,9 @@ def _curves(dataset: xr.Dataset) -> Iterator[Document]:
         }
 
 
-def fitted_curve(speed: np.ndarray, residual: np.ndarray) -> Document:
+def fitted_curve(speed: np.ndarray, residual: np.ndarray) -> dict[str, Any]:
     """The constants with the half lengths of their intervals, or the reason why there are none."""
-    empty: Document = dict.fromkeys(CONSTANTS)
+    empty: dict[str, Any] = dict.fromkeys(CONSTANTS)
     through = residual > 0.0
     if through.sum() < LEAST:
         reason = f"not fitted: {through.sum()} perforations, {len(CONSTANTS)} constants take {LEAST} or more"
@@ -91,7 +90,7 @@ def fitted_curve(speed: np.ndarray, residual: np.ndarray) -> Document:
         reason = "not fitted: the points do not tell its constants apart"
         return {**empty, "points": len(v), "reason": reason}
     constants = {
-        name: {"value": _finite(value), "half_interval": _finite(reach)}
+        name: {"value": finite(value), "half_interval": finite(reach)}
         for name, value, reach in zip(CONSTANTS, solution.constants, solution.intervals, strict=True)
     }
     return {**constants, "points": len(v), "reason": ""}
@@ -110,7 +109,7 @@ def recht_ipson(speed: np.ndarray, a: float, p: float, limit: float) -> np.ndarr
     return velocity
 
 
-def residual_figure(dataset: xr.Dataset, curves: Document | None) -> Iterator[Figure]:
+def residual_figure(dataset: xr.Dataset, curves: dict[str, Any] | None) -> Iterator[Figure]:
     """Residual velocities over the impact speed, each with its curve."""
     if curves is None:
         return
@@ -134,7 +133,3 @@ def residual_figure(dataset: xr.Dataset, curves: Document | None) -> Iterator[Fi
         y=Scale(RESIDUAL, "residual velocity", "m s-1"),
         panels=tuple(panels),
     )
-
-
-def _finite(value: Any) -> float | None:
-    return float(value) if math.isfinite(value) else None

@@ -11,6 +11,7 @@ import xarray as xr
 
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, comparable, error_bars, places_of, plain, simulated
+from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
 
 ELSEWHERE = "the shot has another"
@@ -60,7 +61,7 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
     for row in range(dataset.sizes["observation"]):
         shot = dataset.isel(observation=row)
         value, *bounds = (
-            _finite(float(variable.of(shot, name))) if variable.is_in(shot, name) else None
+            finite(float(variable.of(shot, name))) if variable.is_in(shot, name) else None
             for variable in (cubes.OBSERVED, *cubes.OBSERVED_BOUNDS)
         )
         if value is not None or None not in bounds:
@@ -75,11 +76,11 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 source=str(cubes.OBSERVATION_SOURCE.of(shot).item()),
                 confidence=_confidence_of(shot),
                 at=at,
-                diameter=_finite(float(cubes.OBSERVATION_DIAMETER.of(shot))),
+                diameter=finite(float(cubes.OBSERVATION_DIAMETER.of(shot))),
                 value=value,
-                uncertainty=_finite(float(cubes.OBSERVED_UNCERTAINTY.of(shot, name))),
-                simulation=_finite(simulation),
-                simulation_uncertainty=_finite(uncertainty),
+                uncertainty=finite(float(cubes.OBSERVED_UNCERTAINTY.of(shot, name))),
+                simulation=finite(simulation),
+                simulation_uncertainty=finite(uncertainty),
                 how=how,
                 is_alike=value is not None
                 and not any(
@@ -210,7 +211,3 @@ def _chord_error(values: xr.DataArray, sides: Sides, axis: str, x: np.ndarray) -
         return 0.5 * abs(float(rise)) * 4.0 * below * above
     # (x - x0) (x1 - x) = w (1 - w) (x1 - x0)^2
     return max(abs(float(bend)) for bend in bends) * below * above * float(x[high] - x[low]) ** 2
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -8,15 +8,14 @@ import xarray as xr
 
 from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, comparable, error_bars, main_quantities, places_of
-from studies.values.formats import NARROW_SPACE, digits
+from studies.cubes.reading import finite
+from studies.quantities.display import NARROW_SPACE, digits
 
 METHOD = "method"
 DIGITS = 2  # of a difference in per cent
 
-Document = dict[str, Any]
 
-
-def methods_of(dataset: xr.Dataset, points: xr.Dataset) -> Document | None:
+def methods_of(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any] | None:
     """Values by each method less those by the first one; None of a sweep without several methods.
 
     ``points`` are those of the cube ``dataset``. A joint bar is the root of the sum of the squares of both error bars,
@@ -38,7 +37,7 @@ def methods_of(dataset: xr.Dataset, points: xr.Dataset) -> Document | None:
     return {"first": first, "quantities": quantities, "costs": list(filter(None, costs))}
 
 
-def _rows(points: xr.Dataset, name: str, first: str) -> Iterator[Document]:
+def _rows(points: xr.Dataset, name: str, first: str) -> Iterator[dict[str, Any]]:
     """A row for each point of another method that the first one computed too."""
     columns = [array.values.ravel() for array in (comparable(points, name), error_bars(points, name))]
     known: dict[tuple[Any, ...], tuple[float, float]] = {}
@@ -56,17 +55,17 @@ def _rows(points: xr.Dataset, name: str, first: str) -> Iterator[Document]:
         yield {
             "at": at,
             METHOD: method,
-            "reference": _finite(reference),
-            "reference_bar": _finite(reference_bar),
-            "value": _finite(value),
-            "bar": _finite(bar),
-            "difference": _finite(value - reference),
-            "joint": _finite(math.hypot(bar, reference_bar)),
-            "relative": _finite(value / reference - 1.0) if reference else None,
+            "reference": finite(reference),
+            "reference_bar": finite(reference_bar),
+            "value": finite(value),
+            "bar": finite(bar),
+            "difference": finite(value - reference),
+            "joint": finite(math.hypot(bar, reference_bar)),
+            "relative": finite(value / reference - 1.0) if reference else None,
         }
 
 
-def _sentence(name: str, first: str, other: str, rows: Sequence[Document]) -> str:
+def _sentence(name: str, first: str, other: str, rows: Sequence[dict[str, Any]]) -> str:
     """ "By method sph the hole is 8.1 to 12 % smaller than by mpm (3 points): more than the error bars of both." """
     quantity = name.replace("_", " ")
     compared = [row for row in rows if row["relative"] is not None]
@@ -84,7 +83,7 @@ def _sentence(name: str, first: str, other: str, rows: Sequence[Document]) -> st
     return f"{text}: more than the error bars of both together{where}."
 
 
-def _spread(rows: Sequence[Document]) -> str:
+def _spread(rows: Sequence[dict[str, Any]]) -> str:
     low, high = (100.0 * end(row["relative"] for row in rows) for end in (min, max))
     if low < 0.0 < high:
         return f"{_percent(-low)} smaller to {_percent(high)} larger than"
@@ -108,7 +107,3 @@ def _cost(dataset: xr.Dataset, first: str, other: str) -> str:
         return ""
     times = digits(ours / theirs, DIGITS)
     return f"Runs by method {other} took {times} times as long as those by {first}, by the clock."
-
-
-def _finite(value: float) -> float | None:
-    return value if math.isfinite(value) else None

@@ -15,14 +15,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemBytecodeCache, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
-from studies.reports.drawing import Gallery, colour_keys, ramps
-from studies.reports.figures import Figure, Panel, Series
-from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
-from studies.reports.plot import plot
-from studies.reports.plot.layout import WIDTHS
-from studies.reports.sketches import growth_sketch, setup_sketch
-from studies.reports.view import Scale
-from studies.values.formats import (
+from studies.quantities.display import (
     MESH_UNKNOWN,
     display_alone,
     display_of,
@@ -33,10 +26,15 @@ from studies.values.formats import (
     printed_in,
     with_unit,
 )
+from studies.reports.drawing import charts
+from studies.reports.drawing.sections import Gallery, colour_keys
+from studies.reports.drawing.sketches import growth_sketch, setup_sketch
+from studies.reports.figures import Figure, Panel, Series
+from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
+from studies.reports.view import Scale
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 MOST_REASONS = 4  # of a law, in its row
-PANELS = 6  # of a figure in one drawing
 MOST_LAWS = 6  # whose bands are listed open; a longer list is folded
 
 
@@ -108,7 +106,7 @@ def _only_marked(value: Any) -> Any:
 
 def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> str:
     """A document as one HTML file that needs no network; ``sections`` are files by run id, for the pictures."""
-    drawings = [_drawing(_figure(figure)) for figure in report["figures"]]
+    drawings = [charts.of_page(figure_of(each), f"figure-{number}") for number, each in enumerate(report["figures"])]
     files = {run["number"]: (sections or {}).get(run["id"]) for run in report["runs"]}
     gallery = Gallery({number: file for number, file in files.items() if file})
     return (
@@ -118,34 +116,17 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
             report=Node(report),
             mesh_unknown=MESH_UNKNOWN,
             draw=lambda run, picture, *, full: gallery.picture(bare(run), bare(picture), full=full),
-            ramps=ramps(),
             setup=lambda document: setup_sketch(bare(document)),
-            growth=lambda document: growth_sketch(bare(document)),
+            growth=lambda run: growth_sketch(bare(run.growth), f"growth-{bare(run.run)}"),
             colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
-            pieces=[list(map(str, range(len(drawing["pieces"])))) for drawing in drawings],
-            drawings=[_script_json(drawing) for drawing in drawings],
-            plotly=Markup(_file("static", "plotly-basic.min.js")),
-            script=Markup(_file("templates", "report.js")),
-            style=Markup(_file("templates", "report.css")),
+            drawings=drawings,
+            script=Markup(_file("report.js")),
+            style=Markup(_file("report.css")),
         )
     )
 
 
-def _drawing(figure: Figure) -> dict[str, Any]:
-    """A figure for Plotly in pieces that fit a sheet of A4, each with a layout for each width of a page."""
-    pieces = [figure.panels[first : first + PANELS] for first in range(0, len(figure.panels), PANELS)]
-    return {
-        "pieces": [
-            {
-                "data": plot(figure, panels=panels)["data"],
-                "layouts": [plot(figure, width, panels)["layout"] for width in WIDTHS],
-            }
-            for panels in pieces
-        ]
-    }
-
-
-def _figure(plain_figure: dict[str, Any]) -> Figure:
+def figure_of(plain_figure: dict[str, Any]) -> Figure:
     """A figure from its place in the document: what is drawn is what report.json says."""
     panels = tuple(
         Panel(**{**panel, "series": tuple(Series(**series) for series in panel["series"])})
@@ -153,11 +134,6 @@ def _figure(plain_figure: dict[str, Any]) -> Figure:
     )
     scales = {axis: Scale(**plain_figure[axis]) for axis in ("x", "y")}
     return Figure(**{**plain_figure, **scales, "panels": panels})
-
-
-def _script_json(value: Any) -> Markup:
-    """JSON that cannot end the script element that it stands in."""
-    return Markup(json.dumps(value, ensure_ascii=False, allow_nan=False).replace("<", "\\u003c"))
 
 
 def _sweep_text(node: Node) -> Markup:
@@ -192,7 +168,7 @@ def _thumbnails(pictures: Node, kind: str) -> list[Node]:
 @cache
 def environment() -> Environment:
     environment = Environment(
-        loader=FunctionLoader(lambda name: _file("templates", name)),
+        loader=FunctionLoader(_file),
         # In the user's own folder among temporary files: a first report compiles for 0.2 s, the next need not.
         bytecode_cache=FileSystemBytecodeCache(),
         autoescape=True,
@@ -235,5 +211,5 @@ def environment() -> Environment:
 
 
 @cache
-def _file(folder: str, name: str) -> str:
-    return resources("studies.reports").joinpath(folder, name).read_text(encoding="utf-8")
+def _file(name: str) -> str:
+    return resources("studies.reports").joinpath("templates", name).read_text(encoding="utf-8")

@@ -1,7 +1,7 @@
 """Pictures of runs: which runs a report shows, and what each picture says, from the cube and the stored sections.
 
 :func:`pictures_of` makes their part of the report's document: frames, colour limits, measured lengths and texts, so
-that :mod:`studies.reports.drawing` has nothing left to decide. Pictures of a kind share their scale and their colours,
+that ``drawing.sections`` has nothing left to decide. Pictures of a kind share their scale and their colours,
 so that runs compare.
 """
 
@@ -20,13 +20,10 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
-from studies.reports.raster import Frame
+from studies.quantities.display import MESH_UNKNOWN, digits, display_of, printed, printed_in
 from studies.reports.setup import setup_of, upward
 from studies.reports.view import judged_window, spread, title_of
-from studies.sweeps.sweep import OFFSET, RESOLUTION
-from studies.values.formats import MESH_UNKNOWN, digits, display_of, printed, printed_in
-
-Document = dict[str, Any]
+from studies.sweeps.reading import OFFSET, RESOLUTION
 
 # Of the densest pixel, which is in the plate seen edge on: where the colours of a radiograph end.
 CLOUD = 0.03
@@ -63,6 +60,24 @@ SAME_SCALE = 3.0  # ratio of the widest to the narrowest run that still share a 
 
 
 @dataclass(frozen=True)
+class Frame:
+    """The part of a section that a picture shows, m."""
+
+    left: float
+    right: float
+    top: float  # lowest coordinate along the line of flight, where the projectile comes from
+    bottom: float
+
+    @property
+    def width(self) -> float:
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        return self.bottom - self.top
+
+
+@dataclass(frozen=True)
 class Shown:
     """A run that the report shows."""
 
@@ -74,7 +89,7 @@ class Shown:
     diameter: float  # of the projectile, m; NaN where there is none
 
 
-def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Document:
+def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> dict[str, Any]:
     """Pictures of the runs of a cube; ``files`` has, by run id, the file of its sections."""
     setup = setup_of(dataset)
     sign = upward(setup)
@@ -102,9 +117,9 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Document:
     return {"setup": setup, "runs": runs, "left_out": dataset.run_state.size - len(runs)}
 
 
-def first_of_kinds(document: Document) -> list[Document]:
+def first_of_kinds(document: dict[str, Any]) -> list[dict[str, Any]]:
     """The first thumbnail of each kind, end before debris; colours are the same in all."""
-    firsts: dict[str, Document] = {}
+    firsts: dict[str, dict[str, Any]] = {}
     for picture in (picture for run in document["runs"] for picture in run["pictures"]):
         kind = picture["kind"]
         if not picture["missing"] and picture["field"] == THUMBNAIL_FIELDS[kind]:
@@ -174,7 +189,7 @@ def _pictures(
     *,
     sign: float,
     full: bool,
-) -> Iterator[Document]:
+) -> Iterator[dict[str, Any]]:
     """The pictures of a run: debris in the order of time, then the end, in all fields where it is shown in full."""
     if run.sections is None:
         return
@@ -204,7 +219,7 @@ def _frame_of_radiograph(taken: Radiograph, sign: float) -> Frame:
 
 def _picture(
     run: Shown, section: Section, kind: str, field: str, frame: Frame, limits: tuple[float, float]
-) -> Document:
+) -> dict[str, Any]:
     lengths = run.lengths if kind == "end" else {}
     unit, factor = SHOWN[field]
     label = field.replace("_", " ")
@@ -238,7 +253,7 @@ def _picture(
     }
 
 
-def _length(run: Shown, name: str) -> Document:
+def _length(run: Shown, name: str) -> dict[str, Any]:
     return {"quantity": name, "label": name.replace("_", " "), "value": run.lengths[name]}
 
 
@@ -263,7 +278,7 @@ def _why_missing(sections: Sections, asked: float) -> str:
     return f"no picture: the state at {when} was not kept when the run was resumed"
 
 
-def _growth(dataset: xr.Dataset, run: Shown) -> Document | None:
+def _growth(dataset: xr.Dataset, run: Shown) -> dict[str, Any] | None:
     """The histories of what a run's pictures show, and the last window, in which growth was judged."""
     lines = []
     for name in run.lengths:

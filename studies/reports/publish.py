@@ -1,4 +1,4 @@
-"""From a sweep's runs to the files of its result: cube, table of runs, report.html and report.json.
+"""From a sweep's runs to the files of its result: cube, table of runs, report.html and report.json, figures for print.
 
 The service calls it in a child process. The report is made from the cube as it was read
 back from the disk, so that no answer can be in the report that is not in the file; date and wall times are added.
@@ -14,8 +14,10 @@ from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import MissingResult
 from studies.cubes.runs_table import runs_csv
-from studies.reports import compare, page, report
-from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
+from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
+from studies.quantities.findings import Finding, InvalidInput
+from studies.reports import compare, report
+from studies.reports.figures import figures
 
 
 def publish(
@@ -42,6 +44,8 @@ def publish_sweep(
     sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
     """Publish a parsed sweep from results that are records."""
+    from studies.reports.page import page  # with Matplotlib, which a partial cube need not load
+
     directory.mkdir(parents=True, exist_ok=True)
     files = {name: directory / name for name in SWEEP_FILES}
     cube.write(cube.build(sweep, results, catalogue), files[CUBE])
@@ -50,7 +54,7 @@ def publish_sweep(
         write_text(files[RUNS_CSV], runs_csv(dataset))
         document = report.document(dataset, compare.compare(dataset), sections)
     write_text(files[REPORT_JSON], report.as_json(document))
-    write_text(files[REPORT_HTML], page.page(document, sections))
+    write_text(files[REPORT_HTML], page(document, sections))
     return {name: str(file) for name, file in files.items()}
 
 
@@ -68,7 +72,8 @@ def write_partial(
 
 def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, dict[str, Any]]:
     """A sweep and the results of its runs, as records."""
-    from studies.sweeps.sweep import ACCEPTED, Sweep
+    from studies.sweeps.reading import ACCEPTED
+    from studies.sweeps.sweep import Sweep
 
     results = {run_id: outcome_from_json(plain) for run_id, plain in outcomes.items()}
     return Sweep.parse(document, ACCEPTED), results
@@ -77,7 +82,34 @@ def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any
 def outcome_from_json(plain: Mapping[str, Any]) -> Any:
     """A ``RunResult``, or a ``MissingResult`` where there is only a state and a reason."""
     if "measurements" in plain:
-        from studies.values.results import RunResult
+        from studies.runs.results import RunResult
 
         return RunResult.from_json(plain)
     return MissingResult(str(plain["state"]), str(plain.get("reason") or ""))
+
+
+FORMATS = ("png", "svg", "pdf")  # of figures as files
+
+
+def draw_figures(cube_or_folder: Path, folder: Path, format: str) -> list[Path]:
+    """Draw every figure of a cube into a folder, each in a file named after it; the files.
+
+    The cube is a cube.nc or the folder of one. Raises InvalidInput where it is none.
+    """
+    from studies.reports.drawing.charts import draw
+
+    file = cube_or_folder / CUBE if cube_or_folder.is_dir() else cube_or_folder
+    try:
+        dataset = xr.open_dataset(file)
+    except (OSError, ValueError):
+        raise _no_cube(file, "not a NetCDF file that can be read") from None
+    with dataset:
+        if "quantities" not in dataset.attrs:
+            raise _no_cube(file, "a NetCDF file without the attributes of a cube")
+        drawn = figures(dataset, compare.compare(dataset))
+    return [draw(each, folder / f"{each.name}.{format}") for each in drawn]
+
+
+def _no_cube(file: Path, problem: str) -> InvalidInput:
+    cure = "give the cube.nc of a sweep, or the folder of one"
+    return InvalidInput([Finding("cube", f"{file}: {problem}", "a cube of whipple", cure)])

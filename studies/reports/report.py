@@ -30,6 +30,7 @@ from studies.cubes.points import (
     refined,
     refinements_of,
 )
+from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
 from studies.reports.compare import Comparison, published_shots
@@ -37,8 +38,8 @@ from studies.reports.figures import figures
 from studies.reports.limits import limits_of, residual_curves, residual_figure
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
+from studies.sweeps.reading import OFFSET, RESOLUTION
 from studies.sweeps.screening import CONTRIBUTIONS
-from studies.sweeps.sweep import OFFSET, RESOLUTION
 
 # 2: converged values and their error bars, a sentence about each law
 # 3: an error bar without the mesh's part judges nothing
@@ -79,10 +80,8 @@ NO_MESH_ERROR = (
     "called inside or outside of it. What a measurement states for its reading on one grid is in the cube."
 )
 
-Document = dict[str, Any]
 
-
-def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str, Path] | None = None) -> Document:
+def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str, Path] | None = None) -> dict[str, Any]:
     """Everything that the report says, as plain objects in SI; ``sections`` are files by run id.
 
     A text of several lines, a deck, stands by its first line and digest: the cube has it in full.
@@ -118,11 +117,11 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
         "materials": _materials(dataset),
         "provenance": _provenance(dataset),
     }
-    shortened: Document = with_short_texts(report, short_texts(dataset))
+    shortened: dict[str, Any] = with_short_texts(report, short_texts(dataset))
     return shortened
 
 
-def as_json(report: Document) -> str:
+def as_json(report: dict[str, Any]) -> str:
     """The report as JSON; NaN becomes null."""
     return json.dumps(report, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
 
@@ -130,7 +129,7 @@ def as_json(report: Document) -> str:
 # ---- what the document says ----------------------------------------------------------------------
 
 
-def _overview(runs: Sequence[Document]) -> Document:
+def _overview(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
     states = Counter(run["state"] for run in runs)
     return {
         "runs": len(runs),
@@ -167,7 +166,7 @@ def _mesh(dataset: xr.Dataset) -> str:
     )
 
 
-def _convergence(dataset: xr.Dataset, points: xr.Dataset) -> Document:
+def _convergence(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any]:
     """Values by resolution, orders, error bars and verdicts of each quantity at each point."""
     places = places_of(points)
     quantities = []
@@ -191,7 +190,7 @@ def _convergence(dataset: xr.Dataset, points: xr.Dataset) -> Document:
     return {"rules": RULES, "resolutions": resolutions, "quantities": quantities}
 
 
-def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> Document:
+def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> dict[str, Any]:
     converged = point.converged
     parts = ("value", "mesh", "offsets", "measurement")
     extrapolation = ("order", "extrapolated", "gci")
@@ -200,13 +199,13 @@ def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> Doc
         "verdict": converged.verdict,
         "reason": converged.reason,
         "rule": converged.rule,
-        "uncertainty": None if math.isnan(converged.mesh) else _finite(converged.uncertainty),
-        **{name: _finite(getattr(converged, name)) for name in (*parts, *extrapolation)},
+        "uncertainty": None if math.isnan(converged.mesh) else finite(converged.uncertainty),
+        **{name: finite(getattr(converged, name)) for name in (*parts, *extrapolation)},
         "levels": [
             {
                 "spacing": level.spacing,
-                "value": _finite(level.value),
-                "scatter": _finite(level.scatter),
+                "value": finite(level.value),
+                "scatter": finite(level.scatter),
                 "values": level.values,
                 "runs": level.runs,
             }
@@ -215,24 +214,24 @@ def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> Doc
     }
 
 
-def _axis(dataset: xr.Dataset, name: str) -> Document:
+def _axis(dataset: xr.Dataset, name: str) -> dict[str, Any]:
     axis = dataset[name]
     values = list(dict.fromkeys(plain(value) for value in axis.values))
     return {"name": name, "unit": axis.attrs.get("units"), "meaning": reading.meaning_of(axis), "values": values}
 
 
-def _fixed(dataset: xr.Dataset) -> Iterator[Document]:
+def _fixed(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Parameters that all runs share."""
     parameters = json.loads(dataset.attrs["vocabulary"])["parameters"]
     for parameter, (_, unit, meaning) in parameters.items():
         name = variable_name(parameter)
         if name in dataset and not dataset[name].dims:
-            value = _finite(plain(dataset[name].item()))
+            value = finite(plain(dataset[name].item()))
             if value not in (None, ""):
                 yield {"name": parameter, "value": value, "unit": unit, "meaning": meaning}
 
 
-def _quantities(dataset: xr.Dataset) -> Iterator[Document]:
+def _quantities(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     main = main_quantities(dataset)
     for name in reading.quantities_of(dataset):
         yield {
@@ -244,7 +243,7 @@ def _quantities(dataset: xr.Dataset) -> Iterator[Document]:
         }
 
 
-def _extremes(dataset: xr.Dataset) -> Iterator[Document]:
+def _extremes(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Smallest and largest value of each main quantity, and where."""
     places = places_of(dataset)
     for name in main_quantities(dataset):
@@ -256,15 +255,15 @@ def _extremes(dataset: xr.Dataset) -> Iterator[Document]:
                 "quantity": name.replace("_", " "),
                 "unit": dataset[name].attrs["units"],
                 "smallest": float(values[low]),
-                "smallest_uncertainty": _finite(float(bars[low])),
+                "smallest_uncertainty": finite(float(bars[low])),
                 "smallest_at": places[low],
                 "largest": float(values[high]),
-                "largest_uncertainty": _finite(float(bars[high])),
+                "largest_uncertainty": finite(float(bars[high])),
                 "largest_at": places[high],
             }
 
 
-def _runs(dataset: xr.Dataset) -> Iterator[Document]:
+def _runs(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Each run, with the values of its cell by the names of the cube's variables."""
     columns = {name: by_run(dataset, name) for name in _run_variables(dataset)}
     texts = {
@@ -285,7 +284,7 @@ def _runs(dataset: xr.Dataset) -> Iterator[Document]:
         + [reading.doubts(cubes.FLAGS.of(dataset, name)).values.ravel() != 0 for name in main]
     )
     for number, place in enumerate(places_of(dataset)):
-        values = {name: _finite(float(column[number])) for name, column in columns.items()}
+        values = {name: finite(float(column[number])) for name, column in columns.items()}
         diameter = values.get(cubes.EQUIVALENT_DIAMETER.name)
         yield {
             "number": number,
@@ -329,7 +328,7 @@ def _ratio(value: float | None, diameter: float | None) -> float | None:
     return None if value is None or diameter is None else value / diameter
 
 
-def _audit(dataset: xr.Dataset) -> Iterator[Document]:
+def _audit(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """For each number of the audit: its range, and the run that is farthest from zero."""
     places = places_of(dataset)
     for number in audit.AUDIT:
@@ -359,7 +358,7 @@ def _scatter(dataset: xr.Dataset, quantity: str, row: int) -> float | None:
     return None if np.isnan(scatter) else scatter
 
 
-def _model_part(dataset: xr.Dataset) -> Iterator[Document]:
+def _model_part(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Each statement of what the models leave open of a quantity, in numbers too, with the runs that it is about."""
     for quantity in reading.quantities_of(dataset):
         if cubes.MODEL_REASON.is_in(dataset, quantity):
@@ -370,7 +369,7 @@ def _model_part(dataset: xr.Dataset) -> Iterator[Document]:
                 yield {
                     "quantity": quantity,
                     "statement": text,
-                    "contributions": {name: _finite(share[run]) for name, share in shares.items()},
+                    "contributions": {name: finite(share[run]) for name, share in shares.items()},
                     "distance": _farthest(dataset, quantity, np.array(texts) == text),
                     "runs": count,
                 }
@@ -403,7 +402,7 @@ LAW_TEXTS = {
 }
 
 
-def _laws(dataset: xr.Dataset) -> Iterator[Document]:
+def _laws(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Each law once, with the constants that it was evaluated with."""
     for quantity in reading.quantities_of(dataset):
         if not cubes.LAW_LABEL.is_in(dataset, quantity):
@@ -423,7 +422,7 @@ def _laws(dataset: xr.Dataset) -> Iterator[Document]:
             }
 
 
-def _materials(dataset: xr.Dataset) -> list[Document]:
+def _materials(dataset: xr.Dataset) -> list[dict[str, Any]]:
     materials = json.loads(dataset.attrs["materials"])
     return [
         {
@@ -435,7 +434,7 @@ def _materials(dataset: xr.Dataset) -> list[Document]:
     ]
 
 
-def _provenance(dataset: xr.Dataset) -> Document:
+def _provenance(dataset: xr.Dataset) -> dict[str, Any]:
     attributes = dataset.attrs
     return {
         "cube": {
@@ -447,7 +446,3 @@ def _provenance(dataset: xr.Dataset) -> Document:
         "software": json.loads(attributes["software"]),
         "sweep": json.loads(attributes["sweep"]),
     }
-
-
-def _finite(value: Any) -> Any:
-    return None if isinstance(value, float) and not math.isfinite(value) else value

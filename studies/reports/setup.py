@@ -10,13 +10,11 @@ import xarray as xr
 from studies import scenarios
 from studies.cubes.points import by_run, plain
 from studies.cubes.variable import variable_name
-from studies.values.errors import InvalidInput
-from studies.values.quantities import readable
-
-Document = dict[str, Any]
+from studies.quantities.findings import InvalidInput
+from studies.quantities.units import readable
 
 
-def setup_of(dataset: xr.Dataset) -> Document | None:
+def setup_of(dataset: xr.Dataset) -> dict[str, Any] | None:
     """The set-up of the first run: outlines, dimensions, speed and materials; None where the scenario draws none."""
     values = {name: values_of(dataset, name) for name in _parameters(dataset)}
     first = {name: each[0] for name, each in values.items() if each}
@@ -24,7 +22,7 @@ def setup_of(dataset: xr.Dataset) -> Document | None:
         scenario = scenarios.load(dataset.attrs["scenario"])
     except InvalidInput:  # a scenario of another version
         return None
-    outline = scenario.outline(first)
+    outline = scenario.parameters.outline(first)
     if outline is None:
         return None
     names = dict.fromkeys([d.parameter for d in outline.dimensions])
@@ -41,7 +39,7 @@ def setup_of(dataset: xr.Dataset) -> Document | None:
     }
 
 
-def upward(setup: Document | None) -> float:
+def upward(setup: dict[str, Any] | None) -> float:
     """The factor that makes the coordinate along the line of flight point down: -1 where a body flies against it."""
     shapes = setup["outline"]["shapes"] if setup else ()
     return -1.0 if any((shape["heading"] or (0, 1))[1] < 0 for shape in shapes) else 1.0

@@ -14,8 +14,8 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, by_run, comparable, error_bars, places_of, simulated
 from studies.cubes.variable import Variable
 from studies.laws import DRAWN_ONLY
-from studies.sweeps.sweep import OFFSET, RESOLUTION
-from studies.values.quantities import readable
+from studies.quantities.units import readable
+from studies.sweeps.reading import OFFSET, RESOLUTION
 
 MOST_LAWS = 6  # in one figure, with more only where all of them are judged
 ONLY_DRAWN = " (drawn only)"  # end of the titles of laws that enter no verdict

@@ -16,19 +16,20 @@ import numpy as np
 
 from solver import PHYSICS_VERSION
 from solver.audit import BodyBalance, Exchanged
-from solver.checkpoint import Checkpointing
+from solver.checkpoints import Checkpointing
 from solver.errors import WhippleError
 from solver.jit import software
 from solver.simulation import DEPARTED, Outcome, simulate, threads_for
 from studies import scenarios
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
-from studies.runs.observer import Observer
+from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES
+from studies.runs.observer import RunObserver
+from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
 from studies.runs.run import Run, materials_of
 from studies.runs.run_log import RunLog
 from studies.scenarios import Setting
-from studies.values.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
-from studies.values.results import ENERGY_DRIFT_LIMIT, LOST_PARTICLES, NO_CONTROL, Progress, RunControl, RunResult
 
 # Flagged, not failed. The hottest 0.1 % of mass of resolved perforations holds 3 to 9 % of the internal energy at the
 # end; half of it means that single particles have run away.
@@ -110,24 +111,23 @@ def refuse(run_id: str, directory: Path) -> None:
     _write_result(directory, RunResult(run_id, "failed", reason=reason, failure="OtherPhysics"))
 
 
-def observer_of(run: Run, report: Callable[[Progress], object] | None = None, *, film: bool = False) -> Observer:
+def observer_of(run: Run, report: Callable[[Progress], object] | None = None, *, film: bool = False) -> RunObserver:
     """The observer of a run, with the problem that it observes."""
     scenario, setting = scenarios.load(run.scenario), setting_of(run)
     interval = run.parameters.get("film_interval")
     frames = Film(setting.problem, interval=interval) if film else None  # type: ignore[arg-type]
-    return Observer(scenario, scenario.parameters(**run.parameters), setting, report, frames)
+    return RunObserver(scenario, scenario.record(run.parameters), setting, report, frames)
 
 
-def sections_of(observer: Observer) -> SectionRecorder:
+def sections_of(observer: RunObserver) -> SectionRecorder:
     """The recorder of the sections that an observer's scenario asks for."""
-    options = observer.scenario.observer.sections(observer.parameters, observer.setting)
+    options = observer.parameters.sections(observer.setting)
     return SectionRecorder(observer.setting.problem, options, observer.rate.interval)
 
 
 def setting_of(run: Run) -> Setting:
     """The problem of a run, with the sizes that its observer reads."""
-    scenario = scenarios.load(run.scenario)
-    return scenario.build(scenario.parameters(**run.parameters), materials_of(run))
+    return scenarios.load(run.scenario).record(run.parameters).build(materials_of(run))
 
 
 def provenance() -> dict[str, str | float]:
@@ -146,7 +146,7 @@ def provenance() -> dict[str, str | float]:
 
 
 def _checkpointing(
-    path: Path, observer: Observer, control: RunControl, explain: Callable[[str], object]
+    path: Path, observer: RunObserver, control: RunControl, explain: Callable[[str], object]
 ) -> Checkpointing:
     """Checkpoints of the solver with the readings so far in them, and the film so far in a file beside."""
     film, film_file = observer.film, path.with_suffix(UNFINISHED_FILM)
@@ -185,7 +185,7 @@ def _write_result(directory: Path, result: RunResult) -> None:
     write_text(directory / RESULT, json.dumps(result.as_json(), allow_nan=False, indent=1))
 
 
-def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcome) -> RunResult:
+def _succeeded(run_id: str, directory: Path, observer: RunObserver, outcome: Outcome) -> RunResult:
     """The result of a simulation that ended; writes its final state and its film."""
     numbers, measured = _numbers(observer, outcome), observer.measured()
     lost = [name for name, each in measured.items() if LOST_PARTICLES in each.flags]
@@ -200,7 +200,7 @@ def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcom
         "succeeded",
         reason=f"{LOST_PARTICLES}: no {', '.join(lost)}" if lost else None,
         measurements=measured,
-        flags=(*_flags(numbers, observer.scenario.observer.least_cells), *((LOST_PARTICLES,) if lost else ())),
+        flags=(*_flags(numbers, observer.scenario.least_cells), *((LOST_PARTICLES,) if lost else ())),
         numbers=numbers,
         stop=outcome.stop,
         histories=_histories(observer.setting, outcome),
@@ -208,12 +208,12 @@ def _succeeded(run_id: str, directory: Path, observer: Observer, outcome: Outcom
     )
 
 
-def _distributions(observer: Observer) -> dict[str, Any]:
+def _distributions(observer: RunObserver) -> dict[str, Any]:
     """The distributions of the scenario, read off the last state."""
     names = observer.scenario.distributions
     if not names:
         return {}
-    from studies.measurements._distributions import DISTRIBUTIONS
+    from studies.measurements.cloud import DISTRIBUTIONS
 
     return {
         name: {"version": DISTRIBUTIONS[name].version, "values": DISTRIBUTIONS[name].read(observer.last_view).tolist()}
@@ -247,11 +247,11 @@ def _histories(setting: Setting, outcome: Outcome) -> dict[str, Any]:
     }
 
 
-def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
+def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
     audit = outcome.audit
     counted = {name: float(count) for name, count in asdict(outcome.counters).items()}
     return {
-        **observer.scenario.cells(observer.parameters),
+        **observer.parameters.cells(),
         "particles": float(sum(body.mass.size for body in observer.setting.problem.bodies)),
         "particle_steps": float(outcome.particle_steps),
         "steps": float(outcome.snapshot.step),
@@ -269,15 +269,15 @@ def _numbers(observer: Observer, outcome: Outcome) -> dict[str, float]:
         "hottest_energy_share": audit.hottest_energy_share,
         "largest_speed": audit.largest_speed,
         "molten_mass_fraction": molten_fraction(observer.setting.problem.bodies, outcome.snapshot),
-        **observer.scenario.observer.numbers(observer.last_view),
+        **observer.parameters.numbers(observer.last_view),
         **counted,
     }
 
 
 def molten_fraction(bodies: Sequence[Any], snapshot: Any) -> float:
     """Mass at or above its melting point, over the initial mass; debris as it was when it left or was retired."""
-    from solver.eos import reference_density
-    from solver.stress import homologous_temperature
+    from solver.matter.eos import reference_density
+    from solver.matter.stress import homologous_temperature
 
     particles, departed = snapshot.particles, snapshot.departed
     molten = 0.0

@@ -14,8 +14,9 @@ from studies import measurements
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
-from studies.scenarios import Scenario, Setting
-from studies.values.results import CLOSED_ON_AXIS, MESH_DETERMINED, TOO_COARSE, Measured, Progress
+from studies.quantities.measured import CLOSED_ON_AXIS, MESH_DETERMINED, TOO_COARSE, Measured
+from studies.runs.results import Progress
+from studies.scenarios import Scenario, Setting, SetUp
 
 # A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
 # the share of the value.
@@ -26,11 +27,11 @@ LEAST_SHARE = 0.02
 
 
 @dataclass
-class Observer:
+class RunObserver:
     """Reads the scenario's measurements at each observation and decides when they have settled."""
 
     scenario: Scenario
-    parameters: Any  # record of the scenario
+    parameters: SetUp
     setting: Setting
     report: Callable[[Progress], object] | None
     film: Film | None = None
@@ -42,14 +43,14 @@ class Observer:
     first: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        self.rate = self.scenario.observer.rate(self.parameters, self.setting)
+        self.rate = self.parameters.rate(self.setting)
         measured = [measurements.load(name) for name in self.scenario.measurements]
         self.of_a_state = [measurement for measurement in measured if not measurement.follows]
         self.of_a_history = [measurement for measurement in measured if measurement.follows]
 
     def __call__(self, snapshot: Snapshot) -> str | None:
         """Observe a state; returns "settled" when the run may end."""
-        view = self.last_view = self.scenario.observer.view(self.setting, snapshot)
+        view = self.last_view = self.parameters.view(self.setting, snapshot)
         self.times.append(snapshot.time)
         self.readings.append({m.name: m.read(view) for m in self.of_a_state})
         self.readings[-1].update({m.name: self._follow(m) for m in self.of_a_history})
@@ -130,7 +131,7 @@ class Observer:
         has_value, flags = math.isfinite(reading.value), reading.flags
         parts: dict[str, float] = {}
         if has_value:
-            parts = self.scenario.observer.all_parts(self.parameters, name, reading.value, reading.parts)
+            parts = self.parameters.all_parts(name, reading.value, reading.parts)
         if has_value and math.isfinite(growth):
             parts["growth"] = growth
         if has_value and measurement.mesh_determined:
@@ -140,7 +141,7 @@ class Observer:
         uncertainty, unknown = measurement.uncertainty_by(parts)
         if uncertainty and uncertainty > measurement.widest * abs(reading.value):
             flags = (*flags, "wide_bar")
-        if has_value and self.scenario.observer.too_coarse(self.scenario.cells(self.parameters)):
+        if has_value and self.scenario.too_coarse(self.parameters.cells()):
             uncertainty, unknown = None, (TOO_COARSE,)
         return Measured(
             value=_finite(reading.value),

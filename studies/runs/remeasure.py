@@ -16,8 +16,9 @@ from typing import Any
 
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
+from studies.quantities.measured import ERROR_UNKNOWN, MESH_DETERMINED, TOO_COARSE, Measured
+from studies.runs.results import RunResult
 from studies.runs.run import Run
-from studies.values.results import ERROR_UNKNOWN, MESH_DETERMINED, TOO_COARSE, Measured, RunResult
 
 NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
 NEVER = Measured(None, None, {}, (NEEDS_SOLVING,), {"time": [], "value": []}, 0)
@@ -90,7 +91,7 @@ def _view_of(run: Run, result: RunResult, state: Path) -> Any:
     from studies.runs.execution import setting_of
 
     step = int(result.numbers.get("steps", 0))
-    return scenarios.load(run.scenario).observer.view(setting_of(run), load_state(state, step=step))
+    return scenarios.load(run.scenario).parameters.view(setting_of(run), load_state(state, step=step))
 
 
 def _from_histories(measurement: Measurement, result: RunResult) -> Measured:
@@ -118,14 +119,12 @@ def _from_histories(measurement: Measurement, result: RunResult) -> Measured:
 def _from_state(run: Run, measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
     """A measurement read off the final state alone."""
     scenario = scenarios.load(run.scenario)
-    parts = scenario.observer.all_parts(
-        scenario.parameters(**run.parameters), measurement.name, reading.value, reading.parts
-    )
+    parts = scenario.record(run.parameters).all_parts(measurement.name, reading.value, reading.parts)
     measured = _measured(measurement, replace(reading, parts=parts), result)
     flags: tuple[str, ...] = (*measured.flags, NEEDS_SOLVING)
     if measured.value is not None and measurement.mesh_determined:
         flags = (*flags, MESH_DETERMINED)
-    if measured.value is not None and scenario.observer.too_coarse(result.numbers):
+    if measured.value is not None and scenario.too_coarse(result.numbers):
         kept = tuple(flag for flag in flags if flag != ERROR_UNKNOWN)
         return replace(measured, uncertainty=None, flags=(*kept, TOO_COARSE))
     return replace(measured, flags=flags)

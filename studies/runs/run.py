@@ -15,17 +15,17 @@ from typing import TYPE_CHECKING, Any
 
 from solver import PHYSICS_VERSION
 from solver.registry import entries
-from solver.units import Described, marked
+from solver.units import Described
 from studies import scenarios
 from studies.materials import Material, simulated
-from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import declared, parse_parameters
+from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.parameters import declared, flat, marks, parse_parameters
 
 if TYPE_CHECKING:
     from studies.scenarios import Materials
 
 # Parameters that choose a model, which takes constants of the materials, and the registry of each.
-CHOSEN_MODELS = {"tension": ("solver.tension", "TENSION"), "failure": ("solver.failure", "FAILURE")}
+CHOSEN_MODELS = {"tension": ("solver.matter.tension", "TENSION"), "failure": ("solver.matter.failure", "FAILURE")}
 
 BYTES_PER_PARTICLE = 120  # of a stored final state, compressed
 # Of any run, 2 000 runs on 4 cells per diameter, 2026-11-24: 330 core seconds, of which 28 were particle-steps. The
@@ -66,11 +66,16 @@ class Run:
     @property
     def idle(self) -> set[str]:
         """The parameters that do not act beside the others or on its materials."""
-        parameters = scenarios.load(self.scenario).parameters
-        defaults = {name: each.default for name, each in declared(parameters).items()}
-        record = SimpleNamespace(**{**defaults, **self.parameters}, materials=self.materials)
-        marks = marked(parameters, Described)
-        return {name for name, mark in marks.items() if mark.acts and not mark.acts(record)}
+        record = SimpleNamespace(**{**self._defaults, **self.parameters}, materials=self.materials)
+        return {name for name, mark in self._described.items() if mark.acts and not mark.acts(record)}
+
+    @property
+    def _described(self) -> Mapping[str, Described]:
+        return marks(scenarios.load(self.scenario).parameters, Described)
+
+    @cached_property
+    def _defaults(self) -> dict[str, Any]:
+        return {name: each.default for name, each in declared(scenarios.load(self.scenario).parameters).items()}
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""
@@ -86,17 +91,13 @@ class Run:
         return Run(plain["scenario"], plain["parameters"], plain["materials"])
 
     def _content(self) -> dict[str, Any]:
-        chosen = scenarios.load(self.scenario)
-        described = marked(chosen.parameters, Described)
-        labels = {name for name, mark in described.items() if mark.label}
-        names = labels.union(chosen.materials, chosen.unused)  # the values that they name are content themselves
-        defaults = {name: each.default for name, each in declared(chosen.parameters).items()}
-        names |= {
-            name
-            for name, mark in described.items()
-            if mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]
-        }
-        names |= self.idle
+        chosen, defaults = scenarios.load(self.scenario), self._defaults
+        names = self.idle.union(
+            chosen.materials, chosen.unused
+        )  # the values that materials name are content themselves
+        for name, mark in self._described.items():
+            if mark.label or (mark.neutral and self.parameters.get(name, defaults[name]) == defaults[name]):
+                names.add(name)
         eos_form = str(self.parameters.get("eos_form", ""))
         models = [
             entries(*registry)[name].record
@@ -120,12 +121,12 @@ def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str
     absent = [name for name in chosen.materials if name not in materials]
     if absent:
         raise InvalidInput(Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent)
-    filled = chosen.fill(chosen.parameters(**values))
+    filled = chosen.record(values).filled()
     resolved = {name: materials[name].resolved() for name in chosen.materials}
-    findings = chosen.check(filled, {name: materials[name] for name in chosen.materials})
+    findings = filled.check({name: materials[name] for name in chosen.materials})
     if findings:
         raise InvalidInput(findings)
-    return Run(scenario, dict(vars(filled)), resolved)
+    return Run(scenario, flat(filled), resolved)
 
 
 def materials_of(run: Run) -> "Materials":
@@ -140,9 +141,9 @@ SMOOTHED_COST = 2.2e-6
 def estimate(run: Run) -> Estimate:
     """The expected cost of a run on one core."""
     chosen = scenarios.load(run.scenario)
-    size = chosen.estimate(chosen.parameters(**run.parameters), materials_of(run))
+    size = chosen.record(run.parameters).size(materials_of(run))
     flat = run.parameters.get("geometry") == "axisymmetric"
-    shape = entries("solver.shapes", "SHAPE")[str(run.parameters["shape"])]
+    shape = entries("solver.grid.shapes", "SHAPE")[str(run.parameters["shape"])]
     cost = shape.flat_cost if flat else shape.box_cost
     if run.parameters.get("method", "mpm") != "mpm":
         cost = SMOOTHED_COST

@@ -5,10 +5,10 @@ from dataclasses import dataclass
 
 from solver.problem import Problem
 from studies import measurements
+from studies.quantities.display import with_bar
+from studies.quantities.units import readable
+from studies.runs.results import Progress, RunResult
 from studies.runs.run import Run
-from studies.values.formats import with_bar
-from studies.values.quantities import readable
-from studies.values.results import Measured, Progress, RunResult
 
 DIGITS = 5  # significant digits of a logged value; the result has them all
 
@@ -36,24 +36,18 @@ class RunLog:
         self.write("  ".join((f"t = {_short(now.time, 's'):>11}", f"step {now.step:>7}", *values)))
 
     def end(self, result: RunResult) -> None:
-        """The state, the measurements and all numbers of the result."""
+        """The state, the measurements and all numbers of the result, as a run alone tells them: on a single grid."""
         if result.state != "succeeded":
             self.write(f"{result.state}: {result.failure}: {result.reason}")
             return
         self.write(f"{result.state}: {result.stop}")
         for name, measured in result.measurements.items():
             flags = f" [{', '.join(measured.flags)}]" if measured.flags else ""
-            self.write(f"  {name} = {_measured(name, measured)}{flags}")
+            value = "nothing to measure" if measured.value is None else with_bar(_value(name, measured.value), None)
+            self.write(f"  {name} = {value}{flags}")
         for name, number in result.numbers.items():
             self.write(f"  {name} = {number:.6g}")
         self.write(f"flags: {', '.join(result.flags) or 'none'}")
-
-
-def _measured(name: str, measured: Measured) -> str:
-    """A value as a run alone tells it: on a single grid."""
-    if measured.value is None:
-        return "nothing to measure"
-    return with_bar(_value(name, measured.value), None)
 
 
 def _value(name: str, value: float) -> str:

@@ -6,27 +6,20 @@ projectile would have travelled; it is stated before a run, and not chosen after
 """
 
 import math
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
-from studies.scenarios import (
-    CloudSetting,
-    Materials,
-    Melting,
-    ObservationRate,
-    ObserverOptions,
-    Scenario,
-    Setting,
-    Size,
-)
-from studies.scenarios._impact import assemble, check_shot, filled, has_free_rim, outline, size
-from studies.scenarios._impact_observer import IMPACT, REACH
-from studies.scenarios._plate import PlatePerforation, cells, check_plate, plate_radius
-from studies.values.errors import Finding
-from studies.values.quantities import round_quantity
-from studies.values.recipes import DebrisName
+from studies.quantities.findings import Finding
+from studies.quantities.recipes import DebrisName
+from studies.quantities.units import round_quantity
+from studies.scenarios import Materials, ObservationRate, Scenario, Setting
+from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
+from studies.scenarios.parts.matter import Fracture
+from studies.scenarios.parts.numerics import Numerics
+from studies.scenarios.parts.outline import Outline
+from studies.scenarios.parts.shot import ImpactShot, Plate, has_free_rim
 
 if TYPE_CHECKING:
     from studies.films.section import SectionOptions
@@ -47,9 +40,26 @@ MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
 PIXELS = 24.0  # of a radiograph, across the projectile
 
 
+@dataclass(frozen=True)
+class Melting:
+    """Constants with which the residual energy of matter says how much of it is molten at no pressure."""
+
+    heat_capacity: float  # J/(kg K)
+    room_temperature: float  # K
+    melt_temperature: float  # K
+    latent_heat: float  # J/kg
+
+
+@dataclass(frozen=True)
+class CloudSetting(ImpactSetting):
+    """An impact whose debris is measured."""
+
+    melting: tuple[Melting | str, ...]  # of each body, or the flag that says why it has none
+
+
 @dataclass(frozen=True, kw_only=True)
-class DebrisCloud(PlatePerforation):
-    """Parameters of a debris cloud."""
+class CloudShot(ImpactShot):
+    """A shot until a stated time, in a grid with room for its debris."""
 
     end_time: Annotated[
         Second | None,
@@ -86,24 +96,63 @@ class DebrisCloud(PlatePerforation):
     ] = 2.0
 
 
-def _fill(parameters: DebrisCloud) -> DebrisCloud:
-    diameter = parameters.projectile_diameter
-    end = parameters.end_time or FLIGHT * diameter / parameters.speed
-    farthest = FASTEST * parameters.speed * end / diameter
-    downrange = parameters.downrange or min(farthest + BEHIND_TIP, MOST_ROOM)
-    return filled(
-        replace(parameters, downrange=round_quantity(downrange)), end_time=end, plate_radius=plate_radius(parameters)
-    )
+@dataclass(frozen=True, kw_only=True)
+class DebrisCloud(ImpactSetUp):
+    """Parameters of a debris cloud."""
 
+    shot: CloudShot
+    fracture: Fracture
+    numerics: Numerics
+    plate: Plate
 
-def _check(parameters: DebrisCloud, materials: Materials) -> list[Finding]:
-    return check_shot(parameters, materials) + check_plate(parameters)
+    @property
+    def impact(self) -> Impact:
+        thickness, radius = self.plate.plate_thickness, self.plate.radius
+        return Impact(self.shot, self.fracture, self.numerics, thickness=thickness, radius=radius)
 
+    def filled(self) -> Self:
+        shot, diameter = self.shot, self.shot.projectile_diameter
+        end_time = shot.end_time or FLIGHT * diameter / shot.speed
+        farthest = FASTEST * shot.speed * end_time / diameter
+        downrange = round_quantity(shot.downrange or min(farthest + BEHIND_TIP, MOST_ROOM))
+        return replace(
+            self,
+            shot=replace(shot, downrange=downrange).filled(self.numerics, end_time=end_time),
+            numerics=self.numerics.filled(few=shot.geometry != "axisymmetric"),
+            plate=self.plate.filled(diameter),
+        )
 
-def _build(parameters: DebrisCloud, materials: Materials) -> Setting:
-    setting = assemble(parameters, materials, thickness=parameters.plate_thickness, radius=plate_radius(parameters))
-    melting = tuple(_melting(materials[body.name]) for body in setting.problem.bodies)
-    return CloudSetting(**vars(setting), melting=melting)
+    def check(self, materials: Materials) -> list[Finding]:
+        return self.impact.check(materials) + self.plate.check(self.shot)
+
+    def build(self, materials: Materials) -> Setting:
+        setting = self.impact.build(materials)
+        melting = tuple(_melting(materials[body.name]) for body in setting.problem.bodies)
+        return CloudSetting(**vars(setting), melting=melting)
+
+    def rate(self, setting: Setting) -> ObservationRate:
+        return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
+
+    @staticmethod
+    def view(setting: Any, snapshot: Any) -> Any:
+        from studies.measurements.cloud import view
+
+        return view(setting, snapshot)
+
+    def sections(self, setting: Any) -> "SectionOptions":
+        from studies.films.section import SectionOptions
+
+        moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
+        return SectionOptions(
+            moments=moments,
+            reach=REACH * setting.projectile_diameter,
+            pixel=setting.projectile_diameter / PIXELS,
+            whole=2.0 * math.pi / setting.sector,
+        )
+
+    @staticmethod
+    def outline(values: Mapping[str, Any]) -> Outline | None:
+        return outline(values, thickness="plate_thickness", radius="plate_radius")
 
 
 def _melting(material: "Material") -> Melting | str:
@@ -120,32 +169,6 @@ def _melting(material: "Material") -> Melting | str:
         room_temperature=thermal.room_temperature,
         melt_temperature=thermal.melt_temperature,
         latent_heat=thermal.latent_heat_of_fusion,
-    )
-
-
-def _size(parameters: DebrisCloud, materials: Materials) -> Size:
-    return size(parameters, thickness=parameters.plate_thickness, radius=plate_radius(parameters))
-
-
-def _rate(parameters: DebrisCloud, setting: Setting) -> ObservationRate:
-    return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
-
-
-def _view(setting: CloudSetting, snapshot: Any) -> Any:
-    from studies.measurements._cloud import view
-
-    return view(setting, snapshot)
-
-
-def _sections(parameters: DebrisCloud, setting: CloudSetting) -> "SectionOptions":
-    from studies.films.section import SectionOptions
-
-    moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
-    return SectionOptions(
-        moments=moments,
-        reach=REACH * setting.projectile_diameter,
-        pixel=setting.projectile_diameter / PIXELS,
-        whole=2.0 * math.pi / setting.sector,
     )
 
 
@@ -176,16 +199,8 @@ SCENARIO = Scenario(
         "fragments",
         "largest_fragment",
     ),
-    settles=(),
-    fill=_fill,
-    check=_check,
-    build=_build,
-    estimate=_size,
-    cells=cells,
-    observer=ObserverOptions(
-        rate=_rate, view=_view, sections=_sections, least_cells=IMPACT.least_cells, fewest_cells=IMPACT.fewest_cells
-    ),
-    distributions=("mass_over_velocity_and_angle",),
     measured_with=("thermal.latent_heat_of_fusion",),
-    outline=partial(outline, thickness="plate_thickness", radius="plate_radius"),
+    distributions=("mass_over_velocity_and_angle",),
+    least_cells=LEAST_CELLS,
+    fewest_cells=FEWEST_CELLS,
 )

@@ -7,46 +7,31 @@ measured is what every problem has: energies, momentum, largest pressure, each w
 
 import math
 from dataclasses import dataclass, replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
-from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
-from studies.scenarios._deck import MOST_BYTES, read_deck
-from studies.scenarios._deck_problem import fixed_step, particles_per_cell, problem_of, signal_speed
-from studies.scenarios._deck_records import Deck
-from studies.scenarios._numerics import BY_RECIPE, Numerics, check_numerics, filled_from, mean_step, tensions
-from studies.values.errors import Finding
-from studies.values.parameters import Choice, LongText
-from studies.values.quantities import round_quantity
-from studies.values.recipes import RECIPES, RecipeName
+from studies.decks.deck import Deck
+from studies.decks.problem import fixed_step, particles_per_cell, problem_of, signal_speed
+from studies.decks.reader import MOST_BYTES, read_deck
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice, LongText
+from studies.quantities.recipes import RECIPES, RecipeName
+from studies.quantities.units import round_quantity
+from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
+from studies.scenarios.parts.numerics import BY_RECIPE, Numerics, filled_from, tensions
 
 OBSERVATIONS = 20
 MOST_OBSERVATIONS = 1000
 
 
-@dataclass(frozen=True, kw_only=True)
-class _DeckText:
-    """The deck and its end."""
-
-    deck: Annotated[str, LongText(MOST_BYTES), Described("text of the input file, at most 1 MB of UTF-8")]
-    units: Annotated[
-        Literal["deck", "mm-g-ms", "SI"],
-        Described("units of the deck: those that its comment names, by default mm, g and ms"),
-    ] = "deck"
-    end_time: Annotated[Second | None, Described("end of the run; by default the deck's", 1e-15, 1e6)] = None
-    refinement: Annotated[
-        int, Described("grid cells along the edge of a cell of the deck; particles are parted alike", 1, 32)
-    ] = 1
-    step: Annotated[
-        Literal["deck", "stable"], Described("the deck's constant time step, or the stable one of the solver")
-    ] = "deck"
+def _has_soil(parameters: Any) -> bool:
+    deck = read_deck(parameters.deck, parameters.units)
+    return any(material.kind == "dpm" for material in deck.materials.values())
 
 
 @dataclass(frozen=True, kw_only=True)
-class DeckRun(Numerics, _DeckText):
-    """Parameters of a deck."""
-
-    keeps_particles = True
+class DeckNumerics(Numerics):
+    """Numerics of a deck, where no parameter says otherwise."""
 
     recipe: Annotated[RecipeName, Described("preset for what neither the deck nor a parameter says", label=True)] = (
         "thesis"
@@ -72,109 +57,121 @@ class DeckRun(Numerics, _DeckText):
         Choice(tensions),
         Described(
             f"rule for the lowest pressure that soil sustains; {BY_RECIPE}",
-            acts=lambda parameters: _has_soil(deck_of(parameters)),
+            acts=lambda parameters: _has_soil(parameters),
         ),
     ] = None
 
-
-def deck_of(parameters: DeckRun) -> Deck:
-    """What the reader understood; raises InvalidInput."""
-    return read_deck(parameters.deck, parameters.units)
-
-
-def _has_soil(deck: Deck) -> bool:
-    return any(material.kind == "dpm" for material in deck.materials.values())
-
-
-def _end_time(parameters: DeckRun) -> float:
-    return parameters.end_time or deck_of(parameters).end_time
-
-
-def _fill(parameters: DeckRun) -> DeckRun:
-    deck = deck_of(parameters)
-    quadratic, linear = deck.viscosity
-    preset = replace(
-        RECIPES[parameters.recipe],
-        shape=deck.shape,
-        scheme=deck.scheme,
-        particles_per_cell=particles_per_cell(deck),
-        viscosity_quadratic=quadratic,
-        viscosity_linear=linear,
-    )
-    units: Any = deck.units
-    contact: Any = parameters.contact
-    if contact == "deck":
-        contact = "bardenhagen" if deck.contact else "none"
-    friction = parameters.friction
-    if friction is None:
-        friction = deck.friction if contact != "none" else 0.0
-    step = parameters.fixed_dt
-    if step is None and parameters.step == "deck":
-        step = round_quantity(fixed_step(deck) / parameters.refinement)
-    return replace(
-        filled_from(parameters, preset),
-        units=units,
-        contact=contact,
-        jaumann=parameters.jaumann and deck.jaumann,
-        friction=friction,
-        fixed_dt=step,
-        end_time=round_quantity(_end_time(parameters)),
-    )
+    def filled_for(self, deck: Deck, step: float | None) -> Self:
+        """With the numerics of a deck, and a constant step (s)."""
+        quadratic, linear = deck.viscosity
+        preset = replace(
+            RECIPES[self.recipe],
+            shape=deck.shape,
+            scheme=deck.scheme,
+            particles_per_cell=particles_per_cell(deck),
+            viscosity_quadratic=quadratic,
+            viscosity_linear=linear,
+        )
+        contact: Any = self.contact
+        if contact == "deck":
+            contact = "bardenhagen" if deck.contact else "none"
+        friction = self.friction
+        if friction is None:
+            friction = deck.friction if contact != "none" else 0.0
+        return replace(
+            filled_from(self, preset),
+            contact=contact,
+            jaumann=self.jaumann and deck.jaumann,
+            friction=friction,
+            fixed_dt=self.fixed_dt if step is None else step,
+        )
 
 
-def _check(parameters: DeckRun, materials: Materials) -> list[Finding]:
-    findings = check_numerics(parameters)
-    if parameters.step == "stable" and parameters.fixed_dt is not None:
-        limit = "no fixed_dt with the stable step"
-        cure = "leave fixed_dt out, or step"
-        findings.append(Finding("fixed_dt", f"{parameters.fixed_dt:g} s", limit, cure))
-    deck = deck_of(parameters)
-    components = {body.component for body in deck.bodies}
-    mixed = [
-        name
-        for name in sorted(components)
-        if len({body.material for body in deck.bodies if body.component == name}) > 1
-    ]
-    if parameters.contact != "none" and mixed:
-        limit = f"one material in each component, where bodies have contact: not in component {mixed[0]}"
-        findings.append(Finding("contact", parameters.contact, limit, "set contact to none"))
-    return findings
+@dataclass(frozen=True, kw_only=True)
+class DeckRun(SetUp):
+    """Parameters of a deck."""
 
+    keeps_particles = True
 
-def _build(parameters: DeckRun, materials: Materials) -> Setting:
-    problem = problem_of(
-        deck_of(parameters), parameters, end_time=_end_time(parameters), refinement=parameters.refinement
-    )
-    return Setting(problem=problem, sector=2.0 * math.pi)
+    deck: Annotated[str, LongText(MOST_BYTES), Described("text of the input file, at most 1 MB of UTF-8")]
+    units: Annotated[
+        Literal["deck", "mm-g-ms", "SI"],
+        Described("units of the deck: those that its comment names, by default mm, g and ms"),
+    ] = "deck"
+    end_time: Annotated[Second | None, Described("end of the run; by default the deck's", 1e-15, 1e6)] = None
+    refinement: Annotated[
+        int, Described("grid cells along the edge of a cell of the deck; particles are parted alike", 1, 32)
+    ] = 1
+    step: Annotated[
+        Literal["deck", "stable"], Described("the deck's constant time step, or the stable one of the solver")
+    ] = "deck"
+    numerics: DeckNumerics
 
+    @property
+    def read(self) -> Deck:
+        """What the reader understood; raises InvalidInput."""
+        return read_deck(self.deck, self.units)
 
-def _size(parameters: DeckRun, materials: Materials) -> Size:
-    deck = deck_of(parameters)
-    sound = max(signal_speed(material) for material in deck.materials.values()) or 1.0
-    speeds = [math.hypot(*each.velocity) for each in deck.velocities]
-    fallen = math.hypot(*deck.gravity) * _end_time(parameters)
-    speed = max([*speeds, 1e-9 * sound]) + fallen
-    fine = parameters.refinement
-    dt = parameters.fixed_dt
-    if dt is None:
-        dt = mean_step(_fill(parameters), deck.cell / fine, sound=sound, speed=speed)
-    return Size(particles=deck.particles * fine**3, steps=math.ceil(_end_time(parameters) / dt))
+    @property
+    def end(self) -> float:
+        """End of the run, s."""
+        return self.end_time or self.read.end_time
 
+    def filled(self) -> Self:
+        deck, step = self.read, None
+        if self.numerics.fixed_dt is None and self.step == "deck":
+            step = round_quantity(fixed_step(deck) / self.refinement)
+        units: Any = deck.units
+        numerics = self.numerics.filled_for(deck, step)
+        return replace(self, units=units, end_time=round_quantity(self.end), numerics=numerics)
 
-def _cells(parameters: DeckRun) -> dict[str, float]:
-    return {"refinement": float(parameters.refinement)}
+    def check(self, materials: Materials) -> list[Finding]:
+        numerics, findings = self.numerics, self.numerics.check(self.end_time)
+        if self.step == "stable" and numerics.fixed_dt is not None:
+            limit = "no fixed_dt with the stable step"
+            cure = "leave fixed_dt out, or step"
+            findings.append(Finding("fixed_dt", f"{numerics.fixed_dt:g} s", limit, cure))
+        of: dict[int, set[int]] = {}
+        for body in self.read.bodies:
+            of.setdefault(body.component, set()).add(body.material)
+        mixed = [component for component in sorted(of) if len(of[component]) > 1]
+        if numerics.contact != "none" and mixed:
+            limit = f"one material in each component, where bodies have contact: not in component {mixed[0]}"
+            findings.append(Finding("contact", numerics.contact, limit, "set contact to none"))
+        return findings
 
+    def build(self, materials: Materials) -> Setting:
+        problem = problem_of(
+            self.read,
+            self.numerics.arguments(),
+            tension=self.numerics.choices.tension,
+            contact=self.numerics.contact != "none",
+            end_time=self.end,
+            refinement=self.refinement,
+        )
+        return Setting(problem=problem, sector=2.0 * math.pi)
 
-def _rate(parameters: Any, setting: Setting) -> ObservationRate:
-    end = setting.problem.end_time
-    asked = deck_of(parameters).output_interval or end / OBSERVATIONS
-    return ObservationRate(interval=min(max(asked, end / MOST_OBSERVATIONS), 0.5 * end))
+    def size(self, materials: Materials) -> Size:
+        deck, fine = self.read, self.refinement
+        sound = max(signal_speed(material) for material in deck.materials.values()) or 1.0
+        speeds = [math.hypot(*each.velocity) for each in deck.velocities]
+        speed = max([*speeds, 1e-9 * sound]) + math.hypot(*deck.gravity) * self.end
+        dt = self.numerics.mean_step(deck.cell / fine, sound=sound, speed=speed)
+        return Size(particles=deck.particles * fine**3, steps=math.ceil(self.end / dt))
 
+    def cells(self) -> dict[str, float]:
+        return {"refinement": float(self.refinement)}
 
-def _view(setting: Any, snapshot: Any) -> Any:
-    from studies.measurements import _whole
+    def rate(self, setting: Setting) -> ObservationRate:
+        end = setting.problem.end_time
+        asked = self.read.output_interval or end / OBSERVATIONS
+        return ObservationRate(interval=min(max(asked, end / MOST_OBSERVATIONS), 0.5 * end))
 
-    return _whole.view(setting, snapshot)
+    @staticmethod
+    def view(setting: Any, snapshot: Any) -> Any:
+        from studies.measurements import whole
+
+        return whole.view(setting, snapshot)
 
 
 SCENARIO = Scenario(
@@ -184,11 +181,4 @@ SCENARIO = Scenario(
     parameters=DeckRun,
     materials=(),
     measurements=("kinetic_energy", "internal_energy", "momentum_x", "momentum_y", "momentum_z", "largest_pressure"),
-    settles=(),
-    fill=_fill,
-    check=_check,
-    build=_build,
-    estimate=_size,
-    cells=_cells,
-    observer=ObserverOptions(rate=_rate, view=_view),
 )

@@ -5,21 +5,20 @@ A slender bar whose Poisson's ratio is 0 is one-dimensional: it leaves the wall 
 
 import math
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Second
-from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
-from studies.scenarios import _bar as bars
-from studies.scenarios._bar import AtWall, Bar, Extent
-from studies.scenarios._loading import FASTEST, filled_loading
-from studies.scenarios._method import ByBarMethod, check_method
-from studies.scenarios._numerics import check_numerics, filled_numerics
-from studies.values.errors import Finding
-from studies.values.quantities import round_quantity
+from studies.quantities.findings import Finding
+from studies.quantities.units import round_quantity
+from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
+from studies.scenarios.parts.bar import Bar, BarSetUp, Extent, Wall
+from studies.scenarios.parts.loading import FASTEST, Loading
+from studies.scenarios.parts.matter import longitudinal_speed
+from studies.scenarios.parts.method import MethodChoice, check_method
+from studies.scenarios.parts.numerics import Numerics
 
 if TYPE_CHECKING:
-    from solver.problem import Matter
+    from solver.matter.laws import Matter
 
 TRANSITS = 2.0  # end of a run, in contact times 2 L / c: twice the time at the wall
 OBSERVATIONS_PER_TRANSIT = 200  # contact time is read to 0.5 %
@@ -29,9 +28,25 @@ ROOM = 2.0  # cells of grid beside and behind the bar, besides its flight
 
 
 @dataclass(frozen=True, kw_only=True)
-class _ElasticBarShot(AtWall):
-    """The bar and its flight."""
+class BarMethod(MethodChoice):
+    """The choice of a method for a bar."""
 
+    method: Annotated[
+        Literal["mpm", "sph", "fem", "sph-fem"],
+        Described(
+            "material points on a grid (mpm), smoothed particles (sph), hexahedra (fem), or hexahedra in the half away "
+            "from the wall, coupled to smoothed particles in the other one (sph-fem); the latter three in three "
+            "dimensions, particles with a symmetric wall, and hexahedra with a square section",
+            neutral=True,
+        ),
+    ] = "mpm"
+
+
+@dataclass(frozen=True, kw_only=True)
+class ElasticBar(BarSetUp):
+    """Parameters of an elastic bar."""
+
+    wall: Wall
     speed: Annotated[
         MetrePerSecond,
         Described("impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3),
@@ -48,112 +63,107 @@ class _ElasticBarShot(AtWall):
             "end of the run; by default twice the contact time 2 L / sqrt(E / rho) of a slender bar", 1e-12, 10.0
         ),
     ] = None
+    loading: Loading
+    numerics: Numerics
+    method: BarMethod
 
+    @property
+    def transit(self) -> float:
+        """Contact time of a slender bar, 2 L / c with c = sqrt(E / rho), s."""
+        return 2.0 * self.bar_length / self.wave_speed
 
-@dataclass(frozen=True, kw_only=True)
-class ElasticBar(ByBarMethod, Bar, _ElasticBarShot):
-    """Parameters of an elastic bar."""
+    @property
+    def wave_speed(self) -> float:
+        """Speed of a wave in a slender bar, m/s."""
+        return math.sqrt(self.young_modulus / self.density)
 
+    @property
+    def shear_modulus(self) -> float:
+        """G, Pa."""
+        return self.young_modulus / (2.0 * (1.0 + self.poisson_ratio))
 
-def transit(parameters: ElasticBar) -> float:
-    """Contact time of a slender bar, 2 L / c with c = sqrt(E / rho), s."""
-    return 2.0 * parameters.bar_length / _wave_speed(parameters)
+    @property
+    def bulk_modulus(self) -> float:
+        """K, Pa."""
+        return self.young_modulus / (3.0 * (1.0 - 2.0 * self.poisson_ratio))
 
+    @property
+    def cell(self) -> float:
+        """Size of a cell, m."""
+        return self.bar_diameter / self.cells_per_diameter
 
-def _end_time(parameters: ElasticBar) -> float:
-    return parameters.end_time or TRANSITS * transit(parameters)
+    @property
+    def bar(self) -> Bar:
+        """The bar at the wall."""
+        assert self.end_time is not None
+        room, sound = ROOM * self.cell, self.wave_speed
+        added = self.loading.added_speed(impedance=self.density * sound, time=self.end_time)
+        fastest = self.speed + added
+        extent = Extent(
+            length=self.bar_length,
+            diameter=self.bar_diameter,
+            speed=self.speed,
+            fastest=fastest,
+            cell=self.cell,
+            height=self.bar_length + fastest * self.end_time + room,
+            # A bar that is stopped at once widens by the strain v / c at most.
+            radius=0.5 * self.bar_diameter * (1.0 + fastest / sound) + room,
+            end_time=self.end_time,
+        )
+        return Bar(extent=extent, wall=self.wall, loading=self.loading, numerics=self.numerics, method=self.method)
 
+    def filled(self) -> Self:
+        numerics, is_solid = self.numerics, self.wall.geometry != "axisymmetric"
+        if self.method.method != "mpm":
+            numerics = replace(numerics, particles_per_cell=numerics.particles_per_cell or 1)
+        return replace(
+            self,
+            end_time=round_quantity(self.end_time or TRANSITS * self.transit),
+            loading=self.loading.filled(),
+            numerics=numerics.filled(few=is_solid, method=self.method),
+        )
 
-def _cell(parameters: ElasticBar) -> float:
-    return parameters.bar_diameter / parameters.cells_per_diameter
+    def check(self, materials: Materials) -> list[Finding]:
+        findings = check_method(self) + self.numerics.check(self.end_time, self.method)
+        findings += self.bar.check(density=self.density, sound=self.wave_speed)
+        fastest = FASTEST * self.wave_speed
+        if self.speed > fastest:
+            limit = f"at most {fastest:g} m/s, {FASTEST:g} of the wave speed"
+            cure = "choose a lower speed: linear elasticity holds only far below this limit"
+            findings.append(Finding("speed", f"{self.speed:g} m/s", limit, cure))
+        return findings
 
+    def build(self, materials: Materials) -> Setting:
+        return self.bar.build(self._matter(), self.density)
 
-def _shear(parameters: ElasticBar) -> float:
-    return parameters.young_modulus / (2.0 * (1.0 + parameters.poisson_ratio))
+    def _matter(self) -> "Matter":
+        from solver.matter.eos.linear_elastic import LinearElastic
+        from solver.matter.laws import Matter
+        from solver.matter.strength.elastic import Elastic
+        from solver.matter.tension.unlimited import UnlimitedTension
 
+        room = 293.0  # K; nothing depends on it
+        return Matter(
+            eos=LinearElastic(density=self.density, bulk_modulus=self.bulk_modulus, temperature=room),
+            strength=Elastic(),
+            tension=UnlimitedTension(),
+            shear_modulus=self.shear_modulus,
+            room_temperature=room,
+            melt_temperature=math.inf,
+        )
 
-def _bulk(parameters: ElasticBar) -> float:
-    return parameters.young_modulus / (3.0 * (1.0 - 2.0 * parameters.poisson_ratio))
+    def size(self, materials: Materials) -> Size:
+        return self.bar.size(longitudinal_speed(self.bulk_modulus, self.shear_modulus, self.density))
 
+    def cells(self) -> dict[str, float]:
+        return {"cells_per_diameter": self.cells_per_diameter}
 
-def _wave_speed(parameters: ElasticBar) -> float:
-    """Speed of a wave in a slender bar, m/s."""
-    return math.sqrt(parameters.young_modulus / parameters.density)
-
-
-def _extent(parameters: ElasticBar) -> Extent:
-    room, sound, end_time = (ROOM * _cell(parameters), _wave_speed(parameters), _end_time(parameters))
-    fastest = bars.fastest(parameters, impedance=parameters.density * sound, time=end_time)
-    # A bar that is stopped at once widens by the strain v / c at most.
-    strain = fastest / sound
-    return Extent(
-        length=parameters.bar_length,
-        diameter=parameters.bar_diameter,
-        speed=parameters.speed,
-        fastest=fastest,
-        cell=_cell(parameters),
-        height=parameters.bar_length + fastest * end_time + room,
-        radius=0.5 * parameters.bar_diameter * (1.0 + strain) + room,
-        end_time=end_time,
-    )
-
-
-def _fill(parameters: ElasticBar) -> ElasticBar:
-    if parameters.method != "mpm":
-        made = parameters.particles_per_cell or 1
-        parameters = replace(parameters, particles_per_cell=made)
-    filled = filled_loading(filled_numerics(parameters))
-    return replace(filled, end_time=round_quantity(_end_time(parameters)))
-
-
-def _check(parameters: ElasticBar, materials: Materials) -> list[Finding]:
-    sound = _wave_speed(parameters)
-    findings = check_method(parameters) + check_numerics(parameters)
-    findings += bars.check_bar(parameters, _extent(parameters), density=parameters.density, sound=sound)
-    fastest = FASTEST * sound
-    if parameters.speed > fastest:
-        limit = f"at most {fastest:g} m/s, {FASTEST:g} of the wave speed"
-        cure = "choose a lower speed: linear elasticity holds only far below this limit"
-        findings.append(Finding("speed", f"{parameters.speed:g} m/s", limit, cure))
-    return findings
-
-
-def _matter(parameters: ElasticBar) -> "Matter":
-    from solver.eos.linear_elastic import LinearElastic
-    from solver.problem import Matter
-    from solver.strength.elastic import Elastic
-    from solver.tension.unlimited import UnlimitedTension
-
-    room = 293.0  # K; nothing depends on it
-    return Matter(
-        eos=LinearElastic(density=parameters.density, bulk_modulus=_bulk(parameters), temperature=room),
-        strength=Elastic(),
-        tension=UnlimitedTension(),
-        shear_modulus=_shear(parameters),
-        room_temperature=room,
-        melt_temperature=math.inf,
-    )
-
-
-def _build(parameters: ElasticBar, materials: Materials) -> Setting:
-    return bars.assemble(parameters, _extent(parameters), _matter(parameters), parameters.density)
-
-
-def _size(parameters: ElasticBar, materials: Materials) -> Size:
-    sound = bars.longitudinal_speed(_bulk(parameters), _shear(parameters), parameters.density)
-    return bars.size(parameters, _extent(parameters), sound)
-
-
-def _cells(parameters: ElasticBar) -> dict[str, float]:
-    return {"cells_per_diameter": parameters.cells_per_diameter}
-
-
-def _rate(parameters: Any, setting: Setting) -> ObservationRate:
-    interval = transit(parameters) / OBSERVATIONS_PER_TRANSIT
-    if parameters.pressure:
-        crossing = OBSERVED * _cell(parameters) / _wave_speed(parameters)
-        interval = min(interval, max(crossing, _end_time(parameters) / MOST_OBSERVED))
-    return ObservationRate(interval=interval)
+    def rate(self, setting: Any) -> ObservationRate:
+        interval = self.transit / OBSERVATIONS_PER_TRANSIT
+        if self.loading.pressure:
+            crossing = OBSERVED * self.cell / self.wave_speed
+            interval = min(interval, max(crossing, self.bar.extent.end_time / MOST_OBSERVED))
+        return ObservationRate(interval=interval)
 
 
 SCENARIO = Scenario(
@@ -180,12 +190,4 @@ SCENARIO = Scenario(
     ),
     # One body that bears any tension.
     unused=("contact", "friction", "tension"),
-    settles=(),
-    fill=_fill,
-    check=_check,
-    build=_build,
-    estimate=_size,
-    cells=_cells,
-    observer=ObserverOptions(rate=_rate, view=bars.view),
-    outline=partial(bars.outline, length="bar_length", diameter="bar_diameter"),
 )

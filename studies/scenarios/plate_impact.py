@@ -6,29 +6,21 @@ flies towards +z and touches it at z = 0 at time zero.
 
 import math
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
-from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
-from studies.scenarios._lattice import SECTORS, body, line, mesh, points
-from studies.scenarios._matter import check_constants, eos_forms, matter
-from studies.scenarios._numerics import (
-    Numerics,
-    check_numerics,
-    filled_numerics,
-    mean_step,
-    numerics,
-    particles_per_cell,
-    recipe_of,
-)
-from studies.values.errors import Finding
-from studies.values.parameters import Choice, MaterialName
-from studies.values.quantities import round_quantity
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice, MaterialName
+from studies.quantities.units import round_quantity
+from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
+from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh
+from studies.scenarios.parts.matter import check_constants, elastic_speed, eos_forms, matter
+from studies.scenarios.parts.numerics import Numerics
 
 if TYPE_CHECKING:
     import numpy as np
 
-    from solver.problem import Body, Matter
+    from solver.problem import Body
     from studies.materials import Material
 
 BODIES = ("flyer", "target")
@@ -39,8 +31,21 @@ HALVINGS = 60  # of the interval in which the interface velocity lies: to round-
 
 
 @dataclass(frozen=True, kw_only=True)
-class _PlateImpactShot:
-    """The plates and their flight."""
+class PlateSetting(Setting):
+    """Two plates as their observer needs to know them."""
+
+    speed: float  # m/s
+    thicknesses: tuple[float, float]  # flyer, target; m
+    section: float  # area of the column, m2 (m2 per radian)
+    layer: "np.ndarray"  # (n,) of each particle, counted from the interface
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlateImpact(SetUp):
+    """Parameters of a plate impact."""
+
+    # A plane shock is of one dimension, whatever the section of the column.
+    keeps_particles = True
 
     speed: Annotated[MetrePerSecond, Described("impact speed", 1.0, 2e4)] = 2000.0
     flyer: Annotated[MaterialName, Described("material of the flying plate")] = "copper-ofhc"
@@ -68,24 +73,129 @@ class _PlateImpactShot:
         Choice(eos_forms),
         Described("Mie-Grueneisen about the exact Hugoniot, the thesis' cubic truncation of it, or linear elasticity"),
     ] = "hugoniot"
+    numerics: Numerics
 
+    @property
+    def cell(self) -> float:
+        """Size of a cell, m."""
+        return self.flyer_thickness / self.cells_per_thickness
 
-@dataclass(frozen=True, kw_only=True)
-class PlateImpact(Numerics, _PlateImpactShot):
-    """Parameters of a plate impact."""
+    @property
+    def thicknesses(self) -> tuple[float, float]:
+        """Of flyer and target, m."""
+        return self.flyer_thickness, self.target_thickness or self.flyer_thickness
 
-    # A plane shock is of one dimension, whatever the section of the column.
-    keeps_particles = True
+    @property
+    def section(self) -> float:
+        """Area of the column, m2 (m2 per radian)."""
+        width = self.cells_across * self.cell
+        return 0.5 * width**2 if self.geometry == "axisymmetric" else width**2
 
+    def filled(self) -> Self:
+        target = round_quantity(self.thicknesses[1])
+        return replace(self, target_thickness=target, numerics=self.numerics.filled())
 
-@dataclass(frozen=True, kw_only=True)
-class PlateSetting(Setting):
-    """Two plates as their observer needs to know them."""
+    def check(self, materials: Materials) -> list[Finding]:
+        findings = self.numerics.check(self.end_time) + check_constants(materials)
+        for role in BODIES:
+            if materials[role].eos.kind != "mie-grueneisen":
+                limit = "a material whose equation of state is a Hugoniot"
+                findings.append(Finding(role, materials[role].name, limit, "use mie-grueneisen"))
+        target, least = self.thicknesses[1], 10.0 * self.cell
+        if target < least:
+            limit, cure = f"at least ten cells, {least:g} m", "raise cells_per_thickness, or thicken the target"
+            findings.append(Finding("target_thickness", f"{target:g} m", limit, cure))
+        return findings
 
-    speed: float  # m/s
-    thicknesses: tuple[float, float]  # flyer, target; m
-    section: float  # area of the column, m2 (m2 per radian)
-    layer: "np.ndarray"  # (n,) of each particle, counted from the interface
+    def build(self, materials: Materials) -> Setting:
+        import numpy as np
+
+        from solver.problem import Face, Problem
+
+        flyer, target = self.thicknesses
+        before, behind = (math.ceil(thick / self.cell - 1e-9) + BEYOND for thick in self.thicknesses)
+        geometry, faces = mesh(
+            self.geometry,
+            across=self.cells_across,
+            along=before + behind,
+            front=-before * self.cell,
+            cell=self.cell,
+            side=(Face.SYMMETRIC, Face.SYMMETRIC),
+            flight=(Face.FREE, Face.FREE),
+        )
+        plates = [
+            self._plate("flyer", materials, geometry, (-flyer, 0.0)),
+            self._plate("target", materials, geometry, (0.0, target)),
+        ]
+        return PlateSetting(
+            problem=Problem(
+                geometry=geometry,
+                bodies=tuple(plate for plate, _ in plates),
+                faces=faces,
+                end_time=self._end(materials),
+                **self.numerics.arguments(),
+            ),
+            sector=SECTORS[self.geometry],
+            speed=self.speed,
+            thicknesses=(flyer, target),
+            section=self.section,
+            layer=np.concatenate([layer for _, layer in plates]),
+        )
+
+    def _plate(
+        self, name: str, materials: Materials, geometry: Any, ends: tuple[float, float]
+    ) -> tuple["Body", "np.ndarray"]:
+        """A plate, and the layer of each of its particles."""
+        import numpy as np
+
+        begin, end = ends
+        step = self.cell / self.numerics.choices.particles_per_cell
+        where = lattice(self.geometry, breadth=self.cells_across * self.cell, begin=begin, end=end, step=step)
+        made = matter(materials[name], eos_form=self.eos_form, tension=self.numerics.choices.tension)
+        plate = body(
+            name,
+            made if self.strength == "material" else made._replace(shear_modulus=0.0),
+            geometry,
+            where,
+            velocity=along_flight(self.geometry, self.speed if name == "flyer" else 0.0),
+            density=materials[name].density,
+            volume=self.section * (end - begin),
+        )
+        layer = np.floor(np.abs(where.along) / where.spacing[where.axis]).astype(np.int64)
+        return plate, layer
+
+    def _end(self, materials: Materials) -> float:
+        """End of the run, s."""
+        if self.end_time:
+            return self.end_time
+        flyer, target = materials["flyer"], materials["target"]
+        speeds = shocks(flyer, target, self.speed).speeds
+        if self.strength == "material":  # a fluid has no elastic precursor
+            speeds = max(speeds[0], elastic_speed(flyer)), max(speeds[1], elastic_speed(target))
+        return CROSSED * min(thick / speed for thick, speed in zip(self.thicknesses, speeds, strict=True))
+
+    def size(self, materials: Materials) -> Size:
+        per_cell = self.numerics.choices.particles_per_cell
+        layers = sum(self.thicknesses) / self.cell * per_cell
+        across = self.cells_across * per_cell
+        behind = max(shocks(materials["flyer"], materials["target"], self.speed).speeds)
+        step = self.numerics.mean_step(self.cell, sound=behind, speed=self.speed)
+        return Size(
+            particles=round(layers * (across if self.geometry == "axisymmetric" else across**2)),
+            steps=math.ceil(self._end(materials) / step),
+        )
+
+    def cells(self) -> dict[str, float]:
+        return {"cells_per_thickness": self.cells_per_thickness}
+
+    def rate(self, setting: Setting) -> ObservationRate:
+        return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
+
+    @staticmethod
+    def view(setting: Any, snapshot: Any) -> Any:
+        from studies.measurements import plates
+
+        return plates.view(setting, snapshot)
 
 
 @dataclass(frozen=True)
@@ -127,158 +237,6 @@ def _shock_speed(material: "Material", jump: float) -> float:
     return c0 + s * jump
 
 
-def _cell(parameters: PlateImpact) -> float:
-    return parameters.flyer_thickness / parameters.cells_per_thickness
-
-
-def _thicknesses(parameters: PlateImpact) -> tuple[float, float]:
-    return parameters.flyer_thickness, parameters.target_thickness or parameters.flyer_thickness
-
-
-def _end_time(parameters: PlateImpact, materials: Materials) -> float:
-    if parameters.end_time:
-        return parameters.end_time
-    flyer, target = materials["flyer"], materials["target"]
-    pairs = zip(shocks(flyer, target, parameters.speed).speeds, (flyer, target), _thicknesses(parameters), strict=True)
-    return CROSSED * min(thick / max(us, _elastic(parameters, material)) for us, material, thick in pairs)
-
-
-def _elastic(parameters: PlateImpact, material: "Material") -> float:
-    """Speed of an elastic precursor, m/s; a fluid has none."""
-    if parameters.strength == "none":
-        return 0.0
-    stiffness = material.elastic.bulk_modulus + 4.0 / 3.0 * material.elastic.shear_modulus
-    return math.sqrt(stiffness / material.density)
-
-
-def _fill(parameters: PlateImpact) -> PlateImpact:
-    return replace(filled_numerics(parameters), target_thickness=round_quantity(_thicknesses(parameters)[1]))
-
-
-def _check(parameters: PlateImpact, materials: Materials) -> list[Finding]:
-    findings = check_numerics(parameters) + check_constants(materials)
-    for role in BODIES:
-        if materials[role].eos.kind != "mie-grueneisen":
-            limit = "a material whose equation of state is a Hugoniot"
-            findings.append(Finding(role, materials[role].name, limit, "use mie-grueneisen"))
-    if _thicknesses(parameters)[1] < 10.0 * _cell(parameters):
-        limit = f"at least ten cells, {10.0 * _cell(parameters):g} m"
-        cure = "raise cells_per_thickness, or thicken the target"
-        findings.append(Finding("target_thickness", f"{_thicknesses(parameters)[1]:g} m", limit, cure))
-    return findings
-
-
-def _build(parameters: PlateImpact, materials: Materials) -> Setting:
-    import numpy as np
-
-    from solver.problem import Problem
-
-    geometry, faces = _grid(parameters)
-    flyer, target = _thicknesses(parameters)
-    plates = [
-        _plate(parameters, "flyer", materials, geometry, (-flyer, 0.0)),
-        _plate(parameters, "target", materials, geometry, (0.0, target)),
-    ]
-    return PlateSetting(
-        problem=Problem(
-            geometry=geometry,
-            bodies=tuple(plate for plate, _ in plates),
-            faces=faces,
-            end_time=_end_time(parameters, materials),
-            **numerics(parameters),
-        ),
-        sector=SECTORS[parameters.geometry],
-        speed=parameters.speed,
-        thicknesses=(flyer, target),
-        section=_section(parameters),
-        layer=np.concatenate([layer for _, layer in plates]),
-    )
-
-
-def _section(parameters: PlateImpact) -> float:
-    width = parameters.cells_across * _cell(parameters)
-    return 0.5 * width**2 if parameters.geometry == "axisymmetric" else width**2
-
-
-def _grid(parameters: PlateImpact) -> tuple[Any, tuple[Any, ...]]:
-    from solver.problem import Face
-
-    cell = _cell(parameters)
-    before, behind = (math.ceil(thick / cell - 1e-9) + BEYOND for thick in _thicknesses(parameters))
-    return mesh(
-        parameters.geometry,
-        across=parameters.cells_across,
-        along=before + behind,
-        front=-before * cell,
-        cell=cell,
-        side=(Face.SYMMETRIC, Face.SYMMETRIC),
-        flight=(Face.FREE, Face.FREE),
-    )
-
-
-def _plate(
-    parameters: PlateImpact, name: str, materials: Materials, geometry: Any, ends: tuple[float, float]
-) -> tuple["Body", "np.ndarray"]:
-    """A plate, and the layer of each of its particles."""
-    import numpy as np
-
-    material = materials[name]
-    step = _cell(parameters) / particles_per_cell(parameters)
-    across, wide = line(0.0, parameters.cells_across * _cell(parameters), step)
-    along, high = line(*ends, step)
-    flat = parameters.geometry == "axisymmetric"
-    columns = (across, along, np.zeros(1)) if flat else (across, across, along)
-    position = points(*columns)
-    axis = 1 if flat else 2
-    velocity = np.zeros(3)
-    velocity[axis] = parameters.speed if name == "flyer" else 0.0
-    made = body(
-        name,
-        _matter(parameters, material),
-        geometry,
-        position=position,
-        spacing=(wide, high, 0.0) if flat else (wide, wide, high),
-        velocity=velocity,
-        density=material.density,
-        volume=_section(parameters) * (ends[1] - ends[0]),
-    )
-    layer = np.floor(np.abs(position[:, axis]) / high).astype(np.int64)
-    return made, layer
-
-
-def _matter(parameters: PlateImpact, material: "Material") -> "Matter":
-    tension = recipe_of(parameters).tension
-    made = matter(material, eos_form=parameters.eos_form, tension=tension)
-    return made if parameters.strength == "material" else made._replace(shear_modulus=0.0)
-
-
-def _size(parameters: PlateImpact, materials: Materials) -> Size:
-    parameters = filled_numerics(parameters)
-    layers = sum(_thicknesses(parameters)) / _cell(parameters) * particles_per_cell(parameters)
-    across = parameters.cells_across * particles_per_cell(parameters)
-    flat = parameters.geometry == "axisymmetric"
-    behind = max(shocks(materials["flyer"], materials["target"], parameters.speed).speeds)
-    step = mean_step(parameters, _cell(parameters), sound=behind, speed=parameters.speed)
-    return Size(
-        particles=round(layers * (across if flat else across**2)),
-        steps=math.ceil(_end_time(parameters, materials) / step),
-    )
-
-
-def _cells(parameters: PlateImpact) -> dict[str, float]:
-    return {"cells_per_thickness": parameters.cells_per_thickness}
-
-
-def _rate(parameters: Any, setting: Setting) -> ObservationRate:
-    return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
-
-
-def _view(setting: Any, snapshot: Any) -> Any:
-    from studies.measurements import _plates
-
-    return _plates.view(setting, snapshot)
-
-
 SCENARIO = Scenario(
     name="plate_impact",
     title="Plate on plate",
@@ -298,12 +256,5 @@ SCENARIO = Scenario(
         "flyer_shock_speed",
         "target_shock_speed",
     ),
-    settles=(),
     unused=("jaumann",),  # of strain along one axis, which turns nothing
-    fill=_fill,
-    check=_check,
-    build=_build,
-    estimate=_size,
-    cells=_cells,
-    observer=ObserverOptions(rate=_rate, view=_view),
 )

@@ -6,53 +6,32 @@ revolution; what fills them with particles knows nothing else of them.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
-from studies.scenarios import (
-    Dimension,
-    ImpactSetting,
-    Materials,
-    ObservationRate,
-    ObserverOptions,
-    Outline,
-    Scenario,
-    Setting,
-    Shape,
-    Size,
-)
-from studies.scenarios._coupled_plate import EVEN, coupled_plate, plate_size
-from studies.scenarios._lattice import SECTORS, BodyShape, body, line, mesh, points
-from studies.scenarios._matter import (
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice, MaterialName
+from studies.quantities.recipes import RECIPES
+from studies.quantities.units import round_quantity
+from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
+from studies.scenarios.parts.coupled_plate import EVEN, coupled_plate, plate_size
+from studies.scenarios.parts.impact import ImpactSetting
+from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh, slab_clamp
+from studies.scenarios.parts.matter import (
+    HUGONIOT,
     Fracture,
     check_boiling,
     check_constants,
     check_eos,
-    check_failure,
-    failure_of,
+    elastic_speed,
     failures,
     matter,
 )
-from studies.scenarios._method import REPULSION, ByCoupledMethod, check_method, is_coupled, is_on_grid, is_smoothed
-from studies.scenarios._numerics import (
-    ContactName,
-    Numerics,
-    check_numerics,
-    filled_from,
-    filled_numerics,
-    has_melting,
-    mean_step,
-    numerics,
-    particles_per_cell,
-    recipe_of,
-    shapes,
-)
-from studies.values.errors import Finding
-from studies.values.parameters import Choice, MaterialName
-from studies.values.quantities import round_quantity
-from studies.values.recipes import RECIPES
+from studies.scenarios.parts.method import REPULSION, MethodChoice, check_method, is_coupled, is_on_grid, is_smoothed
+from studies.scenarios.parts.numerics import ContactName, Numerics, has_melting, shapes
+from studies.scenarios.parts.outline import Dimension, Outline, Shape
 
 if TYPE_CHECKING:
     from solver.problem import Body
@@ -76,9 +55,105 @@ MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
 REACH = 2.5  # of the sections, in projectile diameters
 
 
+@dataclass(frozen=True)
+class BodyShape:
+    """A solid of revolution or a prism about the line of flight, before any method has filled it."""
+
+    role: str  # the parameter that names its material
+    begin: float  # along the flight, m
+    end: float
+    breadth: float  # largest distance from the line of flight, m
+    is_round: bool  # a prism of square section where it is not
+    nose: str  # of its end; "blunt" without
+    nose_length: float  # m
+    speed: float  # along the flight, m/s
+
+    @property
+    def volume(self) -> float:
+        """Volume of the whole solid, m3."""
+        area = math.pi * self.breadth**2 if self.is_round else 4.0 * self.breadth**2
+        share = {"blunt": 1.0, "conical": 1.0 / 3.0, "hemispherical": 2.0 / 3.0}[self.nose]
+        return area * (self.end - self.begin - (1.0 - share) * self.nose_length)
+
+    def radius(self, place: Any) -> Any:
+        """Radius of a round solid at places (n,) along the flight, m."""
+        import numpy as np
+
+        if self.nose == "blunt":
+            return np.full(np.shape(place), self.breadth)
+        part = np.clip((self.end - place) / self.nose_length, 0.0, 1.0)
+        shape = part if self.nose == "conical" else np.sqrt(part * (2.0 - part))
+        return self.breadth * shape
+
+
 @dataclass(frozen=True, kw_only=True)
-class PluggingShot:
-    """Projectile, plate and speed, and how long they are observed."""
+class PluggingFracture(Fracture):
+    """What breaks a plate for good."""
+
+    failure: Annotated[str, Choice(failures), Described("failure model of what has constants for it")] = (
+        "modified-johnson-cook"
+    )
+
+
+@dataclass(frozen=True, kw_only=True)
+class PluggingNumerics(Numerics):
+    """Numerics of two bodies that touch."""
+
+    # Splines feel the other body two cells early: docs/recipe.md.
+    shape: Annotated[str, Choice(shapes), Described("shape functions", acts=is_on_grid)] = "gimp"
+    particles_per_cell: Annotated[
+        int | None, Described("particles per cell along each direction; by default 2, 1 of smoothed ones", 1, 6)
+    ] = None
+    contact: Annotated[
+        Literal[ContactName, "repulsion"] | None,
+        Described(
+            "bodies share one velocity field, or have separate fields with contact on the nodes: where their "
+            "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis); "
+            "smoothed particles of different bodies repel each other (repulsion), or meet in their sums (none); by "
+            "default gap, and repulsion of smoothed particles"
+        ),
+    ] = None  # type: ignore[assignment]  # which follows from the method
+
+    def filled_for(self, method: MethodChoice) -> Self:
+        """With the particles, the contact and the viscosity of a method.
+
+        Monaghan's linear viscosity of 1 resists shear as matter with a viscosity of rho c h / 10 does: at 1 mm by 120
+        MPa at the 2.5e4 1/s of a band of four spacings, a quarter of what the plate can bear. Particles have that of a
+        grid.
+        """
+        smoothed = is_smoothed(method)
+        chosen = replace(
+            self,
+            particles_per_cell=self.particles_per_cell or (1 if smoothed else 2),
+            contact=self.contact or ("repulsion" if smoothed else "gap"),
+        )
+        return chosen.filled()
+
+
+@dataclass(frozen=True, kw_only=True)
+class CoupledMethod(MethodChoice):
+    """The choice of a method where elements may surround the particles."""
+
+    method: Annotated[
+        Literal["mpm", "sph", "sph-fem"],
+        Described(
+            "material points on a grid (mpm), smoothed particles (sph), or these in the projectile and the centre of "
+            "the plate, coupled to hexahedra in the rest of it (sph-fem); the latter two in three dimensions",
+            neutral=True,
+        ),
+    ] = "mpm"
+
+
+@dataclass(frozen=True)
+class PluggingSetting(ImpactSetting):
+    """The plugging of a plate as its observer needs to know it."""
+
+    gap: float  # m
+
+
+@dataclass(frozen=True, kw_only=True)
+class Plugging(SetUp):
+    """Parameters of the plugging of a plate."""
 
     speed: Annotated[MetrePerSecond, Described("impact speed, normal to the plate", 1.0, 2000.0)]
     projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-4, 1.0)] = 20e-3
@@ -125,341 +200,244 @@ class PluggingShot:
             1.0,
         ),
     ] = 0.0
+    fracture: PluggingFracture
+    numerics: PluggingNumerics
+    method: CoupledMethod
 
+    @property
+    def cell(self) -> float:
+        """Size of a cell, m."""
+        return self.projectile_diameter / self.cells_per_diameter
 
-@dataclass(frozen=True, kw_only=True)
-class Plugging(ByCoupledMethod, Numerics, Fracture, PluggingShot):
-    """Parameters of the plugging of a plate."""
+    @property
+    def step(self) -> float:
+        """Distance of two particles, m."""
+        return self.cell / self.numerics.choices.particles_per_cell
 
-    # Splines feel the other body two cells early: docs/recipe.md.
-    shape: Annotated[str, Choice(shapes), Described("shape functions", acts=is_on_grid)] = "gimp"
-    particles_per_cell: Annotated[
-        int | None, Described("particles per cell along each direction; by default 2, 1 of smoothed ones", 1, 6)
-    ] = None
-    contact: Annotated[
-        Literal[ContactName, "repulsion"] | None,
-        Described(
-            "bodies share one velocity field, or have separate fields with contact on the nodes: where their "
-            "surfaces meet (gap), where they approach (bardenhagen), by the criterion printed in the thesis (thesis); "
-            "smoothed particles of different bodies repel each other (repulsion), or meet in their sums (none); by "
-            "default gap, and repulsion of smoothed particles"
-        ),
-    ] = None  # type: ignore[assignment]  # which follows from the method
-    failure: Annotated[str, Choice(failures), Described("failure model of what has constants for it")] = (
-        "modified-johnson-cook"
-    )
+    @property
+    def radius(self) -> float:
+        """Radius of the plate, m."""
+        return self.plate_radius or RADIUS * self.projectile_diameter
 
+    @property
+    def length_of_nose(self) -> float:
+        """Length of the nose, m; 0 of a blunt one."""
+        if self.nose == "conical":
+            return self.nose_length or CONE * self.projectile_diameter
+        return 0.5 * self.projectile_diameter if self.nose == "hemispherical" else 0.0
 
-@dataclass(frozen=True)
-class PluggingSetting(ImpactSetting):
-    """The plugging of a plate as its observer needs to know it."""
+    @property
+    def end(self) -> float:
+        """End of the run, s."""
+        return self.end_time or (self.gap + FLIGHT * self.plate_thickness) / self.speed
 
-    gap: float  # m
-
-
-def solids(parameters: Plugging) -> tuple[BodyShape, BodyShape]:
-    """Projectile and plate."""
-    radius = 0.5 * parameters.projectile_diameter
-    projectile = BodyShape(
-        role="projectile",
-        begin=-parameters.gap - parameters.projectile_length,
-        end=-parameters.gap,
-        breadth=radius,
-        is_round=True,
-        nose=parameters.nose,
-        nose_length=_nose_length(parameters),
-        speed=parameters.speed,
-    )
-    plate = BodyShape(
-        role="target",
-        begin=0.0,
-        end=parameters.plate_thickness,
-        breadth=_plate_radius(parameters),
-        is_round=parameters.geometry == "axisymmetric",
-        nose="blunt",
-        nose_length=0.0,
-        speed=0.0,
-    )
-    return projectile, plate
-
-
-def _nose_length(parameters: Plugging) -> float:
-    if parameters.nose == "conical":
-        return parameters.nose_length or CONE * parameters.projectile_diameter
-    return 0.5 * parameters.projectile_diameter if parameters.nose == "hemispherical" else 0.0
-
-
-def _plate_radius(parameters: Plugging) -> float:
-    return parameters.plate_radius or RADIUS * parameters.projectile_diameter
-
-
-def _cell(parameters: Plugging) -> float:
-    return parameters.projectile_diameter / parameters.cells_per_diameter
-
-
-def _end_time(parameters: Plugging) -> float:
-    flight = parameters.gap + FLIGHT * parameters.plate_thickness
-    return parameters.end_time or flight / parameters.speed
-
-
-def _with_method(parameters: Plugging) -> Plugging:
-    """The parameters with the particles, the contact and the viscosity of their method.
-
-    Monaghan's linear viscosity of 1 resists shear as matter with a viscosity of rho c h / 10 does: at 1 mm by 120 MPa
-    at the 2.5e4 1/s of a band of four spacings, a quarter of what the plate can bear. Particles have that of a grid.
-    """
-    smoothed = is_smoothed(parameters)
-    made = replace(
-        parameters,
-        particles_per_cell=parameters.particles_per_cell or (1 if smoothed else 2),
-        contact=parameters.contact or ("repulsion" if smoothed else "gap"),
-    )
-    return filled_from(made, RECIPES[parameters.recipe]) if smoothed else made
-
-
-def _fill(parameters: Plugging) -> Plugging:
-    return replace(
-        filled_numerics(_with_method(parameters)),
-        plate_radius=round_quantity(_plate_radius(parameters)),
-        end_time=round_quantity(_end_time(parameters)),
-        nose_length=round_quantity(_nose_length(parameters))
-        if parameters.nose == "conical"
-        else parameters.nose_length,
-    )
-
-
-def _check(parameters: Plugging, materials: Materials) -> list[Finding]:
-    return [
-        *check_method(parameters, ("repulsion", "none")),
-        *_check_shape(parameters),
-        *check_numerics(parameters),
-        *check_failure(parameters, materials),
-        *check_eos("hugoniot", materials),
-        *check_constants(materials),
-        *check_boiling(parameters, materials),
-    ]
-
-
-def _check_shape(parameters: Plugging) -> list[Finding]:
-    """A nose fits on its projectile, and the plate is wider than that and no thinner than two cells."""
-    findings = []
-    length, diameter = parameters.projectile_length, parameters.projectile_diameter
-    if parameters.nose != "conical" and parameters.nose_length is not None:
-        value, limit = f"{parameters.nose_length:g} m", f"no length of a {parameters.nose} nose"
-        findings.append(Finding("nose_length", value, limit, "leave it out"))
-    if length < _nose_length(parameters):
-        limit = f"at least the length of the nose, {_nose_length(parameters):g} m"
-        findings.append(Finding("projectile_length", f"{length:g} m", limit, "lengthen the projectile"))
-    radius = _plate_radius(parameters)
-    narrowest, limit = diameter, f"at least the projectile's diameter, {diameter:g} m"
-    if is_coupled(parameters):
-        narrowest = SQUARE * diameter + (EVEN + 1) * _square(parameters)["step"]
-        limit = f"at least {narrowest:g} m, the particles and {EVEN + 1} elements"
-    if radius < narrowest:
-        findings.append(Finding("plate_radius", f"{radius:g} m", limit, "enlarge the plate"))
-    if parameters.contact == "repulsion" and not is_smoothed(parameters):
-        limit = "none, bardenhagen, thesis or gap, the contacts of material points"
-        findings.append(Finding("contact", "repulsion", limit, "take another contact"))
-    reach = REPULSION * _cell(parameters) / particles_per_cell(parameters)
-    if parameters.contact == "repulsion" and parameters.gap < reach * (1.0 - 1e-9):
-        limit = f"at least {reach:g} m, {REPULSION:g} spacings of particles that repel each other"
-        cure = "enlarge the gap, raise the resolution (cells per diameter), or set contact to none"
-        findings.append(Finding("gap", f"{parameters.gap:g} m", limit, cure))
-    thickness, least = parameters.plate_thickness, 2.0 * _cell(parameters)
-    if thickness < least:
-        cure = "raise the resolution (cells per diameter)"
-        findings.append(Finding("plate_thickness", f"{thickness:g} m", f"at least two cells, {least:g} m", cure))
-    return findings
-
-
-def _build(parameters: Plugging, materials: Materials) -> Setting:
-    from solver.problem import Problem
-
-    geometry, faces = _grid(parameters)
-    projectile, plate = solids(parameters)
-    flying = _filled(projectile, parameters, materials[projectile.role], geometry)
-    target = materials[plate.role]
-    if is_coupled(parameters):
-        elements, particles = coupled_plate(
-            plate.role,
-            _matter(parameters, target),
-            density=target.density,
-            begin=plate.begin,
-            end=plate.end,
-            **_square(parameters),
+    @property
+    def solids(self) -> tuple[BodyShape, BodyShape]:
+        """Projectile and plate."""
+        projectile = BodyShape(
+            role="projectile",
+            begin=-self.gap - self.projectile_length,
+            end=-self.gap,
+            breadth=0.5 * self.projectile_diameter,
+            is_round=True,
+            nose=self.nose,
+            nose_length=self.length_of_nose,
+            speed=self.speed,
         )
-        bodies: tuple[Body, ...] = (elements, flying, particles)
-    else:
-        bodies = (flying, _filled(plate, parameters, target, geometry))
-    return PluggingSetting(
-        problem=Problem(
-            geometry=geometry,
-            bodies=bodies,
-            faces=faces,
-            clamp=_clamp(parameters),
-            end_time=_end_time(parameters),
-            **_numerics(parameters),
-        ),
-        sector=SECTORS[parameters.geometry],
-        target="target",
-        projectile_diameter=parameters.projectile_diameter,
-        thickness=parameters.plate_thickness,
-        radius=_plate_radius(parameters),
-        speed=parameters.speed,
-        gap=parameters.gap,
-    )
+        plate = BodyShape(
+            role="target",
+            begin=0.0,
+            end=self.plate_thickness,
+            breadth=self.radius,
+            is_round=self.geometry == "axisymmetric",
+            nose="blunt",
+            nose_length=0.0,
+            speed=0.0,
+        )
+        return projectile, plate
 
+    def filled(self) -> Self:
+        return replace(
+            self,
+            plate_radius=round_quantity(self.radius),
+            end_time=round_quantity(self.end),
+            nose_length=round_quantity(self.length_of_nose) if self.nose == "conical" else self.nose_length,
+            numerics=self.numerics.filled_for(self.method),
+        )
 
-def _numerics(parameters: Plugging) -> dict[str, Any]:
-    """The numerics of the problem; elements beside particles have the viscosity of the recipe, that of a grid."""
-    from solver.problem import ArtificialViscosity
+    def check(self, materials: Materials) -> list[Finding]:
+        return [
+            *check_method(self, ("repulsion", "none")),
+            *self._check_shape(),
+            *self.numerics.check(self.end_time, self.method),
+            *self.fracture.check(materials),
+            *check_eos(HUGONIOT, materials),
+            *check_constants(materials),
+            *check_boiling(self.numerics.choices.tension, self.thermal_softening, materials),
+        ]
 
-    recipe = RECIPES[parameters.recipe]
-    viscosity = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)
-    return numerics(parameters) | ({"viscosity": viscosity} if is_coupled(parameters) else {})
+    def _check_shape(self) -> Iterator[Finding]:
+        """A nose fits on its projectile, and the plate is wider than that and no thinner than two cells."""
+        length, diameter, nose = self.projectile_length, self.projectile_diameter, self.length_of_nose
+        if self.nose != "conical" and self.nose_length is not None:
+            limit = f"no length of a {self.nose} nose"
+            yield Finding("nose_length", f"{self.nose_length:g} m", limit, "leave it out")
+        if length < nose:
+            limit = f"at least the length of the nose, {nose:g} m"
+            yield Finding("projectile_length", f"{length:g} m", limit, "lengthen the projectile")
+        narrowest, limit = diameter, f"at least the projectile's diameter, {diameter:g} m"
+        if is_coupled(self.method):
+            narrowest = SQUARE * diameter + (EVEN + 1) * self.step
+            limit = f"at least {narrowest:g} m, the particles and {EVEN + 1} elements"
+        if self.radius < narrowest:
+            yield Finding("plate_radius", f"{self.radius:g} m", limit, "enlarge the plate")
+        repels = self.numerics.contact == "repulsion"
+        if repels and not is_smoothed(self.method):
+            limit = "none, bardenhagen, thesis or gap, the contacts of material points"
+            yield Finding("contact", "repulsion", limit, "take another contact")
+        reach = REPULSION * self.step
+        if repels and self.gap < reach * (1.0 - 1e-9):
+            limit = f"at least {reach:g} m, {REPULSION:g} spacings of particles that repel each other"
+            cure = "enlarge the gap, raise the resolution (cells per diameter), or set contact to none"
+            yield Finding("gap", f"{self.gap:g} m", limit, cure)
+        least = 2.0 * self.cell
+        if self.plate_thickness < least:
+            limit, cure = f"at least two cells, {least:g} m", "raise the resolution (cells per diameter)"
+            yield Finding("plate_thickness", f"{self.plate_thickness:g} m", limit, cure)
 
+    def build(self, materials: Materials) -> Setting:
+        from solver.problem import ArtificialViscosity, Problem
 
-def _square(parameters: Plugging) -> dict[str, float]:
-    """Half widths of the particles of a coupled plate and of the plate, and their spacing, m."""
-    return {
-        "square": SQUARE * parameters.projectile_diameter,
-        "width": _plate_radius(parameters),
-        "step": _cell(parameters) / particles_per_cell(parameters),
-    }
+        geometry, faces = self._grid()
+        projectile, plate = self.solids
+        flying, target = self._body(projectile, materials["projectile"], geometry), materials["target"]
+        numerics = self.numerics.arguments(self.method)
+        if is_coupled(self.method):
+            elements, particles = coupled_plate(
+                plate.role,
+                self._matter(target),
+                density=target.density,
+                begin=plate.begin,
+                end=plate.end,
+                **self._square(),
+            )
+            bodies: tuple[Body, ...] = (elements, flying, particles)
+            # Elements beside particles have the viscosity of the recipe, that of a grid.
+            recipe = RECIPES[self.numerics.recipe]
+            numerics["viscosity"] = ArtificialViscosity(recipe.viscosity_linear, recipe.viscosity_quadratic)
+        else:
+            bodies = (flying, self._body(plate, target, geometry))
+        return PluggingSetting(
+            problem=Problem(
+                geometry=geometry,
+                bodies=bodies,
+                faces=faces,
+                clamp=slab_clamp(self.geometry, self.plate_thickness, self.cell),
+                end_time=self.end,
+                **numerics,
+            ),
+            sector=SECTORS[self.geometry],
+            target="target",
+            projectile_diameter=self.projectile_diameter,
+            thickness=self.plate_thickness,
+            radius=self.radius,
+            speed=self.speed,
+            gap=self.gap,
+        )
 
+    def _square(self) -> dict[str, float]:
+        """Half widths of the particles of a coupled plate and of the plate, and their spacing, m."""
+        return {"square": SQUARE * self.projectile_diameter, "width": self.radius, "step": self.step}
 
-def _grid(parameters: Plugging) -> tuple[Any, tuple[Any, ...]]:
-    from solver.problem import Face
+    def _grid(self) -> tuple[Any, tuple[Any, ...]]:
+        from solver.problem import Face
 
-    cell, (projectile, plate) = _cell(parameters), solids(parameters)
-    before = math.ceil(-projectile.begin / cell + AROUND)
-    flown = FASTEST * parameters.speed * _end_time(parameters) - parameters.gap
-    behind = math.ceil((plate.end + max(flown, plate.end)) / cell + AROUND)
-    return mesh(
-        parameters.geometry,
-        across=math.ceil(plate.breadth / cell - 1e-9),
-        along=before + behind,
-        front=-(before + parameters.offset) * cell,
-        cell=cell,
-        side=(Face.SYMMETRIC, Face.FIXED),
-        flight=(Face.FREE, Face.FREE),
-    )
+        projectile, plate = self.solids
+        before = math.ceil(-projectile.begin / self.cell + AROUND)
+        flown = FASTEST * self.speed * self.end - self.gap
+        behind = math.ceil((plate.end + max(flown, plate.end)) / self.cell + AROUND)
+        return mesh(
+            self.geometry,
+            across=math.ceil(plate.breadth / self.cell - 1e-9),
+            along=before + behind,
+            front=-(before + self.offset) * self.cell,
+            cell=self.cell,
+            side=(Face.SYMMETRIC, Face.FIXED),
+            flight=(Face.FREE, Face.FREE),
+        )
 
+    def _body(self, solid: BodyShape, material: "Material", geometry: Any) -> "Body":
+        """A solid filled with the particles of the material point method."""
+        where = lattice(self.geometry, breadth=solid.breadth, begin=solid.begin, end=solid.end, step=self.step)
+        if solid.is_round:
+            where = where.where(where.radius < solid.radius(where.along))
+        return body(
+            solid.role,
+            self._matter(material),
+            geometry,
+            where,
+            velocity=along_flight(self.geometry, solid.speed),
+            density=material.density,
+            volume=solid.volume * SECTORS[self.geometry] / (2.0 * math.pi),
+        )
 
-def _clamp(parameters: Plugging) -> Any:
-    """The rim of the plate, and the cell on either side that its particles reach."""
-    import numpy as np
+    def _matter(self, material: "Material") -> Any:
+        return matter(
+            material,
+            thermal_softening=self.thermal_softening,
+            tension=self.numerics.choices.tension,
+            failure=self.fracture.of(material),
+        )
 
-    from solver.problem import clamp
+    def size(self, materials: Materials) -> Size:
+        if self.geometry == "axisymmetric":
+            particles = sum(solid.breadth * (solid.end - solid.begin) for solid in self.solids) / self.step**2
+        elif is_coupled(self.method):
+            particles = self.solids[0].volume / 4.0 / self.step**3
+            particles += plate_size(thickness=self.plate_thickness, **self._square())
+        else:
+            particles = sum(solid.volume for solid in self.solids) / 4.0 / self.step**3
+        sound = max(elastic_speed(material) for material in materials.values())
+        step = self.numerics.mean_step(self.cell, sound=sound, speed=self.speed)
+        return Size(particles=round(particles), steps=math.ceil(self.end / step))
 
-    reach = (1.0 + 1e-6) * _cell(parameters)
-    lower, upper = np.full(3, -np.inf), np.full(3, np.inf)
-    axis = 1 if parameters.geometry == "axisymmetric" else 2
-    lower[axis], upper[axis] = -reach, parameters.plate_thickness + reach
-    return clamp(lower=lower, upper=upper)
+    def cells(self) -> dict[str, float]:
+        return {"cells_per_diameter": self.cells_per_diameter, "cells_per_thickness": self.plate_thickness / self.cell}
 
+    def rate(self, setting: Setting) -> ObservationRate:
+        interval = OBSERVED * self.cell / self.speed
+        return ObservationRate(interval=max(interval, setting.problem.end_time / MOST_OBSERVED))
 
-def _filled(solid: BodyShape, parameters: Plugging, material: "Material", geometry: Any) -> "Body":
-    """A solid filled with the particles of the material point method."""
-    import numpy as np
+    @staticmethod
+    def view(setting: Any, snapshot: Any) -> Any:
+        from studies.measurements.plug import view
 
-    step = _cell(parameters) / particles_per_cell(parameters)
-    across, wide = line(0.0, solid.breadth, step)
-    along, high = line(solid.begin, solid.end, step)
-    flat = parameters.geometry == "axisymmetric"
-    position = points(across, along, np.zeros(1)) if flat else points(across, across, along)
-    axis = 1 if flat else 2
-    if solid.is_round:
-        radius = np.sqrt((position[:, :axis] ** 2).sum(axis=1))
-        position = position[radius < solid.radius(position[:, axis])]
-    velocity = np.zeros(3)
-    velocity[axis] = solid.speed
-    part = 1.0 if flat else SECTORS[parameters.geometry]
-    return body(
-        solid.role,
-        _matter(parameters, material),
-        geometry,
-        position=position,
-        spacing=(wide, high, 0.0) if flat else (wide, wide, high),
-        velocity=velocity,
-        density=material.density,
-        volume=solid.volume * part / (2.0 * math.pi),
-    )
+        return view(setting, snapshot)
 
+    def sections(self, setting: Any) -> "SectionOptions":
+        from studies.films.section import SectionOptions
 
-def _matter(parameters: Plugging, material: "Material") -> Any:
-    return matter(
-        material,
-        thermal_softening=parameters.thermal_softening,
-        tension=recipe_of(parameters).tension,
-        failure=failure_of(parameters, material),
-    )
+        moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
+        return SectionOptions(moments=moments, reach=REACH * self.projectile_diameter)
 
-
-def _size(parameters: Plugging, materials: Materials) -> Size:
-    parameters = _fill(parameters)
-    lattice = _cell(parameters) / particles_per_cell(parameters)
-    if parameters.geometry == "axisymmetric":
-        areas = (solid.breadth * (solid.end - solid.begin) for solid in solids(parameters))
-        particles = sum(areas) / lattice**2
-    elif is_coupled(parameters):
-        particles = solids(parameters)[0].volume / 4.0 / lattice**3
-        particles += plate_size(thickness=parameters.plate_thickness, **_square(parameters))
-    else:
-        particles = sum(solid.volume for solid in solids(parameters)) / 4.0 / lattice**3
-    sound = max(_elastic(material) for material in materials.values())
-    step = mean_step(parameters, _cell(parameters), sound=sound, speed=parameters.speed)
-    return Size(particles=round(particles), steps=math.ceil(_end_time(parameters) / step))
-
-
-def _elastic(material: "Material") -> float:
-    """Speed of longitudinal waves, m/s."""
-    stiffness = material.elastic.bulk_modulus + 4.0 / 3.0 * material.elastic.shear_modulus
-    return math.sqrt(stiffness / material.density)
-
-
-def _cells(parameters: Plugging) -> dict[str, float]:
-    return {
-        "cells_per_diameter": parameters.cells_per_diameter,
-        "cells_per_thickness": parameters.plate_thickness / _cell(parameters),
-    }
-
-
-def _rate(parameters: Any, setting: Setting) -> ObservationRate:
-    interval = OBSERVED * _cell(parameters) / parameters.speed
-    return ObservationRate(interval=max(interval, setting.problem.end_time / MOST_OBSERVED))
-
-
-def _view(setting: Any, snapshot: Any) -> Any:
-    from studies.measurements._plug import view
-
-    return view(setting, snapshot)
-
-
-def _sections(parameters: Plugging, setting: Any) -> "SectionOptions":
-    from studies.films.section import SectionOptions
-
-    moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)
-    return SectionOptions(moments=moments, reach=REACH * parameters.projectile_diameter)
-
-
-def _outline(values: Mapping[str, Any]) -> Outline | None:
-    """Projectile and plate at the start; the nose is drawn blunt."""
-    diameter, length = values.get("projectile_diameter"), values.get("projectile_length")
-    thickness, rim = values.get("plate_thickness"), values.get("plate_radius")
-    if not diameter or not length or not thickness or not rim:
-        return None
-    half, gap = 0.5 * diameter, values.get("gap") or 0.0
-    projectile = Shape("projectile", -half, half, -length - gap, -gap, heading=(0.0, 1.0))
-    return Outline(
-        (projectile, Shape("target", -rim, rim, 0.0, thickness)),
-        (
-            Dimension("projectile_diameter", (-half, -length - gap), (half, -length - gap)),
-            Dimension("projectile_length", (half, -length - gap), (half, -gap)),
-            Dimension("plate_thickness", (rim, 0.0), (rim, thickness)),
-            Dimension("plate_radius", (0.0, thickness), (rim, thickness)),
-        ),
-    )
+    @staticmethod
+    def outline(values: Mapping[str, Any]) -> Outline | None:
+        """Projectile and plate at the start; the nose is drawn blunt."""
+        diameter, length = values.get("projectile_diameter"), values.get("projectile_length")
+        thickness, rim = values.get("plate_thickness"), values.get("plate_radius")
+        if not diameter or not length or not thickness or not rim:
+            return None
+        half, gap = 0.5 * diameter, values.get("gap") or 0.0
+        projectile = Shape("projectile", -half, half, -length - gap, -gap, heading=(0.0, 1.0))
+        return Outline(
+            (projectile, Shape("target", -rim, rim, 0.0, thickness)),
+            (
+                Dimension("projectile_diameter", (-half, -length - gap), (half, -length - gap)),
+                Dimension("projectile_length", (half, -length - gap), (half, -gap)),
+                Dimension("plate_thickness", (rim, 0.0), (rim, thickness)),
+                Dimension("plate_radius", (0.0, thickness), (rim, thickness)),
+            ),
+        )
 
 
 SCENARIO = Scenario(
@@ -481,18 +459,6 @@ SCENARIO = Scenario(
         "first_contact",
         "plug_separation",
     ),
-    settles=(),
-    fill=_fill,
-    check=_check,
-    build=_build,
-    estimate=_size,
-    cells=_cells,
-    observer=ObserverOptions(
-        rate=_rate,
-        view=_view,
-        sections=_sections,
-        least_cells={"cells_per_thickness": 8.0},
-        fewest_cells={"cells_per_thickness": 4.0},
-    ),
-    outline=_outline,
+    least_cells={"cells_per_thickness": 8.0},
+    fewest_cells={"cells_per_thickness": 4.0},
 )

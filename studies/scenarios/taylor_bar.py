@@ -1,19 +1,25 @@
 """A metal bar flattens against a rigid wall: Taylor (1948), Ma (2005), section 2.3.2."""
 
 from dataclasses import dataclass, replace
-from functools import partial
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
-from studies.scenarios import Materials, ObservationRate, ObserverOptions, Scenario, Setting, Size
-from studies.scenarios import _bar as bars
-from studies.scenarios._bar import AtWall, Bar, Extent
-from studies.scenarios._loading import filled_loading
-from studies.scenarios._matter import HUGONIOT, check_boiling, check_constants, check_eos, eos_forms, matter
-from studies.scenarios._numerics import check_numerics, filled_numerics, has_melting, recipe_of
-from studies.values.errors import Finding
-from studies.values.parameters import Choice, MaterialName
-from studies.values.quantities import round_quantity
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice, MaterialName
+from studies.quantities.units import round_quantity
+from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
+from studies.scenarios.parts.bar import Bar, BarSetUp, Extent, Wall
+from studies.scenarios.parts.loading import Loading
+from studies.scenarios.parts.matter import (
+    HUGONIOT,
+    check_boiling,
+    check_constants,
+    check_eos,
+    elastic_speed,
+    eos_forms,
+    matter,
+)
+from studies.scenarios.parts.numerics import Numerics, has_melting
 
 if TYPE_CHECKING:
     from studies.materials import Material
@@ -26,9 +32,13 @@ SPREAD = 3.0  # radius of the grid over that of the bar: copper at 190 m/s widen
 
 
 @dataclass(frozen=True, kw_only=True)
-class _TaylorBarShot(AtWall):
-    """The bar and its flight."""
+class TaylorBar(BarSetUp):
+    """Parameters of a Taylor bar."""
 
+    # A bar is cheap, and its verification is that of three (docs/recipe.md).
+    keeps_particles = True
+
+    wall: Wall
     bar: Annotated[MaterialName, Described("material of the bar")] = "copper-thesis-taylor"
     speed: Annotated[
         MetrePerSecond,
@@ -60,86 +70,65 @@ class _TaylorBarShot(AtWall):
     reference_width: Annotated[Metre | None, Described("width at a fifth of the length to compare with", 1e-5, 1.0)] = (
         None
     )
+    loading: Loading
+    numerics: Numerics
 
+    def filled(self) -> Self:
+        return replace(
+            self,
+            end_time=round_quantity(self.end_time or END_PER_LENGTH * self.bar_length),
+            loading=self.loading.filled(),
+            numerics=self.numerics.filled(),
+        )
 
-@dataclass(frozen=True, kw_only=True)
-class TaylorBar(Bar, _TaylorBarShot):
-    """Parameters of a Taylor bar."""
+    def check(self, materials: Materials) -> list[Finding]:
+        material = materials["bar"]
+        return [
+            *self.numerics.check(self.end_time),
+            *check_constants(materials),
+            *check_eos(self.eos_form, materials),
+            *check_boiling(self.numerics.choices.tension, self.thermal_softening, materials),
+            *self.at_wall(material).check(density=material.density, sound=elastic_speed(material)),
+        ]
 
-    # A bar is cheap, and its verification is that of three (docs/recipe.md).
-    keeps_particles = True
+    def at_wall(self, material: "Material") -> Bar:
+        """The bar of a material at the wall."""
+        assert self.end_time is not None
+        impedance = material.density * elastic_speed(material)
+        fastest = self.speed + self.loading.added_speed(impedance=impedance, time=self.end_time)
+        cell = self.bar_diameter / self.cells_per_diameter
+        extent = Extent(
+            length=self.bar_length,
+            diameter=self.bar_diameter,
+            speed=self.speed,
+            fastest=fastest,
+            cell=cell,
+            height=self.bar_length + (fastest - self.speed) * self.end_time + 2.0 * cell,
+            radius=0.5 * SPREAD * self.bar_diameter,
+            end_time=self.end_time,
+        )
+        return Bar(extent=extent, wall=self.wall, loading=self.loading, numerics=self.numerics)
 
+    def build(self, materials: Materials) -> Setting:
+        material = materials["bar"]
+        made = matter(
+            material,
+            eos_form=self.eos_form,
+            thermal_softening=self.thermal_softening,
+            tension=self.numerics.choices.tension,
+        )
+        references = (self.reference_length, self.reference_diameter, self.reference_width)
+        return self.at_wall(material).build(made, material.density, references)
 
-def _end_time(parameters: TaylorBar) -> float:
-    return parameters.end_time or END_PER_LENGTH * parameters.bar_length
+    def size(self, materials: Materials) -> Size:
+        return self.at_wall(materials["bar"]).size(elastic_speed(materials["bar"]))
 
+    def cells(self) -> dict[str, float]:
+        return {"cells_per_diameter": self.cells_per_diameter}
 
-def _cell(parameters: TaylorBar) -> float:
-    return parameters.bar_diameter / parameters.cells_per_diameter
-
-
-def _extent(parameters: TaylorBar, material: "Material") -> Extent:
-    end_time = _end_time(parameters)
-    impedance = material.density * _sound_speed(material)
-    fastest = bars.fastest(parameters, impedance=impedance, time=end_time)
-    flight = (fastest - parameters.speed) * end_time
-    return Extent(
-        length=parameters.bar_length,
-        diameter=parameters.bar_diameter,
-        speed=parameters.speed,
-        fastest=fastest,
-        cell=_cell(parameters),
-        height=parameters.bar_length + flight + 2.0 * _cell(parameters),
-        radius=0.5 * SPREAD * parameters.bar_diameter,
-        end_time=end_time,
-    )
-
-
-def _sound_speed(material: "Material") -> float:
-    elastic = material.elastic
-    return bars.longitudinal_speed(elastic.bulk_modulus, elastic.shear_modulus, material.density)
-
-
-def _fill(parameters: TaylorBar) -> TaylorBar:
-    filled = filled_loading(filled_numerics(parameters))
-    return replace(filled, end_time=round_quantity(_end_time(parameters)))
-
-
-def _check(parameters: TaylorBar, materials: Materials) -> list[Finding]:
-    findings = (
-        check_numerics(parameters)
-        + check_constants(materials)
-        + check_eos(parameters.eos_form, materials)
-        + check_boiling(parameters, materials)
-    )
-    material = materials["bar"]
-    return findings + bars.check_bar(
-        parameters, _extent(parameters, material), density=material.density, sound=_sound_speed(material)
-    )
-
-
-def _build(parameters: TaylorBar, materials: Materials) -> Setting:
-    material = materials["bar"]
-    tension = recipe_of(parameters).tension
-    made = matter(
-        material, eos_form=parameters.eos_form, thermal_softening=parameters.thermal_softening, tension=tension
-    )
-    references = (parameters.reference_length, parameters.reference_diameter, parameters.reference_width)
-    extent = _extent(parameters, material)
-    return bars.assemble(parameters, extent, made, material.density, references)
-
-
-def _size(parameters: TaylorBar, materials: Materials) -> Size:
-    material = materials["bar"]
-    return bars.size(parameters, _extent(parameters, material), _sound_speed(material))
-
-
-def _cells(parameters: TaylorBar) -> dict[str, float]:
-    return {"cells_per_diameter": parameters.cells_per_diameter}
-
-
-def _rate(parameters: Any, setting: Setting) -> ObservationRate:
-    return ObservationRate.settling(parameters, WINDOW * _end_time(parameters))
+    def rate(self, setting: Setting) -> ObservationRate:
+        window = WINDOW * setting.problem.end_time
+        return ObservationRate.settling(window, growth=self.settled_growth, stop=self.stop)
 
 
 SCENARIO = Scenario(
@@ -152,11 +141,4 @@ SCENARIO = Scenario(
     measurements=("final_length", "mushroom_diameter", "width_at_fifth", "taylor_error"),
     unused=("contact", "friction"),  # of one body
     settles=("final_length", "mushroom_diameter"),
-    fill=_fill,
-    check=_check,
-    build=_build,
-    estimate=_size,
-    cells=_cells,
-    observer=ObserverOptions(rate=_rate, view=bars.view),
-    outline=partial(bars.outline, length="bar_length", diameter="bar_diameter"),
 )

@@ -1,16 +1,18 @@
 """A projectile craters a thick block: Ma (2005), section 3.2."""
 
-from dataclasses import dataclass
-from functools import partial
-from typing import Annotated, ClassVar
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Annotated, Any, Self
 
 from solver.units import Described, Metre
-from studies.scenarios import Materials, Scenario, Setting, Size
-from studies.scenarios._impact import assemble, check_shot, outline, size, spacing
-from studies.scenarios._impact_observer import IMPACT
-from studies.scenarios._oblique import Oblique, check_oblique
-from studies.scenarios._settling import SettlingImpact, check_window, filled_settling
-from studies.values.errors import Finding
+from studies.quantities.findings import Finding
+from studies.quantities.units import round_quantity
+from studies.scenarios import Materials, Scenario
+from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, SettlingImpact, outline
+from studies.scenarios.parts.matter import Fracture
+from studies.scenarios.parts.numerics import Numerics
+from studies.scenarios.parts.outline import Outline
+from studies.scenarios.parts.shot import Angles, ImpactShot, Settling
 
 # Semi-infinite means three crater depths (attached spall below t = 3 p: Gehring, in Cour-Palais 1987); a copper crater
 # at 7 km/s is 3.5 diameters deep and three wide on each side. A fixed rim and a free back make a crater at 6 km/s 2 %
@@ -28,11 +30,14 @@ CAP_PER_DIAMETER = 15e-3  # s/m
 
 
 @dataclass(frozen=True, kw_only=True)
-class ThickPlate(Oblique, SettlingImpact):
+class ThickPlate(SettlingImpact):
     """Parameters of a crater."""
 
-    cap_per_diameter: ClassVar[float] = CAP_PER_DIAMETER
-
+    shot: ImpactShot
+    fracture: Fracture
+    numerics: Numerics
+    settling: Settling
+    angles: Angles
     target_depth: Annotated[Metre | None, Described("thickness of the block; by default 11 diameters", 1e-5, 10.0)] = (
         None
     )
@@ -41,44 +46,39 @@ class ThickPlate(Oblique, SettlingImpact):
         Described("radius of a round block, half the width of a square one; by default 10 diameters", 1e-5, 10.0),
     ] = None
 
+    @property
+    def impact(self) -> Impact:
+        assert self.target_depth is not None
+        assert self.target_radius is not None
+        records = self.shot, self.fracture, self.numerics, self.angles
+        return Impact(*records, thickness=self.target_depth, radius=self.target_radius, deep=True)
 
-def _depth(parameters: ThickPlate) -> float:
-    return parameters.target_depth or DEPTH * parameters.projectile_diameter
+    def filled(self) -> Self:
+        diameter = self.shot.projectile_diameter
+        return replace(
+            self,
+            shot=self.shot.filled(self.numerics, end_time=CAP_PER_DIAMETER * diameter),
+            numerics=self.numerics.filled(few=self.shot.geometry != "axisymmetric"),
+            settling=self.settling.filled(diameter),
+            target_depth=round_quantity(self.target_depth or DEPTH * diameter),
+            target_radius=round_quantity(self.target_radius or RADIUS * diameter),
+        )
 
+    def check(self, materials: Materials) -> list[Finding]:
+        diameter = self.shot.projectile_diameter
+        findings = [*self.impact.check(materials), *self.settling.check(diameter), *self.angles.check(self.shot)]
+        least, cure = 1.0, "enlarge the block, or use thin_plate"
+        if self.shot.edges == "absorbing":
+            least, cure = LEAST_ABSORBING, "enlarge the block, or choose other edges"
+        for name, value in (("target_depth", self.impact.thickness), ("target_radius", self.impact.radius)):
+            if value < least * diameter:
+                limit = f"at least {least:g} of the projectile's diameter, {least * diameter:g} m"
+                findings.append(Finding(name, f"{value:g} m", limit, cure))
+        return findings
 
-def _radius(parameters: ThickPlate) -> float:
-    return parameters.target_radius or RADIUS * parameters.projectile_diameter
-
-
-def _fill(parameters: ThickPlate) -> ThickPlate:
-    return filled_settling(parameters, target_depth=_depth(parameters), target_radius=_radius(parameters))
-
-
-def _check(parameters: ThickPlate, materials: Materials) -> list[Finding]:
-    findings = [*check_shot(parameters, materials), *check_window(parameters), *check_oblique(parameters)]
-    least, cure = 1.0, "enlarge the block, or use thin_plate"
-    if parameters.edges == "absorbing":
-        least, cure = LEAST_ABSORBING, "enlarge the block, or choose other edges"
-    for name, value in (("target_depth", _depth(parameters)), ("target_radius", _radius(parameters))):
-        if value < least * parameters.projectile_diameter:
-            limit = f"at least {least:g} of the projectile's diameter, {least * parameters.projectile_diameter:g} m"
-            findings.append(Finding(name, f"{value:g} m", limit, cure))
-    return findings
-
-
-def _build(parameters: ThickPlate, materials: Materials) -> Setting:
-    return assemble(parameters, materials, thickness=_depth(parameters), radius=_radius(parameters), deep=True)
-
-
-def _size(parameters: ThickPlate, materials: Materials) -> Size:
-    return size(parameters, thickness=_depth(parameters), radius=_radius(parameters))
-
-
-def _cells(parameters: ThickPlate) -> dict[str, float]:
-    return {
-        "cells_per_diameter": parameters.cells_per_diameter,
-        "cells_per_thickness": _depth(parameters) / spacing(parameters),
-    }
+    @staticmethod
+    def outline(values: Mapping[str, Any]) -> Outline | None:
+        return outline(values, thickness="target_depth", radius="target_radius")
 
 
 SCENARIO = Scenario(
@@ -99,11 +99,6 @@ SCENARIO = Scenario(
         "crater_diameter_mean_root",
     ),
     settles=("crater_depth", "crater_diameter"),
-    fill=_fill,
-    check=_check,
-    build=_build,
-    estimate=_size,
-    cells=_cells,
-    observer=IMPACT,
-    outline=partial(outline, thickness="target_depth", radius="target_radius"),
+    least_cells=LEAST_CELLS,
+    fewest_cells=FEWEST_CELLS,
 )

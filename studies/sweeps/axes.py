@@ -5,11 +5,10 @@ from dataclasses import dataclass
 from decimal import Decimal
 from typing import Any
 
+from studies.quantities.findings import Findings, refusal, unknown_keys
+from studies.quantities.parameters import Parameter, Value, parse_value
+from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
 from studies.sweeps.search import Search
-from studies.values.errors import Finding, Findings, InvalidInput
-from studies.values.nearest import nearest_cure, shown
-from studies.values.parameters import Parameter, Value, parse_value
-from studies.values.quantities import exact_number, parse_quantity, readable, refusal, round_quantity
 
 RANGE_KEYS = ("start", "stop", "step")
 FORMS = "a list of values, or start, stop and step"
@@ -50,19 +49,15 @@ class AxisReader:
 
     def _list(self, parameter: Parameter, raw: Collection[Any], field: str) -> list[Value]:
         self._check_count(len(raw), field)
-        values: list[Value] = []
         findings = Findings()
-        for position, value in enumerate(raw):
-            where = f"{field}[{position}]"
-            try:
-                if value is None:
-                    raise refusal(where, value, parameter.limit(), "give a value")
-                values.append(parse_value(parameter, value, where, materials=self.materials))
-            except InvalidInput as error:
-                findings.extend(error.findings)
-        if findings:
-            raise InvalidInput(findings)
+        values = [findings.attempt(self._value, parameter, value, f"{field}[{at}]") for at, value in enumerate(raw)]
+        findings.check()
         return values
+
+    def _value(self, parameter: Parameter, raw: Any, field: str) -> Value:
+        if raw is None:
+            raise refusal(field, raw, parameter.limit(), "give a value")
+        return parse_value(parameter, raw, field, materials=self.materials)
 
     def _range(self, parameter: Parameter, raw: Mapping[str, Any], field: str) -> list[Value]:
         if parameter.kind not in ("quantity", "integer"):
@@ -109,19 +104,13 @@ def repeated(values: tuple[Any, ...]) -> Iterator[Any]:
 def _bounds(parameter: Parameter, raw: Mapping[str, Any], field: str) -> tuple[Decimal, Decimal, Decimal]:
     """Start, stop and step, exact, in SI; raises InvalidInput with every finding."""
     findings = Findings()
-    for key in raw:
-        if key not in RANGE_KEYS:
-            cure = nearest_cure(key, RANGE_KEYS)
-            findings.append(Finding(f"{field}.{key}", shown(key), FORMS, cure))
-    numbers: dict[str, Decimal] = {}
-    for key in RANGE_KEYS:
-        try:
-            numbers[key] = _bound(parameter, key, raw, field)
-        except InvalidInput as error:
-            findings.extend(error.findings)
-    if findings:
-        raise InvalidInput(findings)
-    return numbers["start"], numbers["stop"], numbers["step"]
+    findings.extend(unknown_keys(raw, RANGE_KEYS, field, FORMS))
+    start, stop, step = (findings.attempt(_bound, parameter, key, raw, field) for key in RANGE_KEYS)
+    findings.check()
+    assert start is not None
+    assert stop is not None
+    assert step is not None
+    return start, stop, step
 
 
 def _bound(parameter: Parameter, key: str, raw: Mapping[str, Any], field: str) -> Decimal:

@@ -3,10 +3,10 @@
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 
+from studies.quantities.findings import InvalidInput
 from studies.runs import run
+from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
-from studies.values.recipes import ACCURACY
 
 MOST_LOOKED_AT = 64  # points of a sweep, at 1 ms each; those of a larger one cost as these do
 
@@ -101,20 +101,14 @@ def sweep_cost(sweep: Sweep) -> SweepCost:
 
 def cost_of(sweep: Sweep) -> Cost:
     """The cost of a sweep, at most; raises InvalidInput where one of its points is refused."""
-    return _of_runs(sweep).plus(OF_SWEEP)
-
-
-def _of_runs(sweep: Sweep) -> Cost:
-    """The cost of its runs."""
     cost = sweep_cost(sweep)
-    return cost.of(cost.priced)
+    return cost.of(cost.priced).plus(OF_SWEEP)
 
 
 def _of_screening(sweep: Sweep) -> Cost:
     """The cost of the runs that screen the models of a sweep."""
-    if sweep.model_part != "screen":
-        return Cost(0, 0.0, 0, 0)
-    runs = [each.run for each in sweep.screening()[1] if each.run is not None]
+    screens = sweep.screening()[1] if sweep.model_part == "screen" else []
+    runs = [each.run for each in screens if each.run is not None]
     estimates = [run.estimate(each) for each in {each.id: each for each in runs}.values()]
     return Cost(
         len(runs),
@@ -137,8 +131,8 @@ def presets_of(sweep: Sweep, most_runs: int) -> Iterator[PresetCost]:
             continue
         try:
             # An offset changes no cost; what screens the models is computed at one.
-            once = _of_runs(replace(resolved, offsets=1, model_part="none"))
-            every = once.times(preset.offsets).plus(_of_screening(resolved)).plus(OF_SWEEP)
+            cost = sweep_cost(replace(resolved, offsets=1, model_part="none"))
+            every = cost.of(cost.priced).times(preset.offsets).plus(_of_screening(resolved)).plus(OF_SWEEP)
             yield replace(PresetCost(*about, every), runs=every.runs)
         except InvalidInput as error:
             yield PresetCost(*about, None, str(error.findings[0].limit))

@@ -17,12 +17,12 @@ from typing import Any
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
 
-Kind = tuple[Any, ...]
+KernelKind = tuple[Any, ...]
 
 
 def kinds_of(runs: Iterable[Run]) -> list[Run]:
     """One run of each kind."""
-    first: dict[Kind, Run] = {}
+    first: dict[KernelKind, Run] = {}
     for run in runs:
         first.setdefault(_kind(run), run)
     return list(first.values())
@@ -49,7 +49,7 @@ def _compile(run: Mapping[str, Any]) -> None:
     simulate(replace(problem, end_time=1e-15))
 
 
-def _kind(run: Run) -> Kind:
+def _kind(run: Run) -> KernelKind:
     """Scenario, choices and laws of the materials: runs that agree in them share their kernels."""
     choices = {
         name: value

@@ -4,11 +4,11 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from studies.quantities.findings import Finding, Findings, refusal, shown, unknown_keys
+from studies.quantities.parameters import Parameter
+from studies.quantities.units import readable, round_quantity
 from studies.sweeps.axes import Axis, AxisReader
-from studies.values.errors import Finding, Findings, InvalidInput
-from studies.values.nearest import nearest_cure, shown
-from studies.values.parameters import Parameter, parse_value
-from studies.values.quantities import readable, refusal, round_quantity
+from studies.sweeps.search import read_end
 
 LATIN, SOBOL = "latin-hypercube", "sobol"
 METHODS = (LATIN, SOBOL)
@@ -54,8 +54,7 @@ def read_sampling(method: str, document: Mapping[str, Any], most_points: int) ->
     if not _is_whole(seed) or not 0 <= seed <= LARGEST_SEED:
         limit = f"a whole number from 0 to {LARGEST_SEED}, so that the same points come again"
         findings.append(Finding("seed", shown(seed), limit, "write seed: 1"))
-    if findings:
-        raise InvalidInput(findings)
+    findings.check()
     return Sampling(method, points, seed)
 
 
@@ -69,23 +68,14 @@ def read_range(parameter: Parameter, name: str, raw: Any, reader: AxisReader, po
         limit = "low and high of a quantity, because the axes are sampled"
         raise refusal(field, raw, limit, f"{EXAMPLE}; what has one value belongs under fixed")
     findings = Findings()
-    for key in raw:
-        if key not in KEYS:
-            cure = nearest_cure(key, KEYS)
-            findings.append(Finding(f"{field}.{key}", shown(key), "low and high", cure))
-    ends: list[float] = []
-    for key in ("low", "high"):
-        try:
-            if raw.get(key) is None:
-                raise refusal(f"{field}.{key}", None, "low and high", EXAMPLE)
-            value = parse_value(parameter, raw[key], f"{field}.{key}")
-            assert isinstance(value, float)
-            ends.append(value)
-        except InvalidInput as error:
-            findings.extend(error.findings)
-    if findings:
-        raise InvalidInput(findings)
-    low, high = ends
+    findings.extend(unknown_keys(raw, KEYS, field, "low and high"))
+    low, high = (
+        findings.attempt(read_end, parameter, raw.get(key), f"{field}.{key}", "low and high", EXAMPLE)
+        for key in ("low", "high")
+    )
+    findings.check()
+    assert low is not None
+    assert high is not None
     if not low < high:
         unit = parameter.unit or "1"
         raise refusal(f"{field}.high", raw["high"], f"more than {readable(low, unit)}", EXAMPLE)

@@ -10,8 +10,8 @@ from dataclasses import dataclass
 
 from studies import materials as shipped
 from studies.materials import Material
+from studies.quantities.findings import InvalidInput
 from studies.runs.run import Run, materials_of, resolve
-from studies.values.errors import InvalidInput
 
 # Relative standard deviation of the strength that sources state for one metal. Yield stress of Al 6061-T6: 276 MPa
 # (pyBLOSSUM), 290 MPa (Steinberg 1996), 324 MPa (Lesuer 2001): 8 %. Flow stress of annealed copper at a plastic strain
@@ -19,7 +19,7 @@ from studies.values.errors import InvalidInput
 # 602 MPa (OpenMPM3D's Taylor bar), 609 MPa (Steinberg 1996): 11 %.
 STRENGTH_DEVIATION = 0.10
 # K of the failure that is switched on, at the material's spall strength: 30 GPa of tension break copper in 5 ns
-# (solver/failure/spall.py).
+# (solver/matter/failure/spall.py).
 FAILURE_TIME = 1e-6  # s
 
 STRONGER, WEAKER, FAILURE, EOS = "stronger", "weaker", "failure", "equation of state"

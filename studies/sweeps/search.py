@@ -17,17 +17,16 @@ from itertools import pairwise
 from typing import Any
 
 from studies import measurements
-from studies.values.errors import Finding, Findings, InvalidInput
-from studies.values.nearest import nearest_cure, shown
-from studies.values.parameters import Parameter, parse_value
-from studies.values.quantities import parse_quantity, readable, refusal, round_quantity
+from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
+from studies.quantities.parameters import Parameter, parse_value
+from studies.quantities.units import parse_quantity, readable, round_quantity
 
 KEYS = ("limit_of", "between", "tolerance")
 EXAMPLE = "write {limit_of: perforated, between: [150 m/s, 250 m/s]}"
 TOLERANCE = 1.0 / 64.0  # of the interval, by default: six halvings
 FINEST = 1e-6  # of the interval: the least tolerance
 
-Outcome = bool | None  # of an ended run; None: it failed, or ended undecided
+LimitOutcome = bool | None  # of an ended run; None: it failed, or ended undecided
 
 
 class SearchVerdict(StrEnum):
@@ -76,7 +75,7 @@ class SearchedLimit:
         return 0.5 * (self.lower + self.upper)
 
 
-def replay(search: Search, outcome_of: Callable[[float], Outcome | str], unit: str) -> SearchedLimit:
+def replay(search: Search, outcome_of: Callable[[float], LimitOutcome | str], unit: str) -> SearchedLimit:
     """A search as its results tell it.
 
     ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``unit`` (SI) is for reasons.
@@ -92,7 +91,7 @@ def replay(search: Search, outcome_of: Callable[[float], Outcome | str], unit: s
             return SearchedLimit(SearchVerdict.UNFINISHED, tuple(sorted(tried)), limit.next)
 
 
-def _limit(search: Search, outcomes: Mapping[float, Outcome | str], unit: str) -> SearchedLimit:
+def _limit(search: Search, outcomes: Mapping[float, LimitOutcome | str], unit: str) -> SearchedLimit:
     """Where a search stands with these outcomes, by ascending value."""
     tried = tuple(outcomes)
     if any(isinstance(outcome, str) for outcome in outcomes.values()):
@@ -117,11 +116,11 @@ def _limit(search: Search, outcomes: Mapping[float, Outcome | str], unit: str) -
     return SearchedLimit(SearchVerdict.BRACKETED, tried, following, lower, upper)
 
 
-def _shown(outcome: Outcome | str) -> str:
+def _shown(outcome: LimitOutcome | str) -> str:
     return "without an outcome" if outcome is None else str(int(bool(outcome)))
 
 
-def outcome_in(summary: Mapping[str, Any] | None, quantity: str) -> Outcome:
+def outcome_in(summary: Mapping[str, Any] | None, quantity: str) -> LimitOutcome:
     """The outcome among the measurements of a result, as plain values; None without one."""
     measured = ((summary or {}).get("measurements") or {}).get(quantity) or {}
     value = measured.get("value")
@@ -133,28 +132,22 @@ def read_search(parameter: Parameter, raw: Mapping[str, Any], field: str, quanti
     if parameter.kind != "quantity":
         raise refusal(field, raw, "a list of values", "search for the limit of a quantity")
     findings = Findings()
-    for key in raw:
-        if key not in KEYS:
-            cure = nearest_cure(key, KEYS)
-            findings.append(Finding(f"{field}.{key}", shown(key), "limit_of and between", cure))
+    findings.extend(unknown_keys(raw, KEYS, field, "limit_of and between"))
     outcomes = [name for name in quantities if measurements.load(name).is_outcome]
     quantity: Any = raw["limit_of"]
     if not isinstance(quantity, str) or quantity not in outcomes:
         limit = "what the scenario measures as 1 or 0: " + (", ".join(outcomes) or "nothing")
         findings.append(Finding(f"{field}.limit_of", shown(quantity), limit, nearest_cure(quantity, outcomes)))
-    ends: list[float] = []
     between: Any = raw.get("between")
     if not isinstance(between, list | tuple) or len(between) != 2:
         findings.append(Finding(f"{field}.between", shown(between), "two values", EXAMPLE))
         between = ()
-    for place, end in enumerate(between):
-        try:
-            ends.append(_number(parameter, end, f"{field}.between[{place}]"))
-        except InvalidInput as error:
-            findings.extend(error.findings)
-    if findings:
-        raise InvalidInput(findings)
-    low, high = ends
+    ends = [
+        findings.attempt(read_end, parameter, end, f"{field}.between[{place}]", parameter.limit())
+        for place, end in enumerate(between)
+    ]
+    findings.check()
+    low, high = (end for end in ends if end is not None)
     unit = parameter.unit or "1"
     if not low < high:
         limit = f"more than {readable(low, unit)}"
@@ -169,9 +162,10 @@ def read_search(parameter: Parameter, raw: Mapping[str, Any], field: str, quanti
     return Search(quantity, low, high, tolerance)
 
 
-def _number(parameter: Parameter, raw: Any, field: str) -> float:
+def read_end(parameter: Parameter, raw: Any, field: str, limit: str, example: str = EXAMPLE) -> float:
+    """An end of the range of a quantity (SI); ``limit`` says what is allowed where it is missing."""
     if raw is None:
-        raise refusal(field, raw, parameter.limit(), EXAMPLE)
+        raise refusal(field, raw, limit, example)
     value = parse_value(parameter, raw, field)
     assert isinstance(value, float)
     return value

@@ -3,59 +3,45 @@
 import itertools
 import math
 import random
-import sys
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any
 
 from studies import materials as shipped
-from studies import measurements, scenarios
+from studies import scenarios
 from studies.materials import Material
-from studies.observations import AllowedNames, Observation, written
+from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
+from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.parameters import Value, declared
+from studies.quantities.recipes import FEW_PARTICLES
+from studies.quantities.units import round_quantity
 from studies.runs import run
+from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import Axis
+from studies.sweeps.reading import (
+    MOST_PARTICLES,
+    OFFSET,
+    RESOLUTION,
+    Combine,
+    ModelPartChoice,
+    SweepLimits,
+    read_fields,
+    vocabulary,
+)
 from studies.sweeps.sampling import Sampling
-from studies.sweeps.search import Outcome, SearchedLimit, replay
-from studies.values.errors import Finding, InvalidInput
-from studies.values.parameters import Parameter, Value, declared
-from studies.values.quantities import round_quantity
-from studies.values.recipes import ACCURACY, FEW_PARTICLES
+from studies.sweeps.search import LimitOutcome, SearchedLimit, replay
 
 if TYPE_CHECKING:
     from studies.laws import Shot
-    from studies.laws._fitted import FittedLaw
+    from studies.laws.fitting.fitted import FittedLaw
     from studies.sweeps.screening import Screen
 
-Combine = Literal["grid", "zip", "latin-hypercube", "sobol"]
-ModelPart = Literal["stored", "screen", "none"]
-
-RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
 PARTICLES = "particles_per_cell"
 SCREENING = "screening"  # in place of the coordinates of a run that screens the models
-OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
 FINDINGS_SHOWN = 20  # reported refused points; an invalid sweep may have thousands of them
 MOST_REFUSED = 200  # points, after which the others are not checked
-
-# The most that could sensibly run. A particle takes 500 bytes of memory (a plate as thick as its projectile is wide, in
-# three dimensions, with its nodes), 120 of a stored state and a microsecond of one core a step: 2e9 of them are 1 TB,
-# 0.24 TB and half an hour a step.
-MOST_PARTICLES = 2_000_000_000
-
-
-@dataclass(frozen=True)
-class SweepLimits:
-    """Limits of the size of a sweep and of each run, checked before the sweep is expanded."""
-
-    max_runs: int = 10_000
-    max_axes: int = 20
-    max_values: int = 1_000  # on one axis
-    max_particles: int = MOST_PARTICLES  # of one run, as estimated
-
-
-# Limits for a sweep that was already accepted, under the limits at the time of its submission.
-ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
 
 
 @dataclass(frozen=True)
@@ -87,7 +73,7 @@ class Sweep:
     # Of ``fixed``, what a preset of accuracy set and another one may set otherwise.
     by_accuracy: tuple[str, ...] = field(default=(), compare=False)
     # Where the uncertainty of the models comes from: stored sensitivities, screening runs, or nowhere.
-    model_part: ModelPart = "stored"
+    model_part: ModelPartChoice = "stored"
     # Limit of the service, not of the user.
     max_particles: int = field(default=MOST_PARTICLES, compare=False)
 
@@ -97,9 +83,15 @@ class Sweep:
 
         Conditions between several parameters are checked by ``runs()``.
         """
-        from studies.sweeps.document import read_sweep
+        fields = read_fields(document, limits or SweepLimits())
+        preset = fields.pop("accuracy")
+        sweep = Sweep(**fields)
+        return sweep if preset is None else sweep.at_accuracy(preset)
 
-        return read_sweep(document, limits or SweepLimits())
+    @property
+    def definition(self) -> scenarios.Scenario:
+        """The scenario of that name."""
+        return scenarios.load(self.scenario)
 
     @property
     def refinements(self) -> tuple[Axis, ...]:
@@ -133,7 +125,9 @@ class Sweep:
             return self.size
         return self.size // len(axis.values) * axis.search.most_tries
 
-    def limits(self, outcome_of: "Callable[[run.Run], Outcome | str]") -> list[tuple[dict[str, Value], SearchedLimit]]:
+    def limits(
+        self, outcome_of: "Callable[[run.Run], LimitOutcome | str]"
+    ) -> list[tuple[dict[str, Value], SearchedLimit]]:
         """The limit at each point of the other axes, from the outcomes of runs or the states of unfinished ones."""
         axis = self.searched
         assert axis is not None
@@ -173,7 +167,7 @@ class Sweep:
             "combine": self.combine,
             "points": self.sampling.points if self.sampling else None,
             "seed": self.sampling.seed if self.sampling else None,
-            "resolution": _one_or_all(self.resolutions),
+            "resolution": list(self.resolutions) if len(self.resolutions) > 1 else next(iter(self.resolutions), None),
             "offsets": self.offsets if self.offsets > 1 else None,
             "materials": {name: each.document() for name, each in self.materials.items()},
             "observations": [each.document(terms) for each in self.observations],
@@ -221,7 +215,7 @@ class Sweep:
         """The shot of each point, before it is refined; none where the scenario describes none."""
         from studies.laws import shot_from
 
-        defaults = declared(scenarios.load(self.scenario).parameters)
+        defaults = declared(self.definition.parameters)
         filled = {name: parameter.default for name, parameter in defaults.items()}
         for _, coordinates in self._points():
             values = {**self.fixed, **coordinates}
@@ -270,7 +264,7 @@ class Sweep:
 
     def roles(self) -> dict[str, tuple[str, ...]]:
         """The names of the materials that each material parameter takes."""
-        scenario = scenarios.load(self.scenario)
+        scenario = self.definition
         varied = {axis.name: axis.values for axis in self.axes}
         defaults = declared(scenario.parameters)
         return {
@@ -287,7 +281,7 @@ class Sweep:
         roles = self.roles()
         targets = roles.get("target") or tuple(name for names in roles.values() for name in names)
         families = {self.material(name).family for name in targets}
-        quantities = scenarios.load(self.scenario).measurements
+        quantities = self.definition.measurements
         return [
             each
             for each in compared_shots()
@@ -300,7 +294,7 @@ class Sweep:
         Raises ValueError where the scenario lacks the parameters that the preset sets, or the sweep sets them.
         """
         preset = ACCURACY[name]
-        record = scenarios.load(self.scenario).parameters
+        record = self.definition.parameters
         fixed = {name: value for name, value in self.fixed.items() if name not in self.by_accuracy}
         if self.searched and len(preset.resolutions) * preset.offsets > 1:
             raise ValueError(f"{self.name}: the preset {name} has several grids, a limit takes one")
@@ -343,10 +337,9 @@ class Sweep:
 
     def _materials_at(self, values: Mapping[str, Value]) -> dict[str, Material]:
         """The materials by role, with the constants among the values of a point."""
-        defaults = declared(scenarios.load(self.scenario).parameters)
+        defaults = declared(self.definition.parameters)
         materials = {
-            role: self.material(str(values.get(role, defaults[role].default)))
-            for role in scenarios.load(self.scenario).materials
+            role: self.material(str(values.get(role, defaults[role].default))) for role in self.definition.materials
         }
         for path, value in values.items():
             role, dot, constant = path.partition(".")
@@ -357,46 +350,12 @@ class Sweep:
 
     def _check_particles(self, resolved: "run.Run", materials: Mapping[str, Material]) -> None:
         """A run fits into a machine."""
-        scenario = scenarios.load(self.scenario)
-        size = scenario.estimate(scenario.parameters(**resolved.parameters), materials)
-        particles = size.particles
+        particles = self.definition.record(resolved.parameters).size(materials).particles
         if particles > self.max_particles:
             count = f"about {particles:.2g} particles"
             limit = f"at most {self.max_particles:.12g} in a run"
             cure = "take fewer cells, or smaller bodies"
             raise InvalidInput([Finding("particles", count, limit, cure)])
-
-
-def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]) -> AllowedNames:
-    """The names that a document of this scenario may use: parameters, constants of materials, quantities.
-
-    ``roles`` are the materials that each material parameter takes: a constant must belong to all.
-    """
-    scenario = scenarios.load(scenario_name)
-    parameters = dict(declared(scenario.parameters))
-    for role, names in roles.items():
-        parameters |= _constants(role, [own[n] if n in own else shipped.load(n) for n in names])
-    quantities = {name: measurements.load(name).unit for name in scenario.measurements}
-    return AllowedNames(quantities, parameters, sorted({*shipped.names(), *own}))
-
-
-def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
-    """The constants that all materials of a role have, by dotted path; of one name and two units, they are two.
-
-    Where no material of the role is known, one finding says so; any constant is let through then.
-    """
-    constants = [material.parameters() for material in candidates] or [_all_constants()]
-    units = [{(path, constant.unit) for path, constant in each.items()} for each in constants]
-    shared = set.intersection(*units)
-    return {f"{role}.{path}": constant for path, constant in constants[0].items() if (path, constant.unit) in shared}
-
-
-def _all_constants() -> dict[str, Parameter]:
-    """The constants of all materials that ship."""
-    constants: dict[str, Parameter] = {}
-    for name in shipped.names():
-        constants |= shipped.load(name).parameters()
-    return constants
 
 
 def _product(axes: tuple[Axis, ...]) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
@@ -419,8 +378,3 @@ def _written_axis(axis: Axis) -> Any:
         return values
     low, high = (written(end, axis.unit) for end in axis.bounds)
     return {"low": low, "high": high, "values": values}
-
-
-def _one_or_all(values: tuple[float, ...]) -> float | list[float] | None:
-    """Values as a document writes them: one as itself, several as a list."""
-    return list(values) if len(values) > 1 else next(iter(values), None)

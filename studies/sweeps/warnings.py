@@ -2,8 +2,8 @@
 
 from studies import laws
 from studies.laws import Shot
+from studies.quantities.units import readable
 from studies.sweeps.sweep import Sweep
-from studies.values.quantities import readable
 
 # Damage number rho v^2 / Y from which on an impact deforms metal extensively: Johnson (1972), Impact Strength of
 # Materials, chapter 1 (bullets about 10, hypervelocity from 1000).

@@ -4,9 +4,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-from studies.values.files import write_text
-from studies.values.results import Measured, RunResult
-from tests.acceptance.support.chained import publish
+from studies.quantities.files import write_text
+from studies.quantities.measured import Measured
+from studies.runs.results import RunResult
+from tests.crash.support.chained import publish
 from tests.service.support.targets import Run
 
 __all__ = ["Run", "execute", "publish"]

@@ -21,16 +21,16 @@ from pathlib import Path
 from typing import Any
 from unittest import mock
 
-from solver.geometry import grid
 from solver.jit import Bound
+from solver.problem.geometry import grid
 from solver.simulation import Simulation, simulate, start
 from studies import examples
 from studies.runs.execution import observer_of, setting_of
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.benchmarks import thesis
-from tests.benchmarks.baseline import FILE, MEASURE, MEASURED, ROOT, measured
-from tests.benchmarks.measure import BARS, PAIRS, PROBLEMS, SWEEP, advance, problem_of, question, simulation
+from tests.benchmarks.measure import BARS, PAIRS, PROBLEMS, SWEEP, advance, measured, problem_of, question, simulation
+from tests.house import ROOT
 
 Figures = Iterator[tuple[str, float]]
 
@@ -55,8 +55,8 @@ SMALLEST = {"cells_per_diameter": 2.0, "particles_per_cell": 1}  # a step of it 
 
 
 def before() -> dict[str, Any]:
-    """What ``tests.benchmarks.baseline`` measured of the step before the vectorised one."""
-    former: dict[str, Any] = json.loads(FILE.read_text())
+    """What was measured of the step before the vectorised one, commit dc548a6, with date and machine."""
+    former: dict[str, Any] = json.loads(Path(__file__).with_name("baseline.json").read_text())
     return former
 
 
@@ -65,7 +65,7 @@ def steps(names: Iterable[str] = NAMES, threads: tuple[int, ...] = (1, THREADS))
     references = []
     for name in names:
         for count in threads:
-            [answer] = measured(ROOT, "steps", [name], count).values()
+            [answer] = measured("steps", [name], count).values()
             tag = name if count == 1 else f"{name}_{count}_threads"
             yield f"{tag}_particles", answer["particles"]
             yield f"{tag}_ns", answer["ns"]
@@ -73,7 +73,7 @@ def steps(names: Iterable[str] = NAMES, threads: tuple[int, ...] = (1, THREADS))
             references.append(answer["reference_ns"])
             if name.startswith(ELEMENTS):
                 yield f"{tag}_elements_per_core_second", 1e9 / answer["ns"]
-            if count == 1 and name in MEASURED:
+            if count == 1 and name in before()["figures"]:
                 family = name.rsplit("_", 1)[0]
                 yield f"{family}_speedup", before()["figures"][name]["ratio"] / answer["ratio"]
     yield "reference_ns", statistics.median(references)
@@ -208,7 +208,7 @@ def _crater_observation() -> float:
 def memory() -> Figures:
     """Resident memory that a run of a million particles adds, from before its problem is built, by particle."""
     for name in ("axisymmetric_default_1m", "3d_linear_1m"):
-        answer = measured(ROOT, "memory", name)
+        answer = measured("memory", name)
         yield f"{name}_bytes_per_particle", answer["bytes"] / answer["particles"]
 
 
@@ -226,7 +226,7 @@ def compiling() -> Figures:
 
 
 def _first_step(name: str) -> list[str]:
-    return ["-P", str(MEASURE), str(ROOT), "first_step", json.dumps(name)]
+    return ["-m", "tests.benchmarks.measure", "first_step", json.dumps(name)]
 
 
 def _core_seconds(arguments: list[str], cache: str, stdin: str = "") -> float:
@@ -284,7 +284,7 @@ def sweep() -> Figures:
     """Six speeds at three resolutions, axisymmetric, beside what the former tree took where it was measured."""
     former, ours, theirs = before()["sweep"], [], []
     for speed, cells in SWEEP:
-        ours.append(measured(ROOT, "converging", speed, cells))
+        ours.append(measured("converging", speed, cells))
         theirs.append(former.get(f"{speed:g} m/s, {cells:g} cells"))
     for name in ("core_s", "steps", "particle_steps"):
         yield f"sweep_{name}", sum(run[name] for run in ours)

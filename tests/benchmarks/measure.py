@@ -1,22 +1,32 @@
-"""Measures the tree at a path, in a process of its own: ``python tests/benchmarks/measure.py TREE WHAT [JSON]``.
+"""Measures in a process of its own: ``python -m tests.benchmarks.measure WHAT [JSON]``.
 
-A script and no module, so that trees of other commits are measured by the same text: it uses what all of them have.
 The answer is one JSON object on stdout. Times are of the processor, in turns with a reference kernel that does the
 same work beside every version; what counts is the ratio to it.
 """
 
-import importlib
 import json
 import statistics
+import subprocess
 import sys
 import tempfile
 import time
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
+
+from solver.fem.elements import Hexahedron, Quadrilateral
+from solver.fem.mesh import lattice, node_masses
+from solver.problem import Body, Face, Problem
+from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
+from solver.simulation import Simulation, start
+from studies.cases.setups.methods import COURANT, SPH
+from studies.materials import load
+from studies.runs.execution import execute, setting_of
+from studies.runs.run import Run, resolve
+from studies.scenarios.parts.matter import matter
+from tests.house import ROOT
 
 WARM, PAIRS = 60, 5  # steps before, and pairs of blocks
 BLOCK = 3e6  # particle-steps in a block, about
@@ -51,22 +61,6 @@ ELEMENT_COURANT = 0.8  # of the bound of each element, as in their verification 
 # The converged sweep: speed in m/s, cells per diameter; coarse ones first.
 SWEEP = [(speed, cells) for cells in (16.0, 32.0, 64.0) for speed in (2e3, 3e3, 4e3, 5e3, 6e3, 7e3)]
 
-# What the step before the vectorised one had for the default: its rule, and no other one to choose.
-FORMER_RULE = {"step_rule": "convective", "courant": 0.3}
-COARSE: dict[str, dict[str, Any]] = {
-    "axisymmetric": {"geometry": "axisymmetric"},
-    "3d": {"geometry": "quarter", "particles_per_cell": 2},
-}
-COMMON = {
-    "cells_per_diameter": 8.0,
-    "offset": 0.3,  # as in the case ``bits``: USL cannot live with a mass of round-off
-    "plate_radius": 16e-3,
-    "end_time": 10e-6,
-    "stop": "end_time",
-}
-STATE_STEPS = 50
-PERTURBATION = 1e-13  # of a coordinate
-
 
 @numba.njit
 def reference(values: Any, turns: int) -> float:
@@ -80,6 +74,13 @@ def reference(values: Any, turns: int) -> float:
     return total
 
 
+def measured(what: str, *arguments: Any) -> Any:
+    """What a function of this module finds, in a process of its own."""
+    command = [sys.executable, "-m", "tests.benchmarks.measure", what, *map(json.dumps, arguments)]
+    answer = subprocess.run(command, cwd=ROOT, check=True, stdout=subprocess.PIPE, text=True)
+    return json.loads(answer.stdout)
+
+
 def reference_ns() -> float:
     """Processor time of a number in the reference kernel, ns."""
     values = np.linspace(0.0, 1.0, 1 << 14)
@@ -89,23 +90,8 @@ def reference_ns() -> float:
     return (time.process_time() - begin) / TURNS / values.size * 1e9
 
 
-def module(name: str, *, former: str) -> Any:
-    """A module of the measured tree, by the name it had at the baseline where the tree has no other.
-
-    The file is looked for: an editable installation would answer for a name that the tree does not have.
-    """
-    import studies
-
-    tree = Path(studies.__file__).parents[1]
-    there = (tree / name.replace(".", "/")).with_suffix(".py").exists()
-    return importlib.import_module(name if there else former)
-
-
-def question(**parameters: Any) -> Any:
+def question(**parameters: Any) -> Run:
     """A copper sphere of 8 mm on a plate of 2 mm at 4 km/s, as a run."""
-    from studies.materials import load
-
-    resolve = module("studies.runs.run", former="studies.run").resolve
     copper = load("copper-ofhc")
     chosen = {
         "speed": 4e3,
@@ -118,36 +104,23 @@ def question(**parameters: Any) -> Any:
     return resolve("thin_plate", chosen, {"projectile": copper, "target": copper})
 
 
-def simulation(name: str, threads: int = 1, warm: int = WARM) -> Any:
+def simulation(name: str, threads: int = 1, warm: int = WARM) -> Simulation:
     """A problem by its name, some steps on, so that the shock is inside."""
-    from solver.simulation import start
-
     made = start(problem_of(name), threads=threads)
     advance(made, warm)
     return made
 
 
-def problem_of(name: str) -> Any:
+def problem_of(name: str) -> Problem:
     """A problem by its name, which ends with its size."""
     family, size = name.rsplit("_", 1)
     if family in BARS:
         return bar(family, *BARS[family][size])
-    setting_of = module("studies.runs.execution", former="studies.execution").setting_of
     return setting_of(question(**PROBLEMS[name])).problem
 
 
-def bar(family: str, across: int, along: int) -> Any:
+def bar(family: str, across: int, along: int) -> Problem:
     """A bar of finite elements, or of smoothed particles in plane strain, with so many across and along."""
-    from solver.fem.elements import Hexahedron, Quadrilateral
-    from solver.fem.mesh import lattice, node_masses
-    from solver.geometry import grid
-    from solver.geometry.axisymmetric import Axisymmetric
-    from solver.geometry.cartesian3d import Cartesian3D
-    from solver.problem import Body, Face, Problem
-    from studies.materials import load
-    from studies.scenarios._matter import matter
-    from studies.verification._smoothed import COURANT, SPH
-
     copper, is_smoothed = load("copper-ofhc"), family == "plane_sph"
     kind = Hexahedron() if family == "3d_hexahedra" else Quadrilateral()
     counts = (across, across, along) if family == "3d_hexahedra" else (across, along)
@@ -180,7 +153,7 @@ def bar(family: str, across: int, along: int) -> Any:
     )
 
 
-def advance(made: Any, steps: int) -> int:
+def advance(made: Simulation, steps: int) -> int:
     """Take steps; returns the particle-steps, or those of elements."""
     done = 0
     for _ in range(steps):
@@ -189,13 +162,13 @@ def advance(made: Any, steps: int) -> int:
     return done
 
 
-def counted(made: Any) -> int:
-    """Particles of a simulation; elements where its bodies are meshes, which the former tree has not."""
-    meshes = [mesh for body in made.problem.bodies if (mesh := getattr(body, "mesh", None))]
+def counted(made: Simulation) -> int:
+    """Particles of a simulation; elements where its bodies are meshes."""
+    meshes = [body.mesh for body in made.problem.bodies if body.mesh]
     return sum(len(mesh.nodes) for mesh in meshes) or int(made.particles.mass.size)
 
 
-def cost(made: Any) -> dict[str, Any]:
+def cost(made: Simulation) -> dict[str, Any]:
     """Nanoseconds of a particle-step and of the reference, in pairs, and the medians with that of the ratios."""
     steps = max(5, round(BLOCK / counted(made)))
     reference_ns()
@@ -241,7 +214,6 @@ def _status(name: str) -> int:
 
 def converging(speed: float, cells: float) -> dict[str, float]:
     """Core-seconds of a run of the converged sweep, how many numbers of the reference that is, and its work."""
-    execute = module("studies.runs.execution", former="studies.run").execute
     simulation("axisymmetric_default_12k", warm=1)  # its kernels are compiled or loaded
     run = question(speed=speed, cells_per_diameter=cells)
     reference_ns()
@@ -258,68 +230,6 @@ def converging(speed: float, cells: float) -> dict[str, float]:
     }
 
 
-def coarse(geometry: str, shape: str, scheme: str) -> Any:
-    """A coarse run by the former rule of the step, which both trees know."""
-    recipes = module("studies.values.recipes", former="studies.recipes")
-    choices = vars(recipes.RECIPES["whipple"])
-    rule = {name: value for name, value in FORMER_RULE.items() if name in choices}
-    return question(**COMMON, **COARSE[geometry], **rule, shape=shape, scheme=scheme)
-
-
-def states(cases: list[list[str]], folder: str) -> None:
-    """The particles of coarse runs after some steps, in the order of their numbers, each into a file of numpy."""
-    from solver.simulation import start
-
-    setting_of = module("studies.runs.execution", former="studies.execution").setting_of
-
-    for case in cases:
-        made = start(setting_of(coarse(*case)).problem, threads=1)
-        advance(made, STATE_STEPS)
-        particles = made.particles
-        order = np.argsort(particles.number)
-        fields = {name: getattr(particles, name)[order] for name in particles._fields}
-        np.savez(Path(folder) / f"{'-'.join(case)}.npz", **fields)
-
-
-def wholes(cases: list[list[str]], perturbed: int) -> list[list[dict[str, Any]]]:
-    """Steps and hole of coarse runs, each followed by so many whose initial positions are changed a little.
-
-    A run that ends as unphysical has the steps to there, and what was unphysical for a hole.
-    """
-    return [[_whole(case, seed) for seed in range(perturbed + 1)] for case in cases]
-
-
-def _whole(case: list[str], seed: int) -> dict[str, Any]:
-    """The run itself without a seed."""
-    from solver.errors import UnphysicalState
-    from solver.simulation import simulate
-
-    observer_of = module("studies.runs.execution", former="studies.execution").observer_of
-    watched = observer_of(coarse(*case))
-    problem = watched.setting.problem
-    if seed:
-        drawn = np.random.default_rng(seed)
-        bodies = tuple(
-            replace(body, position=body.position * _near_one(drawn, body.position.shape)) for body in problem.bodies
-        )
-        problem = replace(problem, bodies=bodies)
-    try:
-        # ``pace`` in the former tree
-        rate = watched.rate if hasattr(watched, "rate") else watched.pace
-        outcome = simulate(problem, watched, interval=rate.interval, threads=1)
-    except UnphysicalState as error:
-        return {"steps": error.step, "hole": error.quantity}
-    # ``hole_diameter`` in the former tree
-    readings = watched.readings[-1]
-    hole = readings.get("hole_diameter_areal", readings["hole_diameter"]).value
-    return {"steps": outcome.snapshot.step, "hole": hole}
-
-
-def _near_one(drawn: np.random.Generator, shape: tuple[int, ...]) -> np.ndarray:
-    return 1.0 + PERTURBATION * drawn.uniform(-1.0, 1.0, shape)
-
-
 if __name__ == "__main__":
-    tree, what, *arguments = sys.argv[1:]
-    sys.path[:0] = [str(Path(tree).resolve())]
+    what, *arguments = sys.argv[1:]
     print(json.dumps(globals()[what](*map(json.loads, arguments))))

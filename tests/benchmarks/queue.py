@@ -15,9 +15,9 @@ from tempfile import TemporaryDirectory
 
 import httpx
 
-from tests.acceptance.support import inspection
-from tests.acceptance.support.crash_test import WORKERS, CrashTest, Work, crash_test
 from tests.benchmarks.burning import burn
+from tests.crash.support import inspection
+from tests.crash.support.crash_test import WORKERS, CrashTest, Work, crash_test
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import wait_until
 
@@ -92,7 +92,7 @@ def _large(database: str) -> dict[str, float]:
         ids: list[str] = []
         spent = {"acceptance": _seconds(lambda: ids.extend(here.submit()))}
         sweep = f"/v1/sweeps/{ids[0]}"
-        assert here.store.sweep(ids[0]).new == LARGE
+        assert here.store.sweeps.get(ids[0]).new == LARGE
         for what, page in {"list": "/", "state": sweep, "page": f"{sweep}/runs"}.items():
             look = partial(_ask, client, "GET", page)
             spent[what] = statistics.median(_seconds(look) for _ in range(LOOKS))
@@ -117,13 +117,13 @@ def _computed(work: Work) -> Iterator[CrashTest]:
     with TemporaryDirectory() as folder, crash_test(work, Path(folder)) as here:
         here.service.wait_until_ready()
         [id] = here.submit()
-        wait_until(lambda: here.store.sweep(id).is_terminal, seconds=END_SECONDS, pause=PAUSE)
+        wait_until(lambda: here.store.sweeps.get(id).is_terminal, seconds=END_SECONDS, pause=PAUSE)
         yield here
 
 
 def _seconds_of_runs(here: CrashTest) -> float:
     """From the first result to the last, as if the first had taken as long as the others."""
-    [row] = here.store.sweeps().items
+    [row] = here.store.sweeps.page().items
     runs = set(inspection.runs(here.store, [row.id]))
     times = [
         event.time for event in inspection.events(here.store) if event.kind == "succeeded" and event.job_id in runs

@@ -9,9 +9,9 @@ from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 from typing import Any
 
-from tests.benchmarks.baseline import ROOT
 from tests.benchmarks.figures import STAGED
 from tests.benchmarks.measure import BARS, FAMILIES
+from tests.house import ROOT
 
 PAGE = ROOT / "docs" / "speed.md"
 BEGIN, END = "<!-- figures: begin -->\n", "<!-- figures: end -->\n"

@@ -1,18 +1,20 @@
-"""Claims that are tests: a pytest marker, and the fixture that compares and prints each figure.
+"""Claims are tests: a pytest mark, and the fixture that compares and prints each figure.
 
-A test becomes a claim by its mark; the first line of its docstring is the sentence::
+A test becomes a claim by its mark; the first line of its docstring is the sentence, or ``says`` where a parameter is::
 
-    @pytest.mark.claim("queue", "kill-any-part", minutes=2.0)
-    def test_kill__loses_and_doubles_nothing(compared):
-        \"\"\"A part that is killed at any moment loses no run and doubles none.\"\"\"
+    @pytest.mark.claim("queue", "replicas", minutes=2.0)
+    def test_replicas__compute_once(compared):
+        \"\"\"Two services on one store that are asked the same at once compute it once.\"\"\"
         ...
         compared(equal("runs that succeeded", expected=22, got=succeeded))
 
-``compared`` fails the test when the row fails, and ``make claims NAME`` prints each row. A claim with ``minutes`` (of a
-core, as measured once) runs by its name or that of its set alone; one without is an ordinary test as well.
+``compared`` fails the test when a row fails, and ``make claims NAME`` prints each row. A claim with ``minutes`` (of a
+core, as measured once) runs by its name or that of its set alone, unless it is ``short``: then its test has a short
+form, which is an ordinary test, and asks ``in_full`` for the other one. A claim without minutes is an ordinary test as
+well. Several tests may have the mark of one claim, and a test the marks of several sets.
 """
 
-import re
+import os
 import time
 from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
@@ -20,12 +22,14 @@ from pathlib import Path
 
 import pytest
 
-from studies.verification import Verified
+from studies.cases.rows import Verified
 from tests.rows import Row, equal
 
 TESTS = Path(__file__).parents[1]
 ROWS = pytest.StashKey[list[Verified]]()
 MARK = "pytest.mark.claim("
+ALL = "all"  # in place of a name: every claim
+IN_FULL = "WHIPPLE_CLAIMS_IN_FULL"  # environment, also of the processes that a test starts
 
 
 @dataclass(frozen=True)
@@ -35,6 +39,13 @@ class Marked:
     set: str
     name: str
     minutes: float = 0.0  # 0: seconds, and part of the ordinary tests
+    short: bool = False  # an ordinary test too, in its short form
+    says: str = ""  # the sentence, where it is not the first line of the docstring
+
+
+def in_full() -> bool:
+    """Whether claims run by name: then tests that have a short form take the full one."""
+    return IN_FULL in os.environ
 
 
 def files() -> list[str]:
@@ -42,19 +53,16 @@ def files() -> list[str]:
     return sorted(str(path) for path in TESTS.rglob("test_*.py") if MARK in path.read_text(encoding="utf-8"))
 
 
-def known() -> dict[str, set[str]]:
-    """The names of marked claims by their set, as the files write them."""
-    names: dict[str, set[str]] = {}
-    for path in files():
-        for set_name, name in re.findall(re.escape(MARK) + r'\s*"([^"]+)",\s*"([^"]+)"', Path(path).read_text("utf-8")):
-            names.setdefault(set_name, set()).add(name)
-    return names
+def marks_of(item: pytest.Item) -> list[Marked]:
+    """The claims that a test is; the first one names its rows."""
+    return [Marked(*mark.args, **mark.kwargs) for mark in item.iter_markers("claim")]
 
 
-def mark_of(item: pytest.Item) -> Marked | None:
-    """The claim that a test is, or None."""
-    mark = item.get_closest_marker("claim")
-    return Marked(*mark.args, **mark.kwargs) if mark else None
+def sentence_of(item: pytest.Item) -> str:
+    """What a claim says: ``says`` of its mark, the first line of the docstring of the test, or its name."""
+    said = next((mark.says for mark in marks_of(item) if mark.says), "")
+    text = getattr(getattr(item, "function", None), "__doc__", None)
+    return said or (text.strip().splitlines()[0] if text else item.name)
 
 
 def pytest_addoption(parser: pytest.Parser) -> None:
@@ -62,38 +70,49 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 
 def pytest_configure(config: pytest.Config) -> None:
-    config.addinivalue_line("markers", "claim(set, name, minutes=0): what the project says about itself")
+    config.addinivalue_line(
+        "markers", "claim(set, name, minutes=0, short=False, says=''): what the project says about itself"
+    )
+    if config.getoption("--claims"):
+        os.environ[IN_FULL] = "1"
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Keep the claims that were named; without a name, all tests but the long claims."""
-    names = config.getoption("--claims")
+    """Keep the claims that were named, of which each must exist; without a name, all tests but the long claims."""
+    names = set(config.getoption("--claims") or ())
+    there = {item: {name for mark in marks_of(item) for name in (mark.set, mark.name)} for item in items}
+    if unknown := names - {""}.union(*there.values()) - {ALL}:
+        sets = sorted({mark.set for item in items for mark in marks_of(item)})
+        raise pytest.UsageError(
+            f"no claim and no set of claims is named {', '.join(map(repr, sorted(unknown)))}; "
+            f"the sets are {', '.join(sets)}, and --list names the claims"
+        )
 
     def wanted(item: pytest.Item) -> bool:
-        mark = mark_of(item)
-        if names is None:
-            return mark is None or not mark.minutes
-        return mark is not None and bool({mark.set, mark.name} & set(names))
+        if names:
+            return bool(there[item] & names or (there[item] and ALL in names))
+        return all(mark.short or not mark.minutes for mark in marks_of(item))
 
     config.hook.pytest_deselected(items=[item for item in items if not wanted(item)])
     items[:] = [item for item in items if wanted(item)]
 
 
 @pytest.fixture
-def compared(request: pytest.FixtureRequest) -> Callable[[Row], None]:
-    """Compare a figure with what is claimed; a row that fails fails the test, after all others are compared."""
-    mark, rows = mark_of(request.node), request.node.stash.setdefault(ROWS, [])
-    name = mark.name if mark else request.node.name
+def compared(request: pytest.FixtureRequest) -> Callable[..., None]:
+    """Compare figures with what is claimed; a row that fails fails the test, after all others are compared."""
+    marks, rows = marks_of(request.node), request.node.stash.setdefault(ROWS, [])
+    name = marks[0].name if marks else request.node.name
     begin = time.perf_counter()
 
-    def compare(row: Row) -> None:
+    def compare(*figures: Row) -> None:
         nonlocal begin
-        now = time.perf_counter()
-        rows.append(Verified(name, row, now - begin))
-        if request.config.getoption("--claims"):
-            with request.config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
-                print(f"{name} | {row} | {now - begin:.1f} s", flush=True)
-        begin = now
+        for row in figures:
+            now = time.perf_counter()
+            rows.append(Verified(name, row, now - begin))
+            if in_full():
+                with request.config.pluginmanager.getplugin("capturemanager").global_and_fixture_disabled():
+                    print(f"{name} | {row} | {now - begin:.1f} s", flush=True)
+            begin = now
 
     return compare
 
@@ -114,32 +133,31 @@ class Judge:
     """A pytest plugin that collects the rows of the claims of a selection, and one for how each test ended."""
 
     rows: list[dict[str, object]] = field(default_factory=list)
+    listed: dict[Marked, None] = field(default_factory=dict)  # in order, each once, with its sentence
+
+    def pytest_collection_finish(self, session: pytest.Session) -> None:
+        for item in session.items:
+            for mark in marks_of(item):
+                self.listed[Marked(mark.set, mark.name, mark.minutes, mark.short, sentence_of(item))] = None
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(
         self, item: pytest.Item, call: pytest.CallInfo[None]
     ) -> Generator[None, pytest.TestReport, pytest.TestReport]:
         report = yield
-        mark = mark_of(item)
-        if mark and (call.when == "call" or not report.passed):
-            ended = equal(_sentence(item), expected="passed", got=report.outcome)
-            print(f"{mark.name} | {ended} | {call.duration:.1f} s", flush=True)
-            compared = [*item.stash.get(ROWS, []), Verified(mark.name, ended, call.duration)]
-            self.rows += [{"set": mark.set, **each.as_json()} for each in compared]
+        marks = marks_of(item)
+        if marks and (call.when == "call" or not report.passed):
+            ended = equal(sentence_of(item), expected="passed", got=report.outcome)
+            print(f"{marks[0].name} | {ended} | {call.duration:.1f} s", flush=True)
+            compared = [*item.stash.get(ROWS, []), Verified(marks[0].name, ended, call.duration)]
+            self.rows += [{"set": marks[0].set, **each.as_json()} for each in compared]
         return report
 
 
-def _sentence(item: pytest.Item) -> str:
-    """The first line of the docstring of a test, else its name."""
-    text = getattr(getattr(item, "function", None), "__doc__", None)
-    return text.strip().splitlines()[0] if text else item.name
-
-
-def judge(names: Sequence[str]) -> list[dict[str, object]]:
-    """The rows of the marked tests that a name or the name of a set selects, as plain objects."""
+def judge(names: Sequence[str], *options: str) -> tuple[pytest.ExitCode | int, Judge]:
+    """Run the marked tests that a name, that of a set or ``all`` selects; pytest's status, and what was seen."""
     judged = Judge()
-    options = [argument for name in names for argument in ("--claims", name)]
-    status = pytest.main(["-q", "--no-header", "--tb=short", *options, *files()], plugins=[judged])
-    if status not in (pytest.ExitCode.OK, pytest.ExitCode.TESTS_FAILED):
-        raise RuntimeError(f"pytest ended with {status!r}")
-    return judged.rows
+    named = [argument for name in names for argument in ("--claims", name)]
+    plain = ["-p", __name__, "-q", "--no-header", "--tb=short", "--disable-warnings"]
+    status = pytest.main([*plain, *options, *named, *files()], plugins=[judged])
+    return status, judged

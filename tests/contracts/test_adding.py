@@ -15,7 +15,7 @@ ROOT = Path(__file__).parents[2]
 ADDED = Path(__file__).parent / "added"
 
 # A row of CONTRIBUTING's table: kind of thing, folder, how its files end, and the name that each offers.
-ROW = re.compile(r"^\| ([\w ]+) \| `((?:solver|studies)/\w+)/<name>\.(py|toml)` \| (?:`(\w+)`)?", re.M)
+ROW = re.compile(r"^\| ([\w ]+) \| `((?:solver|studies)/[\w/]+)/<name>\.(py|toml)` \| (?:`(\w+)`)?", re.M)
 FILES = {
     "shape functions": "shape",
     "rule of tension": "tension",
@@ -64,7 +64,7 @@ def identities() -> dict[str, str]:
 
 def use(folder: Path) -> dict[str, Any]:
     """Expand the sweep, compute it, make its cube, and verify the added case; figures as plain objects."""
-    from studies import validation, verification
+    from studies.cases import validation, verification
     from studies.cubes import cube
     from studies.materials import load
     from studies.runs.execution import execute, setting_of
@@ -140,36 +140,24 @@ def used(distribution: Path) -> dict[str, Any]:
 def test_table__names_every_registry_and_every_added_file(table: dict[str, tuple[str, str, str]]) -> None:
     files = {f"{FILES.get(kind, kind)}.{ending}" for kind, (_, ending, _) in table.items()}
     assert files == {file.name for file in ADDED.iterdir() if file.is_file()}
-    registries = ("shapes", "tension", "failure", "strength", "eos")
-    assert {place for place, _, _ in table.values()} >= {f"solver/{name}" for name in registries}
+    models = {f"solver/matter/{name}" for name in ("tension", "failure", "strength", "eos")}
+    assert {place for place, _, _ in table.values()} >= {"solver/grid/shapes", *models}
 
 
-def test_sweep__computes_with_every_added_model(used: dict[str, Any]) -> None:
+def test_sweep__computes_with_every_added_member_and_its_constants(used: dict[str, Any]) -> None:
     assert used["states"] == ["succeeded"] * 4
     assert used["records"] == ["Tent", "HalfTension", "TensionLimit", "PowerHardening", "Murnaghan"]
-
-
-def test_identity__of_a_run_that_uses_no_added_member_is_that_of_before(used: dict[str, Any]) -> None:
-    assert used["identities"] == identities()
-
-
-def test_models__take_their_constants_from_material_and_sweep(used: dict[str, Any]) -> None:
     assert used["constants"] == [1.9e9, 2e9, 120e6, 140e9]
     assert used["material"] == pytest.approx((140e9 / 8930.0) ** 0.5)
-
-
-def test_estimate__uses_the_cost_of_the_added_shape(used: dict[str, Any]) -> None:
     assert used["seconds"] > 0.0
-
-
-def test_cube__has_the_added_measurement_and_the_added_law(used: dict[str, Any]) -> None:
     assert used["attached share"] == [[1.0, 1.0], [1.0, 1.0]]
     assert used["law"] == [[pytest.approx(12e-3)] * 2] * 2
 
 
-def test_case__is_verified_by_its_name(used: dict[str, Any]) -> None:
+def test_cases__are_found_by_their_names(used: dict[str, Any]) -> None:
     assert used["case"] == [True]
-
-
-def test_published_case__compares_a_cube(used: dict[str, Any]) -> None:
     assert used["published"] == [True]
+
+
+def test_identity__of_a_run_that_uses_no_added_member_is_that_of_before(used: dict[str, Any]) -> None:
+    assert used["identities"] == identities()

@@ -6,11 +6,18 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.eos import below_range, outside_range, reference_density
-from solver.jit import kernel
-from solver.problem import ArtificialViscosity, Matter
-from solver.stress import PointState, advance, signal_speed
-from solver.vectors import LANES, first_lanes, load, store, where
+from solver.grid.shapes.linear import Linear
+from solver.matter.eos import below_range, outside_range, reference_density
+from solver.matter.failure import weakens
+from solver.matter.laws import Matter
+from solver.matter.strength import stored_part
+from solver.matter.stress import JAUMANN, PointState, advance, signal_speed
+from solver.problem import ArtificialViscosity
+from solver.problem.geometry import AXES
+from solver.state import DAMAGE, DENSITY, HARDENED, MASS, STORED, empty_table, lines
+from solver.steps.points import StateLimits, Tally, update_particles
+from solver.steps.space import VELOCITY, Scattered, new_pack
+from solver.vectors import LANES
 from tests.contracts import test_eos, test_failure, test_strength, test_tension
 from tests.solver.bodies import ROOM, SPACING, real_copper
 
@@ -34,84 +41,50 @@ LAWS: dict[str, Matter] = {
     for laws in ([list(kind)[number % len(kind)] for kind in KINDS] for number in range(max(map(len, KINDS))))
 }
 LAWS["never melts"] = real_copper()._replace(melt_temperature=math.inf)
-NAMES = (
-    *("density", "energy", "pressure", "viscosity", "s11", "s22", "s33", "s12", "s23", "s31"),
-    *("plastic strain", "temperature", "damage", "energy to come", "tension floor", "molten"),
-    *("unstable", "beyond", "below", "signal speed", "sound floor", "hardened", "stored"),
-)
+# Rows of the table that laws act on, and the counts and largest values of a step.
+ROWS = (*range(DENSITY, DAMAGE + 1), HARDENED, STORED)
+ACTS = ("tension_floors", "molten", "unstable")
+COUNTS = (*ACTS, "beyond_hugoniot", "below_expansion", "sound_floors", "below_zero_kelvin", "failed")
+ANYTHING = StateLimits(np.inf, 0.0, np.inf, np.inf)
+LATE = 1.0  # s: what burns has burnt
 
 
-@kernel
-def by_eights(matter, viscosity, gradients, states, dt, out):
-    """All that a step makes of points, as the strain update takes it: rows of ``NAMES``."""
-    count = states.shape[1]
-    for p in range(0, count, LANES):
-        lanes = first_lanes(count - p)
-        gradient = (
-            (load(gradients, 0, p, lanes), load(gradients, 1, p, lanes), load(gradients, 2, p, lanes)),
-            (load(gradients, 3, p, lanes), load(gradients, 4, p, lanes), load(gradients, 5, p, lanes)),
-            (load(gradients, 6, p, lanes), load(gradients, 7, p, lanes), load(gradients, 8, p, lanes)),
-        )  # fmt: skip
-        stress = (
-            load(states, 4, p, lanes),
-            load(states, 5, p, lanes),
-            load(states, 6, p, lanes),
-            load(states, 7, p, lanes),
-            load(states, 8, p, lanes),
-            load(states, 9, p, lanes),
-        )
-        old = PointState(
-            load(states, 0, p, lanes),
-            load(states, 1, p, lanes),
-            load(states, 2, p, lanes),
-            load(states, 3, p, lanes),
-            stress,
-            load(states, 10, p, lanes),
-            load(states, 11, p, lanes),
-            load(states, 12, p, lanes),
-            load(states, 13, p, lanes),
-            load(states, 14, p, lanes),
-        )
-        new, present, acts = advance(matter, viscosity, SPACING, dt, gradient, old)
-        store(out, 0, p, new.density, lanes)
-        store(out, 1, p, new.energy, lanes)
-        store(out, 2, p, new.pressure, lanes)
-        store(out, 3, p, new.viscosity, lanes)
-        for c in range(6):
-            store(out, 4 + c, p, new.deviator[c], lanes)
-        store(out, 10, p, new.plastic_strain, lanes)
-        store(out, 11, p, new.temperature, lanes)
-        store(out, 12, p, new.damage, lanes)
-        store(out, 13, p, present, lanes)
-        store(out, 14, p, where(acts.tension_floor, 1.0, 0.0), lanes)
-        store(out, 15, p, where(acts.molten, 1.0, 0.0), lanes)
-        store(out, 16, p, where(acts.unstable, 1.0, 0.0), lanes)
-        store(out, 17, p, where(outside_range(matter.eos, new.density), 1.0, 0.0), lanes)
-        store(out, 18, p, where(below_range(matter.eos, new.density), 1.0, 0.0), lanes)
-        rate = gradient[0][0] + gradient[1][1] + gradient[2][2]
-        signal, floored = signal_speed(matter, viscosity, SPACING, rate, new)
-        store(out, 19, p, signal, lanes)
-        store(out, 20, p, where(floored, 1.0, 0.0), lanes)
-        store(out, 21, p, new.hardened, lanes)
-        store(out, 22, p, new.stored, lanes)
+def by_eights(matter: Matter, gradients: np.ndarray, states: np.ndarray, whole_work: int) -> tuple[np.ndarray, Tally]:
+    """The rows of points after the update that all methods call, and its tally."""
+    table, places = empty_table(POINTS, remembers=True), lines(AXES * POINTS)
+    table[list(ROWS)], table[MASS] = states, 1.0
+    for axis in range(AXES):
+        places[axis::AXES, VELOCITY : VELOCITY + AXES] = gradients[axis::AXES].T
+    space = Scattered(np.zeros(3), SPACING, np.ones(3, np.int64), AXES)
+    tallies = np.zeros((1, len(Tally._fields)))
+    laws = (matter, JAUMANN, VISCOSITY, ANYTHING)
+    update_particles(space, Linear(), new_pack(), *laws, table, 0, POINTS, places, tallies, 0, LATE, DT, whole_work)
+    return table[list(ROWS)], Tally(*tallies[0].tolist())
 
 
-def one_by_one(matter: Matter, gradients: np.ndarray, states: np.ndarray) -> np.ndarray:
-    """The same, point by point in plain Python."""
-    columns = []
+def one_by_one(matter: Matter, gradients: np.ndarray, states: np.ndarray) -> dict[str, np.ndarray]:
+    """The same, point by point in plain Python: each row, the energy to come, and what counts."""
+    found, stores = [], bool(stored_part(matter.strength) > 0.0)
     for state, row in zip(states.T, gradients.T, strict=True):
         gradient = row.reshape(3, 3)
         density, energy, pressure, viscosity, *stress = state[:10]
-        strain, *rest = state[10:]
+        strain, kelvin, damage, hardened, stored = state[10:]
         deviator = (stress[0], stress[1], stress[2], stress[3], stress[4], stress[5])
-        old = PointState(density, energy, pressure, viscosity, deviator, strain, *rest)
+        old = PointState(
+            density, energy, pressure, viscosity, deviator, strain, kelvin, damage, hardened, stored * stores
+        )
         new, present, acts = advance(matter, VISCOSITY, SPACING, DT, gradient, old)
-        rate = np.trace(gradient)
-        beyond = outside_range(matter.eos, new.density), below_range(matter.eos, new.density)
-        signal = signal_speed(matter, VISCOSITY, SPACING, rate, new)
-        rows = (*new[:4], *new.deviator, *new[5:8], present, *acts, *beyond, *signal, *new[8:])
-        columns.append(rows)
-    return np.array(columns, float).T
+        signal, floored = signal_speed(matter, VISCOSITY, SPACING, np.trace(gradient), new)
+        failed = new.damage >= 1.0 > old.damage
+        beyond, below = outside_range(matter.eos, new.density), below_range(matter.eos, new.density)
+        counts = (*acts, beyond, below, floored, new.temperature < 0.0, failed)
+        kept = new.hardened if weakens(matter.failure) else hardened, new.stored if stores else stored
+        rows = (*new[:4], *new.deviator, new.plastic_strain, max(new.temperature, 0.0), new.damage, *kept)
+        found.append((*rows, present, signal, *counts))
+    columns = np.array(found, float).T
+    return {"rows": columns[:15], "present": columns[15], "signal": columns[16]} | dict(
+        zip(COUNTS, columns[17:], strict=True)
+    )
 
 
 def points(matter: Matter) -> tuple[np.ndarray, np.ndarray]:
@@ -152,23 +125,26 @@ def test_law__is_the_same_for_eight_points_as_for_one(law: str) -> None:
     matter = LAWS[law]
     gradients, states = points(matter)
     expected = one_by_one(matter, gradients, states)
-    got = np.zeros(expected.shape)
-    by_eights(matter, VISCOSITY, gradients, states, DT, got)
-    assert np.isfinite(expected).all()
-    for name, one, other in zip(NAMES, got, expected, strict=True):
-        assert np.allclose(one, other, rtol=0.0, atol=ROUND_OFF * np.abs(other).max()), name
+    assert np.isfinite(expected["rows"]).all()
+    for whole_work in (0, 1):
+        got, tally = by_eights(matter, gradients, states, whole_work)
+        if whole_work:
+            expected["rows"][1] = expected["present"]
+        for row, one, other in zip(ROWS, got, expected["rows"], strict=True):
+            assert np.allclose(one, other, rtol=0.0, atol=ROUND_OFF * np.abs(other).max()), row
+        assert {name: getattr(tally, name) for name in COUNTS} == {name: expected[name].sum() for name in COUNTS}
+        largest = expected["signal"].max(), np.abs(gradients[[0, 4, 8]].sum(axis=0)).max()
+        assert np.allclose((tally.signal, tally.volume_rate), largest, rtol=ROUND_OFF, atol=0.0)
+        assert not tally.fault
 
 
 def test_points__come_to_every_branch() -> None:
     """Of copper's laws: each safeguard acts on some points and not on others, and some of them yield and fail."""
     matter = real_copper()._replace(failure=test_failure.copper("spall"))
     gradients, states = points(matter)
-    result = dict(zip(NAMES, one_by_one(matter, gradients, states), strict=True))
-    cold = dict(zip(NAMES, one_by_one(real_copper(), gradients, states), strict=True))
-    for name in ("molten", "unstable", "beyond", "sound floor"):
+    result, cold = (one_by_one(laws, gradients, states) for laws in (matter, real_copper()))
+    for name in ("molten", "unstable", "beyond_hugoniot", "sound_floors", "failed"):
         assert 0 < result[name].sum() < POINTS, name
-    assert 0 < cold["tension floor"].sum() < POINTS
-    slip = result["plastic strain"] > states[10]
+    assert 0 < cold["tension_floors"].sum() < POINTS
+    slip = result["rows"][10] > states[10]
     assert 0 < slip.sum() < POINTS
-    fails = (result["damage"] >= 1.0) & (states[12] < 1.0)
-    assert 0 < fails.sum() < POINTS

@@ -12,9 +12,9 @@ from pathlib import Path
 import pytest
 
 from service.execution.local import LocalEngine
-from service.records.attempt import Attempt, Ended
 from service.records.jobs import Cause
-from service.records.timings import Timings
+from service.workers.attempt import Attempt, Ended
+from service.workers.timings import Timings
 from tests.service.support.attempts import LIMIT
 from tests.service.support.cluster import (
     EngineUser,

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 from scipy.optimize import brentq
 
-from solver.eos import (
+from solver.matter.eos import (
     below_range,
     outside_range,
     pressure_terms,
@@ -18,11 +18,11 @@ from solver.eos import (
     sound_speed_squared,
     temperature,
 )
+from solver.matter.tension import pressure_floor
+from solver.matter.tension.recoverable import RecoverableTension
 from solver.registry import entries
-from solver.tension import pressure_floor
-from solver.tension.recoverable import RecoverableTension
 
-FORMS = entries("solver.eos", "EOS")
+FORMS = entries("solver.matter.eos", "EOS")
 DENSITY = 8930.0
 COPPER = {"density": DENSITY, "c0": 3940.0, "s": 1.489, "gamma0": 1.99, "heat_capacity": 383.0, "temperature": 298.0}
 HEAT = {"heat_capacity": 383.0, "temperature": 298.0}
@@ -33,42 +33,12 @@ EXAMPLES: dict[str, dict[str, float]] = {
     "mie-grueneisen": COPPER,
     "mie-grueneisen-cubic": COPPER,
     "linear-elastic": {"density": DENSITY, "bulk_modulus": DENSITY * 3940.0**2, **HEAT},
-    "tillotson": {
-        "density": 8900.0,
-        "a": 0.5,
-        "b": 1.5,
-        "A": 139e9,
-        "B": 110e9,
-        "e0": 32.5e6,
-        "e_iv": 1.38e6,
-        "e_cv": 6.9e6,
-        "alpha": 5.0,
-        "beta": 5.0,
-        **HEAT,
-    },
-    "jwl": {
-        "density": 1630.0,
-        "A": 3.712e11,
-        "B": 3.21e9,
-        "R1": 4.15,
-        "R2": 0.95,
-        "omega": 0.3,
-        "E0": 6.993e9,
-        "detonation_velocity": 6930.0,
-        "burnt": 1.0,
-        **HEAT,
-    },
-    "polynomial": {
-        "density": 1000.0,
-        "C0": 0.0,
-        "C1": 2.2e9,
-        "C2": 9.5e9,
-        "C3": 1.457e10,
-        "C4": 0.28,
-        "C5": 0.28,
-        "C6": 0.0,
-        **HEAT,
-    },
+    "tillotson": {"density": 8900.0, "a": 0.5, "b": 1.5, "A": 139e9, "B": 110e9, "e0": 32.5e6, **HEAT}
+    | {"e_iv": 1.38e6, "e_cv": 6.9e6, "alpha": 5.0, "beta": 5.0},
+    "jwl": {"density": 1630.0, "A": 3.712e11, "B": 3.21e9, "R1": 4.15, "R2": 0.95, "omega": 0.3, **HEAT}
+    | {"E0": 6.993e9, "detonation_velocity": 6930.0, "burnt": 1.0},
+    "polynomial": {"density": 1000.0, "C0": 0.0, "C1": 2.2e9, "C2": 9.5e9, "C3": 1.457e10, **HEAT}
+    | {"C4": 0.28, "C5": 0.28, "C6": 0.0},
     "ideal-gas": {"density": 0.125, "sound_speed": math.sqrt(1.4 * 0.8), "gamma": 1.4, **HEAT},
 }
 AT_REST = {"ideal-gas": 2.0}  # J/kg: p = 0.1 Pa
@@ -93,7 +63,7 @@ NOT_ASKED: dict[str, dict[str, str]] = {
     "polynomial": {
         "isentrope": "its temperature counts from its reference state",
         "range": "it is a polynomial without an end",
-        "published": "its formula is its definition: tests/solver/test_burn_and_soil.py",
+        "published": "its formula is its definition: tests/solver/test_models.py",
         "thin": "its gas resists by heat, and nothing holds on",
     },
     "tillotson": {"published": "its shocks are not printed; near those of the same metal: test_materials.py"},

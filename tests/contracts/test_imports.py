@@ -9,7 +9,7 @@ import pytest
 
 ROOT = Path(__file__).parents[2]
 
-ELSEWHERE = ("xarray", "netCDF4", "pandas", "plotly", "dask", "distributed", "pint")
+ELSEWHERE = ("xarray", "netCDF4", "pandas", "matplotlib", "dask", "distributed", "pint")
 HEAVY = ("numba", "llvmlite", "scipy", *ELSEWHERE)
 NEVER_IN_THE_API_PROCESS = ("numba", "llvmlite", "xarray", "netCDF4", "distributed")
 SOLVER_MAY_IMPORT = {"numpy", "scipy", "solver"}
@@ -17,14 +17,12 @@ COMPILING = {ROOT / "solver" / "jit.py", *(ROOT / "solver" / "vectors").glob("*.
 COMPILING_MAY_IMPORT = {*SOLVER_MAY_IMPORT, "numba", "llvmlite"}
 
 
-@pytest.mark.parametrize("module", ["solver", "studies", "service", "whipple"])
-def test_import__of_a_package_is_cheap(module: str) -> None:
-    assert not _loaded_by(f"import {module}", HEAVY)
+def test_import__of_a_package_is_cheap() -> None:
+    assert not _loaded_by("import solver", "import studies", "import service", "import whipple", suspects=HEAVY)
 
 
-@pytest.mark.parametrize(
-    "module",
-    [
+def test_import__of_what_the_api_process_uses_loads_no_solver_and_no_datasets() -> None:
+    modules = (
         "service.api.app",
         "service.cli.local",
         "service.execution.local",
@@ -35,25 +33,16 @@ def test_import__of_a_package_is_cheap(module: str) -> None:
         "studies.runs.run",
         "studies.scenarios",
         "studies.sweeps.sweep",
-    ],
-)
-def test_import__of_what_the_api_process_uses_loads_no_solver_and_no_datasets(module: str) -> None:
-    assert not _loaded_by(f"import {module}", NEVER_IN_THE_API_PROCESS)
+    )
+    catalogues = (f"import {name} as kind; assert kind.names()" for name in ("studies.scenarios", "studies.materials"))
+    code = (*(f"import {module}" for module in modules), *catalogues)
+    assert not _loaded_by(*code, suspects=NEVER_IN_THE_API_PROCESS)
 
 
-def test_import__of_the_worker_loads_neither_web_nor_store() -> None:
-    assert not _loaded_by("import service.workers.warm_process", ("fastapi", "starlette", "sqlalchemy"))
-
-
-def test_import__of_what_computes_a_run_loads_no_datasets_and_no_units() -> None:
-    code = "import service.workers.warm_process, studies.runs.execution"
-    assert not _loaded_by(code, (*ELSEWHERE, "fastapi", "sqlalchemy"))
-
-
-@pytest.mark.parametrize("catalogue", ["studies.scenarios", "studies.materials"])
-def test_catalogue__names_are_listed_without_the_solver(catalogue: str) -> None:
-    code = f"import {catalogue} as kind; assert kind.names()"
-    assert not _loaded_by(code, NEVER_IN_THE_API_PROCESS)
+def test_import__of_the_worker_loads_neither_web_nor_store_and_to_compute_no_datasets_and_no_units() -> None:
+    web = ("fastapi", "starlette", "sqlalchemy")
+    code = ("import service.workers.warm_process", "import studies.runs.execution")
+    assert not _loaded_by(*code, suspects=(*web, *ELSEWHERE))
 
 
 @pytest.mark.parametrize("file", sorted((ROOT / "solver").rglob("*.py")), ids=lambda file: str(file.relative_to(ROOT)))
@@ -70,15 +59,15 @@ def test_whipple__offers_the_public_names_and_no_more() -> None:
         whipple.open_qube  # noqa: B018
 
 
-def _loaded_by(code: str, suspects: tuple[str, ...]) -> set[str]:
-    """Which of the suspects a fresh interpreter has loaded after it ran the code."""
-    report = "; import sys; print('loaded', *sys.modules)"
-    answer = subprocess.run(
-        [sys.executable, "-c", code + report], cwd=ROOT, capture_output=True, text=True, check=False
-    )
+def _loaded_by(*code: str, suspects: tuple[str, ...]) -> dict[str, str]:
+    """Which of the suspects a fresh interpreter has loaded, each with the first piece of code after which it had."""
+    report = f"print('loaded', *set({suspects!r}) & set(sys.modules))"
+    program = "\n".join(["import sys", *(line for piece in code for line in (piece, report))])
+    answer = subprocess.run([sys.executable, "-c", program], cwd=ROOT, capture_output=True, text=True, check=False)
     assert answer.returncode == 0, answer.stderr
-    loaded = answer.stdout.splitlines()[-1].split()
-    return {suspect for suspect in suspects if suspect in loaded}
+    reports = [line.split()[1:] for line in answer.stdout.splitlines() if line.startswith("loaded")]
+    assert len(reports) == len(code)
+    return {name: piece for piece, loaded in reversed([*zip(code, reports, strict=True)]) for name in loaded}
 
 
 def _imported_by(file: Path) -> set[str]:

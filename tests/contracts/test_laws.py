@@ -1,7 +1,10 @@
 """Every law reproduces a published number, broadcasts and states its range."""
 
+import doctest
+import importlib
 import inspect
 import math
+import pkgutil
 from collections.abc import Callable
 
 import numpy as np
@@ -11,7 +14,6 @@ from solver.registry import entries
 from studies import laws, materials, measurements
 from studies.laws import Law, Shield, Shot
 from studies.materials.schema import CONFIDENCES
-from tests.studies.support.published import examples_of, module_of
 
 COPPER = materials.load("copper-ofhc")
 ALUMINIUM = materials.load("al-2024-t3")
@@ -30,13 +32,19 @@ def shot(speed: float = 6000.0, scale: float = 1.0) -> Shot:
 
 def formula_of(law: Law) -> Callable[..., np.ndarray]:
     """The bare formula: the public function whose name ends in ratio, or that of a critical diameter."""
-    module = module_of(law)
-    (formula,) = [
-        each
-        for name, each in inspect.getmembers(module, inspect.isfunction)
-        if name.endswith(("_ratio", "critical_diameter")) and name[0] != "_" and each.__module__ == module.__name__
-    ]
-    return formula
+    for found in pkgutil.iter_modules(laws.__path__):
+        module = importlib.import_module(f"studies.laws.{found.name}")
+        offered = getattr(module, "LAW", ())
+        if law in (offered if isinstance(offered, tuple) else (offered,)):
+            (formula,) = [
+                each
+                for name, each in inspect.getmembers(module, inspect.isfunction)
+                if name.endswith(("_ratio", "critical_diameter"))
+                and name[0] != "_"
+                and each.__module__ == module.__name__
+            ]
+            return formula
+    raise AssertionError(law.name)
 
 
 def test_law__states_equation_source_and_confidence(law: Law) -> None:
@@ -50,7 +58,7 @@ def test_law__predicts_what_is_measured_or_what_is_listed_as_unmeasured(law: Law
 
 
 def test_law__states_a_range_with_sources_of_which_some_is_checked(law: Law) -> None:
-    assert law.range.words
+    assert "0.5 <= projectile L/d <= 2 (source not found; checked)" in law.range.words
     assert any(limit.machine_checked for limit in law.range.limits)
     assert all(len(limit.source) > 5 and "memory" not in limit.source for limit in law.range.every)
 
@@ -60,12 +68,13 @@ def test_law__has_a_published_scatter_or_none(law: Law) -> None:
     assert law.describe()["scatter"] == law.scatter
 
 
+@pytest.mark.claim("laws", "laws-published-numbers")
 def test_law__has_a_doctest_that_passes(law: Law) -> None:
+    """Every law gives the numbers beside its formula, published ones where there are some, to their printed digits."""
     formula = formula_of(law)
     assert ">>>" in (formula.__doc__ or "")
-    examples = examples_of(law)
-    assert examples
-    assert all(each.passed for each in examples), examples
+    failed, attempted = doctest.testmod(inspect.getmodule(formula))
+    assert attempted > failed == 0
 
 
 def test_law__broadcasts(law: Law) -> None:

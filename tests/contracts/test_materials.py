@@ -6,19 +6,19 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from solver.eos import pressure_terms, temperature
-from solver.strength import yield_stress
+from solver.matter.eos import pressure_terms, temperature
+from solver.matter.strength import yield_stress
 from studies import materials
 from studies.materials import Material
 from studies.materials.schema import CONFIDENCES
-from studies.scenarios._matter import check_constants, check_eos, eos_forms, eos_of, matter
+from studies.scenarios.parts.matter import check_constants, check_eos, eos_forms, eos_of, matter
 from tests.contracts.test_eos import shock
 
 # rho0 c0^2 is the bulk modulus at zero pressure; Ma (2005) alone has 3.6 and 3.94 km/s for copper.
 BULK_MODULUS_AGREEMENT = 0.15
 
-# Accuracy of the solver's kept isentrope (solver/eos/_hugoniot.py): of its energy up to the tangent, and in kelvin
-# at the densities of like-on-like shocks up to 10 km/s.
+# Accuracy of the solver's kept isentrope (solver/matter/eos/_hugoniot.py): of its energy up to the tangent, and in
+# kelvin at the densities of like-on-like shocks up to 10 km/s.
 ISENTROPE_ENERGY, ISENTROPE_KELVIN, FASTEST = 1e-3, 1.0, 1e4
 SAME_METAL = 0.05  # of the shock speed, between two equations of state
 

@@ -8,7 +8,7 @@ import pytest
 
 from studies import measurements
 from studies.measurements import RESOLUTION_IN_CELLS, History
-from studies.values.results import ERROR_UNKNOWN
+from studies.quantities.measured import ERROR_UNKNOWN
 from tests.studies.measurements.states import CELL, STATES, looks_at, read, reordered
 
 UNITS = {"m", "m3", "s", "1", "Pa", "m s-1", "kg m-3", "kg", "J", "N s", "kg m s-1"}

@@ -9,12 +9,12 @@ import numpy as np
 import pytest
 
 from solver.simulation import start
-from solver.units import Described, marked
+from solver.units import Described
 from studies import scenarios
+from studies.cases.rows import Row, equal
+from studies.quantities.findings import InvalidInput
+from studies.quantities.parameters import Parameter, declared, marks
 from studies.runs.run import Run
-from studies.values.errors import InvalidInput
-from studies.values.parameters import Parameter, declared
-from studies.verification import Row, equal
 from tests.contracts.test_scenarios import asked, built, given_of
 
 STEPS = 12
@@ -62,7 +62,7 @@ def base(name: str, method: str) -> dict[str, Any]:
 def state(run: Run) -> tuple[str, str, str]:
     """Digest of a run after some steps; then its grid, faces, end and observation; then what acts later."""
     setting = built(run)
-    observer, problem = scenarios.load(run.scenario).observer, setting.problem
+    problem = setting.problem
     simulation = start(problem, threads=1)
     for _ in range(STEPS):
         simulation.advance()
@@ -72,7 +72,7 @@ def state(run: Run) -> tuple[str, str, str]:
     seen = problem.geometry, problem.faces, problem.end_time, problem.retirement
     return (
         digest.hexdigest(),
-        repr((seen, observer.rate(given_of(run), setting), vars(setting) | {"problem": None})),
+        repr((seen, given_of(run).rate(setting), vars(setting) | {"problem": None})),
         repr(
             (
                 [body.matter for body in problem.bodies],
@@ -103,9 +103,9 @@ def others(parameter: Parameter, value: Any) -> Iterator[Any]:
 def varied(name: str, method: str) -> Iterator[tuple[str, Run]]:
     """The runs that differ from the small one in one parameter and are accepted; a number takes its first value."""
     start_of, chosen = base(name, method), scenarios.load(name).parameters
-    first, marks = asked(name, **start_of), marked(chosen, Described)
+    first, described = asked(name, **start_of), marks(chosen, Described)
     for parameter in declared(chosen).values():
-        if marks[parameter.name].label or parameter.name == "method":
+        if described[parameter.name].label or parameter.name == "method":
             continue
         for value in others(parameter, first.parameters[parameter.name]):
             try:
@@ -118,11 +118,42 @@ def varied(name: str, method: str) -> Iterator[tuple[str, Run]]:
 
 
 @each_method
-def test_parameter_that_does_not_act__makes_no_new_run(name: str, method: str) -> None:
+def test_parameter__makes_a_new_run_where_it_acts(name: str, method: str) -> None:
     first = asked(name, **base(name, method))
     for parameter, run in varied(name, method):
-        if parameter in run.idle:
-            assert run.id == first.id, parameter
+        # What a deck says may be what the parameter says, too.
+        acts = parameter not in run.idle.union(scenarios.load(name).unused) and run.parameters != first.parameters
+        assert (run.id != first.id) == acts, parameter
+
+
+# Where a parameter of a plate acts, and what must change with it.
+THIN = declared(scenarios.load("thin_plate").parameters)
+SPALL = {"failure": "spall", "failure_time": 1e-7}
+CYLINDER = {"projectile_shape": "cylinder", "projectile_length": 4e-3}
+ACTS_WITH: dict[str, dict[str, Any]] = {
+    "projectile_length": CYLINDER,
+    "obliquity": {"geometry": "half"},
+    "yaw": {"geometry": "half", **CYLINDER},
+    "friction": {"contact": "bardenhagen"},
+    "failure_strain": {"failure": "plastic-strain", "failure_strain": 1.0},
+    "failure_time": SPALL,
+    "method": {"geometry": "quarter"},
+    "artificial_stress": {"geometry": "quarter", "method": "sph"},
+    "damping_order": {"damping_rate": 1e5},
+    "beyond_edge": {"edges": "free"},
+    "film_interval": {"film_interval": 1e-6},
+}
+FOLLOWS: dict[str, dict[str, Any]] = {"projectile_shape": {"projectile_length": 8e-3}, "failure": SPALL}
+NO_CONTENT = ("film_interval",)  # a film shows a run and does not change it
+
+
+@pytest.mark.parametrize("name", [name for name, each in THIN.items() if each.kind != "material"])
+def test_parameter_that_acts__makes_a_new_run(name: str) -> None:
+    before = asked("thin_plate", **ACTS_WITH.get(name, {}))
+    value = next(others(THIN[name], before.parameters[name]))
+    after = asked("thin_plate", **{**ACTS_WITH.get(name, {}), name: value, **FOLLOWS.get(name, {})})
+    assert (after.id == before.id) == (name in NO_CONTENT)
+    assert list(after.parameters) == list(THIN)
 
 
 @pytest.mark.claim("mend-again", "parameters-act", minutes=8.0)

@@ -8,7 +8,7 @@ from solver.registry import entries
 from solver.units import Below, FromMaterial, marked, units_of
 from studies import materials
 from studies.materials.schema import STIFFNESS
-from studies.values.parameters import declared
+from studies.quantities.parameters import declared
 
 FOLDERS = {"shapes": "SHAPE", "tension": "TENSION", "failure": "FAILURE", "strength": "STRENGTH", "eos": "EOS"}
 ENTRIES = [(folder, entry) for folder, kind in FOLDERS.items() for entry in entries(f"solver.{folder}", kind).values()]

@@ -12,9 +12,9 @@ import pytest
 from solver.audit import Audit
 from solver.simulation import start
 from studies import materials, measurements, scenarios
+from studies.quantities.parameters import declared
 from studies.runs.run import Run, materials_of, resolve
-from studies.scenarios import Scenario, Setting
-from studies.values.parameters import declared
+from studies.scenarios import Scenario, Setting, SetUp
 from tests.studies.support.decks import appendix_deck, detonation_deck, fluid_deck, soil_deck
 
 DIAMETER, CELLS = 8e-3, 4.0
@@ -45,135 +45,129 @@ RESOLUTION = {"plate_impact": ("cells_per_thickness", "cells_per_thickness"), "d
 IMPACTS = ("thick_plate", "thin_plate")
 BARS = ("elastic_bar", "taylor_bar")
 GEOMETRIES = ("axisymmetric", "quarter", "half")
-SHAPES = ("sphere", "cylinder")
 EDGES = ("fixed", "free")
 Changes = dict[str, Any]
+CYLINDER: Changes = {"projectile_shape": "cylinder", "projectile_length": 0.75 * DIAMETER}
 CORNERS: tuple[tuple[str, Changes], ...] = tuple(
+    (name, {"geometry": geometry, "projectile_shape": "sphere", "edges": edges, **shape})
+    for name, geometry, shape, edges in itertools.product(IMPACTS, GEOMETRIES, ({}, CYLINDER), EDGES)
+)
+OBLIQUE: Changes = {"geometry": "half", **CYLINDER, "obliquity": math.radians(40.0), "yaw": math.radians(-15.0)}
+SQUARE: Changes = {"section": "square", "geometry": "quarter"}
+PULLED: Changes = {"speed": 0.0, "bar_length": 20e-3, "pressure": -1e8, "pulse": "0 us 1, 1 us 0", **SQUARE}
+# Each is a corner by itself, of the small parameters; the far ends of what the fields allow among them.
+VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
+    (tuple(SMALL), ({"courant": 0.01}, {"courant": 0.9}, {"particles_per_cell": 1}, {"particles_per_cell": 4})),
+    # The step does these alike whatever it was given: one scenario stands for all.
     (
-        name,
-        {"geometry": geometry, "projectile_shape": shape, "edges": edges}
-        | ({"projectile_length": 0.75 * DIAMETER} if shape == "cylinder" else {}),
-    )
-    for name, geometry, shape, edges in itertools.product(IMPACTS, GEOMETRIES, SHAPES, EDGES)
-)
-# Each is a corner by itself, on the axisymmetric sphere; the far ends of what the fields allow among them.
-NUMERICS: tuple[Changes, ...] = (
-    {"courant": 0.01},
-    {"courant": 0.9},
-    {"particles_per_cell": 1},
-    {"particles_per_cell": 4},
-)
-# The step does these alike whatever it was given: one scenario stands for all.
-OF_THE_STEP: tuple[Changes, ...] = (
-    {"recipe": "thesis"},
-    {"tension": "unlimited"},
-    {"viscosity_linear": 0.0, "viscosity_quadratic": 0.0},
-    {"fixed_dt": 1e-9},
-    {"scheme": "usf"},
-    {"scheme": "usl"},
-    {"shape": "gimp"},
-    {"damping_rate": 1e5, "damping_order": 2},
-)
-OF_IMPACTS: tuple[Changes, ...] = (
-    {"eos_form": "cubic"},
-    {"thermal_softening": False},
-    {"speed": 100.0},
-    {"speed": 20e3},
-    {"cells_per_diameter": 2.0},
-    {"cells_per_diameter": 64.0},
-    {"offset": 0.5},
-    {"failure": "plastic-strain", "failure_strain": 0.5},
-    {"projectile_shape": "cylinder", "projectile_length": 5.0 * DIAMETER},
-    {"projectile": "al-2024-t3"},
-    {"target": "al-2024-t3"},
-)
-OF_CLOUDS: tuple[Changes, ...] = (
-    {"geometry": "quarter", "debris": "retire"},
-    {"geometry": "half", "edges": "fixed"},
-    {"projectile_shape": "cylinder", "projectile_length": 0.75 * DIAMETER, "end_time": 1e-5},
-)
-OF_BARS: tuple[Changes, ...] = (
-    {"geometry": "quarter"},
-    {"wall": "symmetric"},
-    {"wall": "symmetric", "geometry": "quarter"},
-    {"cells_per_diameter": 2.0},
-    {"cells_per_diameter": 2.0, "particles_per_cell": 1, "geometry": "quarter"},
-    {"cells_per_diameter": 32.0},
-    {"bar_length": 100e-3, "bar_diameter": 2e-3},
-    {"section": "square", "geometry": "quarter"},
-    {"speed": 0.0, "gravity": -9.81},
-    {
-        "speed": 0.0,
-        "bar_length": 20e-3,
-        "pressure": -1e8,
-        "pulse": "0 us 1, 1 us 0",
-        "section": "square",
-        "geometry": "quarter",
-    },
-    {"speed": 1.0},
-)
-OF_DECKS: tuple[Changes, ...] = (
-    {"contact": "none"},
-    {"refinement": 2},
-    {"step": "stable"},
-    {"end_time": 1e-6},
-    {"deck": detonation_deck(20)},
-    {"deck": soil_deck()},
-    {"deck": fluid_deck()},
-)
-OF_PLUGS: tuple[Changes, ...] = (
-    {"geometry": "quarter", "nose": "hemispherical"},
-    {"nose": "conical"},
-    {"nose": "conical", "nose_length": 80e-3, "gap": 0.0},
-    {"nose": "hemispherical", "offset": 0.5, "contact": "none"},
-    {"projectile": "arne-bilinear", "target": "weldox-460-e-2002", "failure": "johnson-cook"},
-    {"failure": "none", "thermal_softening": False},
-    {"speed": 2000.0},
-)
-OF_PLATES: tuple[Changes, ...] = (
-    {"geometry": "axisymmetric"},
-    {"cells_across": 3},
-    {"cells_per_thickness": 10.0},
-    {"cells_per_thickness": 300.0},
-    {"target_thickness": 9e-3},
-    {"flyer": "al-2024-t3"},
-    {"target": "al-2024-t3"},
-    {"strength": "material"},
-    {"eos_form": "cubic"},
-    {"speed": 20e3},
-    {"speed": 1.0},
-)
-VARIATIONS: tuple[tuple[str, Changes], ...] = (
-    *CORNERS,
-    *((name, change) for name in SMALL for change in NUMERICS),
-    *(("thin_plate", change) for change in OF_THE_STEP),
-    *((name, change) for name in IMPACTS for change in OF_IMPACTS),
-    ("thin_plate", {"edges": "absorbing", "geometry": "quarter"}),
-    ("thin_plate", {"edges": "absorbing", "geometry": "half", "offset": 0.5, "shape": "gimp"}),
-    ("thick_plate", {"edges": "absorbing", "target_depth": 0.04, "target_radius": 0.04}),
-    *(
+        ("thin_plate",),
         (
-            name,
-            {
-                "geometry": "half",
-                "projectile_shape": "cylinder",
-                "projectile_length": 0.75 * DIAMETER,
-                "obliquity": math.radians(40.0),
-                "yaw": math.radians(-15.0),
-            },
-        )
-        for name in IMPACTS
+            {"recipe": "thesis"},
+            {"tension": "unlimited"},
+            {"viscosity_linear": 0.0, "viscosity_quadratic": 0.0},
+            {"fixed_dt": 1e-9},
+            {"scheme": "usf"},
+            {"scheme": "usl"},
+            {"shape": "gimp"},
+            {"damping_rate": 1e5, "damping_order": 2},
+            {"edges": "absorbing", "geometry": "quarter"},
+            {"edges": "absorbing", "geometry": "half", "offset": 0.5, "shape": "gimp"},
+        ),
     ),
-    *(("debris_cloud", change) for change in OF_CLOUDS),
-    *((name, change) for name in BARS for change in OF_BARS),
-    ("elastic_bar", {"poisson_ratio": 0.0}),
-    ("elastic_bar", {"poisson_ratio": 0.49}),
-    ("taylor_bar", {"geometry": "quarter", "recipe": "thesis"}),
-    ("taylor_bar", {"bar": "al-2024-t3"}),
-    ("taylor_bar", {"thermal_softening": False, "bar": "copper-ofhc"}),
-    *(("plate_impact", change) for change in OF_PLATES),
-    *(("plugging", change) for change in OF_PLUGS),
-    *(("deck", change) for change in OF_DECKS),
+    (("thick_plate",), ({"edges": "absorbing", "target_depth": 0.04, "target_radius": 0.04},)),
+    (
+        IMPACTS,
+        (
+            {"eos_form": "cubic"},
+            {"thermal_softening": False},
+            {"speed": 100.0},
+            {"speed": 20e3},
+            {"cells_per_diameter": 2.0},
+            {"cells_per_diameter": 64.0},
+            {"offset": 0.5},
+            {"failure": "plastic-strain", "failure_strain": 0.5},
+            {**CYLINDER, "projectile_length": 5.0 * DIAMETER},
+            {"projectile": "al-2024-t3"},
+            {"target": "al-2024-t3"},
+            OBLIQUE,
+        ),
+    ),
+    (
+        ("debris_cloud",),
+        (
+            {"geometry": "quarter", "debris": "retire"},
+            {"geometry": "half", "edges": "fixed"},
+            {**CYLINDER, "end_time": 1e-5},
+        ),
+    ),
+    (
+        BARS,
+        (
+            {"geometry": "quarter"},
+            {"wall": "symmetric"},
+            {"wall": "symmetric", "geometry": "quarter"},
+            {"cells_per_diameter": 2.0},
+            {"cells_per_diameter": 2.0, "particles_per_cell": 1, "geometry": "quarter"},
+            {"cells_per_diameter": 32.0},
+            {"bar_length": 100e-3, "bar_diameter": 2e-3},
+            SQUARE,
+            {"speed": 0.0, "gravity": -9.81},
+            PULLED,
+            {"speed": 1.0},
+        ),
+    ),
+    (("elastic_bar",), ({"poisson_ratio": 0.0}, {"poisson_ratio": 0.49})),
+    (
+        ("taylor_bar",),
+        (
+            {"geometry": "quarter", "recipe": "thesis"},
+            {"bar": "al-2024-t3"},
+            {"thermal_softening": False, "bar": "copper-ofhc"},
+        ),
+    ),
+    (
+        ("plate_impact",),
+        (
+            {"geometry": "axisymmetric"},
+            {"cells_across": 3},
+            {"cells_per_thickness": 10.0},
+            {"cells_per_thickness": 300.0},
+            {"target_thickness": 9e-3},
+            {"flyer": "al-2024-t3"},
+            {"target": "al-2024-t3"},
+            {"strength": "material"},
+            {"eos_form": "cubic"},
+            {"speed": 20e3},
+            {"speed": 1.0},
+        ),
+    ),
+    (
+        ("plugging",),
+        (
+            {"geometry": "quarter", "nose": "hemispherical"},
+            {"nose": "conical"},
+            {"nose": "conical", "nose_length": 80e-3, "gap": 0.0},
+            {"nose": "hemispherical", "offset": 0.5, "contact": "none"},
+            {"projectile": "arne-bilinear", "target": "weldox-460-e-2002", "failure": "johnson-cook"},
+            {"failure": "none", "thermal_softening": False},
+            {"speed": 2000.0},
+        ),
+    ),
+    (
+        ("deck",),
+        (
+            {"contact": "none"},
+            {"refinement": 2},
+            {"step": "stable"},
+            {"end_time": 1e-6},
+            {"deck": detonation_deck(20)},
+            {"deck": soil_deck()},
+            {"deck": fluid_deck()},
+        ),
+    ),
+)
+VARIATIONS = CORNERS + tuple(
+    (name, change) for scenarios_of, changes in VARIED for name in scenarios_of for change in changes
 )
 
 
@@ -186,12 +180,13 @@ def asked(scenario: str, **changes: Any) -> Run:
     return resolve(scenario, given, {role: materials.load(name) for role, name in names.items()})
 
 
-def given_of(run: Run) -> Any:
-    return scenarios.load(run.scenario).parameters(**run.parameters)
+def given_of(run: Run) -> SetUp:
+    return scenarios.load(run.scenario).record(run.parameters)
 
 
-def built(run: Run) -> Setting:
-    return scenarios.load(run.scenario).build(given_of(run), materials_of(run))
+def built(run: Run) -> Any:
+    """The setting of a run."""
+    return given_of(run).build(materials_of(run))
 
 
 def ten_steps(setting: Setting) -> Audit:
@@ -245,9 +240,14 @@ def test_scenario__describes_every_parameter(scenario: Scenario) -> None:
 
 
 def test_scenario__takes_its_parameters_by_keyword_and_keeps_them(scenario: Scenario) -> None:
-    options = scenario.parameters.__dataclass_params__  # type: ignore[attr-defined]
-    assert options.frozen
-    assert all(field.kw_only for field in dataclasses.fields(scenario.parameters))
+    def check(record: Any) -> None:
+        assert record.__dataclass_params__.frozen
+        for each in dataclasses.fields(record):
+            assert each.kw_only
+            if dataclasses.is_dataclass(getattr(record, each.name)):
+                check(getattr(record, each.name))
+
+    check(given_of(asked(scenario.name)))
 
 
 def test_scenario__names_fields_measurements_and_materials_that_exist(scenario: Scenario) -> None:
@@ -257,13 +257,13 @@ def test_scenario__names_fields_measurements_and_materials_that_exist(scenario: 
     assert set(scenario.settles) <= set(scenario.measurements)
     for one in scenario.measurements:
         assert set(measurements.load(one).follows) <= set(scenario.measurements)
-    assert set(scenario.observer.least_cells) <= set(scenario.cells(given_of(asked(scenario.name))))
+    assert {*scenario.least_cells, *scenario.fewest_cells} <= set(given_of(asked(scenario.name)).cells())
 
 
 def test_scenario__is_observed_often_enough_to_be_seen_growing(scenario: Scenario) -> None:
     run = asked(scenario.name)
     setting = built(run)
-    rate = scenario.observer.rate(given_of(run), setting)
+    rate = given_of(run).rate(setting)
     assert 0.0 < rate.interval < setting.problem.end_time
     assert bool(scenario.settles) == math.isfinite(rate.window)
     if scenario.settles:
@@ -273,19 +273,19 @@ def test_scenario__is_observed_often_enough_to_be_seen_growing(scenario: Scenari
 def test_scenario__is_measured_at_its_start(scenario: Scenario) -> None:
     """Each measurement has a value or a reason before anything has happened."""
     setting = built(asked(scenario.name))
-    view = scenario.observer.view(setting, start(setting.problem, threads=1).snapshot())
+    view = scenario.parameters.view(setting, start(setting.problem, threads=1).snapshot())
     for one in scenario.measurements:
         measurement = measurements.load(one)
         if not measurement.follows:
             reading = measurement.read(view)
             assert math.isfinite(reading.value) or reading.flags
-    assert all(math.isfinite(number) for number in scenario.observer.numbers(view).values())
+    assert all(math.isfinite(number) for number in scenario.parameters.numbers(view).values())
 
 
 def test_scenario__says_how_well_it_is_resolved(scenario: Scenario) -> None:
     parameter, word = RESOLUTION.get(scenario.name, ("cells_per_diameter",) * 2)
     run = asked(scenario.name)
-    cells = scenario.cells(given_of(run))
+    cells = given_of(run).cells()
     assert set(cells) <= {"cells_per_diameter", "cells_per_thickness", "refinement"}
     assert cells[word] == run.parameters[parameter]
 
@@ -306,7 +306,7 @@ def test_variation__gives_every_particle_a_mass_and_no_two_the_same_place(varied
 def test_variation__is_estimated_near_its_real_number_of_particles(varied: tuple[Run, Setting]) -> None:
     run, setting = varied
     real = sum(body.mass.size for body in setting.problem.bodies)
-    size = scenarios.load(run.scenario).estimate(given_of(run), materials_of(run))
+    size = given_of(run).size(materials_of(run))
     assert real / ESTIMATE < size.particles < real * ESTIMATE
 
 
@@ -315,7 +315,7 @@ def test_estimate__grows_with_resolution(scenario: Scenario) -> None:
     sizes = []
     for cells in (16.0, 32.0):
         given = asked(scenario.name, **{parameter: cells})
-        sizes.append(scenario.estimate(given_of(given), materials_of(given)))
+        sizes.append(given_of(given).size(materials_of(given)))
     # A column of plates stays one cell wide, and a deck is refined in three dimensions.
     dimensions = {"plate_impact": 1, "deck": 3}.get(scenario.name, 2)
     assert math.isclose(sizes[1].particles / sizes[0].particles, 2.0**dimensions, rel_tol=0.01)

@@ -8,14 +8,16 @@ import pytest
 from hypothesis import assume, given
 from hypothesis import strategies as st
 
-from solver.problem import ArtificialViscosity, Matter
+from solver.matter.laws import Matter
+from solver.matter.strength import StrengthEntry, hardening, melting, rate_and_heat, stiffness, yield_stress
+from solver.matter.strength.johnson_cook import JohnsonCook
+from solver.matter.stress import RETURN_TOLERANCE, PointState, advance, return_to_yield
+from solver.matter.tensor import added, contract, equivalent_stress, rotated, scaled
+from solver.problem import ArtificialViscosity
 from solver.registry import entries
-from solver.strength import StrengthEntry, hardening, melting, rate_and_heat, stiffness, yield_stress
-from solver.stress import RETURN_TOLERANCE, PointState, advance, return_to_yield
-from solver.tensor import added, contract, equivalent_stress, rotated, scaled
 from tests.solver.bodies import DENSITY, MELT, SHEAR_MODULUS, SPACING, real_copper
 
-MEMBERS = entries("solver.strength", "STRENGTH")
+MEMBERS = entries("solver.matter.strength", "STRENGTH")
 
 # Copper in each form; a new member brings its own.
 COPPER: dict[str, tuple[float, ...]] = {
@@ -28,6 +30,8 @@ COPPER: dict[str, tuple[float, ...]] = {
     "steinberg-guinan": (120e6, 640e6, 36.0, 0.45, 28.3e-12, 3.77e-4, 1.5, 2.02),
 }
 NEVER_YIELDS = {"elastic"}
+# Hardening that begins steeply; the first is tungsten (studies/materials).
+STEEP = [JohnsonCook(1507e6, 176.6e6, 0.12, 0.016, 1.0, 1.0), JohnsonCook(90e6, 270e6, 0.1, 0.0, 1.0, 1.0)]
 ROUND_OFF = 1e-12
 
 plastic_strains = st.just(0.0) | st.floats(1e-9, 20.0)
@@ -129,11 +133,17 @@ def test_melt__takes_the_shear_stress_of_a_point(strength: Any, kelvin: float) -
     assert equivalent_stress(point.deviator) == 0.0
 
 
-@given(yielding, directions(), plastic_strains, rates, solid_temperatures, st.floats(1.0, 1e3))
+@given(
+    yielding.map(lambda name: copper(name)) | st.sampled_from(STEEP),
+    directions(),
+    plastic_strains,
+    rates,
+    solid_temperatures,
+    st.floats(1.0, 1e3),
+)
 def test_return__ends_on_the_surface_of_the_new_plastic_strain(
-    name: str, direction: tuple[float, ...], plastic_strain: float, rate: float, homologous: float, beyond: float
+    strength: Any, direction: tuple[float, ...], plastic_strain: float, rate: float, homologous: float, beyond: float
 ) -> None:
-    strength = copper(name)
     size = beyond * yield_stress(strength, plastic_strain, rate, homologous)
     trial = scaled(direction, size)
     stress, slip = returned(strength, trial, SHEAR_MODULUS, plastic_strain, rate, homologous)

@@ -8,13 +8,14 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.problem import ArtificialViscosity, Matter
+from solver.matter.laws import Matter
+from solver.matter.stress import PointState, advance
+from solver.matter.tension import TensionEntry, pressure_floor
+from solver.problem import ArtificialViscosity
 from solver.registry import entries
-from solver.stress import PointState, advance
-from solver.tension import TensionEntry, pressure_floor
 from tests.solver.bodies import DENSITY, MELT, ROOM, SPACING, real_copper
 
-MEMBERS = entries("solver.tension", "TENSION")
+MEMBERS = entries("solver.matter.tension", "TENSION")
 CUTOFF = 1.9e9  # Pa, of copper
 COPPER: dict[str, tuple[float, ...]] = {"recoverable": (CUTOFF,), "unlimited": ()}
 

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.scenarios._deck_macros import KINDS, REFUSED
+from studies.decks.macros import KINDS, REFUSED
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep
 from tests.service.support.command import run

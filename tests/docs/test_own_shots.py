@@ -4,7 +4,7 @@ import re
 from pathlib import Path
 
 from studies.observations import COLUMNS, OWN_COLUMNS, Observation, read_observations
-from studies.sweeps.sweep import vocabulary
+from studies.sweeps.reading import vocabulary
 
 ROOT = Path(__file__).parents[2]
 EXAMPLE = ROOT / "docs" / "own-shots.csv"

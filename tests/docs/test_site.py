@@ -10,7 +10,6 @@ from scipy import stats
 from docs.pages import DOCS, accuracy, laws, measurements, shots, validation
 from docs.pages import site as hook
 from studies import measurements as measured
-from tests.acceptance.checks.pages import pages
 
 ROOT = DOCS.parent
 MADE = {"accuracy": accuracy, "laws": laws, "measurements": measurements, "shots": shots, "validation": validation}
@@ -90,8 +89,3 @@ def test_shots__bias_and_scatter_are_those_of_the_table() -> None:
                 continue
             ends = stats.ttest_1samp(known, 0.0).confidence_interval(0.95)
             assert [*map(float, bias.split(" to "))] == pytest.approx([*ends], abs=0.051)
-
-
-def test_pages__name_the_language_of_every_block() -> None:
-    """Without one nobody knows whether the block is to be run; ``make claims docs-run`` runs them."""
-    assert {page.stem for page in pages()} >= {"how-to", "own-shots", "service", "cluster", "solver"}

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from service.store import Store
+from tests.service.support.api import Api, open_api, served
 from tests.service.support.databases import Postgresql, postgresql_server
 from tests.service.support.harness import Harness, open_harness
 
@@ -54,8 +55,8 @@ def database_url(request: pytest.FixtureRequest) -> str:
 
 @pytest.fixture
 def store(database_url: str) -> Iterator[Store]:
-    """A store in which every run is expected to cost one core second."""
-    with closing(Store.open(database_url, cost=lambda run: 1.0)) as opened:
+    """A store, once on each kind of database."""
+    with closing(Store.open(database_url)) as opened:
         yield opened
 
 
@@ -64,3 +65,24 @@ def harness(tmp_path: Path) -> Iterator[Harness]:
     """A dispatcher on SQLite whose ticks the test takes."""
     with open_harness(tmp_path) as opened:
         yield opened
+
+
+@pytest.fixture
+def api(tmp_path: Path) -> Iterator[Api]:
+    """The interface of a service without engine."""
+    with open_api(tmp_path) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def shared_api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
+    """The same for all tests of a file."""
+    with open_api(tmp_path_factory.mktemp("shared")) as opened:
+        yield opened
+
+
+@pytest.fixture(scope="module")
+def url(shared_api: Api) -> Iterator[str]:
+    """The address at which it is served."""
+    with served(shared_api) as address:
+        yield address

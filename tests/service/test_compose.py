@@ -19,7 +19,7 @@ import pytest
 import yaml
 
 from service.client.client import Client
-from service.records.settings import Settings
+from service.settings import Settings
 from tests.service.support.api import SWEEP
 from tests.service.support.cluster import ROOT, ShellProcess, environment, free_port, patiently
 from tests.service.support.databases import Postgresql

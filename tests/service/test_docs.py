@@ -8,7 +8,7 @@ import typer.main
 
 from service.cli.main import app
 from service.records.jobs import Cause, Keep, Scope, State, SweepState
-from service.records.settings import Settings
+from service.settings import Settings
 
 ROOT = Path(__file__).parents[2]
 PAGE = (ROOT / "docs" / "service.md").read_text(encoding="utf-8")

@@ -10,18 +10,19 @@ from typing import Any, NamedTuple
 import numpy as np
 import pytest
 
-from solver.eos.mie_grueneisen import mie_grueneisen
-from solver.geometry import WIDEST, dimensions, grid, hoop_factor, lattice_measure, node_strides
-from solver.geometry.axisymmetric import Axisymmetric
-from solver.geometry.cartesian3d import Cartesian3D
-from solver.problem import Body, Face, Matter, Problem
+from solver.audit import Audit
+from solver.grid.nodes import node_strides
+from solver.grid.shapes import width
+from solver.matter.eos.mie_grueneisen import mie_grueneisen
+from solver.matter.laws import Matter
+from solver.matter.strength.johnson_cook import JohnsonCook
+from solver.matter.tension.recoverable import RecoverableTension
+from solver.problem import Body, Face, Problem
+from solver.problem.geometry import Axisymmetric, Cartesian3D, dimensions, grid, hoop_factor, lattice_measure
 from solver.registry import entries
-from solver.shapes import width
 from solver.simulation import Simulation, start
 from solver.state import Particles, empty_table, views
-from solver.strength.johnson_cook import JohnsonCook
-from solver.tension.recoverable import RecoverableTension
-from solver.transfer import find_nodes, new_pack
+from solver.steps.space import WIDEST, find_nodes, new_pack
 
 DENSITY, SOUND_SPEED, SHEAR_MODULUS = 8930.0, 3940.0, 47.7e9
 ROOM, MELT = 298.0, 1356.0
@@ -41,13 +42,13 @@ OPEN = (FREE, FREE, FREE)
 ABOUT_AXIS = ((Face.SYMMETRIC, Face.FREE), FREE, FREE)
 
 ROUND_OFF = 1e-12  # of sums over a few hundred particles, relative
-SHAPES = {name: entry.record() for name, entry in entries("solver.shapes", "SHAPE").items()}
+SHAPES = {name: entry.record() for name, entry in entries("solver.grid.shapes", "SHAPE").items()}
 each_shape = pytest.mark.parametrize("shape", SHAPES.values(), ids=SHAPES)
 each_kind = pytest.mark.parametrize("kind", ["axisymmetric", "cartesian"])
 
 
 class Stencil(NamedTuple):
-    """The n nodes of a particle, each with the weight N and the gradient G (1/m) of solver/geometry."""
+    """The n nodes of a particle, each with the weight N and the gradient G (1/m) of solver/grid/stencils.py."""
 
     node: np.ndarray  # (n,) indices
     weight: np.ndarray  # (n,)
@@ -197,3 +198,10 @@ def assert_same_bits(particles: Particles, other: Particles) -> None:
     """Compare particles field by field; NaN is equal to itself here."""
     for name in Particles._fields:
         assert getattr(particles, name).tobytes() == getattr(other, name).tobytes(), name
+
+
+def assert_balanced(audit: Audit) -> None:
+    """Mass, momentum and energy are kept to round-off."""
+    assert audit.mass_error <= ROUND_OFF
+    assert audit.momentum_error <= ROUND_OFF
+    assert abs(audit.energy_drift) <= ROUND_OFF

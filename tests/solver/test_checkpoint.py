@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver import checkpoint as module
+from solver import checkpoints as module
 from solver import simulation as simulation_module
-from solver.checkpoint import (
+from solver.checkpoints import (
     Carried,
     Checkpointing,
     CheckpointRefused,
@@ -22,11 +22,16 @@ from solver.checkpoint import (
     write_checkpoint,
 )
 from solver.errors import Interrupted
+from solver.fem.elements import Hexahedron, Quadrilateral
+from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
 from solver.problem import Contact, Damping, Face, Problem, Retirement, Scheme
-from solver.shapes.quadratic_bspline import QuadraticBSpline
-from solver.simulation import CARRIED, Outcome, Simulation, simulate
+from solver.simulation import CARRIED_NUMBERS, Outcome, simulate
+from solver.sph.step import ParticleStepper
 from solver.state import Snapshot
 from tests.solver.bodies import ABOUT_AXIS, FREE, after, block, box, leaving, two_blocks
+from tests.solver.test_coupling import bar, pressing
+from tests.solver.test_fem import problem_of, squeezing
+from tests.solver.test_sph import REPELLING, impact
 
 END = 6e-6  # s: more than two reorderings of the arrays
 INTERVAL = END / 7.0  # does not hit END, so that the last observation is an extra one
@@ -66,8 +71,13 @@ def at_wall() -> Problem:
     return Problem(geometry, (body,), faces, end_time=2.0 * END)
 
 
+SHORT: dict[str, Any] = {
+    "fixed_dt": 1e-8,
+    "end_time": 1.2e-6,
+}  # more than two reorderings for other methods than the grid
+
 # Each has something of its own to carry, above zero in the run. Every shape and scheme is the case ``bits``.
-PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Simulation], float]]] = {
+PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Any], float]]] = {
     "outflow": (lambda: leaving("axisymmetric", end_time=END), lambda run: run.ledger.mass),
     "outflow-3d": (lambda: leaving("cartesian", end_time=END), lambda run: run.ledger.mass),
     "wall": (at_wall, lambda run: run.impulse[1]),
@@ -77,7 +87,15 @@ PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Simulation], float]]]
     "fixed-step": (lambda: blocks(fixed_dt=2e-8), lambda run: run.counters.tension_floors),
     "loaded": (lambda: blocks(gravity=GRAVITY), lambda run: abs(run.worked)),
     "retired": (with_debris, lambda run: run.departed.mass.size),
+    "smoothed": (lambda: impact(smoothing=REPELLING, **SHORT), lambda run: run.stepper.before[0]),
+    "elements": (lambda: problem_of(Hexahedron(), squeezing, **SHORT), lambda run: run.stepper.before[0]),
+    "elements, four points": (
+        lambda: problem_of(Quadrilateral(4), squeezing, **SHORT),
+        lambda run: run.counters.tension_floors,
+    ),
+    "coupled": (lambda: bar(pressing, **SHORT), lambda run: run.stepper.elements.before[0]),
 }
+OF_OTHER_METHODS = ("smoothed", "elements", "elements, four points", "coupled")
 
 
 @dataclass
@@ -156,9 +174,10 @@ def stopped(problem: Problem, file: Path, step: int = STOPPED, **changes: Any) -
 # The same bits
 
 
+@pytest.mark.claim("speed", "same-bits")
 @pytest.mark.parametrize("name", PROBLEMS)
 def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(name: str, file: Path) -> None:
-    """It stops before, at and after a reordering; what the observer remembers is the same too."""
+    """A run that stopped before, at or after a reordering goes on with the bits and memory of one that did not."""
     problem, carries = PROBLEMS[name][0](), PROBLEMS[name][1]
     whole = Witness(file)
     expected = whole.run(problem)
@@ -179,7 +198,7 @@ def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(name: str, file
         file.unlink()
 
 
-@pytest.mark.parametrize("name", CARRIED)
+@pytest.mark.parametrize("name", CARRIED_NUMBERS)
 def test_restart__would_differ_without_any_of_the_numbers_carried(
     name: str, file: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -187,8 +206,8 @@ def test_restart__would_differ_without_any_of_the_numbers_carried(
     problem = rubbing(end_time=0.5 * END, gravity=GRAVITY)
     expected = Witness(file).run(problem)
     stopped(problem, file)
-    others = tuple(other for other in CARRIED if other != name)
-    monkeypatch.setattr(simulation_module, "CARRIED", others)
+    others = tuple(other for other in CARRIED_NUMBERS if other != name)
+    monkeypatch.setattr(simulation_module, "CARRIED_NUMBERS", others)
     assert not same_bits(Witness(file).run(problem), expected)
 
 
@@ -205,13 +224,26 @@ def test_restart__again_and_again_ends_with_the_same_bits(file: Path) -> None:
     raise AssertionError("the run never came to its end")
 
 
-def test_restart__with_other_threads_ends_with_the_same_bits(file: Path) -> None:
-    problem = blocks()
+@pytest.mark.claim("methods", "methods-speed")
+@pytest.mark.parametrize("name", ["outflow", "retired", *OF_OTHER_METHODS])
+def test_restart__with_other_threads_ends_with_the_same_bits(name: str, file: Path) -> None:
+    """Two threads change no bit of any method."""
+    problem = PROBLEMS[name][0]()
     expected = Witness(file).run(problem, shares=3)
     stopped(problem, file, shares=3)
     later = Witness(file)
     assert same_bits(later.run(problem, threads=2, shares=3), expected)
     assert later.steps == expected.snapshot.step - STOPPED
+
+
+def test_restart__of_smoothed_particles_would_differ_without_the_step_before(
+    file: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    problem = impact(end_time=2e-6)
+    expected = Witness(file).run(problem)
+    stopped(problem, file, 7)
+    monkeypatch.setattr(ParticleStepper, "take_over", lambda stepper, arrays: None)
+    assert not same_bits(Witness(file).run(problem), expected)
 
 
 def test_checkpoint__written_on_the_way_changes_no_bit(file: Path) -> None:
@@ -239,22 +271,19 @@ def starts_anew(problem: Problem, file: Path, **changes: Any) -> str:
 
 
 @pytest.mark.parametrize(
-    ("changes", "reason"),
+    ("problem", "changes", "reason"),
     [
-        ({"shares": 2}, "shares"),  # sums in another order have other bits
-        ({"interval": 2.0 * INTERVAL}, "interval"),
-        ({"caller": "later"}, "caller"),
+        ({}, {"shares": 2}, "shares"),  # sums in another order have other bits
+        ({}, {"interval": 2.0 * INTERVAL}, "interval"),
+        ({}, {"caller": "later"}, "caller"),
+        ({"courant": math.nextafter(0.4, 1.0)}, {}, "problem"),
     ],
 )
-def test_restart__refuses_what_another_call_left(changes: dict[str, Any], reason: str, file: Path) -> None:
+def test_restart__refuses_what_another_call_left(
+    problem: dict[str, Any], changes: dict[str, Any], reason: str, file: Path
+) -> None:
     stopped(blocks(), file)
-    assert starts_anew(blocks(), file, **changes).endswith(f"different {reason}")
-
-
-def test_restart__refuses_another_problem(file: Path) -> None:
-    stopped(blocks(), file)
-    other = blocks(courant=math.nextafter(0.4, 1.0))
-    assert starts_anew(other, file).endswith("different problem")
+    assert starts_anew(blocks(**problem), file, **changes).endswith(f"different {reason}")
 
 
 def test_restart__refuses_another_physics_and_compiler(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:

@@ -1,14 +1,11 @@
 """Smoothed particles coupled to finite elements: common motion, balances, bits and refusals."""
 
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from solver.checkpoint import Checkpointing
-from solver.checkpointing import CheckpointWriter, Observing
 from solver.errors import ProblemError
 from solver.fem.elements import Hexahedron
 from solver.fem.mesh import lattice, node_masses
@@ -114,21 +111,6 @@ def test_nodes_beyond_the_reach_of_particles_change_nothing() -> None:
         np.testing.assert_allclose(
             getattr(made[0].particles, name), getattr(made[1].particles, name), atol=1e-12 * scale
         )
-
-
-def test_threads_and_a_checkpoint_give_the_same_bits(tmp_path: Path) -> None:
-    one, two = (start(bar(pressing), threads=threads, shares=2) for threads in (1, 2))
-    for _ in range(6):
-        one.advance()
-    for _ in range(3):
-        two.advance()
-    CheckpointWriter(two, Observing(), Checkpointing(path=tmp_path / "c"), 1.0)._write()
-    last = start(bar(pressing), threads=2, shares=2)
-    CheckpointWriter(last, Observing(), Checkpointing(path=tmp_path / "c"), 1.0).restore()
-    for _ in range(3):
-        last.advance()
-    for name in ("velocity", "deviator", "energy"):
-        np.testing.assert_array_equal(getattr(last.particles, name), getattr(one.particles, name), err_msg=name)
 
 
 def test_bodies_that_cannot_be_coupled_are_refused() -> None:

@@ -20,8 +20,8 @@ import pytest
 
 from solver import jit
 from solver.jit import kernel
+from solver.matter.strength import yield_stress
 from solver.state import Particles
-from solver.strength import yield_stress
 from tests.rows import Row, equal
 from tests.solver.bodies import after, real_copper, two_blocks
 
@@ -116,13 +116,13 @@ def test_cache__moves_with_the_text_of_the_solver_and_not_with_its_place(
     copied: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     names = [jit._cache_directory("processor")]
-    for file in ("tensor.py", "eos/mie_grueneisen.py", "__init__.py"):
+    for file in ("matter/tensor.py", "matter/eos/mie_grueneisen.py", "__init__.py"):
         with open(copied / file, "a", encoding="utf-8") as text:
             text.write("\n")
         names.append(jit._cache_directory("processor"))
-    (copied / "eos" / "added.py").write_text("", encoding="utf-8")
+    (copied / "matter" / "eos" / "added.py").write_text("", encoding="utf-8")
     names.append(jit._cache_directory("processor"))
-    (copied / "eos" / "added.py").rename(copied / "eos" / "renamed.py")
+    (copied / "matter" / "eos" / "added.py").rename(copied / "matter" / "eos" / "renamed.py")
     names.append(jit._cache_directory("processor"))
     assert len(set(names)) == 6
     monkeypatch.setattr(jit, "__file__", str(ROOT / "solver" / "jit.py"))
@@ -203,7 +203,9 @@ def a_few_steps() -> Particles:
     return after(two_blocks("axisymmetric"), STEPS).particles
 
 
+@pytest.mark.claim("speed", "same-bits")
 def test_step__gives_the_same_numbers_without_the_compiler(tmp_path: Path) -> None:
+    """Plain Python gives the numbers of compiled steps but for round-off."""
     file = tmp_path / "plain.npz"
     subprocess.run(
         [sys.executable, "-c", PLAIN_RUN, str(file)],

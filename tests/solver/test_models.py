@@ -1,23 +1,33 @@
 """Models of matter one by one: their published numbers, and the branches that their contracts do not reach."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from solver.eos import pressure_terms, reference_density, reference_sound_speed, temperature
-from solver.failure.spall import Spall
-from solver.problem import ArtificialViscosity, Matter
-from solver.strength import hardening, melting, rate_and_heat, stiffness, yield_stress
-from solver.strength.johnson_cook import JohnsonCook
-from solver.strength.steinberg_guinan import SOFTEST, THINNEST_SOLID
-from solver.stress import RETURN_TOLERANCE, PointState, advance, homologous_temperature, return_to_yield
-from solver.tensor import equivalent_stress, scaled
+from solver.errors import ProblemError
+from solver.matter.eos import pressure_terms, reference_density, reference_sound_speed, sound_speed_squared, temperature
+from solver.matter.eos.jwl import burnt_fraction, lighting_times
+from solver.matter.eos.linear_elastic import LinearElastic
+from solver.matter.eos.polynomial import Polynomial
+from solver.matter.failure.spall import Spall
+from solver.matter.laws import Matter
+from solver.matter.strength import hardening, melting, rate_and_heat, stiffness
+from solver.matter.strength.drucker_prager import DruckerPrager
+from solver.matter.strength.johnson_cook import JohnsonCook
+from solver.matter.strength.steinberg_guinan import SOFTEST, THINNEST_SOLID
+from solver.matter.stress import PointState, advance, homologous_temperature
+from solver.matter.tension.recoverable import RecoverableTension
+from solver.matter.tensor import equivalent_stress
+from solver.problem import ArtificialViscosity
+from solver.simulation import start
+from studies.cases.solutions.detonation import TNT, Isentrope, chapman_jouguet
+from studies.cases.verification.chapman_jouguet import bar, explosive
+from studies.quantities.recipes import RECIPES
 from tests.contracts.test_eos import made, pressure, shock
-from tests.contracts.test_strength import copper, directions, stretched
-from tests.solver.bodies import DENSITY, MELT, ROOM, SHEAR_MODULUS, SOUND_SPEED, SPACING, elastic_copper, real_copper
+from tests.contracts.test_strength import copper
+from tests.solver.bodies import DENSITY, MELT, ROOM, SOUND_SPEED, SPACING, elastic_copper, real_copper
 
 DT = 1e-9
 ROUND_OFF = 1e-12
@@ -69,56 +79,10 @@ def test_tillotson__vapour_presses_where_the_other_forms_pull() -> None:
 
 # Strengths
 
-# Copper at a point, MPa: 90 at no strain, 90 + 292 * 0.2^0.31 = 267.3 at 0.2 (267 in reference/physics.md 5.7), times
-# 1 + 0.025 ln(1e6) = 1.3454, times 1 - T*^1.09: 0.5303 at 827 K (T* = 0.5), 0.0010302 at 1355 K (T* = 1 - 1 / 1058).
-POINTS = [
-    (0.0, 1.0, ROOM, 90.0),
-    (0.2, 1.0, ROOM, 267.3),
-    (0.0, 1e6, ROOM, 121.1),
-    (0.2, 1e6, ROOM, 359.6),
-    (0.0, 1.0, 827.0, 47.73),
-    (0.2, 1.0, 827.0, 141.8),
-    (0.2, 1.0, 1355.0, 0.2754),
-    (0.2, 1.0, MELT, 0.0),
-    (0.2, 1e6, 2000.0, 0.0),
-]
-FOUR_DIGITS = 5e-4  # half of the last digit of the smallest first one
-
-
-@pytest.mark.parametrize(("strain", "rate", "kelvin", "expected"), POINTS)
-def test_johnson_cook__is_the_stress_of_a_stretched_point(
-    strain: float, rate: float, kelvin: float, expected: float
-) -> None:
-    """The whole strain is the plastic one and the elastic one, stress / 3 G, on top of it."""
-    total = strain + expected * 1e6 / (3.0 * SHEAR_MODULUS)
-    point = stretched(real_copper(), kelvin=kelvin, strain=total, rate=rate, steps=400)
-    assert math.isclose(equivalent_stress(point.deviator) / 1e6, expected, rel_tol=FOUR_DIGITS)
-
 
 def test_johnson_cook__without_a_softening_exponent_is_strong_until_it_melts() -> None:
     plain = JohnsonCook(90e6, 292e6, 0.31, 0.025, math.inf, 1.0)
     assert [rate_and_heat(plain, 1.0, homologous, 1.0) for homologous in (0.0, 0.999, 1.0)] == [1, 1, 0]
-
-
-@pytest.mark.parametrize(
-    "constants",
-    [
-        (1507e6, 176.6e6, 0.12, 0.016, 1.0, 1.0),  # tungsten (studies/materials)
-        (90e6, 270e6, 0.1, 0.0, 1.0, 1.0),
-    ],
-)
-@given(directions(), st.floats(1.0, 1e3), st.just(0.0) | st.floats(1e-12, 1.0))
-def test_return__arrives_where_hardening_begins_steeply(
-    constants: tuple[float, ...], direction: tuple[float, ...], beyond: float, plastic_strain: float
-) -> None:
-    strength = JohnsonCook(*constants)
-    size = beyond * yield_stress(strength, plastic_strain, 1.0, 0.0)
-    trial = scaled(direction, size)
-    stress, slip = return_to_yield(strength, trial, SHEAR_MODULUS, plastic_strain, 1.0)
-    surface = yield_stress(strength, plastic_strain + slip, 1.0, 0.0)
-    assert abs(equivalent_stress(stress) - surface) <= 1.01 * RETURN_TOLERANCE * size
-    gap = size - 3.0 * SHEAR_MODULUS * slip - equivalent_stress(stress)
-    assert abs(gap) <= ROUND_OFF * size
 
 
 def test_steinberg_guinan__hardens_no_farther_than_its_hardest() -> None:
@@ -199,3 +163,119 @@ def test_spall__never_breaks_matter_below_its_threshold(tension_share: float) ->
 def test_spall__does_not_count_tension_that_molten_matter_does_not_carry() -> None:
     (state,) = rested(held(3.0, kelvin=MELT), 1)
     assert (state.pressure, state.damage) == (0.0, 0.0)
+
+
+# Explosives, null materials and soils
+
+COHESION, FRICTION, TENSILE = 9.74e3, 0.3545, 2.0e4  # Pa, of a soil
+SOIL = Matter(
+    eos=LinearElastic(density=2100.0, bulk_modulus=5.8e7, temperature=293.0),
+    strength=DruckerPrager(COHESION, FRICTION, TENSILE),
+    tension=RecoverableTension(TENSILE),
+    shear_modulus=2.7e7,
+    room_temperature=293.0,
+    melt_temperature=math.inf,
+)
+
+
+def strained(strain: np.ndarray, matter: Matter = SOIL) -> PointState:
+    """Soil at rest after one step of a strain (3, 3)."""
+    rest = PointState(matter.eos.density, 0.0, 0.0, 0.0, (0.0,) * 6, 0.0, 293.0)
+    dt = 1e-6
+    quiet = ArtificialViscosity(0.0, 0.0)
+    point, _, _ = advance(matter, quiet, 1e-3, dt, strain / dt, rest)
+    return point
+
+
+@pytest.mark.parametrize("volume", [0.75, 1.0, 2.0, 7.0])
+def test_products__lie_on_their_isentrope(volume: float) -> None:
+    """p and c of the solver at the energy of the closed isentrope from Chapman's and Jouguet's state."""
+    state = chapman_jouguet(TNT)
+    energy = TNT.E0 + 0.5 * state.pressure * (1.0 - state.volume)
+    isentrope = Isentrope(TNT, state.volume, energy)
+    burnt = explosive()._replace(burnt=1.0)
+    density, specific = TNT.density / volume, isentrope.energy_at(volume) / TNT.density
+    got = pressure(burnt, density, specific)
+    assert math.isclose(got, isentrope.pressure(volume), rel_tol=ROUND_OFF)
+    sound = math.sqrt(sound_speed_squared(burnt, density, specific, got))
+    assert math.isclose(sound, isentrope.sound_speed(volume), rel_tol=ROUND_OFF)
+
+
+def test_explosive__is_without_pressure_until_it_is_lit() -> None:
+    assert pressure(explosive(), 2000.0, 1e7) == 0.0
+
+
+def test_burnt_fraction__rises_over_the_width_of_the_burn() -> None:
+    tnt, cell = explosive(), 1e-3
+    passed = tnt.width * cell / tnt.detonation_velocity  # s
+    times = (-1.0, 0.0, 0.25 * passed, passed, 1.0)
+    got = [burnt_fraction(tnt, 0.0, time, cell) for time in times]
+    assert got == pytest.approx([0.0, 0.0, 0.25, 1.0, 1.0], rel=ROUND_OFF)
+
+
+def test_lighting__is_that_of_the_first_detonation_to_arrive() -> None:
+    place = np.array([[0.0, 0.0, 0.0], [0.08, 0.0, 0.0]])
+    got = lighting_times(place, 1e3, points=[(0.03, 0.04, 0.0)], planes=[((0.1, 0.0, 0.0), (1.0, 0.0, 0.0))])
+    assert got == pytest.approx([5e-5, 2e-5], rel=ROUND_OFF)
+    assert np.all(np.isinf(lighting_times(place, 1e3)))
+
+
+def test_problem__asks_an_explosive_for_its_lighting() -> None:
+    lit = bar(20, RECIPES["whipple"])
+    with pytest.raises(ProblemError, match="an explosive has times"):
+        replace(lit, bodies=(replace(lit.bodies[0], lighting=None),))
+
+
+def test_lighting__goes_with_its_particle_when_they_are_sorted() -> None:
+    problem = bar(20, RECIPES["whipple"])
+    [body] = problem.bodies
+    backwards = {name: getattr(body, name)[::-1] for name in ("position", "velocity", "mass", "lighting")}
+    simulation = start(replace(problem, bodies=(replace(body, **backwards),)))
+    lit = lighting_times(simulation.particles.position, TNT.velocity, planes=[((0.0,) * 3, (1.0, 0.0, 0.0))])
+    assert np.array_equal(simulation.table[-1], lit)
+
+
+@pytest.mark.parametrize(("density", "energy"), [(1200.0, 0.0), (1200.0, 3e5), (800.0, 1e5)])
+def test_polynomial__is_its_formula(density: float, energy: float) -> None:
+    c = (1e5, 2.2e9, 9.5e9, 1.457e10, 0.28, 0.3, 0.1)
+    water = Polynomial(1000.0, *c, 4186.0, 293.0, 1e6)
+    mu, volumetric = density / 1000.0 - 1.0, 1000.0 * energy
+    expected = c[0] + c[1] * mu + c[2] * mu**2 + c[3] * mu**3
+    expected += (c[4] + c[5] * mu + c[6] * mu**2) * volumetric
+    assert math.isclose(pressure(water, density, energy), expected, rel_tol=ROUND_OFF)
+
+
+def test_polynomial__of_a_gas_is_ideal() -> None:
+    """C4 = C5 = gamma - 1: p = (gamma - 1) rho e, and c^2 = gamma p / rho at its reference state."""
+    gas = Polynomial(1.2, 0.0, 0.0, 0.0, 0.0, 0.4, 0.4, 0.0, 718.0, 293.0, 2.5e5)
+    assert math.isclose(pressure(gas, 2.4, 3e5), 0.4 * 2.4 * 3e5, rel_tol=ROUND_OFF)
+    assert math.isclose(reference_sound_speed(gas) ** 2, 1.4 * 1e5 / 1.2, rel_tol=ROUND_OFF)
+
+
+@pytest.mark.parametrize(
+    ("squeeze", "shear"), [(0.0, 0.02), (-1e-3, 0.02), (-5e-3, 0.02), (0.0, 0.45 * COHESION / SOIL.shear_modulus)]
+)
+def test_soil__returns_to_the_cone_at_its_own_pressure(squeeze: float, shear: float) -> None:
+    """Shear far beyond the surface ends at tau = k + q p, with the pressure of the density; inside it is elastic."""
+    strain = np.eye(3) * squeeze / 3.0
+    strain[0, 1] = strain[1, 0] = shear
+    point = strained(strain)
+    tau = equivalent_stress(point.deviator) / math.sqrt(3.0)
+    surface, elastic = COHESION + FRICTION * point.pressure, 2.0 * SOIL.shear_modulus * shear
+    assert math.isclose(tau, min(surface, elastic), rel_tol=1e-6)
+    assert (point.plastic_strain > 0.0) == (elastic > surface)
+    compression = point.density / SOIL.eos.density - 1.0
+    assert math.isclose(point.pressure, SOIL.eos.bulk_modulus * compression, rel_tol=1e-9, abs_tol=1e-6)
+
+
+@pytest.mark.parametrize("tensile", [2.0e4, 5.0e4])
+def test_soil__is_cut_off_in_tension(tensile: float) -> None:
+    """p ends at -t, and shear at k - q t; at the apex of the cone, p = -k / q, none is left."""
+    soil = SOIL._replace(strength=DruckerPrager(COHESION, FRICTION, tensile), tension=RecoverableTension(tensile))
+    strain = np.eye(3) * 1e-2
+    strain[0, 1] = strain[1, 0] = 0.02
+    point = strained(strain, soil)
+    assert point.pressure == -tensile
+    tau = equivalent_stress(point.deviator) / math.sqrt(3.0)
+    expected = max(0.0, COHESION - FRICTION * tensile)
+    assert math.isclose(tau, expected, rel_tol=1e-9, abs_tol=1e-9 * COHESION)

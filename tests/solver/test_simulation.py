@@ -8,12 +8,12 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError, UnphysicalState
-from solver.problem import Problem, Scheme
+from solver.grid.step import Partition
+from solver.matter.strength.perfectly_plastic import PerfectlyPlastic
+from solver.matter.tension.unlimited import UnlimitedTension
+from solver.problem import Problem, Scheme, Traction
 from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
 from solver.state import NEW_X, NEW_Z, ROWS, Snapshot, reordered
-from solver.step import Partition
-from solver.strength.perfectly_plastic import PerfectlyPlastic
-from solver.tension.unlimited import UnlimitedTension
 from tests.solver.bodies import (
     ABOUT_AXIS,
     DENSITY,
@@ -22,6 +22,7 @@ from tests.solver.bodies import (
     SPACING,
     UNBOUNDED,
     after,
+    assert_balanced,
     assert_same_bits,
     block,
     box,
@@ -34,6 +35,7 @@ from tests.solver.bodies import (
 )
 
 each_scheme = pytest.mark.parametrize("scheme", list(Scheme))
+ELASTIC = block(box(4, 4), (1.0, 1.0), (3.0, 3.0))
 
 
 # Its memory
@@ -63,20 +65,23 @@ def test_start__refuses_a_body_outside_the_grid() -> None:
     ("changes", "error"),
     [
         ({"bodies": ()}, "without particles"),
+        ({"bodies": (replace(ELASTIC, name="ghost", position=np.zeros((0, 3)), mass=np.zeros(0)), ELASTIC)}, "ghost"),
         *(({"courant": value}, f"courant = {value}") for value in (0.0, -0.4, 1.1, float("nan"))),
         *(({"end_time": value}, "end_time") for value in (0.0, -1e-6, float("nan"))),
+        *(
+            ({"tractions": (Traction(0, 0, 1, np.array(time), np.array(pressure)),)}, error)
+            for time, pressure, error in (
+                ([1.0], [1.0], "at least two"),
+                ([1.0, 2.0], [1.0], "as many"),
+                ([2.0, 1.0], [1.0, 1.0], "ascend"),
+                ([1.0, 2.0], [1.0, np.inf], "finite"),
+            )
+        ),
     ],
 )
 def test_problem__refuses_what_cannot_be_computed(changes: Mapping[str, Any], error: str) -> None:
     with pytest.raises(ProblemError, match=error):
         replace(two_blocks("axisymmetric"), **changes)
-
-
-def test_problem__refuses_an_empty_body_and_names_it() -> None:
-    problem = two_blocks("axisymmetric")
-    empty = replace(problem.bodies[0], name="ghost", position=np.zeros((0, 3)), mass=np.zeros(0))
-    with pytest.raises(ProblemError, match="ghost"):
-        replace(problem, bodies=(empty, problem.bodies[1]))
 
 
 # Unphysical states
@@ -104,29 +109,30 @@ def _take_three(simulation: Simulation) -> None:
         ("energy", np.nan, "specific internal energy", np.nan),
         ("velocity", 1e5, "speed", 5e4),
         ("density", 9.0 * DENSITY, "density", 8.1 * DENSITY),
+        ("density", 0.5e-9 * DENSITY, "density", None),  # its volume spoils its neighbours: the first is named
     ],
 )
 def test_unphysical_state__names_particle_body_time_quantity_and_value(
-    name: str, value: float, quantity: str, least: float
+    name: str, value: float, quantity: str, least: float | None
 ) -> None:
     error = error_after(name, value)
+    if least is None:
+        assert error.quantity == quantity
+        return
     assert (error.particle, error.body, error.quantity, error.step) == (11, "flyer", quantity, 6)
     assert np.isnan(error.value) if np.isnan(value) else error.value > least
     expected = f"{quantity} = {error.value:g} at particle 11 of 'flyer', t = "
     assert str(error).startswith(expected)
 
 
-def test_density__next_to_nothing_ends_the_run() -> None:
-    """A volume grown by 1e9 spoils its neighbours within the same step; the first of them is named."""
-    assert error_after("density", 0.5e-9 * DENSITY).quantity == "density"
-
-
+@pytest.mark.claim("speed", "nan-seen")
 @each_scheme
 @pytest.mark.parametrize(
     "field",
     ["velocity", "density", "energy", "pressure", "viscosity", "deviator", "plastic_strain", "temperature"],
 )  # fmt: skip
 def test_nan__in_any_field_ends_the_run_within_three_steps(field: str, scheme: Scheme) -> None:
+    """A NaN in any field ends the run within three steps."""
     error_after(field, np.nan, scheme=scheme)
 
 
@@ -187,9 +193,7 @@ def test_outflow__is_in_the_ledger_from_the_step_in_which_it_leaves(kind: str, s
         assert not particles.mass[particles.alive == 0].any()
         inside = (particles.position - geometry.lower) / SPACING
         assert ((inside >= 0.0) & (inside < geometry.cells) | (geometry.cells == 0)).all()
-        assert audit.mass_error <= ROUND_OFF
-        assert audit.momentum_error <= ROUND_OFF
-        assert abs(audit.energy_drift) <= ROUND_OFF
+        assert_balanced(audit)
         recorded.add(simulation.ledger.particles)
     assert len(recorded) == 7  # nothing, then each of the six layers
     assert max(recorded) == goes.mass.size
@@ -267,11 +271,8 @@ def test_observer__stops_the_run_with_its_reason() -> None:
     assert outcome.stop == "seen enough"
     assert 0.4e-6 < outcome.snapshot.time < 0.6e-6
     assert outcome.audit.time == outcome.snapshot.time
-
-
-def test_observer__may_stop_before_the_first_step() -> None:
-    outcome = simulate(two_blocks("axisymmetric"), lambda snapshot: "no")
-    assert (outcome.stop, outcome.snapshot.step) == ("no", 0)
+    at_once = simulate(two_blocks("axisymmetric"), lambda snapshot: "no")
+    assert (at_once.stop, at_once.snapshot.step) == ("no", 0)
 
 
 @each_kind
@@ -282,9 +283,7 @@ def test_simulate__keeps_mass_momentum_and_energy_to_round_off_in_an_impact(kind
     outcome, again = (simulate(problem) for _ in range(2))
     audit = outcome.audit
     assert outcome.counters.tension_floors > 0
-    assert audit.mass_error <= ROUND_OFF
-    assert audit.momentum_error <= ROUND_OFF
-    assert abs(audit.energy_drift) <= ROUND_OFF
+    assert_balanced(audit)
     assert_same_bits(outcome.snapshot.particles, again.snapshot.particles)
     for body, before in zip(problem.bodies, bodies, strict=True):
         assert np.array_equal(body.position, before["position"])

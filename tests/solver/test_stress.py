@@ -8,13 +8,14 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.eos.ideal_gas import IdealGas
-from solver.eos.mie_grueneisen_cubic import mie_grueneisen_cubic
-from solver.failure.plastic_strain import PlasticStrainLimit
-from solver.problem import ArtificialViscosity, Matter, Problem
+from solver.matter.eos.ideal_gas import IdealGas
+from solver.matter.eos.mie_grueneisen_cubic import mie_grueneisen_cubic
+from solver.matter.failure.plastic_strain import PlasticStrainLimit
+from solver.matter.laws import Matter
+from solver.matter.stress import PointState, advance
+from solver.matter.tensor import contract
+from solver.problem import ArtificialViscosity, Problem
 from solver.simulation import COUNTED, Counters, Simulation, start
-from solver.stress import PointState, advance
-from solver.tensor import contract
 from tests.solver.bodies import (
     ABOUT_AXIS,
     CONSTANTS,

@@ -6,7 +6,7 @@ import numpy as np
 from hypothesis import given
 from hypothesis import strategies as st
 
-from solver.tensor import (
+from solver.matter.tensor import (
     PlaneGradient,
     added,
     contract,

@@ -8,10 +8,10 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from solver.grid.step import shares_of
 from solver.simulation import MOST_SHARES, SHARE, shares_for, simulate, start, threads_for
 from solver.state import Snapshot
-from solver.step import shares_of
-from solver.threads import ThreadPool, asked_threads, available_cores
+from solver.steps.threads import ThreadPool, asked_threads, available_cores
 from tests.solver.bodies import after, assert_same_bits, each_kind, two_blocks
 
 STEPS = 60  # more than half of the way to the first reordering of the arrays
@@ -111,8 +111,10 @@ def test_simulation__has_the_shares_of_its_particles_or_as_many_as_asked_for() -
     assert start(problem, threads=1, shares=5).shares == 5
 
 
+@pytest.mark.claim("speed", "same-bits")
 @each_kind
 def test_step__gives_the_same_bits_with_any_number_of_threads(kind: str) -> None:
+    """Two and three threads change no bit."""
     serial, double, triple = (
         after(two_blocks(kind), STEPS, threads=threads, shares=SHARES).particles for threads in (1, 2, 3)
     )

@@ -4,7 +4,7 @@ import hashlib
 import re
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import Depends, Header, Path, Query, Request, Response
 from pydantic import ValidationError
@@ -21,11 +21,10 @@ from service.api.schemas import SweepChange
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.records.jobs import PRIORITIES, Keep, Submission
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
+from studies.quantities.findings import Finding, InvalidInput, shown
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import shown
 
 LONGEST_BODY = 4 * 1024 * 1024  # bytes; ten thousand observations take about one million
 LONGEST_CHANGE = 128 * 1024  # bytes; a change is one number
@@ -35,37 +34,26 @@ IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
 # --- parts of the app -----------------------------------------------------------------------------
 
 
-def _store(request: Request) -> Store:
-    return request.app.state.store
+def _part(name: str) -> Any:
+    """A part of the app as a dependency."""
+
+    def part(request: Request) -> Any:
+        return getattr(request.app.state, name)
+
+    return Depends(part)
 
 
-def _settings(request: Request) -> Settings:
-    return request.app.state.settings
-
-
-def _artifacts(request: Request) -> Artifacts:
-    return Artifacts(request.app.state.settings.data)
-
-
-def _partial_cubes(request: Request) -> PartialCubes:
-    return request.app.state.partial_cubes
-
-
-def _event_streams(request: Request) -> EventStreams:
-    return request.app.state.event_streams
-
-
-AppStore = Annotated[Store, Depends(_store)]
-AppSettings = Annotated[Settings, Depends(_settings)]
-AppArtifacts = Annotated[Artifacts, Depends(_artifacts)]
-AppPartialCubes = Annotated[PartialCubes, Depends(_partial_cubes)]
-AppEventStreams = Annotated[EventStreams, Depends(_event_streams)]
+AppStore = Annotated[Store, _part("store")]
+AppSettings = Annotated[Settings, _part("settings")]
+AppArtifacts = Annotated[Artifacts, _part("artifacts")]
+AppPartialCubes = Annotated[PartialCubes, _part("partial_cubes")]
+AppEventStreams = Annotated[EventStreams, _part("event_streams")]
 
 SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps")]
 RunId = Annotated[str, Path(description="Run id from the list of a sweep's runs")]
 Cursor = Annotated[str | None, Query(description="`next_cursor` of the previous page")]
 Prefix = Annotated[str, Query(pattern="^[0-9a-f]{0,32}$", description="Only ids that begin with these digits")]
-Limit = Annotated[int, Query(ge=1, le=1000, description="Items per page")]
+PageLimit = Annotated[int, Query(ge=1, le=1000, description="Items per page")]
 
 
 def check_directory(settings: Settings, store: Store) -> None:
@@ -102,7 +90,7 @@ async def _body(request: Request) -> bytes:
     return bytes(body)
 
 
-Body = Annotated[bytes, Depends(_body)]
+RequestBody = Annotated[bytes, Depends(_body)]
 
 
 @asynccontextmanager
@@ -125,7 +113,7 @@ async def _read(
         yield read
 
 
-async def _estimated(request: Request, body: Body, settings: AppSettings) -> AsyncIterator[EstimatedSweep]:
+async def _estimated(request: Request, body: RequestBody, settings: AppSettings) -> AsyncIterator[EstimatedSweep]:
     async with _read(request, body, settings, estimated) as sweep:
         yield sweep
 
@@ -133,7 +121,7 @@ async def _estimated(request: Request, body: Body, settings: AppSettings) -> Asy
 PostedEstimate = Annotated[EstimatedSweep, Depends(_estimated)]
 
 
-def _change(request: Request, body: Body) -> SweepChange:
+def _change(request: Request, body: RequestBody) -> SweepChange:
     """The change of a sweep in the body; raises InvalidInput."""
     if _media_type(request) not in ("application/json", "application/merge-patch+json"):
         raise UnsupportedMediaType(f"{_media_type(request)!r}; send application/json")
@@ -169,7 +157,7 @@ def _media_type(request: Request) -> str:
 Priority = Annotated[
     int, Query(ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first")
 ]
-Retention = Annotated[
+KeepQuery = Annotated[
     Keep, Query(description="Files kept for each run: `numbers`, also the `final` state, or also the `film`")
 ]
 IdempotencyKey = Annotated[
@@ -183,10 +171,10 @@ IdempotencyKey = Annotated[
 async def _submission(
     request: Request,
     caller: Submitter,
-    body: Body,
+    body: RequestBody,
     settings: AppSettings,
     priority: Priority = 0,
-    keep: Retention = Keep.FINAL,
+    keep: KeepQuery = Keep.FINAL,
     idempotency_key: IdempotencyKey = None,
 ) -> AsyncIterator[Submission]:
     """A sweep with its owner, priority, retention and idempotency key; it is stored before the next one is expanded.

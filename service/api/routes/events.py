@@ -7,11 +7,10 @@ from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
 from service.api.event_streams import EventSubject, Listener, queue_subject, run_subject, stream, sweep_subject
-from service.api.routes.dependencies import AppEventStreams, AppStore, Cursor, Limit, RunId, SweepId, link_next
+from service.api.routes.dependencies import AppEventStreams, AppStore, Cursor, PageLimit, RunId, SweepId, link_next
 from service.api.schemas import EventModel, PageOf
 from service.records.jobs import Event
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import shown
+from studies.quantities.findings import Finding, InvalidInput, shown
 
 router = APIRouter(prefix="/v1", tags=["events"])
 
@@ -34,7 +33,7 @@ def _last_event(
     if not text:
         return None
     number = _number(text)
-    return number if number <= store.last_event() else None
+    return number if number <= store.events.last() else None
 
 
 def _number(text: str) -> int:
@@ -52,13 +51,13 @@ async def _listener(request: Request, streams: AppEventStreams) -> AsyncIterator
 
 def _sweep(id: SweepId, store: AppStore) -> EventSubject:
     """The events of a sweep; raises NotFound."""
-    store.sweep_document(id)
+    store.sweeps.document(id)
     return sweep_subject(store, id)
 
 
 def _run(id: RunId, store: AppStore) -> EventSubject:
     """The events of a run; raises NotFound."""
-    store.run(id)
+    store.runs.get(id)
     return run_subject(store, id)
 
 
@@ -67,7 +66,7 @@ OpenStream = Annotated[Listener, Depends(_listener)]
 
 
 def _last_event_or_newest(last_event: LastEvent, store: AppStore) -> int:
-    return store.last_event() if last_event is None else last_event
+    return store.events.last() if last_event is None else last_event
 
 
 @router.get(
@@ -109,21 +108,21 @@ async def follow_queue(
 
 @router.get("/sweeps/{id}/history")
 def list_sweep_events(
-    id: SweepId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: Limit = 100
+    id: SweepId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: PageLimit = 100
 ) -> PageOf[EventModel]:
     """Past events of a sweep and its runs, oldest first."""
-    store.sweep_document(id)
-    events = store.events(id, after=_number(cursor or "0"), limit=limit + 1)
+    store.sweeps.document(id)
+    events = store.events.of_sweep(id, after=_number(cursor or "0"), limit=limit + 1)
     return _page(request, response, events, limit)
 
 
 @router.get("/runs/{id}/history")
 def list_run_events(
-    id: RunId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: Limit = 100
+    id: RunId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: PageLimit = 100
 ) -> PageOf[EventModel]:
     """Past events of a run, oldest first."""
-    store.run(id)
-    events = store.run_events(id, after=_number(cursor or "0"), limit=limit + 1)
+    store.runs.get(id)
+    events = store.events.of_run(id, after=_number(cursor or "0"), limit=limit + 1)
     return _page(request, response, events, limit)
 
 

@@ -12,7 +12,7 @@ from service.api.routes.dependencies import AppArtifacts, AppPartialCubes, AppSt
 from service.files.artifacts import Artifacts
 from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
-from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV
+from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
 
@@ -43,7 +43,7 @@ def download_cube(
     ] = False,
 ) -> Response:
     if partial:
-        sweep, stored = store.sweep_and_file(id, CUBE)
+        sweep, stored = store.sweeps.get_with_file(id, CUBE)
         if stored is None:
             return send_file(request, _partial(store, artifacts, cubes, sweep))
     return send_file(request, _published(store, artifacts, id, CUBE, is_attachment=True))
@@ -93,7 +93,7 @@ def _published(
     headers: dict[str, str] | None = None,
 ) -> Download:
     """A file of a sweep that has ended; raises NotFound, NotReady."""
-    sweep, stored = store.sweep_and_file(id, name)
+    sweep, stored = store.sweeps.get_with_file(id, name)
     if stored is None:
         if sweep.is_terminal:
             raise NotFound("file", f"{sweep.id}/{name}")
@@ -104,7 +104,7 @@ def _published(
 
 def _partial(store: Store, artifacts: Artifacts, cubes: PartialCubes, sweep: SweepStatus) -> Download:
     """The cube of the results so far; raises NotReady, Busy, PartialCubeFailed."""
-    document, outcomes = store.publication_inputs(sweep.id)
+    document, outcomes = store.publications.inputs(sweep.id)
     results = sum(outcome.path is not None for outcome in outcomes)
     if not results:
         raise NotReady(f"the sweep is {_progress(sweep)}, and none of its runs has a result yet")

@@ -10,14 +10,14 @@ from concurrent.futures import Future
 
 from fastapi import APIRouter, Request, Response
 
+from service import version
 from service.api.errors import ServiceNotReady
 from service.api.metrics import CONTENT_TYPE
 from service.api.routes.dependencies import AppSettings, AppStore, check_directory
 from service.api.schemas import Health, Readiness, VersionModel
 from service.queue.status import DispatcherStatus
 from service.records.jobs import QueueRow, StoreUnavailable
-from service.records.settings import Settings
-from service.records.version import version
+from service.settings import Settings
 from studies.runs.run import PHYSICS_VERSION
 
 router = APIRouter(tags=["service"])
@@ -78,7 +78,7 @@ def show_readiness(request: Request, store: AppStore, settings: AppSettings) -> 
         store.ping()
         check_directory(settings, store)
         checks = {"store": "writable", **_check_disk(settings)}
-        checks |= _check_engine(request.app.state.engine, store.queue())
+        checks |= _check_engine(request.app.state.engine, store.queue.status())
         return Readiness(status="ready", checks=checks)
 
     return request.app.state.readiness.result(check)

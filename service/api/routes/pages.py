@@ -12,14 +12,14 @@ from fastapi.responses import HTMLResponse
 from jinja2 import Environment, PackageLoader, select_autoescape
 from markupsafe import Markup, escape
 
+from service import version
 from service.api.errors import INTERNAL_ERROR, PROBLEMS
 from service.api.routes.dependencies import AppArtifacts, AppStore, SweepId
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
 from service.records.jobs import Stored
-from service.records.version import version
-from studies.values.files import REPORT_JSON
-from studies.values.formats import duration
+from studies.quantities.display import duration
+from studies.quantities.files import REPORT_JSON
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 # Open to callers without a key, because problem documents point there.
@@ -33,7 +33,7 @@ REFRESH_SECONDS = 5  # reload interval of a page that lists unfinished sweeps
 @router.get("/")
 def show_sweeps(store: AppStore, cursor: Annotated[str | None, Query()] = None) -> str:
     """The sweeps with state, progress and links to report and cube."""
-    front = store.sweeps_with_files(cursor=cursor)
+    front = store.sweeps.page_with_files(cursor=cursor)
     page = front.sweeps
     return _rendered(
         "sweeps.html",
@@ -47,8 +47,8 @@ def show_sweeps(store: AppStore, cursor: Annotated[str | None, Query()] = None) 
 @router.get("/sweeps/{id}")
 def show_sweep(id: SweepId, store: AppStore, artifacts: AppArtifacts) -> str:
     """A sweep with the first sentences of its report's verdict."""
-    row, names = store.sweep_and_files(id)
-    _, report = store.sweep_and_file(id, REPORT_JSON)
+    row, names = store.sweeps.get_with_files(id)
+    _, report = store.sweeps.get_with_file(id, REPORT_JSON)
     return _rendered(
         "sweep.html",
         sweep=SweepModel.of(row, names),

@@ -16,16 +16,16 @@ def show_queue(request: Request, store: AppStore, settings: AppSettings) -> Queu
 
     Counts may be half a second old while nothing happens; the reason is that of `/readyz`.
     """
-    return QueueModel.of(store.queue(), why_not_ready(request, store, settings))
+    return QueueModel.of(store.queue.status(), why_not_ready(request, store, settings))
 
 
 @router.post("/pause")
 def pause_queue(caller: Administrator, store: AppStore) -> QueueModel:
     """Stop starting runs. Running runs continue, finished sweeps are published, new sweeps are accepted."""
-    return QueueModel.of(store.pause())
+    return QueueModel.of(store.queue.pause())
 
 
 @router.post("/resume")
 def resume_queue(caller: Administrator, store: AppStore) -> QueueModel:
     """Start runs again."""
-    return QueueModel.of(store.resume())
+    return QueueModel.of(store.queue.resume())

@@ -6,7 +6,7 @@ from fastapi import APIRouter, Path, Request, Response
 from fastapi.responses import FileResponse
 
 from service.api.downloads import Download, media_type_of, send_file, serves
-from service.api.routes.dependencies import AppArtifacts, AppStore, Limit, Prefix, RunId
+from service.api.routes.dependencies import AppArtifacts, AppStore, PageLimit, Prefix, RunId
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
 from service.files.artifacts import LOG, OF_A_RUN
 from service.records.jobs import NotFound, State
@@ -15,22 +15,22 @@ router = APIRouter(prefix="/v1/runs", tags=["runs"])
 
 
 @router.get("")
-def list_runs_by_id(store: AppStore, prefix: Prefix = "", limit: Limit = 50) -> Items[RunModel]:
+def list_runs_by_id(store: AppStore, prefix: Prefix = "", limit: PageLimit = 50) -> Items[RunModel]:
     """Runs of all sweeps whose ids begin with some digits, in the order of their ids."""
-    return Items(items=[RunModel.of(row) for row in store.runs(prefix, limit)])
+    return Items(items=[RunModel.of(row) for row in store.runs.with_prefix(prefix, limit)])
 
 
 @router.get("/{id}")
 def show_run(id: RunId, store: AppStore) -> RunQuestion:
     """A run: its complete parameters, its state and its measurements."""
-    run = RunModel.of(store.run(id))
-    return RunQuestion(**dict(run), question=dict(store.run_spec(id)))
+    run = RunModel.of(store.runs.get(id))
+    return RunQuestion(**dict(run), question=dict(store.runs.spec(id)))
 
 
 @router.get("/{id}/files")
 def list_files(id: RunId, store: AppStore) -> Items[FileModel]:
     """The stored files of a run, as the retention of its sweeps asks for."""
-    return Items(items=[FileModel.of(id, file) for file in store.run_files(id)])
+    return Items(items=[FileModel.of(id, file) for file in store.runs.files(id)])
 
 
 @serves(router, "/{id}/files/{name}", OF_A_RUN, "A file of a run")
@@ -41,7 +41,7 @@ def download_file(
     store: AppStore,
     artifacts: AppArtifacts,
 ) -> Response:
-    stored = store.run_file(id, name)
+    stored = store.runs.file(id, name)
     path, filename = artifacts.path(stored), f"{id}-{stored.name}"
     return send_file(request, Download(path, filename, stored.sha256, is_attachment=True))
 
@@ -54,8 +54,8 @@ def download_file(
     "(`Range: bytes=1000-` returns the rest)",
 )
 def download_log(id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
-    registered = [stored for stored in store.run_files(id) if stored.name == LOG]
-    last = store.last_attempts([id]).get(id)
+    registered = [stored for stored in store.runs.files(id) if stored.name == LOG]
+    last = store.retention.last_attempts([id]).get(id)
     if last is None or last.token is None:
         raise NotFound("log", id)
     if registered and last.state not in (State.RUNNING, State.CANCELLING):

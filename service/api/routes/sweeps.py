@@ -10,7 +10,7 @@ from service.api.routes.dependencies import (
     AppSettings,
     AppStore,
     Cursor,
-    Limit,
+    PageLimit,
     PatchedSweep,
     PostedEstimate,
     PostedSubmission,
@@ -23,6 +23,7 @@ from service.api.schemas import EstimateModel, PageOf, PointModel, PresetModel, 
 from service.queue.garbage_collection import forget_lost_states
 from service.records.jobs import RUN_STATES, State, SweepState
 from service.store import Store
+from service.store.sweeps import Sweeps
 from studies.sweeps.cost import OF_SWEEP
 
 router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
@@ -68,7 +69,8 @@ def submit_sweep(submission: PostedSubmission, store: AppStore, response: Respon
     `reused` of the `planned` runs are computed already, or under way for another sweep; `new` ones were
     queued. Requests with the same `Idempotency-Key` are accepted once.
     """
-    accepted = SweepModel.of(store.create_sweep(submission))
+    sweeps: Sweeps = store.sweeps
+    accepted = SweepModel.of(sweeps.create(submission))
     response.headers["Location"] = accepted.links["self"]
     response.headers["Retry-After"] = RETRY_AFTER
     return accepted
@@ -82,9 +84,9 @@ def estimate_sweep(sweep: PostedEstimate, store: AppStore, settings: AppSettings
     are drawn evenly and stand for all; the submission checks each.
     """
     priced = sweep.cost.priced
-    existing = store.known_runs(each.id for each in priced)
+    existing = store.runs.known(each.id for each in priced)
     new = [each for each in priced if each.id not in existing]
-    measured_rate = store.measured_rate(sweep.scenario)
+    measured_rate = store.runs.measured_rate(sweep.scenario)
     rate = 1.0 if measured_rate is None else measured_rate
     cost = sweep.cost.of(new)
     workers = request.app.state.engine.workers() or settings.workers
@@ -111,10 +113,10 @@ def list_sweeps(
     state: Annotated[SweepState | None, Query(description="Sweeps in this state only")] = None,
     prefix: Prefix = "",
     cursor: Cursor = None,
-    limit: Limit = 50,
+    limit: PageLimit = 50,
 ) -> PageOf[SweepModel]:
     """Sweeps, newest first."""
-    page = store.sweeps(state=state, prefix=prefix, cursor=cursor, limit=limit)
+    page = store.sweeps.page(state=state, prefix=prefix, cursor=cursor, limit=limit)
     link_next(request, response, page.next_cursor)
     items = [SweepModel.of(row) for row in page.items]
     return PageOf(items=items, next_cursor=page.next_cursor)
@@ -123,13 +125,13 @@ def list_sweeps(
 @router.get("/{id}")
 def show_sweep(id: SweepId, store: AppStore) -> SweepModel:
     """A sweep: state, points by state, progress, time left, and links."""
-    return SweepModel.of(*store.sweep_and_files(id))
+    return SweepModel.of(*store.sweeps.get_with_files(id))
 
 
 @router.get("/{id}/document")
 def show_document(id: SweepId, store: AppStore) -> dict[str, Any]:
     """The document of a sweep in its canonical form, which can be submitted again."""
-    return dict(store.sweep_document(id))
+    return dict(store.sweeps.document(id))
 
 
 @router.get("/{id}/runs", responses={200: _links(RUN_LINKS, "$response.body#/items/0/run/id")})
@@ -142,10 +144,10 @@ def list_runs(
         State | None, Query(description="Points in this state only: " + ", ".join(f"`{state}`" for state in RUN_STATES))
     ] = None,
     cursor: Cursor = None,
-    limit: Limit = 100,
+    limit: PageLimit = 100,
 ) -> PageOf[PointModel]:
     """The points of a sweep in its own order, each with its run; for example `?state=failed`."""
-    page = store.sweep_runs(id, state=state, cursor=cursor, limit=limit)
+    page = store.sweeps.points(id, state=state, cursor=cursor, limit=limit)
     link_next(request, response, page.next_cursor)
     items = [PointModel.of(row) for row in page.items]
     return PageOf(items=items, next_cursor=page.next_cursor)
@@ -155,14 +157,14 @@ def list_runs(
 def change_sweep(id: SweepId, caller: Submitter, change: PatchedSweep, store: AppStore) -> SweepModel:
     """Change the priority of a sweep; running runs continue."""
     _check_owner(store, caller, id)
-    return SweepModel.of(store.set_priority(id, change.priority))
+    return SweepModel.of(store.sweeps.set_priority(id, change.priority))
 
 
 @router.post("/{id}/cancel", status_code=202)
 def cancel_sweep(id: SweepId, caller: Submitter, store: AppStore) -> SweepModel:
     """Stop a sweep. The results so far are published; runs of other sweeps continue."""
     _check_owner(store, caller, id)
-    return SweepModel.of(store.cancel_sweep(id))
+    return SweepModel.of(store.sweeps.cancel(id))
 
 
 @router.post("/{id}/retry", status_code=202)
@@ -178,16 +180,16 @@ def retry_sweep(
     _check_owner(store, caller, id)
     check_directory(settings, store)
     forget_lost_states(store, artifacts, id)
-    return SweepModel.of(store.retry_sweep(id, verdicts=verdicts))
+    return SweepModel.of(store.sweeps.retry(id, verdicts=verdicts))
 
 
 @router.delete("/{id}", status_code=204)
 def delete_sweep(id: SweepId, caller: Submitter, store: AppStore) -> None:
     """Delete a sweep that has ended, with its cube and report. Its runs stay available to other sweeps."""
     _check_owner(store, caller, id)
-    store.delete_sweep(id)
+    store.sweeps.delete(id)
 
 
 def _check_owner(store: Store, caller: Caller, id: str) -> None:
     """Raise NotFound, or Forbidden if the caller may not change the sweep."""
-    caller.check_owns(store.sweep(id))
+    caller.check_owns(store.sweeps.get(id))

@@ -9,7 +9,7 @@ from service.cli.commands.options import Json
 
 app = typer.Typer()
 
-Document = Mapping[str, Any]
+Description = Mapping[str, Any]  # of an entry
 Name = Annotated[str | None, typer.Argument(metavar="[NAME]", help="Show this one in full.")]
 
 
@@ -18,10 +18,7 @@ def materials(name: Name = None, as_json: Json = False) -> None:
     """List the materials, or the constants of one with unit, source and confidence."""
     from studies import materials as shipped
 
-    def document(name: str) -> Document:
-        return shipped.load(name).document()
-
-    _show(name, as_json, shipped.names, document, _list_materials, _show_material)
+    _show(name, as_json, shipped.names(), lambda each: shipped.load(each).document(), _list_materials, _show_material)
 
 
 @app.command()
@@ -29,10 +26,7 @@ def laws(name: Name = None, as_json: Json = False) -> None:
     """List the published laws, or the equation, source and range of one."""
     from studies import laws as shipped
 
-    def document(name: str) -> Document:
-        return shipped.load(name).describe()
-
-    _show(name, as_json, shipped.names, document, _list_laws, _show_law)
+    _show(name, as_json, shipped.names(), lambda each: shipped.load(each).describe(), _list_laws, _show_law)
 
 
 @app.command()
@@ -40,32 +34,29 @@ def scenarios(name: Name = None, as_json: Json = False) -> None:
     """List the scenarios, or the parameters of one with limits and defaults."""
     from studies import scenarios as shipped
 
-    def document(name: str) -> Document:
-        return shipped.load(name).describe()
-
-    _show(name, as_json, shipped.names, document, _list_scenarios, _show_scenario)
+    _show(name, as_json, shipped.names(), lambda each: shipped.load(each).describe(), _list_scenarios, _show_scenario)
 
 
 def _show(
     name: str | None,
     as_json: bool,
-    names: Callable[[], Iterable[str]],
-    document: Callable[[str], Document],
-    show_all: Callable[[list[Document]], None],
-    show_entry: Callable[[Document], None],
+    names: Iterable[str],
+    describe: Callable[[str], Description],
+    show_all: Callable[[list[Description]], None],
+    show_entry: Callable[[Description], None],
 ) -> None:
     """Print an entry, or the list of all; raises InvalidInput for an unknown name."""
     from service.cli.console import print_json
 
     if name is not None:
-        entry = document(name)
+        entry = describe(name)
         print_json(entry) if as_json else show_entry(entry)
         return
-    entries = [document(each) for each in names()]
+    entries = [describe(each) for each in names]
     print_json(entries) if as_json else show_all(entries)
 
 
-def _list_materials(entries: list[Document]) -> None:
+def _list_materials(entries: list[Description]) -> None:
     from service.cli.console import print_table
 
     rows = (
@@ -78,7 +69,7 @@ def _list_materials(entries: list[Document]) -> None:
     print_table(("name", "title", "family", "density", "equation of state", "strength"), rows)
 
 
-def _show_material(material: Document) -> None:
+def _show_material(material: Description) -> None:
     from service.cli.console import print_table
 
     print(f"{material['name']}: {material['title']} ({material['family']})")
@@ -90,7 +81,7 @@ def _show_material(material: Document) -> None:
     print_table(("constant", "value", "confidence", "source"), rows)
 
 
-def _constants(material: Document) -> Iterable[tuple[str, Document]]:
+def _constants(material: Description) -> Iterable[tuple[str, Description]]:
     """The constants of a material by dotted path; the kind of a section first."""
     for key, entry in material.items():
         if isinstance(entry, Mapping):
@@ -102,14 +93,14 @@ def _constants(material: Document) -> Iterable[tuple[str, Document]]:
                 yield f"{key}.{name}", constant if isinstance(constant, Mapping) else kind
 
 
-def _list_laws(entries: list[Document]) -> None:
+def _list_laws(entries: list[Description]) -> None:
     from service.cli.console import print_table
 
     rows = ((law["name"], law["title"], law["quantity"], law["use"].partition(" (")[0]) for law in entries)
     print_table(("name", "title", "quantity", "use"), rows)
 
 
-def _show_law(law: Document) -> None:
+def _show_law(law: Description) -> None:
     from service.cli.console import print_table
 
     print(f"{law['name']}: {law['title']}, for {law['quantity']}")
@@ -123,14 +114,14 @@ def _show_law(law: Document) -> None:
     print_table(("range", "source of the limit", "checked"), rows)
 
 
-def _list_scenarios(entries: list[Document]) -> None:
+def _list_scenarios(entries: list[Description]) -> None:
     from service.cli.console import print_table
 
     rows = ((each["name"], each["title"], ", ".join(each["measurements"])) for each in entries)
     print_table(("name", "title", "measures"), rows)
 
 
-def _show_scenario(scenario: Document) -> None:
+def _show_scenario(scenario: Description) -> None:
     from service.cli.console import print_table
 
     print(f"{scenario['name']}: {scenario['title']}\n{scenario['description']}")
@@ -139,15 +130,15 @@ def _show_scenario(scenario: Document) -> None:
     print_table(("parameter", "default", "allowed", "meaning"), rows)
 
 
-def _default(parameter: Document) -> str:
+def _default(parameter: Description) -> str:
     if parameter["required"]:
         return "required"
     return "" if parameter["default"] is None else _value({"value": parameter["default"], **parameter})
 
 
-def _value(quantity: Document) -> str:
+def _value(quantity: Description) -> str:
     """A value with its unit, as a sweep document writes it."""
-    from studies.values.quantities import readable
+    from studies.quantities.units import readable
 
     value, unit = quantity["value"], quantity["unit"]
     if isinstance(value, bool):

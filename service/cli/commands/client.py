@@ -14,21 +14,21 @@ from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
     Json,
-    Keep,
+    KeepOption,
     KeyFile,
     Laws,
     Out,
     Overwrite,
-    RunId,
+    RunArgument,
+    SweepArgument,
     SweepFile,
-    SweepId,
     Url,
     client_of,
     document_of,
     folder_of,
 )
-from studies.values.errors import Finding, InvalidInput
-from studies.values.formats import escaped
+from studies.quantities.display import escaped
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.client.client import SweepHandle, SweepStatus
@@ -40,7 +40,7 @@ app = typer.Typer()
 def submit(
     file: SweepFile,
     priority: Annotated[int, typer.Option(help="-100 to 100; sweeps of smaller numbers are computed first.")] = 0,
-    keep: Keep = "final",
+    keep: KeepOption = "final",
     idempotency_key: Annotated[
         str | None, typer.Option(help="A text of your choice; a repeated submission with the same text has no effect.")
     ] = None,
@@ -52,7 +52,8 @@ def submit(
     """Submit a sweep to a service, and print its id."""
     from service.cli.console import print_sweep, print_warnings
     from service.client.progress import showing_progress
-    from studies.sweeps.sweep import ACCEPTED, Sweep
+    from studies.sweeps.reading import ACCEPTED
+    from studies.sweeps.sweep import Sweep
 
     document = document_of(file, law)
     with client_of(url, key_file) as client:
@@ -103,7 +104,7 @@ def status(
 
 @app.command()
 def runs(
-    id: SweepId,
+    id: SweepArgument,
     state: Annotated[
         str | None, typer.Option(help="Show only runs in this state: queued, running, succeeded, failed, ...")
     ] = None,
@@ -113,7 +114,8 @@ def runs(
 ) -> None:
     """List the runs of a sweep, each with its state and, if it failed, the reason."""
     from service.cli.console import print_json, print_points
-    from studies.sweeps.sweep import ACCEPTED, Sweep
+    from studies.sweeps.reading import ACCEPTED
+    from studies.sweeps.sweep import Sweep
 
     with client_of(url, key_file) as client:
         handle = client.find_sweep(id)
@@ -126,7 +128,9 @@ def runs(
 
 
 @app.command()
-def fetch(id: SweepId, out: Out, overwrite: Overwrite = False, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def fetch(
+    id: SweepArgument, out: Out, overwrite: Overwrite = False, url: Url = LOCAL, key_file: KeyFile = None
+) -> None:
     """Download cube and report of a sweep."""
     with client_of(url, key_file) as client:
         folder = client.find_sweep(id).fetch(folder_of(out), overwrite=overwrite)
@@ -135,7 +139,7 @@ def fetch(id: SweepId, out: Out, overwrite: Overwrite = False, url: Url = LOCAL,
 
 @app.command("fetch-run")
 def fetch_run(
-    run: RunId,
+    run: RunArgument,
     out: Annotated[Path, typer.Option(help="Folder for the files of the run.")],
     url: Url = LOCAL,
     key_file: KeyFile = None,
@@ -147,14 +151,14 @@ def fetch_run(
 
 
 @app.command()
-def log(run: RunId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def log(run: RunArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Print the output of the solver in the last attempt of a run, up to now."""
     with client_of(url, key_file) as client:
         print(escaped(client.log(client.find_run(run))), end="")
 
 
 @app.command()
-def cancel(id: SweepId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def cancel(id: SweepArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Stop a sweep. The results so far are published."""
     with _commanding(id, url, key_file) as handle:
         handle.cancel()
@@ -162,7 +166,7 @@ def cancel(id: SweepId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
 
 @app.command()
 def retry(
-    id: SweepId,
+    id: SweepArgument,
     verdicts: Annotated[
         bool, typer.Option("--verdicts", help="Also repeat runs that the solver rejected; they fail again.")
     ] = False,
@@ -177,7 +181,7 @@ def retry(
 # "-5" is a number here, not an option.
 @app.command(context_settings={"ignore_unknown_options": True})
 def priority(
-    id: SweepId,
+    id: SweepArgument,
     number: Annotated[int, typer.Argument(metavar="N", help="-100 to 100; smaller numbers are computed first.")],
     url: Url = LOCAL,
     key_file: KeyFile = None,
@@ -188,7 +192,7 @@ def priority(
 
 
 @app.command()
-def delete(id: SweepId, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def delete(id: SweepArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Delete a sweep that has ended, with cube and report; other sweeps keep its runs."""
     with client_of(url, key_file) as client:
         handle = client.find_sweep(id)

@@ -14,7 +14,7 @@ from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
     Json,
-    Keep,
+    KeepOption,
     Laws,
     Out,
     Overwrite,
@@ -25,7 +25,7 @@ from service.cli.commands.options import (
     settings_of,
 )
 from solver.errors import WhippleError
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.workers.warm import WarmProcess
@@ -65,7 +65,7 @@ def sweep(
     overwrite: Overwrite = False,
     threads: Threads = None,
     law: Laws = None,
-    keep: Keep = "final",
+    keep: KeepOption = "final",
 ) -> None:
     """Compute a sweep on this machine, without a service. Repeated, it resumes.
 
@@ -76,8 +76,9 @@ def sweep(
     # A child process imports what publishing needs (1 s) while this one imports what the queue needs (1 s).
     with preloading(PUBLICATION) as ready:
         from service.cli.console import print_warnings
-        from service.records.settings import Settings
-        from studies.sweeps.sweep import Sweep, SweepLimits
+        from service.settings import Settings
+        from studies.sweeps.reading import SweepLimits
+        from studies.sweeps.sweep import Sweep
 
         document = document_of(file, law)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
@@ -111,8 +112,8 @@ def plot(
     out: Annotated[Path, typer.Option(help="Folder for the files, one for each figure.")] = Path(),
     format: Annotated[str, typer.Option(metavar="png|svg|pdf", help="Format of the files.")] = "png",
 ) -> None:
-    """Draw the figures of the report of a cube into files. Needs the extra 'plot'."""
-    from studies.reports.printing import FORMATS, draw_figures
+    """Draw the figures of the report of a cube into files."""
+    from studies.reports.publish import FORMATS, draw_figures
     from studies.sweeps.document import no_such_cube
 
     formats = [name for name in FORMATS if name == format.lower()]
@@ -130,10 +131,11 @@ def estimate(file: SweepFile, as_json: Json = False) -> None:
     from dataclasses import asdict
 
     from service.cli.console import print_cost, print_json, print_warnings
-    from service.records.settings import Settings
+    from service.settings import Settings
     from studies.sweeps.cost import cost_of, presets_of
     from studies.sweeps.document import read_sweep_file
-    from studies.sweeps.sweep import Sweep, SweepLimits
+    from studies.sweeps.reading import SweepLimits
+    from studies.sweeps.sweep import Sweep
 
     limit = Settings().max_runs
     sweep = Sweep.parse(read_sweep_file(file), SweepLimits(max_runs=limit))
@@ -153,23 +155,16 @@ def warm(
     ] = None,
 ) -> None:
     """Compile the kernels of sweeps into the cache, before the first run needs them."""
-    _compile_kernels(_documents(files) if files else _examples())
-
-
-def _documents(files: Sequence[Path]) -> Sequence[Mapping[str, Any]]:
-    from studies.sweeps.document import read_sweep_file
+    from studies import examples
+    from studies.sweeps.document import read_sweep_file, read_yaml
     from studies.sweeps.sweep import Sweep
 
-    return [Sweep.parse(read_sweep_file(file)).document() for file in files]
-
-
-def _examples() -> Sequence[Mapping[str, Any]]:
-    from studies import examples
-    from studies.sweeps.document import read_yaml
-
+    if files:
+        _compile_kernels([Sweep.parse(read_sweep_file(file)).document() for file in files])
+        return
     documents = [read_yaml(examples.text(name), name) for name in examples.names()]
     thesis = [{**document, "fixed": {**document.get("fixed", {}), "recipe": "thesis"}} for document in documents]
-    return documents + thesis
+    _compile_kernels(documents + thesis)
 
 
 def compute(

@@ -6,10 +6,10 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from service.cli.commands.options import Json, Threads, folder_of
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from studies.scenarios._deck_records import Deck
+    from studies.decks.deck import Deck
 
 app = typer.Typer()
 
@@ -29,7 +29,7 @@ def deck(
 ) -> None:
     """Read a deck of MPM3D, print what was understood, and compute it or write its sweep."""
     from service.cli.console import print_json
-    from studies.scenarios._deck import read_deck
+    from studies.decks.reader import read_deck
     from studies.sweeps.sweep import Sweep
 
     text = _text_of(file)
@@ -63,7 +63,7 @@ def deck(
 
 
 def _text_of(file: Path) -> str:
-    from studies.scenarios._deck import MOST_BYTES, read_file_text
+    from studies.decks.reader import MOST_BYTES, read_file_text
     from studies.sweeps.document import no_such_file
 
     try:
@@ -80,7 +80,7 @@ def _text_of(file: Path) -> str:
 def _print_deck(deck: "Deck") -> None:
     """Tables of the grid, the bodies and the materials, and what is left out."""
     from service.cli.console import print_table
-    from studies.scenarios._deck_problem import fixed_step
+    from studies.decks.problem import fixed_step
 
     end = f"{deck.end_time * 1e6:g} us, steps of {fixed_step(deck) * 1e9:.4g} ns"
     numerics = f"{deck.shape}, {deck.scheme}, viscosity {deck.viscosity[0]:g} {deck.viscosity[1]:g}"

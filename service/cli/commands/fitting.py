@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands.options import Json
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from studies.fits.fit import FittedForm
@@ -19,7 +19,9 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
-Quantity = Annotated[str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")]
+QuantityOption = Annotated[
+    str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")
+]
 At = Annotated[
     list[str] | None, typer.Option(metavar="AXIS=VALUE", help="Only points with this value: target=copper-ofhc.")
 ]
@@ -34,7 +36,7 @@ def fit(
             help="cube.nc of a sweep, or its folder; or shots: a CSV file, or a published table by name.",
         ),
     ],
-    quantity: Quantity = None,
+    quantity: QuantityOption = None,
     form: Annotated[str | None, typer.Option(metavar="NAME", help="The form of law; by default every one.")] = None,
     at: At = None,
     out: Annotated[
@@ -47,6 +49,8 @@ def fit(
     from service.cli.console import print_json
     from studies.fits.fit import as_json as plain
     from studies.fits.fit import fits_of, forms_of
+    from studies.laws.fitting.forms import FORMS
+    from studies.quantities.findings import nearest_cure
 
     fitted = []
     for measured in _measured(source, quantity, at or []):
@@ -55,7 +59,8 @@ def fit(
         if chosen:
             fitted.append(fits_of(measured, chosen))
     if not fitted:
-        _refuse_form(form)
+        cure = nearest_cure(form, FORMS)
+        raise InvalidInput([Finding("--form", str(form), "a form of law for what was measured", cure)])
     if out is not None:
         _write(fitted, out, name)
     if as_json:
@@ -70,7 +75,7 @@ def fit(
 @app.command()
 def surrogate(
     cube: Annotated[Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")],
-    quantity: Quantity = None,
+    quantity: QuantityOption = None,
     at: Annotated[
         list[str] | None,
         typer.Option(metavar="AXIS=VALUE", help="Predict the value here: speed=6.2 km/s; for every axis."),
@@ -108,12 +113,15 @@ def surrogate(
         if prediction is not None:
             _print_prediction(made, prediction, at or [])
     if plot is not None:
-        _draw(made, plot)
+        from studies.fits.drawing import draw_left_out
+
+        draw_left_out(made, plot)
+        print(f"written: {plot}", file=sys.stderr)
 
 
 def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
     from service.cli.console import print_table
-    from studies.values.formats import display_of, with_unit
+    from studies.quantities.display import display_of, with_unit
 
     runs, left = made.runs, made.left_out
     shown = display_of(runs.unit)
@@ -150,7 +158,7 @@ def _index(index: "SobolIndex") -> str:
 
 
 def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]) -> None:
-    from studies.values.formats import display_of
+    from studies.quantities.display import display_of
 
     shown = display_of(made.runs.unit)
     value, interval = (float(each[0]) * shown.factor for each in (prediction.values, prediction.intervals))
@@ -158,26 +166,11 @@ def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]
     print(f"predicted at {', '.join(at)}: {value:.4g} ± {interval:.2g}{unit} (95 %, for a run)")
 
 
-def _draw(made: "Surrogate", file: Path) -> None:
-    from studies.fits.drawing import draw_left_out
-
-    draw_left_out(made, file)
-    print(f"written: {file}", file=sys.stderr)
-
-
-def _refuse_form(form: str | None) -> None:
-    from studies.laws._forms import FORMS
-    from studies.values.nearest import nearest_cure
-
-    cure = nearest_cure(form, FORMS)
-    raise InvalidInput([Finding("--form", str(form), "a form of law for what was measured", cure)])
-
-
 def _measured(source: str, quantity: str | None, at: list[str]) -> "list[MeasuredShots]":
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
     from studies.fits.measured import of_cube, of_table, open_cube, quantities_of
-    from studies.laws._forms import SIZES
+    from studies.laws.fitting.forms import SIZES
 
     if source.endswith(".csv") or (source in observations.names() and not Path(source).exists()):
         every = list(of_table(source, SIZES))
@@ -205,7 +198,7 @@ def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
 def _print_fits(fits: "list[FittedForm]") -> None:
     from service.cli.console import print_table
     from studies.fits.fit import compared, verdicts
-    from studies.laws._forms import dimension_of
+    from studies.laws.fitting.forms import dimension_of
 
     measured = fits[0].measured
     weights = "weighted by their uncertainties" if measured.errors is not None else "equal weights"

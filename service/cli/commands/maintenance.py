@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands.options import FAILURE, SOME_FAILED, SUCCESS, Data, DatabaseUrl, Json, settings_of
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from datetime import timedelta
@@ -55,7 +55,7 @@ def create_key(
     scopes, lifetime = [Scope(word) for word in scope or ["submit"]], _lifetime(expires)
     until = None if lifetime is None else datetime.now(UTC) + lifetime
     with open_store(settings_of(data=data, database_url=database_url), create=True) as store:
-        row, secret = store.create_key(name.strip(), scopes, until)
+        row, secret = store.keys.issue(name.strip(), scopes, until)
     print(secret)
     print_keys([row], file=sys.stderr)
     print("save the secret: it cannot be shown again", file=sys.stderr)
@@ -68,7 +68,7 @@ def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUr
     from service.cli.offline import open_store
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
-        rows = store.keys()
+        rows = store.keys.all()
     print_json([vars(row) for row in rows]) if as_json else print_keys(rows)
 
 
@@ -83,7 +83,7 @@ def revoke_key(
     from service.cli.offline import open_store
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
-        print_keys([store.revoke_key(_matching(key, store.keys()).id)])
+        print_keys([store.keys.revoke(_matching(key, store.keys.all()).id)])
 
 
 def _lifetime(text: str | None) -> "timedelta | None":
@@ -173,7 +173,7 @@ def forget_lost(
     from service.cli.offline import open_store
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
-        store.allow_forgetting(count)
+        store.queue.allow_forgetting(count)
     print(f"{count} lost results may be computed again; the service starts them within a minute")
 
 

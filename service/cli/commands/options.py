@@ -5,11 +5,11 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.client.client import Client
-    from service.records.settings import Settings
+    from service.settings import Settings
 
 SUCCESS, FAILURE, INVALID, SOME_FAILED = 0, 1, 2, 3
 LOCAL = "http://127.0.0.1:8000"
@@ -23,7 +23,7 @@ Threads = Annotated[
         help="Threads of a run; auto (default) uses cores that no other run needs. Results are independent of it.",
     ),
 ]
-Keep = Annotated[str, typer.Option(help="Files kept for each run: numbers, also the final state, also the film.")]
+KeepOption = Annotated[str, typer.Option(help="Files kept for each run: numbers, also the final state, also the film.")]
 Url = Annotated[str, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service.")]
 KeyFile = Annotated[
     Path | None,
@@ -35,8 +35,8 @@ Laws = Annotated[
     typer.Option("--law", metavar="FILE", help="A law that `whipple fit` wrote, to compare too; repeatable."),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, for programs.")]
-SweepId = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
-RunId = Annotated[str, typer.Argument(metavar="RUN", help="Run id, or the beginning of it.")]
+SweepArgument = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
+RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="Run id, or the beginning of it.")]
 Data = Annotated[Path | None, typer.Option(help="Folder of database and results; default WHIPPLE_DATA.")]
 DatabaseUrl = Annotated[
     str | None, typer.Option(help="Database; set WHIPPLE_DATABASE_URL instead if it contains a password.")
@@ -65,7 +65,7 @@ def settings_of(**options: Any) -> "Settings":
     """Settings from the environment and the options that are not None; raises InvalidInput."""
     from pydantic import ValidationError
 
-    from service.records.settings import Settings
+    from service.settings import Settings
 
     try:
         return Settings(**{name: value for name, value in options.items() if value is not None})

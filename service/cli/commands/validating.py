@@ -1,18 +1,16 @@
 """Published and exactly solved problems, computed here and compared."""
 
 import json
-from collections.abc import Iterator
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from service.cli.commands.options import FAILURE, SUCCESS, Json, Threads, folder_of, settings_of
-from studies.values.errors import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from studies.validation import Level
-    from studies.verification import Verified
+    from studies.cases.validation import ValidationLevel
 
 app = typer.Typer()
 
@@ -54,7 +52,11 @@ def validate(
         return
     folder = folder_of(out)
     settings = settings_of(data=folder / STORE, threads=threads)
-    rows = list(_printed(validated(chosen, chosen_level, folder, settings, showing_progress), quiet=as_json))
+    rows = []
+    for each in validated(chosen, chosen_level, folder, settings, showing_progress):
+        rows.append(each)
+        if not as_json:
+            print(f"{each.case} | {each.row}", flush=True)
     failed = sum(each.row.passed is False for each in rows)
     if as_json:
         print(json.dumps([each.as_json() for each in rows], indent=2, allow_nan=False))
@@ -65,15 +67,8 @@ def validate(
     raise typer.Exit(FAILURE if failed or not rows else SUCCESS)
 
 
-def _printed(verified: "Iterator[Verified]", *, quiet: bool) -> "Iterator[Verified]":
-    for each in verified:
-        if not quiet:
-            print(f"{each.case} | {each.row}", flush=True)
-        yield each
-
-
-def _level(text: str) -> "Level":
-    from studies.validation import LEVELS
+def _level(text: str) -> "ValidationLevel":
+    from studies.cases.validation import LEVELS
 
     for level in LEVELS:
         if text == level:

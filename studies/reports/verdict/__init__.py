@@ -5,7 +5,6 @@ A pure function of the ``evidence``, which is read from a cube of points: the sa
 ``summary`` the few sentences that come first.
 """
 
-import math
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -13,9 +12,10 @@ from typing import Any
 import numpy as np
 
 from studies.cubes.points import Place
+from studies.cubes.reading import finite
 from studies.laws import OTHER_MATERIAL
 from studies.reports.verdict import summary, texts
-from studies.reports.verdict.bands import Band, Value, bands_of
+from studies.reports.verdict.bands import Band, BandValue, bands_of
 from studies.reports.verdict.evidence import AxisOfSweep, Evidence, JudgedPoint, Reference, StatedWord, Subject, beside
 from studies.reports.verdict.trends import Exponent, Trend, exponents_of, is_uneven, trend_of
 
@@ -30,7 +30,7 @@ class StatedBand:
     where: str  # "from 6 km/s"
     says: str  # "numerically to 6 %"
     abscissa: str
-    values: tuple[Value, ...]  # of the abscissa, SI
+    values: tuple[BandValue, ...]  # of the abscissa, SI
     slices: tuple[Place, ...]  # values of the other axes; empty for all
     points: int
     judged: int
@@ -207,17 +207,13 @@ def _stated_point(point: JudgedPoint, reference: Reference, is_simulation: bool)
     word = beside(reference, point.stated)
     return StatedPoint(
         point.at,
-        _finite(point.law),
-        _finite(point.reference),
-        _finite(point.residual) if point.reference else None,
+        finite(point.law),
+        finite(point.reference),
+        finite(point.residual) if point.reference else None,
         word,
         texts.OF_POINTS[word],
         "" if point.tests else texts.UNTESTED[reference, is_simulation],
     )
-
-
-def _finite(number: float) -> float | None:
-    return number if math.isfinite(number) else None
 
 
 def _stated(band: Band, axes: Sequence[AxisOfSweep], reference: Reference, is_simulation: bool) -> StatedBand:

@@ -11,10 +11,10 @@ from dataclasses import dataclass
 from itertools import groupby
 
 from studies.cubes.points import Place
-from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint, StatedWord, Word
+from studies.reports.verdict.evidence import AgreementWord, AxisOfSweep, JudgedPoint, StatedWord
 from studies.reports.view import PREFERRED
 
-Value = float | str | None
+BandValue = float | str | None
 Key = tuple[tuple[str, float | str], ...]  # values of the other axes
 
 
@@ -22,9 +22,9 @@ Key = tuple[tuple[str, float | str], ...]  # values of the other axes
 class Band:
     """Points between two values of the abscissa, of all or some combinations of the other axes."""
 
-    word: Word
+    word: AgreementWord
     abscissa: str
-    values: tuple[Value, ...]  # of the abscissa, each once
+    values: tuple[BandValue, ...]  # of the abscissa, each once
     begins: bool  # whether the first of them is the first of the sweep
     ends: bool  # whether the last of them is the last of the sweep
     slices: tuple[Place, ...]  # the other axes; empty for all combinations
@@ -105,9 +105,9 @@ def abscissa_of(axes: Sequence[AxisOfSweep]) -> AxisOfSweep:
     return [*preferred, *numeric, *axes][0]
 
 
-def _columns(points: Sequence[JudgedPoint], abscissa: AxisOfSweep) -> dict[Value, list[JudgedPoint]]:
+def _columns(points: Sequence[JudgedPoint], abscissa: AxisOfSweep) -> dict[BandValue, list[JudgedPoint]]:
     """The points at each value of the abscissa; numbers ascend."""
-    columns: dict[Value, list[JudgedPoint]] = {}
+    columns: dict[BandValue, list[JudgedPoint]] = {}
     for point in points:
         columns.setdefault(point.at.get(abscissa.name), []).append(point)
     if abscissa.unit is None:
@@ -115,7 +115,7 @@ def _columns(points: Sequence[JudgedPoint], abscissa: AxisOfSweep) -> dict[Value
     return dict(sorted(columns.items(), key=lambda item: (item[0] is None, item[0] or 0.0)))
 
 
-def _common(points: Sequence[JudgedPoint]) -> Word | None:
+def _common(points: Sequence[JudgedPoint]) -> AgreementWord | None:
     """The word of all judged points; None where they differ."""
     words = {point.word for point in points}
     if "outside" not in words and len(words) > 1:
@@ -124,20 +124,20 @@ def _common(points: Sequence[JudgedPoint]) -> Word | None:
 
 
 def _by_slice(
-    values: Sequence[Value],
+    values: Sequence[BandValue],
     abscissa: AxisOfSweep,
-    order: Sequence[Value],
+    order: Sequence[BandValue],
     axes: Sequence[AxisOfSweep],
-    columns: dict[Value, list[JudgedPoint]],
+    columns: dict[BandValue, list[JudgedPoint]],
 ) -> Iterator[Band]:
     """The bands of a stretch in which combinations of the other axes differ: those that agree have one together."""
     others = [axis.name for axis in axes if axis != abscissa]
-    slices: dict[Key, dict[Value, list[JudgedPoint]]] = {}
+    slices: dict[Key, dict[BandValue, list[JudgedPoint]]] = {}
     for value in values:
         for point in columns[value]:
             key = tuple((name, point.at[name]) for name in others if name in point.at)
             slices.setdefault(key, {}).setdefault(value, []).append(point)
-    alike: dict[tuple[tuple[Word | None, tuple[Value, ...]], ...], list[Key]] = {}
+    alike: dict[tuple[tuple[AgreementWord | None, tuple[BandValue, ...]], ...], list[Key]] = {}
     for key, mine in slices.items():
         runs = tuple((word, tuple(stretch)) for word, stretch in groupby(mine, key=lambda value: _common(mine[value])))
         alike.setdefault(runs, []).append(key)
@@ -156,12 +156,12 @@ def _by_slice(
 
 
 def _band(
-    word: Word,
+    word: AgreementWord,
     abscissa: AxisOfSweep,
-    values: Sequence[Value],
-    order: Sequence[Value],
+    values: Sequence[BandValue],
+    order: Sequence[BandValue],
     slices: tuple[Place, ...],
-    columns: dict[Value, list[JudgedPoint]],
+    columns: dict[BandValue, list[JudgedPoint]],
 ) -> Band:
     return Band(
         word,

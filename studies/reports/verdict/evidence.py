@@ -12,15 +12,14 @@ from numpy.typing import ArrayLike
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, comparable, main_quantities, places_of, simulated
+from studies.cubes.points import Place, axes_of, comparable, error_bars, main_quantities, places_of, simulated
 from studies.cubes.variable import Variable
 from studies.laws import CAVEATS, DRAWN_ONLY, FITTED, NO_RANGE
-from studies.reports.joint import joint_uncertainty, law_scatter
 from studies.reports.matched import BEYOND_AXES, ELSEWHERE, MatchedObservation, interpolate
 
 Reference = Literal["simulation", "observation"]
-State = Literal["judged", "outside", "unjudged"]
-Word = Literal["close", "agrees", "under", "over", "outside", "unjudged"]  # for a point
+JudgedState = Literal["judged", "outside", "unjudged"]
+AgreementWord = Literal["close", "agrees", "under", "over", "outside", "unjudged"]  # for a point
 # For a band: "trusted" where all points are close and inside their joint uncertainty, which is a test; else "within".
 # Beside a simulation, whose models are no nearer to nature for that, "numerically" stands in place of "trusted".
 StatedWord = Literal["trusted", "numerically", "within", "agrees", "under", "over", "outside", "unjudged"]
@@ -86,13 +85,13 @@ class JudgedPoint:
         return 0.0 if math.isnan(self.uncertainty) else self.uncertainty
 
     @property
-    def state(self) -> State:
+    def state(self) -> JudgedState:
         if self.outside:
             return "outside"
         return "unjudged" if self.unjudged else "judged"
 
     @property
-    def word(self) -> Word:
+    def word(self) -> AgreementWord:
         """How the law does here."""
         if self.state != "judged":
             return self.state
@@ -199,7 +198,10 @@ class _Quantity:
     def __init__(self, points: xr.Dataset, name: str):
         self.points, self.name = points, name
         self.places = places_of(points)
-        self.joint = joint_uncertainty(points, name)  # of a law without its scatter
+        self.assessed = {
+            DEFINITION: self._stored(f"{name}_definition_part"),
+            MODEL: self._stored(cubes.MODEL_PART.named(name)),
+        }
         self.numerical = simulated(points, name, cubes.UNCERTAINTY).values.ravel()
         self.values = comparable(points, name).values.ravel()
         run_flags = reading.flag_words(cubes.FLAGS_OF_RUN.of(points))
@@ -208,21 +210,27 @@ class _Quantity:
 
     # ---- error bars: standard uncertainties in the quantity's unit ----
 
-    def bars(self, law: str = "") -> np.ndarray:
-        """The joint uncertainty, (points,), of the parts there are, whether they are a test or not; NaN without any."""
-        parts = [self.numerical, *(self.joint.parts[name] for name in (DEFINITION, MODEL))]
-        if law:
-            parts.append(law_scatter(self.points, self.name, law))
+    def bars(self, *spread: np.ndarray) -> np.ndarray:
+        """The joint uncertainty, (points,), of the parts there are, whether they are a test or not; NaN without any.
+
+        Parts: numerical, definition, model and, beside a law, the scatter that its source publishes.
+        """
+        parts = [self.numerical, *self.assessed.values(), *spread]
         total = np.sqrt(sum(np.nan_to_num(part) ** 2 for part in parts))
         return np.where(np.isnan(parts).all(axis=0), np.nan, total)
 
     def tests(self) -> np.ndarray:
         """Whether error bars include the mesh error, bool (points,): no other bar is a test."""
-        return np.isfinite(self.joint.total)
+        return np.isfinite(error_bars(self.points, self.name).values.ravel())
+
+    def _stored(self, name: str) -> np.ndarray:
+        """A part that the cube holds, where the run succeeded; NaN where it does not hold it."""
+        if name not in self.points:
+            return np.full(len(self.places), np.nan)
+        return simulated(self.points, name, cubes.VALUE).values.ravel()
 
     def parts(self) -> dict[str, int]:
         """Each part with the number of points that have it."""
-        joint = self.joint.parts
         counts = {"mesh error": self.tests()}
         offsets = cubes.OFFSETS_PART
         if offsets.is_in(self.points, self.name):
@@ -232,7 +240,7 @@ class _Quantity:
             if variable.is_in(self.points, self.name):
                 counts[words] = variable.of(self.points, self.name).values.ravel() > 0.0
         for part in (DEFINITION, MODEL):
-            counts[part] = np.isfinite(joint[part])
+            counts[part] = np.isfinite(self.assessed[part])
         valued = np.isfinite(self.values)
         return {part: int((has & valued).sum()) for part, has in counts.items()}
 
@@ -254,7 +262,7 @@ class _Quantity:
         for law in self._laws(
             cubes.BY_LAW, cubes.BY_LAW_IN_RANGE, cubes.LAW_TITLE, cubes.LAW_CONFIDENCE, cubes.BY_LAW_REASON
         ):
-            bars = self.bars(law.label)
+            bars = self.bars(np.abs(law.answers) * law.scatter)
             yield Subject(
                 law.label,
                 law.title,
@@ -356,16 +364,13 @@ class _Quantity:
         """Each law with its answers, (points,) or at some observed shots."""
         some = {} if rows is None else {"observation": list(rows)}
         found, inside = (variable.of(self.points, self.name).isel(some) for variable in (answers, in_range))
-        # Cubes of schema 3 and earlier have no reasons at observed shots.
-        stated = reasons.of(self.points, self.name).isel(some) if reasons.is_in(self.points, self.name) else None
+        reason = reasons.of(self.points, self.name).isel(some).values
         scatter, rangeless = self.scatter(), without_range(self.points, self.name)
         stated_confidences = reading.confidences_of(self.points, self.name, confidences)
         for number, label in enumerate(found[str(found.dims[-1])].values):
             values = found.values[..., number].ravel()
             whole = inside.values[..., number].ravel() == 1
-            why = [""] * len(values)
-            if stated is not None:
-                why = [str(text) for text in stated.values[..., number].ravel()]
+            why = map(str, reason[..., number].ravel())
             yield _Law(
                 str(label),
                 str(titles.of(self.points, self.name).values[number]),

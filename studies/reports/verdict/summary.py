@@ -3,6 +3,7 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from studies.quantities.display import NARROW_SPACE, decimals, digits, signed
 from studies.reports.verdict.evidence import DEFINITION, MODEL, SCATTER, TRUST, Evidence
 from studies.reports.verdict.texts import (
     MOST_REASONS,
@@ -16,7 +17,6 @@ from studies.reports.verdict.texts import (
     title,
     words,
 )
-from studies.values.formats import NARROW_SPACE, decimals, digits, signed
 
 if TYPE_CHECKING:
     from studies.reports.verdict import LawVerdict, StatedBand

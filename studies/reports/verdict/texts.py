@@ -7,11 +7,11 @@ from fractions import Fraction
 from typing import TYPE_CHECKING
 
 from studies.cubes.points import Place
+from studies.laws.fitting.least_squares import CONFIDENCE
+from studies.quantities.display import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
 from studies.reports.verdict.bands import Band
 from studies.reports.verdict.evidence import TRUST, AxisOfSweep, Reference, StatedWord, Subject, beside
 from studies.reports.verdict.trends import UNEVEN, Exponent, Trend
-from studies.values.formats import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
-from studies.values.least_squares import CONFIDENCE
 
 if TYPE_CHECKING:
     from studies.reports.verdict import LawVerdict

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from studies.cubes.points import Place
+from studies.laws.fitting.least_squares import linear
+from studies.quantities.display import display_of
 from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint
-from studies.values.formats import display_of
-from studies.values.least_squares import linear
 
 # Beyond this ratio of the largest to the smallest residual an average hides what the residuals do.
 UNEVEN = 2.0

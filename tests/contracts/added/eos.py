@@ -3,18 +3,9 @@
 import math
 from typing import Annotated, NamedTuple
 
-from solver.eos import (
-    Density,
-    EosEntry,
-    HeatCapacity,
-    RoomTemperature,
-    pressure_terms,
-    reference_sound_speed,
-    sound_speed_squared,
-    temperature,
-)
 from solver.jit import implements
-from solver.units import Described, Dimensionless, Pascal
+from solver.matter.eos import EosEntry, pressure_terms, reference_sound_speed, sound_speed_squared, temperature
+from solver.units import Density, Described, Dimensionless, HeatCapacity, Pascal, RoomTemperature
 from solver.vectors import power
 
 
@@ -32,22 +23,22 @@ EOS = EosEntry("murnaghan", Murnaghan, Murnaghan)
 
 
 @implements(pressure_terms, Murnaghan)
-def _(eos, density, energy):
+def pressure_terms_of_murnaghan(eos, density, energy):
     return eos.K * (power(density / eos.density, eos.n) - 1.0) / eos.n, 0.0
 
 
 @implements(sound_speed_squared, Murnaghan)
-def _(eos, density, energy, pressure):
+def sound_speed_squared_of_murnaghan(eos, density, energy, pressure):
     return eos.K / eos.density * power(density / eos.density, eos.n - 1.0)
 
 
 @implements(temperature, Murnaghan)
-def _(eos, density, energy):
+def temperature_of_murnaghan(eos, density, energy):
     x, n = density / eos.density, eos.n
     cold = eos.K / (n * eos.density) * (power(x, n - 1.0) / (n - 1.0) + 1.0 / x - n / (n - 1.0))
     return eos.temperature + (energy - cold) / eos.heat_capacity
 
 
 @implements(reference_sound_speed, Murnaghan)
-def _(eos):
+def reference_sound_speed_of_murnaghan(eos):
     return math.sqrt(eos.K / eos.density)

@@ -2,8 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from solver.failure import FailureEntry, grown_damage
 from solver.jit import implements
+from solver.matter.failure import FailureEntry, grown_damage
 from solver.units import Described, Pascal
 from solver.vectors import where
 
@@ -18,5 +18,5 @@ FAILURE = FailureEntry("tension-limit", TensionLimit)
 
 
 @implements(grown_damage, TensionLimit)
-def _(failure, damage, loading):
+def grown_damage_of_tension_limit(failure, damage, loading):
     return where(-loading.pressure >= failure.tension, 1.0, damage)

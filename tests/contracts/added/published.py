@@ -1,7 +1,7 @@
 """All of an added plate is attached, by a published number."""
 
-from studies.validation import Validation
-from studies.verification import absolute
+from studies.cases.rows import absolute
+from studies.cases.validation import ValidationCase
 
 
 def _rows(level, cubes):
@@ -9,4 +9,4 @@ def _rows(level, cubes):
     yield absolute("attached share", expected=1.0, got=got, within=0.0)
 
 
-CASE = Validation(name="attached", says="A plate stays", source="-", sweeps=lambda level: {}, rows=_rows)
+CASE = ValidationCase(name="attached", says="A plate stays", source="-", sweeps=lambda level: {}, rows=_rows)

@@ -5,15 +5,23 @@ from typing import Annotated
 
 from solver.units import Described, Dimensionless
 from studies.scenarios import thin_plate
+from studies.scenarios.parts.shot import ImpactShot
 
 
 @dataclass(frozen=True, kw_only=True)
-class SmallPlate(thin_plate.ThinPlate):
-    """Parameters of the plate; it is coarse by default."""
+class CoarseShot(ImpactShot):
+    """A shot that is coarse by default."""
 
     cells_per_diameter: Annotated[Dimensionless, Described("grid cells across the projectile's diameter", 2.0, 8.0)] = (
         2.0
     )
+
+
+@dataclass(frozen=True, kw_only=True)
+class SmallPlate(thin_plate.ThinPlate):
+    """Parameters of the plate."""
+
+    shot: CoarseShot
 
 
 SCENARIO = replace(

@@ -2,8 +2,8 @@
 
 from typing import NamedTuple
 
-from solver.jit import implements
-from solver.shapes import ShapeEntry, weights, width
+from solver.grid.shapes import ShapeEntry, weights, width
+from solver.jit import gives, implements
 from solver.vectors import floor
 
 
@@ -21,13 +21,11 @@ def tent(particles_per_cell):
 SHAPE = ShapeEntry("tent", Tent, tent, flat_cost=1e-7, box_cost=2e-7)
 
 
-@implements(width, Tent)
-def _(shape):
-    return 2
+gives(width, Tent, 2)
 
 
 @implements(weights, Tent)
-def _(shape, place):
+def weights_of_tent(shape, place):
     first = floor(place)
     part = place - first
     return first, (1.0 - part, part), (-1.0, 1.0)

@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.strength import StrengthEntry, hardening, rate_and_heat, solid
+from solver.matter.strength import StrengthEntry, hardening, rate_and_heat, solid
 from solver.units import Described, Dimensionless, Pascal
 from solver.vectors import power
 
@@ -19,11 +19,11 @@ STRENGTH = StrengthEntry("power-hardening", PowerHardening)
 
 
 @implements(hardening, PowerHardening)
-def _(strength, plastic_strain):
+def hardening_of_power_hardening(strength, plastic_strain):
     stress = strength.Y * power(1.0 + plastic_strain, strength.n)
     return stress, strength.n * stress / (1.0 + plastic_strain)
 
 
 @implements(rate_and_heat, PowerHardening)
-def _(strength, strain_rate, homologous, stiff):
+def rate_and_heat_of_power_hardening(strength, strain_rate, homologous, stiff):
     return solid(homologous)

@@ -3,7 +3,7 @@
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.tension import TensionEntry, pressure_floor
+from solver.matter.tension import TensionEntry, pressure_floor
 from solver.units import FromMaterial, Pascal
 
 
@@ -17,5 +17,5 @@ TENSION = TensionEntry("half", HalfTension, molten=True)
 
 
 @implements(pressure_floor, HalfTension)
-def _(tension, homologous):
+def pressure_floor_of_half_tension(tension, homologous):
     return -0.5 * tension.spall_strength

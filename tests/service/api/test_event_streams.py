@@ -5,8 +5,6 @@ import json
 import threading
 from collections.abc import Iterator
 from contextlib import contextmanager
-from dataclasses import dataclass
-from pathlib import Path
 from typing import Any
 
 import httpx
@@ -14,169 +12,159 @@ import pytest
 
 from service.api.errors import TooManyRequests
 from service.api.event_streams import EventStreams
-from service.records.jobs import Lease, StoreUnavailable
-from tests.service.support.api import Api, open_api, served
+from service.client.connection import ServerEvent, server_events
+from service.records.jobs import StoreUnavailable
+from tests.service.support.api import Api, served
 from tests.service.support.fakes import wait_until
 
 TIMEOUT = 60.0  # s, for a message on a busy machine
 
 
-@dataclass(frozen=True)
-class Message:
-    """One message of a stream."""
-
-    name: str  # "" for an event of the store
-    id: int | None
-    data: Any
-
-
-@pytest.fixture
-def api(tmp_path: Path) -> Iterator[Api]:
-    with open_api(tmp_path) as opened:
-        yield opened
-
-
 @contextmanager
-def listening(url: str, path: str, last: int | None = None) -> Iterator[Iterator[Message]]:
+def listening(url: str, path: str, last: int | None = None) -> Iterator[Iterator[ServerEvent]]:
     """The messages of a stream, over a real connection."""
     headers = {} if last is None else {"Last-Event-ID": str(last)}
     with httpx.stream("GET", url + path, headers=headers, timeout=TIMEOUT) as response:
         assert response.status_code == 200, response.read()
-        yield messages(response.iter_lines())
+        yield (event for event in server_events(response.iter_lines()) if event.data)
 
 
-def messages(lines: Iterator[str]) -> Iterator[Message]:
-    """Messages from lines, as a browser reads them; comments and ``retry`` are none."""
-    result: dict[str, str] = {}
-    for line in lines:
-        if line:
-            key, _, value = line.partition(": ")
-            result[key] = value
-            continue
-        if "data" in result:
-            number = int(result["id"]) if "id" in result else None
-            yield Message(result.get("event", ""), number, json.loads(result["data"]))
-        result = {}
-
-
-def whole_stream(api: Api, path: str, last: int | None = None) -> list[Message]:
+def whole_stream(api: Api, path: str, last: int | None = None, **query: Any) -> list[ServerEvent]:
     """Every message of a stream that ends by itself."""
     headers = {} if last is None else {"Last-Event-ID": str(last)}
-    response = api.http.get(path, headers=headers)
+    response = api.http.get(path, headers=headers, params=query)
     assert response.headers["Content-Type"].startswith("text/event-stream")
-    return list(messages(iter(response.text.split("\n"))))
+    return [event for event in server_events(response.text.split("\n")) if event.data]
 
 
-def report_progress(api: Api, claim: Lease, step: int) -> None:
-    """Say how far a run is, as the dispatcher does."""
-    progress = {"time": 1e-6 * step, "end_time": 1e-4, "step": step, "eta_seconds": 5.0}
-    progress["measured"] = {"hole_diameter": 0.01 + 1e-5 * step}  # type: ignore[assignment]
-    api.store.record_progress([(claim, step / 100, 0.1 * step, progress)])
+def content(event: ServerEvent) -> Any:
+    return json.loads(event.data)
 
 
-# --- what is told ---------------------------------------------------------------------------------
+def kinds(events: list[ServerEvent]) -> list[str]:
+    return [content(event)["kind"] for event in events if event.name == "message"]
+
+
+# --- the messages ---------------------------------------------------------------------------------
 
 
 def test_sweep__that_has_ended_is_told_whole_and_then_ends(api: Api) -> None:
-    id = api.submit()
+    here = f"/v1/sweeps/{api.submit()}/events"
     api.compute()
-    messages = whole_stream(api, f"/v1/sweeps/{id}/events")
-    kinds = [message.data["kind"] for message in messages[:-1]]
-    assert kinds[0] == "accepted"
-    assert kinds.count("started") == 3
-    assert kinds.count("succeeded") == 2
-    assert kinds[-1] == "published"
-    assert (messages[-1].name, messages[-1].id, messages[-1].data["state"]) == ("end", None, "succeeded")
-
-
-def test_sweep__goes_on_behind_the_last_event_that_was_seen(api: Api) -> None:
-    id = api.submit()
-    api.compute()
-    whole = whole_stream(api, f"/v1/sweeps/{id}/events")
-    numbers = [message.id for message in whole if message.id is not None]
+    whole = whole_stream(api, here)
+    told = kinds(whole)
+    assert (told[0], told.count("started"), told.count("succeeded"), told[-1]) == ("accepted", 3, 2, "published")
+    end = whole[-1]
+    assert (end.name, end.id, content(end)["state"]) == ("end", None, "succeeded")
+    numbers = [int(event.id) for event in whole if event.id is not None]
     assert numbers == sorted(set(numbers))
     for place, number in enumerate(numbers):
-        rest = whole_stream(api, f"/v1/sweeps/{id}/events", last=number)
+        rest = whole_stream(api, here, last=number)
         assert rest == whole[place + 1 :]
-        asked = api.http.get(f"/v1/sweeps/{id}/events?after={number}").text
-        assert list(messages(iter(asked.split("\n")))) == rest
+        assert whole_stream(api, here, after=number) == rest
 
 
 def test_sweep__of_more_events_than_a_page_is_told_whole(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
-    id = api.submit(axes={"speed": {"start": "3 km/s", "stop": "6 km/s", "step": "0.5 km/s"}})
+    here = f"/v1/sweeps/{api.submit(axes={'speed': ['3 km/s', '4 km/s', '5 km/s', '6 km/s']})}/events"
     api.compute()
-    whole = whole_stream(api, f"/v1/sweeps/{id}/events")
+    whole = whole_stream(api, here)
     monkeypatch.setattr("service.api.event_streams.PAGE", 4)
-    assert whole_stream(api, f"/v1/sweeps/{id}/events") == whole
+    assert whole_stream(api, here) == whole
 
 
 def test_sweep__is_told_as_it_happens(api: Api) -> None:
     id = api.submit()
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
-        assert next(stream).data["kind"] == "accepted"
+        assert content(next(stream))["kind"] == "accepted"
         api.compute()
         rest = list(stream)
-    assert rest[-2].data["kind"] == "published"
+    assert kinds(rest)[-1] == "published"
     assert rest[-1].name == "end"
-    assert {message.data["run_id"] for message in rest if message.data.get("kind") == "started"}
+    assert {content(event)["run_id"] for event in rest if event.name == "message"}
 
 
 def test_sweep__that_is_deleted_ends(api: Api) -> None:
     id = api.submit()
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
-        assert next(stream).data["kind"] == "accepted"
-        api.store.cancel_sweep(id)
-        api.store.delete_sweep(id)
-        rest = list(stream)
-    assert rest[-1].name == "end"
-    assert rest[-1].data["state"] in ("cancelled", "deleted")
+        assert content(next(stream))["kind"] == "accepted"
+        api.store.sweeps.cancel(id)
+        api.store.sweeps.delete(id)
+        *_, end = stream
+    assert end.name == "end"
+    assert content(end)["state"] in ("cancelled", "deleted")
 
 
 def test_queue__is_told_from_now_on_and_does_not_end(api: Api) -> None:
     api.submit()
     api.compute()
+    beyond = api.store.events.last() + 1000
     with served(api) as url:
-        with listening(url, "/v1/queue/events") as stream:
-            api.http.post("/v1/queue/pause")
-            api.http.post("/v1/queue/resume")
-            assert [next(stream).data["kind"] for _ in range(2)] == ["paused", "resumed"]
+        for last in (None, beyond):
+            with listening(url, "/v1/queue/events", last=last) as stream:
+                api.http.post("/v1/queue/pause")
+                api.http.post("/v1/queue/resume")
+                assert [content(next(stream))["kind"] for _ in range(2)] == ["paused", "resumed"]
         with listening(url, "/v1/queue/events", last=0) as stream:
-            assert next(stream).data["kind"] == "accepted"
+            assert content(next(stream))["kind"] == "accepted"
 
 
 def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
     id = api.submit()
-    [claim] = api.store.lease(1, api.term())
+    [lease] = api.store.leases.take(1, api.term())
+    report = {"time": 7e-6, "end_time": 1e-4, "step": 7, "eta_seconds": 5.0, "measured": {"hole_diameter": 0.01007}}
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
-        report_progress(api, claim, 7)
-        progress = next(message for message in stream if message.name == "progress")
+        api.store.leases.record_progress([(lease, {"fraction": 0.07, "seconds": 0.7, **report})])
+        progress = next(event for event in stream if event.name == "progress")
     assert progress.id is None
-    assert progress.data["run_id"] == claim.id
-    assert progress.data["step"] == 7
-    assert progress.data["eta_seconds"] == 5.0
-    assert progress.data["measured"] == {"hole_diameter": pytest.approx(0.01007)}
+    told = content(progress)
+    assert {name: told[name] for name in report} == report
+    assert told["run_id"] == lease.id
 
 
-# --- the same as pages ------------------------------------------------------------------------------
+# --- runs and sweeps alike ------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("kind", ["sweeps", "runs"])
-def test_history__has_the_same_events_in_pages(api: Api, kind: str) -> None:
+@pytest.fixture(params=["sweeps", "runs"])
+def ended(request: pytest.FixtureRequest, api: Api) -> str:
+    """The address of a sweep or a run that has ended."""
     sweep = api.submit()
-    run = api.store.sweep_runs(sweep).items[0].run.id
+    run = api.store.sweeps.points(sweep).items[0].run.id
     api.compute()
-    here = f"/v1/{kind}/{sweep if kind == 'sweeps' else run}"
-    stream = whole_stream(api, f"{here}/events")
-    messages: list[dict[str, Any]] = []
-    there: str | None = f"{here}/history?limit=2"
+    return f"/v1/{request.param}/{sweep if request.param == 'sweeps' else run}"
+
+
+def test_history__has_the_same_events_in_pages(api: Api, ended: str) -> None:
+    past: list[dict[str, Any]] = []
+    there: str | None = f"{ended}/history?limit=2"
     while there is not None:
-        answer = api.http.get(there)
-        messages += answer.json()["items"]
-        there = answer.links.get("next", {}).get("url")
-    assert messages == [message.data for message in stream if message.id is not None]
+        page = api.http.get(there)
+        past += page.json()["items"]
+        there = page.links.get("next", {}).get("url")
+    assert past == [content(event) for event in whole_stream(api, f"{ended}/events") if event.id is not None]
 
 
-# --- what it costs ----------------------------------------------------------------------------------
+def test_stream__behind_an_event_that_is_not_there_yet_begins_anew(api: Api, ended: str) -> None:
+    path = f"{ended}/events"
+    whole, last = whole_stream(api, path), api.store.events.last()
+    assert whole_stream(api, path, last=last) == whole[-1:]  # its end alone
+    for beyond in (last + 1, 10**17):  # seen before a backup was restored
+        assert whole_stream(api, path, last=beyond) == whole
+
+
+@pytest.mark.parametrize("last", ["x", "-1", "1" * 19, "²", "1.5"])
+def test_stream__behind_what_is_no_event_is_refused(api: Api, last: str) -> None:
+    refused = api.http.get(f"/v1/sweeps/{api.submit()}/events", params={"after": last})
+    assert refused.status_code == 422
+    assert refused.json()["errors"][0]["field"] == "Last-Event-ID"
+
+
+@pytest.mark.parametrize("path", ["/v1/sweeps/{}/events", "/v1/runs/{}/events", "/v1/runs/{}/history"])
+def test_stream__of_nothing_is_a_404(shared_api: Api, path: str) -> None:
+    assert shared_api.http.get(path.format("0" * 32)).status_code == 404
+    assert streams_of(shared_api).open == 0
+
+
+# --- their cost -----------------------------------------------------------------------------------
 
 
 def streams_of(api: Api) -> EventStreams:
@@ -187,37 +175,24 @@ def reading_threads() -> list[threading.Thread]:
     return [thread for thread in threading.enumerate() if thread.name == "event-streams"]
 
 
-def test_listener__that_goes_away_leaves_nothing_behind(api: Api) -> None:
-    id = api.submit()
+def test_listeners__are_bounded_and_leave_nothing_behind(api: Api) -> None:
+    here = f"/v1/sweeps/{api.submit()}/events"
+    streams_of(api)._most = 2
     with served(api) as url:
-        for _ in range(3):
-            with listening(url, f"/v1/sweeps/{id}/events") as stream:
-                next(stream)
-                assert streams_of(api).open == 1
-                assert len(reading_threads()) == 1
-            wait_until(lambda: streams_of(api).open == 0)
+        with listening(url, here) as stream, listening(url, "/v1/queue/events", last=0) as other:
+            next(stream)
+            next(other)
+            assert (streams_of(api).open, len(reading_threads())) == (2, 1)
+            refused = httpx.get(url + here, timeout=TIMEOUT)
+            assert refused.status_code == 503
+            assert refused.json()["type"].endswith("busy")
+            assert int(refused.headers["Retry-After"]) > 0
+        wait_until(lambda: streams_of(api).open == 0)
         wait_until(lambda: not reading_threads())
 
 
-def test_listeners__are_bounded(api: Api) -> None:
-    id = api.submit()
-    streams_of(api)._most = 2
-    with (
-        served(api) as url,
-        listening(url, f"/v1/sweeps/{id}/events") as item,
-        listening(url, "/v1/queue/events", last=0) as other,
-    ):
-        next(item)
-        next(other)
-        assert len(reading_threads()) == 1
-        refused = httpx.get(f"{url}/v1/sweeps/{id}/events", timeout=TIMEOUT)
-        assert refused.status_code == 503
-        assert refused.json()["type"].endswith("busy")
-        assert int(refused.headers["Retry-After"]) > 0
-
-
-def test_listeners__of_one_key_leave_room_for_others(api: Api) -> None:
-    streams = EventStreams(api.store, most_of_a_key=2)
+def test_listeners__of_one_key_leave_room_for_others(shared_api: Api) -> None:
+    streams = EventStreams(shared_api.store, most_of_a_key=2)
 
     async def listen() -> None:
         async with streams.listening("ann"), streams.listening("ann"):
@@ -242,10 +217,7 @@ def test_listeners__are_let_go_when_the_service_leaves(api: Api) -> None:
 
 
 def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
-    id = api.submit()
-    away = threading.Event()
-    asked = threading.Event()
-    plain = api.store.last_event
+    away, asked, plain = threading.Event(), threading.Event(), api.store.events.last
 
     def last_event() -> int:
         if away.is_set():
@@ -253,7 +225,8 @@ def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.M
             raise StoreUnavailable("the database is locked")
         return plain()
 
-    monkeypatch.setattr(api.store, "last_event", last_event)
+    monkeypatch.setattr(api.store.events, "last", last_event)
+    id = api.submit()
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
         next(stream)
         away.set()
@@ -261,37 +234,3 @@ def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.M
         api.compute()
         away.clear()
         assert list(stream)[-1].name == "end"
-
-
-@pytest.mark.parametrize("path", ["/v1/sweeps/{}/events", "/v1/runs/{}/events", "/v1/runs/{}/history"])
-def test_stream__of_nothing_is_a_404(api: Api, path: str) -> None:
-    assert api.http.get(path.format("0" * 32)).status_code == 404
-    assert streams_of(api).open == 0
-
-
-@pytest.mark.parametrize("kind", ["sweeps", "runs"])
-def test_stream__behind_an_event_that_is_not_there_yet_begins_anew(api: Api, kind: str) -> None:
-    sweep = api.submit()
-    run = api.store.sweep_runs(sweep).items[0].run.id
-    api.compute()
-    path = f"/v1/{kind}/{sweep if kind == 'sweeps' else run}/events"
-    whole, last = whole_stream(api, path), api.store.last_event()
-    assert whole_stream(api, path, last=last) == whole[-1:]  # its end alone
-    for beyond in (last + 1, 10**17):  # it was seen before a backup was restored
-        assert whole_stream(api, path, last=beyond) == whole
-
-
-def test_queue__behind_an_event_that_is_not_there_yet_is_told_from_now_on(api: Api) -> None:
-    api.submit()
-    beyond = api.store.last_event() + 1000
-    with served(api) as url, listening(url, "/v1/queue/events", last=beyond) as stream:
-        api.http.post("/v1/queue/pause")
-        assert next(stream).data["kind"] == "paused"
-
-
-@pytest.mark.parametrize("last", ["x", "-1", "1" * 19, "²", "1.5"])
-def test_stream__behind_what_is_no_event_is_refused(api: Api, last: str) -> None:
-    id = api.submit()
-    refused = api.http.get(f"/v1/sweeps/{id}/events", params={"after": last})
-    assert refused.status_code == 422
-    assert refused.json()["errors"][0]["field"] == "Last-Event-ID"

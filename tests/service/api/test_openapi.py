@@ -6,7 +6,6 @@ by hand between two calls, so that every state of a sweep is met.
 
 import copy
 import itertools
-import os
 from collections.abc import Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, field
@@ -24,14 +23,14 @@ from schemathesis.specs.openapi.checks import ensure_resource_availability, posi
 from service.api.app import build_app
 from service.api.partial_cubes import PartialCubes
 from service.records.jobs import Scope
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from tests.service.support.api import Api, open_api, sweep_of
 
 HOST = "whipple.example.org"
 SEED = 20261121
-EXAMPLES = int(os.environ.get("WHIPPLE_EXAMPLES", "4"))  # of each operation
-SEQUENCES = int(os.environ.get("WHIPPLE_SEQUENCES", "5"))  # of operations, one after the other
+EXAMPLES, SEQUENCES = 4, 5  # of each operation, and of operations one after the other
+THOROUGH = 60  # of both, for the claim
 STEPS = 10  # of a sequence
 SEEDS = 4  # at most, until the sequences have met every kind of answer
 ENDLESS = "/v1/queue/events"  # an answer that does not end; test_live.py listens to it
@@ -39,13 +38,7 @@ ENDED = 4  # sweeps that have ended when the tests begin
 SUBMIT, ESTIMATE = "POST /v1/sweeps", "POST /v1/sweeps/estimate"
 # A schema cannot say which sweeps there are, what a unit is, or that a state allows an order.
 EXCLUDED = [positive_data_acceptance]
-BUDGET = settings(
-    max_examples=EXAMPLES,
-    derandomize=True,
-    deadline=None,
-    phases=[Phase.explicit, Phase.generate],
-    suppress_health_check=list(HealthCheck),
-)
+BUDGET = settings(phases=[Phase.explicit, Phase.generate], suppress_health_check=list(HealthCheck))
 
 
 @dataclass(frozen=True)
@@ -90,8 +83,8 @@ class Stage:
 
     app: Any = None
 
-    async def __call__(self, scope: Any, receive: Any, send: Any) -> None:
-        await self.app(scope, receive, send)
+    async def __call__(self, *message: Any) -> None:
+        await self.app(*message)
 
 
 class SamePartialCube(PartialCubes):
@@ -112,7 +105,7 @@ def described(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Described]:
 def describing(folder: Path) -> Iterator[Described]:
     """A service in a folder, with its description."""
     with closing(Store.open(Settings(data=folder).url)) as store:
-        _, secret = store.create_key("anna", [Scope.ADMIN])
+        _, secret = store.keys.issue("anna", [Scope.ADMIN])
     with open_api(folder, host="0.0.0.0", allowed_hosts=(HOST, "testserver")) as api:
         app: Any = api.http.app
         app.state.partial_cubes = SamePartialCube(folder / "cache")
@@ -122,7 +115,7 @@ def describing(folder: Path) -> Iterator[Described]:
             body = sweep_of(axes={"speed": [f"{number + 2} km/s"]})
             answer = api.http.post("/v1/sweeps", json=body, headers=headers)
             sweeps.append(answer.json()["id"])
-            runs.append(api.store.sweep_runs(sweeps[-1]).items[0].run.id)
+            runs.append(api.store.sweeps.points(sweeps[-1]).items[0].run.id)
             if number < ENDED:
                 api.compute(failures=number // 2)
         document, stage = app.openapi(), Stage()
@@ -140,12 +133,6 @@ def described_by(document: dict[str, Any], app: Any) -> Any:
     schema = schemathesis.openapi.from_dict(document)
     schema.app = app
     return schema.exclude(path=ENDLESS)
-
-
-def excluded(case: Any) -> list[Any]:
-    """Checks that do not apply: a sweep that was cancelled before its first result has no files."""
-    is_file = case.operation.path.endswith((".nc", ".html", ".json"))
-    return [*EXCLUDED, ensure_resource_availability] if is_file else EXCLUDED
 
 
 def without_keys(document: dict[str, Any]) -> dict[str, Any]:
@@ -168,16 +155,15 @@ def operations() -> list[str]:
     ]
 
 
-@pytest.mark.parametrize("mode", GenerationMode)
-@pytest.mark.parametrize("operation", operations())
-def test_operation__answers_as_it_is_described(described: Described, operation: str, mode: GenerationMode) -> None:
+def call_operation(described: Described, operation: str, mode: GenerationMode, examples: int) -> None:
+    """Call an operation rightly or wrongly; each response is as it is described."""
     method, path = operation.split()
     rightly = mode is GenerationMode.POSITIVE
     schema = described.schema if rightly else described.unguarded
     calls = itertools.count()
 
     @seed(SEED)
-    @BUDGET
+    @settings(BUDGET, max_examples=examples)
     @given(case=schema[path][method].as_strategy(generation_mode=mode))
     def check(case: Any) -> None:
         described.lead(case, next(calls), rightly=rightly)
@@ -186,6 +172,12 @@ def test_operation__answers_as_it_is_described(described: Described, operation: 
 
     with suppress(Unsatisfiable):  # an operation without parameters cannot be asked wrongly
         check()
+
+
+@pytest.mark.parametrize("mode", GenerationMode)
+@pytest.mark.parametrize("operation", operations())
+def test_operation__answers_as_it_is_described(described: Described, operation: str, mode: GenerationMode) -> None:
+    call_operation(described, operation, mode, EXAMPLES)
 
 
 def test_calls__came_through_to_what_they_asked_for(described: Described) -> None:
@@ -198,8 +190,22 @@ def test_calls__came_through_to_what_they_asked_for(described: Described) -> Non
 
 
 def test_sequences__of_operations_answer_as_they_are_described(described: Described, tmp_path: Path) -> None:
+    call_sequences(described, tmp_path, SEQUENCES)
+
+
+@pytest.mark.claim("api", "openapi", minutes=15.0)
+def test_openapi__describes_what_schemathesis_meets(described: Described, tmp_path: Path) -> None:
+    """schemathesis (fixed seed, operations alone and in sequence) finds nothing against the description."""
+    for operation, mode in itertools.product(operations(), GenerationMode):
+        call_operation(described, operation, mode, THOROUGH)
+    test_calls__came_through_to_what_they_asked_for(described)
+    call_sequences(described, tmp_path, THOROUGH)
+
+
+def call_sequences(described: Described, folder: Path, count: int) -> None:
+    """Call sequences of operations; each response is as it is described."""
     seen: set[tuple[str, int]] = set()
-    folders = (tmp_path / str(number) for number in itertools.count())
+    folders = (folder / str(number) for number in itertools.count())
 
     class Machine(described.sequential.as_state_machine()):  # type: ignore[misc]
         """Each sequence has a service of its own, so that it goes the same way when it is repeated."""
@@ -227,13 +233,14 @@ def test_sequences__of_operations_answer_as_they_are_described(described: Descri
 
         def validate_response(self, response: Any, case: Any, **given: Any) -> None:
             seen.add((case.operation.label, int(response.status_code)))
-            case.validate_response(
-                response, excluded_checks=excluded(case), transport_kwargs=given, recorder=self.recorder
-            )
+            # A sweep that was cancelled before its first result has no files.
+            is_file = case.operation.path.endswith((".nc", ".html", ".json"))
+            excluded = [*EXCLUDED, ensure_resource_availability] if is_file else EXCLUDED
+            case.validate_response(response, excluded_checks=excluded, transport_kwargs=given, recorder=self.recorder)
 
     for more in range(SEEDS):  # which operations a seed leads to changes with the description
         run_state_machine_as_test(
-            seed(SEED + more)(Machine), settings=settings(BUDGET, max_examples=SEQUENCES, stateful_step_count=STEPS)
+            seed(SEED + more)(Machine), settings=settings(BUDGET, max_examples=count, stateful_step_count=STEPS)
         )
         if {200, 202, 204, 409} <= {status for _, status in seen}:
             break

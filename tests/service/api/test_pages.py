@@ -1,14 +1,15 @@
 """The pages: what a person sees, and that nothing comes from another machine."""
 
 import re
-from collections.abc import Iterator
+from dataclasses import replace
 from html.parser import HTMLParser
-from pathlib import Path
 
 import pytest
 
 from service.api.errors import PROBLEMS
-from tests.service.support.api import Api, open_api
+from service.records.jobs import Submission
+from studies.sweeps.sweep import Sweep
+from tests.service.support.api import SWEEP, Api
 
 
 class Links(HTMLParser):
@@ -28,29 +29,17 @@ class Links(HTMLParser):
                 self.ids.add(value or "")
 
 
-@pytest.fixture
-def api(tmp_path: Path) -> Iterator[Api]:
-    with open_api(tmp_path) as opened:
-        yield opened
-
-
 @pytest.mark.parametrize("path", ["/", "/docs", "/sweeps/{id}"])
-def test_page__needs_no_other_machine_and_runs_no_script(api: Api, path: str) -> None:
+def test_page__needs_no_other_machine_runs_no_script_and_has_no_dead_link(api: Api, path: str) -> None:
     id = api.submit()
+    api.compute()
     response = api.http.get(path.format(id=id))
     assert response.headers["Content-Type"].startswith("text/html")
     assert response.headers["Content-Security-Policy"].startswith("default-src 'none'")
     assert "<script" not in response.text
-    for address in Links(response.text).addresses:
-        assert re.match(r"/(?!/)|#|data:,$", address), address
-
-
-@pytest.mark.parametrize("path", ["/", "/docs", "/sweeps/{id}"])
-def test_page__has_no_dead_link(api: Api, path: str) -> None:
-    id = api.submit()
-    api.compute()
-    links = Links(api.http.get(path.format(id=id)).text)
+    links = Links(response.text)
     for address in links.addresses:
+        assert re.match(r"/(?!/)|#|data:,$", address), address
         page, _, id = address.partition("#")
         if page.startswith("/"):
             assert api.http.get(page).status_code == 200, address
@@ -98,15 +87,11 @@ def test_sweep__without_a_verdict_shows_the_rest(api: Api, content: bytes | None
     assert "Use the law." not in done
 
 
-def test_sweep__that_is_unknown_is_not_found(api: Api) -> None:
-    assert api.http.get(f"/sweeps/{'0' * 32}").status_code == 404
-
-
 def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
     api.submit()
     assert "no run starts" not in api.http.get("/").text.lower()
     api.http.post("/v1/queue/pause")
-    api.store.set_blocked_reason("the scheduler <is> away")
+    api.store.queue.set_blocked_reason("the scheduler <is> away")
     page = api.http.get("/").text
     assert "The queue has been paused since" in page
     assert "the scheduler &lt;is&gt; away" in page
@@ -121,17 +106,18 @@ def test_sweeps__print_what_a_user_wrote_as_text(api: Api) -> None:
 
 
 def test_sweeps__page_back_to_the_oldest(api: Api) -> None:
+    sweep = Sweep.parse(SWEEP)
     for number in range(51):
-        api.submit(title=f"sweep number {number}.")
+        api.store.sweeps.create(Submission(replace(sweep, title=f"sweep number {number}.")))
     first = api.http.get("/").text
     [older] = [address for address in Links(first).addresses if "cursor" in address]
     assert "sweep number 0." not in first
     assert "sweep number 0." in api.http.get(older).text
 
 
-def test_docs__list_every_operation_and_every_problem(api: Api) -> None:
-    page = api.http.get("/docs").text
-    for path, methods in api.http.get("/openapi.json").json()["paths"].items():
+def test_docs__list_every_operation_and_every_problem(shared_api: Api) -> None:
+    page = shared_api.http.get("/docs").text
+    for path, methods in shared_api.http.get("/openapi.json").json()["paths"].items():
         for method in methods:
             assert f"{method.upper()} {path}" in page
     for problem in PROBLEMS.values():
@@ -149,8 +135,8 @@ def luminance(colour: str) -> float:
     return float(0.2126 * linear[0] + 0.7152 * linear[1] + 0.0722 * linear[2])
 
 
-def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(api: Api) -> None:
-    sheet = api.http.get("/static/style.css").text
+def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(shared_api: Api) -> None:
+    sheet = shared_api.http.get("/static/style.css").text
     light, dark = (
         dict(re.findall(r"--(\w+): (#[0-9a-f]{6});", block)) for block in re.findall(r":root \{([^}]*)\}", sheet)
     )

@@ -1,12 +1,9 @@
-"""Partial cubes over HTTP, made by a child process within limits; cubes opened over HTTP."""
+"""Partial cubes over HTTP, made by a child process within limits."""
 
-import itertools
 import json
 import os
-from collections.abc import Iterator
-from dataclasses import dataclass
+from dataclasses import replace
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -14,140 +11,69 @@ import xarray as xr
 
 from service.api.errors import PartialCubeFailed
 from service.api.partial_cubes import MOST_FILES, PartialCubes
-from service.records.jobs import Lease, Result
-from studies.cubes import cube
-from studies.reports.publish import outcome_from_json
-from studies.sweeps.sweep import Sweep
-from studies.values.results import Measured, RunResult
-from tests.service.support.api import FILES, SWEEP, Api, open_api
+from service.records.jobs import Lease
+from studies.quantities.measured import Measured
+from studies.runs.results import RunResult
+from tests.service.support.api import SWEEP, Api
 
-FRESH = itertools.count(4000)  # m/s, speeds that no run has yet
+HOLE = 0.0148  # m
 
 
-def answer_of(run_id: str, hole: float) -> dict[str, Any]:
-    """What a run that measured this hole leaves."""
-    measured = Measured(hole, 1e-4, {"growth": 1e-4}, (), {"time": [0.0], "value": [hole]}, 1)
-    return RunResult(run_id, "succeeded", measurements={"hole_diameter": measured}).as_json()
-
-
-def hole_at(speed: Any) -> float:
-    """What the runs of these tests measure."""
-    return 2.5e-6 * float(speed)
-
-
-def finish(api: Api, claim: Lease) -> None:
+def finish(api: Api, lease: Lease) -> None:
     """Register the result of a run as a real one would be."""
-    content = json.dumps(answer_of(claim.id, hole_at(claim.spec["parameters"]["speed"]))).encode()
-    plain = vars(api.result(claim.id))
-    stored = api._stored(f"{claim.id}/result.json", content)
-    api.store.finish(claim, Result(**{**plain, "files": (stored,)}))
+    measured = Measured(HOLE, 1e-4, {"growth": 1e-4}, (), {"time": [0.0], "value": [HOLE]}, 1)
+    result = RunResult(lease.id, "succeeded", measurements={"hole_diameter": measured}).as_json()
+    plain = api.result(lease.id)
+    stored = api._stored(f"{lease.id}/result.json", json.dumps(result).encode())
+    api.store.leases.finish(lease, replace(plain, files=(stored,)))
 
 
-@pytest.fixture(scope="module")
-def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
-    with open_api(tmp_path_factory.mktemp("cubes")) as opened:
-        yield opened
+def opened(content: bytes, folder: Path) -> xr.Dataset:
+    (folder / "partial.nc").write_bytes(content)
+    return xr.load_dataset(folder / "partial.nc")
 
 
-@pytest.fixture(scope="module")
-def published(api: Api, tmp_path_factory: pytest.TempPathFactory) -> str:
-    """The address of a sweep with a real cube."""
-    id = api.submit()
-    folder = tmp_path_factory.mktemp("published")
-    term = api.term()
-    for claim in api.store.lease(10, term):
-        finish(api, claim)
-    [claim] = api.store.lease(10, term)
-    sweep = Sweep.parse(SWEEP)
-    answers = {
-        point.run.id: outcome_from_json(answer_of(point.run.id, hole_at(point.coordinates["speed"])))
-        for point in sweep.runs()
-    }
-    file = cube.write(cube.build(sweep, answers), folder / "cube.nc")
-    contents = {**FILES, "cube.nc": file.read_bytes()}
-    stored = [api._stored(f"{id}/{name}", content) for name, content in contents.items()]
-    api.store.publish(claim, stored, seconds=0.1)
-    return f"/v1/sweeps/{id}"
-
-
-@dataclass(frozen=True)
-class Half:
-    """A sweep of which one run has ended, and the other is running."""
-
-    api: Api
-    id: str
-    running: Lease
-
-    @property
-    def address(self) -> str:
-        return f"/v1/sweeps/{self.id}"
-
-
-@pytest.fixture
-def half(api: Api, published: str) -> Half:
-    api.compute()  # what other tests left in the queue
-    id = api.submit(axes={"speed": [f"{next(FRESH)} m/s", f"{next(FRESH)} m/s"]})
-    first, second = api.store.lease(2, api.term())
+def test_partial_cube__has_the_results_so_far_and_says_so(api: Api, tmp_path: Path) -> None:
+    file = f"/v1/sweeps/{api.submit()}/cube.nc"
+    partial = f"{file}?partial=true"
+    refused = api.http.get(partial)
+    assert refused.status_code == 409
+    assert "none of its runs" in refused.json()["detail"]
+    first, second = api.store.leases.take(2, api.term())
     finish(api, first)
-    return Half(api, id, second)
-
-
-def test_partial_cube__has_what_there_is_and_says_so(half: Half, tmp_path: Path) -> None:
-    api, here = half.api, half.address
-    assert api.http.get(f"{here}/cube.nc").status_code == 409
-    response = api.http.get(f"{here}/cube.nc?partial=true")
+    assert api.http.get(file).status_code == 409
+    response = api.http.get(partial)
     assert response.status_code == 200, response.text
     assert "partial" in response.headers["Content-Disposition"]
-    (tmp_path / "partial.nc").write_bytes(response.content)
-    with xr.open_dataset(tmp_path / "partial.nc") as opened:
-        flags = opened.run_state.attrs["flag_meanings"].split()
-        states = [flags[int(state)] for state in opened.run_state]
-        assert sorted(states) == ["running", "succeeded"]
-        done = opened.run_state.values == flags.index("succeeded")
-        assert np.isfinite(opened.hole_diameter.values).tolist() == done.tolist()
-        assert opened.attrs["sweep_state"] == "running, 1 of 2 runs have a result"
-        assert opened.attrs["comment"].startswith("Not complete")
+    cube = opened(response.content, tmp_path)
+    flags = cube.run_state.attrs["flag_meanings"].split()
+    assert sorted(flags[int(state)] for state in cube.run_state) == ["running", "succeeded"]
+    done = cube.run_state.values == flags.index("succeeded")
+    assert np.isfinite(cube.hole_diameter.values).tolist() == done.tolist()
+    assert cube.attrs["sweep_state"] == "running, 1 of 2 runs have a result"
+    assert cube.attrs["comment"].startswith("Not complete")
+    # The same results are the same file; others, or damaged ones, are another.
+    tag = response.headers["ETag"]
+    assert api.http.get(partial).headers["ETag"] == tag
+    finish(api, second)
+    path = api.store.runs.get(first.id).path
+    assert path is not None
+    (api.settings.data / path).write_bytes(b"damaged")
+    response = api.http.get(partial)
+    assert response.headers["ETag"] != tag
+    assert any("damaged" in str(reason) for reason in opened(response.content, tmp_path).run_reason.values)
 
 
-def test_partial_cube__changes_with_what_there_is_and_not_before(half: Half) -> None:
-    api, here = half.api, half.address
-    first = api.http.get(f"{here}/cube.nc?partial=true").headers["ETag"]
-    assert api.http.get(f"{here}/cube.nc?partial=true").headers["ETag"] == first
-    finish(api, half.running)
-    assert api.http.get(f"{here}/cube.nc?partial=true").headers["ETag"] != first
-
-
-def test_partial_cube__of_a_sweep_that_has_ended_is_the_cube(api: Api, published: str) -> None:
-    whole = api.http.get(f"{published}/cube.nc")
-    partial = api.http.get(f"{published}/cube.nc?partial=true")
-    assert partial.headers["ETag"] == whole.headers["ETag"]
-
-
-def test_partial_cube__without_a_result_is_a_409(tmp_path: Path) -> None:
-    with open_api(tmp_path) as api:
-        response = api.http.get(f"/v1/sweeps/{api.submit()}/cube.nc?partial=true")
-        assert response.status_code == 409
-        assert "none of its runs" in response.json()["detail"]
-
-
-def test_partial_cube__without_the_files_of_a_run_says_that(half: Half, tmp_path: Path) -> None:
-    api, here = half.api, half.address
-    for point in api.store.sweep_runs(half.id).items:
-        if point.run.path is not None:
-            (api.settings.data / point.run.path).write_bytes(b"damaged")
-    response = api.http.get(f"{here}/cube.nc?partial=true")
-    (tmp_path / "partial.nc").write_bytes(response.content)
-    with xr.open_dataset(tmp_path / "partial.nc") as opened:
-        assert any("damaged" in str(reason) for reason in opened.run_reason.values)
-
-
-def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id(half: Half) -> None:
-    api, here = half.api, half.address
-    api.store.finish(half.running, api.result(half.running.id))  # its result is "{}"
-    response = api.http.get(f"{here}/cube.nc?partial=true")
+def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_the_end_is_the_cube(api: Api) -> None:
+    file = f"/v1/sweeps/{api.submit()}/cube.nc"
+    for lease in api.store.leases.take(2, api.term()):
+        api.store.leases.finish(lease, api.result(lease.id))  # "{}"
+    response = api.http.get(f"{file}?partial=true")
     assert response.status_code == 500
     assert "request_id" in response.json()["detail"]
     assert str(api.settings.data) not in response.text
+    api.compute()
+    assert api.http.get(f"{file}?partial=true").headers["ETag"] == api.http.get(file).headers["ETag"]
 
 
 @pytest.mark.parametrize(("limit", "message"), [({"seconds": 0}, "0 s"), ({"memory": 1 << 26}, "log")])
@@ -179,6 +105,3 @@ def test_partial_cubes__that_were_used_last_are_kept(tmp_path: Path) -> None:
     assert len(kept) == MOST_FILES
     assert f"{MOST_FILES + 4}.nc" in kept
     assert "0.nc" not in kept
-
-
-# --- from afar --------------------------------------------------------------------------------------

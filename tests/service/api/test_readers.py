@@ -13,11 +13,10 @@ import pytest
 
 from service.api.errors import ReaderLost, TooManyRequests
 from service.api.readers import Readers
-from service.api.reading import EstimatedSweep, Limits, Posted, Refusal, estimated, read
+from service.api.reading import EstimatedSweep, Posted, ReadingLimits, Refusal, estimated, read
+from studies.quantities.findings import MOST_FINDINGS, MOST_SEARCHES
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import MOST_FINDINGS
-from studies.values.nearest import MOST_SEARCHES
-from tests.acceptance.support.costly_bodies import BODIES
+from tests.crash.support.costly_bodies import BODIES
 from tests.rows import Row, at_most
 from tests.service.support.api import LARGE_SWEEPS, SWEEP, sweep_of
 
@@ -75,7 +74,7 @@ def test_limit__ends_one_sweep_with_a_refusal_and_its_child_goes_on(part: Any, l
         first = await readers.read(body, pid)
         return await readers.read(body, part), first, await readers.read(body, pid)
 
-    refusal, before, after = ask(use, limits=Limits(cpu_seconds=1, memory=600 << 20))
+    refusal, before, after = ask(use, limits=ReadingLimits(cpu_seconds=1, memory=600 << 20))
     assert limit in refusal.findings[0].limit
     assert before == after
 

@@ -1,203 +1,159 @@
-"""The interface, endpoint by endpoint, on a real store."""
+"""Sweeps and runs over HTTP: submitted, listed, estimated, deleted."""
 
-from collections.abc import Iterator
-from pathlib import Path
+from contextlib import closing
+from typing import Any
 
 import pytest
 
+from service.store import Store
 from studies import examples
-from studies.values.recipes import ACCURACY
-from tests.service.support.api import FILES, SWEEP, Api, open_api
+from studies.sweeps.accuracy import ACCURACY
+from tests.service.support.api import FILES, SWEEP, Api
+
+MORE = {**SWEEP, "axes": {"speed": ["6 km/s", "7 km/s"]}}
 
 
-@pytest.fixture
-def api(tmp_path: Path) -> Iterator[Api]:
-    with open_api(tmp_path) as opened:
-        yield opened
-
-
-# --- submit -----------------------------------------------------------------------------------------
-
-
-def test_submit__answers_202_with_location_and_retry_after(api: Api) -> None:
+def test_submission__is_stored_before_the_response_that_says_where_it_is(api: Api) -> None:
     response = api.http.post("/v1/sweeps", json=SWEEP)
+    sweep = response.json()
     assert response.status_code == 202
-    assert response.headers["Location"] == response.json()["links"]["self"]
+    assert response.headers["Location"] == sweep["links"]["self"]
     assert int(response.headers["Retry-After"]) > 0
+    with closing(Store.open(api.settings.url)) as other:
+        assert other.sweeps.get(sweep["id"]).planned == 2
+    again = api.http.post("/v1/sweeps", json=MORE).json()
+    assert [again[name] for name in ("planned", "reused", "new")] == [2, 1, 1]
 
 
-def test_submit__says_planned_reused_and_new(api: Api) -> None:
-    api.submit()
-    again = api.http.post("/v1/sweeps", json={**SWEEP, "axes": {"speed": ["6 km/s", "7 km/s"]}})
-    assert [again.json()[word] for word in ("planned", "reused", "new")] == [2, 1, 1]
-
-
-def test_submit__has_committed_the_row_before_it_answers(api: Api, tmp_path: Path) -> None:
-    from service.store import Store
-
-    id = api.submit()
-    other = Store.open(api.settings.url)
-    assert other.sweep(id).planned == 2
-    other.close()
-
-
-@pytest.mark.parametrize("name", examples.names())
-def test_submit__takes_each_example_as_yaml(api: Api, name: str) -> None:
+def test_submission__takes_each_example_as_yaml_and_its_document_again(api: Api) -> None:
     headers = {"Content-Type": "application/yaml"}
-    response = api.http.post("/v1/sweeps", content=examples.text(name), headers=headers)
-    assert response.status_code == 202, response.text
-    assert response.json()["name"] == name
+    for name in examples.names():
+        response = api.http.post("/v1/sweeps", content=examples.text(name), headers=headers)
+        assert response.status_code == 202, response.text
+        sweep = response.json()
+        assert sweep["name"] == name
+        document = api.http.get(sweep["links"]["document"]).json()
+        assert api.http.post("/v1/sweeps", json=document).json()["reused"] == sweep["planned"]
 
 
-def test_document__of_a_sweep_can_be_submitted_again(api: Api) -> None:
-    document = api.http.get(f"/v1/sweeps/{api.submit()}/document").json()
-    assert api.http.post("/v1/sweeps", json=document).json()["reused"] == 2
-
-
-# --- look -------------------------------------------------------------------------------------------
-
-
-def test_sweep__shows_counts_progress_and_links(api: Api) -> None:
-    sweep = api.http.get(f"/v1/sweeps/{api.submit()}").json()
-    assert sweep["state"] == "queued"
-    assert sweep["counts"]["queued"] == 2
-    assert sweep["progress"] == 0
+def test_sweep__shows_counts_progress_and_links_that_lead_somewhere(api: Api) -> None:
+    here = f"/v1/sweeps/{api.submit()}"
+    sweep = api.http.get(here).json()
+    assert (sweep["state"], sweep["counts"]["queued"], sweep["progress"]) == ("queued", 2, 0)
     assert "cancel" in sweep["links"]
     assert not {"retry", *FILES} & set(sweep["links"])
     for name in ("self", "runs", "document", "history"):
         assert api.http.get(sweep["links"][name]).status_code == 200
-
-
-def test_sweep__that_succeeded_links_its_files(api: Api) -> None:
-    id = api.submit()
     api.compute()
-    sweep = api.http.get(f"/v1/sweeps/{id}").json()
+    sweep = api.http.get(here).json()
     assert sweep["state"] == "succeeded"
-    assert set(FILES) <= set(sweep["links"])
-    for name in FILES:
-        assert api.http.get(sweep["links"][name]).content == FILES[name]
+    assert {name: api.http.get(sweep["links"][name]).content for name in FILES} == FILES
 
 
-def test_list__names_the_next_page_in_a_link(api: Api) -> None:
+def test_sweeps__are_listed_page_by_page(api: Api) -> None:
     ids = [api.submit(name=f"sweep-{number}") for number in range(5)]
     received: list[str] = []
     there: str | None = "/v1/sweeps?limit=2&state=queued"
     while there is not None:
-        answer = api.http.get(there)
-        received += [sweep["id"] for sweep in answer.json()["items"]]
-        there = answer.links.get("next", {}).get("url")
+        page = api.http.get(there)
+        received += [sweep["id"] for sweep in page.json()["items"]]
+        there = page.links.get("next", {}).get("url")
     assert received == ids[::-1]
 
 
-def test_runs__can_be_asked_by_state(api: Api) -> None:
-    id = api.submit()
+def test_run__shows_its_question_its_measurements_or_why_it_failed(api: Api) -> None:
+    here = f"/v1/sweeps/{api.submit()}"
     api.compute(failures=1)
-    failed = api.http.get(f"/v1/sweeps/{id}/runs?state=failed").json()["items"]
-    assert [point["coordinates"] for point in failed] == [{"speed": 3000.0}]
-    assert "particle 17" in failed[0]["run"]["reason"]
-
-
-def test_run__shows_its_whole_question_and_its_measurements(api: Api) -> None:
-    id = api.submit()
-    api.compute()
-    point = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"][0]
+    [failed] = api.http.get(f"{here}/runs?state=failed").json()["items"]
+    assert failed["coordinates"] == {"speed": 3000.0}
+    assert "particle 17" in failed["run"]["reason"]
+    [point] = api.http.get(f"{here}/runs?state=succeeded").json()["items"]
     run = api.http.get(point["run"]["links"]["self"]).json()
     assert run["question"]["parameters"]["projectile_diameter"] == 0.008
     assert run["summary"]["measurements"]["hole_diameter"]["value"] == 0.0148
     assert "path" not in run
 
 
-# --- order ------------------------------------------------------------------------------------------
+def test_delete__is_refused_before_a_sweep_has_ended(api: Api) -> None:
+    here = f"/v1/sweeps/{api.submit()}"
+    refused = api.http.delete(here)
+    assert refused.status_code == 409
+    assert "cancel" in refused.json()["detail"]
+    [first, _] = api.store.leases.take(2, api.term())
+    api.store.leases.finish(first, api.result(first.id))  # so that there is something to publish
+    api.http.post(f"{here}/cancel")
+    refused = api.http.delete(here)
+    assert refused.status_code == 409
+    assert refused.json()["detail"] == "the sweep is cancelling; delete it once it is cancelled"
+    assert api.http.get(here).status_code == 200
 
 
-def test_delete__is_refused_while_a_sweep_runs(api: Api) -> None:
-    id = api.submit()
-    response = api.http.delete(f"/v1/sweeps/{id}")
-    assert response.status_code == 409
-    assert "cancel" in response.json()["detail"]
-    assert api.http.get(f"/v1/sweeps/{id}").status_code == 200
+# --- estimates ------------------------------------------------------------------------------------
+
+
+def estimate(api: Api, document: Any) -> Any:
+    return api.http.post("/v1/sweeps/estimate", json=document).json()
 
 
 def test_estimate__counts_and_stores_nothing(api: Api) -> None:
     api.submit()
-    more = {**SWEEP, "axes": {"speed": ["6 km/s", "7 km/s"]}}
-    answer = api.http.post("/v1/sweeps/estimate", json=more).json()
-    assert (answer["runs"], answer["reused"]) == (2, 1)
-    assert answer["core_seconds"] > 0
-    assert answer["bytes"] > 0
+    cost = estimate(api, MORE)
+    assert (cost["runs"], cost["reused"]) == (2, 1)
+    assert cost["core_seconds"] > 0
+    assert cost["bytes"] > 0
     assert len(api.http.get("/v1/sweeps").json()["items"]) == 1
 
 
 @pytest.mark.parametrize("model_part", ["stored", "screen"])
-def test_estimate__shows_what_each_accuracy_would_cost(api: Api, model_part: str) -> None:
+def test_estimate__shows_the_cost_at_each_accuracy(shared_api: Api, model_part: str) -> None:
     sweep = {**SWEEP, "model_part": model_part}
-    presets = api.http.post("/v1/sweeps/estimate", json=sweep).json()["presets"]
+    presets = estimate(shared_api, sweep)["presets"]
     assert [preset["name"] for preset in presets] == list(ACCURACY)
+    del sweep["resolution"]
     for preset in presets:
-        at = {key: value for key, value in sweep.items() if key != "resolution"}
-        asked = api.http.post("/v1/sweeps/estimate", json=at | {"accuracy": preset["name"]}).json()
-        for word in ("runs", "core_seconds", "bytes"):
-            assert preset[word] == pytest.approx(asked[word])
+        asked = estimate(shared_api, {**sweep, "accuracy": preset["name"]})
+        for name in ("runs", "core_seconds", "bytes"):
+            assert preset[name] == pytest.approx(asked[name])
 
 
-def test_estimate__says_why_a_preset_is_not_offered(api: Api) -> None:
+def test_estimate__says_why_a_preset_is_not_offered(shared_api: Api) -> None:
     thin = {**SWEEP, "fixed": {**SWEEP["fixed"], "plate_thickness": "0.1 mm"}, "resolution": 64}
-    presets = api.http.post("/v1/sweeps/estimate", json=thin).json()["presets"]
-    draft = {preset["name"]: preset for preset in presets}["draft"]
+    draft = {preset["name"]: preset for preset in estimate(shared_api, thin)["presets"]}["draft"]
     assert draft["core_seconds"] is None
     assert "half a cell" in draft["reason"]
 
 
-def test_submit__plans_the_screening_runs_beside_the_points_and_cancel_ends_them(api: Api) -> None:
-    sweep = {**SWEEP, "model_part": "screen"}
-    points = api.http.post("/v1/sweeps/estimate", json=SWEEP).json()["runs"]
-    assert api.http.post("/v1/sweeps/estimate", json=sweep).json()["runs"] == points + 4
-    id = api.submit(model_part="screen")
-    assert api.http.get(f"/v1/sweeps/{id}").json()["planned"] == points + 4
-    rows = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"]
+# --- runs beside the points -----------------------------------------------------------------------
+
+
+def test_screening_runs__stand_beside_the_points_and_end_with_the_sweep(api: Api) -> None:
+    points = estimate(api, SWEEP)["runs"]
+    assert estimate(api, {**SWEEP, "model_part": "screen"})["runs"] == points + 4
+    here = f"/v1/sweeps/{api.submit(model_part='screen')}"
+    assert api.http.get(here).json()["planned"] == points + 4
+    rows = api.http.get(f"{here}/runs").json()["items"]
     screens = [row["coordinates"] for row in rows if "screening" in row["coordinates"]]
     names = ["stronger", "weaker", "failure", "equation of state"]
     assert screens == [{"screening": name} for name in names]
-    api.http.post(f"/v1/sweeps/{id}/cancel")
-    rows = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"]
-    assert {row["state"] for row in rows} == {"cancelled"}
+    api.http.post(f"{here}/cancel")
+    assert {row["state"] for row in api.http.get(f"{here}/runs").json()["items"]} == {"cancelled"}
 
 
-def test_submit__of_several_resolutions_and_offsets_plans_each_run(api: Api) -> None:
-    id = api.submit(resolution=[8, 16], offsets=3)
-    assert api.http.get(f"/v1/sweeps/{id}").json()["planned"] == 12
-    points = api.http.get(f"/v1/sweeps/{id}/runs").json()["items"]
+def test_points__have_a_run_at_each_resolution_and_offset(api: Api) -> None:
+    here = f"/v1/sweeps/{api.submit(resolution=[8, 16], offsets=3)}"
+    assert api.http.get(here).json()["planned"] == 12
+    points = api.http.get(f"{here}/runs").json()["items"]
     assert points[1]["index"] == [0, 0, 1]
     assert points[1]["coordinates"] == {"speed": 3000.0, "cells_per_diameter": 8.0, "offset": 0.333333333333}
-    document = api.http.get(f"/v1/sweeps/{id}/document").json()
+    document = api.http.get(f"{here}/document").json()
     assert (document["resolution"], document["offsets"]) == ([8.0, 16.0], 3)
-    assert api.http.post("/v1/sweeps", json=document).json()["reused"] == 12
 
 
-# --- files ------------------------------------------------------------------------------------------
-
-
-def test_report__runs_its_own_script_in_a_sandbox_without_network(api: Api) -> None:
-    id = api.submit()
-    api.compute()
-    response = api.http.get(f"/v1/sweeps/{id}/report.html")
-    policy = response.headers["Content-Security-Policy"]
-    assert "default-src 'none'" in policy
-    assert "script-src 'unsafe-inline'" in policy
-    assert "sandbox allow-scripts" in policy
-    assert "allow-same-origin" not in policy
-    assert response.headers["X-Content-Type-Options"] == "nosniff"
-
-
-# --- catalogue and health ---------------------------------------------------------------------------
-
-
-def test_scenarios__tell_unit_bounds_default_and_meaning(api: Api) -> None:
-    items = {item["name"]: item for item in api.http.get("/v1/scenarios").json()["items"]}
+def test_scenarios__tell_unit_bounds_default_and_meaning(shared_api: Api) -> None:
+    items = {item["name"]: item for item in shared_api.http.get("/v1/scenarios").json()["items"]}
     assert {"thin_plate", "thick_plate"} <= set(items)
     parameters = {item["name"]: item for item in items["thin_plate"]["parameters"]}
-    assert parameters["speed"]["unit"] == "m s-1"
-    assert parameters["speed"]["minimum"] > 0
-    assert parameters["speed"]["required"]
+    speed = parameters["speed"]
+    assert (speed["unit"], speed["required"], speed["minimum"] > 0) == ("m s-1", True, True)
     assert parameters["projectile_shape"]["default"] == "sphere"
     assert all(item["meaning"] for item in parameters.values())

@@ -5,30 +5,19 @@ import re
 import threading
 from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
-from service.cli.console import print_event, print_table, say
+from service.cli.console import SHORT_ID, print_event, print_table, say
 from service.client.client import KEY_VARIABLE, SweepEvent
 from service.records.jobs import Scope
 from studies import examples
-from tests.service.support.api import Api, open_api, served, until
+from tests.service.support.api import FILES, Api, open_api, served, until
 from tests.service.support.command import run
 
 Capsys = pytest.CaptureFixture[str]
 DEADLINE = 60.0
-
-
-@pytest.fixture(scope="module")
-def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
-    with open_api(tmp_path_factory.mktemp("asking")) as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def url(api: Api) -> Iterator[str]:
-    with served(api) as address:
-        yield address
 
 
 @pytest.fixture(autouse=True)
@@ -52,37 +41,37 @@ def submitted(capsys: Capsys, file: Path, *arguments: object) -> str:
 
 @pytest.mark.parametrize(("failures", "status"), [(0, 0), (1, 3)])
 def test_submit__waits_if_it_shall_and_ends_as_the_sweep_does(
-    api: Api, tmp_path: Path, capsys: Capsys, failures: int, status: int
+    shared_api: Api, tmp_path: Path, capsys: Capsys, failures: int, status: int
 ) -> None:
     speed = f"4.{1 + failures} km/s"
     file = tmp_path / "sweep.yaml"
     file.write_text(examples.text("smoke").replace("3 km/s", speed))
     ended: list[int] = []
     waiting = threading.Thread(target=lambda: ended.append(run("submit", file, "--wait")))
-    before = len(api.store.sweeps().items)
+    before = len(shared_api.store.sweeps.page().items)
     waiting.start()
-    until(lambda: len(api.store.sweeps().items) > before, seconds=DEADLINE)
-    api.compute(failures=failures)
+    until(lambda: len(shared_api.store.sweeps.page().items) > before, seconds=DEADLINE)
+    shared_api.compute(failures=failures)
     waiting.join(DEADLINE)
     assert ended == [status]
     assert "succeeded, 100%" in capsys.readouterr().out
 
 
-def test_status__watches_what_happens_until_the_end(api: Api, smoke: Path, capsys: Capsys) -> None:
+def test_status__watches_what_happens_until_the_end(shared_api: Api, smoke: Path, capsys: Capsys) -> None:
     smoke.write_text(smoke.read_text().replace("3 km/s", "4.9 km/s"))  # a run of its own
     id = submitted(capsys, smoke)
     ended: list[int] = []
     watching = threading.Thread(target=lambda: ended.append(run("status", id, "--watch")))
     watching.start()
-    streams = api.http.app.state.event_streams  # type: ignore[attr-defined]
+    streams = shared_api.http.app.state.event_streams  # type: ignore[attr-defined]
     until(lambda: streams.open > 0, seconds=DEADLINE)
-    api.compute()
+    shared_api.compute()
     watching.join(DEADLINE)
     output = capsys.readouterr().out
     assert ended == [0]
     for word in ("accepted", "planned=2", "published", "succeeded, 100%"):
         assert word in output
-    runs = {point.run.id for point in api.store.sweep_runs(id).items}
+    runs = {point.run.id for point in shared_api.store.sweeps.points(id).items}
     ids = set(re.findall(r"\b[0-9a-f]{12,}\b", output))
     assert ids <= runs | {id}
     assert id in ids
@@ -98,7 +87,7 @@ def test_progress__is_told_with_an_id_and_units_that_other_commands_take(capsys:
     assert output == (f"{id}  17%, 20 s left  hole_diameter=14.44 mm, plateau_velocity=2 km/s, unheard_of=1.0")
 
 
-def test_runs__are_told_with_values_as_a_sweep_has_them(api: Api, tmp_path: Path, capsys: Capsys) -> None:
+def test_runs__are_told_with_values_as_a_sweep_has_them(shared_api: Api, tmp_path: Path, capsys: Capsys) -> None:
     file = tmp_path / "sweep.yaml"
     text = examples.text("smoke") + "offsets: 2\n"
     file.write_text(text.replace("axes:", "axes:\n  target.strength.A: [90 MPa]"))
@@ -109,56 +98,69 @@ def test_runs__are_told_with_values_as_a_sweep_has_them(api: Api, tmp_path: Path
     assert ["90", "6", "0.5"] in [row.split()[3:6] for row in rows]
 
 
-def test_id__may_be_its_beginning_unless_several_have_it(api: Api, tmp_path: Path, capsys: Capsys) -> None:
-    file = tmp_path / "sweep.yaml"
-    file.write_text(examples.text("smoke").replace("3 km/s", "5.5 km/s"))
-    ids = [submitted(capsys, file, "--idempotency-key", f"k{number}") for number in range(17)]
+def test_id__may_be_its_beginning_unless_several_have_it(shared_api: Api, capsys: Capsys) -> None:
+    ids = [shared_api.submit(name=f"sweep {number}") for number in range(17)]
     twice = next(a[0] for a in ids if sum(b[0] == a[0] for b in ids) > 1)
     assert run("status", twice) == 2  # of 17 ids two begin alike
-    candidates = [id for id in ids if id.startswith(twice)]
     output = capsys.readouterr().err
     assert "beginning of one id" in output
-    assert all(id[:16] in output for id in candidates)
-    assert run("status", ids[0][:20], "--json") == 0
-    assert json.loads(capsys.readouterr().out)["id"] == ids[0]
-    run_id = api.store.sweep_runs(ids[0]).items[0].run.id
+    assert all(id[:16] in output for id in ids if id.startswith(twice))
+    run_id = shared_api.store.sweeps.points(ids[0]).items[0].run.id
     assert run("log", run_id[:20]) == 1
     assert run_id in capsys.readouterr().err
-    assert run("runs", ids[0][:20], "--json") == 0
-    assert json.loads(capsys.readouterr().out)[0]["run"]["id"] == run_id
-    assert run("status", "--json") == 0
-    assert {each["id"] for each in json.loads(capsys.readouterr().out)} >= set(ids)
-    assert run("queue", "--json") == 0
-    assert json.loads(capsys.readouterr().out)["paused"] is None
+
+    def printed(*arguments: str) -> Any:
+        assert run(*arguments, "--json") == 0
+        return json.loads(capsys.readouterr().out)
+
+    assert printed("status", ids[0][:20])["id"] == ids[0]
+    assert printed("runs", ids[0][:20])[0]["run"]["id"] == run_id
+    assert {each["id"] for each in printed("status")} >= set(ids)
+    assert printed("queue")["paused"] is None
 
 
-def test_orders__move_a_sweep(api: Api, tmp_path: Path, capsys: Capsys) -> None:
+def test_orders__move_a_sweep(shared_api: Api, tmp_path: Path, capsys: Capsys) -> None:
     file = tmp_path / "sweep.yaml"
     file.write_text(examples.text("smoke").replace("3 km/s", "6.5 km/s"))
-    id = submitted(capsys, file)
+    id = submitted(capsys, file, "--priority", "-3", "--keep", "numbers")
+    sweeps = shared_api.store.sweeps
+    assert (sweeps.get(id).priority, sweeps.get(id).keep, sweeps.get(id).owner) == (-3, "numbers", "")
     assert run("priority", id, "-5") == 0
-    assert api.store.sweep(id).priority == -5
+    assert sweeps.get(id).priority == -5
+    assert run("priority", id, "1000") == 2
+    assert "priority" in capsys.readouterr().err
     assert run("cancel", id) == 0
     assert "cancelled" in capsys.readouterr().out
-    api.compute()  # what there was is published
+    assert run("retry", id) == 0
+    assert sweeps.get(id).counts["queued"] >= 1
+    shared_api.compute()
     assert run("delete", id) == 0
     assert run("status", id) == 1
+    output = capsys.readouterr().err
+    assert output.startswith("whipple: ")
+    assert output.count("\n") == 1
 
 
-def test_queue__is_paused_and_resumed(api: Api, capsys: Capsys) -> None:
+def test_queue__is_paused_and_resumed(shared_api: Api, capsys: Capsys) -> None:
     assert run("pause") == 0
     assert "paused since" in capsys.readouterr().out
-    assert api.store.queue().paused
+    assert shared_api.store.queue.status().paused
     assert run("resume") == 0
     assert run("queue") == 0
     assert capsys.readouterr().out.count("open: ") == 2
-    assert not api.store.queue().paused
+    assert not shared_api.store.queue.status().paused
 
 
-def test_run__gives_its_files_and_its_log(api: Api, smoke: Path, tmp_path: Path, capsys: Capsys) -> None:
+def test_results__come_home(shared_api: Api, smoke: Path, tmp_path: Path, capsys: Capsys) -> None:
     id = submitted(capsys, smoke)
-    api.compute()
-    run_id = api.store.sweep_runs(id).items[0].run.id
+    shared_api.compute()
+    assert run("status", id) == 0
+    assert "succeeded, 100% (2 succeeded)" in capsys.readouterr().out
+    assert run("status") == 0
+    assert id[:SHORT_ID] in capsys.readouterr().out
+    assert run("fetch", id[:8], "--out", tmp_path / "new" / "folder") == 0
+    assert {file.name: file.read_bytes() for file in (tmp_path / "new" / "folder").iterdir()} == FILES
+    run_id = shared_api.store.sweeps.points(id).items[0].run.id
     assert run("fetch-run", run_id, "--out", tmp_path / "run") == 0
     assert (tmp_path / "run" / "result.json").read_bytes() == b"{}"
     assert run("log", run_id) == 1  # this engine writes none
@@ -174,7 +176,7 @@ def elsewhere(tmp_path: Path) -> Iterator[tuple[str, str]]:
     with open_api(tmp_path / "data") as api:
         settings = api.settings.model_copy(update={"host": "0.0.0.0"})
         api.http.app.state.settings = settings  # type: ignore[attr-defined]
-        _, secret = api.store.create_key("anna", [Scope.SUBMIT])
+        _, secret = api.store.keys.issue("anna", [Scope.SUBMIT])
         with served(api) as url:
             yield url, secret
 

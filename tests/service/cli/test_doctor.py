@@ -2,14 +2,15 @@
 
 from contextlib import closing
 from pathlib import Path
+from unittest.mock import Mock
 
 import pytest
 from pydantic import ByteSize
 
 from service import execution
-from service.cli.doctor import Check, CheckStatus, check_store, check_workers, examine
+from service.cli.doctor import CheckStatus, check_store, check_workers, examine
 from service.queue import data_identity as identity
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 
 ELSEWHERE = "tls://scheduler.example.org:8786"
@@ -43,36 +44,22 @@ def test_store__that_is_not_there_is_not_made(tmp_path: Path) -> None:
     assert [*tmp_path.iterdir()] == []
 
 
-def test_store__that_is_no_database(tmp_path: Path) -> None:
-    (tmp_path / "whipple.db").write_bytes(b"not a database" * 100)
-    [result] = check_store(Settings(data=tmp_path))
-    assert result.status is CheckStatus.ERROR
-
-
 def test_store__of_another_revision(settings: Settings) -> None:
-    with closing(Store.open(settings.url)) as store, store._database.writing() as writing:
+    with closing(Store.open(settings.url)) as store, store.database.writing() as writing:
         writing.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
     [result] = check_store(settings)
     assert result.status is CheckStatus.ERROR
     assert "9999" in result.detail
 
 
-def test_store__of_another_directory(settings: Settings) -> None:
+def test_store__that_is_another_one_or_none(settings: Settings, tmp_path: Path) -> None:
     identity.write(settings.data, "another")
-    [result] = check_store(settings)
-    assert result.status is CheckStatus.ERROR
-    assert "another" in result.detail
-
-
-def test_store__on_postgresql_that_is_away(tmp_path: Path) -> None:
-    url = "postgresql+psycopg://nobody@127.0.0.1:9/none"
-    [result] = check_store(Settings(data=tmp_path, database_url=url))
-    assert result.status is CheckStatus.ERROR
-
-
-def ask_workers(settings: Settings) -> Check:
-    [result] = check_workers(settings)
-    return result
+    away = Settings(data=tmp_path, database_url="postgresql+psycopg://nobody@127.0.0.1:9/none")
+    [other], [absent] = check_store(settings), check_store(away)
+    (tmp_path / "whipple.db").write_bytes(b"not a database" * 100)
+    [broken] = check_store(settings)
+    assert {result.status for result in (other, absent, broken)} == {CheckStatus.ERROR}
+    assert "another" in other.detail
 
 
 @pytest.fixture
@@ -95,16 +82,10 @@ def test_workers__on_an_engine_that_answers(
 ) -> None:
     answer = execution.Cluster(ELSEWHERE, workers)
     monkeypatch.setattr(execution, "probe", lambda _settings: answer)
-    result = ask_workers(elsewhere)
+    [result] = check_workers(elsewhere)
     assert result.status is status
     assert ("numpy 1, here 2" in result.detail) == ("numpy 1, here 2" in workers.values())
-
-
-def test_workers__on_an_engine_that_does_not(elsewhere: Settings, monkeypatch: pytest.MonkeyPatch) -> None:
-    def refuse(_settings: Settings) -> execution.Cluster:
-        raise ConnectionRefusedError("nobody is there")
-
-    monkeypatch.setattr(execution, "probe", refuse)
-    result = ask_workers(elsewhere)
-    assert result.status is CheckStatus.ERROR
-    assert "nobody is there" in result.detail
+    refusing = Mock(side_effect=ConnectionRefusedError("nobody is there"))
+    monkeypatch.setattr(execution, "probe", refusing)
+    [result] = check_workers(elsewhere)
+    assert (result.status, "nobody is there" in result.detail) == (CheckStatus.ERROR, True)

@@ -11,7 +11,7 @@ import sqlalchemy as sa
 
 from service.queue import data_identity as identity
 from service.records.jobs import Scope
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from service.store.tables import CONTROL
 from tests.service.support.command import run
@@ -44,29 +44,26 @@ def created(capsys: Capsys, *arguments: object) -> str:
 def test_first_key__is_made_before_the_service_ever_ran(data: Path, capsys: Capsys) -> None:
     secret = created(capsys, "anna")
     with closing(Store.open(Settings(data=data).url)) as store:
-        result = store.find_key(secret)
+        result = store.keys.find(secret)
         assert result is not None
         assert (result.name, result.expires) == ("anna", None)
         assert result.scopes == {Scope.SUBMIT}
 
 
-def test_secret__is_told_once(store: Store, capsys: Capsys) -> None:
+def test_key__is_listed_without_its_secret_and_of_no_use_once_it_is_revoked(store: Store, capsys: Capsys) -> None:
     secret = created(capsys, "anna")
     assert run("keys", "list") == 0
     output = capsys.readouterr().out
     assert re.search(r"\.\.\.  anna  submit  +never  +never", output)
     assert secret not in output
-    assert store.keys()[0].prefix in output
-
-
-def test_key__that_is_revoked_is_of_no_use(store: Store, capsys: Capsys) -> None:
-    secret, other = created(capsys, "anna"), created(capsys, "bert")
-    assert run("keys", "revoke", store.keys()[0].id[:8]) == 0
+    assert store.keys.all()[0].prefix in output
+    other = created(capsys, "bert")
+    assert run("keys", "revoke", store.keys.all()[0].id[:8]) == 0
     assert "revoked" in capsys.readouterr().out
     assert run("keys", "list", "--json") == 0
     assert json.loads(capsys.readouterr().out)[0]["scopes"] == ["submit"]
-    assert store.find_key(secret) is None
-    assert store.find_key(other) is not None
+    assert store.keys.find(secret) is None
+    assert store.keys.find(other) is not None
 
 
 @pytest.mark.parametrize(
@@ -97,11 +94,11 @@ def test_command__without_a_database_says_how_to_name_one(
 
 
 def test_command__of_another_revision_leaves_the_database_alone(store: Store, capsys: Capsys) -> None:
-    with store._database.writing() as writing:
+    with store.database.writing() as writing:
         writing.exec_driver_sql("UPDATE alembic_version SET version_num = '0001'")
     assert run("keys", "create", "anna") == 1
     assert "tables of revision 0001" in capsys.readouterr().err
-    assert store.keys() == ()
+    assert store.keys.all() == ()
 
 
 # --- files that are away ---------------------------------------------------------------------------
@@ -120,5 +117,5 @@ def test_adopt__lets_an_empty_directory_belong_to_the_database(data: Path, store
 def test_forget_lost__allows_so_many(store: Store, capsys: Capsys) -> None:
     assert run("forget-lost", "12") == 0
     assert "12 lost results may be computed again" in capsys.readouterr().out
-    with store._database.reading() as reading:
+    with store.database.reading() as reading:
         assert reading.execute(sa.select(CONTROL.c.forgettable)).scalar() == 12

@@ -2,27 +2,28 @@
 
 import json
 import shutil
-from collections.abc import Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
 import pytest
 import xarray as xr
 
+from service.cli import remeasuring
 from service.cli.local import start_engine
 from service.cli.offline import without_services
 from service.cli.remeasuring import plan_of, remeasure_runs
 from service.files.artifacts import Artifacts
 from service.files.data_directory import DataInUse, holding
 from service.records.jobs import State, Submission, SweepState
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies import measurements
+from studies.quantities.files import RESULT, STATE
 from studies.sweeps.sweep import Sweep
-from studies.values.files import RESULT, STATE
 from tests.service.support.api import SWEEP
 from tests.service.support.changed_measurement import FAULT, MEASUREMENT, TODAY, VALUE, VERSION, raise_the_version
 from tests.service.support.command import run
@@ -52,21 +53,21 @@ class Solved:
 
     def runs(self) -> list[str]:
         """The ids of both runs."""
-        [sweep] = [row for row in self.store.sweeps().items if row.name == TINY["name"]]
-        return [point.run.id for point in self.store.sweep_runs(sweep.id).items]
+        [sweep] = [row for row in self.store.sweeps.page().items if row.name == TINY["name"]]
+        return [point.run.id for point in self.store.sweeps.points(sweep.id).items]
 
     def result(self, run_id: str) -> dict[str, Any]:
         """What the registered result of a run says."""
-        answer: dict[str, Any] = self.artifacts.read_json(self.store.run_file(run_id, RESULT))
+        answer: dict[str, Any] = self.artifacts.read_json(self.store.runs.file(run_id, RESULT))
         return answer
 
     def states(self) -> set[SweepState]:
         """Where the sweeps stand."""
-        return {row.state for row in self.store.sweeps().items}
+        return {row.state for row in self.store.sweeps.page().items}
 
     def is_intact(self) -> bool:
         """Whether every row points to a whole file."""
-        return all(self.artifacts.is_intact(file) for _, file in self.store.files())
+        return all(self.artifacts.is_intact(file) for _, file in self.store.retention.files())
 
 
 @pytest.fixture(scope="module")
@@ -75,7 +76,7 @@ def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
     settings = Settings(data=tmp_path_factory.mktemp("original"), workers=1)
     with closing(Store.open(settings.url, cost=lambda run: 1.0)) as store:
         for document in (TINY, OTHER):
-            store.create_sweep(Submission(Sweep.parse(document)))
+            store.sweeps.create(Submission(Sweep.parse(document)))
         with holding(settings), start_engine(settings, store):
             wait_until(lambda: Solved(settings, store).states() == {SweepState.SUCCEEDED})
     return settings.data
@@ -94,22 +95,43 @@ def solved(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
         yield Solved(Settings(), store)
 
 
+class MeasuringHere:
+    """In place of a pool of child processes, for tests of what is measured."""
+
+    def __init__(self, *_: object):
+        pass
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        pass
+
+    def map(self, function: Callable[[Any], Any], tasks: Iterable[Any]) -> Iterator[Any]:
+        return map(function, tasks)
+
+
+@pytest.fixture
+def _here(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(remeasuring, "ProcessPoolExecutor", MeasuringHere)
+
+
 def test_results__follow_the_new_definition_and_their_sweeps_are_marked(solved: Solved, capsys: Capsys) -> None:
     old = {id: solved.result(id) for id in solved.runs()}
-    earlier = [solved.store.run_file(id, RESULT) for id in old]
+    earlier = [solved.store.runs.file(id, RESULT) for id in old]
     assert run("remeasure") == 0
     output = capsys.readouterr().out
     assert "changed: 2 results; unreadable: 0" in output
     assert "published again at the next start of the service: 2 sweeps" in output
-    assert all(f"{row.id}  {row.name}" in output for row in solved.store.sweeps().items)
+    assert all(f"{row.id}  {row.name}" in output for row in solved.store.sweeps.page().items)
     assert solved.states() == {SweepState.PUBLISHING}
     for id in solved.runs():
-        result, row = solved.result(id), solved.store.run(id)
+        result, row = solved.result(id), solved.store.runs.get(id)
         assert row.summary is not None
         assert result["measurements"][MEASUREMENT]["version"] == VERSION
         assert row.summary["measurements"][MEASUREMENT]["value"] == VALUE
         assert (row.attempt, row.state) == (1, State.SUCCEEDED)
-        file = solved.store.run_file(id, RESULT)
+        file = solved.store.runs.file(id, RESULT)
         assert (row.path, row.size, row.sha256) == (file.path, file.size, file.sha256)
         others = {name: item for name, item in result["measurements"].items() if name != MEASUREMENT}
         assert others.items() <= old[id]["measurements"].items()
@@ -118,6 +140,7 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(solved: 
     assert not [*solved.settings.data.glob("runs/**/*.part")]
 
 
+@pytest.mark.usefixtures("_here")
 def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -127,7 +150,7 @@ def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     monkeypatch.setattr(measurements, "load", measurements.load)  # put back what is raised
     shutil.copytree(original, out / ".whipple")
     with closing(Store.open(Settings(data=original).url)) as store:
-        [sweep] = [row.id for row in store.sweeps().items if row.name == OTHER["name"]]
+        [sweep] = [row.id for row in store.sweeps.page().items if row.name == OTHER["name"]]
     [published] = Artifacts(original).sweep_folder(sweep).rglob("cube.nc")
     before = xr.load_dataset(published)
     assert json.loads(before.attrs["measurement_versions"])[MEASUREMENT] == [TODAY]
@@ -144,11 +167,12 @@ def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     assert all(cube[name].identical(before[name]) for name in rest if before[name].size)
 
 
+@pytest.mark.usefixtures("_here")
 def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(solved: Solved, capsys: Capsys) -> None:
-    other = solved.store.create_sweep(Submission(Sweep.parse({**OTHER, "axes": {"speed": ["8 km/s"]}})))
+    other = solved.store.sweeps.create(Submission(Sweep.parse({**OTHER, "axes": {"speed": ["8 km/s"]}})))
     damaged, fine = solved.runs()
     before = solved.result(damaged)
-    file = solved.artifacts.path(solved.store.run_file(damaged, STATE))
+    file = solved.artifacts.path(solved.store.runs.file(damaged, STATE))
     file.write_bytes(b"x" * file.stat().st_size)
     assert run("remeasure") == 3
     output = capsys.readouterr().out
@@ -157,12 +181,12 @@ def test_result__that_cannot_be_read_stays_as_it_is_and_is_named(solved: Solved,
     assert f"{damaged} is unchanged: Damaged: state.npz does not match its checksum" in output
     assert solved.result(damaged) == before
     assert solved.result(fine)["measurements"][MEASUREMENT]["value"] == VALUE
-    assert solved.store.sweep(other.id).state is SweepState.QUEUED  # no run was begun
+    assert solved.store.sweeps.get(other.id).state is SweepState.QUEUED  # no run was begun
 
 
-def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(solved: Solved, capsys: Capsys) -> None:
+def test_result__whose_state_was_not_kept_is_named(solved: Solved, capsys: Capsys) -> None:
     for id in solved.runs():
-        solved.store.forget_files(id, [STATE])
+        solved.store.retention.forget_files(id, [STATE])
     assert run("remeasure") == 0
     output = capsys.readouterr().out
     assert "to measure again: 0 results of 0 sweeps; without a stored final state: 2" in output
@@ -172,16 +196,17 @@ def test_result__whose_state_was_not_kept_stays_as_it_is_and_is_named(solved: So
 # --- what interrupts it ----------------------------------------------------------------------------
 
 
+@pytest.mark.usefixtures("_here")
 def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(solved: Solved, capsys: Capsys) -> None:
     plan = plan_of(solved.store)
     assert len(plan.measurable) == 2
     [first] = islice(remeasure_runs(solved.settings, solved.store, plan.measurable), 1)
     assert first.marked
-    file = solved.store.run_file(first.run_id, RESULT)
+    file = solved.store.runs.file(first.run_id, RESULT)
     assert solved.is_intact()
     assert run("remeasure") == 0
     assert capsys.readouterr().out.startswith("to measure again: 1 results")
-    assert solved.store.run_file(first.run_id, RESULT) == file
+    assert solved.store.runs.file(first.run_id, RESULT) == file
     assert run("remeasure") == 0
     assert capsys.readouterr().out == "to measure again: 0 results of 0 sweeps; without a stored final state: 0\n"
 
@@ -202,19 +227,19 @@ def test_child__that_dies_is_told_of_and_leaves_all_to_the_next_time(
 
 
 def test_command__refuses_where_a_service_works(solved: Solved, capsys: Capsys) -> None:
-    files = solved.store.files()
+    files = solved.store.retention.files()
     with holding(solved.settings):
         assert run("remeasure") == 1
         assert "is used by process" in capsys.readouterr().err
         assert run("remeasure", "--dry-run") == 0
     assert "to measure again: 2 results of 2 sweeps" in capsys.readouterr().out
-    assert solved.store.files() == files
+    assert solved.store.retention.files() == files
 
 
 def test_command__refuses_where_a_service_leads_on_postgresql(tmp_path: Path, postgresql_url: str) -> None:
     settings = Settings(data=tmp_path, database_url=postgresql_url)
     with closing(Store.open(postgresql_url, cost=lambda run: 1.0)) as store:
-        leadership = store.lead("host:7")
+        leadership = store.terms.lead("host:7")
         assert leadership is not None
         with (
             closing(leadership),
@@ -223,4 +248,4 @@ def test_command__refuses_where_a_service_leads_on_postgresql(tmp_path: Path, po
         ):
             pass
         with without_services(settings, store):
-            assert store.lead("host:8") is None
+            assert store.terms.lead("host:8") is None

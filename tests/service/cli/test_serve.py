@@ -19,9 +19,9 @@ from fastapi.responses import StreamingResponse
 
 from service.cli import serve
 from service.cli.serve import _listening, _Server
-from service.records.settings import Settings
-from service.records.signals import handling_end_signals
-from studies.values.errors import InvalidInput
+from service.cli.signals import handling_end_signals
+from service.settings import Settings
+from studies.quantities.findings import InvalidInput
 from tests.service.support.fakes import DEADLINE
 
 ROOT = Path(__file__).parents[3]
@@ -75,32 +75,26 @@ def once_started(server: _Server, act: Callable[[int], Any]) -> None:
 
 
 @pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGINT])
-def test_signal__lets_runs_leave_while_connections_close(
-    app: FastAPI, recorder: Recorder, tmp_path: Path, number: signal.Signals
+def test_signal__ends_the_server_as_it_listens_and_before(
+    app: FastAPI, recorder: Recorder, tmp_path: Path, capsys: pytest.CaptureFixture[str], number: signal.Signals
 ) -> None:
-    def soon(server: _Server) -> None:
-        once_started(server, lambda _port: os.kill(os.getpid(), number))
+    """Runs leave while connections close."""
 
-    assert serve_until(app, tmp_path, soon) == number.name
-    assert recorder.calls == ["leave", "close"]
+    def signalled(_port: int = 0) -> None:
+        os.kill(os.getpid(), number)
 
-
-def test_signal__that_came_before_the_server_is_heeded_too(
-    app: FastAPI, recorder: Recorder, tmp_path: Path, capsys: pytest.CaptureFixture[str]
-) -> None:
-    def at_once(_server: _Server) -> None:
-        os.kill(os.getpid(), signal.SIGTERM)
-
-    assert serve_until(app, tmp_path, at_once) == "SIGTERM"
+    assert serve_until(app, tmp_path, lambda _server: signalled()) == number.name
     assert recorder.calls == ["close"]
     assert "serves" not in capsys.readouterr().out
+    assert serve_until(app, tmp_path, lambda server: once_started(server, signalled)) == number.name
+    assert recorder.calls == ["close", "leave", "close"]
 
 
 STUCK = (
     "import sys, threading; from concurrent.futures import ThreadPoolExecutor\n"
     "from contextlib import contextmanager; from pathlib import Path\n"
     "from fastapi import FastAPI\n"
-    "from service.cli import serve; from service.records.settings import Settings\n"
+    "from service.cli import serve; from service.settings import Settings\n"
     "from tests.service.cli.test_serve import Recorder\n"
     "@contextmanager\n"
     "def open_service(settings, start_engine):\n"

@@ -2,7 +2,6 @@
 
 import json
 import socket
-import threading
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,30 +16,13 @@ from service.client import connection
 from service.client import remote_cube as remote
 from service.client.client import KEY_VARIABLE, Client, ServiceError, SweepHandle, Unreachable
 from service.records.jobs import Scope
-from studies.values.errors import InvalidInput, MissingExtra
-from studies.values.files import SWEEP_FILES
-from tests.service.support.api import FILES, SWEEP, Api, open_api, served, sweep_of, until
+from studies.quantities.files import SWEEP_FILES
+from studies.quantities.findings import MissingExtra
+from tests.service.support.api import FILES, SWEEP, Api, sweep_of
 
 Answer = httpx.Response | Exception
 DEADLINE = 60.0
-TERMINAL: dict[str, Any] = {
-    **dict.fromkeys(("id", "name", "title", "scenario", "owner", "created"), "2026-11-22"),
-    **dict.fromkeys(("priority", "planned", "reused", "new", "progress", "lost_answers"), 0),
-    **dict.fromkeys(("reason", "eta_seconds", "cancelled", "finished")),
-    **{"state": "succeeded", "keep": "final", "counts": {}},
-}
-
-
-@pytest.fixture(scope="module")
-def api(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Api]:
-    with open_api(tmp_path_factory.mktemp("connection")) as opened:
-        yield opened
-
-
-@pytest.fixture(scope="module")
-def url(api: Api) -> Iterator[str]:
-    with served(api) as address:
-        yield address
+ITEMS: dict[str, Any] = {"items": []}
 
 
 @pytest.fixture(autouse=True)
@@ -93,18 +75,18 @@ def problem(status: int, **headers: str) -> httpx.Response:
 # --- requests that are sent again -----------------------------------------------------------------
 
 
-def test_submission__whose_answer_was_lost_is_accepted_once(api: Api, url: str) -> None:
-    before = len(api.store.sweeps(limit=1000).items)
+def test_submission__whose_answer_was_lost_is_accepted_once(shared_api: Api, url: str) -> None:
+    before = len(shared_api.store.sweeps.page(limit=1000).items)
     transport = Flaky(url, "behind", "behind")
     with Client(url, transport=transport) as client:
         handle = client.submit(sweep_of(name="sent three times"))
     assert len(transport.sent) == 3
     assert len({request.headers["Idempotency-Key"] for request in transport.sent}) == 1
-    assert len(api.store.sweeps(limit=1000).items) == before + 1
-    assert api.store.sweep(handle.id).name == "sent three times"
+    assert len(shared_api.store.sweeps.page(limit=1000).items) == before + 1
+    assert shared_api.store.sweeps.get(handle.id).name == "sent three times"
 
 
-def test_delete__whose_answer_was_lost_is_done(api: Api, url: str) -> None:
+def test_delete__whose_answer_was_lost_is_done(shared_api: Api, url: str) -> None:
     with Client(url, transport=Flaky(url, "", "", "behind")) as client:
         handle = client.submit(sweep_of(name="to go", axes={"speed": ["7.1 km/s"]}))
         handle.cancel()
@@ -115,21 +97,21 @@ def test_delete__whose_answer_was_lost_is_done(api: Api, url: str) -> None:
 
 def test_service__that_comes_back_is_waited_for() -> None:
     gone = httpx.ConnectError("refused")
-    client, sent = scripted(httpx.Response(200, json=TERMINAL), gone, gone, httpx.Response(200, json=TERMINAL))
+    client, sent = scripted(httpx.Response(200, json=ITEMS), gone, gone, httpx.Response(200, json=ITEMS))
     for _ in range(2):
-        assert client.sweep("x").status().state == "succeeded"
+        assert client.laws() == []
     assert len(sent) == 4
 
 
 def test_service__that_does_not_come_back_is_given_up_in_time() -> None:
     gone: list[Answer] = [httpx.ConnectError("refused")] * 10_000
-    answers: list[Answer] = [httpx.Response(200, json=TERMINAL), *gone]
+    answers: list[Answer] = [httpx.Response(200, json=ITEMS), *gone]
     client, sent = scripted(*answers)
     client._connection._patience = 1.0
-    client.sweep("x").status()
+    client.laws()
     begin = time.monotonic()
     with pytest.raises(Unreachable, match="whipple serve"):
-        client.sweep("x").status()
+        client.laws()
     assert time.monotonic() - begin < DEADLINE
     assert len(sent) > 3
 
@@ -142,8 +124,8 @@ def test_address__that_never_answered_is_told_at_once() -> None:
 
 
 def test_store__that_is_locked_for_a_while_is_asked_again() -> None:
-    client, sent = scripted(problem(503, **{"retry-after": "0"}), httpx.Response(200, json=TERMINAL))
-    assert client.sweep("x").status().state == "succeeded"
+    client, sent = scripted(problem(503, **{"retry-after": "0"}), httpx.Response(200, json=ITEMS))
+    assert client.laws() == []
     assert len(sent) == 2
 
 
@@ -151,14 +133,20 @@ def test_store__that_is_locked_for_a_while_is_asked_again() -> None:
 def test_refusal__is_not_asked_again(status: int) -> None:
     client, sent = scripted(problem(status))
     with pytest.raises(ServiceError):
-        client.sweep("x").status()
+        client.laws()
     assert len(sent) == 1
 
 
-def test_download__that_breaks_off_begins_again(api: Api, url: str, tmp_path: Path) -> None:
+def test_page__of_another_program_is_told() -> None:
+    client, _ = scripted(httpx.Response(502, text="<html>bad gateway</html>"))
+    with pytest.raises(ServiceError, match="502"):
+        client.laws()
+
+
+def test_download__that_breaks_off_begins_again(shared_api: Api, url: str, tmp_path: Path) -> None:
     with Client(url) as client:
         id = client.submit(sweep_of(name="fetched")).id
-    api.compute()
+    shared_api.compute()
     with Client(url, transport=Flaky(url, "behind", "", "behind")) as client:
         folder = client.sweep(id).fetch(tmp_path)
     assert {file.name for file in folder.iterdir()} == set(SWEEP_FILES)
@@ -186,29 +174,6 @@ def test_key__is_sent_with_every_request(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 # --- events ---------------------------------------------------------------------------------------
-
-
-def stream(handle: SweepHandle, api: Api) -> list[Any]:
-    """What a listener hears of a sweep that is computed meanwhile."""
-    result: list[Any] = []
-    listening = threading.Thread(target=lambda: result.extend(handle.events()))
-    listening.start()
-    until(lambda: bool(result), seconds=DEADLINE)
-    api.compute()
-    listening.join(DEADLINE)
-    return result
-
-
-def test_events__tell_all_until_the_end(api: Api, url: str) -> None:
-    with Client(url) as client:
-        result = stream(client.submit(sweep_of(name="heard")), api)
-    kinds = [item.content["kind"] for item in result if item.name == "message"]
-    assert kinds[0] == "accepted"
-    assert kinds[-1] == "published"
-    assert result[-1].name == "end"
-    assert result[-1].content["state"] == "succeeded"
-    numbers = [item.number for item in result if item.number is not None]
-    assert numbers == sorted(set(numbers))
 
 
 class Torn(httpx.SyncByteStream):
@@ -250,11 +215,11 @@ def test_messages__of_several_lines_comments_and_unknown_words() -> None:
     assert result == [("message", "one\ntwo"), ("x", "")]
 
 
-# --- cubes from afar, runs, orders ------------------------------------------------------------------
+# --- cubes from afar ------------------------------------------------------------------
 
 
 @pytest.fixture
-def published(api: Api, url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SweepHandle]:
+def published(shared_api: Api, url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SweepHandle]:
     """A sweep with a real cube."""
     cube = xr.Dataset({"hole_diameter": ("speed", [0.1, 0.2])}, {"speed": [3e3, 6e3]})
     cube.to_netcdf(tmp_path / "cube.nc", engine="netcdf4")
@@ -262,7 +227,7 @@ def published(api: Api, url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     monkeypatch.setitem(FILES, name, (tmp_path / "cube.nc").read_bytes())
     with Client(url) as client:
         handle = client.submit(sweep_of(name="with a cube"))
-        api.compute()
+        shared_api.compute()
         yield handle
 
 
@@ -277,8 +242,8 @@ def test_open_cube__takes_an_address_too(published: SweepHandle) -> None:
         assert cube.hole_diameter.sel(speed=3e3).item() == 0.1
 
 
-def test_open_cube__sends_the_key(api: Api, published: SweepHandle, monkeypatch: pytest.MonkeyPatch) -> None:
-    _, secret = api.store.create_key("anna", [Scope.READ])
+def test_open_cube__sends_the_key(shared_api: Api, published: SweepHandle, monkeypatch: pytest.MonkeyPatch) -> None:
+    _, secret = shared_api.store.keys.issue("anna", [Scope.READ])
     monkeypatch.setattr(published._connection, "headers", {"Authorization": "Bearer whp_wrong"})
     with pytest.raises(FileNotFoundError):
         published.open_cube()
@@ -297,29 +262,6 @@ def test_open_cube__without_its_libraries_says_what_to_install(
     monkeypatch.setattr(remote, "import_module", missing)
     with pytest.raises(MissingExtra, match=r"pip install 'whipple\[remote\]'"):
         published.open_cube()
-
-
-def test_run__gives_its_files(api: Api, url: str, tmp_path: Path) -> None:
-    with Client(url) as client:
-        handle = client.submit(sweep_of(name="of runs"))
-        api.compute()
-        id = next(handle.runs())["run"]["id"]
-        assert [file["name"] for file in client.run_files(id)] == ["result.json"]
-        assert (client.fetch_run(id, tmp_path) / "result.json").read_bytes() == b"{}"
-
-
-def test_orders__priority_keep_and_the_queue(api: Api, url: str) -> None:
-    with Client(url) as client:
-        handle = client.submit(sweep_of(axes={"speed": ["7.4 km/s"]}), priority=-3, keep="numbers")
-        status = handle.status()
-        assert (status.priority, status.keep, status.owner) == (-3, "numbers", "")
-        assert handle.prioritise(9).priority == 9
-        assert client.pause()["paused"]
-        assert client.queue()["counts"]["queued"] >= 1
-        assert client.resume()["paused"] is None
-        with pytest.raises(InvalidInput, match="priority"):
-            handle.prioritise(1000)
-    api.compute()
 
 
 def test_something__that_is_no_service_is_given_up() -> None:

@@ -12,21 +12,20 @@ from dataclasses import asdict, replace
 from pathlib import Path
 
 import pytest
-from pydantic import ByteSize, ValidationError
+from pydantic import ByteSize
 
-from service.execution import dask
+from service.execution import dask, dask_worker
 from service.execution.dask import SchedulerConnection, probe
-from service.records.attempt import Attempt, Away, Back, Ended
 from service.records.jobs import Cause
-from service.records.settings import Settings
-from service.records.timings import DEFAULT
+from service.settings import Settings
+from service.workers.attempt import Attempt, Away, Back, Ended
+from service.workers.timings import DEFAULT
 from solver import PHYSICS_VERSION
 from tests.service.support.cluster import (
     PRELOAD,
     ROOT,
     DaskCluster,
     EngineUser,
-    NetworkLine,
     attempt_in,
     checkpoint_step,
     environment,
@@ -47,7 +46,7 @@ SERVICE = """
 import json, sys, time
 from pathlib import Path
 from queue import SimpleQueue
-from service.records.attempt import Attempt
+from service.workers.attempt import Attempt
 from service.execution.dask import DaskEngine, Remote
 job = json.loads(sys.argv[1])
 address, *files = job["remote"]
@@ -111,19 +110,6 @@ def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
     user.wait_for_slots(WORKERS)
 
 
-def test_nanny_killed__nothing_of_it_is_left(cluster: DaskCluster, user: EngineUser, tmp_path: Path) -> None:
-    extra = cluster.start_workers(1)
-    user.wait_for_slots(WORKERS + 1)
-    attempts = [attempt_in(tmp_path, number, "deaf") for number in range(WORKERS + 1)]
-    pids = set(user.begin(*attempts))
-    extra.kill_alone()
-    assert len(pids & extra.descendants) == 1
-    patiently(extra.is_gone)
-    user.engine.stop([attempt.key for attempt in attempts])
-    assert {user.end_of(attempt).cause for attempt in attempts} == {Cause.LOST}
-    user.wait_for_slots(WORKERS)
-
-
 def test_worker_frozen__a_message_reaches_the_others(user: EngineUser, tmp_path: Path) -> None:
     stopped, other = attempt_in(tmp_path, 1, "hang"), attempt_in(tmp_path, 2, seconds=1.0)
     _, pid = user.begin(stopped, other)
@@ -175,38 +161,7 @@ def test_service_killed__the_next_one_follows_its_attempts(cluster: DaskCluster,
         assert not {short.key, long.key} & user.engine.attempts()
 
 
-def test_service_that_stands_by__leaves_its_attempts_to_the_next(cluster: DaskCluster, tmp_path: Path) -> None:
-    attempt = attempt_in(tmp_path, seconds=3.0)
-    with serving(cluster.remote(), leave_seconds=None) as user:
-        user.wait_for_slots(WORKERS)
-        user.begin(attempt)
-    with serving(cluster.remote()) as user:
-        user.wait_for_slots(WORKERS)
-        user.engine.follow(attempt.key)
-        assert user.end_of(attempt).cause is None
-
-
 # --- the scheduler goes away ---------------------------------------------------------------------
-
-
-def test_connection_cut__attempts_go_on_and_are_found_again(cluster: DaskCluster, tmp_path: Path) -> None:
-    line = NetworkLine(cluster.port)
-    long, short = attempt_in(tmp_path, 1, seconds=5.0), attempt_in(tmp_path, 2, seconds=0.5)
-    try:
-        with serving(cluster.remote(line.port)) as user:
-            user.wait_for_slots(WORKERS)
-            user.begin(long, short)
-            line.cut()
-            user.wait_for(Away)
-            assert user.engine.slots() == 0
-            with pytest.raises(OSError, match="away"):
-                user.engine.attempts()
-            patiently((Path(short.directory) / "result.json").is_file)  # meanwhile
-            line.mend()
-            patiently(lambda: any(isinstance(message, Back) for message in user.receive()[2:]))
-            assert {user.end_of(attempt).cause for attempt in (short, long)} == {None}
-    finally:
-        line.close()
 
 
 def test_scheduler_killed__runs_leave_a_checkpoint_and_the_service_waits(tmp_path: Path) -> None:
@@ -231,25 +186,23 @@ def test_scheduler_killed__runs_leave_a_checkpoint_and_the_service_waits(tmp_pat
         assert user.compute(attempt_in(tmp_path, seconds=1.0))[0].cause is None
 
 
-def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(tmp_path: Path) -> None:
-    timings = replace(DEFAULT, answer=2.0)
-    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote(), timings) as user:
-        [frozen] = cluster.processes
-        cluster.start_workers(1)
-        user.wait_for_slots(1)
+def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(cluster: DaskCluster, tmp_path: Path) -> None:
+    with serving(cluster.remote(), replace(DEFAULT, answer=2.0)) as user:
+        frozen = cluster.processes[0].process.pid
+        user.wait_for_slots(WORKERS)
         attempt = attempt_in(tmp_path, seconds=3.0)
         [pid] = user.begin(attempt)
-        os.killpg(frozen.process.pid, signal.SIGSTOP)
+        os.killpg(frozen, signal.SIGSTOP)
         try:
             assert user.engine.slots() == 0
             with pytest.raises(OSError, match="away"):
                 user.engine.stop([attempt.key])
             user.wait_for(Away)
         finally:
-            os.killpg(frozen.process.pid, signal.SIGCONT)
+            os.killpg(frozen, signal.SIGCONT)
         assert user.end_of(attempt).cause is None
         assert pid_of(attempt) == pid
-        user.wait_for_slots(1)
+        user.wait_for_slots(WORKERS)
 
 
 def test_follow__that_failed_can_be_asked_for_again(
@@ -267,9 +220,12 @@ def test_follow__that_failed_can_be_asked_for_again(
     assert user.end_of(attempt).failure == "Gone"
 
 
-def test_no_worker_comes__attempts_that_wait_for_one_are_lost(tmp_path: Path) -> None:
-    timings = replace(DEFAULT, no_slot=1.0)
-    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote(), timings) as user:
+def test_no_worker_comes__attempts_that_wait_for_one_are_lost(
+    cluster: DaskCluster, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(dask_worker, "OFFER", "whipple of tomorrow")
+    monkeypatch.setattr(dask_worker, "software", lambda: {"whipple": "tomorrow"})
+    with serving(cluster.remote(), replace(DEFAULT, no_slot=1.0)) as user:
         attempt = attempt_in(tmp_path)
         user.wait_for(Back)
         user.engine.submit(attempt)
@@ -321,12 +277,18 @@ def test_worker_of_another_kind__gets_no_work_and_is_named(
     patiently(lambda: workers() == before)
 
 
+def test_differences__name_the_versions_of_both_sides() -> None:
+    own = dask_worker.software()
+    assert {"whipple", "physics", "python", "numba", "numpy"} == own.keys()
+    assert f"physics={PHYSICS_VERSION} " in dask_worker.OFFER
+    assert dask_worker.differences(own) == ""
+    other = {**own, "physics": "0", "numba": "0.1"}
+    expected = f"physics 0, on the service {PHYSICS_VERSION}; numba 0.1, on the service {own['numba']}"
+    assert dask_worker.differences(other) == expected
+    assert "--preload" in dask_worker.differences(None)
+
+
 # --- trust ---------------------------------------------------------------------------------------
-
-
-def test_tcp__is_refused(tmp_path: Path) -> None:
-    with pytest.raises(ValidationError, match="tls://"):
-        Settings(data=tmp_path, engine="tcp://127.0.0.1:8786")
 
 
 def test_other_authority__the_scheduler_is_not_trusted(cluster: DaskCluster, tmp_path: Path) -> None:

@@ -13,10 +13,10 @@ from service import execution
 from service.execution import engine_of, probe
 from service.execution.local import LocalEngine
 from service.records.jobs import Cause
-from service.records.settings import Settings
-from service.records.timings import DEFAULT
+from service.settings import Settings
 from service.workers.supervisor import Supervisor
-from studies.values.errors import MissingExtra
+from service.workers.timings import DEFAULT
+from studies.quantities.findings import MissingExtra
 from tests.service.support.cluster import attempt_in, using
 from tests.service.support.fakes import is_gone
 

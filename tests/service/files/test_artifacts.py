@@ -72,17 +72,6 @@ def test_copy_out__is_a_copy_under_its_own_name(artifacts: Artifacts, tmp_path: 
     assert artifacts.is_intact(file)
 
 
-def test_copy_out__leaves_the_old_file_when_it_fails(artifacts: Artifacts, tmp_path: Path) -> None:
-    file, folder = registered(artifacts), tmp_path / "out"
-    folder.mkdir()
-    artifacts.copy_out(file, folder)
-    artifacts.path(file).unlink()
-    with pytest.raises(FileNotFoundError):
-        artifacts.copy_out(file, folder)
-    assert [entry.name for entry in folder.iterdir()] == ["result.json"]
-    assert (folder / "result.json").read_text() == "{}"
-
-
 def test_complete_files__none_without_an_answer(artifacts: Artifacts) -> None:
     folder = artifacts.attempt_directory(lease_of())
     assert artifacts.complete_files(lease_of()) == ()

@@ -12,15 +12,15 @@ import pytest
 from service.cli.local import run_sweep
 from service.cli.serve import serve
 from service.files.data_directory import DataInUse, holding
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
-from studies.values.errors import InvalidInput
-from tests.service.execution.test_local import document, settings_of
+from studies.quantities.findings import InvalidInput
+from tests.service.cli.test_run_sweep import document, settings_of
 
 ROOT = Path(__file__).parents[3]
 HOLD = (
     "import sys; from pathlib import Path; from service.files.data_directory import holding; "
-    "from service.records.settings import Settings\n"
+    "from service.settings import Settings\n"
     "with holding(Settings(data=Path(sys.argv[1]))): print('held', flush=True); sys.stdin.read()"
 )
 
@@ -84,14 +84,6 @@ def test_hard_link__is_refused_before_the_database_is_touched(
         begin(settings)
     assert list(settings.data.iterdir()) == [database]
     assert database.stat().st_size == 0
-
-
-def test_killed__leaves_it_free(tmp_path: Path) -> None:
-    with held_elsewhere(tmp_path) as process:
-        process.kill()
-        process.wait()
-        with holding(Settings(data=tmp_path)) as folder:
-            assert folder == tmp_path
 
 
 def test_refusal__comes_before_the_database_is_touched(tmp_path: Path) -> None:

@@ -9,8 +9,8 @@ import pytest
 
 from service.files.artifacts import Artifacts
 from service.files.lost_results import Loss, ResultsLost, leave_list
-from service.records.attempt import Attempt
 from service.records.jobs import Cause, Kind, State, Submission, SweepState
+from service.workers.attempt import Attempt
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FAKE
@@ -40,36 +40,32 @@ def computed(harness: Harness) -> None:
 
 
 def result_of(harness: Harness, number: int) -> Path:
-    return Artifacts(harness.settings.data).path(harness.store.run_file(run_id(number), "result.json"))
+    return Artifacts(harness.settings.data).path(harness.store.runs.file(run_id(number), "result.json"))
 
 
 @pytest.mark.parametrize("damage", ["{}", None])
 def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(harness: Harness, damage: str | None) -> None:
-    harness.store.create_sweep(Submission(sweep_of(2)))
+    harness.submit(2)
     computed(harness)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
+    harness.publish()
     file = result_of(harness, 0)
     file.unlink() if damage is None else file.write_text(damage)
 
-    row = harness.store.create_sweep(Submission(sweep_of(2)))
+    row = harness.store.sweeps.create(Submission(sweep_of(2)))
     assert row.new == 0
     [publication] = harness.tick()
     without_results(harness, publication, 0)
     [again] = harness.tick()
-    assert harness.store.sweep(row.id).state is SweepState.RUNNING
+    assert harness.store.sweeps.get(row.id).state is SweepState.RUNNING
     harness.end_well(again)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
-    assert harness.store.sweep(row.id).state is SweepState.SUCCEEDED
+    harness.publish()
+    assert harness.store.sweeps.get(row.id).state is SweepState.SUCCEEDED
     assert result_of(harness, 0).is_file()
     assert [harness.run(number).attempt for number in (0, 1)] == [2, 1]
 
 
 def test_lost_result__that_is_there_for_the_service_costs_nothing(harness: Harness) -> None:
-    harness.store.create_sweep(Submission(sweep_of(1)))
+    harness.submit(1)
     computed(harness)
     [publication] = harness.tick()
     without_results(harness, publication, 0)
@@ -79,37 +75,33 @@ def test_lost_result__that_is_there_for_the_service_costs_nothing(harness: Harne
 
 
 def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(harness: Harness) -> None:
-    row = harness.store.create_sweep(Submission(sweep_of(1)))
+    row = harness.store.sweeps.create(Submission(sweep_of(1)))
     for _ in range(3):
         computed(harness)
         [publication] = harness.tick()
         result_of(harness, 0).unlink()
         without_results(harness, publication, 0)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
+    harness.publish()
     run = harness.run()
     assert (run.state, run.cause) == (State.FAILED, Cause.ERROR)
     assert "lost or damaged" in str(run.reason)
-    assert harness.store.sweep(row.id).state is SweepState.SUCCEEDED
+    assert harness.store.sweeps.get(row.id).state is SweepState.SUCCEEDED
 
 
 def test_lost_result__of_a_cancelled_sweep_is_not_computed(harness: Harness) -> None:
-    row = harness.store.create_sweep(Submission(sweep_of(2)))
+    row = harness.store.sweeps.create(Submission(sweep_of(2)))
     tickets = harness.tick()
     harness.end_well(next(one for one in tickets if one.spec["materials"] == {FAKE: run_id(0)}))
     harness.tick()
-    harness.store.cancel_sweep(row.id)
+    harness.store.sweeps.cancel(row.id)
     for ticket in tickets:
         if ticket.spec["materials"] == {FAKE: run_id(1)}:
             harness.end_badly(ticket, Cause.LOST)
     [publication] = [one for one in harness.tick() if one.kind is Kind.PUBLISH]
     result_of(harness, 0).unlink()
     without_results(harness, publication, 0)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
-    assert harness.store.sweep(row.id).state is SweepState.CANCELLED
+    harness.publish()
+    assert harness.store.sweeps.get(row.id).state is SweepState.CANCELLED
 
 
 # --- limits ----------------------------------------------------------------------------------------
@@ -119,17 +111,15 @@ def test_lost_result__of_a_cancelled_sweep_is_not_computed(harness: Harness) -> 
 def large(harness: Harness) -> Harness:
     """A service with eight results, which does not wait before it looks for lost ones again."""
     harness.engine.free = 8
-    harness.store.create_sweep(Submission(sweep_of(8)))
+    harness.submit(8)
     computed(harness)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
+    harness.publish()
     return harness
 
 
 def shared(harness: Harness, *numbers: int) -> Attempt:
     """The publication of a sweep that shares these runs."""
-    harness.store.create_sweep(Submission(sweep_of(runs_of(*["fine"] * len(numbers), first=numbers[0]))))
+    harness.store.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * len(numbers), first=numbers[0]))))
     [publication] = harness.tick()
     return publication
 
@@ -143,13 +133,13 @@ def lose(harness: Harness, publication: Attempt, *numbers: int) -> list[Attempt]
 
 
 def test_many_lost_results__are_named_and_none_is_forgotten(large: Harness, caplog: pytest.LogCaptureFixture) -> None:
-    large.store.create_sweep(Submission(sweep_of(runs_of("fine", first=90), name="another")))
-    large.store.pause()
+    large.store.sweeps.create(Submission(sweep_of(runs_of("fine", first=90), name="another")))
+    large.store.queue.pause()
     publication = shared(large, *range(6))
-    large.store.resume()
+    large.store.queue.resume()
     [again] = lose(large, publication, *range(6))  # and no run of the other sweep
     assert again.kind is Kind.PUBLISH
-    blocked_reason = str(large.store.queue().blocked_reason)
+    blocked_reason = str(large.store.queue.status().blocked_reason)
     assert blocked_reason.startswith("6 of 8 registered results are lost or damaged")
     assert f"{run_id(0)}, {run_id(1)}, {run_id(2)} and 3 more" in blocked_reason
     assert blocked_reason.endswith("`whipple forget-lost 6`")
@@ -165,25 +155,25 @@ def test_many_lost_results__that_are_there_again_are_published(large: Harness) -
         file.write_bytes(was)
     large.end_well(again)
     large.tick()
-    assert large.store.queue().blocked_reason is None
-    assert large.store.queue().states == {State.SUCCEEDED: 10}
+    assert large.store.queue.status().blocked_reason is None
+    assert large.store.queue.status().states == {State.SUCCEEDED: 10}
     assert [large.run(number).attempt for number in range(6)] == [1] * 6
 
 
 def test_many_lost_results__are_computed_again_when_people_allow_it(large: Harness) -> None:
     [again] = lose(large, shared(large, *range(6)), *range(6))
-    large.store.allow_forgetting(6)
+    large.store.queue.allow_forgetting(6)
     assert len(lose(large, again, *range(6))) == 6
-    assert large.store.queue().blocked_reason is None
+    assert large.store.queue.status().blocked_reason is None
 
 
 def test_few_lost_results__again_and_again_are_no_more_than_a_share_of_all(
     large: Harness, monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    monkeypatch.setattr("service.store.lost_results.AT_ONCE", timedelta(0))
+    monkeypatch.setattr("service.store.publications.AT_ONCE", timedelta(0))
     assert len(lose(large, shared(large, 0, 1, 2), 0, 1, 2)) == 3
     [again] = lose(large, shared(large, 4, 5, 6), 4, 5, 6)
     assert again.kind is Kind.PUBLISH
-    assert "5 a day" in str(large.store.queue().blocked_reason)
-    monkeypatch.setattr("service.store.lost_results.MOST_OF_ALL", 1.2)  # of the five that are left
+    assert "5 a day" in str(large.store.queue.status().blocked_reason)
+    monkeypatch.setattr("service.store.publications.MOST_OF_ALL", 1.2)  # of the five that are left
     assert len(lose(large, again, 4, 5, 6)) == 3

@@ -10,9 +10,9 @@ import pytest
 from service.cli.local import run_sweep
 from service.client.client import Client
 from service.files.output_folders import check_same, held_in
+from studies.quantities.files import SWEEP_FILES
+from studies.quantities.findings import InvalidInput
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
-from studies.values.files import SWEEP_FILES
 from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of
 from tests.service.support.command import run
 from tests.service.support.fakes import settings_in
@@ -101,14 +101,6 @@ def test_run_sweep__into_the_folder_of_another_goes_by_its_store_and_replaces_on
     assert (tmp_path / "cube.nc").read_bytes() != first
     with pytest.raises(InvalidInput, match="'other'"):
         run_sweep(asked, tmp_path, settings=settings)
-
-
-def test_sweep__of_another_into_a_folder_ends_with_2(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    leave_report(tmp_path / "out", document(name="first"))
-    file = tmp_path / "sweep.json"
-    file.write_text(json.dumps(sweep_of(resolution=16)))
-    assert run("sweep", file, "--out", tmp_path / "out") == 2
-    assert "'first'" in capsys.readouterr().err
 
 
 # --- fetch ------------------------------------------------------------------------------------------

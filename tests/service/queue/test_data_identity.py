@@ -10,10 +10,10 @@ import pytest
 from service.queue import data_identity as identity
 from service.queue.data_identity import WrongDirectory
 from service.records.jobs import Cause, State, Submission
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
-from studies.values.errors import InvalidInput
-from studies.values.files import STATE
+from studies.quantities.files import STATE
+from studies.quantities.findings import InvalidInput
 from tests.service.support.api import open_api
 from tests.service.support.fakes import settings_in, stored, sweep_of
 from tests.service.support.harness import Harness, open_harness
@@ -48,7 +48,7 @@ def test_settle__gives_both_one_id_that_stays(settings: Settings, store: Store) 
 
 
 def test_settle__refuses_an_empty_directory_for_results_of_a_store_without_id(settings: Settings, store: Store) -> None:
-    store.create_sweep(Submission(sweep_of(1)))
+    store.sweeps.create(Submission(sweep_of(1)))
     finish_all(store)
     settings.data.mkdir()
     with pytest.raises(WrongDirectory, match=r"no results.*mount it, or .*whipple adopt"):
@@ -128,14 +128,14 @@ def test_another_directory__in_its_place_gets_no_work(harness: Harness, tmp_path
 def test_retry__forgets_no_final_state_while_the_directory_is_away(tmp_path: Path) -> None:
     with open_api(tmp_path / "data", database_url=f"sqlite:///{tmp_path / 'x.db'}") as api:
         id = api.submit()
-        for claim in api.store.lease(9, api.term()):
+        for claim in api.store.leases.take(9, api.term()):
             state = replace(stored(STATE), path=f"runs/{STATE}")
             result = api.result(claim.id)
-            api.store.finish(claim, replace(result, files=(*result.files, state)))
+            api.store.leases.finish(claim, replace(result, files=(*result.files, state)))
         api.compute()
-        files = api.store.files()
+        files = api.store.retention.files()
         api.settings.data.rename(tmp_path / "away")
         answer = api.http.post(f"/v1/sweeps/{id}/retry")
         assert (answer.status_code, "is missing" in answer.json()["detail"]) == (503, True)
-        assert api.store.files() == files
+        assert api.store.retention.files() == files
         assert sum(file.name == STATE for _, file in files) == 2

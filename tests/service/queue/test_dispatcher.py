@@ -9,37 +9,35 @@ import pytest
 
 from service.queue.dispatcher import OTHER_LEADER, Dispatcher
 from service.queue.leader import NO_WORKER
-from service.records.attempt import Attempt, Inbox
 from service.records.jobs import Cause, State, StoreUnavailable
-from tests.service.support.fakes import RecordingEngine, open_store, settings_in, wait_until
+from service.workers.attempt import Attempt, Inbox
+from tests.service.support.fakes import RecordingEngine, failing, open_store, wait_until
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
 
 def lose_lead(harness: Harness) -> None:
     """Let the lead be lost while the database is away, at a tick that fails."""
-    harness.flaky.has_lost_lead = True
-    harness.flaky.failing = {"lead"}
-    with pytest.raises(StoreUnavailable):
+    harness.terms.has_lost_lead = True
+    with failing(harness.terms, "lead"), pytest.raises(StoreUnavailable):
         harness.tick()
-    harness.flaky.failing = set()
 
 
 # --- which service leads -------------------------------------------------------------------------
 
 
 def test_stand_by__has_no_engine_until_it_leads(harness: Harness) -> None:
-    harness.flaky.grants_lead = False
+    harness.terms.grants_lead = False
     assert harness.begin(1) == []
     assert harness.inbox is None  # no engine was opened
     assert (harness.dispatcher.leads(), harness.dispatcher.workers()) == (False, None)
-    harness.flaky.grants_lead = True
+    harness.terms.grants_lead = True
     assert len(harness.tick()) == 1
     assert (harness.dispatcher.leads(), harness.dispatcher.workers()) == (True, 2)
 
 
 def test_lead_lost_to_another__leaves_what_is_under_way_to_it(harness: Harness) -> None:
     [attempt] = harness.begin(1)
-    harness.flaky.has_lost_lead, harness.flaky.grants_lead = True, False
+    harness.terms.has_lost_lead, harness.terms.grants_lead = True, False
     harness.tick()
     assert (harness.engine.closed, harness.engine.stopped) == ([None], [])
     harness.end_well(attempt)
@@ -63,14 +61,14 @@ def test_lead_won_again__after_another_leader_stops_what_no_longer_counts(harnes
     [attempt] = harness.begin(1)
     lose_lead(harness)
     with closing(open_store(harness.settings)) as between:
-        term = between.begin_term("another")
-        [lease] = between.leases()
-        assert between.requeue(lease, Cause.LOST, reason="its leader was gone")
-        assert between.lease(1, term)
-        between.set_blocked_reason("the other one has no worker")
+        term = between.terms.begin("another")
+        [lease] = between.leases.held()
+        assert between.leases.requeue(lease, Cause.LOST, reason="its leader was gone")
+        assert between.leases.take(1, term)
+        between.queue.set_blocked_reason("the other one has no worker")
     harness.tick()
     assert harness.engine.stopped == [attempt.key]
-    assert harness.store.queue().blocked_reason is None
+    assert harness.store.queue.status().blocked_reason is None
 
 
 @pytest.fixture
@@ -79,18 +77,18 @@ def superseded(harness: Harness) -> Attempt:
     attempt, other = harness.begin(2)
     harness.end_badly(other, Cause.LOST)
     with closing(open_store(harness.settings)) as elsewhere:
-        elsewhere.begin_term("another")
+        elsewhere.terms.begin("another")
     return attempt
 
 
 def test_younger_term__is_reported_and_followed_by_another_term(
     harness: Harness, superseded: Attempt, caplog: pytest.LogCaptureFixture
 ) -> None:
-    term = harness.store.queue().term
+    term = harness.store.queue.status().term
     assert harness.tick() == []
     [again] = harness.tick()
     assert again.key != superseded.key
-    assert harness.store.queue().term == term + 1
+    assert harness.store.queue.status().term == term + 1
     assert caplog.messages.count(OTHER_LEADER) == 1
     harness.end_well(superseded)  # which went on meanwhile
     harness.tick()
@@ -101,40 +99,23 @@ def test_younger_term__is_reported_and_followed_by_another_term(
 def test_younger_term__a_superseded_leader_stores_no_blocked_reason(harness: Harness) -> None:
     harness.tick()
     with closing(open_store(harness.settings)) as elsewhere:
-        elsewhere.begin_term("another")
+        elsewhere.terms.begin("another")
     harness.engine.free = 0
     harness.tick()
     assert harness.dispatcher.blocked_reason() == NO_WORKER
-    assert harness.store.queue().blocked_reason is None
+    assert harness.store.queue.status().blocked_reason is None
 
 
 def test_lead_lost_while_the_engine_starts__begins_no_term(harness: Harness) -> None:
     def lose(_inbox: Inbox) -> RecordingEngine:
-        harness.flaky.has_lost_lead, harness.flaky.grants_lead = True, False
+        harness.terms.has_lost_lead, harness.terms.grants_lead = True, False
         return RecordingEngine()
 
     dispatcher = Dispatcher(harness.settings, harness.store, open_engine=lose, timings=AT_ONCE)
     dispatcher.tick()
     dispatcher.tick()
-    assert harness.store.queue().term == 0
+    assert harness.store.queue.status().term == 0
     assert not dispatcher.leads()
-
-
-def test_leader__of_postgresql_is_one_and_the_next_takes_over(tmp_path: Path, postgresql_url: str) -> None:
-    settings = settings_in(tmp_path, database_url=postgresql_url, poll_seconds=0.05)
-    with closing(open_store(settings)) as one, closing(open_store(settings)) as other:
-        first, second = (
-            Dispatcher(settings, store, open_engine=lambda _inbox: RecordingEngine(), timings=AT_ONCE)
-            for store in (one, other)
-        )
-        first.start()
-        second.start()
-        assert (first.leads(), second.leads()) == (True, False)
-        assert first.is_alive()
-        assert second.is_alive()
-        first.close()
-        wait_until(second.leads)
-        second.close()
 
 
 # --- errors --------------------------------------------------------------------------------------
@@ -158,14 +139,13 @@ def test_engine_that_does_not_start__is_reported_at_once_and_tried_again(harness
 
 
 def test_thread__goes_on_after_errors(harness: Harness, caplog: pytest.LogCaptureFixture) -> None:
-    harness.flaky.failing = {"leases"}
-    harness.dispatcher.start()  # though the store is away
-    for _ in range(2):
-        caplog.clear()
-        harness.dispatcher.wake()
-        wait_until(lambda: "the database is away" in caplog.messages)
-    assert harness.dispatcher.is_alive()
-    harness.flaky.failing = set()
+    with failing(harness.store.leases, "held"):
+        harness.dispatcher.start()  # though the store is away
+        for _ in range(2):
+            caplog.clear()
+            harness.dispatcher.wake()
+            wait_until(lambda: "the database is away" in caplog.messages)
+        assert harness.dispatcher.is_alive()
     harness.submit(1)
     harness.dispatcher.wake()
     wait_until(lambda: harness.engine.submitted)
@@ -199,24 +179,14 @@ def test_close__queues_what_was_under_way_and_registers_what_ended(harness: Harn
     assert [row.state for row in rows] == [State.SUCCEEDED, State.QUEUED, State.QUEUED]
     assert (rows[1].attempt, rows[1].crashes) == (1, 0)
     assert set(harness.engine.forgotten) == {ended.key, left.key, stopped.key}
-    assert harness.store.leases() == ()
-
-
-def test_leave__claims_nothing_more(harness: Harness) -> None:
-    harness.engine.free = 0
-    harness.submit(2)
-    harness.dispatcher.start()
-    harness.dispatcher.leave()
-    harness.engine.free = 2
-    harness.dispatcher.close()
-    assert harness.engine.submitted == []
+    assert harness.store.leases.held() == ()
 
 
 def test_close__with_a_store_that_is_away_ends(harness: Harness) -> None:
     harness.begin(1)
     harness.dispatcher.start()
-    harness.flaky.failing = {"requeue"}
-    harness.dispatcher.close()
+    with failing(harness.store.leases, "requeue"):
+        harness.dispatcher.close()
     assert harness.run().state is State.RUNNING  # the next life finds it
     assert harness.engine.closed
 

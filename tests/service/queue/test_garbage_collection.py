@@ -6,15 +6,16 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
+from unittest.mock import patch
 
 import pytest
 
 from service.files.disk_space import Space
 from service.queue.garbage_collection import FOLDERS_AT_ONCE, MOST_REMOVED, GarbageCollector
-from service.records.attempt import Attempt
 from service.records.jobs import Cause, Keep, NotFound, State, StoreUnavailable
-from service.records.timings import Timings
-from tests.service.support.fakes import run_id, runs_of
+from service.workers.attempt import Attempt
+from service.workers.timings import Timings
+from tests.service.support.fakes import failing, run_id, runs_of
 from tests.service.support.harness import Harness, open_harness
 
 HOUR, DAY = 3600.0, 24 * 3600.0
@@ -38,7 +39,7 @@ def collect(harness: Harness, *, reserve: int = 0) -> None:
     going = collector(harness, reserve=reserve)
     for _ in range(30):
         going.step()
-    assert all(harness.artifacts.is_intact(file) for _, file in harness.store.files())
+    assert all(harness.artifacts.is_intact(file) for _, file in harness.store.retention.files())
 
 
 def make_old(path: Path, *, seconds: float = 2 * DAY) -> None:
@@ -79,20 +80,10 @@ def temporary(file: Path) -> Path:
 # --- attempts ------------------------------------------------------------------------------------
 
 
-def test_lost_attempt__goes_when_it_is_old(harness: Harness) -> None:
-    lost, counted = lost_and_finished(harness)
-    collect(harness)
-    assert lost.is_dir()
-    make_old(harness.settings.data / "runs")
-    collect(harness)
-    assert not lost.exists()
-    assert counted.is_dir()
-
-
 def test_lost_attempt__goes_at_once_when_the_disk_is_full(harness: Harness) -> None:
     lost, counted = lost_and_finished(harness)
-    harness.flaky.failing = {"drop", "forget_runs"}  # no row can be written
-    with pytest.raises(StoreUnavailable):
+    no_row_is_written = failing(harness.store.retention, "drop", "forget_runs")
+    with no_row_is_written, pytest.raises(StoreUnavailable):
         collector(harness, reserve=FULL).step()
     assert not lost.exists()
     assert counted.is_dir()
@@ -118,11 +109,11 @@ def test_failed_attempt__keeps_its_log(harness: Harness) -> None:
 
 def test_file_of_a_row__stays_in_a_folder_that_does_not_count(harness: Harness) -> None:
     lost, counted = lost_and_finished(harness)
-    [(id, last)] = harness.store.last_attempts([run_id(0)]).items()
+    [(id, last)] = harness.store.retention.last_attempts([run_id(0)]).items()
     later = {id: replace(last, attempt=9, token="0123abcd")}
-    harness.flaky.overrides["last_attempts"] = lambda _ids: later
     make_old(harness.settings.data / "runs")
-    collect(harness)
+    with patch.object(harness.store.retention, "last_attempts", return_value=later):
+        collect(harness)
     assert counted.is_dir()
     assert not lost.exists()
 
@@ -181,7 +172,7 @@ def test_checkpoint__of_a_run_without_result_stays_for_a_retry(harness: Harness,
     [attempt] = harness.tick()
     checkpoint = checkpoint_of(attempt)
     if is_cancelled:
-        harness.store.cancel_sweep(id)
+        harness.store.sweeps.cancel(id)
     harness.end_badly(attempt, Cause.LOST if is_cancelled else Cause.TIME_LIMIT)
     harness.tick()
     collect(harness)
@@ -204,14 +195,14 @@ def test_final_state__stays_as_long_as_a_sweep_retains_it(harness: Harness, othe
     harness.tick()
     collect(harness)
     state = Path(attempt.directory) / "state.npz"
-    names = {file.name for file in harness.store.run_files(run_id(0))}
+    names = {file.name for file in harness.store.runs.files(run_id(0))}
     assert state.is_file() is ("state.npz" in names) is (other is not None)
     assert names >= {"result.json", "log.txt"}
 
 
 def test_final_state__of_a_collection_that_was_killed_after_the_row_goes_later(harness: Harness) -> None:
     _, counted = lost_and_finished(harness)
-    harness.store.forget_files(run_id(0), ["state.npz"])  # and then the process was killed
+    harness.store.retention.forget_files(run_id(0), ["state.npz"])  # and then the process was killed
     state = counted / "state.npz"
     collect(harness)
     assert state.is_file()
@@ -226,21 +217,18 @@ def test_final_state__of_a_collection_that_was_killed_after_the_row_goes_later(h
 def publish(harness: Harness) -> Path:
     """Fail the run of a sweep and publish it; the folder of the publication."""
     harness.end_badly(harness.tick()[0], Cause.ERROR)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
-    return Path(publication.directory)
+    return Path(harness.publish().directory)
 
 
 def test_publication__that_was_replaced_goes_when_it_is_old_and_all_with_the_sweep(harness: Harness) -> None:
     id = harness.submit(runs_of("raise"))
     first = publish(harness)
-    harness.store.retry_sweep(id)
+    harness.store.sweeps.retry(id)
     second = publish(harness)
     make_old(second.parent)
     collect(harness)
     assert (first.exists(), second.is_dir()) == (False, True)
-    harness.store.delete_sweep(id)
+    harness.store.sweeps.delete(id)
     collect(harness)
     assert not second.parent.exists()
 
@@ -251,7 +239,7 @@ def test_run_without_sweep__is_forgotten_after_a_long_time(harness: Harness) -> 
     harness.end_well(attempt)
     harness.end_well(harness.tick()[0])
     harness.tick()
-    harness.store.delete_sweep(id)
+    harness.store.sweeps.delete(id)
     folder = Path(attempt.directory).parent
     collect(harness)
     assert (folder.is_dir(), harness.run().state) == (True, State.SUCCEEDED)
@@ -281,17 +269,11 @@ def test_step__removes_so_many_folders_at_most(harness: Harness) -> None:
 
 
 def test_step__looks_at_a_batch_of_folders_together(harness: Harness) -> None:
-    last_attempts, batches = harness.store.last_attempts, list[int]()
-
-    def note(ids: list[str]) -> object:
-        batches.append(len(ids))
-        return last_attempts(ids)
-
-    harness.flaky.overrides["last_attempts"] = note
     for number in range(FOLDERS_AT_ONCE + 10):
         harness.artifacts.run_folder(run_id(number)).mkdir(parents=True)
     going = collector(harness, collection_step=0.0)
-    going.step()
-    assert batches == [FOLDERS_AT_ONCE]
-    going.step()
-    assert batches == [FOLDERS_AT_ONCE, 10]
+    retention = harness.store.retention
+    with patch.object(retention, "last_attempts", wraps=retention.last_attempts) as asked:
+        going.step()
+        going.step()
+    assert [len(call.args[0]) for call in asked.call_args_list] == [FOLDERS_AT_ONCE, 10]

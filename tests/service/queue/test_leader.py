@@ -6,9 +6,9 @@ from pathlib import Path
 import pytest
 
 from service.queue.leader import NO_WORKER, REFUSED
-from service.records.attempt import ProgressMessage
 from service.records.jobs import Cause, Keep, Kind, State, StoreUnavailable
-from tests.service.support.fakes import run_id, runs_of
+from service.workers.attempt import ProgressMessage
+from tests.service.support.fakes import failing, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FakeRun
 
@@ -31,9 +31,9 @@ def test_fill__nothing_without_worker_or_while_paused(harness: Harness) -> None:
     assert harness.dispatcher.workers() == 0
     assert harness.dispatcher.blocked_reason() == NO_WORKER
     harness.engine.free = 2
-    harness.store.pause()
+    harness.store.queue.pause()
     assert harness.tick() == []
-    harness.store.resume()
+    harness.store.queue.resume()
     assert len(harness.tick()) == 1
 
 
@@ -72,19 +72,13 @@ def test_threads__of_the_workers_are_shared_by_runs_that_begin_together(
     assert {attempt.threads for attempt in harness.begin(runs)} == {threads}
 
 
-def test_threads__of_a_later_run_are_a_share_too(harness: Harness) -> None:
-    harness.engine.free = 4
-    harness.begin(1)
-    assert [attempt.threads for attempt in harness.begin(runs_of("fine", first=1))] == [2]
-
-
 # --- stopping and progress -----------------------------------------------------------------------
 
 
 def test_cancel__is_asked_for_until_the_attempt_has_ended(harness: Harness) -> None:
     id = harness.submit(1)
     [attempt] = harness.tick()
-    harness.store.cancel_sweep(id)
+    harness.store.sweeps.cancel(id)
     harness.tick()
     harness.tick()
     assert harness.engine.stopped == [attempt.key] * 2
@@ -97,16 +91,15 @@ def test_cancel__is_asked_for_until_the_attempt_has_ended(harness: Harness) -> N
 
 def test_store_that_cannot_be_written__stopping_and_garbage_collection_go_on(harness: Harness) -> None:
     deleted = harness.settings.data / "sweeps" / harness.submit(1)
-    harness.store.cancel_sweep(deleted.name)
-    harness.store.delete_sweep(deleted.name)
+    harness.store.sweeps.cancel(deleted.name)
+    harness.store.sweeps.delete(deleted.name)
     id = harness.submit(runs_of("fine", "fine", first=1))
     ended, other = harness.tick()
     deleted.mkdir(parents=True)
-    harness.store.cancel_sweep(id)
+    harness.store.sweeps.cancel(id)
     harness.end_badly(ended, Cause.LOST)
     harness.engine.free = 0
-    harness.flaky.failing = {"requeue"}
-    with pytest.raises(StoreUnavailable):
+    with failing(harness.store.leases, "requeue"), pytest.raises(StoreUnavailable):
         harness.tick()
     assert not deleted.exists()
     assert harness.engine.stopped == [other.key]

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from service.records.attempt import Attempt, Away, Back, Ended
 from service.records.jobs import Cause, State, StoreUnavailable, SweepState
-from tests.service.support.fakes import RecordingEngine, run_id
+from service.workers.attempt import Attempt, Away, Back
+from tests.service.support.fakes import RecordingEngine, failing, run_id
 from tests.service.support.harness import Harness
 
 AWAY = "the scheduler does not answer"
@@ -36,27 +36,17 @@ def test_new_life__registers_what_is_complete_and_queues_the_rest(harness: Harne
     harness.successor(engine).tick()
     assert is_first_success(harness)
     assert harness.run().seconds == 0.5
-    assert len(harness.store.run_files(run_id(0))) == 3
+    assert len(harness.store.runs.files(run_id(0))) == 3
     assert attempt_numbers(engine) == ["2", "2"]
     assert harness.run(1).crashes == 0
-
-
-def test_lost__a_result_that_is_complete_on_disk_counts(harness: Harness) -> None:
-    [attempt] = harness.begin(1)
-    harness.compute(attempt)
-    harness.end_badly(attempt, Cause.LOST)  # its worker died just then
-    harness.tick()
-    assert is_first_success(harness)
 
 
 def test_new_term__a_store_that_is_away_at_its_begin_loses_no_result(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     harness.end_well(attempt)
-    harness.flaky.has_lost_lead = True
-    harness.flaky.failing = {"leases"}
-    with pytest.raises(StoreUnavailable):
+    harness.terms.has_lost_lead = True
+    with failing(harness.store.leases, "held"), pytest.raises(StoreUnavailable):
         harness.tick()
-    harness.flaky.failing = set()
     harness.tick()
     assert is_first_success(harness)
 
@@ -73,17 +63,7 @@ def test_new_life__a_publication_is_made_again(harness: Harness) -> None:
     assert again.directory != publication.directory
     harness.end_well(again)
     successor.tick()
-    assert harness.store.sweep(id).state is SweepState.SUCCEEDED
-
-
-def test_new_life__a_run_that_was_being_cancelled_ends_cancelled(harness: Harness) -> None:
-    id = harness.submit(1)
-    harness.tick()
-    harness.store.cancel_sweep(id)
-    engine = RecordingEngine()
-    harness.successor(engine).tick()
-    assert harness.run().state is State.CANCELLED
-    assert engine.submitted == []
+    assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
 
 
 # --- an engine that outlives the service ---------------------------------------------------------
@@ -104,20 +84,10 @@ def test_adoption__attempts_go_on_through_changes_of_leader(harness: Harness) ->
     assert len(engine.submitted) == 1  # in the free slot
 
 
-def test_adoption__fences_the_leader_of_before(harness: Harness) -> None:
-    first, _ = harness.begin(3)
-    own = harness.inbox
-    assert own is not None
-    harness.successor(RecordingEngine(under_way={first.key})).tick()
-    own.put(Ended(first.key, harness.compute(first)))
-    assert harness.tick() == []  # the ending does not count, and nothing is claimed
-    assert harness.run().state is State.RUNNING
-
-
 def test_adoption__of_a_run_that_is_being_cancelled_ends_it(harness: Harness) -> None:
     id = harness.submit(1)
     [attempt] = harness.tick()
-    harness.store.cancel_sweep(id)
+    harness.store.sweeps.cancel(id)
     engine = RecordingEngine(under_way={attempt.key})
     successor = harness.successor(engine)
     successor.tick()
@@ -164,10 +134,10 @@ def test_away__nothing_begins_and_the_reason_is_stored(harness: Harness) -> None
     harness.tick()
     harness.send(Away(AWAY))
     assert harness.begin(1) == []
-    assert harness.dispatcher.blocked_reason() == harness.store.queue().blocked_reason == AWAY
+    assert harness.dispatcher.blocked_reason() == harness.store.queue.status().blocked_reason == AWAY
     harness.send(Back())
     assert len(harness.tick()) == 1
-    assert harness.store.queue().blocked_reason is None
+    assert harness.store.queue.status().blocked_reason is None
 
 
 def test_away__costs_what_was_under_way_nothing(harness: Harness) -> None:

@@ -6,13 +6,13 @@ from pathlib import Path
 
 import pytest
 
-from service.queue.backoff import FREE_LOSSES
 from service.queue.leader import MOST_REGISTRATIONS
 from service.queue.registration import Registrar
+from service.queue.retry import FREE_LOSSES
 from service.queue.verification import VerifiedEnding
-from service.records.attempt import Attempt, Ending
-from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable, SweepState
-from tests.service.support.fakes import run_id, runs_of
+from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable
+from service.workers.attempt import Attempt
+from tests.service.support.fakes import failing, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FAKE
 
@@ -29,25 +29,12 @@ def checkpoint_of(harness: Harness) -> Path:
 # --- results -------------------------------------------------------------------------------------
 
 
-def test_whole_path__from_sweep_to_files(harness: Harness) -> None:
-    id = harness.submit(runs_of("fine", "verdict"))
-    for attempt in harness.tick():
-        harness.end_well(attempt)
-    [publication] = harness.tick()
-    harness.end_well(publication)
-    harness.tick()
-    assert harness.store.sweep(id).state is SweepState.SUCCEEDED
-    files = harness.store.artifacts(id)
-    assert {file.name for file in files} == {"cube.nc", "runs.csv", "report.html", "report.json", "log.txt"}
-    assert all(harness.artifacts.is_intact(file) for file in files)
-
-
 def test_result__its_row_has_files_and_numbers_but_no_history_and_no_checkpoint(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     checkpoint = checkpoint_of(harness)
     harness.end_well(attempt)
     harness.tick()
-    row, files = harness.run(), harness.store.run_files(run_id(0))
+    row, files = harness.run(), harness.store.runs.files(run_id(0))
     assert {file.name for file in files} == {"result.json", "state.npz", "log.txt"}
     assert all(harness.artifacts.is_intact(file) for file in files)
     assert {harness.artifacts.path(file).parent for file in files} == {Path(attempt.directory)}
@@ -63,11 +50,9 @@ def test_result__its_row_has_files_and_numbers_but_no_history_and_no_checkpoint(
 def test_result__the_engine_keeps_it_until_the_row_has_it(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     harness.end_well(attempt)
-    harness.flaky.failing = {"finish"}
-    with pytest.raises(StoreUnavailable):
+    with failing(harness.store.leases, "finish"), pytest.raises(StoreUnavailable):
         harness.tick()
     assert harness.engine.forgotten == []
-    harness.flaky.failing = set()
     harness.tick()
     assert harness.engine.forgotten == [attempt.key]
     assert harness.run().state is State.SUCCEEDED
@@ -100,17 +85,7 @@ def test_publication__gets_results_and_reasons(harness: Harness) -> None:
     assert Path(result["path"]).is_file()
     assert (failure["path"], failure["state"]) == (None, "failed")
     assert failure["reason"].startswith("because of error")
-    assert publication.spec["document"] == harness.store.sweep_document(id)
-
-
-def test_publication_that_fails__leaves_the_earlier_files(harness: Harness) -> None:
-    id = harness.submit(runs_of("raise"))
-    for end in (harness.end_well, lambda attempt: harness.end_badly(attempt, Cause.ERROR)):
-        harness.end_badly(harness.tick()[0], Cause.ERROR)
-        end(harness.tick()[0])
-        harness.tick()
-        harness.store.retry_sweep(id)
-    assert {file.name for file in harness.store.artifacts(id)} >= {"cube.nc", "report.html"}
+    assert publication.spec["document"] == harness.store.sweeps.document(id)
 
 
 def test_failure__registers_its_log(harness: Harness) -> None:
@@ -122,7 +97,7 @@ def test_failure__registers_its_log(harness: Harness) -> None:
     harness.tick()
     place = folder.relative_to(harness.settings.data)
     assert harness.run().reason == f"because of error (log: {place}/log.txt)"
-    assert harness.store.run_file(run_id(0), "log.txt").size == len("Traceback")
+    assert harness.store.runs.file(run_id(0), "log.txt").size == len("Traceback")
 
 
 def test_failure__leaves_the_checkpoint_for_a_retry(harness: Harness) -> None:
@@ -133,7 +108,7 @@ def test_failure__leaves_the_checkpoint_for_a_retry(harness: Harness) -> None:
     harness.end_well(harness.tick()[0])  # the publication
     harness.tick()
     assert checkpoint.is_file()
-    harness.store.retry_sweep(id)
+    harness.store.sweeps.retry(id)
     assert harness.tick()[0].checkpoint == str(checkpoint)
 
 
@@ -180,17 +155,6 @@ def test_ending_that_cannot_be_registered__is_tried_again_after_a_while(tmp_path
 # --- trying again --------------------------------------------------------------------------------
 
 
-def test_crash__three_attempts_then_failed(harness: Harness) -> None:
-    harness.submit(1)
-    for _ in range(3):
-        [attempt] = harness.tick()
-        harness.end_badly(attempt, Cause.CRASH)
-    [publication] = harness.tick()
-    assert publication.kind is Kind.PUBLISH
-    row = harness.run()
-    assert (row.state, row.cause, row.attempt, row.crashes) == (State.FAILED, Cause.CRASH, 3, 3)
-
-
 def test_crash__progress_beyond_the_checkpoint_starts_the_count_anew(harness: Harness) -> None:
     harness.submit(1)
     for step in (None, None, 100, 100, 200, 300):
@@ -221,33 +185,13 @@ def test_lost__again_and_again_delays_the_run_but_no_other(harness: Harness) -> 
     assert [attempt.spec["materials"][FAKE] for attempt in harness.begin(2)] == [run_id(1)]
 
 
-def test_lost__costs_a_run_that_makes_progress_nothing(harness: Harness) -> None:
-    [attempt] = lose(harness, 2 * FREE_LOSSES, lambda number: number)
-    assert attempt.kind is Kind.RUN
-    assert harness.run().crashes == 0
-
-
 def test_cancel__is_no_loss_however_often(harness: Harness) -> None:
     harness.engine.free = 100
     for _ in range(1 + FREE_LOSSES):
         id = harness.submit(1)
         [attempt] = [attempt for attempt in harness.tick() if attempt.kind is Kind.RUN]
-        harness.store.cancel_sweep(id)
+        harness.store.sweeps.cancel(id)
         harness.end_badly(attempt, Cause.LOST)
         harness.tick()
         assert harness.run().state is State.CANCELLED
     assert [attempt.kind for attempt in harness.begin(1)] == [Kind.RUN]
-
-
-@pytest.mark.parametrize("cause", [Cause.TIME_LIMIT, Cause.MEMORY_LIMIT, Cause.ERROR])
-def test_limits_and_error__one_attempt(harness: Harness, cause: Cause) -> None:
-    harness.end_badly(harness.begin(1)[0], cause)
-    harness.tick()
-    assert harness.run().cause is cause
-
-
-def test_result_without_answer__is_computed_again(harness: Harness) -> None:
-    [attempt] = harness.begin(1)
-    harness.end(attempt, Ending(None, "", "", harness.compute(attempt).files[1:], 1.0))
-    assert len(harness.tick()) == 1
-    assert harness.run().crashes == 1

@@ -2,16 +2,14 @@
 
 from contextlib import closing
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 import pytest
 
-from service.queue import searching
-from service.records.attempt import Attempt
 from service.records.jobs import Cause, Kind, State, Submission, SweepState
-from service.store import Store
-from studies.sweeps.sweep import Point, Sweep
-from tests.service.support.fakes import FlakyStore, open_store
+from service.workers.attempt import Attempt
+from studies.sweeps.sweep import Sweep
+from tests.service.support.fakes import open_store
 from tests.service.support.harness import Harness, open_harness
 from tests.service.support.targets import PERFORATES
 
@@ -25,7 +23,7 @@ BISECTION = [100.0, 150.0, 200.0, 175.0, 162.5, 156.25, 153.125]  # m/s, up to a
 
 
 def submit(harness: Harness) -> str:
-    return harness.store.create_sweep(Submission(SWEEP)).id
+    return harness.store.sweeps.create(Submission(SWEEP)).id
 
 
 def speed(attempt: Attempt) -> float:
@@ -51,27 +49,12 @@ def test_search__submits_ordinary_runs_until_it_has_its_interval(harness: Harnes
     assert len(speeds) == 7
     above, below = (min(v for v in speeds if v >= PERFORATES), max(v for v in speeds if v < PERFORATES))
     assert above - below <= 5.0
-    status = harness.store.sweep(id)
+    status = harness.store.sweeps.get(id)
     assert (status.planned, status.new, status.counts["succeeded"]) == (7, 7, 7)
     assert len(publication.spec["outcomes"]) == 7
     harness.end_well(publication)
     harness.tick()
-    assert harness.store.sweep(id).state is SweepState.SUCCEEDED
-
-
-def test_search__counts_its_further_runs_whenever_somebody_looks(
-    harness: Harness, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The tally of a sweep whose points have all ended is remembered."""
-    id, asked = submit(harness), searching.next_points
-
-    def looking(*arguments: Any) -> list[Point]:
-        harness.store.sweep(id)
-        return asked(*arguments)
-
-    monkeypatch.setattr(searching, "next_points", looking)
-    searched(harness, [], [])
-    assert harness.store.sweep(id).counts["succeeded"] == 7
+    assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
 
 
 def test_search__computes_nothing_twice(harness: Harness) -> None:
@@ -82,7 +65,7 @@ def test_search__computes_nothing_twice(harness: Harness) -> None:
     speeds = list[float]()
     assert searched(harness, [], speeds).kind is Kind.PUBLISH
     assert speeds == []
-    statuses = [harness.store.sweep(id) for id in (first, again)]
+    statuses = [harness.store.sweeps.get(id) for id in (first, again)]
     assert [status.planned for status in statuses] == [7, 7]
     assert statuses[1].new == 0
 
@@ -95,11 +78,11 @@ def test_search__goes_on_after_a_restart(tmp_path: Path) -> None:
                 speeds.append(speed(attempt))
                 harness.end_well(attempt)
     with closing(open_store(harness.settings)) as store:
-        reborn = Harness(harness.settings, cast(Store, FlakyStore(store)))
+        reborn = Harness(harness.settings, store)
         # What was under way when the service ended is lost, and computed again.
         harness.end_well(searched(reborn, [], speeds))
         assert set(speeds) == set(BISECTION)
-        assert reborn.store.sweep(id).counts["succeeded"] == 7
+        assert reborn.store.sweeps.get(id).counts["succeeded"] == 7
 
 
 def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried(harness: Harness) -> None:
@@ -108,19 +91,19 @@ def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried
     for attempt in begun:
         harness.end_well(attempt)
     [third] = harness.tick()
-    harness.store.cancel_sweep(id)
+    harness.store.sweeps.cancel(id)
     harness.end_badly(third, Cause.LOST)
     [publication] = harness.tick()
     assert publication.kind is Kind.PUBLISH
     assert {each["state"] for each in publication.spec["outcomes"]} == {State.SUCCEEDED, State.CANCELLED}
     harness.end_well(publication)
     harness.tick()
-    assert harness.store.sweep(id).state is SweepState.CANCELLED
-    harness.store.retry_sweep(id)
+    assert harness.store.sweeps.get(id).state is SweepState.CANCELLED
+    harness.store.sweeps.retry(id)
     harness.end_well(searched(harness, [], speeds))
     harness.tick()
     assert speeds == BISECTION[2:]
-    assert harness.store.sweep(id).state is SweepState.SUCCEEDED
+    assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
 
 
 @pytest.mark.parametrize("failed", [150.0, 175.0])

@@ -1,26 +1,11 @@
-"""States, moves, budgets, and the record of a sweep's status."""
+"""States, moves, and the record of a sweep's status."""
 
 import json
 from dataclasses import asdict
 from datetime import UTC, datetime
 from typing import Any
 
-import pytest
-
-from service.records.jobs import (
-    BUDGET,
-    MOVES,
-    TERMINAL,
-    Cause,
-    Keep,
-    State,
-    SweepState,
-    SweepStatus,
-    at_least,
-    before,
-    crashes_before,
-    may_try_again,
-)
+from service.records.jobs import MOVES, TERMINAL, Keep, State, SweepState, SweepStatus, at_least, before
 from tests.service.support.rows import lease_of
 
 
@@ -29,33 +14,6 @@ def test_moves__are_of_every_state_and_end_no_ended_job_otherwise() -> None:
     assert all(not (MOVES[state] & TERMINAL) for state in TERMINAL)
     assert before(State.RUNNING) == {State.QUEUED}
     assert State.RUNNING in before(State.SUCCEEDED)
-
-
-@pytest.mark.parametrize(
-    ("cause", "crashes", "again"),
-    [
-        (Cause.CRASH, 1, True),
-        (Cause.CRASH, 2, False),
-        (Cause.STALLED, 1, True),
-        (Cause.STALLED, 2, False),
-        (Cause.LOST, 99, True),
-        (Cause.MEMORY_LIMIT, 0, False),
-        (Cause.TIME_LIMIT, 0, False),
-        (Cause.ERROR, 0, False),
-        (Cause.VERDICT, 0, False),
-    ],
-)
-def test_budget__is_of_each_cause(cause: Cause, crashes: int, again: bool) -> None:
-    assert may_try_again(cause, crashes) is again
-    assert set(BUDGET) == set(Cause)
-
-
-@pytest.mark.parametrize(
-    ("crash_step", "step", "counted"),
-    [(None, None, 2), (None, 100, 0), (100, 100, 2), (100, 101, 0), (100, 50, 2), (100, None, 2)],
-)
-def test_crashes__are_counted_anew_after_progress(crash_step: int | None, step: int | None, counted: int) -> None:
-    assert crashes_before(lease_of(crashes=2, crash_step=crash_step), step) == counted
 
 
 def test_attempt__has_one_key_in_every_term() -> None:

@@ -45,7 +45,7 @@ SETTINGS: dict[str, dict[str, str | int]] = {
 
 
 def test_connection__is_durable_and_waits_for_no_lock_for_ever(store: Store) -> None:
-    database = store._database
+    database = store.database
     settings = SETTINGS["sqlite" if database.is_sqlite else "postgresql"]
     with database.writing() as writing:
         values = {query: writing.exec_driver_sql(query).scalar() for query in settings}
@@ -54,9 +54,9 @@ def test_connection__is_durable_and_waits_for_no_lock_for_ever(store: Store) -> 
 
 def test_reader__sees_one_moment(store: Store, database_url: str) -> None:
     count = sa.select(sa.func.count()).select_from(SWEEPS)
-    with closing(Store.open(database_url, cost=lambda run: 1.0)) as other, store._database.reading() as reading:
+    with closing(Store.open(database_url)) as other, store.database.reading() as reading:
         before = reading.execute(count).scalar()
-        other.create_sweep(Submission(sweep_of(1)))
+        other.sweeps.create(Submission(sweep_of(1)))
         assert reading.execute(count).scalar() == before
 
 
@@ -64,12 +64,12 @@ def test_writer__that_waits_too_long_for_another_process_changes_nothing(
     database_url: str, monkeypatch: pytest.MonkeyPatch
 ) -> None:
     monkeypatch.setattr(connection, "BUSY_MILLISECONDS", 50)
-    with closing(Store.open(database_url, cost=lambda run: 1.0)) as store, closing(Store.open(database_url)) as other:
-        with other._database.writing():
+    with closing(Store.open(database_url)) as store, closing(Store.open(database_url)) as other:
+        with other.database.writing():
             with pytest.raises(StoreUnavailable, match="lock"):
-                store.create_sweep(Submission(sweep_of(1)))
-            assert store.sweeps().items == ()  # reading goes on
-        assert store.create_sweep(Submission(sweep_of(1))).planned == 1
+                store.sweeps.create(Submission(sweep_of(1)))
+            assert store.sweeps.page().items == ()  # reading goes on
+        assert store.sweeps.create(Submission(sweep_of(1))).planned == 1
 
 
 def test_writer__that_waits_too_long_for_another_thread_is_refused(
@@ -79,7 +79,7 @@ def test_writer__that_waits_too_long_for_another_thread_is_refused(
     held, done = threading.Event(), threading.Event()
 
     def hold() -> None:
-        with store._database.writing():
+        with store.database.writing():
             held.set()
             done.wait(60.0)
 
@@ -96,15 +96,15 @@ def test_writer__that_waits_too_long_for_another_thread_is_refused(
 
 
 def test_server__that_ends_the_connections_is_used_again(postgresql_url: str) -> None:
-    with closing(Store.open(postgresql_url, cost=lambda run: 1.0)) as store:
-        store.create_sweep(Submission(sweep_of(1)))
+    with closing(Store.open(postgresql_url)) as store:
+        store.sweeps.create(Submission(sweep_of(1)))
         end = (
             "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
             "WHERE datname = current_database() AND pid <> pg_backend_pid()"
         )
-        with closing(Store.open(postgresql_url)) as other, other._database.writing() as writing:
+        with closing(Store.open(postgresql_url)) as other, other.database.writing() as writing:
             writing.execute(sa.text(end))
-        assert len(store.sweeps().items) == 1
+        assert len(store.sweeps.page().items) == 1
 
 
 def test_database__that_cannot_be_used_is_unavailable(postgresql_url: str, tmp_path: Path) -> None:
@@ -121,7 +121,7 @@ def test_database__that_cannot_be_used_is_unavailable(postgresql_url: str, tmp_p
 @pytest.fixture
 def own_url(request: pytest.FixtureRequest, store: Store, database_url: str) -> Iterator[str]:
     """A database whose tables a test may change."""
-    if store._database.is_sqlite:
+    if store.database.is_sqlite:
         yield database_url
         return
     server: Postgresql = request.getfixturevalue("postgresql")
@@ -142,22 +142,22 @@ def test_revision__of_the_tables_is_that_of_the_newest_migration(own_url: str) -
 
 
 def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> None:
-    with closing(Store.open(own_url, cost=lambda run: 1.0)) as store:
-        done = store.create_sweep(Submission(sweep_of(runs_of("fine")))).id
+    with closing(Store.open(own_url)) as store:
+        done = store.sweeps.create(Submission(sweep_of(runs_of("fine")))).id
         finish_all(store)
-        waiting = store.create_sweep(Submission(sweep_of(runs_of("fine", first=10)))).id
-        [held] = store.lease(1, store.begin_term("before"))
-        before = [store.sweep(id) for id in (done, waiting)]
+        waiting = store.sweeps.create(Submission(sweep_of(runs_of("fine", first=10)))).id
+        [held] = store.leases.take(1, store.terms.begin("before"))
+        before = [store.sweeps.get(id) for id in (done, waiting)]
         with closing(Database(own_url, with_next_revision(tmp_path), "next")) as database:
             database.migrate()
             assert database.revision() == "next"
             with database.reading() as reading:
                 notes: set[str] = set(reading.scalars(sa.select(sa.column("note")).select_from(SWEEPS)))
                 assert notes == {"none"}
-        assert [store.sweep(id) for id in (done, waiting)] == before
-        store.requeue(held, Cause.LOST, reason="the service ended during the attempt")
+        assert [store.sweeps.get(id) for id in (done, waiting)] == before
+        store.leases.requeue(held, Cause.LOST, reason="the service ended during the attempt")
         finish_all(store)
-        assert all(status.is_terminal for status in store.sweeps().items)
+        assert all(status.is_terminal for status in store.sweeps.page().items)
 
 
 def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> None:
@@ -177,7 +177,7 @@ def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> 
 def test_unknown_revision__is_refused_with_the_cure_and_left_alone(
     own_url: str, tmp_path: Path, revision: str, migrate: bool
 ) -> None:
-    with closing(Store.open(own_url)) as store, store._database.writing() as writing:
+    with closing(Store.open(own_url)) as store, store.database.writing() as writing:
         writing.exec_driver_sql(f"UPDATE alembic_version SET version_num = '{revision}'")
     files = {file: file.read_bytes() for file in tmp_path.glob("*.db")}
     with pytest.raises(StoreUnavailable) as refused:

@@ -1,8 +1,5 @@
 """Fairness between sweeps, priorities of shared runs, a paused queue."""
 
-from collections.abc import Iterator
-from contextlib import closing
-
 import pytest
 
 from service.records.jobs import Cause, Conflict, Kind, State, Submission
@@ -16,7 +13,7 @@ ONE_RUN = 1  # shares are exact to this: a new sweep begins beside the run that 
 def submit(store: Store, first: int, count: int, *, priority: int = 0) -> str:
     """A sweep of so many runs, numbered from ``first``."""
     runs = runs_of(*["fine"] * count, first=first)
-    return store.create_sweep(Submission(sweep_of(runs), priority=priority)).id
+    return store.sweeps.create(Submission(sweep_of(runs), priority=priority)).id
 
 
 def leased(store: Store, count: int) -> list[int]:
@@ -30,7 +27,7 @@ def of_the_first(numbers: list[int]) -> int:
 
 
 def priorities(store: Store, count: int) -> list[int]:
-    return [store.run(run_id(number)).priority for number in range(count)]
+    return [store.runs.get(run_id(number)).priority for number in range(count)]
 
 
 def test_two_sweeps__get_equal_shares(store: Store) -> None:
@@ -51,17 +48,10 @@ def test_later_sweep__neither_waits_for_a_long_one_nor_catches_up(store: Store) 
     assert {70, 71} < set(leased(store, 6))
 
 
-@pytest.fixture
-def priced(database_url: str) -> Iterator[Store]:
-    """A store in which a run costs what its parameter says."""
-    with closing(Store.open(database_url, cost=lambda run: float(str(run.parameters["cost"])))) as opened:
-        yield opened
-
-
-def test_shares__are_of_cost(priced: Store) -> None:
-    priced.create_sweep(Submission(sweep_of(runs_of(*["fine"] * 10, first=0, cost=10))))
-    priced.create_sweep(Submission(sweep_of(runs_of(*["fine"] * 100, first=100, cost=1))))
-    assert of_the_first(leased(priced, 44)) == pytest.approx(4, abs=ONE_RUN)
+def test_shares__are_of_cost(store: Store) -> None:
+    store.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * 10, first=0, cost=10))))
+    store.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * 100, first=100, cost=1))))
+    assert of_the_first(leased(store, 44)) == pytest.approx(4, abs=ONE_RUN)
 
 
 def test_finished_runs__delay_nothing(store: Store) -> None:
@@ -75,7 +65,7 @@ def test_finished_runs__delay_nothing(store: Store) -> None:
 def test_lost_run__comes_again_at_once(store: Store) -> None:
     submit(store, 0, 10)
     [first, *_] = lease_runs(store, 4)
-    store.requeue(first, Cause.LOST, reason="")
+    store.leases.requeue(first, Cause.LOST, reason="")
     assert leased(store, 1) == [0]
     submit(store, 100, 5)  # which begins at the latest virtual time, not at that of the lost run
     assert of_the_first(leased(store, 6)) == pytest.approx(3, abs=ONE_RUN)
@@ -84,11 +74,11 @@ def test_lost_run__comes_again_at_once(store: Store) -> None:
 def test_retried_runs__queue_up_like_new_ones(store: Store) -> None:
     sweep = submit(store, 0, 6)
     for lease in lease_runs(store, 6):
-        store.fail(lease, Cause.CRASH, failure="SIGSEGV", reason="")
+        store.leases.fail(lease, Cause.CRASH, failure="SIGSEGV", reason="")
     finish_all(store)
     submit(store, 100, 30)
     leased(store, 10)
-    store.retry_sweep(sweep)
+    store.sweeps.retry(sweep)
     assert of_the_first(leased(store, 12)) == 6
 
 
@@ -108,24 +98,15 @@ def test_shared_run__has_the_priority_of_the_most_urgent_sweep(store: Store) -> 
     assert priorities(store, 4) == [5, 5, -5, -5]
     [lease] = lease_runs(store, 1)
     assert lease.id == run_id(2)
-    assert store.set_priority(patient, 10).priority == 10
-    assert store.events(patient)[-1].body == {"priority": 10}
+    assert store.sweeps.set_priority(patient, 10).priority == 10
+    assert store.events.of_sweep(patient)[-1].body == {"priority": 10}
     assert priorities(store, 4) == [10, 10, -5, -5]
-    store.cancel_sweep(urgent)
+    store.sweeps.cancel(urgent)
     assert priorities(store, 3) == [10, 10, 10]  # of the running one too
-    assert store.finish(lease, result())
+    assert store.leases.finish(lease, result())
     finish_all(store)
     with pytest.raises(Conflict, match="ended"):
-        store.set_priority(patient, 1)
-
-
-def test_priority__of_a_sweep_that_has_ended_does_not_count(store: Store) -> None:
-    submit(store, 0, 1, priority=-5)
-    [lease] = lease_runs(store, 1)
-    store.fail(lease, Cause.CRASH, failure="SIGSEGV", reason="")
-    finish_all(store)
-    submit(store, 0, 1, priority=5)
-    assert priorities(store, 1) == [5]
+        store.sweeps.set_priority(patient, 1)
 
 
 def test_priority_classes__have_virtual_times_of_their_own(store: Store) -> None:
@@ -140,7 +121,7 @@ def test_moved_sweep__begins_at_the_virtual_time_of_its_new_class(store: Store) 
     first = submit(store, 0, 50, priority=3)
     submit(store, 100, 100)
     leased(store, 30)
-    store.set_priority(first, 0)
+    store.sweeps.set_priority(first, 0)
     assert of_the_first(leased(store, 10)) == pytest.approx(5, abs=ONE_RUN)
 
 
@@ -153,15 +134,15 @@ def test_pause__lets_runs_under_way_end_and_sweeps_be_published(store: Store) ->
     submit(store, 0, 1)
     submit(store, 10, 2)
     [lease] = lease_runs(store, 1)
-    since = store.pause().paused
+    since = store.queue.pause().paused
     assert since is not None
-    assert store.pause().paused == since  # pausing twice changes nothing
-    assert store.lease(9, TERM) == ()
-    assert store.finish(lease, result())
-    assert [publication.kind for publication in store.lease(9, TERM)] == [Kind.PUBLISH]
-    assert store.queue().states[State.QUEUED] == 2
-    assert store.resume().paused is None
+    assert store.queue.pause().paused == since  # pausing twice changes nothing
+    assert store.leases.take(9, TERM) == ()
+    assert store.leases.finish(lease, result())
+    assert [publication.kind for publication in store.leases.take(9, TERM)] == [Kind.PUBLISH]
+    assert store.queue.status().states[State.QUEUED] == 2
+    assert store.queue.resume().paused is None
     assert len(lease_runs(store, 2)) == 2
-    kinds = [event.kind for event in store.all_events()]
+    kinds = [event.kind for event in store.events.all()]
     assert (kinds.count("paused"), kinds.count("resumed")) == (1, 1)
     assert len(calls) == 5  # the dispatcher is woken by every command

@@ -7,19 +7,18 @@ import sqlalchemy as sa
 
 from service.records.jobs import NotFound, Scope
 from service.store import Store
-from service.store.statements import now
-from service.store.tables import KEYS
+from service.store.tables import KEYS, now
 from tests.service.support.fakes import wait_until
 
 BOTH = frozenset({Scope.READ, Scope.SUBMIT})
 
 
 def test_key__is_found_by_its_secret_which_is_stored_nowhere(store: Store) -> None:
-    key, secret = store.create_key("ann", BOTH)
-    present = store.find_key(secret)
+    key, secret = store.keys.issue("ann", BOTH)
+    present = store.keys.find(secret)
     assert present is not None
     assert (present.id, present.name, present.scopes) == (key.id, "ann", BOTH)
-    with store._database.reading() as reading:
+    with store.database.reading() as reading:
         [row] = reading.execute(sa.select(KEYS)).all()
     assert secret.removeprefix(row.prefix) not in str(row)
     assert len(secret) > len(row.prefix) + 32
@@ -27,42 +26,42 @@ def test_key__is_found_by_its_secret_which_is_stored_nowhere(store: Store) -> No
 
 @pytest.mark.parametrize("wrong", ["", "whp_", "x", "whp_ümläut", "whp_\udcff", "whp_\x00"])
 def test_key__is_found_by_nothing_else(store: Store, wrong: str) -> None:
-    key, secret = store.create_key("ann", BOTH)
-    assert [store.find_key(text) for text in (wrong, secret + "x", key.prefix)] == [None] * 3
+    key, secret = store.keys.issue("ann", BOTH)
+    assert [store.keys.find(text) for text in (wrong, secret + "x", key.prefix)] == [None] * 3
 
 
 def test_revoked_key__is_useless(store: Store) -> None:
-    key, secret = store.create_key("ann", BOTH)
-    assert store.has_keys()
-    revoked = store.revoke_key(key.id)
-    assert store.find_key(secret) is None
-    assert not store.has_keys()
-    assert store.revoke_key(key.id) == revoked
-    assert store.keys() == (revoked,)
+    key, secret = store.keys.issue("ann", BOTH)
+    assert store.keys.any_usable()
+    revoked = store.keys.revoke(key.id)
+    assert store.keys.find(secret) is None
+    assert not store.keys.any_usable()
+    assert store.keys.revoke(key.id) == revoked
+    assert store.keys.all() == (revoked,)
     with pytest.raises(NotFound, match="key"):
-        store.revoke_key("another")
+        store.keys.revoke("another")
 
 
 def test_expired_key__is_useless(store: Store) -> None:
-    _, past = store.create_key("ann", BOTH, now() - timedelta(seconds=1))
-    assert not store.has_keys()
-    _, future = store.create_key("bob", BOTH, now() + timedelta(days=1))
-    assert store.find_key(past) is None
-    assert store.find_key(future) is not None
+    _, past = store.keys.issue("ann", BOTH, now() - timedelta(seconds=1))
+    assert not store.keys.any_usable()
+    _, future = store.keys.issue("bob", BOTH, now() + timedelta(days=1))
+    assert store.keys.find(past) is None
+    assert store.keys.find(future) is not None
 
 
 def test_use_of_a_key__is_noted_once_a_minute_beside_other_writers(store: Store) -> None:
-    _, secret = store.create_key("ann", BOTH)
-    with store._database.writing():  # which a request does not wait for
-        assert store.find_key(secret) is not None
-        assert store.keys()[0].used is None
-    first = wait_until(lambda: store.keys()[0].used)
+    _, secret = store.keys.issue("ann", BOTH)
+    with store.database.writing():  # which a request does not wait for
+        assert store.keys.find(secret) is not None
+        assert store.keys.all()[0].used is None
+    first = wait_until(lambda: store.keys.all()[0].used)
     before = first - timedelta(minutes=2)
     for used, is_noted in ((first, False), (before, True)):
-        with store._database.writing() as writing:
+        with store.database.writing() as writing:
             writing.execute(KEYS.update().values(used=used))
-        store.find_key(secret)
+        store.keys.find(secret)
         if is_noted:
-            assert wait_until(lambda: store.keys()[0].used != before)
+            assert wait_until(lambda: store.keys.all()[0].used != before)
         else:
-            assert store.keys()[0].used == first
+            assert store.keys.all()[0].used == first

@@ -24,27 +24,27 @@ def replicas(postgresql_url: str) -> Iterator[Replicas]:
 
 def test_lead__is_the_right_of_one_replica_until_it_gives_it_back(replicas: Replicas) -> None:
     one, two = replicas
-    assert one.queue().leader is None
-    leading = one.lead("one:1")
+    assert one.queue.status().leader is None
+    leading = one.terms.lead("one:1")
     assert leading is not None
     assert leading.holds()
-    assert two.lead("two:2") is None
-    assert two.queue().leader == "one:1"
+    assert two.terms.lead("two:2") is None
+    assert two.queue.status().leader == "one:1"
     leading.close()
     assert not leading.holds()
-    following = wait_until(lambda: two.lead("two:2"))
-    assert one.queue().leader == "two:2"
+    following = wait_until(lambda: two.terms.lead("two:2"))
+    assert one.queue.status().leader == "two:2"
     following.close()
 
 
 def test_lead__ends_with_its_connection_for_good(replicas: Replicas) -> None:
     one, two = replicas
-    leading = one.lead("one:1")
+    leading = one.terms.lead("one:1")
     assert leading is not None
-    with two._database.writing() as writing:
+    with two.database.writing() as writing:
         end = "SELECT pg_terminate_backend(pid) FROM pg_stat_activity WHERE application_name = 'one:1'"
         writing.execute(sa.text(end))
-    following = wait_until(lambda: two.lead("two:2"))
+    following = wait_until(lambda: two.terms.lead("two:2"))
     assert not leading.holds()
     following.close()
     assert not leading.holds()
@@ -59,16 +59,16 @@ def test_lead__of_a_silent_service_ends(
     monkeypatch.setattr("service.store.leadership.IDLE_SECONDS", 1.5)
     monkeypatch.setattr("service.store.leadership.PING_SECONDS", ping)
     one, two = replicas
-    leading = one.lead("one:1")
+    leading = one.terms.lead("one:1")
     assert leading is not None
     if is_replaced:
-        following = wait_until(lambda: two.lead("two:2"), seconds=15)
+        following = wait_until(lambda: two.terms.lead("two:2"), seconds=15)
         assert not leading.holds()
         following.close()
     else:
         end = time.monotonic() + 3.0
         wait_until(lambda: time.monotonic() > end)
-        assert two.lead("two:2") is None
+        assert two.terms.lead("two:2") is None
         assert leading.holds()
     leading.close()
 
@@ -76,22 +76,22 @@ def test_lead__of_a_silent_service_ends(
 def test_transaction__of_a_frozen_service_ends(replicas: Replicas, monkeypatch: pytest.MonkeyPatch) -> None:
     timeout = {"idle_in_transaction_session_timeout": "500ms"}
     monkeypatch.setattr(connection, "POSTGRESQL", connection.POSTGRESQL | timeout)
-    url = replicas[0]._database.url.render_as_string(hide_password=False)
+    url = replicas[0].database.url.render_as_string(hide_password=False)
     with closing(Store.open(url)) as frozen:
-        writing = frozen._database.writing()
+        writing = frozen.database.writing()
         writing.__enter__()
-        assert replicas[1].begin_term("two:2") == 1
+        assert replicas[1].terms.begin("two:2") == 1
         with pytest.raises(StoreUnavailable):
             writing.__exit__(None, None, None)
 
 
 def test_lead__is_of_one_database(replicas: Replicas, postgresql_url: str) -> None:
-    leading = replicas[0].lead("one:1")
+    leading = replicas[0].terms.lead("one:1")
     assert leading is not None
     url = sa.make_url(postgresql_url).set(database="empty_store")
     with closing(Store.open(url.render_as_string(hide_password=False))) as elsewhere:
-        assert elsewhere.queue().leader is None
-        other = elsewhere.lead("other:1")
+        assert elsewhere.queue.status().leader is None
+        other = elsewhere.terms.lead("other:1")
         assert other is not None
         other.close()
     leading.close()
@@ -99,9 +99,9 @@ def test_lead__is_of_one_database(replicas: Replicas, postgresql_url: str) -> No
 
 def test_lead__on_sqlite_follows_the_lock_of_the_directory(sqlite_url: str) -> None:
     with closing(Store.open(sqlite_url)) as store:
-        leading = store.lead("one:1")
+        leading = store.terms.lead("one:1")
         assert leading is not None
-        store.begin_term("one:1")
-        assert store.queue().leader == "one:1"
+        store.terms.begin("one:1")
+        assert store.queue.status().leader == "one:1"
         leading.close()
         assert leading.holds()

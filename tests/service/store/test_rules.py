@@ -17,6 +17,7 @@ from hypothesis import strategies as st
 from hypothesis.stateful import Bundle, MultipleResults, RuleBasedStateMachine, invariant, multiple, rule
 
 from service.files.lost_results import Loss
+from service.queue.retry import MOST_LOST_RESULTS, decide
 from service.records.jobs import (
     ACTIVE,
     SWEEP_TERMINAL,
@@ -64,7 +65,7 @@ class Rules(RuleBasedStateMachine):
         self.sent: dict[str, tuple[str, str]] = {}  # idempotency key: body, sweep
         self.held: dict[str, Lease] = {}  # attempts that count, by key
         self.known: set[str] = set()  # runs that have had a result
-        self.term = self.store.begin_term("first")
+        self.term = self.store.terms.begin("first")
         self.paused = False
 
     def teardown(self) -> None:
@@ -82,14 +83,14 @@ class Rules(RuleBasedStateMachine):
     )
     def submit(self, wanted: list[int], priority: int, keep: Keep) -> str:
         asked = sweep_of([FakeRun(run_id(number)) for number in wanted])
-        return self.store.create_sweep(Submission(asked, priority=priority, keep=keep)).id
+        return self.store.sweeps.create(Submission(asked, priority=priority, keep=keep)).id
 
     @rule(target=sweeps, key=st.sampled_from(["a", "b"]), wanted=st.sampled_from([[0], [1, 2]]))
     def submit_with_key(self, key: str, wanted: list[int]) -> MultipleResults[str]:
         asked, body = sweep_of([FakeRun(run_id(number)) for number in wanted]), str(wanted)
         known, id = self.sent.get(key, (body, None))
         try:
-            row = self.store.create_sweep(Submission(asked, idempotency=(key, body)))
+            row = self.store.sweeps.create(Submission(asked, idempotency=(key, body)))
         except KeyReused:
             assert known != body
             return multiple()
@@ -101,22 +102,22 @@ class Rules(RuleBasedStateMachine):
     @rule(sweep=sweeps)
     def cancel(self, sweep: str) -> None:
         if sweep not in self.deleted:
-            self.store.cancel_sweep(sweep)
+            self.store.sweeps.cancel(sweep)
 
     @rule(sweep=sweeps, verdicts=st.booleans())
     def retry(self, sweep: str, verdicts: bool) -> None:
         if sweep in self.deleted:
             return
         try:
-            self.store.retry_sweep(sweep, verdicts=verdicts)
+            self.store.sweeps.retry(sweep, verdicts=verdicts)
         except Conflict:
             assert self.publication(sweep) is State.RUNNING
 
     @rule(sweep=sweeps)
     def delete(self, sweep: str) -> None:
-        if sweep in self.deleted or self.store.sweep(sweep).state not in SWEEP_TERMINAL:
+        if sweep in self.deleted or self.store.sweeps.get(sweep).state not in SWEEP_TERMINAL:
             return
-        self.store.delete_sweep(sweep)
+        self.store.sweeps.delete(sweep)
         self.deleted.add(sweep)
         self.sent = {key: known for key, known in self.sent.items() if known[1] != sweep}
 
@@ -125,21 +126,21 @@ class Rules(RuleBasedStateMachine):
         if sweep in self.deleted:
             return
         try:
-            assert self.store.set_priority(sweep, priority).priority == priority
+            assert self.store.sweeps.set_priority(sweep, priority).priority == priority
         except Conflict:
-            assert self.store.sweep(sweep).is_terminal
+            assert self.store.sweeps.get(sweep).is_terminal
 
     @rule(paused=st.booleans())
     def pause(self, paused: bool) -> None:
         self.paused = paused
-        row = self.store.pause() if paused else self.store.resume()
+        row = self.store.queue.pause() if paused else self.store.queue.resume()
         assert (row.paused is not None) == paused
 
     # --- dispatchers
 
     @rule(target=leases, limit=st.integers(1, 3))
     def lease(self, limit: int) -> MultipleResults[Lease]:
-        leases = self.store.lease(limit, self.term)
+        leases = self.store.leases.take(limit, self.term)
         assert not self.paused or {lease.kind for lease in leases} <= {Kind.PUBLISH}
         for lease in leases:
             assert lease.id not in {held.id for held in self.held.values()}
@@ -149,13 +150,13 @@ class Rules(RuleBasedStateMachine):
     @rule(target=leases, adopts=st.booleans())
     def take_over(self, adopts: bool) -> MultipleResults[Lease]:
         """Another term: it adopts what is under way, or leaves it as it is."""
-        earlier, self.term = self.term, self.store.begin_term("next")
-        assert self.store.lease(9, earlier) == ()
+        earlier, self.term = self.term, self.store.terms.begin("next")
+        assert self.store.leases.take(9, earlier) == ()
         if not adopts:
             return multiple()
-        for lease in self.store.leases():
-            assert self.store.adopt(lease, earlier) is None
-            adopted = self.store.adopt(lease, self.term)
+        for lease in self.store.leases.held():
+            assert self.store.leases.adopt(lease, earlier) is None
+            adopted = self.store.leases.adopt(lease, self.term)
             assert adopted is not None
             assert adopted.key in self.held
             self.held[adopted.key] = adopted
@@ -173,21 +174,22 @@ class Rules(RuleBasedStateMachine):
     def finish(self, lease: Lease, succeeded: bool) -> None:
         counts = self.counts(lease)
         if lease.kind is Kind.PUBLISH:
-            assert self.store.publish(lease, [stored("cube.nc")], seconds=1.0) == counts
+            assert self.store.leases.publish(lease, [stored("cube.nc")], seconds=1.0) == counts
             return
-        assert self.store.finish(lease, result(succeeded=succeeded)) == counts
+        assert self.store.leases.finish(lease, result(succeeded=succeeded)) == counts
         if counts:
             self.known.add(lease.id)
 
     @rule(lease=leases, cause=st.sampled_from([Cause.CRASH, Cause.MEMORY_LIMIT]), step=STEP)
     def fail(self, lease: Lease, cause: Cause, step: int | None) -> None:
         counts = self.counts(lease)
-        assert self.store.fail(lease, cause, failure="", reason="", crash_step=step) == counts
+        crashes = decide(lease, cause, step).crashes
+        assert self.store.leases.fail(lease, cause, failure="", reason="", crashes=crashes) == counts
 
     @rule(lease=leases, cause=st.sampled_from([Cause.CRASH, Cause.LOST]), step=STEP)
     def requeue(self, lease: Lease, cause: Cause, step: int | None) -> None:
         counts = self.counts(lease)
-        state = self.store.requeue(lease, cause, reason="", crash_step=step)
+        state = self.store.leases.requeue(lease, cause, reason="", crashes=decide(lease, cause, step).crashes)
         assert (state is not None) == counts
 
     @rule(lease=leases, number=st.integers(1, POOL))
@@ -196,16 +198,16 @@ class Rules(RuleBasedStateMachine):
         if lease.kind is not Kind.PUBLISH or lease.sweep_id in self.deleted:
             return
         assert lease.sweep_id is not None
-        _, outcomes = self.store.publication_inputs(lease.sweep_id)
+        _, outcomes = self.store.publications.inputs(lease.sweep_id)
         found = {one.run_id: one.sha256 for one in outcomes if one.path is not None}
         losses = [Loss(id, "", sha256 or "") for id, sha256 in found.items()][:number]
         if not losses:
             return
         counts = self.counts(lease)
-        self.store.allow_forgetting(len(losses))
-        assert self.store.lose_results(lease, losses) == counts
+        self.store.queue.allow_forgetting(len(losses))
+        assert self.store.publications.lose_results(lease, losses, most=MOST_LOST_RESULTS) == counts
         if counts:
-            _, outcomes = self.store.publication_inputs(lease.sweep_id)
+            _, outcomes = self.store.publications.inputs(lease.sweep_id)
             self.known -= {one.run_id for one in outcomes if one.path is None}
 
     @rule(lease=leases, step=st.integers(1, 300))
@@ -213,7 +215,7 @@ class Rules(RuleBasedStateMachine):
         held = self.held.get(lease.key)
         counts = held is not None and held.term == lease.term
         before = self.checkpoint_of(lease.id)
-        self.store.record_checkpoints([(lease, step)])
+        self.store.leases.record_progress([(lease, {"seconds": 1.0, "checkpoint": step})])
         assert self.checkpoint_of(lease.id) == (step if counts else before)
 
     # --- what must hold
@@ -228,13 +230,13 @@ class Rules(RuleBasedStateMachine):
     @invariant()
     def counts_are_complete(self) -> None:
         """Every point of a sweep is in one state."""
-        for row in self.store.sweeps(limit=1000).items:
+        for row in self.store.sweeps.page(limit=1000).items:
             assert sum(row.counts.values()) == row.planned
 
     @invariant()
     def only_what_is_held_is_under_way(self) -> None:
         """The rows that are running are the attempts that count."""
-        assert {lease.key for lease in self.store.leases()} == set(self.held)
+        assert {lease.key for lease in self.store.leases.held()} == set(self.held)
 
     @invariant()
     def nothing_is_computed_for_nobody_and_urgent_runs_come_first(self) -> None:
@@ -250,7 +252,7 @@ class Rules(RuleBasedStateMachine):
         unfinished = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.priority, JOBS.c.virtual_time).where(
             JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(ACTIVE)
         )
-        with self.store._database.reading() as reading:
+        with self.store.database.reading() as reading:
             wanted = {row.run_id: row.priority for row in reading.execute(demand)}
             for run in reading.execute(unfinished):
                 assert run.state is not State.QUEUED or run.id in wanted
@@ -261,7 +263,7 @@ class Rules(RuleBasedStateMachine):
     def results_are_kept(self) -> None:
         """A run that had a result has it until it is lost, whatever its state; no other has a file."""
         query = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.cause, JOBS.c.path)
-        with self.store._database.reading() as reading:
+        with self.store.database.reading() as reading:
             for id, state, cause, path in reading.execute(query.where(JOBS.c.kind == Kind.RUN)):
                 assert (path is not None) == (id in self.known)
                 if state not in ACTIVE:
@@ -270,28 +272,28 @@ class Rules(RuleBasedStateMachine):
 
     def everything_ends(self) -> None:
         """Once the queue is worked through, every sweep has ended, and every point has its result."""
-        self.store.resume()
-        term = self.store.begin_term("last")
-        for lease in self.store.leases():
-            assert self.store.requeue(lease, Cause.LOST, reason="the service ended during the attempt")
+        self.store.queue.resume()
+        term = self.store.terms.begin("last")
+        for lease in self.store.leases.held():
+            assert self.store.leases.requeue(lease, Cause.LOST, reason="the service ended during the attempt")
         finish_all(self.store, term=term)
-        for row in self.store.sweeps(limit=1000).items:
+        for row in self.store.sweeps.page(limit=1000).items:
             assert row.is_terminal
             assert sum(row.counts.values()) == row.planned
 
     # --- questions
 
     def living(self) -> list[str]:
-        return [row.id for row in self.store.sweeps(limit=1000).items]
+        return [row.id for row in self.store.sweeps.page(limit=1000).items]
 
     def checkpoint_of(self, job: str) -> int | None:
         query = sa.select(JOBS.c.checkpoint).where(JOBS.c.id == job)
-        with self.store._database.reading() as reading:
+        with self.store.database.reading() as reading:
             return reading.execute(query).scalar()
 
     def publication(self, sweep: str) -> State:
         query = sa.select(JOBS.c.state).where(JOBS.c.sweep_id == sweep)
-        with self.store._database.reading() as reading:
+        with self.store.database.reading() as reading:
             return reading.execute(query).scalar_one()
 
     def attached(self, sweep: str) -> list[State]:
@@ -300,7 +302,7 @@ class Rules(RuleBasedStateMachine):
             .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
             .where(POINTS.c.sweep_id == sweep, POINTS.c.detached.is_(False))
         )
-        with self.store._database.reading() as reading:
+        with self.store.database.reading() as reading:
             return list(reading.execute(query).scalars())
 
 

@@ -16,7 +16,7 @@ from service.api.app import open_service
 from service.api.readers import Readers
 from service.api.reading import Posted, Read, Refusal, read
 from service.records.jobs import Cause, Kind, Result, Stored
-from service.records.settings import Settings
+from service.settings import Settings
 from service.store import Store
 from studies.sweeps.sweep import Sweep
 
@@ -104,7 +104,7 @@ class Api:
 
     def term(self) -> int:
         """A new reign, of the tests."""
-        return self.store.begin_term("tests")
+        return self.store.terms.begin("tests")
 
     def submit(self, **changes: Any) -> str:
         """Submit the sweep of the tests and return its id."""
@@ -115,17 +115,17 @@ class Api:
     def compute(self, *, failures: int = 0, publish: bool = True) -> None:
         """Do what is in the queue: runs end well, the first few fail, publications are made."""
         term = self.term()
-        while claims := self.store.lease(100, term):
+        while claims := self.store.leases.take(100, term):
             for claim in claims:
                 if claim.kind is Kind.PUBLISH:
                     if publish:
-                        self.store.publish(claim, self._files(claim.id), seconds=0.1)
+                        self.store.leases.publish(claim, self._files(claim.id), seconds=0.1)
                 elif failures > 0:
                     failures -= 1
                     arguments = "density = 3e4 at particle 17 of 'target'"
-                    self.store.fail(claim, Cause.ERROR, failure="ValueError", reason=arguments)
+                    self.store.leases.fail(claim, Cause.ERROR, failure="ValueError", reason=arguments)
                 else:
-                    self.store.finish(claim, self.result(claim.id))
+                    self.store.leases.finish(claim, self.result(claim.id))
 
     def _files(self, name: str) -> list[Stored]:
         return [self._stored(f"{name}/{file}", content) for file, content in FILES.items()]

@@ -8,10 +8,10 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
-from service.records.attempt import Attempt, Ending
 from service.records.jobs import Kind
-from service.records.timings import DEFAULT, Timings
+from service.workers.attempt import Attempt, Ending
 from service.workers.supervisor import SendProgress, Supervisor
+from service.workers.timings import DEFAULT, Timings
 from service.workers.warm import Slot
 from tests.service.support.fakes import run_id, wait_until
 from tests.service.support.targets import MEBIBYTE, FakeRun

@@ -7,7 +7,6 @@ import signal
 import socket
 import subprocess
 import sys
-import threading
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager, suppress
 from dataclasses import dataclass, field
@@ -15,11 +14,13 @@ from functools import partial
 from pathlib import Path
 from queue import Empty, SimpleQueue
 
+import psutil
+
 from service.execution.dask import DaskEngine, Remote
 from service.execution.protocol import Engine
-from service.records.attempt import Attempt, Ended, Ending, Inbox, Message, ProgressMessage
 from service.records.jobs import Kind
-from service.records.timings import DEFAULT, Timings
+from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message, ProgressMessage
+from service.workers.timings import DEFAULT, Timings
 from tests.service.support.fakes import is_gone, run_id, wait_until
 from tests.service.support.targets import FakeRun
 
@@ -57,20 +58,13 @@ def environment() -> dict[str, str]:
 
 def family(pid: int) -> list[int]:
     """A process and all that descend from it."""
-    parents: dict[int, int] = {}
-    for entry in Path("/proc").iterdir():
-        if entry.name.isdigit():
-            with suppress(OSError):  # it ended just now
-                fields = (entry / "stat").read_text().rpartition(")")[2].split()
-                parents[int(entry.name)] = int(fields[1])
-    pids = [pid]
-    for ancestor in pids:
-        pids += [child for child, parent in parents.items() if parent == ancestor]
-    return pids
+    with suppress(psutil.NoSuchProcess):
+        return [pid, *(child.pid for child in psutil.Process(pid).children(recursive=True))]
+    return [pid]
 
 
 def parent_of(pid: int) -> int:
-    return int(Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[1])
+    return psutil.Process(pid).ppid()
 
 
 @dataclass
@@ -276,50 +270,3 @@ def pid_of(attempt: Attempt) -> int:
 def checkpoint_step(attempt: Attempt) -> int:
     """The step of an attempt's checkpoint."""
     return int(Path(str(attempt.checkpoint)).read_text())
-
-
-class NetworkLine:
-    """A connection to a port that can be cut, as a network can."""
-
-    def __init__(self, port: int):
-        self._target = port
-        self._listener = socket.create_server(("127.0.0.1", 0))
-        self.port = int(self._listener.getsockname()[1])
-        self._ends: list[socket.socket] = []
-        self._is_cut = False
-        threading.Thread(target=self._accept, daemon=True).start()
-
-    def cut(self) -> None:
-        """Break what is connected, and let nobody connect."""
-        self._is_cut = True
-        for end in self._ends:
-            with suppress(OSError):
-                end.shutdown(socket.SHUT_RDWR)
-
-    def mend(self) -> None:
-        self._is_cut = False
-
-    def close(self) -> None:
-        self.cut()
-        self._listener.close()
-
-    def _accept(self) -> None:
-        with suppress(OSError):  # closed
-            while True:
-                near, _ = self._listener.accept()
-                if self._is_cut:
-                    near.close()
-                    continue
-                far = socket.create_connection(("127.0.0.1", self._target))
-                self._ends += [near, far]
-                for source, sink in ((near, far), (far, near)):
-                    threading.Thread(target=_carry, args=(source, sink), daemon=True).start()
-
-
-def _carry(source: socket.socket, sink: socket.socket) -> None:
-    with suppress(OSError):
-        while some := source.recv(1 << 16):
-            sink.sendall(some)
-    for end in (source, sink):
-        with suppress(OSError):
-            end.shutdown(socket.SHUT_RDWR)

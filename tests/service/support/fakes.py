@@ -1,17 +1,24 @@
-"""Sweeps that cost nothing, an engine that records, a store that fails, and waiting with a deadline."""
+"""Sweeps that cost nothing, an engine that records, a store whose parts fail, and waiting with a deadline."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, cast
+from unittest.mock import patch
 
-from service.records.attempt import Attempt
+import psutil
+
+from service.records.expansion import ExpandedSweep, expanded_points
 from service.records.jobs import Stored, StoreUnavailable
-from service.records.settings import Settings
-from service.store import Leadership, Store
-from studies.sweeps.sweep import Sweep
+from service.settings import Settings
+from service.store import Store
+from service.store.leadership import Leadership, Terms
+from service.workers.attempt import Attempt
+from studies.runs.run import Run
+from studies.sweeps.sweep import Point
 from tests.service.support.targets import FakeRun
 
 DEADLINE = 60.0  # s; a busy machine is slow, a hanging test is not waited for
@@ -29,8 +36,8 @@ def wait_until(condition: Callable[[], Any], *, seconds: float = DEADLINE, pause
 def is_gone(pid: int) -> bool:
     """Whether a process has ended; one that its parent has not looked at yet has ended too."""
     try:
-        return Path(f"/proc/{pid}/stat").read_text().rpartition(")")[2].split()[0] == "Z"
-    except (FileNotFoundError, ProcessLookupError):
+        return psutil.Process(pid).status() == psutil.STATUS_ZOMBIE
+    except psutil.NoSuchProcess:
         return True
 
 
@@ -44,37 +51,17 @@ def runs_of(*behaviours: str, first: int = 0, **parameters: Any) -> list[FakeRun
     return [FakeRun(run_id(first + place), {"behaviour": word, **parameters}) for place, word in enumerate(behaviours)]
 
 
-@dataclass(frozen=True)
-class FakePoint:
-    """A point of a sweep."""
-
-    index: tuple[int, ...]
-    coordinates: Mapping[str, float | str]
-    run: FakeRun
-
-
-@dataclass(frozen=True)
-class FakeSweep:
-    """What the store needs to know of a sweep."""
-
-    asked: Sequence[FakeRun]
-    name: str = "asked"
-    title: str = ""
-    scenario: str = "thin_plate"
-
-    def document(self) -> dict[str, Any]:
-        return {"name": self.name, "runs": [run.id for run in self.asked]}
-
-    def runs(self) -> list[FakePoint]:
-        return [FakePoint((place,), {"speed": 1000.0 * place}, run) for place, run in enumerate(self.asked)]
-
-    every_run = runs
-
-
-def sweep_of(runs: Sequence[FakeRun] | int, *, name: str = "asked") -> Sweep:
-    """A sweep of these runs, or of so many fine ones."""
+def sweep_of(runs: Sequence[FakeRun] | int, *, name: str = "asked") -> ExpandedSweep:
+    """A sweep of these runs, or of so many fine ones, each of one core second unless it says what it costs."""
     asked = [FakeRun(run_id(number)) for number in range(runs)] if isinstance(runs, int) else runs
-    return cast(Sweep, FakeSweep(asked, name))
+    points = [Point((place,), {"speed": 1000.0 * place}, cast(Run, fake_run)) for place, fake_run in enumerate(asked)]
+    return ExpandedSweep(
+        name=name,
+        title=name,
+        scenario="thin_plate",
+        document={"name": name, "runs": [fake_run.id for fake_run in asked]},
+        points=tuple(expanded_points(points, cost=lambda run: float(str(run.parameters.get("cost", 1.0))))),
+    )
 
 
 def open_store(settings: Settings) -> Store:
@@ -127,38 +114,40 @@ class RecordingEngine:
         self.closed.append(leave_seconds)
 
 
-class FlakyStore:
-    """A real store some of whose methods fail as if the database was away, and whose lead can be lost."""
+@contextmanager
+def failing(part: object, *methods: str) -> Iterator[None]:
+    """Let these methods of a part of a store fail as if the database was away, until the end of the block."""
 
-    def __init__(self, store: Store):
-        self._store = store
-        self.failing: set[str] = set()  # names of methods
-        self.overrides: dict[str, Callable[..., Any]] = {}  # methods in place of the store's own
-        self.grants_lead = True
-        self.has_lost_lead = False
+    def fail(*_arguments: object, **_options: object) -> None:
+        raise StoreUnavailable("the database is away")
 
-    def __getattr__(self, name: str) -> Any:
-        if name in self.failing:
-            raise StoreUnavailable("the database is away")
-        return self.overrides.get(name) or getattr(self._store, name)
+    with ExitStack() as ends:
+        for method in methods:
+            ends.enter_context(patch.object(part, method, fail))
+        yield
+
+
+class LosableTerms(Terms):
+    """Terms of a real store whose lead can be refused and lost."""
+
+    grants_lead = True
+    has_lost_lead = False
 
     def lead(self, owner: str) -> Leadership | None:
         """The lead, as often as it is asked for, unless another service has it."""
-        if "lead" in self.failing:
-            raise StoreUnavailable("the database is away")
         self.has_lost_lead = False
-        return FakeLeadership(self) if self.grants_lead else None
+        return LosableLeadership(self) if self.grants_lead else None
 
 
-class FakeLeadership(Leadership):
-    """The lead, until the store says that it is lost."""
+class LosableLeadership(Leadership):
+    """The lead, until its terms say that it is lost."""
 
-    def __init__(self, store: FlakyStore):
+    def __init__(self, terms: LosableTerms):
         super().__init__()
-        self._flaky = store
+        self._terms = terms
 
     def holds(self) -> bool:
-        return not self._flaky.has_lost_lead
+        return not self._terms.has_lost_lead
 
 
 def settings_in(folder: Path, **options: Any) -> Settings:

@@ -4,16 +4,24 @@ from collections.abc import Iterator
 from contextlib import closing, contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, cast
+from typing import Any
 
 from service.files.artifacts import OF_A_RUN, Artifacts, describe
 from service.queue.dispatcher import Dispatcher
-from service.records.attempt import Attempt, Ended, Ending, Inbox, Message
 from service.records.jobs import Cause, Kind, RunRow, Submission
-from service.records.settings import Settings
-from service.records.timings import Timings
+from service.settings import Settings
 from service.store import Store
-from tests.service.support.fakes import DEADLINE, FlakyStore, RecordingEngine, open_store, run_id, settings_in, sweep_of
+from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message
+from service.workers.timings import Timings
+from tests.service.support.fakes import (
+    DEADLINE,
+    LosableTerms,
+    RecordingEngine,
+    open_store,
+    run_id,
+    settings_in,
+    sweep_of,
+)
 from tests.service.support.targets import FakeRun, execute, publish
 
 PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")
@@ -40,6 +48,7 @@ class Harness:
 
     def __post_init__(self) -> None:
         self.artifacts = Artifacts(self.settings.data)
+        self.store.terms = self.terms = LosableTerms(self.store.database)
         self.dispatcher = self.successor(self.engine)
 
     def successor(self, engine: RecordingEngine, *, first: Message | None = None) -> Dispatcher:
@@ -52,14 +61,9 @@ class Harness:
 
         return Dispatcher(self.settings, self.store, open_engine=open_engine, timings=self.timings)
 
-    @property
-    def flaky(self) -> FlakyStore:
-        """The store, as what fails."""
-        return cast(FlakyStore, self.store)
-
     def submit(self, *sweep: Any, **options: Any) -> str:
         """Submit the sweep of these runs, or of so many; its id."""
-        return self.store.create_sweep(Submission(sweep_of(*sweep), **options)).id
+        return self.store.sweeps.create(Submission(sweep_of(*sweep), **options)).id
 
     def tick(self) -> list[Attempt]:
         """One tick; the attempts that the engine was given in it."""
@@ -104,9 +108,17 @@ class Harness:
         ending = Ending(cause, cause.value, f"because of {cause}", (), 1.0)
         self.end(attempt, replace(ending, **more))
 
+    def publish(self) -> Attempt:
+        """Take a tick, in which a publication begins, and end it well."""
+        [publication] = self.tick()
+        assert publication.kind is Kind.PUBLISH
+        self.end_well(publication)
+        self.tick()
+        return publication
+
     def run(self, number: int = 0) -> RunRow:
         """The row of a run."""
-        return self.store.run(run_id(number))
+        return self.store.runs.get(run_id(number))
 
 
 @contextmanager
@@ -114,4 +126,4 @@ def open_harness(folder: Path, timings: Timings = AT_ONCE, **settings: Any) -> I
     """A harness in a folder; rows and engine are compared at every tick."""
     chosen = settings_in(folder, **{"reconcile_seconds": 1e-9, "disk_reserve": 0, **settings})
     with closing(open_store(chosen)) as store:
-        yield Harness(chosen, cast(Store, FlakyStore(store)), timings)
+        yield Harness(chosen, store, timings)

@@ -42,17 +42,17 @@ def result(*others: Stored, succeeded: bool = True) -> Result:
 
 def finish_all(store: Store, *, succeeded: bool = True, term: int = TERM) -> None:
     """Compute everything that is queued, publications included."""
-    while leases := store.lease(100, term):
+    while leases := store.leases.take(100, term):
         for lease in leases:
             if lease.kind is Kind.PUBLISH:
-                assert store.publish(lease, [stored("cube.nc", "cube.nc")], seconds=1.0)
+                assert store.leases.publish(lease, [stored("cube.nc", "cube.nc")], seconds=1.0)
             else:
-                assert store.finish(lease, result(succeeded=succeeded))
+                assert store.leases.finish(lease, result(succeeded=succeeded))
 
 
 def lease_runs(store: Store, count: int) -> list[Lease]:
     """Lease this number of jobs, which must be runs."""
-    leases = store.lease(count, TERM)
+    leases = store.leases.take(count, TERM)
     assert [lease.kind for lease in leases] == [Kind.RUN] * count
     return list(leases)
 
@@ -65,7 +65,7 @@ def statements(store: Store) -> Iterator[list[str]]:
     def note(_c: Any, _cursor: Any, statement: str, *_rest: Any) -> None:
         sent.append(statement)
 
-    engine = store._database._engine
+    engine = store.database._engine
     sa.event.listen(engine, "before_cursor_execute", note)
     try:
         yield sent

@@ -1,13 +1,11 @@
 """Stands in for ``studies.runs.execution`` and ``studies.reports.publish``: runs that behave as their parameters say.
 
-A run is ``fine`` by default. It can also return a ``verdict``, ``abort`` the interpreter (the first
-``crashes`` times), ``raise`` (also because its disk is ``stale``), ``hang``, be ``busy`` (for a
-second, without reading messages), ``spin`` (compute for three seconds), ``deaf`` (hang with the
-interpreter blocked), ``silent`` (return without a result), ``greedy`` (take memory without end, or
-so many ``mebibytes``) or ``starved`` (the same, in a library that aborts), ``litter`` (start a
-process of its own, then hang), ``orphan`` (fork, then crash), print ``noise``, ``roar`` (print so
-many ``mebibytes``), or ``soil`` the process that computes it. Each leaves its process id in ``pid``
-in its folder.
+A run is ``fine`` by default. It can also return a ``verdict``, ``abort`` the interpreter (the first ``crashes`` times),
+``raise`` (also because its disk is ``stale``), ``hang``, be ``busy`` (for a second, without reading messages), ``spin``
+(compute for three seconds), ``deaf`` (hang with the interpreter blocked), ``silent`` (return without a result),
+``greedy`` (take memory without end, or so many ``mebibytes``) or ``starved`` (the same, in a library that aborts),
+``litter`` (start a process of its own, then hang), ``orphan`` (fork, then crash), print ``noise``, ``roar`` (print so
+many ``mebibytes``), or ``soil`` the process that computes it. Each leaves its process id in ``pid`` in its folder.
 
 With ``seconds`` it takes as long, step by step: it tells progress, writes its step into the
 checkpoint, goes on from there, and leaves when asked to. Runs and sweeps do not end before the files are
@@ -28,9 +26,10 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import Interrupted
+from studies.quantities.files import write_text
+from studies.quantities.measured import Measured
 from studies.runs import run as real
-from studies.values.files import write_text
-from studies.values.results import NO_CONTROL, Measured, Progress, RunControl, RunResult
+from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
 
 GATES = RUN_GATE, SWEEP_GATE = "WHIPPLE_TEST_RUN_GATE", "WHIPPLE_TEST_SWEEP_GATE"
 PAUSE = 0.02  # s, between two looks at a gate
@@ -94,8 +93,9 @@ def execute(
 
 def behave(behaviour: str, run: FakeRun, directory: Path) -> None:
     """Do what a behaviour does beside computing; nothing, if the run is fine."""
-    if behaviour in _BEHAVIOURS:
-        _BEHAVIOURS[behaviour](run, directory)
+    action = globals().get(f"_{behaviour}")
+    if action is not None:
+        action(run, directory)
 
 
 def publish(
@@ -281,21 +281,3 @@ def _soil(run: FakeRun, directory: Path) -> None:
     warnings.simplefilter("error", SoilWarning)
     sys.stdout = open(os.devnull, "w")  # noqa: SIM115
     sys.path.append("soil")
-
-
-_BEHAVIOURS = {
-    "abort": _abort,
-    "raise": _raise,
-    "stale": _stale,
-    "hang": _hang,
-    "deaf": _deaf,
-    "busy": _busy,
-    "spin": _spin,
-    "greedy": _greedy,
-    "starved": _starved,
-    "litter": _litter,
-    "noise": _noise,
-    "orphan": _orphan,
-    "roar": _roar,
-    "soil": _soil,
-}

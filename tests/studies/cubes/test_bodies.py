@@ -8,13 +8,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from studies.cases.rows import Row, absolute, equal
 from studies.cubes import cube
 from studies.reports.compare import compare
 from studies.reports.page import page
 from studies.reports.report import document
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
-from studies.verification import Row, absolute, equal
 from tests.studies.support.decks import appendix_deck, soil_deck
 
 ROUND_OFF = 1e-12

@@ -1,5 +1,7 @@
 """The cube: every run in its cell, every variable as declared, the file whole, CF content."""
 
+import csv
+import json
 from dataclasses import replace
 from pathlib import Path
 
@@ -8,21 +10,23 @@ import pytest
 import xarray as xr
 from matplotlib.figure import Figure
 
-from studies import measurements, scenarios
+from studies import laws, measurements, scenarios
 from studies.cubes import cube, variables
-from studies.cubes.variable import LONGEST_LABEL, Quantity, Variable
+from studies.cubes.runs_table import runs_csv
+from studies.cubes.variable import GROUPS, LONGEST_LABEL, Quantity, Variable
 from studies.cubes.variables import STATES
+from studies.quantities.measured import MESH_DETERMINED
+from studies.quantities.parameters import declared
+from studies.sweeps.axes import Axis
 from studies.sweeps.screening import CONTRIBUTIONS
-from studies.values.parameters import declared
-from studies.values.results import MESH_DETERMINED
-from tests.studies.cubes.reading import checks
 from tests.studies.support import compliance, fakes
-from tests.studies.support.fakes import Axis, Sweep
+from tests.studies.support.fakes import sweep_of
 
-ZIP = Sweep((Axis("speed", "m s-1", (5e3, 2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3, 2e-3))), combine="zip")
-WORDS = Sweep(
-    (Axis("projectile", None, ("tin", "lead")), Axis("speed", "m s-1", (5e3, 3e3))),
-    fixed={"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3},
+ZIP = sweep_of(Axis("speed", "m s-1", (5e3, 2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3, 2e-3)), combine="zip")
+WORDS = sweep_of(
+    Axis("projectile", None, ("al-1100-o", "copper-ofhc")),
+    Axis("speed", "m s-1", (5e3, 3e3)),
+    fixed={"plate_thickness": 2e-3},
 )
 
 
@@ -49,7 +53,7 @@ def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
 
 
 def test_grid__a_numeric_axis_ascends_in_whatever_order_it_was_given() -> None:
-    sweep = Sweep((Axis("speed", "m s-1", (5e3, 2e3, 3e3)),))
+    sweep = sweep_of(Axis("speed", "m s-1", (5e3, 2e3, 3e3)))
     dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
     assert list(dataset.speed.values) == [2e3, 3e3, 5e3]
     ids = {point.coordinates["speed"]: point.run.id for point in sweep.runs()}
@@ -65,13 +69,15 @@ def test_zip__runs_are_the_dimension_and_axes_lie_along_it() -> None:
 
 def test_axis__of_names_selects_by_name_and_of_a_material_constant_has_a_cf_name() -> None:
     dataset = cube.build(WORDS, fakes.results(WORDS), fakes.catalogue())
-    assert np.isfinite(dataset.hole_diameter.sel(projectile="lead", speed=3e3))
-    sweep = Sweep((Axis("target.strength.A", "Pa", (9e7, 2e8)),))
+    assert np.isfinite(dataset.hole_diameter.sel(projectile="copper-ofhc", speed=3e3))
+    sweep = sweep_of(Axis("target.strength.A", "Pa", (9e7, 2e8)))
     dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
     assert dataset.target_strength_A.attrs["units"] == "Pa"
 
 
+@pytest.mark.claim("cube", "failed-run-is-a-result")
 def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouched() -> None:
+    """A run that fails is NaN with state and reason in the cube; its neighbours are untouched."""
     sweep = fakes.holes()
     whole, hurt = (
         cube.build(sweep, outcomes, fakes.catalogue()) for outcomes in (fakes.results(sweep), fakes.with_trouble(sweep))
@@ -104,7 +110,7 @@ def test_flags__are_bits_with_meanings() -> None:
 def test_laws__answer_as_themselves_with_range_and_reason() -> None:
     dataset = holes()
     for point in fakes.holes().runs():
-        shot = fakes.shot_of(point.run)
+        shot = laws.shot_of(point.run)
         for law in fakes.HOLE_LAWS:
             for variant in law.variants(shot):
                 label = f"{law.name}/{variant}" if variant else law.name
@@ -189,8 +195,10 @@ def test_undeclared_number__stays_out_and_is_named() -> None:
     assert dataset.attrs["undeclared_numbers"] == "moon_phase"
 
 
+@pytest.mark.claim("cube", "cube-is-cf")
 @pytest.mark.parametrize("case", ["grid", "zip", "words", "refined", "offsets", "nothing"])
 def test_file__opens_as_it_was_built_and_passes_the_cf_checker(tmp_path: Path, case: str) -> None:
+    """compliance-checker finds no error against CF-1.11, and the file has what was built."""
     sweeps = {"zip": ZIP, "words": WORDS, "refined": fakes.refined_holes(), "offsets": fakes.refined_holes((16.0,))}
     sweep = sweeps.get(case, fakes.holes())
     outcomes = {} if case == "nothing" else fakes.results(sweep)
@@ -204,9 +212,57 @@ def test_file__opens_as_it_was_built_and_passes_the_cf_checker(tmp_path: Path, c
     assert compliance.complaints(file) == []
 
 
-def test_cube__reads_well(tmp_path: Path) -> None:
-    for row in checks(tmp_path):
-        assert row.passed, row
+@pytest.fixture(scope="module")
+def written(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
+    """The cube of a refined sweep with laws, shots and histories, as its file has it."""
+    built = cube.build(
+        fakes.refined_holes(), fakes.with_trouble(fakes.refined_holes()), fakes.catalogue(observations=fakes.SHOTS)
+    )
+    with xr.open_dataset(cube.write(built, tmp_path_factory.mktemp("cube") / "cube.nc")) as dataset:
+        return dataset.load()
+
+
+@pytest.mark.claim("cube", "cube-reads")
+def test_cube__is_printed_from_its_main_results_on(written: xr.Dataset) -> None:
+    """A cube is printed with its main results first, and its variables are in the order of their groups."""
+    shown = [str(name) for name in written.data_vars]
+    assert shown[:3] == ["hole_diameter", "hole_diameter_reading_uncertainty", "hole_diameter_converged"]
+    groups = [GROUPS.index(array.attrs["group"]) for array in written.data_vars.values()]
+    assert groups == sorted(groups)
+    assert set(groups[:6]) == {GROUPS.index("result")}  # before the dots of xarray
+
+
+@pytest.mark.claim("cube", "cube-reads")
+def test_cube__has_short_labels_and_every_definition(written: xr.Dataset) -> None:
+    """Labels have at most 40 characters, and no definition of a quantity or parameter is lost."""
+    assert max(len(array.attrs["long_name"]) for array in written.variables.values()) <= LONGEST_LABEL == 40
+    vocabulary = json.loads(written.attrs["vocabulary"])
+    kept = {str(each.attrs.get("comment") or each.attrs["long_name"]) for each in written.values()}
+    assert {meaning for _, meaning in vocabulary["quantities"].values()} <= kept
+    for name, (_, _, meaning) in vocabulary["parameters"].items():
+        assert name not in written or meaning in written[name].attrs.values(), name
+
+
+@pytest.mark.claim("cube", "cube-reads")
+def test_cube__has_fixed_parameters_and_times_as_coordinates(written: xr.Dataset) -> None:
+    """Fixed parameters are scalar coordinates, and histories have times."""
+    for name in json.loads(written.attrs["sweep"])["fixed"]:
+        assert name in written.coords
+        assert not written[name].dims
+    assert "history_time" in written.hole_diameter_history.coords
+    assert not (written.hole_diameter_history.notnull() & written.history_time.isnull()).any()
+
+
+@pytest.mark.claim("cube", "cube-reads")
+def test_table_of_runs__has_every_run_as_its_cell(written: xr.Dataset) -> None:
+    """runs.csv has every run with the value of its cell."""
+    rows = list(csv.DictReader(runs_csv(written).splitlines()))
+    assert len(rows) == written.run_state.size
+    for row in rows:
+        axes = ("speed [m s-1]", "cells_per_diameter", "offset")
+        cell = written.sel({heading.partition(" ")[0]: float(row[heading]) for heading in axes})
+        np.testing.assert_equal(float(row["hole_diameter [m]"] or "nan"), cell.hole_diameter.item())
+        assert row["run_id"] == cell.run_id.item()
 
 
 @pytest.mark.parametrize("name", measurements.names())

@@ -12,11 +12,12 @@ import xarray as xr
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.cubes.limits import VERDICTS
+from studies.quantities.measured import Measured
 from studies.reports.publish import publish_sweep
+from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.search import SearchVerdict
 from studies.sweeps.sweep import Sweep
-from studies.values.results import Measured, RunResult
 
 SWEEP = Sweep.parse(
     {

@@ -12,9 +12,9 @@ from studies.cubes.cells import MissingResult
 from studies.cubes.models import STORED
 from studies.reports import report
 from studies.reports.compare import compare
+from studies.runs.results import RunResult
 from studies.sweeps.screening import CONTRIBUTIONS, EOS, FAILURE, STRONGER, WEAKER
 from studies.sweeps.sweep import Sweep
-from studies.values.results import RunResult
 from tests.studies.sweeps.test_screening import DOCUMENT
 
 STRENGTH = CONTRIBUTIONS[0]

@@ -13,16 +13,21 @@ from studies.cubes import cube
 from studies.cubes.cells import MissingResult
 from studies.cubes.points import points_of, refined
 from studies.cubes.variables import STATES, VERDICT_WORDS
-from studies.sweeps.sweep import RESOLUTION
-from studies.values.results import DEFINITION
+from studies.quantities.measured import DEFINITION
+from studies.runs.run import Run
+from studies.sweeps.axes import Axis
+from studies.sweeps.reading import RESOLUTION
+from studies.sweeps.sweep import Sweep
 from tests.studies.support import fakes
-from tests.studies.support.fakes import Axis, Sweep
+from tests.studies.support.fakes import sweep_of
 
 SWEEP = fakes.refined_holes()
-ZIP = Sweep(
-    (Axis("speed", "m s-1", (5e3, 2e3)), Axis("plate_thickness", "m", (2e-3, 3e-3))),
+ZIP = sweep_of(
+    Axis("speed", "m s-1", (5e3, 2e3)),
+    Axis("plate_thickness", "m", (2e-3, 3e-3)),
     combine="zip",
-    refinements=fakes.refinements(),
+    resolutions=fakes.CELLS,
+    offsets=fakes.OFFSETS,
 )
 
 
@@ -30,7 +35,7 @@ def built(sweep: Sweep = SWEEP, **replaced: Any) -> xr.Dataset:
     return cube.build(sweep, {**fakes.results(sweep), **replaced}, fakes.catalogue())
 
 
-def run_at(sweep: Sweep, **coordinates: float) -> fakes.Run:
+def run_at(sweep: Sweep, **coordinates: float) -> Run:
     (entry,) = [p.run for p in sweep.runs() if coordinates.items() <= p.coordinates.items()]
     return entry
 
@@ -44,8 +49,9 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
     assert dataset.hole_diameter_by_law.dims == ("speed", "hole_diameter_law")
     samples: dict[float, list[Sample]] = {speed: [] for speed in fakes.VERDICTS}
     for p in SWEEP.runs():
-        m, spacing = results[p.run.id].measurements["hole_diameter"], 1 / p.coordinates[RESOLUTION]
-        samples[p.coordinates["speed"]].append(Sample(spacing, m.value, m.parts["resolution"], m.parts["growth"]))
+        m = results[p.run.id].measurements["hole_diameter"]
+        spacing, speed = (float(p.coordinates[name] or 0.0) for name in (RESOLUTION, "speed"))
+        samples[speed].append(Sample(1 / spacing, m.value, m.parts["resolution"], m.parts["growth"]))
     for point, expected, (speed, verdict) in zip(
         refined(dataset, "hole_diameter"), converge_series(samples.values()), fakes.VERDICTS.items(), strict=True
     ):
@@ -60,13 +66,13 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
 
 
 def test_series__has_the_points_that_differ_in_numbers_and_another_for_each_word() -> None:
-    axes = (Axis("speed", "m s-1", (2e3, 4e3)), Axis("method", "", ("mpm", "sph")))
-    sweep = Sweep(axes, fakes.refined_holes().fixed, refinements=fakes.refinements())
+    axes = (Axis("speed", "m s-1", (2e3, 4e3)), fakes.METHODS)
+    sweep = sweep_of(*axes, fixed=fakes.BY_BOTH, resolutions=fakes.CELLS, offsets=fakes.OFFSETS)
     results = fakes.results(sweep)
     for point in sweep.runs():  # of first order; oscillates at 4 km/s with one of the methods
         if point.coordinates["method"] == "mpm" and point.coordinates["speed"] == 4e3:
-            at_2 = {**point.run.parameters, "speed": 2e3}
-            results[point.run.id] = results[fakes.Run(at_2, point.run.scenario).id]
+            at_2 = replace(point.run, parameters={**point.run.parameters, "speed": 2e3})
+            results[point.run.id] = results[at_2.id]
     dataset = cube.build(sweep, results, fakes.catalogue())
     extrapolated = dataset.hole_diameter_converged == dataset.hole_diameter_converged_extrapolated
     assert extrapolated.sel({"method": "mpm"}).all()
@@ -76,13 +82,13 @@ def test_series__has_the_points_that_differ_in_numbers_and_another_for_each_word
 @pytest.mark.parametrize(
     ("cells", "offsets", "dims"),
     [
-        ((16.0,), (0.0,), ("speed",)),
+        ((16.0,), 1, ("speed",)),
         ((16.0,), fakes.OFFSETS, ("speed", "offset")),
-        ((16.0, 32.0), (0.0,), ("speed", "cells_per_diameter")),
+        ((16.0, 32.0), 1, ("speed", "cells_per_diameter")),
     ],
 )
 def test_refinement__is_a_dimension_only_where_there_are_several(
-    cells: tuple[float, ...], offsets: tuple[float, ...], dims: tuple[str, ...]
+    cells: tuple[float, ...], offsets: int, dims: tuple[str, ...]
 ) -> None:
     dataset = built(fakes.refined_holes(cells, offsets))
     assert dataset.hole_diameter.dims == dims
@@ -99,7 +105,7 @@ def test_zip__is_refined_along_its_runs() -> None:
 
 
 def test_failed_run__leaves_its_point_with_the_others_and_says_so() -> None:
-    lost = run_at(SWEEP, speed=2e3, cells_per_diameter=64.0, offset=fakes.OFFSETS[0])
+    lost = run_at(SWEEP, speed=2e3, cells_per_diameter=64.0, offset=0.0)
     late = replace(fakes.result(lost), state="failed", reason="late")
     for result in (MissingResult("crashed", "out of luck"), late):
         dataset = built(SWEEP, **{lost.id: result})
@@ -179,7 +185,7 @@ def test_points__have_the_flags_of_the_runs_that_their_value_is_of(finest_failed
     for point in SWEEP.runs():
         cells = point.coordinates["cells_per_diameter"]
         result = fakes.result(point.run)
-        if point.coordinates["speed"] == 2e3 and cells < 64.0:
+        if point.coordinates["speed"] == 2e3 and cells != 64.0:
             result = replace(result, flags=("under_resolved",))
         elif point.coordinates["speed"] == 2e3 and finest_failed:
             result = replace(result, state="failed", reason="late")

@@ -13,10 +13,10 @@ from solver.simulation import simulate, start
 from solver.state import Snapshot, records
 from studies.films import film
 from studies.films.film import Film
+from studies.quantities.findings import InvalidInput
 from studies.runs.execution import execute, observer_of
+from studies.runs.results import RunControl
 from studies.runs.run import Run
-from studies.values.errors import InvalidInput
-from studies.values.results import RunControl
 from tests.studies.runs.solved import BROKEN_OFF_AFTER, after, asked
 
 MOST = film.FRAMES + 2

@@ -11,7 +11,7 @@ import xarray as xr
 import whipple
 from solver.state import Snapshot
 from studies.films.film import SCALARS, Film
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 from tests.service.support.command import run
 from tests.studies.films.test_film import small_problem, states
 

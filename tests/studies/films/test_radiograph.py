@@ -8,10 +8,8 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.geometry import grid, impact_axis
-from solver.geometry.axisymmetric import Axisymmetric
-from solver.geometry.cartesian3d import Cartesian3D
 from solver.problem import Problem
+from solver.problem.geometry import Axisymmetric, Cartesian3D, grid, impact_axis
 from solver.simulation import start
 from solver.state import Departed, Snapshot
 from studies.films.radiograph import Radiograph, radiograph

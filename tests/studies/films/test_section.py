@@ -12,8 +12,8 @@ from studies.films import section
 from studies.films.section import END, SectionOptions, SectionRecorder, Sections, read_sections
 from studies.runs.execution import execute, observer_of
 from studies.runs.remeasure import load_state
+from studies.runs.results import RunControl
 from studies.runs.run import Run
-from studies.values.results import RunControl
 from tests.contracts.test_scenarios import asked as asked_small
 from tests.contracts.test_scenarios import built
 from tests.studies.runs.solved import asked, solved

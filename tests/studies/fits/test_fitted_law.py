@@ -10,11 +10,11 @@ import pytest
 from studies.cubes.catalogue import catalogue_of
 from studies.fits.fit import fit
 from studies.fits.measured import of_cube
-from studies.laws._fitted import FittedLaw, read_law
-from studies.laws._forms import FORMS
+from studies.laws.fitting.fitted import FittedLaw, read_law
+from studies.laws.fitting.forms import FORMS
+from studies.quantities.findings import InvalidInput
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
 from tests.service.support.command import run
 from tests.studies.support.sized import CRATERS, sized_cube
 

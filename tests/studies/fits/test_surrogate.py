@@ -2,6 +2,7 @@
 
 import json
 import sys
+from collections.abc import Callable, Iterator
 from pathlib import Path
 
 import numpy as np
@@ -9,10 +10,26 @@ import pytest
 import xarray as xr
 from scipy.special import ndtr
 
-from studies.fits.indices import indices_of, indices_of_surrogate
-from studies.fits.surrogate import NUGGET, Surrogate, _process, runs_of, sampled_slices, surrogate_of
+from service.cli.commands.computing import DEMO
+from service.cli.local import run_sweep
+from studies import examples
+from studies.fits.indices import SobolIndex, indices_of, indices_of_surrogate
+from studies.fits.measured import open_cube
+from studies.fits.surrogate import (
+    NUGGET,
+    ComputedRuns,
+    Surrogate,
+    SurrogateInput,
+    _process,
+    runs_of,
+    sampled_slices,
+    surrogate_of,
+)
 from studies.laws import Shot
-from studies.values.errors import InvalidInput, MissingExtra
+from studies.quantities.findings import InvalidInput, MissingExtra
+from studies.sweeps.document import read_yaml
+from studies.sweeps.sampling import LATIN, SOBOL, Sampling
+from tests.rows import Row, at_least
 from tests.service.support.command import run
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
 
@@ -52,13 +69,41 @@ def test_indices__of_the_only_axis_are_one(surrogate: Surrogate) -> None:
     assert (index.name, index.first.value, index.total.value) == ("speed", 1.0, 1.0)
 
 
-def test_indices__of_a_sum_are_the_shares_of_the_variances() -> None:
-    # Variances of uniform distributions, width^2 / 12: 4 and 1.
-    bounds = [(0.0, 4.0), (5.0, 6.0)]
-    first, second = indices_of(lambda x: x[:, 0] + 2.0 * x[:, 1], ["a", "b"], bounds, samples=512)
-    for index, share in ((first, 0.8), (second, 0.2)):
-        assert index.first.low <= share <= index.first.high
-        assert index.total.low <= share <= index.total.high
+# Ishigami and Homma (1990) with a = 7, b = 0.1. With V = a^2/8 + b pi^4/5 + b^2 pi^8/18 + 1/2: S1 = (1 + b pi^4/5)^2 /
+# (2 V), S2 = a^2 / (8 V), S3 = 0, and x3 acts through x1 alone: ST3 = 8 b^2 pi^8 / (225 V).
+A, B = 7.0, 0.1
+VARIANCE = A**2 / 8 + B * np.pi**4 / 5 + B**2 * np.pi**8 / 18 + 0.5
+FIRST = ((1 + B * np.pi**4 / 5) ** 2 / (2 * VARIANCE), A**2 / (8 * VARIANCE), 0.0)
+JOINT = 8 * B**2 * np.pi**8 / (225 * VARIANCE)
+TOTAL = (FIRST[0] + JOINT, FIRST[1], JOINT)
+
+
+def indices_of_ishigami(**options: int) -> Iterator[tuple[str, SobolIndex, float]]:
+    """Name, index and exact value of sin x1 + a sin^2 x2 + b x3^4 sin x1."""
+
+    def function(x: np.ndarray) -> np.ndarray:
+        return np.sin(x[:, 0]) + A * np.sin(x[:, 1]) ** 2 + B * x[:, 2] ** 4 * np.sin(x[:, 0])
+
+    indices = indices_of(function, ("x1", "x2", "x3"), [(-np.pi, np.pi)] * 3, **options)
+    for index, first, total in zip(indices, FIRST, TOTAL, strict=True):
+        yield f"{index.name}, by itself", index.first, first
+        yield f"{index.name}, with interactions", index.total, total
+
+
+@pytest.mark.claim("fits", "ishigami-indices")
+def test_indices__of_ishigamis_function_are_exact(compared: Callable[[Row], None]) -> None:
+    """The Sobol indices of Ishigami's function, 0.314, 0.442 and 0 by themselves, lie within their intervals."""
+    for name, got, exact in indices_of_ishigami():
+        text = f"{got.value:.3f} ({got.low:.3f} to {got.high:.3f})"
+        compared(Row(name, round(exact, 3), text, got.low <= exact <= got.high))
+
+
+@pytest.mark.claim("fits", "sobol-intervals", minutes=0.1)
+def test_indices__have_intervals_that_hold_the_exact_ones(compared: Callable[[Row], None]) -> None:
+    """The intervals of Sobol indices hold Ishigami's exact ones at 90 % or more of 20 seeds."""
+    every = [each for seed in range(20) for each in indices_of_ishigami(samples=1024, seed=seed)]
+    inside = float(np.mean([got.low <= exact <= got.high for _, got, exact in every]))
+    compared(at_least("share inside", limit=COVERED[0], got=inside))
 
 
 def test_process__has_the_likelihood_and_the_predictions_of_scikit_learn() -> None:
@@ -139,3 +184,64 @@ def test_surrogate__without_its_extra_names_it(monkeypatch: pytest.MonkeyPatch, 
     monkeypatch.setitem(sys.modules, "sklearn.gaussian_process", None)
     with pytest.raises(MissingExtra, match=r"whipple\[surrogate\]"):
         surrogate_of(cube, "crater_depth")
+
+
+# ---- runs that were not seen ---------------------------------------------------------------------
+
+COVERED = (0.90, 0.99)  # share of intervals of 95 % that hold what they are about
+MADE_UP = 12  # functions; each is computed at PLACES points and predicted at UNSEEN others
+PLACES, UNSEEN = 16, 40
+
+
+def covered(what: str, share: float) -> Row:
+    low, high = COVERED
+    return Row(f"{what}: coverage", f"{low} to {high}", round(share, 3), low <= share <= high)
+
+
+@pytest.mark.claim("fits", "surrogate-left-out", minutes=10.0)
+def test_surrogates_of_the_demo__predict_each_run_from_the_others(
+    compared: Callable[[Row], None], tmp_path: Path
+) -> None:
+    """Surrogates of the demo's cubes predict each run from the others; 95 % intervals cover 90 to 99 % of all runs."""
+    every = []
+    for name in DEMO:
+        run_sweep(read_yaml(examples.text(name), name), tmp_path / name)
+        dataset = open_cube(tmp_path / name)
+        for quantity in ("hole_diameter", "crater_depth", "crater_diameter"):
+            # The sphere of the demo is a single point.
+            if quantity in dataset and dataset.sizes["speed"] > 1:
+                left = surrogate_of(dataset, quantity).left_out
+                every.append(np.abs(left.errors) <= left.predicted.intervals)
+                errors = ", ".join(f"{1e3 * error:+.3f}" for error in left.errors)
+                compared(Row(f"{name}, {quantity}: predicted minus computed (mm)", "", errors, None))
+                text = f"rms {1e3 * left.rms:.3f} mm, largest {1e3 * left.largest:.3f} mm, Q2 {left.explained:.4f}"
+                compared(Row(f"{name}, {quantity}: errors", "", text, None))
+                # A dozen runs: the share of one cube is 11 of 12, or outside of these limits.
+                compared(Row(f"{name}, {quantity}: coverage", "", round(left.coverage, 3), None))
+    compared(covered("all runs", float(np.concatenate(every).mean())))
+
+
+@pytest.mark.claim("fits", "surrogate-unseen", minutes=0.5)
+def test_surrogates__hold_points_that_they_have_not_seen(compared: Callable[[Row], None]) -> None:
+    """Surrogates over 16 points of made-up laws with scatter hold 90 to 99 % of unseen ones in 95 % intervals."""
+    rng = np.random.default_rng(18)
+    inside, lengths = [], []
+    inputs = (SurrogateInput("v", "1", 2.0, 7.0), SurrogateInput("t", "1", 0.1, 0.6))
+    lows, highs = np.array([[each.low, each.high] for each in inputs]).T
+    for number in range(MADE_UP):
+        c, m, n, b = rng.uniform((0.5, 0.3, 0.2, 0.0), (2.5, 1.0, 0.9, 1.5))
+        scatter = 10 ** rng.uniform(-3.0, -1.5)
+        points, unseen = (
+            lows + (highs - lows) * np.transpose(Sampling(method, count, number).coordinates(2))
+            for method, count in ((SOBOL, PLACES), (LATIN, UNSEEN))
+        )
+        values, exact = (c * x[:, 0] ** m * x[:, 1] ** n + b for x in (points, unseen))
+        noise = scatter * values.std()
+        values = values + noise * rng.standard_normal(len(values))
+        seen = exact + noise * rng.standard_normal(len(exact))
+        predicted = Surrogate(ComputedRuns("y", "1", "made up", inputs, points, values)).predict(unseen)
+        inside.append(float(np.mean(np.abs(predicted.values - seen) <= predicted.intervals)))
+        lengths.append(float(np.median(predicted.intervals) / noise))
+    compared(Row("share inside, by function", "", [round(share, 2) for share in inside], None))
+    compared(Row("median half length over the scatter", "", round(float(np.median(lengths)), 2), None))
+    compared(covered("unseen points", float(np.mean(inside))))

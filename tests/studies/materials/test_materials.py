@@ -9,7 +9,7 @@ import yaml
 
 from studies import materials
 from studies.materials import Material, Model
-from studies.values.errors import InvalidInput
+from studies.quantities.findings import InvalidInput
 
 STRENGTH = {"A": 90e6, "B": 292e6, "n": 0.31, "C": 0.025, "m": 1.09, "reference_rate": 1.0}
 
@@ -68,42 +68,6 @@ def test_with_value__of_an_unknown_path_gives_the_nearest(copper: Material, path
         copper.with_value(path, 1.0)
 
 
-@pytest.mark.parametrize(
-    ("path", "value", "word"),
-    [
-        ("density.value", True, "density.value"),
-        ("density.value", float("nan"), "finite"),
-        ("density.value", -1.0, "density from"),
-        ("density.value", "none", "a density with its unit"),
-        ("density.unit", "kg", "density"),
-        ("density.unit", "1", "kg m-3"),
-        ("density.source", "", "density.source"),
-        ("density.confidence", "sure", "memory"),
-        ("density", 8930, "write '8930 kg/m3'"),
-        ("density.uncertainty", 1, "a key of a number"),
-        ("strength.kind", "johnson-cock", "did you mean 'johnson-cook'"),
-        ("strength.a", {}, "did you mean 'A'"),
-        ("strength.A", None, "strength.A: null"),
-        ("thermal", [], "constants"),
-        ("eos.s.unit", "mm", "eos.s.unit"),
-        ("elasticity", {}, "did you mean 'elastic'"),
-        ("name", "a b", "letters"),
-        ("family", 3, "family"),
-        ("yield_stresses", 3, "list"),
-        ("yield_stresses", [{"value": 1}], "label"),
-    ],
-)
-def test_load__refuses_with_the_key(document: dict[str, Any], path: str, value: object, word: str) -> None:
-    *parents, last = path.split(".")
-    place = document
-    for parent in parents:
-        place = place[parent]
-    place[last] = value
-    message = refused(document)
-    assert word in message
-    assert path.split(".")[0] in message
-
-
 def test_load__tells_everything_at_once(document: dict[str, Any]) -> None:
     del document["eos"]
     document["density"]["unit"] = "m"
@@ -136,8 +100,31 @@ def test_base__gives_what_is_left_out(copper: Material) -> None:
     assert ours.sources["density"] == copper.sources["density"]
 
 
-# Each mistake in the typed steel: path, value (... removes it), and what its one finding says.
+# Each mistake in the document of copper: path, value, and a word of what is said.
 MISTAKES: list[tuple[str, Any, str]] = [
+    ("density.value", True, "density.value"),
+    ("density.value", float("nan"), "finite"),
+    ("density.value", -1.0, "density from"),
+    ("density.value", "none", "a density with its unit"),
+    ("density.unit", "kg", "density"),
+    ("density.unit", "1", "kg m-3"),
+    ("density.source", "", "density.source"),
+    ("density.confidence", "sure", "memory"),
+    ("density", 8930, "write '8930 kg/m3'"),
+    ("density.uncertainty", 1, "a key of a number"),
+    ("strength.kind", "johnson-cock", "did you mean 'johnson-cook'"),
+    ("strength.a", {}, "did you mean 'A'"),
+    ("strength.A", None, "strength.A: null"),
+    ("thermal", [], "constants"),
+    ("eos.s.unit", "mm", "eos.s.unit"),
+    ("elasticity", {}, "did you mean 'elastic'"),
+    ("name", "a b", "letters"),
+    ("family", 3, "family"),
+    ("yield_stresses", 3, "list"),
+    ("yield_stresses", [{"value": 1}], "label"),
+]
+# Each mistake in the typed steel: path, value (... removes it), and what its one finding says.
+MISTYPED: list[tuple[str, Any, str]] = [
     ("strength.A", "900 MPA", "strength.A: '900 MPA'"),
     ("strength.A", 900, "write '900 MPa'"),
     ("strength.A", "900 mm", "a pressure or stress with its unit"),
@@ -151,16 +138,22 @@ MISTAKES: list[tuple[str, Any, str]] = [
 ]
 
 
-@pytest.mark.parametrize(("path", "value", "says"), MISTAKES)
-def test_typed__with_a_mistake_has_one_finding(path: str, value: Any, says: str) -> None:
-    document = typed()
-    *section, key = path.split(".")
-    place = document[section[0]] if section else document
-    place.pop(key, None) if value is ... else place.update({key: value})
+@pytest.mark.parametrize(
+    ("is_typed", "path", "value", "says"), [*((False, *row) for row in MISTAKES), *((True, *row) for row in MISTYPED)]
+)
+def test_material__with_a_mistake_is_refused_with_the_key(
+    document: dict[str, Any], is_typed: bool, path: str, value: Any, says: str
+) -> None:
+    place = written = typed() if is_typed else document
+    *parents, last = path.split(".")
+    for parent in parents:
+        place = place[parent]
+    place.pop(last, None) if value is ... else place.update({last: value})
     with pytest.raises(InvalidInput) as caught:
-        materials.read_own(document, "materials.ours", "ours")
-    (finding,) = caught.value.findings
-    assert says in str(finding)
+        materials.read_own(written, "materials.ours", "ours") if is_typed else materials.load(written)
+    assert says in str(caught.value)
+    assert path.split(".")[0] in str(caught.value)
+    assert len(caught.value.findings) == 1 or not is_typed
 
 
 @pytest.mark.parametrize("given", [None, 3, "[]", []])

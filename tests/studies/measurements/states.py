@@ -3,22 +3,23 @@
 import dataclasses
 import math
 from collections.abc import Callable
+from types import SimpleNamespace
 from typing import Any, get_type_hints
 
 import numpy as np
 from scipy.optimize import brentq
 
+from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
+from solver.state import Particles, Snapshot
 from studies import measurements
 from studies.measurements import History, Reading
-from studies.measurements._bar import BarView
-from studies.measurements._cloud import CloudView, connected
-from studies.measurements._impact import ImpactView
-from studies.measurements._plates import FLYER, TARGET, PlateView
-from studies.measurements._push import MOMENTUM
-from studies.measurements._whole import WholeView
-from studies.measurements.rear_face import PLACE
-from studies.scenarios import Melting
-from tests.studies.measurements.plugs import PlugView, plugged, slowed
+from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
+from studies.measurements.cloud import CloudView, connected
+from studies.measurements.impact.view import ImpactView
+from studies.measurements.plates import FLYER, TARGET, PlateView
+from studies.measurements.plug import PlugView
+from studies.measurements.whole import WholeView
+from studies.scenarios.debris_cloud import Melting
 
 DENSITY = 8930.0
 DIAMETER = 8e-3
@@ -40,6 +41,11 @@ def line(begin: float, end: float) -> np.ndarray:
     """Places of particles that fill begin..end from its end, so that the edge stands exactly at ``begin``."""
     count = round((end - begin) / PARTICLE)
     return begin + PARTICLE * (np.arange(count) + 0.5)
+
+
+def lattice(*lines: np.ndarray) -> tuple[np.ndarray, ...]:
+    """Coordinates (n,) of all points of some lines."""
+    return tuple(axis.ravel() for axis in np.meshgrid(*lines, indexing="ij"))
 
 
 def impact(radius: np.ndarray, depth: np.ndarray, *, thickness: float, breadth: float, **changes: Any) -> ImpactView:
@@ -73,14 +79,13 @@ def impact(radius: np.ndarray, depth: np.ndarray, *, thickness: float, breadth: 
 
 def drilled_disc(hole: float) -> ImpactView:
     """A plate with a round hole: its matter begins exactly at the drill's radius."""
-    points = np.meshgrid(line(hole, RADIUS), line(0.0, THICKNESS), indexing="ij")
-    return impact(*(axis.ravel() for axis in points), thickness=THICKNESS, breadth=RADIUS)
+    radius, depth = lattice(line(hole, RADIUS), line(0.0, THICKNESS))
+    return impact(radius, depth, thickness=THICKNESS, breadth=RADIUS)
 
 
 def scooped_half_space(crater: float) -> ImpactView:
     """A deep block without a ball about the origin."""
-    points = np.meshgrid(line(0.0, BREADTH), line(0.0, DEPTH), indexing="ij")
-    radius, depth = (axis.ravel() for axis in points)
+    radius, depth = lattice(line(0.0, BREADTH), line(0.0, DEPTH))
     left = np.hypot(radius, depth) > crater
     return impact(radius[left], depth[left], thickness=DEPTH, breadth=BREADTH)
 
@@ -95,16 +100,15 @@ def cratered(wall: Callable[[float], float], floor: float) -> ImpactView:
 
 def bored_half_space() -> ImpactView:
     """A deep block with a hole right through it, wider than the column about the axis."""
-    points = np.meshgrid(line(HOLE, BREADTH), line(0.0, DEPTH), indexing="ij")
-    return impact(*(axis.ravel() for axis in points), thickness=DEPTH, breadth=BREADTH)
+    radius, depth = lattice(line(HOLE, BREADTH), line(0.0, DEPTH))
+    return impact(radius, depth, thickness=DEPTH, breadth=BREADTH)
 
 
 def dented_disc(left: float, *, stretch: float = 1.0) -> ImpactView:
     """A plate of which a share is left where the hole would be, on its exit side and drawn out in both directions."""
     disc = drilled_disc(HOLE)
     gone = (1.0 - left) * THICKNESS
-    floor = np.meshgrid(line(0.0, HOLE / stretch), line(gone, THICKNESS), indexing="ij")
-    radius, depth = (axis.ravel() for axis in floor)
+    radius, depth = lattice(line(0.0, HOLE / stretch), line(gone, THICKNESS))
     state = impact(
         np.append(disc.radius, stretch * radius), np.append(disc.depth, depth), thickness=THICKNESS, breadth=RADIUS
     )
@@ -143,15 +147,20 @@ def with_particle(state: ImpactView, radius: float, depth: float) -> ImpactView:
     return dataclasses.replace(state, **arrays)
 
 
+def chosen(state: Any, which: np.ndarray) -> Any:
+    """The particles of a state at some places (k,), or where ``which`` (n, bool) says so."""
+    arrays = {name: value[which] for name, value in vars(state).items() if isinstance(value, np.ndarray)}
+    return dataclasses.replace(state, **arrays)
+
+
 def reordered(state: Any) -> Any:
     """The same particles in another order."""
-    order = np.random.default_rng(0).permutation(state.mass.size)
-    arrays: dict[str, Any] = {
-        field.name: getattr(state, field.name)[order]
-        for field in dataclasses.fields(state)
-        if isinstance(getattr(state, field.name), np.ndarray)
-    }
-    return dataclasses.replace(state, **arrays)
+    return chosen(state, np.random.default_rng(0).permutation(state.mass.size))
+
+
+def without(state: Any, gone: np.ndarray) -> Any:
+    """The particles that are not gone."""
+    return chosen(state, ~gone)
 
 
 def hollowed_half_space(crater: float, *, roof: float, height: float) -> ImpactView:
@@ -159,16 +168,6 @@ def hollowed_half_space(crater: float, *, roof: float, height: float) -> ImpactV
     block = scooped_half_space(crater)
     void = (block.radius < 2.0 * DIAMETER) & (block.depth > crater + roof)
     return without(block, void & (block.depth < crater + roof + height))
-
-
-def without(state: Any, gone: np.ndarray) -> Any:
-    """The particles that are not gone."""
-    arrays: dict[str, Any] = {
-        field.name: getattr(state, field.name)[~gone]
-        for field in dataclasses.fields(state)
-        if isinstance(getattr(state, field.name), np.ndarray)
-    }
-    return dataclasses.replace(state, **arrays)
 
 
 # Bars
@@ -203,9 +202,7 @@ def bar(
     across, along = line(0.0, 0.5 * BAR_DIAMETER), line(0.0, BAR_LENGTH)
     lines = (across, np.zeros(1) if round_model else across, along)
     places = [np.arange(axis.size) for axis in lines]
-    place, points = (
-        np.stack([axis.ravel() for axis in np.meshgrid(*grid, indexing="ij")], axis=-1) for grid in (places, lines)
-    )
+    place, points = (np.stack(lattice(*each), axis=-1) for each in (places, lines))
     inside = np.hypot(points[:, 0], points[:, 1]) < 0.5 * BAR_DIAMETER
     points, place = points[inside], place[inside]
     mass = DENSITY * (points[:, 0] * PARTICLE**2 if round_model else np.full(len(points), PARTICLE**3))
@@ -283,7 +280,7 @@ def pushed(rates: np.ndarray, interval: float = 1e-8) -> History:
     """A bar that is pushed at some rates (shares of its momentum per second), one in each interval."""
     times = interval * np.arange(rates.size + 1)
     momentum = -1.0 + np.concatenate([[0.0], np.cumsum(rates * interval)])
-    return History(times, {MOMENTUM: momentum})
+    return History(times, {rebound_momentum.name: momentum})
 
 
 def rectangle(contact: float, end: float = 2e-6, interval: float = 1e-8) -> np.ndarray:
@@ -339,7 +336,7 @@ def cloud(position: np.ndarray, velocity: np.ndarray, **changes: Any) -> CloudVi
 def ball(radius: float, middle: float) -> np.ndarray:
     """Places (n, 3) of a lattice ball about a place on the axis."""
     across = line(-radius, radius)
-    points = np.stack(np.meshgrid(across, across, across, indexing="ij"), axis=-1).reshape(-1, 3)
+    points = np.stack(lattice(across, across, across), axis=-1)
     inside = (points**2).sum(axis=1) < radius**2
     return points[inside] + np.array([0.0, 0.0, middle])
 
@@ -361,8 +358,7 @@ RING = (12e-3, 15e-3, 30e-3, 33e-3)  # inner and outer radius, lower and upper p
 def ring() -> CloudView:
     """A ring with a rectangular section, of circles of particles with the mass of their lengths."""
     inner, outer, lower, upper = RING
-    radii, depths = np.meshgrid(line(inner, outer), line(lower, upper), indexing="ij")
-    radius, depth = radii.ravel(), depths.ravel()
+    radius, depth = lattice(line(inner, outer), line(lower, upper))
     places = np.stack([radius, np.zeros_like(radius), depth], axis=1)
     mass = DENSITY * 2.0 * math.pi * radius * PARTICLE**2
     return cloud(places, np.full((radius.size, 3), (0.0, 0.0, CLOUD_SPEED)), mass=mass)
@@ -385,6 +381,65 @@ def capped(share: float) -> float:
     return float(1.0 - height)
 
 
+# Plugs
+
+STEEL = 7850.0
+PUNCH, PUNCHED, PUNCHED_TO = 20e-3, 12e-3, 60e-3  # diameter of the projectile, thickness and radius of the plate
+FRONT, REAR = 10.3e-3, 11.1e-3  # radii of the hole at the faces
+PUSHER, PLUG = 200.0, 240.0  # velocities of projectile and plug, m/s
+DISHED = 1.5e-3
+
+
+def plugged(*, free: bool = True, is_open: bool = True, speed: float = PUSHER, plate: float = 10.0) -> PlugView:
+    """A dished plate, a plug with a tenth of it failed and flying along, and a projectile behind it."""
+    hole = 0.5 * (FRONT + REAR)
+    parts = [
+        lattice(line(inner, outer), line(low, high))
+        for inner, outer, low, high in (
+            (FRONT, PUNCHED_TO, 0.0, 0.5 * PUNCHED),
+            (REAR, PUNCHED_TO, 0.5 * PUNCHED, PUNCHED),
+            (0.0, 0.9 * hole, 0.0, PUNCHED),
+            (0.9 * hole, hole, 0.0, PUNCHED),
+            (0.0, 0.5 * PUNCH, -80e-3, 0.0),
+        )
+    ]
+    of = np.repeat(np.arange(len(parts)), [part[0].size for part in parts])
+    radius, origin = (np.concatenate(each) for each in zip(*parts, strict=True))
+    moved = np.array([DISHED, DISHED, 30e-3, 30e-3, 25e-3])
+    core = (of == 2) & free
+    return PlugView(
+        radius=radius,
+        depth=origin + moved[of],
+        origin=origin,
+        velocity=np.array([plate, plate, PLUG, PLUG, speed])[of],
+        mass=2.0 * math.pi * STEEL * radius * PARTICLE**2,
+        projectile=of == 4,
+        attached=(of < 2) | ((of == 2) & (not is_open)),
+        core=core,
+        plug=core | ((of == 3) & free),
+        cell=CELL,
+        width=PARTICLE,
+        density=STEEL,
+        thickness=PUNCHED,
+        plate_radius=PUNCHED_TO,
+        projectile_diameter=PUNCH,
+    )
+
+
+def slowed(touch: float, *, perforated: float = 1.0, end: float = 200e-6, freed: float = 120e-6) -> History:
+    """A projectile that slows down evenly from the touch until its plug is free."""
+    times = np.linspace(0.0, end, 161)
+    lost = np.clip((times - touch) / (freed - touch), 0.0, 1.0) * 0.3
+    return History(
+        times,
+        {
+            "projectile_velocity": PUSHER * (1.0 - lost),
+            "perforated": np.full(times.size, perforated),
+            "plug_mass": np.where(times < freed, math.nan, 29.6e-3),
+        },
+    )
+
+
 # Everything
 
 
@@ -398,6 +453,46 @@ def whole(speed: float) -> WholeView:
         energy=np.array([10.0, 0.0, -1.0]),
         pressure=np.array([-5e9, 2e9, 1e9]),
     )
+
+
+# Settings and snapshots, as views ask for them
+
+
+def setting_of_plate(kind: str, **changes: Any) -> Any:
+    """What ``view`` asks a setting for."""
+    flat = kind == "axisymmetric"
+    cells = round(changes.get("radius", RADIUS) / CELL)
+    deep = round(changes.get("thickness", THICKNESS) / CELL) + 16
+    left, wide = (-RADIUS, 2 * cells) if kind == "half" else (0.0, cells)
+    lower = (0.0, -8.0 * CELL, 0.0) if flat else (left, 0.0, -8.0 * CELL)
+    record = Axisymmetric if flat else Cartesian3D
+    extent = (cells, deep, 0) if flat else (wide, cells, deep)
+    return SimpleNamespace(
+        **{
+            "problem": SimpleNamespace(
+                geometry=grid(record, lower=lower, cells=extent, spacing=CELL),
+                bodies=(body_of("target", DENSITY),),
+                absorbers=(),
+            ),
+            "target": "target",
+            "projectile_diameter": DIAMETER,
+            "thickness": THICKNESS,
+            "radius": RADIUS,
+            "sector": {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}[kind],
+            **changes,
+        }
+    )
+
+
+def body_of(name: str, density: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Any:
+    """What ``view`` asks a body for."""
+    return SimpleNamespace(
+        name=name, density=density, spacing=(PARTICLE,) * 3, velocity=np.array(velocity), mass=np.ones(1)
+    )
+
+
+def snapshot_of(particles: Particles) -> Snapshot:
+    return Snapshot(0.0, 0, particles, np.zeros(particles.mass.size, np.int64))
 
 
 # By what a measurement looks at.
@@ -460,7 +555,7 @@ def joined(push: History, front: History) -> History:
     size = min(push.times.size, front.times.size)
     plug = slowed(5e-6).values
     rise = 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, max(push.times.size, front.times.size)))
-    values = {**push.values, **front.values, **plug, "crater_depth": rise, PLACE: BAR_LENGTH - rise}
+    values = {**push.values, **front.values, **plug, "crater_depth": rise, rear_face_place.name: BAR_LENGTH - rise}
     values |= {"middle_velocity": -1e5 * rise, "middle_stress": -1e12 * rise}
     return History(front.times[:size], {name: value[:size] for name, value in values.items()})
 

@@ -10,76 +10,29 @@ import pytest
 
 from solver.simulation import start
 from solver.state import Departed, Snapshot
-from studies import scenarios
-from studies.measurements._cloud import FEW_PARTICLES, NOTHING_BEHIND, CloudView, connected, exceeded, view
-from studies.measurements._distributions import DISTRIBUTIONS
-from studies.measurements._distributions import SPEEDS as SPEEDS_OF_BINS
-from studies.runs.run import materials_of
-from studies.values.results import DEFINITION
-from tests.contracts.test_scenarios import asked
+from studies.measurements.cloud import DISTRIBUTIONS, FEW_PARTICLES, connected, exceeded, view
+from studies.measurements.cloud import SPEEDS as SPEEDS_OF_BINS
+from studies.quantities.measured import DEFINITION
+from tests.contracts.test_scenarios import asked, built
 from tests.studies.measurements.states import (
     BALLS,
     CELL,
     CENTRE_SPEED,
     CLOUD_SPEED,
     DENSITY,
-    EXPANDED,
     EXPANSION,
     MELTING,
-    RING,
     ROUND_OFF,
     TENTH,
-    THICKNESS,
-    capped,
     cloud,
     expanding_ball,
     read,
-    ring,
     two_balls,
     value,
 )
 
 MASSES = [float(two_balls().mass[two_balls().projectile == first].sum()) for first in (True, False)]
 SPEEDS = [speed for _, _, speed in BALLS]
-
-
-def test_totals__are_those_of_two_balls() -> None:
-    state = two_balls()
-    momentum = sum(m * v for m, v in zip(MASSES, SPEEDS, strict=True))
-    kinetic = sum(0.5 * m * v**2 for m, v in zip(MASSES, SPEEDS, strict=True))
-    assert value("mass_behind", state) == pytest.approx(sum(MASSES), rel=ROUND_OFF)
-    assert value("momentum_behind", state) == pytest.approx(momentum, rel=ROUND_OFF)
-    assert value("kinetic_energy_behind", state) == pytest.approx(kinetic, rel=ROUND_OFF)
-    for name in ("mass", "momentum", "kinetic_energy", "internal_energy"):
-        assert value(f"{name}_before", state) == 0.0
-
-
-def test_totals__before_the_plate_are_those_of_the_mirrored_balls() -> None:
-    state = two_balls()
-    mirrored = dataclasses.replace(state, depth=-state.depth, axial_velocity=-state.axial_velocity)
-    assert value("mass_before", mirrored) == value("mass_behind", state)
-    assert value("momentum_before", mirrored) == -value("momentum_behind", state)
-
-
-def test_velocities__are_those_of_two_balls() -> None:
-    state = two_balls()
-    assert value("tip_velocity_percent", state) == pytest.approx(SPEEDS[1], rel=ROUND_OFF)
-    assert value("tip_velocity_permille", state) == pytest.approx(SPEEDS[1], rel=ROUND_OFF)
-    assert value("rear_velocity", state) == pytest.approx(SPEEDS[0], rel=ROUND_OFF)
-
-
-def test_fragments__are_two_balls() -> None:
-    assert value("fragments", two_balls()) == 2.0
-    assert value("largest_fragment", two_balls()) == pytest.approx(max(MASSES), rel=ROUND_OFF)
-
-
-def test_fragments__of_a_sector_stand_for_their_images() -> None:
-    """Each ball of a quarter that touches no plane is one of four."""
-    state = two_balls()
-    copies = np.where(state.projectile, 4.0, 1.0)
-    quarter = dataclasses.replace(state, copies=copies, mass=state.mass * copies)
-    assert value("fragments", quarter) == 5.0
-    assert value("largest_fragment", quarter) == pytest.approx(max(MASSES), rel=ROUND_OFF)
 
 
 @pytest.mark.parametrize(("gap", "pieces"), [(CELL, 1), (2.0 * CELL, 2)])
@@ -98,24 +51,6 @@ def test_connected__agrees_with_labels_of_the_whole_grid() -> None:
     mine = connected(cell - 5)
     pairs = {(int(a), int(b)) for a, b in zip(mine, label[tuple(cell.T)], strict=True)}
     assert len(pairs) == np.unique(mine).size == pieces > 1
-
-
-def test_ring__has_the_radius_that_a_hundredth_of_it_exceeds() -> None:
-    inner, outer, lower, upper = RING
-    radius = math.sqrt(outer**2 - 0.01 * (outer**2 - inner**2))
-    assert value("cloud_radius", ring()) == pytest.approx(radius, abs=TENTH)
-    place = 0.5 * (lower + upper) - THICKNESS
-    assert value("cloud_radius_place", ring()) == pytest.approx(place, abs=TENTH)
-    length = upper - 0.01 * (upper - lower) - THICKNESS
-    assert value("cloud_length", ring()) == pytest.approx(length, abs=TENTH)
-    ratio = value("cloud_length_over_diameter", ring())
-    assert ratio == pytest.approx(length / (2.0 * radius), rel=TENTH / radius)
-
-
-@pytest.mark.parametrize(("name", "share"), [("tip_velocity_percent", 0.01), ("tip_velocity_permille", 0.001)])
-def test_tip__of_an_expanding_ball_is_that_of_its_cap(name: str, share: float) -> None:
-    expected = CENTRE_SPEED + EXPANSION * EXPANDED * capped(share)
-    assert value(name, expanding_ball()) == pytest.approx(expected, abs=EXPANSION * TENTH)
 
 
 def test_exceeded__does_not_depend_on_the_order_of_equal_values() -> None:
@@ -151,18 +86,6 @@ def test_melted_share__follows_the_lever_rule(excess: float, share: float) -> No
     assert parts[DEFINITION] == pytest.approx(0.5 * (share - liquid), abs=ROUND_OFF)
 
 
-def test_melted_share__without_the_constants_has_a_reason() -> None:
-    state = dataclasses.replace(two_balls(), melting=("never_melts", MELTING))
-    assert read("melted_share_projectile", state).flags == ("never_melts",)
-    assert read("melted_share_behind", state).flags == ("never_melts",)
-
-
-def test_reading__where_nothing_is_behind_has_a_reason() -> None:
-    state = dataclasses.replace(two_balls(), thickness=1.0)
-    for name in ("tip_velocity_percent", "rear_velocity", "cloud_length", "largest_fragment"):
-        assert read(name, state).flags == (NOTHING_BEHIND,)
-
-
 def test_tip__of_fewer_particles_than_its_share_is_flagged() -> None:
     few = cloud(np.array([[0.0, 0.0, 0.02 + 1e-3 * i] for i in range(50)]), np.zeros((50, 3)))
     assert FEW_PARTICLES in read("tip_velocity_percent", few).flags
@@ -195,14 +118,8 @@ def test_distribution__of_an_expanding_ball_is_that_of_its_slices() -> None:
 @pytest.fixture(scope="module", params=["axisymmetric", "quarter", "half"])
 def touching(request: pytest.FixtureRequest) -> tuple[Any, Snapshot]:
     """A projectile that touches its plate."""
-    run = asked("debris_cloud", geometry=request.param)
-    scenario = scenarios.load("debris_cloud")
-    setting = scenario.build(scenario.parameters(**run.parameters), materials_of(run))
+    setting = built(asked("debris_cloud", geometry=request.param))
     return setting, start(setting.problem).snapshot()
-
-
-def numbers(state: CloudView) -> dict[str, float]:
-    return {name: read(name, state).value for name in scenarios.load("debris_cloud").measurements}
 
 
 def test_view__of_the_touch_has_the_whole_projectile_before_the_plate(touching: tuple[Any, Snapshot]) -> None:
@@ -236,19 +153,3 @@ def test_view__counts_what_departed_where_it_has_flown(touching: tuple[Any, Snap
     assert value("largest_fragment", state) == pytest.approx(mass, rel=ROUND_OFF)
     length = read("cloud_length", state).value + setting.thickness
     assert flight - diameter < length < flight
-
-
-def test_view__does_not_depend_on_the_order_of_particles(touching: tuple[Any, Snapshot]) -> None:
-    setting, snapshot = touching
-    flying = through(setting, snapshot, 1e-5)
-    expected = numbers(view(setting, flying))
-    for seed in range(3):
-        random = np.random.default_rng(seed)
-        order = random.permutation(flying.body.size)
-        late = random.permutation(flying.departed.mass.size)
-        shuffled = flying._replace(
-            particles=type(flying.particles)(*(field[order] for field in flying.particles)),
-            body=flying.body[order],
-            departed=Departed(*(field[late] for field in flying.departed)),
-        )
-        assert numbers(view(setting, shuffled)) == pytest.approx(expected, rel=1e-10, nan_ok=True)

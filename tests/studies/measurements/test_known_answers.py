@@ -10,58 +10,77 @@ import numpy as np
 import pytest
 
 from studies.measurements import History
-from studies.measurements.rear_face import PLACE
-from studies.values.results import DEFINITION
+from studies.measurements.bar import rear_face_place
+from studies.quantities.measured import DEFINITION
 from tests.studies.measurements.states import (
+    BALLS,
     BAR_DIAMETER,
     BAR_LENGTH,
     BAR_SPEED,
     BREADTH,
     CELL,
+    CENTRE_SPEED,
     CRATER,
     DENSITY,
     DEPTH,
     DIAMETER,
+    DISHED,
     EDGE,
+    EXPANDED,
+    EXPANSION,
+    FRONT,
     HOLE,
     LATE,
     OPENINGS,
     PARTICLE,
     PLATE,
     PLATE_SPEED,
+    PLUG,
     PRESSURE,
+    PUNCHED,
+    PUSHER,
     RADIUS,
+    REAR,
+    RING,
     ROUND_OFF,
     SHOCK,
     SHOCKED,
+    STEEL,
+    TENTH,
     THICKNESS,
     WALLS,
     bar,
     bored_half_space,
+    capped,
     collared_disc,
     cratered,
     dented_disc,
     drilled_disc,
+    expanding_ball,
     flared,
     hollowed_half_space,
     impact,
+    lattice,
     line,
     lipped_disc,
     plates,
+    plugged,
     pushed,
     read,
     rectangle,
+    ring,
     running,
     scooped_half_space,
+    slowed,
     smeared,
     straight,
     stretched,
+    two_balls,
     value,
     with_particle,
     without,
 )
 
-TENTH = 0.1 * CELL
 LAST_LAYER = BAR_LENGTH - 0.5 * PARTICLE
 OF_THE_WALL_ALONE = ("rigid_energy", "vibration_energy", "strain_energy", "lost_energy", "rebound_momentum")
 AXES = ("largest", "smallest", "mean_root")
@@ -70,8 +89,7 @@ Build = Callable[[], Any]
 
 def conical_disc() -> Any:
     """A plate whose hole has the drill's radius in its middle plane."""
-    points = np.meshgrid(line(0.0, RADIUS), line(0.0, THICKNESS), indexing="ij")
-    radius, depth = (axis.ravel() for axis in points)
+    radius, depth = lattice(line(0.0, RADIUS), line(0.0, THICKNESS))
     left = radius > HOLE + (depth - 0.5 * THICKNESS)
     return impact(radius[left], depth[left], thickness=THICKNESS, breadth=RADIUS)
 
@@ -121,7 +139,7 @@ def depths(*depth: float) -> History:
 
 
 def rear_faces(*place: float) -> History:
-    return History(np.arange(len(place)) * 1e-6, {PLACE: np.array(place)})
+    return History(np.arange(len(place)) * 1e-6, {rear_face_place.name: np.array(place)})
 
 
 def torn(skin: float, below: float) -> Any:
@@ -232,6 +250,27 @@ def bars(shape: Callable[[np.ndarray], np.ndarray]) -> list[Build]:
     return [partial(bar, shape, round_model=flat) for flat in (False, True)]
 
 
+def mirrored_balls() -> Any:
+    state = two_balls()
+    return dataclasses.replace(state, depth=-state.depth, axial_velocity=-state.axial_velocity)
+
+
+def quarter_balls() -> Any:
+    """Each ball of a quarter that touches no plane is one of four."""
+    state = two_balls()
+    copies = np.where(state.projectile, 4.0, 1.0)
+    return dataclasses.replace(state, copies=copies, mass=state.mass * copies)
+
+
+MASSES = [float(two_balls().mass[two_balls().projectile == first].sum()) for first in (True, False)]
+SPEEDS = [speed for _, _, speed in BALLS]
+WEIGHED = list(zip(MASSES, SPEEDS, strict=True))
+MOMENTUM, KINETIC = sum(m * v for m, v in WEIGHED), sum(0.5 * m * v**2 for m, v in WEIGHED)
+# The radius and the length of the ring that a hundredth of its mass exceeds.
+INNER, OUTER, LOWER, UPPER = RING
+RING_RADIUS = math.sqrt(OUTER**2 - 0.01 * (OUTER**2 - INNER**2))
+RING_LENGTH = UPPER - 0.01 * (UPPER - LOWER) - THICKNESS
+CYLINDER = STEEL * math.pi * (0.5 * (FRONT + REAR)) ** 2 * PUNCHED  # mass of the plug
 CAP = (0.25 * DIAMETER) ** 2 / (4.0 * CRATER)  # half of a flat column's floor lies below it
 REFERENCES = (0.9 * BAR_LENGTH, 1.25 * BAR_DIAMETER, 0.8 * BAR_DIAMETER)
 BEHIND = SHOCKED * DENSITY
@@ -349,6 +388,39 @@ KNOWN: list[tuple[str, Build, float, float]] = [
     ),
     ("plateau_pressure", wild_plates, PRESSURE, ROUND_OFF * PRESSURE),
     ("target_shock_speed", slow_start, 5000.0, 1e-5),
+    ("mass_behind", two_balls, sum(MASSES), ROUND_OFF * sum(MASSES)),
+    ("momentum_behind", two_balls, MOMENTUM, ROUND_OFF * MOMENTUM),
+    ("kinetic_energy_behind", two_balls, KINETIC, ROUND_OFF * KINETIC),
+    *((f"{name}_before", two_balls, 0.0, 0.0) for name in ("mass", "momentum", "kinetic_energy", "internal_energy")),
+    ("mass_before", mirrored_balls, sum(MASSES), ROUND_OFF * sum(MASSES)),
+    ("momentum_before", mirrored_balls, -MOMENTUM, ROUND_OFF * MOMENTUM),
+    *((f"tip_velocity_{share}", two_balls, SPEEDS[1], ROUND_OFF * SPEEDS[1]) for share in ("percent", "permille")),
+    ("rear_velocity", two_balls, SPEEDS[0], ROUND_OFF * SPEEDS[0]),
+    ("largest_fragment", two_balls, max(MASSES), ROUND_OFF * max(MASSES)),
+    ("fragments", quarter_balls, 5.0, 0.0),
+    ("largest_fragment", quarter_balls, max(MASSES), ROUND_OFF * max(MASSES)),
+    ("cloud_radius", ring, RING_RADIUS, TENTH),
+    ("cloud_radius_place", ring, 0.5 * (LOWER + UPPER) - THICKNESS, TENTH),
+    ("cloud_length", ring, RING_LENGTH, TENTH),
+    ("cloud_length_over_diameter", ring, 0.5 * RING_LENGTH / RING_RADIUS, 0.5 * RING_LENGTH * TENTH / RING_RADIUS**2),
+    *(
+        (f"tip_velocity_{name}", expanding_ball, CENTRE_SPEED + EXPANSION * EXPANDED * capped(of), EXPANSION * TENTH)
+        for name, of in (("percent", 0.01), ("permille", 0.001))
+    ),
+    ("hole_diameter_front", plugged, 2.0 * FRONT, PARTICLE),
+    ("hole_diameter_rear", plugged, 2.0 * REAR, PARTICLE),
+    ("dishing", plugged, DISHED, 1e-6 * DISHED),
+    ("plug_mass", plugged, CYLINDER, CYLINDER * PARTICLE / FRONT),
+    ("plug_velocity", plugged, PLUG, 1e-6 * PLUG),
+    ("plug_separation", lambda: slowed(7e-6), 120e-6, 200e-6 / 160),  # to the interval between observations
+    ("perforated", plugged, 1.0, 0.0),
+    ("perforated", lambda: plugged(speed=-1.0), 0.0, 0.0),
+    ("perforated", lambda: plugged(is_open=False, speed=9.0), 0.0, 0.0),
+    # A plate that springs back may be faster than a projectile that rebounds.
+    ("perforated", lambda: plugged(is_open=False, speed=-5.0, plate=-20.0), 0.0, 0.0),
+    ("residual_velocity", lambda: slowed(7e-6), 0.7 * PUSHER, 1e-6 * PUSHER),
+    ("residual_velocity", lambda: slowed(7e-6, perforated=0.0), 0.0, 0.0),
+    *(("first_contact", lambda t=t: slowed(t), t, 1e-12) for t in (7.0e-6, 7.6e-6, 8.74e-6)),
 ]
 
 
@@ -424,8 +496,21 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("plateau_pressure", lambda: plates(0.1 * LATE), "no_plateau"),
     ("plateau_pressure", lambda: plates(1.3 * PLATE / SHOCK), "reflected"),
     ("target_shock_speed", lambda: running("target", 5000.0, placed=3), "no_plateau"),
+    *(
+        (name, lambda: dataclasses.replace(two_balls(), melting=("never_melts", two_balls().melting[1])), "never_melts")
+        for name in ("melted_share_projectile", "melted_share_behind")
+    ),
+    *(
+        (name, lambda: dataclasses.replace(two_balls(), thickness=1.0), "nothing_behind")
+        for name in ("tip_velocity_percent", "rear_velocity", "cloud_length", "largest_fragment")
+    ),
+    ("plug_mass", lambda: plugged(free=False), "no_plug"),
+    ("plug_separation", lambda: slowed(7e-6, freed=201e-6), "no_plug"),
+    ("perforated", lambda: plugged(is_open=False, speed=11.0), "undecided"),
+    ("residual_velocity", lambda: slowed(7e-6, perforated=math.nan), "undecided"),
 ]
 DOUBTED: list[tuple[str, Build, str]] = [
+    ("residual_velocity", lambda: slowed(7e-6, end=110e-6), "in_contact"),
     *((name, lambda: dented_disc(0.125), "closed_on_axis") for name in OPENINGS),
     ("hole_diameter_areal", lambda: dented_disc(1.0, stretch=2.1), "closed_on_axis"),
     *((name, lambda: drilled_disc(0.51 * RADIUS), "near_rim") for name in OPENINGS),
@@ -535,6 +620,12 @@ def test_part_of_the_definition__is_half_of_the_gap_between_both_diameters(build
     part = read("hole_diameter", state).parts[DEFINITION]
     assert math.isclose(part, 0.5 * abs(gap), rel_tol=1e-9, abs_tol=1e-12)
     assert DEFINITION not in read("hole_diameter_areal", state).parts
+
+
+def test_part_of_the_definition__of_a_plug_is_half_of_what_has_failed() -> None:
+    """A tenth of its radius: 0.19 of its mass."""
+    part = read("plug_mass", plugged()).parts[DEFINITION]
+    assert part == pytest.approx(0.5 * 0.19 * CYLINDER, rel=0.1)
 
 
 def test_plateau__scatter_is_a_part_of_the_uncertainty_of_its_pressure() -> None:

@@ -7,40 +7,40 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.eos.linear_elastic import LinearElastic
-from solver.geometry import grid
-from solver.geometry.axisymmetric import Axisymmetric
-from solver.geometry.cartesian3d import Cartesian3D
-from solver.state import Particles, Snapshot, empty_table, views
-from studies.measurements._bar import view as view_of_bar
-from studies.measurements._impact import ImpactView, azimuthal_spread, view
-from studies.measurements._plates import view as view_of_plates
-from tests.studies.measurements.shapes import body_of, setting_of_plate, snapshot_of
+from solver.matter.eos import reference_sound_speed
+from solver.simulation import start
+from solver.state import Departed, Particles, Snapshot, empty_table, views
+from studies import measurements, scenarios
+from studies.measurements.bar import view as view_of_bar
+from studies.measurements.impact.opening import azimuthal_spread
+from studies.measurements.impact.view import ImpactView, view
+from studies.measurements.plug import _flying_with, _pieces
+from studies.runs.execution import observer_of
+from studies.runs.remeasure import load_state
+from tests.contracts.test_scenarios import asked as asked_small
+from tests.contracts.test_scenarios import built
 from tests.studies.measurements.states import (
-    BAR_DIAMETER,
-    BAR_LENGTH,
-    BAR_SPEED,
     BREADTH,
     CELL,
     CRATER,
     DENSITY,
     DEPTH,
     HOLE,
-    LATE,
     OPENINGS,
     PARTICLE,
     RADIUS,
     ROUND_OFF,
     THICKNESS,
-    bar,
+    body_of,
+    lattice,
     line,
-    plates,
     read,
     scooped_half_space,
+    setting_of_plate,
+    snapshot_of,
     value,
 )
-
-BULK, SHEAR = 130e9, 40e9  # Pa
+from tests.studies.runs.solved import asked, solved
 
 
 def plate(kind: str, *, hole: float = HOLE, slug: float = 0.0) -> ImpactView:
@@ -57,7 +57,7 @@ def plate_of_particles(
     across, along = line(0.0, RADIUS), line(0.0, THICKNESS)
     wide = np.concatenate([-across[::-1], across]) if kind == "half" else across
     lines = (across, along, np.zeros(1)) if flat else (wide, across, along)
-    position = np.stack([axis.ravel() for axis in np.meshgrid(*lines, indexing="ij")], axis=-1)
+    position = np.stack(lattice(*lines), axis=-1)
     aside = 0.0 if flat else oval * position[:, 1]
     from_axis = np.hypot(position[:, 0] - middle, aside)
     position = position[(from_axis > hole) | (from_axis < slug)]
@@ -253,103 +253,77 @@ def test_azimuthal_spread__of_independent_sectors_is_the_standard_error_of_their
     assert math.isclose(azimuthal_spread(radii), expected, rel_tol=0.03)
 
 
-def bar_of_arrays(kind: str) -> tuple[Any, Particles]:
-    """What ``view`` asks a setting of a bar for, and the particles in their first places."""
-    flat = kind == "round"
-    state = bar(round_model=flat)
-    order = [0, 2, 1] if flat else [0, 1, 2]
-    particles = views(empty_table(len(state.mass)))
-    particles.position[:] = state.position[:, order]
-    particles.velocity[:, order.index(2)] = -BAR_SPEED
-    particles.mass[:] = state.mass
-    particles.density[:] = DENSITY
-    matter = SimpleNamespace(
-        eos=LinearElastic(density=DENSITY, bulk_modulus=BULK, temperature=293.0), shear_modulus=SHEAR
+# Settings and states of real runs
+
+
+@pytest.mark.parametrize("scenario", ["debris_cloud", "taylor_bar", "elastic_bar", "plate_impact"])
+def test_view__of_a_run_does_not_depend_on_the_order_of_particles(scenario: str) -> None:
+    """Each particle is known by its number, whatever body and lattice it is of."""
+    chosen, setting = scenarios.load(scenario), observer_of(asked(scenario)).setting
+    end, random = load_state(solved(scenario) / "state.npz"), np.random.default_rng(0)
+    order, late = (random.permutation(size) for size in (end.body.size, end.departed.mass.size))
+    shuffled = end._replace(
+        particles=Particles(*(field[order] for field in end.particles)),
+        body=end.body[order],
+        departed=Departed(*(field[late] for field in end.departed)),
     )
-    body = SimpleNamespace(
-        name="bar",
-        density=DENSITY,
-        spacing=(PARTICLE,) * 3,
-        mass=state.mass,
-        matter=matter,
-        position=particles.position.copy(),
+    expected, got = (
+        {
+            name: measurements.load(name).read(chosen.parameters.view(setting, snapshot)).value
+            for name in chosen.measurements
+            if not measurements.load(name).follows
+        }
+        for snapshot in (end, shuffled)
     )
-    record = Axisymmetric if flat else Cartesian3D
-    cells = (10, 50, 0) if flat else (10, 10, 50)
-    setting = SimpleNamespace(
-        problem=SimpleNamespace(
-            geometry=grid(record, lower=(0.0,) * 3, cells=cells, spacing=CELL),
-            bodies=(body,),
-            tractions=(),
-            gravity=(0.0, 0.0, 0.0),
-        ),
-        length=BAR_LENGTH,
-        diameter=BAR_DIAMETER,
-        speed=BAR_SPEED,
-        place=state.place,
-        references=(None, None, None),
-    )
-    return setting, particles
+    assert np.isfinite(list(expected.values())).any()
+    assert got == pytest.approx(expected, rel=1e-10, nan_ok=True)
 
 
-@pytest.mark.parametrize("kind", ["round", "quarter"])
-def test_view_of_a_bar__knows_each_particle_by_its_number(kind: str) -> None:
-    setting, particles = bar_of_arrays(kind)
-    order = np.random.default_rng(0).permutation(particles.mass.size)
-    shuffled = Particles(*(field[order] for field in particles))
-    state = view_of_bar(setting, snapshot_of(shuffled))
-    assert math.isclose(value("final_length", state), BAR_LENGTH, rel_tol=ROUND_OFF)
-    assert math.isclose(value("mushroom_diameter", state), BAR_DIAMETER, rel_tol=ROUND_OFF)
-    assert math.isclose(value("rebound_momentum", state), -1.0, rel_tol=ROUND_OFF)
+def bar_at_start(geometry: str, **changes: Any) -> tuple[Any, Snapshot]:
+    setting = built(asked_small("elastic_bar", geometry=geometry, **changes))
+    return setting, start(setting.problem, threads=1).snapshot()
 
 
-@pytest.mark.parametrize("load", [{"tractions": (None,)}, {"gravity": (0.0, 0.0, 9.81)}])
+@pytest.mark.parametrize("load", [{"gravity": -9.81}, {"pressure": -1e8, "pulse": "0 us 1, 1 us 0"}])
 def test_view_of_a_bar__knows_its_loads(load: dict[str, Any]) -> None:
-    setting, particles = bar_of_arrays("quarter")
-    assert not view_of_bar(setting, snapshot_of(particles)).is_loaded
-    vars(setting.problem).update(load)
-    assert view_of_bar(setting, snapshot_of(particles)).is_loaded
+    assert not view_of_bar(*bar_at_start("quarter")).is_loaded
+    square = {"section": "square", "bar_length": 20e-3}
+    assert view_of_bar(*bar_at_start("quarter", speed=0.0, **square, **load)).is_loaded
 
 
-@pytest.mark.parametrize("kind", ["round", "quarter"])
-def test_view_of_a_bar__leaves_out_what_has_left_the_grid(kind: str) -> None:
-    setting, particles = bar_of_arrays(kind)
-    particles.alive[-1] = 0
-    state = view_of_bar(setting, snapshot_of(particles))
-    assert state.mass.size == particles.mass.size - 1
+@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
+def test_view_of_a_bar__leaves_out_what_has_left_the_grid(geometry: str) -> None:
+    setting, snapshot = bar_at_start(geometry)
+    assert math.isclose(value("rebound_momentum", view_of_bar(setting, snapshot)), -1.0, rel_tol=ROUND_OFF)
+    snapshot.particles.alive[snapshot.particles.number == snapshot.body.size - 1] = 0
+    state = view_of_bar(setting, snapshot)
+    assert state.mass.size == snapshot.body.size - 1
     assert read("final_length", state).flags == ("lost_particles",)
 
 
 def test_view_of_a_bar__has_the_elastic_energy_of_uniaxial_stress() -> None:
     """sigma^2 / 2 E per volume, where strain is small: the terms left out are of the order of the strain."""
-    setting, particles = bar_of_arrays("quarter")
-    young = 9.0 * BULK * SHEAR / (3.0 * BULK + SHEAR)
+    setting, snapshot = bar_at_start("quarter")
+    (body,) = setting.problem.bodies
+    shear, bulk = body.matter.shear_modulus, reference_sound_speed(body.matter.eos) ** 2 * body.density
+    young = 9.0 * bulk * shear / (3.0 * bulk + shear)
     stress = 1e-5 * young
-    particles.density[:] = DENSITY * (1.0 - stress / 3.0 / BULK)
-    particles.deviator[:, 2] = 2.0 / 3.0 * stress
-    particles.deviator[:, :2] = -stress / 3.0
-    state = view_of_bar(setting, snapshot_of(particles))
-    expected = 0.5 * stress**2 / young / DENSITY
-    assert np.allclose(state.strain_energy, expected, rtol=1e-4, atol=0.0)
+    snapshot.particles.density[:] = body.density * (1.0 - stress / 3.0 / bulk)
+    snapshot.particles.deviator[:, 2] = 2.0 / 3.0 * stress
+    snapshot.particles.deviator[:, :2] = -stress / 3.0
+    expected = 0.5 * stress**2 / young / body.density
+    assert np.allclose(view_of_bar(setting, snapshot).strain_energy, expected, rtol=1e-4, atol=0.0)
 
 
-@pytest.mark.parametrize("kind", ["round", "quarter"])
-def test_view_of_plates__knows_each_particle_by_its_number(kind: str) -> None:
-    flat = kind == "round"
-    state = plates(LATE)
-    axis = 1 if flat else 2
-    particles = views(empty_table(state.mass.size))
-    particles.position[:, axis] = state.place
-    particles.velocity[:, axis] = state.velocity
-    for name in ("mass", "density", "pressure"):
-        getattr(particles, name)[:] = getattr(state, name)
-    record, cells = (Axisymmetric, (1, 90, 0)) if flat else (Cartesian3D, (1, 1, 90))
-    geometry = grid(record, lower=(0.0,) * 3, cells=cells, spacing=CELL)
-    setting = SimpleNamespace(
-        problem=SimpleNamespace(geometry=geometry), layer=state.layer, section=state.section, speed=state.speed
-    )
-    order = np.random.default_rng(0).permutation(state.mass.size)
-    shuffled = Particles(*(field[order] for field in particles))
-    shuffled_state = view_of_plates(setting, Snapshot(LATE, 0, shuffled, state.body[order]))
-    for name in ("plateau_pressure", "target_density_from_spacing", "flyer_shock_front"):
-        assert math.isclose(value(name, shuffled_state), value(name, state), rel_tol=1e-9)
+def test_failed_matter__joins_nothing_and_flies_with_the_plug() -> None:
+    """A row of cells: plug, two failed particles of which one stays behind, plate up to its rim."""
+    cell = np.stack([np.arange(8), np.zeros(8, int), np.zeros(8, int)], axis=1)
+    whole = np.array([1, 1, 1, 0, 0, 1, 1, 1], bool)
+    rim, mass = cell[:, 0] == 7, np.ones(8)
+    attached, core = _pieces(cell, mass, whole, rim)
+    assert np.flatnonzero(core).tolist() == [0, 1, 2]
+    assert np.flatnonzero(attached).tolist() == [5, 6, 7]
+    velocity = np.array([100.0, 100.0, 100.0, 60.0, 90.0, 0.0, 0.0, 0.0])
+    assert np.flatnonzero(_flying_with(cell, mass, velocity, core, ~whole)).tolist() == [3]
+    velocity[3] = 40.0
+    assert not _flying_with(cell, mass, velocity, core, ~whole).any()

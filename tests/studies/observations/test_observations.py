@@ -6,9 +6,10 @@ from studies import observations, scenarios
 from studies.materials.schema import CONFIDENCES
 from studies.observations import UNKNOWN_ALLOY, AllowedNames, Observation, read_observations
 from studies.observations.compared import FEWEST, bias_and_scatter, compared_shots, stored
-from studies.sweeps.sweep import Sweep, vocabulary
-from studies.values.errors import InvalidInput
-from studies.values.parameters import Parameter, Value
+from studies.quantities.findings import InvalidInput
+from studies.quantities.parameters import Parameter, Value
+from studies.sweeps.reading import vocabulary
+from studies.sweeps.sweep import Sweep
 
 KNOWN = AllowedNames(
     quantities={"hole_diameter": "m", "crater_depth_over_diameter": "1"},

@@ -10,7 +10,9 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.laws import DRAWN_ONLY, OTHER_MATERIAL, LawValue
+from studies.laws import DRAWN_ONLY, Range, Shot
+from studies.laws._range import family
+from studies.quantities.measured import NOT_COMPARED
 from studies.reports.compare import (
     ONLY_SIMULATION,
     UNJUDGED_BY_OBSERVATION,
@@ -23,7 +25,6 @@ from studies.reports.compare import (
     sentence,
     statistics,
 )
-from studies.values.results import NOT_COMPARED
 from tests.studies.support import fakes
 
 MAIDEN = "maiden_al"  # its stated range is 2.5 to 5.5 km/s
@@ -146,13 +147,10 @@ def test_verdict__says_which_laws_are_recalled(word: str, stated: bool) -> None:
 
 
 def test_verdict__lists_laws_for_other_materials_in_one_sentence() -> None:
-    class OfGlass(fakes.Law):
-        def evaluate(self, shot: Any, variant: str) -> LawValue:
-            return LawValue(0.02, False, f"{OTHER_MATERIAL}glass, the target is copper (a source)")
-
+    of_glass = Range((family("glass", "a source"),))
     sweep = fakes.holes()
     laws = tuple(
-        OfGlass(name, "hole_diameter", lambda shot, variant: 2.0, title=f"title of {name}")
+        fakes.law(name, "hole_diameter", lambda shot, variant: 2.5, title=f"title of {name}", range=of_glass)
         for name in ("first", "second")
     )
     catalogue = replace(fakes.catalogue(), laws=(*fakes.HOLE_LAWS, *laws))
@@ -197,8 +195,8 @@ def test_error_bar__judges_where_resolutions_show_the_mesh_error() -> None:
     assert "(converged at 3 of 6 points); inside the error bar (median ±" in sentence(entry)
 
 
-@pytest.mark.parametrize("offsets", [(0.0,), fakes.OFFSETS])
-def test_error_bar__of_a_single_grid_judges_nothing(offsets: tuple[float, ...]) -> None:
+@pytest.mark.parametrize("offsets", [1, fakes.OFFSETS])
+def test_error_bar__of_a_single_grid_judges_nothing(offsets: int) -> None:
     sweep = fakes.refined_holes((16.0,), offsets)
     dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
     entry = residual(dataset, "maiden_c")
@@ -253,11 +251,10 @@ def test_observation__does_not_judge_the_simulation_where_either_error_is_unknow
 
 
 def test_observation__of_another_material_adds_no_constants_to_the_laws_of_the_runs() -> None:
-    class Yields(fakes.Law):
-        def variants(self, shot: Any) -> tuple[str, ...]:
-            return ("Y = 345 MPa",) if shot.speed == 4321.0 else ("Y = 90 MPa",)
+    def variants(shot: Shot) -> tuple[str, ...]:
+        return ("Y = 345 MPa",) if shot.speed == 4321.0 else ("Y = 90 MPa",)
 
-    law = Yields("strength", "hole_diameter", lambda shot, variant: 2.0)
+    law = fakes.law("strength", "hole_diameter", lambda shot, variant: 2.0, variants=variants)
     sweep, shot = fakes.holes(), fakes.observed(4321.0, 2e-3, 15e-3)
     catalogue = replace(fakes.catalogue(observations=(shot,)), laws=(law,))
     residuals = compare(cube.build(sweep, fakes.results(sweep), catalogue)).residuals

@@ -1,7 +1,10 @@
 """Figures of simulation, laws, observations and convergence, and their captions."""
 
+import math
 import re
 from dataclasses import replace
+from functools import partial
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -10,17 +13,21 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
+from studies.laws import Shot
+from studies.quantities.findings import InvalidInput
 from studies.reports.compare import compare
+from studies.reports.drawing.charts import chart, draw
+from studies.reports.drawing.layout import WIDTHS
+from studies.reports.drawing.styles import FLAGGED, NO_MESH_ERROR, OUTSIDE
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
-from studies.reports.plot import plot
-from studies.reports.plot.layout import WIDTHS
-from studies.reports.plot.styles import FLAGGED, NO_MESH_ERROR, OUTSIDE
+from studies.reports.publish import draw_figures
+from studies.sweeps.sweep import Sweep
 from tests.studies.support import fakes
-from tests.studies.support.fakes import Sweep
+from tests.studies.support.fakes import sweep_of
 
 REFINED = fakes.refined_holes()
 OFFSETS_ALONE = fakes.refined_holes((16.0,))
-TWO_GRIDS = fakes.refined_holes((16.0, 32.0), (0.0,))
+TWO_GRIDS = fakes.refined_holes((16.0, 32.0), 1)
 PLAIN = fakes.holes()
 LONELY = 4e3  # the speed at which only the finest resolution has a value, where coarse runs are lost
 
@@ -34,7 +41,7 @@ def without_coarse_runs() -> xr.Dataset:
     lost = [
         point.run.id
         for point in REFINED.runs()
-        if point.coordinates["speed"] == LONELY and point.coordinates["cells_per_diameter"] < fakes.CELLS[-1]
+        if point.coordinates["speed"] == LONELY and point.coordinates["cells_per_diameter"] != fakes.CELLS[-1]
     ]
     crashed = dict.fromkeys(lost, MissingResult("crashed", "out of luck"))
     return built(REFINED, {**fakes.results(REFINED), **crashed})
@@ -66,7 +73,9 @@ def open_speeds(dataset: xr.Dataset) -> list[Any]:
 # --- simulation, laws and observations ------------------------------------------------------------
 
 
+@pytest.mark.claim("report", "cube-redoes-figures")
 def test_main_figure__is_redone_from_the_cube_alone() -> None:
+    """xarray.open_dataset("cube.nc") alone redoes the main figure of the report."""
     dataset = built(PLAIN, fakes.with_trouble(PLAIN))
     ratios = dataset.hole_diameter.where(dataset.run_state == 0) / dataset.equivalent_diameter
     answers = dataset.hole_diameter_by_law / dataset.equivalent_diameter
@@ -122,18 +131,25 @@ def test_caption__counts_points_without_a_mesh_error() -> None:
 
 
 def legend_of(figure: Figure) -> dict[str, Any]:
-    return {trace["name"]: trace for trace in plot(figure)["data"] if trace["showlegend"]}
+    """What stands before each label of the legend, in its order."""
+    legend = chart(figure).legends[0]
+    labels = [text.get_text().replace("\n", " ") for text in legend.get_texts()]
+    return dict(zip(labels, legend.legend_handles, strict=True))
 
 
 def test_legend__is_open_and_dotted_for_a_law_that_is_nowhere_inside_its_range() -> None:
     dataset = built(PLAIN)
     dataset.hole_diameter_by_law_in_range.loc[{"hole_diameter_law": "maiden_al"}] = 0
     legend = legend_of(drawn(dataset, "laws"))
-    assert legend["thesis 1-3, aluminium"]["line"]["dash"] == "dot"
-    assert legend["thesis 1-3, aluminium"]["marker"]["symbol"].endswith("-open")
-    assert legend["thesis 1-5, all constants"]["line"]["dash"] == "dot"
-    assert legend["general form with the sound speed"]["line"]["dash"] == "solid"
-    assert legend[OUTSIDE]["marker"]["symbol"].endswith("-open")
+    looks = {
+        name: (handle.get_linestyle(), handle.get_markerfacecolor())
+        for name, handle in legend.items()
+        if hasattr(handle, "get_markerfacecolor")
+    }
+    assert looks["thesis 1-3, aluminium"] == looks[OUTSIDE] == (":", "none")
+    assert looks["general form with the sound speed"] == ("-", "#d55e00")
+    _, dashes = legend["thesis 1-5, all constants"]._dash_pattern  # of the edge of a patch
+    assert dashes
 
 
 def test_legend__has_no_mark_outside_a_range_where_no_law_has_a_value_there() -> None:
@@ -146,17 +162,17 @@ def test_legend__has_no_mark_outside_a_range_where_no_law_has_a_value_there() ->
 
 def test_legend__explains_open_marks_of_values_without_a_mesh_error() -> None:
     legend = legend_of(drawn(without_coarse_runs(), "laws"))
-    assert legend[NO_MESH_ERROR]["marker"]["symbol"] == "circle-open"
+    assert legend[NO_MESH_ERROR].get_markerfacecolor() == "none"
     assert NO_MESH_ERROR not in legend_of(drawn(built(REFINED), "laws"))
 
 
 def test_flagged_points__are_ringed_with_their_flags_beside_them() -> None:
     dataset = built(PLAIN, fakes.with_trouble(PLAIN))
-    (rings,) = [trace for trace in plot(drawn(dataset, "laws"))["data"] if trace["name"] == FLAGGED]
-    assert (rings["x"], rings["text"]) == ([2.0], ["under resolved"])
-    assert rings["marker"]["size"] > 2 * 7
-    assert rings["marker"]["symbol"] == "circle-open"
-    assert rings["marker"]["line"]["width"] > 0
+    last = chart(drawn(dataset, "laws")).axes[2]
+    (rings,) = [each for each in last.collections if each.get_sizes().size and each.get_sizes()[0] > 100.0]
+    assert rings.get_offsets()[:, 0].tolist() == [2.0]
+    assert not rings.get_facecolors().size
+    assert "under resolved" in {text.get_text() for text in last.texts}
     assert FLAGGED not in legend_of(drawn(built(PLAIN), "laws"))
 
 
@@ -170,7 +186,7 @@ def test_axis__is_set_by_the_simulation_and_the_laws_inside_their_range() -> Non
         if counts and y is not None
     ]
     beyond = [y for panel in figure.panels for s in panel.series for y in s.high if y is not None]
-    low, high = plot(figure)["layout"]["yaxis"]["range"]
+    low, high = chart(figure).axes[0].get_ylim()
     assert low == 0.0
     assert max(inside) < high < max(beyond)
 
@@ -185,28 +201,27 @@ def test_caption_of_growth__explains_a_hole_that_closes_again(share: float, expl
 
 def test_axis__is_not_set_by_a_bar_longer_than_its_value() -> None:
     dataset = built(REFINED)
-    before = plot(drawn(dataset, "laws"))["layout"]["yaxis"]["range"]
+    before = chart(drawn(dataset, "laws")).axes[0].get_ylim()
     bars = dataset.hole_diameter_converged_uncertainty
     bars[(0,) * bars.ndim] = 3.0 * dataset.hole_diameter_converged.max()
     figure = drawn(dataset, "laws")
-    assert plot(figure)["layout"]["yaxis"]["range"] == before
+    assert chart(figure).axes[0].get_ylim() == before
     assert figure.caption.endswith("the frame cuts 1 bar that is longer than its value.")
     assert "the frame" not in drawn(built(REFINED), "laws").caption
 
 
 def test_axis_of_residuals__has_no_sign_at_zero() -> None:
-    axis = plot(drawn(built(PLAIN), "residuals"))["layout"]["yaxis"]
-    texts = dict(zip(axis["tickvals"], axis["ticktext"], strict=True))
+    axis = chart(drawn(built(PLAIN), "residuals")).axes[0].yaxis
+    places = axis.get_majorticklocs()
+    texts = dict(zip(places, axis.get_major_formatter().format_ticks(places), strict=True))
     assert texts[0] == "0\u202f%"
     assert all(text[0] in "+−" for value, text in texts.items() if value)
 
 
 def test_panels__stand_below_each_other_where_the_page_is_narrow() -> None:
     figure = drawn(built(PLAIN), "laws")
-    lefts = [
-        {plot(figure, width)["layout"][f"xaxis{panel}"]["domain"][0] for panel in ("", "2", "3")} for width in WIDTHS
-    ]
-    assert [len(each) for each in lefts] == [3, 2, 1]
+    lefts = [{axes.get_position().x0 for axes in chart(figure, width).axes} for width in WIDTHS.values()]
+    assert [len(each) for each in lefts] == [3, 1]
 
 
 # --- residuals ------------------------------------------------------------------------------------
@@ -242,12 +257,15 @@ def test_band__is_absent_without_resolutions_and_the_caption_says_why(sweep: Swe
     assert reason in figure.caption
 
 
-def test_band__lies_behind_the_marks_and_enters_the_legend_once() -> None:
+def test_band__lies_behind_the_marks() -> None:
     axes = (*REFINED.axes, fakes.Axis("plate_thickness", "m", (2e-3, 3e-3)))
-    traces = plot(drawn(built(Sweep(axes, refinements=REFINED.refinements)), "residuals"))["data"]
-    for axis in ("x", "x2"):
-        assert next(trace["name"] for trace in traces if trace["xaxis"] == axis) == ERROR_BAR
-    assert sum(trace["showlegend"] for trace in traces if trace["name"] == ERROR_BAR) == 1
+    figure = drawn(built(sweep_of(*axes, resolutions=fakes.CELLS, offsets=fakes.OFFSETS)), "residuals")
+    for panel, axes_of_panel in zip(figure.panels, chart(figure).axes, strict=True):
+        assert panel.series[0].label == ERROR_BAR
+        bands = [each for each in axes_of_panel.collections if each.get_alpha() == 0.2]
+        marks = [each for each in axes_of_panel.collections if each not in bands]
+        assert bands
+        assert max(band.zorder for band in bands) < min(mark.zorder for mark in marks)
 
 
 def test_residual__of_a_value_of_zero_is_none() -> None:
@@ -319,14 +337,18 @@ def test_convergence__has_no_band_where_no_error_bar_is_known() -> None:
     assert "no point has resolutions that show" in drawn(dataset, "residuals").caption
 
 
+def constant(value: float, shot: Shot, variant: str) -> float:
+    return value
+
+
 def with_many_laws(*, inside: int) -> xr.Dataset:
     """Holes with nine laws, some of which are inside their range at every point."""
     many = tuple(
-        fakes.Law(
+        fakes.law(
             f"law_{number}",
             "hole_diameter",
-            lambda shot, _, number=number: 1.5 + 0.1 * number,
-            valid=(0.0, 1e9 if number < inside else 1.0),
+            partial(constant, 1.5 + 0.1 * number),
+            range=fakes.within(0.0, math.inf if number < inside else 0.001),
             title=f"law {number}",
         )
         for number in range(9)
@@ -345,11 +367,10 @@ def test_figure__of_many_laws_draws_those_inside_their_range_and_lists_the_other
         if name == "hole_diameter_laws":
             listed = ", ".join(f"law {number}" for number in range(inside, 9))
             assert (f"no point is inside their range: {listed}." in drawn.caption) == bool(listed)
-        entries = [trace for trace in plot(drawn)["data"] if trace.get("showlegend")]
         looks = [
-            (trace["line"]["color"], trace["line"]["dash"], trace["marker"]["symbol"])
-            for trace in entries
-            if trace["name"] in labels
+            (handle.get_color(), handle.get_linestyle(), handle.get_marker())
+            for name, handle in legend_of(drawn).items()
+            if name in labels
         ]
         assert len(set(looks)) == len(looks) == inside
 
@@ -365,46 +386,28 @@ def test_legend__says_which_laws_are_drawn_only() -> None:
 # ---- what fits -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("width", WIDTHS)
-def test_titles__fit_their_panels_and_part_no_number_from_its_unit(width: int) -> None:
-    place = {"speed": 6180.0, "plate_thickness": 2e-3}
-    titled = replace(drawn(built(REFINED), "laws"), scales="own")
+@pytest.mark.parametrize("width", WIDTHS.values())
+def test_titles_and_legend__fit_and_part_no_number_from_its_unit(width: float) -> None:
+    figure = replace(drawn(built(REFINED), "laws"), scales="own")
     title = "speed 6.18 km/s, plate thickness 2 mm"
-    panels = (replace(titled.panels[0], title=title, at=place),) * 6
-    layout = plot(replace(titled, panels=panels), width)["layout"]
-    left, right = layout["xaxis"]["domain"]
-    room = (right - left) * (width - layout["margin"]["l"] - layout["margin"]["r"])
-    lines = re.sub("</?b>", "", layout["annotations"][0]["text"]).split("<br>")
-    # The widest of usual fonts, DejaVu Sans in bold, has 9 px a letter at this size.
-    assert all(9 * len(line) <= room for line in lines)
-    assert "6.18\u00a0km/s" in " ".join(lines)
-
-
-def test_legend__breaks_long_labels_and_has_room_for_each_line() -> None:
-    figure = drawn(built(PLAIN), "laws")
     label = "Volume over energy (constant fitted to one copper shot)"
-    (panel,) = figure.panels[:1]
-    law = next(series for series in panel.series if series.kind == "law")
-    short, long = (
-        plot(replace(figure, panels=(replace(panel, series=(replace(law, label=name),)),)), 340)
-        for name in ("law", label)
-    )
-    (entry,) = {trace["name"] for trace in long["data"]} - {OUTSIDE}
-    assert entry.replace("<br>", " ") == label
-    assert max(map(len, entry.split("<br>"))) <= 44
-    assert long["layout"]["height"] > short["layout"]["height"]
+    laws = (replace(series_of(figure, kind="law")[0], label=label),)
+    panels = (replace(figure.panels[0], title=title, series=laws, note="converging"),) * 6
+    drawing = chart(replace(figure, panels=panels), width)
+    boxes = [axes.title.get_window_extent() for axes in drawing.axes]
+    frames = [axes.get_window_extent() for axes in drawing.axes]
+    assert "6.18\u00a0km/s" in drawing.axes[0].get_title().replace("\n", " ")
+    assert all(title.x1 <= frame.x1 + 1.0 for title, frame in zip(boxes, frames, strict=True))
+    legend = drawing.legends[0].get_window_extent()
+    assert legend.x1 <= width
+    assert legend.y1 < min(axes.get_tightbbox().y0 for axes in drawing.axes)
+    assert label in legend_of(replace(figure, panels=panels))
 
 
 def test_caption__names_laws_that_coincide_and_laws_left_out_as_unjudged() -> None:
     values = (1.3, 1.4, 1.5, 1.6, 1.7, 1.8, 1.8)
     laws = tuple(
-        fakes.Law(
-            f"law_{number}",
-            "hole_diameter",
-            lambda shot, _, value=value: value,
-            valid=(0.0, 1e9),
-            title=f"law {number}",
-        )
+        fakes.law(f"law_{number}", "hole_diameter", partial(constant, value), title=f"law {number}")
         for number, value in enumerate(values)
     )
     laws = (replace(laws[0], confidence="memory"), *laws[1:])
@@ -423,3 +426,42 @@ def test_companions__leave_out_a_reading_that_repeats_another() -> None:
     dataset["hole_diameter_areal"] = dataset["hole_diameter_areal"].copy(data=dataset["hole_diameter"].values)
     names = {figure.name for figure in figures(dataset, compare(dataset))}
     assert "hole_diameter_companions" not in names
+
+
+# ---- files ---------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """The folder of a cube with several figures."""
+    folder = tmp_path_factory.mktemp("cube")
+    cube.write(built(PLAIN, observations=fakes.SHOTS), folder / "cube.nc")
+    return folder
+
+
+def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folder: Path, tmp_path: Path) -> None:
+    with xr.open_dataset(folder / "cube.nc") as dataset:
+        every = figures(dataset, compare(dataset))
+    files = draw_figures(folder, tmp_path, "svg")
+    assert [file.name for file in files] == [f"{figure.name}.svg" for figure in every]
+    for figure, file in zip(every, files, strict=True):
+        # Matplotlib writes each text beside its outlines, as a comment.
+        texts = set(re.findall(r"<!-- (.*?) -->", file.read_text().replace("\u00a0", " ")))
+        panels = {panel.title for panel in figure.panels if panel.title}
+        assert panels <= texts, figure.name
+        assert any(figure.y.label in text for text in texts), figure.name
+
+
+@pytest.mark.parametrize("format", ["png", "pdf"])
+def test_draw__writes_the_format_of_the_ending(format: str, tmp_path: Path) -> None:
+    words = sweep_of(fakes.Axis("projectile", None, ("al-1100-o", "copper-ofhc")))
+    dataset = built(words)
+    file = draw(figures(dataset, compare(dataset))[0], tmp_path / f"words.{format}")
+    assert file.read_bytes()[:5] in (b"\x89PNG\r", b"%PDF-")
+    assert len(list(tmp_path.iterdir())) == 1
+
+
+def test_draw_figures__of_another_file_says_that_it_is_no_cube(tmp_path: Path) -> None:
+    (tmp_path / "cube.nc").write_text("no")
+    with pytest.raises(InvalidInput, match="a cube of whipple"):
+        draw_figures(tmp_path, tmp_path, "png")

@@ -8,12 +8,13 @@ import xarray as xr
 from studies.cubes import cube
 from studies.reports.compare import compare
 from studies.reports.methods import methods_of
+from studies.sweeps.axes import Axis
+from studies.sweeps.sweep import Sweep
 from tests.studies.support import fakes
-from tests.studies.support.fakes import Axis, Sweep
+from tests.studies.support.fakes import sweep_of
 
 SPEED = Axis("speed", "m s-1", (2e3, 7e3))
-METHOD = Axis("method", None, ("mpm", "sph"))
-SWEEP = Sweep((METHOD, SPEED), refinements=(Axis("cells_per_diameter", "1", fakes.CELLS),))
+SWEEP = sweep_of(fakes.METHODS, SPEED, resolutions=fakes.CELLS, fixed=fakes.BY_BOTH)
 
 
 def cube_of(sweep: Sweep, factor: float) -> xr.Dataset:
@@ -45,12 +46,12 @@ def test_methods__are_compared_by_the_bars_of_both(factor: float, says: str) -> 
 
 
 def test_methods__without_a_mesh_error_say_that_nothing_is_known() -> None:
-    dataset = cube_of(Sweep((METHOD, SPEED)), 0.9)
+    dataset = cube_of(sweep_of(fakes.METHODS, SPEED, fixed=fakes.BY_BOTH), 0.9)
     document = methods_of(dataset, compare(dataset).points)
     assert document is not None
     assert "lack the mesh" in document["quantities"][0]["sentences"][0]
 
 
 def test_methods__of_a_single_one_are_none() -> None:
-    dataset = cube_of(Sweep((SPEED,)), 1.0)
+    dataset = cube_of(sweep_of(SPEED), 1.0)
     assert methods_of(dataset, compare(dataset).points) is None

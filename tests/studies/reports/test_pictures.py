@@ -12,19 +12,19 @@ import pytest
 from PIL import Image
 
 from studies.films.section import END, Section, Sections, read_sections
+from studies.quantities.display import printed
+from studies.quantities.parameters import Parameter
 from studies.reports import page
-from studies.reports.pictures import MOST_FULL, MOST_RUNS
-from studies.reports.plot.styles import WINDOW
-from studies.reports.plot.traces import SHADE
+from studies.reports.drawing.pixels import coloured, colours, nearest
+from studies.reports.drawing.sketches import setup_sketch
+from studies.reports.pictures import MOST_FULL, MOST_RUNS, Frame
 from studies.reports.publish import publish_sweep
-from studies.reports.raster import VIRIDIS, Frame, nearest, png, ramp
 from studies.reports.setup import upward
-from studies.reports.sketches import WIDTH, setup_sketch
-from studies.values.formats import printed
-from studies.values.parameters import Parameter
+from studies.sweeps.axes import Axis
+from studies.sweeps.sweep import Sweep
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
-from tests.studies.support.fakes import Axis, Sweep
+from tests.studies.support.fakes import sweep_of
 
 MOST_BYTES = 8 << 20  # of a report
 Reported = tuple[dict, str]
@@ -44,7 +44,7 @@ def pictures_of_run(document: dict, number: int) -> list[dict]:
 def report(tmp_path_factory: pytest.TempPathFactory) -> Reported:
     """A run with sections, one with a torn file, one without, and one that failed."""
     folder = tmp_path_factory.mktemp("report")
-    sweep = Sweep((Axis("speed", "m s-1", (2e3, 3e3, 4e3)),))
+    sweep = sweep_of(Axis("speed", "m s-1", (2e3, 3e3, 4e3)))
     file = solved("thin_plate") / "sections.npz"
     torn = folder / "torn.npz"
     torn.write_bytes(file.read_bytes()[:1000])
@@ -101,12 +101,13 @@ def test_pictures__of_many_runs_are_of_some_and_the_report_stays_small(tmp_path:
 
 def test_page__embeds_pictures_that_can_be_opened(report: Reported) -> None:
     _, html = report
-    embedded = re.findall(r'href="data:image/png;base64,([^"]+)"', html)
+    runs = re.findall(r'<svg class="picture of-run.*?</svg>', html, re.DOTALL)
     # Thumbnails of the end and of one moment; five fields and that moment in full.
-    assert len(embedded) == 2 + 5 + 1
-    for text in embedded:
-        picture = Image.open(io.BytesIO(base64.b64decode(text)))
-        shown = np.asarray(picture.convert("RGBA"))
+    assert len(runs) == 2 + 5 + 1
+    for drawn in runs:
+        embedded = re.findall(r'href="data:image/png;base64,([^"]+)"', drawn)
+        assert len(embedded) == (1 if "thumbnail" in drawn else 2)  # with a colour bar
+        shown = np.asarray(Image.open(io.BytesIO(base64.b64decode(embedded[0]))).convert("RGBA"))
         assert 0.0 < (shown[..., 3] > 0).mean() < 1.0
         np.testing.assert_array_equal(shown, shown[:, ::-1])  # the mirror image
 
@@ -138,14 +139,11 @@ def test_raster__without_a_mirror_has_one_side_alone() -> None:
     assert (particles >= 0).any()
 
 
-def test_png__colours_values_between_the_limits_and_leaves_the_rest_clear() -> None:
+def test_pixels__have_colours_between_the_limits_and_are_clear_elsewhere() -> None:
     values = np.array([-1.0, 0.5, 2.0, np.nan])
-    picture = Image.open(io.BytesIO(png(np.array([[0, 1, 2, 3, -1]]), values, (0.0, 1.0), VIRIDIS)))
-    low, middle, high, unknown, nothing = np.asarray(picture.convert("RGBA"))[0]
-    shades = ramp(VIRIDIS, 255)
-    np.testing.assert_allclose(low[:3], shades[0])
-    np.testing.assert_allclose(middle[:3], shades[127], atol=2)
-    np.testing.assert_allclose(high[:3], shades[-1])
+    low, middle, high, unknown, nothing = coloured(np.array([[0, 1, 2, 3, -1]]), values, (0.0, 1.0), "pressure")[0]
+    for shown, share in ((low, 0.0), (middle, 0.5), (high, 1.0)):
+        np.testing.assert_allclose(shown, 255.0 * np.array(colours("pressure")(share)), atol=1.0)
     assert len(set(unknown[:3])) == 1
     assert nothing[3] == 0 != unknown[3]
 
@@ -158,11 +156,9 @@ def test_page__of_a_report_without_sections_says_so_for_each_run(tmp_path: Path)
 
 
 def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None:
-    sweep = fakes.holes(fixed={"projectile_diameter": 8e-3, "plate_radius": 28e-3})
+    sweep = fakes.holes(fixed={"plate_radius": 28e-3})
     catalogue = fakes.catalogue()
-    parameters = {**catalogue.parameters, "plate_radius": fakes.PARAMETERS["plate_thickness"]}
-    parameters["plate_radius"] = replace(parameters["plate_radius"], name="plate_radius")
-    catalogue = replace(catalogue, parameters=parameters)
+    catalogue = replace(catalogue, parameters={**catalogue.parameters, **fakes.declared_of("plate_radius")})
     files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue)
     setup = json.loads(Path(files["report.json"]).read_text())["pictures"]["setup"]
     assert setup["labels"] == {
@@ -172,18 +168,19 @@ def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None
         "speed": "2 to 7 km/s",
     }
     html = Path(files["report.html"]).read_text()
-    drawn = re.search(r'<svg class="picture full setup".*?</svg>', html, re.DOTALL)
-    assert drawn
-    radius = float(re.findall(r'<circle class="body" [^>]*r="([\d.]+)"', drawn[0])[0])
-    wide, high = (
-        float(re.findall(rf'<rect class="body" [^>]*{name}="([\d.]+)"', drawn[0])[0]) for name in ("width", "height")
-    )
-    assert 2 * radius / wide == pytest.approx(8 / 56, rel=0.01)
+    (disc, _), (wide, high) = (size_of(body, html) for body in ("projectile", "target"))
+    assert disc / wide == pytest.approx(8 / 56, rel=0.01)
     assert high / wide == pytest.approx(2 / 56, rel=0.03)
 
 
+def size_of(body: str, html: str) -> np.ndarray:
+    """Width and height of the outline of a body in the sketch."""
+    outlines = re.findall(rf'<g class="{body}"> *<path d="([^"]*)"', html)
+    return np.ptp(np.array(re.findall(r"(-?[\d.]+) (-?[\d.]+)", outlines[0]), float), axis=0)
+
+
 def test_growth__shades_the_window_in_which_it_is_judged(tmp_path: Path) -> None:
-    sweep = Sweep((Axis("speed", "m s-1", (2e3, 3e3)),))
+    sweep = sweep_of(Axis("speed", "m s-1", (2e3, 3e3)))
     sweep = replace(sweep, fixed={**sweep.fixed, "settled_window": 5e-6})
     catalogue = fakes.catalogue()
     window = Parameter(name="settled_window", kind="quantity", unit="s", meaning="window")
@@ -194,31 +191,19 @@ def test_growth__shades_the_window_in_which_it_is_judged(tmp_path: Path) -> None
     report = json.loads(Path(files["report.json"]).read_text())
     [growth, _] = [run["growth"] for run in report["pictures"]["runs"]]
     assert growth["window"] == pytest.approx([35e-6, 40e-6])
-    html = Path(files["report.html"]).read_text()
-    shaded = re.search(r'<rect class="window" x="([\d.]+)" y="\d+" width="([\d.]+)"', html)
-    ticks = dict(re.findall(r'<text class="tick" x="([\d.]+)" y="227"[^>]*>(\d+)<', html))
-    at = {int(time): float(x) for x, time in ticks.items()}
-    assert shaded
-    left, width = (float(number) for number in shaded.groups())
-    scale = (at[40] - at[0]) / 40.0
-    assert left == pytest.approx(at[0] + 35 * scale, abs=0.3)
-    assert width == pytest.approx(5 * scale, abs=0.3)
     # The figure of all runs has the same window, over each line.
     (figure,) = [each for each in report["figures"] if each["name"] == "hole_diameter_growth"]
-    histories = figure["panels"][0]["series"]
-    assert [each["window"] for each in histories] == [growth["window"]] * 2
-    place = report["figures"].index(figure)
-    drawing = re.search(rf'data-drawing="{place}">(.*?)</script>', html)
-    assert drawing
-    (piece,) = json.loads(drawing[1])["pieces"]
-    shades = [trace for trace in piece["data"] if trace["line"]["width"] == SHADE]
-    for shade, line in zip([each for each in shades if None not in each["x"]], histories, strict=True):
-        assert shade["x"][0] == pytest.approx(35.0)
-        assert shade["x"][-1] == pytest.approx(40.0)
-        assert shade["y"][-1] == line["y"][-1]
-        at_begin = np.interp(35e-6, line["x"], line["y"])
-        assert shade["y"][0] == pytest.approx(at_begin)
-    assert [trace["name"] for trace in shades if trace["showlegend"]] == [WINDOW]
+    assert [each["window"] for each in figure["panels"][0]["series"]] == [growth["window"]] * 2
+    html = Path(files["report.html"]).read_text()
+    shades = re.findall(r'<g class="shade"> *<path d="([^"]*)"', html)
+    assert len(shades) == 2 * 2 + 2  # each width of the figure, and each run
+    for drawn in re.findall(r'<svg class="picture full growth".*?</svg>', html, re.DOTALL):
+        ticks = dict(re.findall(r'x="([\d.]+)"[^>]*>(\d+)</text>', drawn.partition("time (")[0]))
+        at = {int(time): float(x) for x, time in ticks.items()}
+        (shade,) = re.findall(r'<g class="shade"> *<path d="([^"]*)"', drawn)
+        x = np.array(re.findall(r"([\d.]+) [\d.]+", shade), float)
+        scale = (at[40] - at[0]) / 40.0
+        assert x[[0, -1]] == pytest.approx([at[0] + 35 * scale, at[0] + 40 * scale], abs=0.3)
 
 
 def test_upward__is_where_a_body_flies_against_its_coordinate() -> None:
@@ -242,13 +227,18 @@ def test_setup__keeps_long_names_of_materials_inside_and_off_the_axis() -> None:
             "alt": "",
         }
     )
-    axis = 0.5 * (WIDTH - 60)
-    labels = re.findall(r'<text class="tick" x="([\d.]+)"[^>]*anchor="(\w+)">([^<]+)<', drawn)
+    (axis,) = set(re.findall(r'd="M ([\d.]+) [\d.]+ L \1 ', drawn))
+    labels = [
+        (x, anchor or "start", text)
+        for anchor, x, text in re.findall(
+            r'<text style="[^"]*?(?:text-anchor: (\w+)[^"]*)?" x="([\d.]+)"[^>]*>([^<]+)<', drawn
+        )
+    ]
     assert [text for _, _, text in labels].count("copper-thesis-plastic") == 2
     for x, anchor, text in labels:
         if text.endswith("km/s"):
             continue
-        wide = 6.2 * len(text)
+        wide = 4.65 * len(text)
         left = float(x) - (wide if anchor == "end" else 0.0)
         assert left >= 0.0
-        assert left + wide <= axis
+        assert left + wide <= float(axis)

@@ -8,11 +8,12 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES
+from studies.quantities.measured import Measured
 from studies.reports import compare, page, report
 from studies.reports.publish import publish, publish_sweep
+from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
-from studies.values.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES
-from studies.values.results import Measured, RunResult
 from tests.studies.support import fakes
 from tests.studies.support.decks import appendix_deck
 

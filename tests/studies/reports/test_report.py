@@ -10,11 +10,10 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.runs_table import runs_csv
-from studies.reports import page, report
-from studies.reports.compare import compare
-from studies.values.formats import (
+from studies.quantities.display import (
     KINDS,
     MESH_UNKNOWN,
+    digits,
     display_of,
     kind_of,
     printed,
@@ -22,25 +21,26 @@ from studies.values.formats import (
     printed_beside,
     printed_in,
 )
-from studies.values.quantities import DISPLAY_UNITS
+from studies.quantities.units import DISPLAY_UNITS
+from studies.reports import page, report
+from studies.reports.compare import compare
+from studies.reports.drawing.charts import chart
+from studies.sweeps.axes import Axis
 from tests.studies.support import fakes
-from tests.studies.support.fakes import Axis, Sweep
+from tests.studies.support.fakes import sweep_of
 from tests.studies.support.printed import Page, at, read_page
 
 SWEEPS = {
     "grid": fakes.holes(),
     "craters": fakes.craters(),
-    "zip": Sweep((Axis("speed", "m s-1", (2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3))), combine="zip"),
-    "words": Sweep(
-        (Axis("projectile", None, ("tin", "lead")),),
-        fixed={"projectile_diameter": fakes.DIAMETER, "plate_thickness": 2e-3},
-    ),
-    "no speed": Sweep((Axis("plate_thickness", "m", (2e-3, 3e-3)), Axis("target.strength.A", "Pa", (9e7, 2e8)))),
-    "one run": Sweep((Axis("speed", "m s-1", (5e3,)),)),
+    "zip": sweep_of(Axis("speed", "m s-1", (2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3)), combine="zip"),
+    "words": sweep_of(Axis("projectile", None, ("al-1100-o", "copper-ofhc"))),
+    "no speed": sweep_of(Axis("plate_thickness", "m", (2e-3, 3e-3)), Axis("target.strength.A", "Pa", (9e7, 2e8))),
+    "one run": sweep_of(Axis("speed", "m s-1", (5e3,))),
     "refined": fakes.refined_holes(),
     "offsets": fakes.refined_holes((16.0,)),
     "mixed versions": fakes.holes(),
-    "methods": Sweep((Axis("method", None, ("mpm", "sph")), Axis("speed", "m s-1", (2e3, 3e3)))),
+    "methods": sweep_of(fakes.METHODS, Axis("speed", "m s-1", (2e3, 3e3)), fixed=fakes.BY_BOTH),
 }
 Case = tuple[xr.Dataset, dict, Page]
 
@@ -76,7 +76,9 @@ def case(request: pytest.FixtureRequest) -> Case:
     return dataset, document, read_page(page.page(document))
 
 
+@pytest.mark.claim("report", "html-json-cube")
 def test_page__every_number_is_the_one_in_the_document(case: Case) -> None:
+    """Every number in the HTML equals the one in report.json."""
     _, document, shown = case
     numbers = [mark for mark in shown.marks if mark.value is not None]
     assert len(numbers) > 30
@@ -129,19 +131,36 @@ def test_page__has_no_digit_of_its_own_and_loads_nothing(case: Case) -> None:
 
 def test_drawings__show_the_points_of_the_document(case: Case) -> None:
     _, document, shown = case
-    assert len(shown.drawings) == len(document["figures"]) > 0
-    for drawing, figure in zip(shown.drawings, document["figures"], strict=True):
-        x, y = (display_of(figure[axis]["unit"]).factor for axis in "xy")
-        traces = [trace for piece in drawing["pieces"] for trace in piece["data"]]
-        drawn = {(a, b) for t in traces for a, b in zip(t["x"], t["y"], strict=True)}
-        for series in (each for panel in figure["panels"] for each in panel["series"]):
-            for name in ("y", "low", "high"):
-                for a, b in zip(series["x"], series[name] or [None] * len(series["x"]), strict=True):
-                    if a is not None and b is not None:
-                        assert (a if isinstance(a, str) else a * x, b * y) in drawn
+    assert document["figures"]
+    for plain in document["figures"]:
+        figure = page.figure_of(plain)
+        factors = np.array([display_of(scale.unit).factor for scale in (figure.x, figure.y)])
+        words = list(dict.fromkeys(x for panel in figure.panels for each in panel.series for x in each.x))
+        for panel, axes in zip(figure.panels, chart(figure).axes, strict=True):
+            paths = [path.vertices for each in axes.collections for path in each.get_paths()]
+            drawn = {
+                tuple(each)
+                for each in np.concatenate(
+                    [
+                        *paths,
+                        *(each.get_offsets() for each in axes.collections),
+                        *(line.get_xydata() for line in axes.lines),
+                    ]
+                )
+            }
+            for series in panel.series:
+                for values in (series.y, series.low, series.high):
+                    for x, y in zip(series.x, values, strict=False):
+                        if x is not None and y is not None:
+                            at = (words.index(x) / factors[0] if isinstance(x, str) else x, y)
+                            assert tuple(np.array(at, float) * factors) in drawn
+                        if y is not None and series.kind == "simulation":
+                            assert any(text.startswith(series.label) and digits(y) in text for text in shown.says)
 
 
+@pytest.mark.claim("report", "html-json-cube")
 def test_runs__have_the_values_of_their_cells(case: Case) -> None:
+    """Every number of a run in report.json equals the one in the cube."""
     dataset, document, _ = case
     flat = dataset.stack(cell=dataset.run_state.dims)
     assert len(document["runs"]) == dataset.run_state.size
@@ -180,7 +199,9 @@ def test_convergence__has_the_values_of_each_resolution(case: Case) -> None:
         np.testing.assert_allclose([level["value"] for level in row["levels"]], means)
 
 
+@pytest.mark.claim("cube", "failed-run-is-a-result")
 def test_failed_and_flagged_runs__are_named_with_their_reasons() -> None:
+    """A run that fails is in the report with its reason."""
     texts = {mark.text for mark in read_page(page.page(document_of(cube_of("grid")))).marks}
     assert {
         "density = 3e4 at particle 17 of 'target', t = 1.2e-06 s, step 88",

@@ -14,11 +14,11 @@ from typing import Any
 import numpy as np
 
 from solver import PHYSICS_VERSION
+from studies.quantities.files import STATE
 from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
+from studies.runs.results import RunResult
 from studies.runs.run import Run
-from studies.values.files import STATE
-from studies.values.results import RunResult
 from tests.contracts.test_scenarios import asked
 
 FILE = Path(__file__).with_name("regression.json")

@@ -14,8 +14,8 @@ import pytest
 
 from solver import PHYSICS_VERSION
 from studies import scenarios
+from studies.quantities.parameters import declared
 from studies.runs.remeasure import definitions
-from studies.values.parameters import declared
 from tests.rows import Row, equal
 from tests.studies.runs.regression import CASES, FILE, RELATIVE, computed, run_of
 
@@ -104,7 +104,7 @@ NUMBERS = "test_regression__same_identity_gives_the_same_numbers"
 # What is changed: file, text, its replacement; the case that notices it, and the words in which it says so.
 CHANGES: tuple[tuple[str, str, str, str, str], ...] = (
     (
-        "studies/measurements/_plates.py",
+        "studies/measurements/plates.py",
         "OUTER = 0.2",
         "OUTER = 0.3",
         "plate impact",
@@ -112,7 +112,7 @@ CHANGES: tuple[tuple[str, str, str, str, str], ...] = (
     ),
     ("studies/scenarios/taylor_bar.py", "] = HUGONIOT", '] = "cubic"', "Taylor bar", "raise PHYSICS_VERSION"),
     ("studies/scenarios/taylor_bar.py", "] = 190.0", "] = 200.0", "Taylor bar", "is another run now"),
-    ("solver/timestep.py", "GROWTH = 1.05", "GROWTH = 1.06", "plate impact", "raise PHYSICS_VERSION"),
+    ("solver/steps/timestep.py", "GROWTH = 1.05", "GROWTH = 1.06", "plate impact", "raise PHYSICS_VERSION"),
 )
 
 

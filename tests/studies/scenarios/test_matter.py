@@ -6,25 +6,17 @@ from typing import Any
 
 import pytest
 
-from solver.eos.linear_elastic import LinearElastic
-from solver.failure.johnson_cook import ModifiedJohnsonCookDamage
-from solver.failure.none import NoFailure
-from solver.failure.plastic_strain import PlasticStrainLimit
-from solver.failure.spall import Spall
-from solver.strength.steinberg_guinan import SteinbergGuinan
-from solver.tension.recoverable import RecoverableTension
-from solver.tension.unlimited import UnlimitedTension
-from studies import materials, scenarios
+from solver.matter.eos.linear_elastic import LinearElastic
+from solver.matter.failure.johnson_cook import ModifiedJohnsonCookDamage
+from solver.matter.failure.none import NoFailure
+from solver.matter.failure.plastic_strain import PlasticStrainLimit
+from solver.matter.failure.spall import Spall
+from solver.matter.strength.steinberg_guinan import SteinbergGuinan
+from solver.matter.tension.recoverable import RecoverableTension
+from solver.matter.tension.unlimited import UnlimitedTension
+from studies import materials
 from studies.scenarios import Materials
-from studies.scenarios._matter import (
-    Fracture,
-    check_boiling,
-    check_constants,
-    check_eos,
-    check_failure,
-    failure_of,
-    matter,
-)
+from studies.scenarios.parts.matter import Fracture, check_constants, check_eos, matter
 
 COPPER = materials.load("copper-ofhc")
 THESIS = materials.load("copper-thesis-plastic")  # no spall strength
@@ -41,15 +33,8 @@ def test_matter__has_the_constants_of_the_material() -> None:
     assert made.tension == RecoverableTension(1.9e9)
     assert (made.room_temperature, made.melt_temperature) == (294.0, 1356.0)
     assert made.failure == NoFailure()
-
-
-def test_eos__of_another_kind_has_one_form() -> None:
-    boiling = materials.load("copper-ofhc-tillotson")
-    roles = {"projectile": COPPER, "target": boiling}
-    assert check_eos("hugoniot", roles) == check_eos("cubic", ROLES) == []
-    [finding] = check_eos("cubic", roles)
-    assert (finding.field, finding.value) == ("eos_form", "cubic")
-    assert boiling.name in finding.limit
+    assert matter(PRESSED).strength == SteinbergGuinan(*STEINBERG)
+    assert matter(COPPER, thermal_softening=False).melt_temperature == math.inf
 
 
 @pytest.mark.parametrize("name", ["copper-ofhc", "copper-ofhc-tillotson"])
@@ -83,26 +68,6 @@ def test_cubic__is_refused_where_its_curve_turns_down() -> None:
     assert "s = 0.9" in finding.limit
 
 
-@pytest.mark.parametrize("scenario", ["thin_plate", "thick_plate", "taylor_bar"])
-@pytest.mark.parametrize(("name", "value"), [("tension", "unlimited"), ("thermal_softening", False)])
-def test_boiling__is_refused_without_melting_and_its_tension(scenario: str, name: str, value: Any) -> None:
-    result = scenarios.load(scenario)
-    asked = {
-        one.name: {"speed": 4e3, "projectile_diameter": 8e-3, "plate_thickness": 2e-3}.get(one.name, "copper-ofhc")
-        for one in dataclasses.fields(result.parameters)
-        if one.default is dataclasses.MISSING
-    }
-    boiling: Materials = {"one": materials.load("copper-ofhc-tillotson")}
-    [finding] = check_boiling(result.parameters(**asked, **{name: value}), boiling)
-    assert finding.field == name
-    assert check_boiling(result.parameters(**asked, **{name: value}), ROLES) == []
-    assert check_boiling(result.parameters(**asked), boiling) == []
-
-
-def test_matter__has_the_strength_of_the_material_whatever_its_kind() -> None:
-    assert matter(PRESSED).strength == SteinbergGuinan(*STEINBERG)
-
-
 @pytest.mark.parametrize(
     ("material", "path", "value", "limit"),
     [
@@ -122,10 +87,6 @@ def test_constants__that_have_an_order_are_refused_out_of_it(
     assert finding.limit.startswith(limit)
 
 
-def test_matter__without_softening_never_melts() -> None:
-    assert matter(COPPER, thermal_softening=False).melt_temperature == math.inf
-
-
 @pytest.mark.parametrize("material", [COPPER, THESIS])
 def test_matter__without_a_spall_strength_or_a_floor_bears_any_tension(material: Any) -> None:
     made = matter(material, tension="unlimited" if material is COPPER else "recoverable")
@@ -141,30 +102,8 @@ def test_matter__without_a_spall_strength_or_a_floor_bears_any_tension(material:
     ],
 )
 def test_failure__is_that_of_the_parameters_with_the_constants_of_the_material(given: Any, expected: object) -> None:
-    assert check_failure(given, ROLES) == []
-    assert failure_of(given, COPPER) == expected
-
-
-@pytest.mark.parametrize(
-    ("given", "field"),
-    [
-        (Fracture(failure="plastic-strain"), "failure_strain"),
-        (Fracture(failure="spall"), "failure_time"),
-        (Fracture(failure_strain=1.0), "failure_strain"),
-        (Fracture(failure="plastic-strain", failure_strain=1.0, failure_time=1e-6), "failure_time"),
-    ],
-)
-def test_failure__is_refused_with_a_number_too_few_or_too_many(given: Any, field: str) -> None:
-    findings = check_failure(given, ROLES)
-    assert [finding.field for finding in findings] == [field]
-
-
-def test_failure__by_spall_is_refused_for_a_material_without_a_spall_strength() -> None:
-    given = Fracture(failure="spall", failure_time=1e-6)
-    (finding,) = check_failure(given, {**ROLES, "target": THESIS})
-    assert finding.field == "failure"
-    assert "copper-thesis-plastic" in finding.limit
-    assert "target.tension.spall_strength" in finding.cure
+    assert list(given.check(ROLES)) == []
+    assert given.of(COPPER) == expected
 
 
 WELDOX, ARNE = materials.load("weldox-460-e"), materials.load("arne-elastic")
@@ -173,16 +112,14 @@ DAMAGE = Fracture(failure="modified-johnson-cook")
 
 def test_damage__breaks_the_materials_that_state_its_constants() -> None:
     roles: Materials = {"projectile": ARNE, "target": WELDOX}
-    assert check_failure(DAMAGE, roles) == []
-    assert failure_of(DAMAGE, ARNE) == NoFailure()
+    assert list(DAMAGE.check(roles)) == []
+    assert DAMAGE.of(ARNE) == NoFailure()
     expected = (0.0705, 1.732, -0.54, -0.0123, 0.0, 5e-4, 0.3, 0.0)
-    assert failure_of(DAMAGE, WELDOX) == ModifiedJohnsonCookDamage(*expected)
+    assert DAMAGE.of(WELDOX) == ModifiedJohnsonCookDamage(*expected)
 
 
-def test_damage__is_refused_where_no_material_states_its_constants_or_one_states_a_part() -> None:
-    findings = check_failure(DAMAGE, {"projectile": ARNE, "target": ARNE})
-    assert "set target.fracture.D1" in findings[-8].cure
-    [finding] = check_failure(DAMAGE, {"target": WELDOX.with_value("fracture.D2", None)})
+def test_damage__is_refused_where_a_material_states_a_part_of_its_constants() -> None:
+    [finding] = DAMAGE.check({"target": WELDOX.with_value("fracture.D2", None)})
     assert "set target.fracture.D2" in finding.cure
 
 

@@ -1,24 +1,26 @@
-"""Invented sweeps, runs and laws: smooth numbers, so that cube and report are tested alone."""
+"""Sweeps with invented results, and laws that suit them: smooth numbers, so that cube and report are tested alone."""
 
-import hashlib
-import itertools
-import json
 import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from collections.abc import Callable, Sequence
+from dataclasses import asdict, replace
 from typing import Any
 
+from studies import laws, materials, scenarios
 from studies.cubes.catalogue import Catalogue, Observed
 from studies.cubes.cells import MissingResult
 from studies.cubes.variable import Quantity
-from studies.laws import NO_RANGE, LawValue
+from studies.laws import NOT_FOUND, Law, Range, Shot
+from studies.laws._range import speed
+from studies.quantities.measured import DEFINITION, Measured
+from studies.quantities.parameters import Parameter, declared
+from studies.runs.results import RunResult
+from studies.runs.run import Run
 from studies.sweeps.axes import Axis
-from studies.values.parameters import Parameter
-from studies.values.results import DEFINITION, Measured, RunResult
+from studies.sweeps.sweep import Sweep
 
 DIAMETER = 0.008
 CELLS = (16.0, 32.0, 64.0)
-OFFSETS = (0.0, 0.333333333333, 0.666666666667)
+OFFSETS = 3
 SPEEDS = (2000.0, 3000.0, 4000.0, 5000.0, 6000.0, 7000.0)
 THICKNESSES = (0.002, 0.003, 0.004)
 SOUND_SPEED = 3940.0
@@ -32,160 +34,87 @@ VERDICTS = {  # of refinement, by speed: see mesh_error
 }
 
 
-@dataclass(frozen=True)
-class Run:
-    parameters: Mapping[str, Any]
-    scenario: str = "thin_plate"
-    materials: Mapping[str, Any] = field(default_factory=lambda: {"target": {"family": "copper"}})
-
-    @property
-    def id(self) -> str:
-        text = json.dumps([self.scenario, dict(self.parameters)], sort_keys=True)
-        return hashlib.sha256(text.encode()).hexdigest()[:32]
+COPPER = materials.load("copper-ofhc")
+NUMBERS = {path: asdict(number) for path, number in COPPER.sources.items()}
+FIXED = {"speed": 5e3, "projectile_diameter": DIAMETER, "projectile": "copper-ofhc", "target": "copper-ofhc"}
+METHODS = Axis("method", None, ("mpm", "sph"))
+BY_BOTH = {"geometry": "quarter"}  # which both methods compute
+UNREFINED = 20.0  # cells per diameter of a sweep that names no resolution: a mesh without an error
 
 
-@dataclass(frozen=True)
-class Point:
-    index: tuple[int, ...]
-    coordinates: Mapping[str, Any]
-    run: Run
+def sweep_of(*axes: Axis, **changes: Any) -> Sweep:
+    """A sweep over some axes."""
+    plain: dict[str, Any] = {
+        "name": "invented",
+        "title": "Holes in copper plates",
+        "scenario": "thin_plate",
+        "combine": "grid",
+        "resolutions": (UNREFINED,),
+    }
+    holes = changes.get("scenario", "thin_plate") == "thin_plate"
+    fixed = FIXED | ({"plate_thickness": 2e-3} if holes else {}) | changes.pop("fixed", {})
+    varied = {axis.name for axis in axes}
+    fixed = {name: value for name, value in fixed.items() if name not in varied}
+    return Sweep(axes=axes, fixed=fixed, **{**plain, **changes})
 
 
-@dataclass(frozen=True)
-class Sweep:
-    axes: tuple[Axis, ...]
-    fixed: Mapping[str, Any] = field(
-        default_factory=lambda: {"projectile_diameter": DIAMETER, "projectile": "copper-ofhc"}
-    )
-    combine: str = "grid"
-    scenario: str = "thin_plate"
-    title: str = "Holes in copper plates"
-    refinements: tuple[Axis, ...] = ()
-    model_part: str = "stored"
-    searched: None = None
-
-    @property
-    def shape(self) -> tuple[int, ...]:
-        lengths = tuple(len(axis.values) for axis in self.axes)
-        points = lengths if self.combine == "grid" else lengths[:1]
-        return points + tuple(len(axis.values) for axis in self.refinements)
-
-    def document(self) -> dict[str, Any]:
-        axes = {axis.name: list(axis.values) for axis in self.axes}
-        return {
-            "title": self.title,
-            "scenario": self.scenario,
-            "fixed": {name: f"{1000 * v:g} mm" if isinstance(v, float) else v for name, v in self.fixed.items()},
-            "axes": axes,
-            "combine": self.combine,
-            "resolution": next((list(a.values) for a in self.refinements if "cells" in a.name), 32.0),
-        }
-
-    def runs(self) -> list[Point]:
-        places = [range(len(axis.values)) for axis in self.axes]
-        rows = itertools.product(*places) if self.combine == "grid" else zip(*places, strict=True)
-        steps = list(itertools.product(*(range(len(axis.values)) for axis in self.refinements)))
-        return [self._point(number, index, step) for number, index in enumerate(rows) for step in steps]
-
-    def _point(self, number: int, index: Sequence[int], step: tuple[int, ...]) -> Point:
-        axes = (*self.axes, *self.refinements)
-        places = (*index, *step)
-        at = {axis.name: axis.values[place] for axis, place in zip(axes, places, strict=True)}
-        place = tuple(index) if self.combine == "grid" else (number,)
-        return Point(place + step, at, Run({**self.fixed, **at}, self.scenario))
+def law(name: str, quantity: str, ratio: Callable[[Shot, str], float], **changes: Any) -> Law:
+    """A law of tests, without a limit that its source states unless one is given."""
+    plain = {
+        "title": "a law of the tests",
+        "equation": "D/d = f(v, t/d)",
+        "source": "Nobody (1999), Eq. 1",
+        "confidence": "read",
+        "range": within(0.0, math.inf),
+    }
+    return Law(name=name, quantity=quantity, ratio=ratio, **{**plain, **changes})
 
 
-@dataclass(frozen=True)
-class Shot:
-    speed: float
-    projectile_diameter: float
-    plate_thickness: float | None
+def within(low: float, high: float, source: str = "Nobody (1999)") -> Range:
+    """A range of speeds, km/s."""
+    return Range((speed(low, high, source),), projectile=speed(0.0, math.inf, NOT_FOUND))
 
 
-@dataclass(frozen=True)
-class Range:
-    words: str
+def shipped(name: str, title: str, range: Range) -> Law:
+    """A law that ships, with a range that some of the invented runs meet."""
+    return replace(laws.load(name), title=title, range=range)
 
 
-@dataclass(frozen=True)
-class Law:
-    """A law of tests: a formula of speed and thickness, good above one speed and below another."""
-
-    name: str
-    quantity: str
-    formula: Any  # (shot, variant) -> D/d
-    labels: tuple[str, ...] = ("",)
-    valid: tuple[float, float] = (0.0, 1e9)
-    title: str = "a law of the tests"
-    equation: str = "D/d = f(v, t/d)"
-    source: str = "Nobody (1999), Eq. 1"
-    confidence: str = "read"
-    scatter: float | None = None
-    rangeless: bool = False  # whether its source states no range
-
-    @property
-    def range(self) -> Range:
-        low, high = (bound / 1000 for bound in self.valid)
-        return Range(f"{NO_RANGE}: " * self.rangeless + f"{low:g} to {high:g} km/s")
-
-    def variants(self, shot: Shot) -> tuple[str, ...]:
-        return self.labels
-
-    def is_fitted_to(self, shot: Shot, value: float) -> bool:
-        return False
-
-    def evaluate(self, shot: Shot, variant: str) -> LawValue:
-        value = self.formula(shot, variant) * shot.projectile_diameter
-        inside = self.valid[0] <= shot.speed <= self.valid[1]
-        if math.isnan(value):
-            return LawValue(value, False, "below its physical limit")
-        return LawValue(value, inside, "" if inside else f"speed outside {self.range.words}")
-
-
-def _maiden(shot: Shot, variant: str) -> float:
-    ratio = (shot.plate_thickness or 0.0) / shot.projectile_diameter
-    return 0.45 * shot.speed / 1000 * ratio ** (2 / 3) + 0.90
-
-
-def _maiden_c(shot: Shot, variant: str) -> float:
-    ratio = (shot.plate_thickness or 0.0) / shot.projectile_diameter
-    return 2.40 * shot.speed / SOUND_SPEED * ratio ** (2 / 3) + 0.90
-
-
-def _zhang(shot: Shot, variant: str) -> float:
-    ratio = (shot.plate_thickness or 0.0) / shot.projectile_diameter
-    value = 1.66 * math.sqrt((shot.speed / 1000 - 1) * ratio)
-    return value if value >= 1 else math.nan
-
-
-def _strength(shot: Shot, variant: str) -> float:
-    stress = float(variant.split()[2]) * 1e6
-    return 1.68 * math.log(shot.speed / math.sqrt(stress / 8930)) - 1.91
-
-
-YIELDS = ("Y = 240 MPa", "Y = 157 MPa", "Y = 120 MPa", "Y = 90 MPa")
 HOLE_LAWS = (
-    Law("maiden_al", "hole_diameter", _maiden, valid=(2500.0, 5500.0), title="thesis 1-3, aluminium"),
-    Law("maiden_c", "hole_diameter", _maiden_c, title="general form with the sound speed"),
-    Law("zhang_tan", "hole_diameter", _zhang, title="thesis 1-4"),
-    Law("strength_ln", "hole_diameter", _strength, labels=YIELDS, valid=(0.0, 1.0), title="thesis 1-5"),
+    shipped("maiden_al", "thesis 1-3, aluminium", within(2.5, 5.5)),
+    shipped("maiden_c", "general form with the sound speed", within(0.0, math.inf)),
+    shipped("zhang_tan", "thesis 1-4", within(0.0, math.inf)),
+    shipped("strength_ln", "thesis 1-5", within(0.0, 0.001)),
 )
+YIELDS = HOLE_LAWS[3].variants(Shot(5e3, DIAMETER, 2e-3, COPPER, COPPER))
 CRATER_LAWS = (
-    Law("charters_summers", "crater_depth", lambda s, _: 2.28 * (s.speed / 3940) ** (2 / 3)),
-    Law("two_thirds", "crater_depth", lambda s, _: 0.431 * 8.93 ** (1 / 3) * (s.speed / 1e3) ** (2 / 3)),
+    law("charters_summers", "crater_depth", lambda shot, _: 2.28 * (shot.speed / 3940) ** (2 / 3)),
+    law("two_thirds", "crater_depth", lambda shot, _: 0.431 * 8.93 ** (1 / 3) * (shot.speed / 1e3) ** (2 / 3)),
 )
+
+
+def declared_of(*names: str) -> dict[str, Parameter]:
+    """Parameters of a thin plate as the scenario declares them."""
+    every = declared(scenarios.load("thin_plate").parameters)
+    return {name: every[name] for name in names}
+
+
 PARAMETERS = {
-    name: Parameter(name=name, kind=kind, unit=unit, meaning=meaning)  # type: ignore[arg-type]
-    for name, kind, unit, meaning in (
-        ("speed", "quantity", "m s-1", "speed of impact"),
-        ("plate_thickness", "quantity", "m", "thickness of the plate"),
-        ("projectile_diameter", "quantity", "m", "diameter of the projectile"),
-        ("projectile", "material", None, "material of the projectile"),
-        ("cells_per_diameter", "quantity", "1", "cells across the projectile"),
-        ("offset", "quantity", "1", "position of the grid, in cells"),
-        ("target.strength.A", "quantity", "Pa", "initial yield stress"),
-        ("method", "choice", None, "method that computes"),
-    )
+    **declared_of(
+        *(
+            "speed",
+            "plate_thickness",
+            "projectile_diameter",
+            "projectile",
+            "target",
+            "cells_per_diameter",
+            "offset",
+            "method",
+        )
+    ),
+    "target.strength.A": Parameter(
+        name="target.strength.A", kind="quantity", unit="Pa", meaning="initial yield stress"
+    ),
 }
 HOLES = {
     "hole_diameter": Quantity("hole_diameter", "m", "clear opening"),
@@ -196,20 +125,6 @@ CRATERS = {
     "crater_diameter": Quantity("crater_diameter", "m", "diameter at the original surface"),
     "crater_depth_over_diameter": Quantity("crater_depth_over_diameter", "1", "depth over diameter"),
 }
-MATERIALS = {
-    "copper-ofhc": {
-        "title": "OFHC copper",
-        "numbers": {
-            "density": {"value": 8930.0, "unit": "kg m-3", "source": "Marsh (1980)", "confidence": "read"},
-            "strength.A": {"value": 90e6, "unit": "Pa", "source": "Johnson & Cook (1983)", "confidence": "read"},
-        },
-    }
-}
-
-
-def shot_of(run: Run) -> Shot:
-    p = run.parameters
-    return Shot(p.get("speed", 5000.0), p["projectile_diameter"], p.get("plate_thickness"))
 
 
 def catalogue(scenario: str = "thin_plate", observations: Sequence[Observed] = ()) -> Catalogue:
@@ -219,9 +134,9 @@ def catalogue(scenario: str = "thin_plate", observations: Sequence[Observed] = (
         parameters=PARAMETERS,
         quantities=HOLES if holes else CRATERS,
         laws=HOLE_LAWS if holes else CRATER_LAWS,
-        shot_of=shot_of,
+        shot_of=laws.shot_of,
         observations=observations,
-        materials=MATERIALS,
+        materials={"copper-ofhc": {"title": COPPER.title, "numbers": NUMBERS}},
     )
 
 
@@ -253,8 +168,8 @@ def measured(value: float, *flags: str) -> Measured:
 
 def mesh_error(run: Run) -> float:
     """Relative error of a run on its mesh: of another kind for each speed; none where no mesh is named."""
-    cells, offset = run.parameters.get("cells_per_diameter"), run.parameters.get("offset", 0.0)
-    if cells is None:
+    cells, offset = (float(run.parameters[name] or 0.0) for name in ("cells_per_diameter", "offset"))
+    if cells not in CELLS:
         return 0.0
     h = 16.0 / cells  # 1 on the coarsest mesh, 1/4 on the finest
     kinds = {
@@ -265,15 +180,15 @@ def mesh_error(run: Run) -> float:
         6000.0: -0.02 * math.log2(h) ** 2,  # grows with refinement
         7000.0: 0.06 * h**1.5,
     }
-    return kinds.get(shot_of(run).speed, 0.08 * h) + 0.004 * h * math.cos(2 * math.pi * offset)
+    return kinds.get(laws.shot_of(run).speed, 0.08 * h) + 0.004 * h * math.cos(2 * math.pi * offset)
 
 
 def result(run: Run) -> RunResult:
     """A hole a little wider than the law with the sound speed; a crater near a hemisphere."""
-    shot = shot_of(run)
+    shot = laws.shot_of(run)
     wavy = (1 + 0.02 * math.sin(shot.speed / 700)) * (1 + mesh_error(run))
     if run.scenario == "thin_plate":
-        hole = _maiden_c(shot, "") * DIAMETER * 1.04 * wavy
+        hole = HOLE_LAWS[1].ratio(shot, "") * DIAMETER * 1.04 * wavy
         clear = measured(hole)
         clear = replace(clear, parts={**clear.parts, DEFINITION: 0.5 * 0.03 * hole})
         values = {"hole_diameter": clear, "hole_diameter_areal": measured(1.03 * hole)}
@@ -284,7 +199,7 @@ def result(run: Run) -> RunResult:
             "crater_diameter": measured(1.9 * depth),
             "crater_depth_over_diameter": measured(1 / 1.9),
         }
-    cells = run.parameters.get("cells_per_diameter", 32.0)
+    cells = float(run.parameters["cells_per_diameter"] or 0.0)
     return RunResult(
         run.id, "succeeded", measurements=values, numbers=_numbers(shot, cells), stop="converged", provenance=PROVENANCE
     )
@@ -309,27 +224,19 @@ def _numbers(shot: Shot, cells: float) -> dict[str, float]:
 
 def holes(**changes: Any) -> Sweep:
     """Six speeds by three thicknesses."""
-    axes = (Axis("speed", "m s-1", SPEEDS), Axis("plate_thickness", "m", THICKNESSES))
-    return replace(Sweep(axes), **changes)
+    return sweep_of(Axis("speed", "m s-1", SPEEDS), Axis("plate_thickness", "m", THICKNESSES), **changes)
 
 
 def craters(**changes: Any) -> Sweep:
     """Four speeds on a thick plate."""
-    axes = (Axis("speed", "m s-1", SPEEDS[2:]),)
-    return replace(Sweep(axes, scenario="thick_plate", title="Craters in copper"), **changes)
+    axis = Axis("speed", "m s-1", SPEEDS[2:])
+    return sweep_of(axis, scenario="thick_plate", title="Craters in copper", **changes)
 
 
-def refinements(cells: Sequence[float] = CELLS, offsets: Sequence[float] = OFFSETS) -> Any:
-    """Resolutions and offsets as the dimensions of a sweep, where there are several."""
-    both = (Axis("cells_per_diameter", "1", tuple(cells)), Axis("offset", "1", tuple(offsets)))
-    return tuple(axis for axis in both if len(axis.values) > 1)
-
-
-def refined_holes(cells: Sequence[float] = CELLS, offsets: Sequence[float] = OFFSETS) -> Sweep:
+def refined_holes(cells: Sequence[float] = CELLS, offsets: int = OFFSETS, **changes: Any) -> Sweep:
     """Six speeds, each with another kind of mesh error, at one thickness."""
-    fixed = {"projectile_diameter": DIAMETER, "plate_thickness": 2e-3}
-    axes = (Axis("speed", "m s-1", SPEEDS),)
-    return Sweep(axes, fixed, refinements=refinements(cells, offsets))
+    axis = Axis("speed", "m s-1", SPEEDS)
+    return sweep_of(axis, resolutions=tuple(cells), offsets=offsets, **changes)
 
 
 def results(sweep: Sweep) -> dict[str, Any]:
@@ -360,7 +267,7 @@ def with_trouble(sweep: Sweep) -> dict[str, Any]:
 
 def observed(speed: float, thickness: float, value: float, uncertainty: float | None = 0.3e-3) -> Observed:
     at = {"speed": speed, "plate_thickness": thickness, "projectile_diameter": DIAMETER}
-    shot = Shot(speed, DIAMETER, thickness)
+    shot = Shot(speed, DIAMETER, thickness, COPPER, COPPER)
     return Observed(at, "hole_diameter", value, uncertainty, "Somebody (2001), Table 3", shot)
 
 

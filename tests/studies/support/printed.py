@@ -1,6 +1,5 @@
 """The content of a report's page: each marked number and text with its place, and all unmarked text."""
 
-import json
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from typing import Any
@@ -23,7 +22,7 @@ class Page(HTMLParser):
 
     marks: list[Mark] = field(default_factory=list)
     unmarked: str = ""  # text that stands outside every mark
-    drawings: list[Any] = field(default_factory=list)  # Plotly specifications
+    says: list[str] = field(default_factory=list)  # what marks of drawings say
     links: list[str] = field(default_factory=list)  # everything that the page could load
 
     def __post_init__(self) -> None:
@@ -34,15 +33,14 @@ class Page(HTMLParser):
         named = dict(attrs)
         self.links += [named[key] or "" for key in ("src", "href") if key in named]
         if tag not in ("meta", "link", "br"):
-            drawing = tag if "data-drawing" in named else ""
-            self._open.append([drawing or tag, named.get("data-path"), named.get("value"), "", drawing])
+            self._open.append([tag, named.get("data-path"), named.get("value"), ""])
 
     def handle_endtag(self, tag: str) -> None:
-        _, path, value, text, drawing = self._open.pop()
+        tag, path, value, text = self._open.pop()
         if path is not None:
             self.marks.append(Mark(path, value, text))
-        if drawing:
-            self.drawings.append(json.loads(text))
+        if tag == "title" and any(element[0] == "svg" for element in self._open):
+            self.says.append(text)
 
     def handle_data(self, data: str) -> None:
         if not self._open:

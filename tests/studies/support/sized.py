@@ -9,8 +9,8 @@ import xarray as xr
 from studies import laws
 from studies.cubes import cube
 from studies.laws import Shot
+from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
-from studies.values.results import RunResult
 from tests.studies.support import fakes
 
 BLOCK = {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "5 mm"}

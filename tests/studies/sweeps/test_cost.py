@@ -6,10 +6,10 @@ import pytest
 
 from studies import examples
 from studies.runs import run
+from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.cost import MOST_LOOKED_AT, cost_of, presets_of, sweep_cost
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
-from studies.values.recipes import ACCURACY
 
 DOCUMENT = read_yaml(examples.text("smoke"), "smoke")
 SWEEP = Sweep.parse(DOCUMENT)
@@ -24,16 +24,9 @@ def test_presets__are_those_of_the_table_with_the_cost_of_their_runs() -> None:
         assert each.cost.runs == each.runs == expected.runs
         assert each.cost.core_seconds == pytest.approx(expected.core_seconds)
         assert each.cost.bytes == pytest.approx(expected.bytes)
-
-
-def test_presets__cost_more_the_finer_they_are() -> None:
-    costs = [each.cost.core_seconds for each in presets_of(SWEEP, 1000) if each.cost]
-    assert costs == sorted(costs)
-    assert costs[0] < costs[-1]
-
-
-def test_preset__that_makes_too_many_runs_is_not_expanded() -> None:
-    (fine,) = [each for each in presets_of(SWEEP, most_runs=17) if each.name == "fine"]
+    costs = [each.cost.core_seconds for each in presets.values() if each.cost]
+    assert costs == sorted({*costs})
+    fine = {each.name: each for each in presets_of(SWEEP, most_runs=17)}["fine"]
     assert (fine.runs, fine.cost, fine.reason) == (18, None, "more than 17 runs")
 
 

@@ -6,6 +6,7 @@ from statistics import mean, stdev
 import pytest
 
 from studies import materials
+from studies.quantities.findings import InvalidInput
 from studies.runs.run import Run, materials_of, resolve
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
@@ -19,7 +20,6 @@ from studies.sweeps.screening import (
     screens_of,
 )
 from studies.sweeps.sweep import Sweep
-from studies.values.errors import InvalidInput
 
 DOCUMENT = {
     "scenario": "thin_plate",
@@ -111,19 +111,13 @@ def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> Non
     assert cost_of(sweep).runs == sweep.size + len(SCREENS)
 
 
-@pytest.mark.parametrize("model_part", ["stored", "none"])
-def test_sweep__without_screening_has_its_points_alone(model_part: str) -> None:
-    sweep = Sweep.parse({**DOCUMENT, "model_part": model_part})
-    assert len([*sweep.every_run()]) == sweep.size == cost_of(sweep).runs
-
-
 @pytest.mark.parametrize("model_part", ["stored", "screen", "none"])
 def test_document__keeps_the_model_part(model_part: str) -> None:
     document = Sweep.parse({**DOCUMENT, "model_part": model_part}).document()
     assert document.get("model_part", "stored") == model_part
-    assert Sweep.parse(document).model_part == model_part
-
-
-def test_document__refuses_another_model_part() -> None:
+    sweep = Sweep.parse(document)
+    assert sweep.model_part == model_part
+    if model_part != "screen":
+        assert len([*sweep.every_run()]) == sweep.size == cost_of(sweep).runs
     with pytest.raises(InvalidInput, match="stored, screen or none"):
-        Sweep.parse({**DOCUMENT, "model_part": "screened"})
+        Sweep.parse({**document, "model_part": "screened"})

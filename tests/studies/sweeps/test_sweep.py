@@ -16,15 +16,14 @@ from hypothesis import strategies as st
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond
 from studies import examples, materials
+from studies.quantities.findings import Finding, InvalidInput, nearest_cure, refusal
+from studies.quantities.parameters import MaterialName, declared
 from studies.scenarios import Size
+from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import AxisReader
 from studies.sweeps.document import read_sweep_file, read_yaml
-from studies.sweeps.sweep import ACCEPTED, Sweep, SweepLimits
-from studies.values.errors import Finding, InvalidInput
-from studies.values.nearest import nearest_cure
-from studies.values.parameters import MaterialName, declared
-from studies.values.quantities import refusal
-from studies.values.recipes import ACCURACY
+from studies.sweeps.reading import ACCEPTED, SweepLimits
+from studies.sweeps.sweep import Sweep
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -43,11 +42,10 @@ class PlateParameters:
     threads: Annotated[int, Described("", minimum=1, maximum=64)] = 1
     heating: bool = True
 
-
-def size_of(given: PlateParameters, _materials: object) -> Size:
-    """A cube as thick as the plate, with a particle in each cell."""
-    cells = given.plate_thickness / given.projectile_diameter * given.cells_per_diameter
-    return Size(particles=round(cells**3), steps=1)
+    def size(self, _materials: object) -> Size:
+        """A cube as thick as the plate, with a particle in each cell."""
+        cells = self.plate_thickness / self.projectile_diameter * self.cells_per_diameter
+        return Size(particles=round(cells**3), steps=1)
 
 
 PLATE = SimpleNamespace(
@@ -55,7 +53,7 @@ PLATE = SimpleNamespace(
     parameters=PlateParameters,
     materials=("projectile", "target"),
     measurements=("hole_diameter",),
-    estimate=size_of,
+    record=lambda values: PlateParameters(**values),
 )
 
 
@@ -158,11 +156,7 @@ def test_document__is_canonical_and_reads_as_itself() -> None:
     assert Sweep.parse(document) == sweep
     assert Sweep.parse(document).document() == document
     assert document["axes"]["plate_thickness"] == ["2 mm", "3 mm", "4 mm"]
-
-
-def test_document__is_the_same_however_the_units_are_written() -> None:
-    other = changed("axes/plate_thickness", ["0.002 m", "3.0e-3 m", "4000 um"])
-    assert Sweep.parse(other).document() == Sweep.parse(DOCUMENT).document()
+    assert Sweep.parse(changed("axes/plate_thickness", ["0.002 m", "3.0e-3 m", "4000 um"])).document() == document
 
 
 def test_document__keeps_materials_and_observations() -> None:
@@ -206,13 +200,9 @@ def test_runs__of_a_grid_vary_the_last_axis_fastest() -> None:
     assert len(points) == 18
     assert points[1].index == (0, 1)
     assert points[1].coordinates == {"speed": 2000.0, "plate_thickness": 0.003}
-
-
-def test_runs__carry_parameters_and_changed_materials() -> None:
-    run = Sweep.parse(DOCUMENT).runs()[0].run
+    run = points[0].run
     assert run.parameters["cells_per_diameter"] == 32.0
-    assert run.materials["target"]["strength"]["A"] == 100e6
-    assert run.materials["projectile"]["strength"]["A"] == 90e6
+    assert (run.materials["target"]["strength"]["A"], run.materials["projectile"]["strength"]["A"]) == (100e6, 90e6)
 
 
 def test_runs__of_a_zip_pair_the_axes() -> None:
@@ -221,6 +211,9 @@ def test_runs__of_a_zip_pair_the_axes() -> None:
     sweep = Sweep.parse(document)
     assert sweep.shape == (3,)
     assert [point.index for point in sweep.runs()] == [(0,), (1,), (2,)]
+    refined = Sweep.parse({**document, "resolution": [16, 32]})
+    assert refined.shape == (3, 2)
+    assert [point.index for point in refined.runs()][:3] == [(0, 0), (0, 1), (1, 0)]
 
 
 def test_runs__over_materials_and_their_constants() -> None:
@@ -234,10 +227,11 @@ def test_runs__over_materials_and_their_constants() -> None:
 
 
 def test_runs__name_the_points_that_are_refused() -> None:
-    sweep = Sweep.parse(changed("axes/plate_thickness", ["2 mm", "90 mm"]))
+    document = changed("axes/plate_thickness", ["2 mm", "90 mm"])
     with pytest.raises(InvalidInput, match="plate_thickness = 90 mm") as caught:
-        sweep.runs()
-    assert len(caught.value.findings) == 1
+        Sweep.parse({**document, "resolution": [16, 32]}).runs()
+    [finding] = caught.value.findings
+    assert "cells_per_diameter = 16" in finding.value
 
 
 @pytest.mark.parametrize(
@@ -459,13 +453,6 @@ def test_refinement__computes_each_point_at_each_resolution_and_offset() -> None
     assert points[10].run.parameters["cells_per_diameter"] == 16.0
 
 
-def test_refinement__of_a_zip_keeps_its_points_together() -> None:
-    axes = {"speed": ["2 km/s", "4 km/s"], "plate_thickness": ["2 mm", "3 mm"]}
-    sweep = Sweep.parse(refined(axes=axes, combine="zip", resolution=[16, 32]))
-    assert sweep.shape == (2, 2)
-    assert [point.index for point in sweep.runs()] == [(0, 0), (0, 1), (1, 0), (1, 1)]
-
-
 def test_refinement__of_one_resolution_and_one_offset_changes_no_run() -> None:
     plain, listed = Sweep.parse(DOCUMENT), Sweep.parse(refined(resolution=[32], offsets=1))
     assert plain == listed
@@ -571,27 +558,17 @@ def test_limits__count_resolutions_and_offsets_before_anything_is_expanded() -> 
     assert "287424 runs" in refused(many)
 
 
-def test_runs__that_are_refused_name_the_resolution() -> None:
-    document = refined(resolution=[16, 32])
-    document["axes"]["plate_thickness"] = ["90 mm"]
-    with pytest.raises(InvalidInput, match="cells_per_diameter = 16"):
-        Sweep.parse(document).runs()
-
-
 def test_constant__must_belong_to_every_material_of_its_role() -> None:
     document = changed("axes/target", ["copper-ofhc", "copper-thesis-plastic"])
     del document["fixed"]["target"]
     assert "fixed.target.strength.A" in refused(document)
 
 
-def test_read_yaml__refuses_a_key_that_stands_twice() -> None:
-    with pytest.raises(InvalidInput, match="'speed' occurs twice"):
-        read_yaml("axes:\n  speed: [1]\n  speed: [2]\n", "sweep.yaml")
-
-
-@pytest.mark.parametrize("text", ["a: [1", "- 1", "", "a: !!python/object/apply:os.getcwd []", "[" * 5000, "\x00"])
+@pytest.mark.parametrize(
+    "text", ["a: [1", "- 1", "", "a: !!python/object/apply:os.getcwd []", "[" * 5000, "\x00", "a: 1\na: 2"]
+)
 def test_read_yaml__of_broken_text_names_the_file(text: str) -> None:
-    with pytest.raises(InvalidInput, match=r"sweep\.yaml"):
+    with pytest.raises(InvalidInput, match=r"sweep\.yaml" + (".*'a' occurs twice" if "a: 2" in text else "")):
         read_yaml(text, "sweep.yaml")
 
 
@@ -600,9 +577,6 @@ def test_read_sweep_file__takes_observations_from_beside_it(tmp_path: Path) -> N
     file = tmp_path / "sweep.yaml"
     file.write_text(json.dumps({**DOCUMENT, "observations": "shots.csv"}))
     assert Sweep.parse(read_sweep_file(file)).observations[0].value == 0.019
-
-
-def test_read_sweep_file__names_a_file_that_is_not_there(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match=r"none\.yaml"):
         read_sweep_file(tmp_path / "none.yaml")
 

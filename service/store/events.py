@@ -1,0 +1,72 @@
+"""Events: what happened to sweeps and jobs, appended in the transaction that makes it true."""
+
+from datetime import datetime
+from typing import Any
+
+import sqlalchemy as sa
+
+from service.records.jobs import Event, Lease
+from service.store.connection import Database
+from service.store.tables import EVENTS, runs_of
+
+
+class Events:
+    """Pages of events, oldest first."""
+
+    def __init__(self, database: Database):
+        self._database = database
+
+    def of_sweep(self, sweep_id: str, *, after: int = 0, limit: int = 1000) -> tuple[Event, ...]:
+        """Events of a sweep and its runs since it was accepted."""
+        of_sweep = EVENTS.c.sweep_id == sweep_id
+        first = sa.select(sa.func.min(EVENTS.c.number)).where(of_sweep).scalar_subquery()
+        which = sa.or_(of_sweep, EVENTS.c.job_id.in_(runs_of(sweep_id)))
+        return self._page(sa.and_(which, EVENTS.c.number >= first), after, limit)
+
+    def of_run(self, run_id: str, *, after: int = 0, limit: int = 1000) -> tuple[Event, ...]:
+        """Events of a run."""
+        return self._page(EVENTS.c.job_id == run_id, after, limit)
+
+    def all(self, *, after: int = 0, limit: int = 1000) -> tuple[Event, ...]:
+        """Every event."""
+        return self._page(sa.true(), after, limit)
+
+    def last(self) -> int:
+        """Number of the youngest event; 0: nothing has happened yet."""
+        query = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0))
+        with self._database.reading() as connection:
+            return connection.execute(query).scalar_one()
+
+    def _page(self, which: sa.ColumnElement[bool], after: int, limit: int) -> tuple[Event, ...]:
+        query = sa.select(EVENTS).where(EVENTS.c.number > after, which)
+        with self._database.reading() as connection:
+            rows = connection.execute(query.order_by(EVENTS.c.number).limit(limit))
+            return tuple(Event(**row._mapping) for row in rows)
+
+
+def log_event(
+    connection: sa.Connection,
+    moment: datetime,
+    kind: str,
+    *,
+    sweep_id: str | None = None,
+    job_id: str | None = None,
+    **body: Any,
+) -> None:
+    """Append an event, in the transaction that makes it true."""
+    connection.execute(EVENTS.insert().values(time=moment, kind=kind, sweep_id=sweep_id, job_id=job_id, body=body))
+
+
+def log_attempts(connection: sa.Connection, moment: datetime, kind: str, *leases: Lease, **body: Any) -> None:
+    """Append an event of each of these attempts."""
+    rows = [
+        {
+            "time": moment,
+            "kind": kind,
+            "sweep_id": lease.sweep_id,
+            "job_id": lease.id,
+            "body": {"attempt": lease.attempt, **body},
+        }
+        for lease in leases
+    ]
+    connection.execute(EVENTS.insert(), rows)

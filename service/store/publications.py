@@ -1,0 +1,159 @@
+"""Publications: the cube and the report of a sweep, from the results of its runs.
+
+A result that a publication finds lost or damaged is computed again for the sweeps that want it. Only a few at a time:
+many lost results at once are a sign that part of the disk is not mounted.
+"""
+
+from collections.abc import Mapping, Sequence
+from datetime import datetime, timedelta
+from typing import Any
+
+import sqlalchemy as sa
+
+from service.files.lost_results import Loss, TooManyLost, first_runs
+from service.records.jobs import TERMINAL, Cause, Kind, Lease, PublishedRun, State, Stored
+from service.store import fair_queueing
+from service.store.connection import Database
+from service.store.events import log_attempts, log_event
+from service.store.leases import count_attempt, wait_again
+from service.store.tables import (
+    ARTIFACTS,
+    CONTROL,
+    EVENTS,
+    JOBS,
+    POINT_STATE,
+    POINTS,
+    SWEEPS,
+    batches,
+    invalidate_tallies,
+    now,
+    one_row,
+    release_publications,
+    stored_record,
+)
+
+FAILURE = "ResultLost"
+REASON = "its registered result was lost or damaged"
+LOST = "lost"  # kind of the event of a forgotten result
+MOST_AT_ONCE, AT_ONCE = 5, timedelta(minutes=1)  # results that may be forgotten within this time
+MOST_OF_ALL, LATELY = 0.01, timedelta(days=1)  # share of all registered ones; MOST_AT_ONCE at least
+
+# Only rows that still have the results that were found to be lost.
+_FORGET = (
+    JOBS.update()
+    .where(JOBS.c.id == sa.bindparam("run"), JOBS.c.sha256 == sa.bindparam("was"))
+    # Not IN: the statement runs for many at once.
+    .where(sa.or_(*(JOBS.c.state == state for state in TERMINAL)))
+    .values(state=State.FAILED, cause=Cause.ERROR, failure=FAILURE, reason=REASON)
+    .values(dict.fromkeys(("path", "size", "sha256", "summary", "seconds"), sa.null()))
+    .values(crashes=JOBS.c.crashes + 1, crash_step=None)
+)
+_IS_FORGOTTEN = JOBS.c.failure == FAILURE
+
+
+class Publications:
+    """What a publication needs, what it has published, and the results that it found lost."""
+
+    def __init__(self, database: Database):
+        self._database = database
+
+    def inputs(self, sweep_id: str) -> tuple[Mapping[str, Any], tuple[PublishedRun, ...]]:
+        """The document of a sweep, and how each of its points ended; raises NotFound."""
+        document = sa.select(SWEEPS.c.document).where(SWEEPS.c.id == sweep_id)
+        outcomes = (
+            sa.select(POINTS.c.run_id, POINT_STATE.label("state"))
+            .add_columns(JOBS.c.reason, JOBS.c.path, JOBS.c.sha256)
+            .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
+            .where(POINTS.c.sweep_id == sweep_id)
+            .order_by(POINTS.c.ordinal)
+        )
+        with self._database.reading() as connection:
+            inputs = one_row(connection, document, "sweep", sweep_id).document
+            rows = connection.execute(outcomes)
+            return inputs, tuple(PublishedRun(**row._mapping) for row in rows)
+
+    def files(self, sweep_id: str) -> tuple[Stored, ...]:
+        """The published files of a sweep; none before its publication."""
+        query = sa.select(ARTIFACTS).join(JOBS, JOBS.c.id == ARTIFACTS.c.job_id)
+        query = query.where(JOBS.c.sweep_id == sweep_id).order_by(ARTIFACTS.c.name)
+        with self._database.reading() as connection:
+            return tuple(stored_record(row) for row in connection.execute(query))
+
+    def lose_results(self, lease: Lease, losses: Sequence[Loss], *, most: int) -> bool:
+        """End a publication that found results of its runs lost: it waits until they are computed again.
+
+        A run whose result was lost ``most`` times stays failed. Raises TooManyLost, and changes nothing, beyond the
+        limits for all results.
+        """
+        moment = now()
+        reason = f"results of {len(losses)} runs are lost"
+        with self._database.writing() as connection:
+            if not wait_again(connection, lease):
+                return False
+            _forget_results(connection, moment, lease, losses, most)
+            count_attempt(connection, Cause.LOST)
+            log_attempts(connection, moment, "requeued", lease, cause=Cause.LOST, reason=reason)
+        return True
+
+
+def _forget_results(
+    connection: sa.Connection, moment: datetime, lease: Lease, losses: Sequence[Loss], most: int
+) -> None:
+    """Take lost results out of the rows, and queue their runs for those that wait for them.
+
+    The publication of ``lease`` waits again. A cancelled sweep is published without them, and so is
+    every sweep with a result that was lost ``most`` times. Raises TooManyLost.
+    """
+    assert lease.sweep_id is not None
+    _check_limits(connection, moment, losses)
+    ids = [loss.run_id for loss in losses]
+    connection.execute(_FORGET, [{"run": loss.run_id, "was": loss.sha256} for loss in losses])
+    cancelled = sa.select(SWEEPS.c.id).where(SWEEPS.c.cancelled.is_not(None))
+    for batch in batches(ids):
+        gone = JOBS.c.id.in_(batch) & _IS_FORGOTTEN
+        files = sa.select(JOBS.c.id).where(gone)
+        connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(files)))
+        of_cancelled = POINTS.update().where(POINTS.c.run_id.in_(batch), POINTS.c.sweep_id.in_(cancelled))
+        connection.execute(of_cancelled.values(detached=True))
+        _queue(connection, moment, gone, most)
+    invalidate_tallies(connection, len(ids))
+    priority = connection.execute(sa.select(SWEEPS.c.priority).where(SWEEPS.c.id == lease.sweep_id)).scalar_one()
+    fair_queueing.schedule(connection, lease.sweep_id, priority)
+    release_publications(connection, moment, JOBS.c.id == lease.id)
+    for id in ids:
+        log_event(connection, moment, LOST, job_id=id, reason=REASON)
+
+
+def _check_limits(connection: sa.Connection, moment: datetime, losses: Sequence[Loss]) -> None:
+    """Raise TooManyLost beyond the limits, unless ``whipple forget-lost`` has allowed it."""
+    count = len(losses)
+    allow = CONTROL.update().where(CONTROL.c.forgettable >= count)
+    if connection.execute(allow.values(forgettable=CONTROL.c.forgettable - count)).rowcount:
+        return
+    is_registered = (JOBS.c.kind == Kind.RUN) & JOBS.c.path.is_not(None)
+    results = connection.execute(sa.select(sa.func.count()).where(is_registered)).scalar_one()
+    most_lately = max(MOST_AT_ONCE, int(MOST_OF_ALL * results))
+    at_once = count + _forgotten(connection, moment - AT_ONCE)
+    lately = count + _forgotten(connection, moment - LATELY)
+    if at_once > MOST_AT_ONCE or lately > most_lately:
+        raise TooManyLost(
+            f"{count} of {results} registered results are lost or damaged ({first_runs(losses)}), and no more than "
+            f"{MOST_AT_ONCE} a minute and {most_lately} a day are forgotten; restore their files, or have "
+            f"the results computed again: `whipple forget-lost {count}`"
+        )
+
+
+def _forgotten(connection: sa.Connection, since: datetime) -> int:
+    """Number of results forgotten since a moment."""
+    count = sa.select(sa.func.count()).where(EVENTS.c.kind == LOST, EVENTS.c.time > since)
+    return connection.execute(count).scalar_one()
+
+
+def _queue(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool], most: int) -> None:
+    again = JOBS.update().where(which, fair_queueing.IS_WANTED, JOBS.c.crashes < most)
+    fresh = dict.fromkeys(("cause", "failure", "reason", "fraction", "finished"), sa.null())
+    connection.execute(
+        again.values(
+            state=State.QUEUED, queued=moment, priority=fair_queueing.URGENCY, virtual_time=fair_queueing.LAST
+        ).values(fresh)
+    )

@@ -1,0 +1,168 @@
+"""Runs: what is asked, how far they are, their files and measurements."""
+
+from collections import defaultdict
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+import sqlalchemy as sa
+
+from service.records.jobs import TERMINAL, Kind, MeasuredRun, NotFound, RunRow, State, Stored
+from service.store.connection import Database
+from service.store.events import log_event
+from service.store.tables import (
+    ARTIFACTS,
+    JOBS,
+    POINTS,
+    SWEEPS,
+    StatementRow,
+    batches,
+    begins,
+    ended_by_accident,
+    now,
+    one_row,
+    release_publications,
+    runs_of,
+    stored_record,
+)
+from studies.quantities.files import RESULT, STATE
+
+RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
+
+
+class Runs:
+    """Each query is one read transaction, of a few statements whatever the size."""
+
+    def __init__(self, database: Database):
+        self._database = database
+
+    def get(self, id: str) -> RunRow:
+        """One run; raises NotFound."""
+        query = sa.select(*RUN_COLUMNS).where(JOBS.c.id == id, JOBS.c.kind == Kind.RUN)
+        with self._database.reading() as connection:
+            return run_record(one_row(connection, query, "run", id))
+
+    def with_prefix(self, prefix: str, limit: int) -> tuple[RunRow, ...]:
+        """Runs whose ids begin so, in the order of their ids."""
+        query = sa.select(*RUN_COLUMNS).where(JOBS.c.kind == Kind.RUN, begins(JOBS.c.id, prefix))
+        with self._database.reading() as connection:
+            rows = connection.execute(query.order_by(JOBS.c.id).limit(limit))
+            return tuple(run_record(row) for row in rows)
+
+    def spec(self, id: str) -> Mapping[str, Any]:
+        """A run as it is computed, complete (``Run.as_json``); raises NotFound."""
+        query = sa.select(JOBS.c.spec).where(JOBS.c.id == id, JOBS.c.kind == Kind.RUN)
+        with self._database.reading() as connection:
+            return one_row(connection, query, "run", id).spec
+
+    def known(self, ids: Iterable[str]) -> set[str]:
+        """Those of these runs that are finished or under way, so that a sweep of them computes nothing new."""
+        query = sa.select(JOBS.c.id).where(sa.not_(ended_by_accident(verdicts=False)))
+        with self._database.reading() as connection:
+            return {id for batch in batches(ids) for id in connection.scalars(query.where(JOBS.c.id.in_(batch)))}
+
+    def under_way(self) -> tuple[tuple[RunRow, tuple[str, ...]], ...]:
+        """Runs that are running or being stopped, each with the sweeps that wait for it."""
+        held = sa.and_(JOBS.c.kind == Kind.RUN, JOBS.c.state.in_([State.RUNNING, State.CANCELLING]))
+        waiting = (
+            sa.select(POINTS.c.run_id, POINTS.c.sweep_id)
+            .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
+            .where(held, POINTS.c.detached.is_(False))
+            .distinct()
+            .order_by(POINTS.c.sweep_id)
+        )
+        sweeps = defaultdict(list)
+        with self._database.reading() as connection:
+            rows = connection.execute(sa.select(*RUN_COLUMNS).where(held))
+            runs = [run_record(row) for row in rows]
+            for row in connection.execute(waiting):
+                sweeps[row.run_id].append(row.sweep_id)
+        return tuple((run, tuple(sweeps[run.id])) for run in runs)
+
+    def measured(self, sweep_id: str) -> tuple[MeasuredRun, ...]:
+        """The runs of a sweep, each once, with what they measured and their final state; raises NotFound."""
+        kept = (ARTIFACTS.c.job_id == JOBS.c.id) & (ARTIFACTS.c.name == STATE)
+        query = (
+            sa.select(JOBS.c.id.label("run_id"), JOBS.c.scenario, JOBS.c.state, JOBS.c.summary)
+            .add_columns(ARTIFACTS.c.name, ARTIFACTS.c.path, ARTIFACTS.c.size, ARTIFACTS.c.sha256)
+            .join_from(JOBS, ARTIFACTS, kept, isouter=True)
+            .where(JOBS.c.id.in_(runs_of(sweep_id)))
+            .order_by(JOBS.c.id)
+        )
+        with self._database.reading() as connection:
+            one_row(connection, sa.select(SWEEPS.c.id).where(SWEEPS.c.id == sweep_id), "sweep", sweep_id)
+            rows = connection.execute(query).all()
+        return tuple(
+            MeasuredRun(
+                id=row.run_id,
+                scenario=row.scenario,
+                state=row.state,
+                summary=row.summary,
+                kept=None if row.path is None else stored_record(row),
+            )
+            for row in rows
+        )
+
+    def measured_rate(self, scenario: str | None = None) -> float | None:
+        """Measured seconds for each estimated core second, over all results; None without results."""
+        query = sa.select(sa.func.sum(JOBS.c.seconds), sa.func.sum(JOBS.c.cost)).where(
+            JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(TERMINAL), JOBS.c.path.is_not(None)
+        )
+        # Unknown after a failed attempt to add a file.
+        query = query.where(JOBS.c.seconds.is_not(None))
+        if scenario is not None:
+            query = query.where(JOBS.c.scenario == scenario)
+        with self._database.reading() as connection:
+            seconds, cost = connection.execute(query).one()
+        return seconds / cost if cost else None
+
+    # --- files -----------------------------------------------------------------------------------
+
+    def file(self, id: str, name: str) -> Stored:
+        """A file of a run; raises NotFound, also when it was not kept."""
+        for file in self.files(id):
+            if file.name == name:
+                return file
+        raise NotFound("file", f"{id}/{name}")
+
+    def files(self, id: str) -> tuple[Stored, ...]:
+        """The files of a run that has ended; raises NotFound for an unknown run."""
+        query = (
+            sa.select(ARTIFACTS)
+            .join_from(JOBS, ARTIFACTS, ARTIFACTS.c.job_id == JOBS.c.id, isouter=True)
+            .where(JOBS.c.id == id, JOBS.c.kind == Kind.RUN)
+            .order_by(ARTIFACTS.c.name)
+        )
+        with self._database.reading() as connection:
+            rows = connection.execute(query).all()
+        if not rows:
+            raise NotFound("run", id)
+        return tuple(stored_record(row) for row in rows if row.name is not None)
+
+    def replace_result(self, id: str, was: str, answer: Stored, summary: Mapping[str, Any]) -> tuple[str, ...]:
+        """Replace the result of a run, if its SHA-256 is ``was``; return the sweeps to be published again.
+
+        Those are the ones that were published with the earlier result, or are being published.
+        """
+        moment = now()
+        file = {"path": answer.path, "size": answer.size, "sha256": answer.sha256}
+        run = JOBS.update().where(JOBS.c.id == id, JOBS.c.sha256 == was)
+        registered = ARTIFACTS.update().where(ARTIFACTS.c.job_id == id, ARTIFACTS.c.name == RESULT)
+        using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == id, ~POINTS.c.detached)
+        publication = JOBS.c.sweep_id.in_(using)
+        stale = JOBS.update().where(publication, JOBS.c.state.in_([State.SUCCEEDED, State.RUNNING]))
+        mark = stale.values(state=State.WAITING, crashes=0).returning(JOBS.c.sweep_id)
+        with self._database.commanding() as connection:
+            if not connection.execute(run.values(**file, summary=dict(summary))).rowcount:
+                return ()
+            connection.execute(registered.values(file))
+            log_event(connection, moment, "remeasured", job_id=id, was=was, sha256=answer.sha256)
+            marked = connection.scalars(mark).all()
+            release_publications(connection, moment, publication)
+            for sweep_id in marked:
+                log_event(connection, moment, "outdated", sweep_id=sweep_id)
+        return tuple(marked)
+
+
+def run_record(row: StatementRow) -> RunRow:
+    """A run from a row with RUN_COLUMNS."""
+    return RunRow(**{field: row._mapping[JOBS.c[field]] for field in RunRow.__dataclass_fields__})

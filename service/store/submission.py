@@ -1,0 +1,156 @@
+"""Accepted sweeps become rows: the sweep, its publication, its points, and those runs that no sweep has brought yet."""
+
+import uuid
+from collections.abc import Sequence
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+import sqlalchemy as sa
+
+from service.records.expansion import ExpandedPoint, ExpandedSweep, expand
+from service.records.jobs import Keep, KeyReused, Kind, State, Submission
+from service.store import fair_queueing
+from service.store.connection import JsonText
+from service.store.tables import IDEMPOTENCY, JOBS, POINTS, PUBLISH_PRIORITY, SWEEPS, insert_into, release_publications
+
+if TYPE_CHECKING:
+    from studies.sweeps.sweep import Sweep
+
+BATCH = 1000  # rows inserted by one statement; the specification of a run takes 3 kB
+
+
+def digest_of(sweep: "Sweep") -> str:
+    """Digest of a sweep's document and of its runs: the same document for the same physics."""
+    return expand(sweep, cost=lambda _run: 0.0).digest
+
+
+def accepted_before(connection: sa.Connection, submission: Submission) -> str | None:
+    """Id of the sweep of an earlier submission with this idempotency key; raises KeyReused."""
+    if submission.idempotency is None:
+        return None
+    key, digest = submission.idempotency
+    query = sa.select(IDEMPOTENCY.c.digest, IDEMPOTENCY.c.sweep_id).where(
+        IDEMPOTENCY.c.owner == submission.owner, IDEMPOTENCY.c.key == key
+    )
+    row = connection.execute(query).first()
+    if row is None:
+        return None
+    if row.digest != digest:
+        raise KeyReused(f"the key {key!r} was used for another body; take a new one")
+    return str(row.sweep_id)
+
+
+def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSweep, moment: datetime) -> str:
+    """Write the rows of a sweep, and join it to runs that are there already; return its id."""
+    id = uuid.uuid4().hex
+    connection.execute(
+        SWEEPS.insert().values(
+            id=id,
+            name=sweep.name,
+            title=sweep.title,
+            scenario=sweep.scenario,
+            document=sweep.document,
+            digest=sweep.digest,
+            owner=submission.owner,
+            priority=submission.priority,
+            keep=submission.keep,
+            planned=len(sweep.points),
+            new=0,
+            created=moment,
+        )
+    )
+    connection.execute(
+        JOBS.insert().values(
+            id=uuid.uuid4().hex,
+            kind=Kind.PUBLISH,
+            sweep_id=id,
+            state=State.WAITING,
+            priority=PUBLISH_PRIORITY,
+            virtual_time=0.0,
+            ordinal=0,
+            keep=Keep.NUMBERS,
+            cost=1.0,
+            **_unbegun(moment),
+        )
+    )
+    new = add_points(connection, id, sweep.points, moment)
+    connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(new=new))
+    release_publications(connection, moment, JOBS.c.sweep_id == id)
+    if submission.idempotency is not None:
+        key, digest = submission.idempotency
+        row = {"owner": submission.owner, "key": key, "digest": digest, "sweep_id": id}
+        connection.execute(IDEMPOTENCY.insert().values(row))
+    return id
+
+
+def add_points(
+    connection: sa.Connection, sweep_id: str, points: Sequence[ExpandedPoint], moment: datetime, first: int = 0
+) -> int:
+    """Add points to a sweep, from the ordinal ``first`` on; return the number of runs that it brought into the queue.
+
+    A run that is finished is linked, one that is under way is joined, one that an accident or a cancel ended is queued
+    again.
+    """
+    sweep = connection.execute(sa.select(SWEEPS.c.priority, SWEEPS.c.keep).where(SWEEPS.c.id == sweep_id)).one()
+    begin = fair_queueing.open_class(connection, sweep.priority)
+    runs = _run_rows(points, first, virtual_time=begin, **sweep._mapping, **_unbegun(moment))
+    new = _insert_new_runs(connection, runs)
+    _insert_points(connection, sweep_id, points, first)
+    if new < len(runs):
+        among = [run["id"] for run in runs] if first else None
+        new += fair_queueing.queue_again(connection, sweep_id, moment, verdicts=False, among=among)
+        fair_queueing.schedule(connection, sweep_id, sweep.priority)
+    return new
+
+
+def _unbegun(moment: datetime) -> dict[str, Any]:
+    return {"attempt": 0, "term": 0, "crashes": 0, "created": moment, "queued": moment}
+
+
+def _run_rows(points: Sequence[ExpandedPoint], first: int, *, virtual_time: float, **same: Any) -> list[dict[str, Any]]:
+    """The rows of the runs of points, each once; their virtual times are those of runs that are all new."""
+    runs: list[dict[str, Any]] = []
+    for ordinal, point in enumerate(points, first):
+        if point.parameters is not None:
+            runs.append(
+                {
+                    "id": point.run_id,
+                    "kind": Kind.RUN,
+                    "scenario": point.scenario,
+                    "spec": point,
+                    "state": State.QUEUED,
+                    "virtual_time": virtual_time,
+                    "ordinal": ordinal,
+                    "cost": point.cost,
+                    **same,
+                }
+            )
+            virtual_time += point.cost
+    return runs
+
+
+def _insert_new_runs(connection: sa.Connection, rows: Sequence[dict[str, Any]]) -> int:
+    """Insert those runs that no sweep has brought yet; return their number."""
+    insert = insert_into(connection, JOBS).on_conflict_do_nothing()
+    counted = insert.execution_options(preserve_rowcount=True)
+    new = 0
+    for begin in range(0, len(rows), BATCH):
+        batch = [{**row, "spec": JsonText(row["spec"].spec)} for row in rows[begin : begin + BATCH]]
+        new += connection.execute(counted, batch).rowcount
+    return new
+
+
+def _insert_points(connection: sa.Connection, sweep_id: str, points: Sequence[ExpandedPoint], first: int) -> None:
+    for begin in range(0, len(points), BATCH):
+        batch = [
+            {
+                "sweep_id": sweep_id,
+                "ordinal": ordinal,
+                "run_id": point.run_id,
+                "axis_index": JsonText(point.axis_index),
+                "coordinates": JsonText(point.coordinates),
+                "detached": False,
+            }
+            for ordinal, point in enumerate(points[begin : begin + BATCH], first + begin)
+        ]
+        connection.execute(POINTS.insert(), batch)

@@ -1,0 +1,443 @@
+"""Sweeps: what people do with them, where they stand, and what they hold.
+
+A sweep that searches for a limit is extended: its publication is leased when all runs have ended, and waits again where
+the results ask for further ones. Nothing is stored beyond the document and the results, so that restart, cancel and
+retry are those of any sweep.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from datetime import datetime
+from typing import TYPE_CHECKING, Any
+
+import sqlalchemy as sa
+
+from service.records.expansion import ExpandedSweep, expand, expanded_points
+from service.records.jobs import (
+    ACTIVE,
+    SWEEP_TERMINAL,
+    Conflict,
+    Kind,
+    Lease,
+    Page,
+    PointRow,
+    State,
+    Stored,
+    Submission,
+    SweepState,
+    SweepStatus,
+    before,
+)
+from service.store import fair_queueing
+from service.store.connection import Database
+from service.store.events import log_event
+from service.store.fair_queueing import IS_WANTED, MOVED_TIME, URGENCY
+from service.store.leases import wait_again
+from service.store.runs import RUN_COLUMNS, run_record
+from service.store.submission import accept, accepted_before, add_points
+from service.store.tables import (
+    ARTIFACTS,
+    CONTROL,
+    IDEMPOTENCY,
+    JOBS,
+    POINT_STATE,
+    POINTS,
+    PUBLICATIONS,
+    SWEEPS,
+    StatementRow,
+    begins,
+    enumeration,
+    given_up,
+    invalidate_tallies,
+    literal,
+    now,
+    one_row,
+    release_publications,
+    retention_if,
+    runs_of,
+)
+from service.store.time_left import Tallies, counts_of, progress_of, seconds_left, tallies_of
+from studies.quantities.findings import Finding, InvalidInput
+
+if TYPE_CHECKING:
+    from studies.runs.run import Run
+    from studies.sweeps.sweep import Point
+
+# A subquery of one row in place of EXISTS, which PostgreSQL would evaluate for all sweeps of the store.
+_IS_BEGUN = (
+    sa.select(sa.true())
+    .where(POINTS.c.sweep_id == SWEEPS.c.id, JOBS.c.id == POINTS.c.run_id, JOBS.c.state != State.QUEUED)
+    .limit(1)
+    .correlate(SWEEPS)
+    .scalar_subquery()
+    .is_not(None)
+)
+
+# Where a sweep stands, from its publication and its runs.
+SWEEP_STATE = sa.type_coerce(
+    sa.case(
+        (PUBLICATIONS.c.state == State.FAILED, literal(SweepState.FAILED)),
+        (PUBLICATIONS.c.state == State.CANCELLED, literal(SweepState.CANCELLED)),
+        (sa.and_(PUBLICATIONS.c.state == State.SUCCEEDED, SWEEPS.c.cancelled.is_(None)), literal(SweepState.SUCCEEDED)),
+        (PUBLICATIONS.c.state == State.SUCCEEDED, literal(SweepState.CANCELLED)),
+        (SWEEPS.c.cancelled.is_not(None), literal(SweepState.CANCELLING)),
+        (PUBLICATIONS.c.state != State.WAITING, literal(SweepState.PUBLISHING)),
+        (_IS_BEGUN, literal(SweepState.RUNNING)),
+        else_=literal(SweepState.QUEUED),
+    ),
+    enumeration(SweepState),
+)
+
+# A sweep with its state, without its document, which may be long.
+SWEEP_ROWS = sa.select(
+    *(SWEEPS.c[name] for name in ("number", "id", "name", "title", "scenario", "planned", "new")),
+    *(SWEEPS.c[name] for name in ("owner", "priority", "keep", "created", "cancelled")),
+    SWEEP_STATE.label("state"),
+    *(PUBLICATIONS.c.reason, PUBLICATIONS.c.finished),
+    sa.select(CONTROL.c.cache_generation).scalar_subquery().label("cache_generation"),
+).join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
+
+
+# Names of the files that a sweep has published, separated by spaces; null: there are none.
+FILE_NAMES = (
+    sa.select(sa.func.aggregate_strings(ARTIFACTS.c.name, " "))
+    .where(ARTIFACTS.c.job_id == PUBLICATIONS.c.id)
+    .correlate(PUBLICATIONS)
+    .scalar_subquery()
+    .label("files")
+)
+SWEEPS_AND_FILES = SWEEP_ROWS.add_columns(FILE_NAMES)
+
+
+@dataclass(frozen=True)
+class SweepsWithFiles:
+    """A page of sweeps with their files, and whether runs are begun."""
+
+    sweeps: Page[SweepStatus]
+    files: Mapping[str, Sequence[str]]  # names of the published ones, by sweep
+    paused: datetime | None  # since when no run is begun
+    blocked_reason: str | None  # why nothing is begun although there is work
+
+
+class Sweeps:
+    """Each command is one transaction, each query a read transaction of a few statements whatever the size."""
+
+    def __init__(self, database: Database, cost: Callable[["Run"], float]):
+        self._database = database
+        self._cost = cost
+        self._tallies = Tallies()
+
+    # --- commands --------------------------------------------------------------------------------
+
+    def create(self, submission: Submission) -> SweepStatus:
+        """Accept a sweep: its row, runs, points and publication, or nothing at all.
+
+        A run that is finished is linked, one that is under way is joined, one that an accident or a
+        cancel ended is queued again. A submission with the idempotency key and body of an earlier one
+        is the earlier sweep; with another body it raises KeyReused.
+        """
+        if submission.idempotency is not None:
+            with self._database.reading() as connection:
+                earlier = accepted_before(connection, submission)
+                if earlier is not None:
+                    return sweep_status(connection, earlier)
+        sweep = submission.sweep
+        if not isinstance(sweep, ExpandedSweep):
+            sweep = expand(sweep, self._cost)
+        moment = now()
+        with self._database.commanding() as connection:
+            earlier = accepted_before(connection, submission)
+            status = sweep_status(connection, earlier or accept(connection, submission, sweep, moment))
+            if earlier is None:
+                log_event(connection, moment, "accepted", sweep_id=status.id, planned=status.planned, new=status.new)
+            return status
+
+    def extend(self, lease: Lease, points: "Sequence[Point]") -> bool:
+        """Add points to the sweep of a leased publication, which waits for them.
+
+        Without effect (False) where the sweep was cancelled, or the lease has ended.
+        """
+        id, moment = lease.sweep_id, now()
+        assert id is not None
+        is_wanted = sa.exists().where(SWEEPS.c.id == id, SWEEPS.c.cancelled.is_(None))
+        last = sa.select(sa.func.max(POINTS.c.ordinal)).where(POINTS.c.sweep_id == id)
+        with self._database.commanding() as connection:
+            if not wait_again(connection, lease, is_wanted):
+                return False
+            first = connection.execute(last).scalar_one() + 1
+            expanded = [*expanded_points(points, self._cost)]
+            new = add_points(connection, id, expanded, moment, first)
+            counts = {"planned": SWEEPS.c.planned + len(points), "new": SWEEPS.c.new + new}
+            connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(counts))
+            # The tally of a sweep whose points had all ended may be remembered.
+            invalidate_tallies(connection, len(points))
+            release_publications(connection, moment, JOBS.c.sweep_id == id)
+            log_event(connection, moment, "extended", sweep_id=id, points=len(points), new=new)
+        return True
+
+    def cancel(self, id: str) -> SweepStatus:
+        """Stop waiting for runs that are not done; results so far are published.
+
+        Runs that no other sweep waits for leave the queue, or are to be stopped; the others take
+        the priority of those that wait. A sweep that is being published, or is done, stays as it is.
+        """
+        moment = now()
+        with self._database.commanding() as connection:
+            detached = connection.execute(_detach(id)).rowcount
+            if detached:
+                cancel = SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=moment)
+                connection.execute(cancel)
+                connection.execute(_give_up(id, moment))
+                log_event(connection, moment, "cancelled", sweep_id=id, points=detached)
+            return sweep_status(connection, id)
+
+    def retry(self, id: str, *, verdicts: bool = False) -> SweepStatus:
+        """Queue again what an accident or a cancel ended (``verdicts``: the solver's too), then publish."""
+        moment = now()
+        publication = (
+            sa.select(JOBS.c.state, SWEEPS.c.priority)
+            .join_from(JOBS, SWEEPS, SWEEPS.c.id == JOBS.c.sweep_id)
+            .where(SWEEPS.c.id == id)
+        )
+        resume = SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=sa.null())
+        attach = POINTS.update().where(POINTS.c.sweep_id == id).values(detached=False)
+        with self._database.commanding() as connection:
+            row = one_row(connection, publication, "sweep", id)
+            if row.state is State.RUNNING:
+                raise Conflict("the sweep is being published; retry it afterwards")
+            connection.execute(resume)
+            invalidate_tallies(connection, connection.execute(attach).rowcount)
+            connection.execute(_publish_again(id))
+            again = fair_queueing.queue_again(connection, id, moment, verdicts=verdicts)
+            fair_queueing.schedule(connection, id, row.priority)
+            release_publications(connection, moment, JOBS.c.sweep_id == id)
+            log_event(connection, moment, "retried", sweep_id=id, runs=again)
+            return sweep_status(connection, id)
+
+    def set_priority(self, id: str, priority: int) -> SweepStatus:
+        """Let a sweep's runs come sooner or later; a shared run follows the most urgent sweep."""
+        with self._database.commanding() as connection:
+            state = sweep_status(connection, id).state
+            if state in SWEEP_TERMINAL:
+                raise Conflict(f"the sweep has ended; it is {state}")
+            fair_queueing.open_class(connection, priority)
+            update = SWEEPS.update().where(SWEEPS.c.id == id)
+            connection.execute(update.values(priority=priority))
+            fair_queueing.follow_urgency(connection, id)
+            log_event(connection, now(), "prioritised", sweep_id=id, priority=priority)
+            return sweep_status(connection, id)
+
+    def delete(self, id: str) -> None:
+        """Delete a sweep that has ended; its runs stay for a while, since other sweeps may need them."""
+        own = sa.select(JOBS.c.id).where(JOBS.c.sweep_id == id)
+        moment = now()
+        abandon = JOBS.update().where(JOBS.c.id.in_(runs_of(id))).values(abandoned=moment)
+        with self._database.commanding() as connection:
+            state = sweep_status(connection, id).state
+            if state not in SWEEP_TERMINAL:
+                stopping = state is SweepState.CANCELLING
+                cure = "delete it once it is cancelled" if stopping else "cancel it, then delete it"
+                raise Conflict(f"the sweep is {state}; {cure}")
+            connection.execute(abandon)
+            connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(own)))
+            for table in (IDEMPOTENCY, POINTS, JOBS):
+                connection.execute(table.delete().where(table.c.sweep_id == id))
+            connection.execute(SWEEPS.delete().where(SWEEPS.c.id == id))
+            log_event(connection, moment, "deleted", sweep_id=id)
+
+    # --- queries ---------------------------------------------------------------------------------
+
+    def get(self, id: str) -> SweepStatus:
+        """One sweep; raises NotFound."""
+        with self._database.reading() as connection:
+            row = one_row(connection, SWEEP_ROWS.where(SWEEPS.c.id == id), "sweep", id)
+            return self._statuses(connection, [row])[0]
+
+    def get_with_files(self, id: str) -> tuple[SweepStatus, Sequence[str]]:
+        """One sweep, and the names of the files that it has published; raises NotFound."""
+        query = SWEEPS_AND_FILES.where(SWEEPS.c.id == id)
+        with self._database.reading() as connection:
+            row = one_row(connection, query, "sweep", id)
+            return self._statuses(connection, [row])[0], _names(row)
+
+    def get_with_file(self, id: str, name: str) -> tuple[SweepStatus, Stored | None]:
+        """One sweep, and the file of this name if it has published one; raises NotFound."""
+        published = (ARTIFACTS.c.job_id == PUBLICATIONS.c.id) & (ARTIFACTS.c.name == name)
+        query = SWEEP_ROWS.add_columns(ARTIFACTS.c.path, ARTIFACTS.c.size, ARTIFACTS.c.sha256)
+        query = query.outerjoin(ARTIFACTS, published).where(SWEEPS.c.id == id)
+        with self._database.reading() as connection:
+            row = one_row(connection, query, "sweep", id)
+            status = self._statuses(connection, [row])[0]
+        file = None if row.path is None else Stored(name, row.path, row.size, row.sha256)
+        return status, file
+
+    def page(
+        self, *, state: SweepState | None = None, prefix: str = "", cursor: str | None = None, limit: int = 50
+    ) -> Page[SweepStatus]:
+        """Sweeps whose ids begin so, the youngest first: two statements, whatever the number of runs."""
+        query = _youngest(SWEEP_ROWS, cursor, limit).where(begins(SWEEPS.c.id, prefix))
+        if state is not None:
+            query = query.where(SWEEP_STATE.in_([state]))
+        with self._database.reading() as connection:
+            return self._page_of(connection, connection.execute(query).all(), limit)
+
+    def page_with_files(self, *, cursor: str | None = None, limit: int = 50) -> SweepsWithFiles:
+        """Sweeps with their files, the youngest first, and the state of the queue: two statements."""
+        page = _youngest(SWEEPS_AND_FILES, cursor, limit).subquery()
+        query = (
+            sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, page)
+            .select_from(CONTROL.outerjoin(page, sa.true()))  # the table has exactly one row
+            .order_by(page.c.number.desc())
+        )
+        with self._database.reading() as connection:
+            rows = connection.execute(query).all()
+            of_sweeps = [row for row in rows if row.id is not None]
+            sweeps = self._page_of(connection, of_sweeps, limit)
+        files = {row.id: _names(row) for row in of_sweeps}
+        return SweepsWithFiles(sweeps, files, rows[0].paused, rows[0].blocked_reason)
+
+    def document(self, id: str) -> Mapping[str, Any]:
+        """The document of a sweep, canonical; raises NotFound."""
+        query = sa.select(SWEEPS.c.document).where(SWEEPS.c.id == id)
+        with self._database.reading() as connection:
+            return one_row(connection, query, "sweep", id).document
+
+    def find(self, digest: str) -> SweepStatus | None:
+        """The youngest sweep with this ``digest_of``: the same document for the same physics."""
+        query = SWEEP_ROWS.where(SWEEPS.c.digest == digest).order_by(SWEEPS.c.number.desc())
+        with self._database.reading() as connection:
+            rows = connection.execute(query.limit(1)).all()
+            return self._statuses(connection, rows)[0] if rows else None
+
+    def points(
+        self, id: str, *, state: State | None = None, cursor: str | None = None, limit: int = 100
+    ) -> Page[PointRow]:
+        """Points of a sweep in its own order, each with its run; raises NotFound."""
+        query = (
+            sa.select(*RUN_COLUMNS, POINTS, POINT_STATE.label("point_state"))
+            .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
+            .where(POINTS.c.sweep_id == id)
+            .order_by(POINTS.c.ordinal)
+            .limit(limit + 1)
+        )
+        if state is not None:
+            query = query.where(POINT_STATE.in_([state]))
+        if cursor is not None:
+            query = query.where(POINTS.c.ordinal > number_of(cursor))
+        with self._database.reading() as connection:
+            one_row(connection, sa.select(SWEEPS.c.id).where(SWEEPS.c.id == id), "sweep", id)
+            rows = connection.execute(query).all()
+        items = tuple(point_record(row) for row in rows[:limit])
+        return Page(items, str(items[-1].ordinal) if len(rows) > limit else None)
+
+    def _page_of(self, connection: sa.Connection, rows: Sequence[StatementRow], limit: int) -> Page[SweepStatus]:
+        """The first ``limit`` sweeps, and the cursor of the next page."""
+        items = self._statuses(connection, rows[:limit])
+        return Page(items, str(rows[limit - 1].number) if len(rows) > limit else None)
+
+    def _statuses(self, connection: sa.Connection, rows: Sequence[StatementRow]) -> tuple[SweepStatus, ...]:
+        tallies = self._tallies.of(connection, rows)
+        return tuple(_status(row, tallies[row.id]) for row in rows)
+
+
+def sweep_status(connection: sa.Connection, id: str) -> SweepStatus:
+    """One sweep within a transaction; raises NotFound."""
+    row = one_row(connection, SWEEP_ROWS.where(SWEEPS.c.id == id), "sweep", id)
+    return _status(row, tallies_of(connection, [id])[id])
+
+
+def _status(row: StatementRow, tally: Sequence[StatementRow]) -> SweepStatus:
+    """A sweep from its row and its tally."""
+    return SweepStatus(
+        **{name: getattr(row, name) for name in _STORED},
+        reused=row.planned - row.new,
+        counts=counts_of(tally),
+        lost_answers=sum(part.reasons for part in tally if part.point_state is State.SUCCEEDED),
+        progress=progress_of(tally),
+        eta_seconds=seconds_left(tally),
+    )
+
+
+_COUNTED = frozenset({"reused", "counts", "lost_answers", "progress", "eta_seconds"})
+_STORED = frozenset(SweepStatus.__dataclass_fields__) - _COUNTED
+
+
+def _youngest(query: sa.Select[Any], cursor: str | None, limit: int) -> sa.Select[Any]:
+    """The youngest sweeps behind a cursor, and one more to know whether there is another page."""
+    query = query.order_by(SWEEPS.c.number.desc()).limit(limit + 1)
+    return query if cursor is None else query.where(SWEEPS.c.number < number_of(cursor))
+
+
+def _names(row: StatementRow) -> Sequence[str]:
+    """The file names of a row with FILE_NAMES."""
+    return tuple(sorted((row.files or "").split()))
+
+
+def point_record(row: StatementRow) -> PointRow:
+    """A point from a row with the columns of POINTS, RUN_COLUMNS and ``point_state``."""
+    return PointRow(
+        ordinal=row._mapping[POINTS.c.ordinal],
+        index=tuple(row.axis_index),
+        coordinates=row.coordinates,
+        state=row.point_state,
+        run=run_record(row),
+    )
+
+
+def number_of(cursor: str) -> int:
+    """The number in a cursor; raises InvalidInput."""
+    if not cursor.isascii() or not cursor.isdigit() or len(cursor) > 18:
+        limit = "the cursor of an earlier page"
+        raise InvalidInput([Finding("cursor", repr(cursor[:40]), limit, "omit the cursor for the first page")])
+    return int(cursor)
+
+
+# --- statements of commands -----------------------------------------------------------------------
+
+
+def _publish_again(id: str) -> sa.Update:
+    """Let a publication that has ended, or not begun, wait for its runs again."""
+    wait = JOBS.update().where(JOBS.c.sweep_id == id, JOBS.c.state.in_(before(State.WAITING)))
+    of_last_end = ("cause", "failure", "reason", "finished", "crash_step", "unfinished_point")
+    return wait.values(state=State.WAITING, crashes=0, **dict.fromkeys(of_last_end, sa.null()))
+
+
+def _detach(id: str) -> sa.Update:
+    """Let a sweep that waits for runs wait no longer for those that are not done."""
+    unfinished = sa.select(JOBS.c.id).where(JOBS.c.id.in_(runs_of(id)), JOBS.c.state.in_(ACTIVE))
+    waits = sa.exists().where(JOBS.c.sweep_id == id, JOBS.c.state == State.WAITING)
+    return (
+        POINTS.update()
+        .where(POINTS.c.sweep_id == id, POINTS.c.detached.is_(False))
+        .where(POINTS.c.run_id.in_(unfinished), waits)
+        .values(detached=True)
+    )
+
+
+def _give_up(id: str, moment: datetime) -> sa.Update:
+    """Move the detached runs of a sweep and its publication, in one statement.
+
+    A run goes on for others, or leaves the queue, or is to be stopped. Results are published; a
+    sweep without results has ended.
+    """
+    is_run = JOBS.c.kind == Kind.RUN
+    has_results = sa.exists().where(POINTS.c.sweep_id == id, POINTS.c.detached.is_(False))
+    goes_on = is_run & IS_WANTED
+    ends = sa.or_(is_run & (JOBS.c.state == State.QUEUED), sa.not_(is_run) & sa.not_(has_results))
+    state = sa.case(
+        (goes_on, sa.type_coerce(JOBS.c.state, sa.Text)),
+        (ends, given_up(State.CANCELLED)),
+        (is_run, State.CANCELLING.value),
+        else_=State.QUEUED.value,
+    )
+    publication = (JOBS.c.sweep_id == id) & (JOBS.c.state == State.WAITING)
+    return (
+        JOBS.update()
+        .where(sa.or_(publication, JOBS.c.id.in_(runs_of(id)) & JOBS.c.state.in_(ACTIVE)))
+        .values(state=sa.type_coerce(state, JOBS.c.state.type))
+        .values(finished=sa.case((sa.not_(goes_on) & ends, moment), else_=JOBS.c.finished))
+        .values(queued=sa.case((is_run, JOBS.c.queued), else_=moment))
+        .values(keep=retention_if(sa.not_(goes_on) & ends))
+        .values(priority=sa.case((goes_on, URGENCY), else_=JOBS.c.priority))
+        .values(virtual_time=sa.case((goes_on, MOVED_TIME), else_=JOBS.c.virtual_time))
+    )

@@ -1,0 +1,83 @@
+"""Mie-Grueneisen about the Hugoniot Us = c0 + s up, in closed form.
+
+p = p_H (1 - gamma mu / 2) + gamma rho e with mu = rho / rho0 - 1 (Ma 2005, Eq. 2-25) and, in compression, gamma rho =
+gamma0 rho0 (Eq. 2-22). p_H = rho0 c0^2 mu (1 + mu) / (1 - (s - 1) mu)^2 is exact for a linear Us-up line and has a pole
+at mu = 1 / (s - 1). In expansion p = rho0 c0^2 mu + gamma0 rho e: keeping gamma rho there would make an effective gamma
+of 40 at rho = 0.05 rho0 and leave the implicit solve without an answer.
+"""
+
+from functools import cache
+from typing import Annotated, NamedTuple
+
+from solver.jit import implements
+from solver.matter.eos import EosEntry, pressure_terms, sound_speed_squared
+from solver.matter.eos._hugoniot import (
+    implement_common,
+    isentropic_sound_speed_squared,
+    reference_curve,
+    with_isentrope,
+)
+from solver.units import Density, Described, Dimensionless, HeatCapacity, MetrePerSecond, RoomTemperature
+from solver.vectors import maximum, minimum, where
+
+# Where p_H is continued by its tangent, as a part of the pole. At 0.8 the Hugoniot pressure of copper is 15 TPa,
+# beyond any impact speed served here; density noise can still reach it, and is counted.
+TANGENT_FROM = 0.8
+STIFF = 4.0  # the same compression for materials with s <= 1, which have no pole
+
+
+class MieGrueneisen(NamedTuple):
+    """Parameters of the closed form; made by ``mie_grueneisen``."""
+
+    density: Density  # rho0
+    c0: Annotated[MetrePerSecond, Described("bulk sound speed", 100.0, 3e4)]
+    s: Annotated[Dimensionless, Described("slope of the Hugoniot", 0.0, 10.0)]
+    gamma0: Annotated[Dimensionless, Described("Grueneisen parameter", 0.0, 10.0)]
+    heat_capacity: HeatCapacity  # cv
+    temperature: RoomTemperature  # of the reference state
+    mu_tangent: Dimensionless = 0.0  # compression from which p_H follows its tangent
+    isentrope: tuple[float, ...] = ()  # e_s over the Hugoniot energy, by powers of mu / (1 + mu)
+
+
+@cache
+def mie_grueneisen(**constants):
+    """The closed form with its isentrope."""
+    eos = MieGrueneisen(**constants)
+    mu_tangent = min(TANGENT_FROM / (eos.s - 1.0), STIFF) if eos.s > 1.0 else STIFF
+    return with_isentrope(eos._replace(mu_tangent=mu_tangent))
+
+
+EOS = EosEntry("mie-grueneisen", MieGrueneisen, mie_grueneisen, form="hugoniot")
+
+
+@implements(reference_curve, MieGrueneisen)
+def reference_curve_of_mie_grueneisen(eos, mu):
+    """p_H and dp_H/dmu of the closed form in compression, with its tangent beyond ``mu_tangent``."""
+    stiffness = eos.density * eos.c0 * eos.c0
+    inside = minimum(mu, eos.mu_tangent)
+    pole = 1.0 / (1.0 - (eos.s - 1.0) * inside)
+    value = stiffness * inside * (1.0 + inside) * pole * pole
+    slope = stiffness * (1.0 + (eos.s + 1.0) * inside) * pole * pole * pole
+    return value + slope * (mu - inside), slope
+
+
+@implements(pressure_terms, MieGrueneisen)
+def pressure_terms_of_mie_grueneisen(eos, density, energy):
+    thinning = eos.density / density
+    mu = density * (1.0 / eos.density) - 1.0
+    pressed = maximum(mu, 0.0)
+    hugoniot, _ = reference_curve(eos, pressed)
+    cold = hugoniot * (1.0 - 0.5 * eos.gamma0 * pressed * thinning)
+    return (where(mu < 0.0, eos.density * eos.c0 * eos.c0 * mu, cold), eos.gamma0 * minimum(density, eos.density))
+
+
+@implements(sound_speed_squared, MieGrueneisen)
+def sound_speed_squared_of_mie_grueneisen(eos, density, energy, pressure):
+    thinning = eos.density / density
+    mu = density * (1.0 / eos.density) - 1.0
+    expanded = eos.c0 * eos.c0 + eos.gamma0 * (energy + pressure * thinning * (1.0 / eos.density))
+    pressed = isentropic_sound_speed_squared(eos, maximum(mu, 0.0), thinning, pressure)
+    return where(mu < 0.0, expanded, pressed)
+
+
+implement_common(MieGrueneisen)

@@ -1,0 +1,18 @@
+"""The laws of a body's matter, together: what the stress update takes."""
+
+from typing import Any, NamedTuple
+
+from solver.matter.failure.none import NoFailure
+from solver.units import Kelvin, Pascal
+
+
+class Matter(NamedTuple):
+    """The matter of a body: one record for each law."""
+
+    eos: Any
+    strength: Any
+    tension: Any
+    shear_modulus: Pascal
+    room_temperature: Kelvin
+    melt_temperature: Kelvin  # at the reference density; inf: never softens, never melts
+    failure: Any = NoFailure()

@@ -1,0 +1,47 @@
+"""Drucker and Prager: soil, rock and concrete, whose strength grows with the pressure.
+
+The surface is a cone about the hydrostatic axis, tau = k + q p with tau = sqrt(J2) and the pressure p, positive in
+compression; in tension it ends at the cut-off p = -t, and at its apex p = -k / q at the latest::
+
+    sigma_y = sqrt(3) max(0, k + q max(p, -t))
+
+Drucker and Prager (1952), Q. Appl. Math. 10, 157; ``*MAT_DRUCKER_PRAGER`` of LS-DYNA and ``dpm`` of MPM3D-F90 with
+k_phi, q_phi and the tensile strength. Slip is without change of volume (dilatancy zero): the return to the cone is at
+constant pressure, along the deviator. The pressure is that of the new density with the energy before the step: where
+the equation of state does not depend on the energy, as with linear elasticity, the state lies on the cone exactly.
+The tensile floor of the pressure itself is that of the rule of tension (``recoverable``), with the same t.
+"""
+
+import math
+from typing import Annotated, NamedTuple
+
+from solver.jit import implements
+from solver.matter.eos import pressure_terms
+from solver.matter.strength import StrengthEntry, hardening, under_pressure
+from solver.units import Described, Dimensionless, FromMaterial, Pascal
+from solver.vectors import maximum
+
+
+class DruckerPrager(NamedTuple):
+    """Parameters of the cone."""
+
+    cohesion: Annotated[Pascal, Described("shear strength without pressure", 0.0, 1e12)]  # k
+    friction: Annotated[Dimensionless, Described("rise of the shear strength with pressure", 0.0, 10.0)]  # q
+    tensile: Annotated[Pascal, FromMaterial("tension.spall_strength")]  # t
+    pressure: Pascal = 0.0  # p of the present state
+
+
+STRENGTH = StrengthEntry("drucker-prager", DruckerPrager)
+
+
+@implements(under_pressure, DruckerPrager)
+def under_pressure_of_drucker_prager(strength, eos, density, energy):
+    a, b = pressure_terms(eos, density, energy)
+    return DruckerPrager(strength.cohesion, strength.friction, strength.tensile, a + b * energy)
+
+
+@implements(hardening, DruckerPrager)
+def hardening_of_drucker_prager(strength, plastic_strain):
+    pressure = maximum(strength.pressure, -strength.tensile)
+    shear = strength.cohesion + strength.friction * pressure
+    return math.sqrt(3.0) * maximum(shear, 0.0), 0.0

@@ -1,0 +1,69 @@
+"""Johnson-Cook: hardening, rate and temperature.
+
+sigma_y = (A + B eps^n) (1 + C ln(rate / reference_rate)) (1 - T*^m): Johnson and Cook (1983); Ma (2005), Eq. 2-20.
+The rate is not taken below the reference rate, where the logarithm was never fitted.
+
+The modified form has (1 + rate / reference_rate)^C in place of the logarithm's factor, and the part alpha of the
+plastic work becomes heat: Borvik et al. (1999), Int. J. Impact Eng. 22, 855, as the seed of coupled SPH and finite
+elements quotes it (Zhang, Qiang and Gao).
+"""
+
+from typing import Annotated, NamedTuple
+
+from solver.jit import implements
+from solver.matter.strength import StrengthEntry, hardening, rate_and_heat, stored_part
+from solver.units import Described, Dimensionless, Pascal, PerSecond
+from solver.vectors import SMALLEST, log, maximum, power, where
+
+
+class JohnsonCook(NamedTuple):
+    """Parameters of the Johnson-Cook yield stress."""
+
+    A: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12)]
+    B: Annotated[Pascal, Described("hardening", 0.0, 1e12)]
+    n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0)]
+    C: Annotated[Dimensionless, Described("rate sensitivity", 0.0, 10.0)]
+    # infinite: no softening
+    m: Annotated[Dimensionless | None, Described("softening exponent", 0.01, 100.0)]
+    reference_rate: Annotated[PerSecond, Described("reference strain rate", 1e-9, 1e9)]
+
+
+class ModifiedJohnsonCook(NamedTuple):
+    """Parameters of the modified Johnson-Cook yield stress."""
+
+    A: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12)]
+    B: Annotated[Pascal, Described("hardening", 0.0, 1e12)]
+    n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0)]
+    C: Annotated[Dimensionless, Described("rate exponent", 0.0, 1.0)]
+    # infinite: no softening
+    m: Annotated[Dimensionless | None, Described("softening exponent", 0.01, 100.0)]
+    reference_rate: Annotated[PerSecond, Described("reference strain rate", 1e-9, 1e9)]
+    alpha: Annotated[Dimensionless, Described("part of the plastic work that becomes heat", 0.0, 1.0)]
+
+
+STRENGTH = (StrengthEntry("johnson-cook", JohnsonCook), StrengthEntry("modified-johnson-cook", ModifiedJohnsonCook))
+
+
+@implements(hardening, ModifiedJohnsonCook)
+@implements(hardening, JohnsonCook)
+def hardening_of_johnson_cook(strength, plastic_strain):
+    hardened = strength.B * power(plastic_strain, strength.n)
+    slope = strength.n * hardened / maximum(plastic_strain, SMALLEST)
+    return strength.A + hardened, slope
+
+
+@implements(rate_and_heat, JohnsonCook)
+def rate_and_heat_of_johnson_cook(strength, strain_rate, homologous, stiff):
+    rate = 1.0 + strength.C * log(maximum(strain_rate * (1.0 / strength.reference_rate), 1.0))
+    return rate * where(homologous >= 1.0, 0.0, 1.0 - power(homologous, strength.m))
+
+
+@implements(rate_and_heat, ModifiedJohnsonCook)
+def rate_and_heat_of_modified_johnson_cook(strength, strain_rate, homologous, stiff):
+    rate = power(1.0 + strain_rate * (1.0 / strength.reference_rate), strength.C)
+    return rate * where(homologous >= 1.0, 0.0, 1.0 - power(homologous, strength.m))
+
+
+@implements(stored_part, ModifiedJohnsonCook)
+def stored_part_of_modified_johnson_cook(strength):
+    return 1.0 - strength.alpha

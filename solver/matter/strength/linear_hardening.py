@@ -1,0 +1,23 @@
+"""Isotropic linear hardening: a yield stress that grows with plastic strain, until melting."""
+
+from typing import Annotated, NamedTuple
+
+from solver.jit import implements
+from solver.matter.strength import StrengthEntry, hardening
+from solver.units import Described, Pascal
+
+
+class LinearHardening(NamedTuple):
+    """Parameters of sigma_y = yield_stress + hardening_modulus eps_p."""
+
+    yield_stress: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12)]
+    hardening_modulus: Annotated[Pascal, Described("hardening modulus", 0.0, 1e13)]
+
+
+STRENGTH = StrengthEntry("linear-hardening", LinearHardening)
+
+
+@implements(hardening, LinearHardening)
+def hardening_of_linear_hardening(strength, plastic_strain):
+    stress = strength.yield_stress + strength.hardening_modulus * plastic_strain
+    return stress, strength.hardening_modulus

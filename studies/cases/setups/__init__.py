@@ -1,0 +1,1 @@
+"""Problems that several cases share, and what is read off their states."""

@@ -1,0 +1,127 @@
+"""Validation: published problems, computed as ordinary sweeps, with the numbers of experiments and other codes beside.
+
+How to add one: a module here that offers a ``ValidationCase`` as ``CASE``, and beside it a CSV file of its name with
+the published numbers. ``sweeps`` gives the documents of a level:
+``quick`` for a glance on coarse grids (all cases together take a core half a minute), ``thesis`` on the meshes of the
+source, ``fine`` on three grids, which give the value without a mesh and its error bar. ``rows`` compares the cubes
+with the table; its tolerances are stated before a run and belong to the mesh of the source: part of a published
+agreement is its mesh, so that the converged value stands beside it as a report. Nothing is tuned.
+
+The table has the columns ``by`` ("experiment", or the code that computed), ``source`` and ``confidence``, the
+parameters and the quantities, with their units in the header (``studies.observations``). ``whipple validate`` computes
+cases beside those of ``studies.cases.verification``; ``studies.cases.compared`` makes rows of a cube. Each case is a
+claim of ``tests/claims`` by its own sentence.
+"""
+
+import csv
+import io
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass
+from importlib.resources import files
+from typing import TYPE_CHECKING, Any, Literal, get_args
+
+from solver.registry import entries
+from studies import observations, scenarios
+from studies.cases.rows import Row
+from studies.observations import Observation
+from studies.quantities.findings import nearest_cure, refusal
+from studies.sweeps.reading import vocabulary
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+ValidationLevel = Literal["quick", "thesis", "fine"]
+LEVELS: tuple[ValidationLevel, ...] = get_args(ValidationLevel)
+Cubes = Mapping[str, "xr.Dataset"]  # by the names of a case's sweeps
+
+
+@dataclass(frozen=True)
+class PublishedNumber:
+    """A published number of a case."""
+
+    by: str  # "experiment", or the code that computed it
+    shot: Observation
+
+    @property
+    def value(self) -> float:
+        """The number, SI."""
+        assert self.shot.value is not None
+        return self.shot.value
+
+    def at(self, axis: str) -> float:
+        """Its place along an axis, SI."""
+        return float(self.shot.parameters[axis] or 0.0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """The points of a picture that belong together."""
+
+    label: str
+    points: tuple[tuple[float, float, float], ...]  # x, y and the error bar of y; 0: none
+    joined: bool = False  # drawn as a line, and not as marks
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of a case; numbers in the units of its labels."""
+
+    name: str  # of the file
+    title: str
+    x: str
+    y: str
+    lines: tuple[Line, ...]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ValidationCase:
+    """A published problem."""
+
+    name: str
+    says: str  # the sentence that its rows prove
+    source: str
+    sweeps: Callable[[ValidationLevel], Mapping[str, Mapping[str, Any]]]  # documents by name
+    rows: Callable[[ValidationLevel, Cubes], Iterable[Row]]
+    pictures: Callable[[Cubes], Iterable[Picture]] = lambda cubes: ()
+
+    def documents(self, level: ValidationLevel) -> dict[str, dict[str, Any]]:
+        """Its sweeps by name, each with its own name in the document."""
+        return {name: {"name": name, **document} for name, document in self.sweeps(level).items()}
+
+
+def names() -> list[str]:
+    """All cases, sorted."""
+    return list(entries(__name__, "CASE"))
+
+
+def load(name: str) -> ValidationCase:
+    """The case of a name; raises InvalidInput with the nearest one."""
+    cases: Mapping[str, ValidationCase] = entries(__name__, "CASE")
+    if name not in cases:
+        raise refusal("case", name, "a validation case", nearest_cure(name, cases))
+    return cases[name]
+
+
+def numbers_of(table: str, scenario: str) -> list[PublishedNumber]:
+    """The numbers of a table beside a case, in its order; raises InvalidInput."""
+    text = files(__package__).joinpath(f"{table}.csv").read_text(encoding="utf-8")
+    roles = dict.fromkeys(scenarios.load(scenario).materials, ())
+    terms = vocabulary(scenario, roles, {})
+    reader = csv.reader(line for line in io.StringIO(text) if not line.startswith("#"))
+    header, *rows = reader
+    column = header.index("by")
+    numbers = []
+    for row in rows:
+        by = row.pop(column)
+        lines = io.StringIO()
+        csv.writer(lines).writerows([[*header[:column], *header[column + 1 :]], row])
+        shots = observations.read_observations(lines.getvalue(), terms, table)
+        numbers += [PublishedNumber(by, shot) for shot in shots]
+    return numbers
+
+
+def of_observations(table: str, scenario: str, by: str) -> list[PublishedNumber]:
+    """The numbers of a published table of shots, all of them by the same."""
+    roles = dict.fromkeys(scenarios.load(scenario).materials, ())
+    shots = observations.read_observations(table, vocabulary(scenario, roles, {}))
+    return [PublishedNumber(by, shot) for shot in shots]

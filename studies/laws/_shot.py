@@ -1,0 +1,100 @@
+"""Shots: the data that laws are asked about."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from solver.units import Dimensionless, Metre, MetrePerSecond, Pascal, Radian
+from studies.materials import Material
+
+
+@dataclass(frozen=True)
+class Shield:
+    """A Whipple shield: a bumper of the target's material before a wall of aluminium."""
+
+    bumper_thickness: Metre
+    wall_thickness: Metre
+    stand_off: Metre  # between the back of the bumper and the front of the wall
+    wall_yield_stress: Pascal
+
+
+@dataclass(frozen=True)
+class Shot:
+    """The data of a shot that laws use: impact of a projectile on a plate or a block."""
+
+    speed: MetrePerSecond
+    projectile_diameter: Metre  # of the sphere with the projectile's volume
+    plate_thickness: Metre | None  # None for a target without a back face
+    projectile: Material
+    target: Material
+    obliquity: Radian = 0.0  # between the flight and the target's normal
+    length_ratio: Dimensionless = 1.0  # length of the projectile over its own diameter
+    shield: Shield | None = None  # whose bumper is the target; no scenario has one
+
+    @property
+    def normal_speed(self) -> float:
+        """Component of the velocity along the target's normal, m/s."""
+        return self.speed * math.cos(self.obliquity)
+
+    @property
+    def density_ratio(self) -> float:
+        """Density of the projectile over that of the target."""
+        return self.projectile.density / self.target.density
+
+    @property
+    def mass(self) -> float:
+        """Mass of the projectile, kg."""
+        return self.projectile.density * math.pi / 6.0 * self.projectile_diameter**3
+
+    @property
+    def brinell_hardness(self) -> float:
+        """Brinell hardness number of the target; NaN where its material states none."""
+        hardness = self.target.brinell_hardness
+        return math.nan if hardness is None else hardness
+
+    @property
+    def thickness_ratio(self) -> float:
+        """t/d; NaN without a plate."""
+        if self.plate_thickness is None:
+            return math.nan
+        return self.plate_thickness / self.projectile_diameter
+
+
+def shot_of(run: Any) -> Shot:
+    """The shot that a run (``studies.runs.run.Run``) computes."""
+    materials = {role: Material.from_resolved(plain) for role, plain in run.materials.items()}
+    return shot_from(run.parameters, materials)
+
+
+def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material]) -> Shot:
+    """The shot of a scenario's parameters (SI) and its materials by role.
+
+    KeyError where speed, projectile_diameter, projectile, target or a cylinder's length are missing
+    or None.
+    """
+    values = {name: value for name, value in parameters.items() if value is not None}
+    return Shot(
+        speed=values["speed"],
+        projectile_diameter=_equivalent_diameter(values),
+        plate_thickness=values.get("plate_thickness"),
+        projectile=materials["projectile"],
+        target=materials["target"],
+        obliquity=values.get("obliquity", 0.0),
+        length_ratio=_length_ratio(values),
+    )
+
+
+def _equivalent_diameter(values: Mapping[str, Any]) -> float:
+    """Diameter of the sphere of equal volume: pi/6 d_eq^3 = pi/4 d^2 L of a cylinder."""
+    diameter = values["projectile_diameter"]
+    if values.get("projectile_shape") != "cylinder":
+        return diameter
+    return (1.5 * diameter**2 * values["projectile_length"]) ** (1.0 / 3.0)
+
+
+def _length_ratio(values: Mapping[str, Any]) -> float:
+    """L/d of a cylinder; 1 of a sphere."""
+    if values.get("projectile_shape") != "cylinder":
+        return 1.0
+    return values["projectile_length"] / values["projectile_diameter"]

@@ -1,0 +1,217 @@
+"""Errors of user input: every error names the field, the value, the limit and the cure, with the nearest names."""
+
+import re
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from contextlib import contextmanager
+from contextvars import ContextVar
+from dataclasses import dataclass
+from difflib import get_close_matches
+from itertools import islice
+from typing import ParamSpec, TypeVar
+
+from solver.errors import WhippleError
+
+Arguments = ParamSpec("Arguments")
+Accepted = TypeVar("Accepted")
+
+MOST_FINDINGS = 200  # of one input, where its reading stops; with its cure one takes up to a millisecond (2026-11)
+
+
+@dataclass(frozen=True)
+class Finding:
+    """One error in an input."""
+
+    field: str  # dotted path into the document: "axes.speed[2]"
+    value: str  # what was given, as text, shortened
+    limit: str  # what is allowed: "a speed between 100 m/s and 20 km/s"
+    cure: str  # what to do: "write '6 km/s'"
+
+    def __str__(self) -> str:
+        return f"{self.field}: {self.value} is refused; allowed: {self.limit}; {self.cure}"
+
+
+class InvalidInput(WhippleError):
+    """An input is refused; ``findings`` lists its errors, up to ``MOST_FINDINGS``.
+
+    ``more`` is the number of errors that a response has left out.
+    """
+
+    def __init__(self, findings: Iterable[Finding], *, more: int = 0):
+        self.findings = tuple(islice(findings, MOST_FINDINGS))
+        self.more = more
+        super().__init__("\n".join(str(finding) for finding in self.findings))
+
+
+class Findings(list[Finding]):
+    """The errors so far; with ``MOST_FINDINGS`` errors it raises InvalidInput, which ends the reading."""
+
+    def append(self, finding: Finding) -> None:
+        super().append(finding)
+        if len(self) >= MOST_FINDINGS:
+            raise InvalidInput(self)
+
+    def extend(self, findings: Iterable[Finding]) -> None:
+        for finding in findings:
+            self.append(finding)
+
+    def attempt(
+        self, part: Callable[Arguments, Accepted], *args: Arguments.args, **options: Arguments.kwargs
+    ) -> Accepted | None:
+        """What a part of an input is read as; None where it is refused, with its findings kept."""
+        try:
+            return part(*args, **options)
+        except InvalidInput as error:
+            self.extend(error.findings)
+            return None
+
+    def check(self) -> None:
+        """Raise InvalidInput with the errors so far, if there are any."""
+        if self:
+            raise InvalidInput(self)
+
+
+class MissingExtra(WhippleError):
+    """Libraries that are not part of a plain installation are needed."""
+
+
+def refusal(field: str, raw: object, limit: str, cure: str) -> InvalidInput:
+    """The error of one finding."""
+    return InvalidInput([Finding(field, shown(raw), limit, cure)])
+
+
+# --- near names ------------------------------------------------------------------------------------
+
+SHOWN_LENGTH = 60  # characters of a refused value that a person still recognises
+LONGEST_NAME = 100  # characters of a text that may be meant for a name
+MOST_NAMES = 200  # that are compared with it, and listed: one takes up to 30 us (2026-11)
+
+
+# Words that people write for a word of a name, of parameters and materials alike.
+SYNONYMS: Mapping[str, str] = {
+    "alu": "al",
+    "aluminium": "al",
+    "aluminum": "al",
+    "angle": "obliquity",
+    "bullet": "projectile",
+    "coarse": "draft",
+    "cu": "copper",
+    "fe": "iron",
+    "high": "fine",
+    "impactor": "projectile",
+    "low": "draft",
+    "medium": "standard",
+    "normal": "standard",
+    "obliqueness": "obliquity",
+    "pb": "lead",
+    "sphere": "projectile",
+    "stainless": "steel",
+    "titanium": "ti",
+    "v": "speed",
+    "velocity": "speed",
+    "w": "tungsten",
+    "wolfram": "tungsten",
+}
+MOST_SUGGESTED = 3  # names in one cure
+MOST_SEARCHES = 20  # of one document; one takes up to 5 ms, where no name is near (2026-11)
+
+_searches: ContextVar[Iterator[int] | None] = ContextVar("searches", default=None)
+
+
+@contextmanager
+def few_suggestions() -> Iterator[None]:
+    """Look for near names ``MOST_SEARCHES`` times until the end of the block; later names have none."""
+    token = _searches.set(iter(range(MOST_SEARCHES)))
+    try:
+        yield
+    finally:
+        _searches.reset(token)
+
+
+def nearest_cure(value: object, allowed: Iterable[str]) -> str:
+    """The cure for an unknown name: the nearest allowed ones, or all of them where none is near.
+
+    >>> nearest_cure("thin_plat", ["thin_plate", "thick_plate"])
+    "did you mean 'thin_plate'?"
+    >>> nearest_cure("impact velocity", ["speed", "target"])
+    "did you mean 'speed'?"
+    >>> nearest_cure("aluminium", ["al-1100-o", "al-6061-t6", "lead"])
+    "did you mean 'al-1100-o' or 'al-6061-t6'?"
+    >>> nearest_cure("high", ["draft", "standard", "fine"])
+    "did you mean 'fine'?"
+    >>> nearest_cure("x", ["speed", "target"])
+    'use one of: speed, target'
+    """
+    names = sorted(allowed)
+    if close := nearest(value, names):
+        first, last = ", ".join(map(repr, close[:-1])), repr(close[-1])
+        return f"did you mean {first + ' or ' if first else ''}{last}?"
+    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
+    return "use one of: " + ", ".join(names[:MOST_NAMES]) + more if names else "leave it out"
+
+
+def unknown_keys(mapping: Iterable[object], known: Collection[str], field: str, limit: str) -> Iterator[Finding]:
+    """The error for each key of a mapping that is none of the known ones."""
+    for key in mapping:
+        if key not in known:
+            yield Finding(f"{field}.{key}", shown(key), limit, nearest_cure(key, known))
+
+
+def nearest(value: object, allowed: Iterable[str]) -> list[str]:
+    """The names that an unknown name may be meant for; none where none is near.
+
+    >>> nearest("velocity", ["speed", "target"]), nearest("x", ["speed", "target"])
+    (['speed'], [])
+    """
+    if not isinstance(value, str) or len(value) > LONGEST_NAME:
+        return []
+    searches = _searches.get()
+    if searches is not None and next(searches, None) is None:
+        return []
+    return _close(value, sorted(allowed))
+
+
+def _close(written: str, names: list[str]) -> list[str]:
+    """The names that are meant, if some are near: by words, else by spelling; of many, one that differs in case."""
+    same = [name for name in names if name.lower() == written.lower()]
+    if same or len(names) > MOST_NAMES:
+        return same
+    words = _words(written)
+    return (
+        _sharing(words, names, least=len({*words}))
+        or get_close_matches(written, names, n=1, cutoff=0.6)
+        or _sharing(words, names)
+    )
+
+
+_WORDS = re.compile(r"[a-z]+|\d+")
+
+
+def _words(name: str) -> list[str]:
+    """The words and numbers of a name, each as names spell it."""
+    return [SYNONYMS.get(word, word) for word in _WORDS.findall(name.lower())]
+
+
+def _sharing(words: list[str], names: list[str], least: int = 1) -> list[str]:
+    """The names with most of these words and at least so many, those of the fewest others first."""
+    shared = {name: len({*words} & {*_words(name)}) for name in names}
+    most = max(shared.values(), default=0)
+    best = [name for name, count in shared.items() if count == most >= max(1, least)]
+    same = [name for name in best if _words(name) == words]
+    return same or sorted(best, key=lambda name: (len(_words(name)), name))[:MOST_SUGGESTED]
+
+
+def shown(value: object) -> str:
+    """A refused value as short text, whatever it is and however large.
+
+    >>> shown("abc"), shown(6), shown(None)
+    ("'abc'", '6', 'null')
+    """
+    if value is None:
+        return "null"
+    if isinstance(value, Mapping | list | tuple):
+        return "a mapping" if isinstance(value, Mapping) else "a list"
+    try:
+        text = repr(value[: SHOWN_LENGTH + 1]) if isinstance(value, str) else str(value)
+    except ValueError:  # an integer of thousands of digits
+        text = f"<{type(value).__name__}>"
+    return text if len(text) <= SHOWN_LENGTH else text[: SHOWN_LENGTH - 3] + "..."

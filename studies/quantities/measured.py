@@ -1,0 +1,42 @@
+"""A measured number: its uncertainty by parts, its history, and the flags that say what it is worth."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+# Flags of a value with an unknown error: no law is compared with it.
+TOO_COARSE = "too_coarse"  # read on a grid with fewer than two cells through the plate
+CLOSED_ON_AXIS = "closed_on_axis"  # a film of the plate still closes the hole
+MESH_DETERMINED = "mesh_determined"  # read off one grid, which decides such a value
+ENOUGH_GRIDS = 3  # of one point, that take the flags of one grid from its values: they show the mesh
+NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS)
+# Nothing that is stated of a value says how far off it is. It doubts no value, and stands where there is no error bar.
+ERROR_UNKNOWN = "error_unknown"
+BY_ONE_GRID = (MESH_DETERMINED, ERROR_UNKNOWN)  # flags that enough grids take away
+# The body has lost the particles that a measurement reads, so that the run has no answer; a flag of the run, too.
+LOST_PARTICLES = "lost_particles"
+
+# Part of an uncertainty that no mesh makes: half of the difference between two definitions of a quantity, where it has
+# a second. It stands beside the numerical uncertainty, which is what converges and what tests of coverage are about.
+DEFINITION = "definition"
+
+# Share of the initial energy that a run may lose track of before it is marked, a verification case fails or a recipe is
+# out: the first rule of docs/recipe.md. The sum is kept by construction, so that a drift is an error of bookkeeping.
+ENERGY_DRIFT_LIMIT = 0.01
+
+
+@dataclass(frozen=True)
+class Measured:
+    """A number read off the state of a run."""
+
+    value: float | None  # None where the flags say why
+    # Of the reading, standard: root of the sum of squares of the numerical parts; None: too coarse, or not known.
+    uncertainty: float | None
+    parts: Mapping[str, float]  # resolution, azimuth, growth; definition: same unit as the value
+    flags: tuple[str, ...]
+    history: Mapping[str, list[float | None]]  # time (s) and value
+    version: int  # of the definition
+
+
+def numerical_parts(parts: Mapping[str, float]) -> dict[str, float]:
+    """The parts of an uncertainty that the numerics make: all but that of the definition."""
+    return {name: size for name, size in parts.items() if name != DEFINITION}

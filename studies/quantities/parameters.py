@@ -1,0 +1,339 @@
+"""Checked parameters: values that a person wrote, against the annotations and limits of a record.
+
+A record is a frozen dataclass whose fields are annotated with a unit alias, ``str``, ``int``,
+``bool``, a ``Literal``, ``MaterialName``, or one of these ``| None``, and with ``Described``, which gives its
+meaning and bounds; ``Choice`` says of a text which names it allows. Scenarios and materials have such records. A
+model of the solver is a NamedTuple: its ``Described`` fields are parameters, the others are computed. A record may hold
+other records: at the door their fields stand beside its own (``flat``, ``nested``).
+"""
+
+import dataclasses
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import MISSING, dataclass
+from functools import cache
+from types import MappingProxyType, NoneType, UnionType
+from typing import Annotated, Any, Literal, TypeVar, Union, get_args, get_origin, get_type_hints
+
+from solver.units import Described, Unit, marked, marks_of
+from studies.quantities.findings import Finding, Findings, nearest_cure, refusal
+from studies.quantities.units import (
+    Bounds,
+    a_quantity,
+    exact_number,
+    is_number,
+    parse_quantity,
+    readable,
+    round_quantity,
+)
+
+Value = float | int | bool | str | None
+Record = TypeVar("Record")
+ParameterKind = Literal["quantity", "integer", "boolean", "text", "choice", "material"]
+
+LONGEST_WORD = 200  # characters of a text parameter that says no more
+
+
+class _MaterialMark:
+    """Marks a text that names a material."""
+
+
+MaterialName = Annotated[str, _MaterialMark()]
+
+
+@dataclass(frozen=True)
+class LongText:
+    """Marks a text of several lines, such as an input file, and the most characters that it has."""
+
+    longest: int
+
+
+@dataclass(frozen=True)
+class Choice:
+    """Marks a text that is one of the names that a function lists, such as the entries of a registry."""
+
+    names: Callable[[], Iterable[str]]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Parameter:
+    """One field that a person may set: what it holds and what it allows."""
+
+    name: str
+    kind: ParameterKind
+    unit: str | None = None  # SI symbol, "1" for a plain number; None for words
+    meaning: str = ""
+    minimum: float | None = None  # SI, inclusive, at the 12 digits of what it bounds
+    maximum: float | None = None  # SI, inclusive, likewise
+    choices: tuple[str, ...] = ()
+    longest: int = LONGEST_WORD  # characters of a text
+    optional: bool = False  # null is an answer
+    required: bool = True  # there is no default
+    default: Value = None
+
+    @property
+    def bounds(self) -> Bounds:
+        """The allowed numbers."""
+        return Bounds(self.minimum, self.maximum)
+
+    def limit(self) -> str:
+        """The allowed values as a text."""
+        if self.choices:
+            return "one of " + ", ".join(self.choices)
+        if self.kind == "text":
+            return f"a text of at most {self.longest} characters"
+        if self.unit is None:
+            return _WORDS[self.kind]
+        what = "a whole number" if self.kind == "integer" else a_quantity(self.unit)
+        return what + _between(self.minimum, self.maximum, self.unit)
+
+
+def declared(record: type) -> Mapping[str, Parameter]:
+    """The parameters that a record declares, by name; TypeError for an annotation of no use."""
+    return _declared(record)
+
+
+@cache
+def marks(record: type, kind: type) -> Mapping[str, Any]:
+    """The mark of a kind of each parameter that carries one."""
+    inside = [marks(part, kind) for part in _parts(record).values()]
+    return {name: mark for each in (marked(record, kind), *inside) for name, mark in each.items()}
+
+
+def flat(record: Any) -> dict[str, Any]:
+    """The values of a record by name, those of the records inside it in their places."""
+    kind: type = type(record)
+    parts, values = _parts(kind), dict[str, Any]()
+    if not parts:
+        return dict(vars(record))
+    for name, value in vars(record).items():
+        values |= flat(value) if name in parts else {name: value}
+    return values
+
+
+def nested(record: type[Record], values: Mapping[str, Any]) -> Record:
+    """A record from its ``flat`` values; what is left out has its default. TypeError for a name that it has not."""
+    own, parts = dict(values), _parts(record)  # type: ignore[arg-type]
+    inside = {name: {n: own.pop(n) for n in declared(part) if n in own} for name, part in parts.items()}
+    return record(**own, **{name: nested(part, inside[name]) for name, part in parts.items()})
+
+
+def parse_parameters(
+    record: type, raw: Mapping[str, Any], path: str = "", *, materials: Collection[str] = (), si: bool = False
+) -> dict[str, Value]:
+    """All parameters of a record, checked, in SI, defaults filled in.
+
+    ``path`` goes before each field name in a finding; ``materials`` are the names that a material
+    parameter may hold (empty: any); with ``si`` a bare number on a field with a unit is taken as SI
+    (a value that was parsed before). Raises InvalidInput with every finding.
+    """
+    parameters = declared(record)
+    findings = Findings()
+    values = parse_values(parameters, raw, path, findings, materials=materials, si=si)
+    for parameter in parameters.values():
+        if parameter.name not in raw:
+            if parameter.required:
+                findings.append(missing(parameter, path))
+            values[parameter.name] = _rounded(parameter.default)
+    findings.check()
+    return {name: values[name] for name in parameters}
+
+
+def parse_values(
+    parameters: Mapping[str, Parameter],
+    raw: Mapping[str, Any],
+    path: str,
+    findings: Findings,
+    *,
+    materials: Collection[str] = (),
+    si: bool = False,
+) -> dict[str, Value]:
+    """The valid values; the errors of the others are added to ``findings``."""
+
+    def read(name: str, value: Any) -> None:
+        parameter = find(parameters, name, path)
+        values[name] = parse_value(parameter, value, join(path, name), materials=materials, si=si)
+
+    values: dict[str, Value] = {}
+    for item in raw.items():
+        findings.attempt(read, *item)
+    return values
+
+
+def parse_value(
+    parameter: Parameter, raw: Any, field: str, *, materials: Collection[str] = (), si: bool = False
+) -> Value:
+    """One value, checked, in SI, at 12 significant digits; raises InvalidInput."""
+    if raw is None:
+        if parameter.optional:
+            return None
+        raise refusal(field, raw, parameter.limit(), "give a value, or leave the field out")
+    if parameter.kind == "material":
+        return _parse_material(raw, field, materials)
+    if si and is_number(raw) and parameter.kind == "quantity":
+        return _within(round_quantity(exact_number(raw, field)), parameter, raw, field)
+    return _PARSERS[parameter.kind](parameter, raw, field)
+
+
+def find(parameters: Mapping[str, Parameter], name: object, path: str = "") -> Parameter:
+    """The parameter of a name; raises InvalidInput with the nearest one."""
+    if isinstance(name, str) and name in parameters:
+        return parameters[name]
+    raise refusal(join(path, name), name, "a name of a parameter", nearest_cure(name, parameters))
+
+
+def missing(parameter: Parameter, path: str = "") -> Finding:
+    """The error for a required parameter that is missing."""
+    cure = f"give {parameter.meaning}" if parameter.meaning else f"give {parameter.name}"
+    return Finding(join(path, parameter.name), "nothing", parameter.limit(), cure)
+
+
+def join(path: str, name: object) -> str:
+    """A dotted path: "fixed" and "speed" make "fixed.speed"."""
+    return f"{path}.{name}" if path else str(name)
+
+
+def _rounded(value: Any) -> Any:
+    return round_quantity(value) if isinstance(value, float) else value
+
+
+@cache
+def _parts(record: Any) -> Mapping[str, Any]:
+    """The records inside a record, by field."""
+    return {name: hint for name, hint in get_type_hints(record).items() if dataclasses.is_dataclass(hint)}
+
+
+@cache
+def _declared(record: type) -> Mapping[str, Parameter]:
+    hints, parts = get_type_hints(record, include_extras=True), _parts(record)
+    if dataclasses.is_dataclass(record):
+        defaults = {f.name: f.default for f in dataclasses.fields(record)}
+    else:
+        described = marked(record, Described)
+        defaults = {name: record._field_defaults.get(name, MISSING) for name in described}  # type: ignore[attr-defined]
+    parameters: dict[str, Parameter] = {}
+    for name, default in defaults.items():
+        parameters |= _declared(parts[name]) if name in parts else {name: _parameter(name, hints[name], default)}
+    return MappingProxyType(parameters)
+
+
+def _parameter(name: str, hint: Any, default: Any) -> Parameter:
+    marks = {type(mark): mark for mark in marks_of(hint)}
+    about = marks.get(Described, Described(""))
+    inner, optional = _without_none(_bare(hint))
+    kind = _kind(_bare(inner), marks, name)
+    unit = marks[Unit].symbol if kind == "quantity" else "1" if kind == "integer" else None
+    choices = marks[Choice].names() if Choice in marks else get_args(inner)
+    return Parameter(
+        name=name,
+        kind=kind,
+        unit=unit,
+        meaning=about.meaning,
+        minimum=_rounded(about.minimum),
+        maximum=_rounded(about.maximum),
+        choices=tuple(choices) if kind == "choice" else (),
+        longest=marks[LongText].longest if LongText in marks else LONGEST_WORD,
+        optional=optional,
+        required=default is MISSING,
+        default=None if default is MISSING else default,
+    )
+
+
+def _bare(hint: Any) -> Any:
+    """A type without its marks."""
+    return hint.__origin__ if hasattr(hint, "__metadata__") else hint
+
+
+def _without_none(hint: Any) -> tuple[Any, bool]:
+    if get_origin(hint) not in (Union, UnionType):
+        return hint, False
+    others = [part for part in get_args(hint) if part is not NoneType]
+    return others[0] if len(others) == 1 else hint, NoneType in get_args(hint)
+
+
+def _kind(hint: Any, marks: Mapping[type, Any], name: str) -> ParameterKind:
+    if _MaterialMark in marks:
+        return "material"
+    if Choice in marks or get_origin(hint) is Literal:
+        return "choice"
+    if Unit in marks:
+        return "quantity"
+    plain: dict[Any, ParameterKind] = {int: "integer", bool: "boolean", str: "text"}
+    if hint not in plain:
+        raise TypeError(f"{name}: {hint} is not a unit alias, int, bool, str, Literal or MaterialName")
+    return plain[hint]
+
+
+def _parse_quantity(parameter: Parameter, raw: Any, field: str) -> float:
+    assert parameter.unit is not None
+    if parameter.unit == "1":
+        exact = exact_number(raw, field, readable(parameter.bounds.nearest(0.5), "1"))
+    else:
+        exact = parse_quantity(raw, parameter.unit, field, parameter.bounds)
+    return _within(round_quantity(exact), parameter, raw, field)
+
+
+def _parse_integer(parameter: Parameter, raw: Any, field: str) -> int:
+    value = exact_number(raw, field, str(parameter.bounds.nearest(1)))
+    if value != value.to_integral_value():
+        cure = f"write {parameter.bounds.nearest(round(value))}"
+        raise refusal(field, raw, parameter.limit(), cure)
+    return int(_within(int(value), parameter, raw, field))
+
+
+def _parse_boolean(parameter: Parameter, raw: Any, field: str) -> bool:
+    if not isinstance(raw, bool):
+        raise refusal(field, raw, _WORDS["boolean"], "write true or false")
+    return raw
+
+
+def _parse_text(parameter: Parameter, raw: Any, field: str) -> str:
+    if not isinstance(raw, str) or not raw.strip() or len(raw) > parameter.longest:
+        raise refusal(field, raw, parameter.limit(), "write a text")
+    # Lines of a file keep their numbers.
+    return raw.strip() if parameter.longest == LONGEST_WORD else raw
+
+
+def _parse_choice(parameter: Parameter, raw: Any, field: str) -> str:
+    if not isinstance(raw, str) or raw not in parameter.choices:
+        raise refusal(field, raw, parameter.limit(), nearest_cure(raw, parameter.choices))
+    return raw
+
+
+def _parse_material(raw: Any, field: str, materials: Collection[str]) -> str:
+    if not isinstance(raw, str) or not raw:
+        raise refusal(field, raw, _WORDS["material"], nearest_cure(raw, materials))
+    if materials and raw not in materials:
+        raise refusal(field, raw, "a material that ships or that the sweep brings", nearest_cure(raw, materials))
+    return raw
+
+
+def _within(value: Any, parameter: Parameter, raw: Any, field: str) -> Any:
+    nearest = parameter.bounds.nearest(value)
+    if nearest != value:
+        assert parameter.unit is not None
+        cure = f"the nearest allowed value is {readable(nearest, parameter.unit)}"
+        raise refusal(field, raw, parameter.limit(), cure)
+    return value
+
+
+def _between(minimum: float | None, maximum: float | None, unit: str) -> str:
+    """The bounds as a text with a leading space; empty without bounds."""
+    texts = [
+        f"{side} {readable(bound, unit)}" for side, bound in (("from", minimum), ("to", maximum)) if bound is not None
+    ]
+    return " " + " ".join(texts) if texts else ""
+
+
+def describe(parameters: Iterable[Parameter]) -> list[dict[str, Any]]:
+    """Parameters as plain objects, for a catalogue."""
+    return [dataclasses.asdict(parameter) | {"limit": parameter.limit()} for parameter in parameters]
+
+
+_WORDS: dict[ParameterKind, str] = {"boolean": "true or false", "material": "the name of a material"}
+_PARSERS: dict[ParameterKind, Callable[[Parameter, Any, str], Value]] = {
+    "quantity": _parse_quantity,
+    "integer": _parse_integer,
+    "boolean": _parse_boolean,
+    "text": _parse_text,
+    "choice": _parse_choice,
+}

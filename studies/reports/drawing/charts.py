@@ -1,0 +1,73 @@
+"""A figure as a drawing: its panels side by side or in rows, and the legend below them."""
+
+from collections.abc import Sequence
+from pathlib import Path
+from textwrap import wrap
+from typing import Any
+
+from markupsafe import Markup
+
+from studies.quantities.files import write_atomically
+from studies.reports.drawing.canvas import as_file, as_svg, canvas, drawn_in_style
+from studies.reports.drawing.layout import WIDTHS, Grid, prepare
+from studies.reports.drawing.marks import Marks
+from studies.reports.drawing.styles import FLAGGED, styles_of
+from studies.reports.figures import Figure, Panel
+
+PANELS = 6  # in one drawing of a page, so that it fits a sheet of A4
+MOST_LETTERS = 44  # in a line of the legend: as many as fit a telephone
+LEGEND_COLUMNS = 3  # at most
+
+
+def chart(figure: Figure, width: float = WIDTHS["wide"], panels: Sequence[Panel] | None = None) -> Any:
+    """The drawing of a figure, with a width in points.
+
+    ``panels`` are those to draw where one drawing does not hold the whole figure; axes are those of the figure.
+    """
+    panels = figure.panels if panels is None else panels
+    marks = Marks(figure, styles_of(figure))
+    grid = Grid(figure, panels, width)
+    drawing = canvas(width, grid.height)
+    for number, panel in enumerate(panels):
+        axes = drawing.add_axes((0.0, 0.0, 1.0, 1.0))
+        prepare(axes, figure, panel, marks.words, grid.is_left(number))
+        for series in panel.series:
+            marks.draw(axes, series)
+        grid.title(axes, number)
+    grid.place(drawing, _legend(drawing, marks, width))
+    return drawing
+
+
+def _legend(drawing: Any, marks: Marks, width: float) -> Any:
+    """One entry for each label, in as many columns as there is room for."""
+    labels = sorted(marks.entries, key=lambda label: marks.styles[label].rank)
+    handles = [marks.entries[label] for label in labels]
+    texts = ["\n".join(wrap(label, MOST_LETTERS)) for label in labels]
+    for columns in range(LEGEND_COLUMNS, 0, -1):
+        legend = drawing.legend(handles, texts, loc="lower left", ncols=columns)
+        if columns == 1 or legend.get_window_extent().width <= width:
+            return legend
+        legend.remove()
+    raise AssertionError("one column always fits")
+
+
+def of_page(figure: Figure, name: str) -> Markup:
+    """The drawings of a figure of a page, in each of its widths, in pieces that fit a sheet of A4."""
+    pieces = [figure.panels[first : first + PANELS] for first in range(0, len(figure.panels), PANELS)]
+    with drawn_in_style():
+        return Markup("").join(
+            as_svg(chart(figure, width, panels), f"chart {kind}", figure.title, f"{name}-{number}-{kind}")
+            for number, panels in enumerate(pieces)
+            for kind, width in WIDTHS.items()
+        )
+
+
+def draw(figure: Figure, file: Path) -> Path:
+    """Draw a figure into a file, whose ending is its format."""
+    with drawn_in_style():
+        drawing = chart(figure)
+        # A file has no other sections.
+        for text in drawing.legends[0].get_texts() if drawing.legends else ():
+            if text.get_text() == FLAGGED:
+                text.set_text("flagged: see the report")
+        return write_atomically(file, lambda part: as_file(drawing, part, file.suffix.removeprefix(".")))

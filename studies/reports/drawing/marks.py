@@ -1,0 +1,202 @@
+"""The marks of a series in its panel: points, lines, bands, bars, rings, what they say, and entries of the legend."""
+
+from collections.abc import Iterator, Sequence
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.lines import Line2D
+from matplotlib.patches import Patch
+
+from studies.quantities.display import digits, display_of
+from studies.reports.drawing.canvas import say
+from studies.reports.drawing.styles import FLAGGED, LOOKS, NO_MESH_ERROR, OUTSIDE, STYLES, WINDOW, Look, Style
+from studies.reports.figures import Figure, Series
+from studies.reports.view import Scale
+
+# points
+STROKE, THIN = 1.5, 1.0  # lines of laws, inside and outside of their range
+SHADE = 10.0  # breadth of the pale line over the window
+RING, RING_STROKE = 12.0, 1.8  # about a flagged point
+BAND_BAR = 4.0  # breadth of a band where a line through the points means nothing
+LABEL_APART = 6.0  # between a mark and its label
+BEHIND, LINES, POINTS, RINGS = 1.0, 2.0, 3.0, 4.0  # order of drawing
+MOST_LABELS = 4  # flagged points of a panel that are labelled; beyond, they are ringed alone
+
+
+def scaled(values: Sequence[Any], scale: Scale) -> np.ndarray:
+    """Values in the display unit; NaN for gaps."""
+    return np.array([np.nan if value is None else value for value in values], float) * display_of(scale.unit).factor
+
+
+class Marks:
+    """Draws the series of a figure into panels, and gathers the entries of its legend."""
+
+    def __init__(self, figure: Figure, styles: dict[str, Style]):
+        self.figure = figure
+        self.styles = styles
+        self.entries: dict[str, Any] = {}  # of the legend: what stands before each label
+        every = [series for panel in figure.panels for series in panel.series]
+        # Of the abscissa, where it has words: their places are its numbers.
+        self.words = list(dict.fromkeys(str(x) for series in every for x in series.x)) if figure.x.unit is None else []
+        self._ranged = {each.label for each in every if any(each.in_range) or each.kind not in ("law", "band")}
+
+    def draw(self, axes: Axes, series: Series) -> None:
+        """Draw a series."""
+        style, look = self.styles[series.label], LOOKS.get(series.kind, Look())
+        x, y = self._abscissa(series.x), scaled(series.y, self.figure.y)
+        if series.kind == "band":
+            self._band(axes, series, style, x)
+            return
+        if series.kind == "missing":
+            y = np.zeros(len(x))
+        if series.window:
+            self._shade(axes, x, y, scaled(series.window, self.figure.x), style)
+        if series.kind == "law" and series.connected:
+            _strokes(axes, x, y, series.in_range, style)
+        elif look.stroke and series.connected:
+            axes.plot(x, y, style.dash, color=style.colour, linewidth=look.stroke, zorder=LINES)
+        if any(series.uncertainty):
+            bars = np.nan_to_num(scaled(series.uncertainty, self.figure.y))
+            line: dict[str, Any] = {"ecolor": style.colour, "elinewidth": 0.9, "capsize": 2.0, "zorder": LINES}
+            axes.errorbar(x, y, bars, fmt="none", **line)
+        if look.size:
+            self._points(axes, series, style, look, x, y)
+        self._name(series, style, look)
+        doubted = [place for place, flags in enumerate(series.doubts) if flags and np.isfinite(y[place])]
+        if doubted:
+            self._rings(axes, series, x, y, doubted)
+
+    def _abscissa(self, values: Sequence[Any]) -> np.ndarray:
+        if self.words:
+            return np.array([self.words.index(value) for value in values], float)
+        return scaled(values, self.figure.x)
+
+    def _points(self, axes: Axes, series: Series, style: Style, look: Look, x: np.ndarray, y: np.ndarray) -> None:
+        """A mark for each point: open where a simulation is flagged, or a law is outside its range."""
+        filled = [not flag for flag in series.flagged] or series.in_range or [not style.is_open] * len(x)
+        faces = [style.colour if each else "none" for each in filled]
+        colours = {"color": style.colour} if style.marker == "x" else {"facecolors": faces, "edgecolors": style.colour}
+        size: dict[str, Any] = {"s": look.size**2, "linewidths": look.ring, "clip_on": look.clipped, "zorder": POINTS}
+        say(axes.scatter(x, y, marker=style.marker, **colours, **size), self._texts(series))
+
+    def _texts(self, series: Series) -> Iterator[str]:
+        """What the points of a series say: label, place, value with its bar, and words."""
+        x, y = self.figure.x, self.figure.y
+        for place, at in enumerate(series.x):
+            parts = [at if isinstance(at, str) else _read(at, x)]
+            if series.y and series.y[place] is not None:
+                bar = series.uncertainty[place] if series.uncertainty else None
+                parts.append(_read(series.y[place], y, bar))
+            parts += [words[place] for words in (series.notes, series.doubts) if words and words[place]]
+            yield f"{series.label}: {', '.join(parts)}"
+
+    def _name(self, series: Series, style: Style, look: Look) -> None:
+        """Enter a series into the legend, and what its marks mean."""
+        if series.kind == "law" and _is_drawn_outside(series, series.y):
+            self._name_outside()
+        if any(is_open and not flags for is_open, flags in zip(series.flagged, series.doubts, strict=False)):
+            self._enter(NO_MESH_ERROR, _entry(STYLES[NO_MESH_ERROR], stroke=0.0))
+        stroke = look.stroke or THIN * (series.kind == "law")
+        if look.own_entry:
+            has_range = series.label in self._ranged
+            self._enter(series.label, _entry(style, stroke=series.connected * stroke, dotted=not has_range))
+        else:
+            self._enter(series.label, _entry(style, stroke=stroke, marked=bool(look.size)))
+
+    def _name_outside(self) -> None:
+        self._enter(OUTSIDE, _entry(STYLES[OUTSIDE], stroke=THIN))
+
+    def _enter(self, label: str, handle: Any) -> None:
+        self.entries.setdefault(label, handle)
+
+    def _shade(self, axes: Axes, x: np.ndarray, y: np.ndarray, window: np.ndarray, style: Style) -> None:
+        """The part of a line inside a window of the abscissa, broad and pale."""
+        known = np.isfinite(y)
+        x, y = x[known], y[known]
+        inside = x > window[0]
+        if len(x) < 2 or not inside.any():
+            return
+        begin = max(x[0], window[0])
+        shaded = [[begin, *x[inside]], [np.interp(begin, x, y), *y[inside]]]
+        axes.plot(*shaded, color=style.colour, alpha=0.3, linewidth=SHADE, zorder=BEHIND, gid="kind:shade")
+        self._enter(WINDOW, Line2D([], [], color=STYLES[WINDOW].colour, alpha=0.3, linewidth=SHADE))
+
+    def _rings(self, axes: Axes, series: Series, x: np.ndarray, y: np.ndarray, doubted: Sequence[int]) -> None:
+        """A ring about each flagged point, with its flags beside it."""
+        colour = STYLES[FLAGGED].colour
+        look: dict[str, Any] = {"facecolors": "none", "edgecolors": colour, "linewidths": RING_STROKE, "clip_on": False}
+        axes.scatter(x[doubted], y[doubted], s=RING**2, zorder=RINGS, **look)
+        self._enter(FLAGGED, _entry(STYLES[FLAGGED], stroke=0.0))
+        if len(doubted) > MOST_LABELS or series.kind != "simulation":
+            return
+        for place in doubted:
+            # Towards the middle of the panel, so that no label is cut.
+            side, anchor = (1.0, "left") if place < len(x) / 2 else (-1.0, "right")
+            axes.annotate(
+                series.doubts[place],
+                (x[place], y[place]),
+                (side * LABEL_APART, -LABEL_APART),
+                textcoords="offset points",
+                ha=anchor,
+                va="top",
+                color=colour,
+                size=9.0,
+            )
+
+    def _band(self, axes: Axes, series: Series, style: Style, x: np.ndarray) -> None:
+        """A shaded area with its edges; bars where a line through the points means nothing."""
+        low, high = scaled(series.low, self.figure.y), scaled(series.high, self.figure.y)
+        complete = np.isfinite(low) & np.isfinite(high)
+        dotted = not any(series.in_range)
+        if series.connected and complete.sum() > 1:
+            axes.fill_between(x[complete], low[complete], high[complete], color=style.colour, alpha=0.2, linewidth=0)
+            for edge in (low, high):
+                _strokes(axes, x, edge, series.in_range, style)
+            handle: Any = Patch(facecolor=(style.colour, 0.2), edgecolor=style.colour, linestyle=":" if dotted else "-")
+        else:
+            axes.vlines(x[complete], low[complete], high[complete], color=style.colour, alpha=0.5, linewidth=BAND_BAR)
+            handle = Line2D([], [], color=style.colour, alpha=0.5, linewidth=BAND_BAR)
+        self._enter(series.label, handle)
+        if _is_drawn_outside(series, series.low):
+            self._name_outside()
+
+
+def _read(value: float | None, scale: Scale, bar: float | None = None) -> str:
+    """A number of an axis with its bar and its unit: "5.31 ± 0.12 km/s"."""
+    display = display_of(scale.unit)
+    numbers = [digits(each * display.factor) for each in (value, bar) if each is not None]
+    return f"{' ± '.join(numbers)} {display.unit}".rstrip()
+
+
+def _entry(style: Style, *, stroke: float, marked: bool = True, dotted: bool = False) -> Line2D:
+    """How a label looks, inside its range or (open, dotted) outside."""
+    is_open = style.is_open or dotted
+    dash: Any = (":" if dotted else style.dash) if stroke else "none"
+    return Line2D(
+        [],
+        [],
+        color=style.colour,
+        linewidth=stroke,
+        linestyle=dash,
+        marker=style.marker if marked else "none",
+        markersize=5.3,
+        markeredgewidth=1.0,
+        markerfacecolor="none" if is_open else style.colour,
+    )
+
+
+def _is_drawn_outside(series: Series, values: Sequence[Any]) -> bool:
+    """Whether a law has a value outside of its range."""
+    return any(value is not None and not inside for inside, value in zip(series.in_range, values, strict=True))
+
+
+def _strokes(axes: Axes, x: np.ndarray, y: np.ndarray, inside: Sequence[bool], style: Style) -> None:
+    """As the style has it between two points inside the range, dotted elsewhere."""
+    solid = np.array([a and b for a, b in pairwise(inside)], bool)
+    for shown, width, dash in ((solid, STROKE, style.dash), (~solid, THIN, ":")):
+        gaps = np.full(len(solid), np.nan)
+        points = np.stack([np.stack([each[:-1], each[1:], gaps], axis=-1)[shown].ravel() for each in (x, y)])
+        if np.isfinite(points).all(axis=0).any():
+            axes.plot(*points, dash, color=style.colour, linewidth=width, zorder=LINES)

@@ -1,0 +1,144 @@
+"""Sketches: the set-up with its dimensions, and how measured lengths grew during a run."""
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import Any
+
+from markupsafe import Markup
+from matplotlib.axes import Axes
+from matplotlib.patches import Ellipse, Rectangle
+
+from studies.reports.drawing.canvas import INK, SOFT, arrow, as_svg, canvas, drawn_in_style, line, write
+from studies.reports.drawing.charts import chart
+from studies.reports.figures import Figure, Panel, Series
+from studies.reports.setup import upward
+from studies.reports.view import Scale
+
+Placing = Callable[[float, float], tuple[float, float]]  # of a point (across, along; m), in points
+
+# points
+WIDTH = 330.0
+ROOM = 210.0  # width of the set-up itself: labels stand beside it
+TALLEST = 195.0  # of the set-up itself
+ABOVE, BELOW = 50.0, 33.0  # room for flight and dimensions, and for dimensions below
+APART = 7.0  # between a body and its dimension
+LETTER = 5.25  # width of a letter of a label, on average
+LINE = 11.0  # between the lines of a label
+FLIGHT = 22.0  # length of the arrow of flight
+BODY, WALL = "#f5f5f3", "#d9d9d9"  # fillings
+
+
+def setup_sketch(document: dict[str, Any]) -> Markup:
+    """The set-up to scale."""
+    with drawn_in_style():
+        return as_svg(_sketch(document), "full setup", document["alt"], "setup")
+
+
+def _sketch(document: dict[str, Any]) -> Any:
+    outline, labels = document["outline"], document["labels"]
+    shapes = outline["shapes"]
+    # Bodies come from above, whatever their coordinate says.
+    sign = upward(document)
+    left, right = min(s["left"] for s in shapes), max(s["right"] for s in shapes)
+    ends = [sign * s[key] for s in shapes for key in ("top", "bottom")]
+    top, bottom = min(ends), max(ends)
+    scale = min(ROOM / (right - left), TALLEST / (bottom - top))
+
+    def place(across: float, along: float) -> tuple[float, float]:
+        return (0.5 * (WIDTH - 45.0) + scale * (across - 0.5 * (left + right)), ABOVE + scale * (sign * along - top))
+
+    middle, deepest = place(0.0, 0.0)[0], ABOVE + scale * (bottom - top)
+    drawing = canvas(WIDTH, deepest + BELOW)
+    axes = drawing.add_axes((0.0, 0.0, 1.0, 1.0))
+    axes.set(xlim=(0.0, WIDTH), ylim=(deepest + BELOW, 0.0))
+    axes.set_axis_off()
+    for shape in shapes:
+        _shape(axes, shape, place, sign, document)
+    line(axes, "plain", (middle, middle), (ABOVE - 9.0, deepest + 6.0))
+    for dimension in outline["dimensions"]:
+        _dimension(axes, dimension, place, labels[dimension["parameter"]])
+    return drawing
+
+
+def _shape(axes: Axes, shape: Mapping[str, Any], place: Placing, sign: float, document: Mapping[str, Any]) -> None:
+    """A body with its material, and its flight."""
+    corners = place(shape["left"], shape["top"]), place(shape["right"], shape["bottom"])
+    (x, right), (y, bottom) = (sorted(ends) for ends in zip(*corners, strict=True))
+    wide, tall, middle = right - x, bottom - y, 0.5 * (x + right)
+    colours = (WALL, SOFT) if shape["body"] == "wall" else (BODY, INK)
+    look: dict[str, Any] = {
+        "facecolor": colours[0],
+        "edgecolor": colours[1],
+        "linewidth": 0.9,
+        "gid": f"kind:{shape['body']}",
+    }
+    is_disc = shape["is_disc"]
+    axes.add_patch(
+        Ellipse((middle, y + 0.5 * wide), wide, wide, **look) if is_disc else Rectangle((x, y), wide, tall, **look)
+    )
+    name = document["materials"].get(shape["body"])
+    if shape["heading"]:
+        _flight(axes, shape, middle, y, sign, document["labels"].get("speed", ""))
+        if name:
+            # Beside the arrow: its dimensions stand beside the body.
+            left = middle - FLIGHT * max(0.0, shape["heading"][0]) - 9.0
+            _lines(axes, left, y - APART - FLIGHT, _label(shape["body"], name, left), "right")
+    elif name:
+        # Left of the axis where the body is wide enough.
+        lines = _label(shape["body"], name, 0.5 * wide - 7.5)
+        inside = tall > 9.0 + LINE * len(lines)
+        _lines(axes, x + 4.5, y + 13.0 if inside else bottom + 12.0, lines, "left")
+
+
+def _label(body: str, material: str, room: float) -> list[str]:
+    """The label of a body, in two lines where one is wider than the room (points)."""
+    text = f"{body}: {material}"
+    return [text] if LETTER * len(text) <= room else [f"{body}:", material]
+
+
+def _lines(axes: Axes, x: float, y: float, lines: Sequence[str], anchor: str) -> None:
+    for number, words in enumerate(lines):
+        write(axes, "plain", x, y + LINE * number, words, anchor)
+
+
+def _flight(axes: Axes, shape: Mapping[str, Any], x: float, y: float, sign: float, speed: str) -> None:
+    """An arrow above a body, in the direction in which it flies."""
+    across, along = shape["heading"]
+    end = y - APART - 7.0
+    begin = x - FLIGHT * across, end - FLIGHT * sign * along
+    arrow(axes, "flight", (begin[0], x), (begin[1], end), both=False)
+    write(axes, "plain", begin[0] + 6.0, begin[1] + 7.0, speed, "left")
+
+
+def _dimension(axes: Axes, dimension: Mapping[str, Any], place: Placing, label: str) -> None:
+    """A length beside what it measures: above or below it, or to its right."""
+    (x1, y1), (x2, y2) = place(*dimension["begin"]), place(*dimension["end"])
+    if abs(x2 - x1) < abs(y2 - y1):
+        x, ends = x1 + APART, sorted((y1, y2))
+        for begin, end in ((x1, y1), (x2, y2)):
+            line(axes, "thin", (begin, x + 3.0), (end, end))
+        arrow(axes, "measured", (x, x), ends)
+        write(axes, "measured", x + 5.0, 0.5 * sum(ends) + 3.0, label, "left")
+        return
+    is_above = y1 <= ABOVE + 1.0
+    y = y1 - APART if is_above else y1 + APART
+    for x in (x1, x2):
+        line(axes, "thin", (x, x), (y1, y))
+    arrow(axes, "measured", (x1, x2), (y, y))
+    if is_above:
+        write(axes, "measured", min(x1, x2) - 4.5, y + 3.0, label, "right")
+    else:
+        write(axes, "measured", 0.5 * (x1 + x2), y + 12.0, label, "center")
+
+
+def growth_sketch(document: Mapping[str, Any], salt: str) -> Markup:
+    """Measured lengths over the time of a run, with the window in which they were found settled."""
+    series = tuple(
+        Series(
+            "history", each["label"], tuple(each["time"]), tuple(each["value"]), window=tuple(document["window"] or ())
+        )
+        for each in document["lines"]
+    )
+    scales = Scale("time", "time", "s"), Scale("length", "length", "m")
+    figure = Figure("growth", "", "", *scales, (Panel("", {}, series),))
+    with drawn_in_style():
+        return as_svg(chart(figure, WIDTH), "full growth", document["alt"], salt)

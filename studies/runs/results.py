@@ -1,0 +1,87 @@
+"""The result of a run: measurements with uncertainty and history, balances, flags, provenance; JSON both ways.
+
+And what a run reports while it is computed.
+"""
+
+import dataclasses
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import Any
+
+from studies.quantities.measured import Measured
+
+
+@dataclass(frozen=True)
+class Progress:
+    """The progress of a run."""
+
+    time: float  # simulated, s
+    end_time: float  # cap, s
+    step: int
+    fraction: float  # 0..1 of the cap; a run may end earlier
+    eta_seconds: float | None
+    measured: Mapping[str, float]
+
+
+def _ignore(_: object) -> None:
+    """Take a report and do nothing."""
+
+
+def _never() -> bool:
+    return False
+
+
+@dataclass(frozen=True, kw_only=True)
+class RunControl:
+    """The reports that a run makes to its caller while it computes, and the caller's wish that it leaves."""
+
+    progress: Callable[[Progress], object] = _ignore  # after each observation
+    log: Callable[[str], object] = _ignore  # each line of the run log
+    checkpointed: Callable[[int], object] = _ignore  # step of a checkpoint, written or resumed from
+    must_stop: Callable[[], bool] = _never  # asked after each step
+
+
+NO_CONTROL = RunControl()
+
+
+@dataclass(frozen=True)
+class RunResult:
+    """The outcome of a run: succeeded, or failed with an unphysical state."""
+
+    run_id: str
+    state: str  # "succeeded" or "failed"
+    reason: str | None = None  # of a failure, or of an answer that was lost, in words
+    failure: str | None = None  # of a failure, its kind
+    measurements: Mapping[str, Measured] = field(default_factory=dict)
+    flags: tuple[str, ...] = ()
+    numbers: Mapping[str, float] = field(default_factory=dict)
+    stop: str = ""  # "settled", "end_time"
+    # Of the whole bodies, not of a sector: "time" (s), names of the "bodies", and lists over time, by body or alone.
+    histories: Mapping[str, Any] = field(default_factory=dict)
+    # By name (studies.measurements.cloud): "version", and "values" in nested lists.
+    distributions: Mapping[str, Any] = field(default_factory=dict)
+    provenance: Mapping[str, str | float] = field(default_factory=dict)
+
+    def as_json(self) -> dict[str, Any]:
+        """As plain objects that JSON can hold: no NaN."""
+        plain: dict[str, Any] = _plain(dataclasses.asdict(self))
+        return plain
+
+    @staticmethod
+    def from_json(plain: Mapping[str, Any]) -> "RunResult":
+        """The result that ``as_json`` wrote."""
+        measured = {
+            name: Measured(**{**value, "flags": tuple(value["flags"])}) for name, value in plain["measurements"].items()
+        }
+        return RunResult(**{**plain, "measurements": measured, "flags": tuple(plain["flags"])})
+
+
+def _plain(value: Any) -> Any:
+    if isinstance(value, Mapping):
+        return {name: _plain(item) for name, item in value.items()}
+    if isinstance(value, tuple | list):
+        return [_plain(item) for item in value]
+    if isinstance(value, float) and not math.isfinite(value):
+        return None
+    return value

@@ -1,0 +1,237 @@
+"""Models of a material's matter: one record of the solver for each law, with the constants of the material.
+
+The models are those of the folders ``solver/matter/eos``, ``strength``, ``tension`` and ``failure``; which constants
+they take, and from where, stands in their own files.
+"""
+
+import math
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field, make_dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+from solver.registry import entries
+from solver.units import Described, FromMaterial, Unit, marked
+from studies.materials.schema import OPTIONAL, acting_eos, models
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import Choice, declared
+from studies.quantities.units import readable
+from studies.scenarios import Materials
+from studies.scenarios.parts.numerics import tensions
+
+if TYPE_CHECKING:
+    from solver.matter.laws import Matter
+    from studies.materials import Material
+
+HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
+
+
+def failures() -> Mapping[str, Any]:
+    """Failures by name."""
+    return entries("solver.matter.failure", "FAILURE")
+
+
+def eos_forms() -> dict[str, Any]:
+    """The equations of state that compute materials of another kind too, by form."""
+    return {eos.form: eos for eos in entries("solver.matter.eos", "EOS").values() if eos.form}
+
+
+def _failure_constants() -> Iterator[tuple[str, str, str]]:
+    """Each constant of a failure that a sweep gives: parameter, failure, and field of its record."""
+    for kind, entry in failures().items():
+        for constant in declared(entry.record):
+            yield f"failure_{constant}", kind, constant
+
+
+def _failure_parameter(kind: str, constant: str) -> Any:
+    """The annotation of a parameter: that of the failure's own record, or None."""
+    record = failures()[kind].record
+    about, unit = marked(record, Described)[constant], marked(record, Unit)[constant]
+    meaning = f"{about.meaning}; goes with failure {kind}"
+    mark = Described(meaning, about.minimum, about.maximum, neutral=True)
+    return Annotated[float | None, unit, mark]
+
+
+# Each constant of a failure is a parameter of every impact; a run that does not give it keeps its identity.
+_FailureParameters: Any = make_dataclass(
+    "_FailureParameters",
+    [
+        (
+            "failure",
+            Annotated[
+                str,
+                Choice(failures),
+                Described(
+                    "failure model: none, plastic strain, tension beyond the spall strength for long enough, or the "
+                    "damage of Johnson and Cook, plain or modified, which weakens"
+                ),
+            ],
+            field(default="none"),
+        ),
+        *(
+            (parameter, _failure_parameter(kind, constant), field(default=None))
+            for parameter, kind, constant in _failure_constants()
+        ),
+    ],
+    namespace={"__module__": __name__},
+    frozen=True,
+    kw_only=True,
+)
+
+
+@dataclass(frozen=True, kw_only=True)
+class Fracture(_FailureParameters):
+    """What breaks matter for good: the choice of a failure, and the constants of each that a sweep gives."""
+
+    def of(self, material: "Material") -> Any:
+        """The solver's record of the failure, with the constants of a material.
+
+        A material without the section that the failure takes its constants from never fails.
+        """
+        record = failures()[self.failure].record
+        if _goes_without(record, material):
+            return failures()["none"].record()
+        constants = {
+            constant: getattr(self, parameter)
+            for parameter, kind, constant in _failure_constants()
+            if kind == self.failure and getattr(self, parameter) is not None
+        }
+        return record(**material.taken(record), **constants)
+
+    def check(self, materials: Materials) -> Iterator[Finding]:
+        """A failure has the numbers that it needs, no other ones, and those that it takes from each material."""
+        for name, kind, constant in _failure_constants():
+            value = getattr(self, name)
+            needed = declared(failures()[kind].record)[constant].required
+            if self.failure == kind and value is None and needed:
+                yield Finding(name, "nothing", f"a value for failure {kind}", f"give {name}")
+            if self.failure != kind and value is not None:
+                cure = f"leave {name} out, or set failure to {kind}"
+                yield Finding(name, f"{value:g}", f"no value without failure {kind}", cure)
+        record = failures()[self.failure].record
+        breaking = {role: material for role, material in materials.items() if not _goes_without(record, material)}
+        for role, material in (breaking or materials).items():
+            for taken in marked(record, FromMaterial).values():
+                value = material.value_at(taken.path)
+                if value is None or (value == 0.0 and taken.above_zero):
+                    meaning = material.parameters()[taken.path].meaning
+                    limit = f"a material with a {meaning}, which {material.name} has not"
+                    cure = f"set {role}.{taken.path}, or choose another failure"
+                    yield Finding("failure", self.failure, limit, cure)
+
+
+def _goes_without(record: Any, material: "Material") -> bool:
+    """Whether a failure takes its constants from an optional section, and the material has none of them."""
+    paths = [mark.path for mark in marked(record, FromMaterial).values()]
+    optional = [path for path in paths if path.partition(".")[0] in OPTIONAL]
+    return bool(optional) and all(material.value_at(path) is None for path in optional)
+
+
+def matter(
+    material: "Material",
+    *,
+    eos_form: str = HUGONIOT,
+    thermal_softening: bool = True,
+    tension: str = "recoverable",
+    failure: Any = None,
+) -> "Matter":
+    """The matter of a material; ``failure`` is a record of the solver, by default matter never fails."""
+    from solver.matter.laws import Matter
+
+    melt = material.thermal.melt_temperature if thermal_softening else None
+    strength = models("strength")[material.strength.kind].record
+    return Matter(
+        eos=eos_of(material, eos_form),
+        # A constant that the material goes without is infinite.
+        strength=strength(**{k: _or_infinite(v) for k, v in material.fill("strength").items()}),
+        tension=_tension(material, tension),
+        shear_modulus=material.elastic.shear_modulus,
+        room_temperature=material.thermal.room_temperature,
+        melt_temperature=_or_infinite(melt),
+        failure=failure or failures()["none"].record(),
+    )
+
+
+def _or_infinite(value: float | None) -> float:
+    return math.inf if value is None else value
+
+
+def _tension(material: "Material", name: str) -> Any:
+    record = tensions()[name].record
+    constants = material.taken(record)
+    return tensions()["unlimited"].record() if None in constants.values() else record(**constants)
+
+
+def eos_of(material: "Material", form: str = HUGONIOT) -> Any:
+    """The solver's record of a material's equation of state, in one of the forms of its kind."""
+    eos = acting_eos(material.eos.kind, form)
+    return eos.make(**material.fill("eos", eos.record))
+
+
+def check_eos(form: str, materials: Materials) -> list[Finding]:
+    """A form other than the default needs materials that can be written in it."""
+    findings = []
+    for material in materials.values():
+        entry = acting_eos(material.eos.kind, form)
+        if form == HUGONIOT:
+            continue
+        limits = []
+        if entry.form != form:
+            limits.append(f"{material.name} ({material.eos.kind}) has one form")
+        for name, parameter in declared(entry.record).items():
+            value = material.eos.constants[name]
+            assert value is not None
+            assert parameter.minimum is not None
+            if entry.form == form and value < parameter.minimum:
+                limits.append(
+                    f"{material.name} has {name} = {value:g}, and the {form} is for {parameter.minimum:g} and more"
+                )
+        findings += [Finding("eos_form", form, f"{HUGONIOT}: {limit}", "leave eos_form out") for limit in limits]
+    return findings
+
+
+def check_boiling(tension: str, thermal_softening: bool, materials: Materials) -> list[Finding]:
+    """A form that follows vapour has no tension where it boils, and a step there: melting has to end tension before."""
+    if tensions()[tension].molten:
+        name, value = "tension", tension
+    elif not thermal_softening:
+        name, value = "thermal_softening", "false"
+    else:
+        return []
+    return [
+        Finding(
+            name,
+            value,
+            f"tension that melting ends: {material.name} ({material.eos.kind}) would boil under it",
+            f"leave {name} out, or choose a {role} with another equation of state",
+        )
+        for role, material in materials.items()
+        if models("eos")[material.eos.kind].boils
+    ]
+
+
+def check_constants(materials: Materials) -> list[Finding]:
+    """Constants of a material that make sense only in one order."""
+    findings = []
+    for role, material in materials.items():
+        parameters = material.parameters()
+        for low, high, may_equal in material.below():
+            least, most = material.value_at(low), material.value_at(high)
+            if least is None or most is None or least < most or (least == most and may_equal):
+                continue
+            unit = parameters[low].unit or "1"
+            limit = f"{'at most' if may_equal else 'below'} {role}.{high}, {readable(most, unit)}"
+            relation = "does not exceed" if may_equal else "lies below"
+            meanings = f"{parameters[low].meaning} {relation} {parameters[high].meaning}"
+            cure = f"{meanings}: correct one of them"
+            findings.append(Finding(f"{role}.{low}", readable(least, unit), limit, cure))
+    return findings
+
+
+def longitudinal_speed(bulk: float, shear: float, density: float) -> float:
+    """Speed of an elastic wave of uniaxial strain, m/s."""
+    return math.sqrt((bulk + 4.0 / 3.0 * shear) / density)
+
+
+def elastic_speed(material: "Material") -> float:
+    """Speed of an elastic wave of uniaxial strain in a material, m/s."""
+    return longitudinal_speed(material.elastic.bulk_modulus, material.elastic.shear_modulus, material.density)

@@ -1,0 +1,33 @@
+"""The set-up before a run, to scale: outlines of its bodies, and the lengths that a report writes beside them."""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Shape:
+    """The outline of a body before a run: a box or a disc in the plane through the axis, m."""
+
+    body: str  # the parameter that names its material; "wall" of what has none
+    left: float
+    right: float
+    top: float  # along the line of flight, towards which the projectile flies
+    bottom: float
+    is_disc: bool = False
+    heading: tuple[float, float] | None = None  # direction of its flight, across and along
+
+
+@dataclass(frozen=True)
+class Dimension:
+    """A length of the set-up with its two ends (across, along), m."""
+
+    parameter: str
+    begin: tuple[float, float]
+    end: tuple[float, float]
+
+
+@dataclass(frozen=True)
+class Outline:
+    """The set-up before a run, to scale, in the plane through the axis."""
+
+    shapes: tuple[Shape, ...]
+    dimensions: tuple[Dimension, ...]

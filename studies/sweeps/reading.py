@@ -1,0 +1,442 @@
+"""Reads the document of a sweep, YAML or JSON as plain values, into checked fields, or a list of all errors."""
+
+import math
+import sys
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
+
+from studies import materials as shipped
+from studies import measurements, scenarios
+from studies.materials import Material, read_own
+from studies.observations import AllowedNames, read_observations, written
+from studies.quantities.display import CONTROLS
+from studies.quantities.findings import (
+    Finding,
+    Findings,
+    InvalidInput,
+    few_suggestions,
+    nearest,
+    nearest_cure,
+    refusal,
+    shown,
+)
+from studies.quantities.parameters import Parameter, declared, find, missing, parse_value, parse_values
+from studies.quantities.units import exact_number
+from studies.sweeps.accuracy import ACCURACY
+from studies.sweeps.axes import Axis, AxisReader, repeated
+from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
+from studies.sweeps.search import read_search
+
+if TYPE_CHECKING:
+    from studies.laws.fitting.fitted import FittedLaw
+
+KEYS = (
+    *("name", "title", "scenario", "fixed", "axes", "combine", "points", "seed", "resolution", "offsets", "accuracy"),
+    *("materials", "observations", "laws", "model_part"),
+)
+Combine = Literal["grid", "zip", "latin-hypercube", "sobol"]
+ModelPartChoice = Literal["stored", "screen", "none"]
+COMBINATIONS: tuple[Combine, ...] = get_args(Combine)
+MODEL_PARTS: tuple[ModelPartChoice, ...] = get_args(ModelPartChoice)
+LONGEST_NAME = 200  # characters of a sweep's name or title
+MOST_LAWS = 50  # fitted ones of a sweep
+MOST_OFFSETS = 32  # offsets of one resolution; more add nothing to a scatter
+
+Allowed = TypeVar("Allowed", bound=str)
+
+RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
+OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
+
+# The most that could sensibly run. A particle takes 500 bytes of memory (a plate as thick as its projectile is wide, in
+# three dimensions, with its nodes), 120 of a stored state and a microsecond of one core a step: 2e9 of them are 1 TB,
+# 0.24 TB and half an hour a step.
+MOST_PARTICLES = 2_000_000_000
+
+
+@dataclass(frozen=True)
+class SweepLimits:
+    """Limits of the size of a sweep and of each run, checked before the sweep is expanded."""
+
+    max_runs: int = 10_000
+    max_axes: int = 20
+    max_values: int = 1_000  # on one axis
+    max_particles: int = MOST_PARTICLES  # of one run, as estimated
+
+
+# Limits for a sweep that was already accepted, under the limits at the time of its submission.
+ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
+
+
+def read_fields(document: Any, limits: SweepLimits) -> dict[str, Any]:
+    """The fields of the sweep of a document, and its ``accuracy``; raises InvalidInput with every error."""
+    if not isinstance(document, Mapping):
+        raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
+    with few_suggestions():
+        return _DocumentReading(document, limits).fields()
+
+
+class _DocumentReading:
+    """One document being read, with the findings so far."""
+
+    def __init__(self, document: Mapping[str, Any], limits: SweepLimits):
+        self.document = document
+        self.limits = limits
+        self.findings = Findings()
+
+    def fields(self) -> dict[str, Any]:
+        """The whole document, in the order in which one part needs another; raises InvalidInput."""
+        for key in self.document:
+            if key not in KEYS:
+                self._refuse(str(key), key, "a key of a sweep", nearest_cure(key, KEYS))
+        combine = self._choice("combine", COMBINATIONS, "one of " + ", ".join(COMBINATIONS))
+        own = self._materials()
+        scenario = self.findings.attempt(self._scenario)
+        if scenario is None:
+            raise InvalidInput(self.findings)
+        self.record = declared(scenario.parameters)
+        self.fixed, self.varied = self._mapping("fixed"), self._mapping("axes")
+        roles = {role: self._material_names(role, own) for role in scenario.materials}
+        terms = vocabulary(scenario.name, roles, own)
+        # A material that is refused is none that is missing.
+        terms = replace(terms, materials=sorted({*terms.materials, *self._mapping("materials")}))
+        fixed = parse_values(terms.parameters, self.fixed, "fixed", self.findings, materials=terms.materials)
+        self.sampling = self.findings.attempt(self._sampling, combine)
+        axes = self._axes(terms, combine)
+        resolutions, offsets = self.findings.attempt(self._refinement) or ((), 1)
+        self._check_size(axes, combine, len(resolutions or (0.0,)) * offsets)
+        self._check_search(axes, combine, resolutions, offsets)
+        self._check_completeness()
+        table = self.document.get("observations")
+        observations = None if table is None else self.findings.attempt(read_observations, table, terms)
+        laws = self._laws(terms)
+        model_part = self._choice("model_part", MODEL_PARTS, "stored, screen or none")
+        if self.limits is not ACCEPTED:
+            self._refuse_controls()
+        name = self._text("name", scenario.name)
+        title = self._text("title", name)
+        self.findings.check()
+        return {
+            "name": name,
+            "title": title,
+            "scenario": scenario.name,
+            "fixed": fixed,
+            "axes": axes,
+            "combine": combine,
+            "sampling": self.sampling,
+            "resolutions": resolutions,
+            "offsets": offsets,
+            "materials": own,
+            "observations": observations or (),
+            "laws": laws,
+            "model_part": model_part,
+            "max_particles": self.limits.max_particles,
+            "accuracy": self.document.get("accuracy"),
+        }
+
+    def _refuse(self, field: str, value: object, limit: str, cure: str) -> None:
+        self.findings.append(Finding(field, shown(value), limit, cure))
+
+    def _text(self, key: str, default: str) -> str:
+        text = self.document.get(key, default)
+        is_text = isinstance(text, str) and 0 < len(text.strip()) <= LONGEST_NAME
+        # What was accepted before stays readable.
+        if is_text and (text.strip().isprintable() or self.limits is ACCEPTED):
+            return str(text.strip())
+        limit = f"a text of at most {LONGEST_NAME} characters, all of them printable"
+        self._refuse(key, text, limit, "write a text, or leave it out")
+        return default
+
+    def _refuse_controls(self) -> None:
+        """Refuse texts that would command the terminal of a reader, once for each part of the document."""
+        for key, part in self.document.items():
+            left = [part]
+            while left:
+                item = left.pop()
+                if isinstance(item, Mapping):
+                    left += [*item, *item.values()]
+                elif isinstance(item, list | tuple):
+                    left += item
+                elif isinstance(item, str) and CONTROLS.search(item):
+                    limit = "text without control characters"
+                    self._refuse(str(key), item, limit, "remove them")
+                    break
+
+    def _scenario(self) -> scenarios.Scenario:
+        name = self.document.get("scenario")
+        if not isinstance(name, str):
+            cure = nearest_cure(name, scenarios.names())
+            raise refusal("scenario", name, "the name of a scenario", cure)
+        return scenarios.load(name)
+
+    def _choice(self, key: str, choices: tuple[Allowed, ...], limit: str) -> Allowed:
+        """One of some words; the first of them where there is none."""
+        asked = self.document.get(key, choices[0])
+        for choice in choices:
+            if asked == choice:
+                return choice
+        self._refuse(key, asked, limit, nearest_cure(asked, choices))
+        return choices[0]
+
+    def _sampling(self, combine: Combine) -> Sampling | None:
+        """Count and seed of the points, where axes are sampled."""
+        if combine in METHODS:
+            return read_sampling(combine, self.document, self.limits.max_runs)
+        for key in ("points", "seed"):
+            if self.document.get(key) is not None:
+                limit = f"combine: {' or '.join(METHODS)}"
+                raise refusal(key, self.document[key], limit, "leave it out")
+        return None
+
+    def _mapping(self, key: str) -> Mapping[str, Any]:
+        part = self.document.get(key)
+        if isinstance(part, Mapping):
+            return part
+        if part is not None:
+            self._refuse(key, part, "names and values", f"write {key}: {{name: value}}")
+        return {}
+
+    def _materials(self) -> dict[str, Material]:
+        """The user's own materials; refused ones are left out."""
+        documents, most = self._mapping("materials"), self.limits.max_values
+        if len(documents) > most:
+            limit, cure = f"at most {most} materials", "remove materials that no run uses"
+            self.findings.append(Finding("materials", f"{len(documents)} materials", limit, cure))
+            return {}
+        read = {name: self.findings.attempt(self._material, name, document) for name, document in documents.items()}
+        return {name: material for name, material in read.items() if material is not None}
+
+    def _material(self, name: Any, document: Any) -> Material:
+        if name in shipped.names():
+            limit = "a name that no shipped material has"
+            raise refusal(f"materials.{name}", name, limit, f"call it my-{name}")
+        return read_own(document, f"materials.{name}", str(name))
+
+    def _laws(self, terms: AllowedNames) -> "tuple[FittedLaw, ...]":
+        """The fitted laws; each has a name of its own and is about what the scenario measures."""
+        documents = self.document.get("laws")
+        if documents is None:
+            return ()
+        limit = f"a list of at most {MOST_LAWS} fitted laws"
+        if not isinstance(documents, list | tuple) or len(documents) > MOST_LAWS:
+            self._refuse("laws", documents, limit, "write laws: [my-law.json]")
+            return ()
+        from studies.laws.fitting.fitted import read_law
+
+        read = [self.findings.attempt(read_law, document, f"laws[{place}]") for place, document in enumerate(documents)]
+        laws = tuple(law for law in read if law is not None)
+        for twice in repeated(tuple(law.name for law in laws)):
+            self._refuse("laws", twice, "each law once", "give it another name: whipple fit --name")
+        for law in laws:
+            if law.quantity not in terms.quantities:
+                cure = nearest_cure(law.quantity, terms.quantities)
+                self._refuse("laws", law.quantity, "what the scenario measures", cure)
+        return laws
+
+    def _material_names(self, role: str, own: Mapping[str, Material]) -> tuple[str, ...]:
+        """The materials that a material parameter takes; names of no material are refused later."""
+        values = self.varied.get(role)
+        if not isinstance(values, list | tuple):
+            values = [self.fixed.get(role, self.record[role].default)]
+        names = {*shipped.names(), *own}
+        return tuple(dict.fromkeys(v for v in values if isinstance(v, str) and v in names))
+
+    def _axes(self, terms: AllowedNames, combine: Combine) -> tuple[Axis, ...]:
+        """All axes, with the rules that hold between them."""
+        if not self.varied:
+            limit, cure = "at least one axis", "give an axis; one value is enough: speed: [6 km/s]"
+            self.findings.append(Finding("axes", "nothing", limit, cure))
+        if len(self.varied) > self.limits.max_axes:
+            limit = f"at most {self.limits.max_axes} axes"
+            count = f"{len(self.varied)} axes"
+            self.findings.append(Finding("axes", count, limit, "split the sweep"))
+            return ()
+        read = [self.findings.attempt(self._axis, terms, combine, *item) for item in self.varied.items()]
+        axes = tuple(axis for axis in read if axis is not None)
+        if len(axes) == len(self.varied) > 0 and self.sampling is not None:
+            axes = sampled(self.sampling, axes)
+        if len(axes) == len(self.varied) > 0 and combine not in METHODS:
+            self._check_combination(axes, combine)
+        return axes
+
+    def _axis(self, terms: AllowedNames, combine: Combine, name: str, values: Any) -> Axis:
+        field = f"axes.{name}"
+        if name == "resolution" and name not in terms.parameters:
+            cure = f"the axis is called {RESOLUTION!r}"
+            raise refusal(field, name, "a name of a parameter", cure)
+        parameter = find(terms.parameters, name, "axes")
+        if name in self.fixed:
+            cure = "remove it from fixed or from axes"
+            raise refusal(field, f"{name} twice", "a parameter that is fixed or varied", cure)
+        if combine in METHODS:
+            points = self.sampling.points if self.sampling else None
+            reader = AxisReader(self.limits.max_runs, terms.materials)
+            return read_range(parameter, name, values, reader, points)
+        if isinstance(values, Mapping) and "limit_of" in values:
+            search = read_search(parameter, values, field, terms.quantities)
+            return Axis(name, parameter.unit, search.start, search=search)
+        reader = AxisReader(self.limits.max_values, terms.materials)
+        return reader.read(parameter, name, values, field)
+
+    def _check_search(
+        self, axes: tuple[Axis, ...], combine: Combine, resolutions: tuple[float, ...], offsets: int
+    ) -> None:
+        """One axis is searched, for each point of a grid of the others, on the one grid of each."""
+        searched = [axis.name for axis in axes if axis.search]
+        if not searched:
+            return
+        field = f"axes.{searched[0]}"
+        for refused, value, limit, cure in (
+            (len(searched) > 1, ", ".join(searched), "one limit", "give the others as values"),
+            (combine != "grid", combine, "combine: grid for a limit", "leave combine out"),
+            (
+                len(resolutions) > 1 or offsets > 1,
+                f"{len(resolutions)} resolutions, {offsets} offsets",
+                "one grid for a limit",
+                f"vary {RESOLUTION} as an axis",
+            ),
+            (
+                self.document.get("model_part") == "screen",
+                "model_part: screen",
+                "stored or none for a limit",
+                "leave model_part out",
+            ),
+        ):
+            if refused:
+                self._refuse(field, value, limit, cure)
+
+    def _check_combination(self, axes: tuple[Axis, ...], combine: Combine) -> None:
+        """Axes of a zip are equally long; no value of an axis (of a zip: no point) stands twice."""
+        lengths = {axis.name: len(axis.values) for axis in axes}
+        if combine == "grid":
+            twice = [
+                (f"axes.{axis.name}", str(written(value, axis.unit)))
+                for axis in axes
+                for value in repeated(axis.values)
+            ]
+        elif len(set(lengths.values())) == 1:
+            points = tuple(zip(*(axis.values for axis in axes), strict=True))
+            twice = [("axes", str(point)) for point in repeated(points)]
+        else:
+            counts = ", ".join(f"{name}: {length}" for name, length in lengths.items())
+            limit = "axes of equal length where combine is zip"
+            self.findings.append(Finding("axes", counts, limit, "make them equal, or use grid"))
+            return
+        for field, text in twice:
+            self.findings.append(Finding(field, text, "each value once", "leave it out"))
+
+    def _check_size(self, axes: tuple[Axis, ...], combine: Combine, times: int) -> None:
+        """The number of runs, each point refined so many times; nothing is expanded yet."""
+        lengths = [axis.search.most_tries if axis.search else len(axis.values) for axis in axes] or [1]
+        points = math.prod(lengths) if combine == "grid" else max(lengths)
+        if points * times > self.limits.max_runs:
+            limit = f"at most {self.limits.max_runs} runs"
+            size = f"{points * times} runs"
+            if times > 1:
+                size += f" ({points} points, each {times} times for its resolutions and offsets)"
+            self.findings.append(Finding("axes", size, limit, "take fewer values"))
+
+    def _refinement(self) -> tuple[tuple[float, ...], int]:
+        """Resolutions and the number of offsets, by themselves or by the name of a preset."""
+        preset = self.document.get("accuracy")
+        if preset is None:
+            return self.findings.attempt(self._resolutions) or (), self.findings.attempt(self._offsets) or 1
+        for key in ("resolution", "offsets"):
+            if self.document.get(key) is not None:
+                limit = f"accuracy, or {key}: a preset sets both resolution and offsets"
+                raise refusal("accuracy", preset, limit, "give one of the two")
+        if not isinstance(preset, str) or preset not in ACCURACY:
+            limit = "one of " + ", ".join(ACCURACY)
+            raise refusal("accuracy", preset, limit, nearest_cure(preset, ACCURACY))
+        accuracy = ACCURACY[preset]
+        self._require_free("accuracy", preset, RESOLUTION)
+        if accuracy.offsets > 1:
+            self._require_free("accuracy", preset, OFFSET)
+        return accuracy.resolutions, accuracy.offsets
+
+    def _resolutions(self) -> tuple[float, ...]:
+        values = self.document.get("resolution")
+        if values is None:
+            return ()
+        self._require_free("resolution", values, RESOLUTION)
+        parameter = self.record[RESOLUTION]
+        if not isinstance(values, list | tuple | Mapping):
+            value = parse_value(parameter, values, "resolution")
+            return () if value is None else (float(value),)
+        reader = AxisReader(self.limits.max_values, ())
+        axis = reader.read(parameter, RESOLUTION, values, "resolution")
+        for twice in repeated(axis.values):
+            raise refusal("resolution", twice, "each resolution once", "leave it out")
+        return tuple(sorted(float(value) for value in axis.values if value is not None))
+
+    def _offsets(self) -> int:
+        count = self.document.get("offsets")
+        if count is None:
+            return 1
+        number = exact_number(count, "offsets", "3")
+        if number != number.to_integral_value() or not 1 <= number <= MOST_OFFSETS:
+            limit = f"a whole number from 1 to {MOST_OFFSETS}"
+            cure = "write 3 for offsets of 0, 1/3 and 2/3 of a cell"
+            raise refusal("offsets", count, limit, cure)
+        if number > 1:
+            self._require_free("offsets", count, OFFSET)
+        return int(number)
+
+    def _require_free(self, key: str, value: Any, parameter: str) -> None:
+        """The scenario has the parameter that a key sets, and the document does not set it otherwise."""
+        if parameter not in self.record:
+            limit = f"a scenario with {parameter.replace('_', ' ')}"
+            raise refusal(key, value, limit, "leave it out")
+        for part, names in (("fixed", self.fixed), ("axes", self.varied)):
+            if parameter in names:
+                limit = f"{key}, or {parameter} under {part}"
+                raise refusal(key, value, limit, "give one of the two")
+
+    def _check_completeness(self) -> None:
+        """Every parameter without a default is fixed, varied, or the resolution."""
+        names = {*self.fixed, *self.varied}
+        if any(self.document.get(key) is not None for key in ("resolution", "accuracy")):
+            names.add(RESOLUTION)
+        # A misspelt name is refused as such.
+        for name in (*self.fixed, *self.varied):
+            if name not in self.record:
+                names.update(nearest(name, self.record))
+        for parameter in self.record.values():
+            if parameter.required and parameter.name not in names:
+                finding = missing(parameter, "fixed")
+                if parameter.name == RESOLUTION:
+                    cure = "give the cells per projectile diameter: resolution: 16"
+                    finding = Finding("resolution", "nothing", finding.limit, cure)
+                self.findings.append(finding)
+
+
+def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]) -> AllowedNames:
+    """The names that a document of this scenario may use: parameters, constants of materials, quantities.
+
+    ``roles`` are the materials that each material parameter takes: a constant must belong to all.
+    """
+    scenario = scenarios.load(scenario_name)
+    parameters = dict(declared(scenario.parameters))
+    for role, names in roles.items():
+        parameters |= _constants(role, [own[n] if n in own else shipped.load(n) for n in names])
+    quantities = {name: measurements.load(name).unit for name in scenario.measurements}
+    return AllowedNames(quantities, parameters, sorted({*shipped.names(), *own}))
+
+
+def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
+    """The constants that all materials of a role have, by dotted path; of one name and two units, they are two.
+
+    Where no material of the role is known, one finding says so; any constant is let through then.
+    """
+    constants = [material.parameters() for material in candidates] or [_all_constants()]
+    units = [{(path, constant.unit) for path, constant in each.items()} for each in constants]
+    shared = set.intersection(*units)
+    return {f"{role}.{path}": constant for path, constant in constants[0].items() if (path, constant.unit) in shared}
+
+
+def _all_constants() -> dict[str, Parameter]:
+    """The constants of all materials that ship."""
+    constants: dict[str, Parameter] = {}
+    for name in shipped.names():
+        constants |= shipped.load(name).parameters()
+    return constants

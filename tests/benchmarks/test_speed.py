@@ -1,0 +1,102 @@
+"""What steps, runs, the demo and memory cost: run by name alone.
+
+Times of the processor; a quiet machine is meant, and one that is not fails some of these. How many times as fast a step
+is goes through the reference kernel.
+"""
+
+import functools
+from collections.abc import Callable
+
+import pytest
+
+from tests.benchmarks import figures
+from tests.benchmarks.measure import BARS, SWEEP
+from tests.rows import Row, at_least, at_most, equal
+
+FASTER = {"axisymmetric_default": 6.0, "3d_linear": 4.0, "3d_spline": 4.5}
+NANOSECONDS = {
+    "axisymmetric_default_12k": 110.0,
+    "3d_linear_117k": 130.0,
+    "3d_linear_1m": 150.0,
+    "3d_spline_117k": 185.0,
+}
+
+Compared = Callable[[Row], None]
+
+
+@functools.cache
+def _steps() -> dict[str, float]:
+    return dict(figures.steps(NANOSECONDS, threads=(1,)))
+
+
+@pytest.mark.claim("speed", "faster-step", minutes=4.0)
+def test_step__is_several_times_as_fast_as_before(compared: Compared) -> None:
+    """A particle-step is 6 times as fast as before in axisymmetry, 4 times in 3-D linear, 4.5 times in 3-D splines."""
+    for family, limit in FASTER.items():
+        name = f"{family}: times as fast as the former step"
+        compared(at_least(name, limit=limit, got=_steps()[f"{family}_speedup"]))
+
+
+@pytest.mark.claim("speed", "particle-step", minutes=4.0)
+def test_step__costs_what_is_said_of_it(compared: Compared) -> None:
+    """What a particle-step costs on a quiet machine."""
+    for name, limit in NANOSECONDS.items():
+        compared(at_most(f"{name}: processor time (ns)", limit=limit, got=_steps()[f"{name}_ns"]))
+    compared(Row("a number of the reference kernel (ns)", "", _steps()["reference_ns"], None))
+
+
+@pytest.mark.claim("methods", "methods-speed", minutes=6.0)
+def test_methods__cost_what_is_shown(compared: Compared) -> None:
+    """What a step of smoothed particles, hexahedra and quadrilaterals costs, by one thread and by two."""
+    for name, got in figures.steps(f"{family}_12k" for family in ("3d_sph", *BARS)):
+        compared(Row(name, "", got, None))
+
+
+@pytest.mark.claim("speed", "beside-the-particles", minutes=3.0)
+def test_step__costs_little_beside_its_particles(compared: Compared) -> None:
+    """Empty nodes cost at most 5 %, Python at most 30 us a step, a crater's observation at most 10 ms."""
+    limits = {"python_us_per_step": 30.0, "crater_observation_ms": 10.0}
+    for name, got in figures.overheads():
+        compared(at_most(name, limit=limits.get(name, 1.05), got=got))
+
+
+@pytest.mark.claim("speed", "converged-sweep", minutes=60.0)
+def test_sweep__costs_a_tenth(compared: Compared) -> None:
+    """Six speeds at three resolutions cost a tenth of what they did."""
+    got = dict(figures.sweep())
+    compared(equal("runs that the former tree was measured on", expected=len(SWEEP), got=got["sweep_former_runs"]))
+    compared(at_most("core-seconds over the former ones", limit=0.1, got=got["sweep_share_of_former"]))
+    for name in ("core_s", "former_core_s", "particle_steps", "former_particle_steps"):
+        compared(Row(name, "", got[f"sweep_{name}"], None))
+
+
+@pytest.mark.claim("speed", "demo-cost", minutes=5.0)
+def test_demo__is_computed_in_minutes(compared: Compared) -> None:
+    """The demo's 22 runs take at most 200 core-seconds, and 150 s on two cores from a cold start."""
+    got = dict(figures.demo())
+    compared(equal("runs", expected=22, got=got["demo_runs"]))
+    compared(at_most("core-seconds", limit=200.0, got=got["demo_core_s"]))
+    compared(at_most("wall, cold start included (s)", limit=150.0, got=got["demo_wall_s"]))
+
+
+@pytest.mark.claim("speed", "two-threads", minutes=10.0)
+def test_threads__do_the_work_of_two_runs(compared: Compared) -> None:
+    """Two threads of a run do 0.85 of the work of two runs of one thread."""
+    for name, got in figures.threads():
+        gated = name == "3d_linear_two_threads_117k"
+        compared(at_least(name, limit=0.85, got=got) if gated else Row(name, "", got, None))
+
+
+@pytest.mark.claim("speed", "memory", minutes=2.0)
+def test_memory__of_a_million_particles(compared: Compared) -> None:
+    """A million particles take at most 450 bytes each."""
+    for name, got in figures.memory():
+        compared(at_most(name, limit=450.0, got=got))
+
+
+@pytest.mark.claim("speed", "thesis-plate", minutes=5.0)
+def test_thesis_plate__beside_its_own_program(compared: Compared) -> None:
+    """The thesis' thick plate beside MPM3D-F90, where MPM3D_F90 names it."""
+    for name, got in figures.PARTS["thesis"]():
+        particles = name == "thesis_particles"
+        compared(equal(name, expected=1_024_224, got=got) if particles else Row(name, "", got, None))

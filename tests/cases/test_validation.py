@@ -1,0 +1,100 @@
+"""The validation cases: each is a claim by its own name, on three grids, and holds on coarse ones in an ordinary test.
+
+On three grids all take a core more than an hour. The pages of some are opened in a browser.
+"""
+
+import tempfile
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager
+from pathlib import Path
+
+import pytest
+
+from service.cli.validation import STORE, selected, validated
+from service.settings import Settings
+from studies.cases import validation
+from studies.cases.validation import ValidationLevel
+from studies.cubes import cube
+from studies.runs.execution import execute
+from studies.sweeps.sweep import Sweep
+from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
+from tests.rows import Row
+
+BY_COMMAND = "taylor-bar"  # a single run
+# Of a core: by particle-steps and 0.1 us each, measured 2026-11-23; of the others a guess.
+MINUTES = {"hole-laws": 50.0}
+HALF_MODELS = {"table-3-3": 9.0, "table-3-4": 16.0}
+PAGES = ("elastic-bar", "hole-laws", "taylor-bar")
+
+
+@contextmanager
+def _unwatched(name: str) -> Iterator:
+    yield lambda status: None
+
+
+def _rows(names: Sequence[str], level: ValidationLevel, folder: Path) -> Iterator[Row]:
+    settings = Settings(data=folder / STORE)
+    for each in validated(selected(names, level), level, folder, settings, _unwatched):
+        yield each.row
+
+
+@pytest.mark.parametrize("name", validation.names())
+@pytest.mark.claim("cases", "validation-quick")
+def test_case__holds_on_coarse_grids(name: str, compared: Callable[[Row], None], tmp_path: Path) -> None:
+    """Every validation case holds on coarse grids."""
+    # One by the command, the others without its service and reports, which cost most.
+    if name == BY_COMMAND:
+        rows = _rows([name], "quick", tmp_path)
+    else:
+        case, cubes = validation.load(name), {}
+        for sweep_name, document in case.documents("quick").items():
+            sweep = Sweep.parse(document)
+            with tempfile.TemporaryDirectory() as folder:
+                results = {point.run.id: execute(point.run, Path(folder), threads=1) for point in sweep.runs()}
+            cubes[sweep_name] = cube.build(sweep, results)
+        rows = iter(case.rows("quick", cubes))
+    for row in rows:
+        compared(row)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.claim("cases", name, minutes=MINUTES.get(name, 5.0)))
+        for name in validation.names()
+    ],
+)
+def test_case__holds_on_three_grids(name: str, compared: Callable[[Row], None], tmp_path: Path) -> None:
+    """A validation case holds on three grids."""
+    for row in _rows([name], "fine", tmp_path):
+        compared(row)
+
+
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.claim("cases", f"{name}-half-model", minutes=minutes))
+        for name, minutes in HALF_MODELS.items()
+    ],
+)
+def test_case__holds_in_the_half_model(name: str, compared: Callable[[Row], None], tmp_path: Path) -> None:
+    """Craters of the thesis hold in three dimensions, its half model on cells of 1 mm."""
+    for row in _rows([name], "thesis", tmp_path):
+        compared(row)
+
+
+@pytest.mark.browser
+@pytest.mark.claim("cases", "validation-pages", minutes=2.0)
+def test_pages__are_whole_in_a_browser(compared: Callable[[Row], None], tmp_path: Path) -> None:
+    """Index and pages of `whipple validate` are whole in Chromium at 400 and 1400 px, light and dark.
+
+    No message, no request, nothing cut off and no serious violation of accessibility.
+    """
+    list(_rows(PAGES, "quick", tmp_path))
+    with chromium() as browser:
+        for name in ("index", *PAGES):
+            for width in WIDTHS:
+                for scheme in SCHEMES:
+                    seen = look(browser, tmp_path / f"{name}.html", width, scheme)
+                    for row in rows_of(seen, f"{name}, {width} px, {scheme}"):
+                        compared(row)

@@ -1,1 +1,0 @@
-"""The report says which law to trust, and how sure that is."""

@@ -1,3 +1,0 @@
-"""Examples of the thesis, and laws out of cubes."""
-
-ALSO = ["loads", "contact", "crater-walls"]

@@ -1,1 +1,0 @@
-"""First light: hole and crater sweeps on real physics."""

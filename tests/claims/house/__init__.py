@@ -1,1 +1,0 @@
-"""That the house stays one in which a newcomer finds the way."""

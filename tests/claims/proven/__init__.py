@@ -1,1 +1,0 @@
-"""Proven: exact answers, symmetries, robustness and convergence of the solver."""

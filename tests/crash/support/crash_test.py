@@ -1,0 +1,285 @@
+"""The crash test: sweeps are submitted to services, and their processes are killed while they are computed."""
+
+import functools
+import importlib
+import json
+import random
+import tempfile
+from collections import Counter
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager, suppress
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from service.files.artifacts import Artifacts
+from service.records.jobs import State, StoreUnavailable
+from service.store import Store
+from studies.quantities.files import RESULT
+from studies.sweeps.sweep import Sweep
+from tests.crash.support import inspection
+from tests.crash.support.faults import AttemptObserver, Fault, KillMoment, ObservedAttempt, Victim
+from tests.crash.support.serving import ProcessTree, Service, kill_and_wait, process_tree
+from tests.rows import Row, equal
+from tests.service.support.cluster import DaskCluster, ShellProcess, parent_of, running
+from tests.service.support.fakes import is_gone, wait_until
+
+WORKERS = 2
+MEMORY_LIMIT = "4GiB"  # of a run on a cluster
+FASTEST = 5.0  # km/s more than the slowest
+MOMENT_SECONDS = 120.0  # deadlines
+END_SECONDS = 1800.0
+
+_KEPT = ExitStack()  # folders of this program
+
+
+@dataclass(frozen=True)
+class Work:
+    """Sweeps over speed and thickness; each shares all but one thickness with the one before."""
+
+    speeds: int
+    sweeps: int
+    thicknesses: int = 2
+    resolution: float = 4
+    targets: str = "tests.crash.support.chained"
+    run_seconds: float = 0.4  # of targets that only wait
+
+    @property
+    def runs(self) -> int:
+        """The number of different runs."""
+        return self.speeds * (self.sweeps + self.thicknesses - 1)
+
+    def documents(self) -> list[dict[str, Any]]:
+        return [self._document(number) for number in range(self.sweeps)]
+
+    def environment(self) -> dict[str, str]:
+        """Environment of a service that computes it."""
+        return {
+            "WHIPPLE_TARGETS_MODULE": self.targets,
+            "WHIPPLE_TEST_SECONDS": str(self.run_seconds),
+            "WHIPPLE_WORKERS": str(WORKERS),
+            "WHIPPLE_DISK_RESERVE": "0",
+        }
+
+    def _document(self, number: int) -> dict[str, Any]:
+        step = min(0.1, FASTEST / self.speeds)
+        speeds = [f"{3 + place * step:.6g} km/s" for place in range(self.speeds)]
+        places = range(number, number + self.thicknesses)
+        thicknesses = [f"{2 + place / 20:.2f} mm" for place in places]
+        return {
+            "name": f"crash-test-{number}",
+            "scenario": "thin_plate",
+            "fixed": {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"},
+            "axes": {"speed": speeds, "plate_thickness": thicknesses},
+            "resolution": self.resolution,
+        }
+
+
+@functools.cache
+def undisturbed(work: Work) -> tuple[Path, ...]:
+    """The cubes of the same sweeps, computed here and without a service; kept until the program ends."""
+    place = Path(_KEPT.enter_context(tempfile.TemporaryDirectory(prefix="whipple-undisturbed-")))
+    targets = importlib.import_module(work.targets)
+    answers: dict[str, Any] = {}
+    cubes = []
+    for number, document in enumerate(work.documents()):
+        for point in Sweep.parse(document).runs():
+            if point.run.id not in answers:
+                folder = place / point.run.id
+                folder.mkdir()
+                targets.execute(targets.Run.from_json(point.run.as_json()), folder)
+                answers[point.run.id] = json.loads((folder / RESULT).read_text())
+        published = place / str(number)
+        published.mkdir()
+        cubes.append(Path(targets.publish(document, answers, published)["cube.nc"]))
+    return tuple(cubes)
+
+
+@dataclass
+class CrashTest:
+    """Services under test that share a store and a folder, and the faults that were injected."""
+
+    work: Work
+    services: list[Service]
+    tree: ProcessTree
+    store: Store
+    chance: random.Random
+    cluster: DaskCluster | None = None
+    injected: list[Fault] = field(default_factory=list)
+    killed: Counter[str] = field(default_factory=Counter)  # by job: processes of it that were killed
+
+    def __post_init__(self) -> None:
+        self.artifacts = Artifacts(self.service.data)
+        self.attempts = AttemptObserver(self.store, self.artifacts)
+
+    @property
+    def service(self) -> Service:
+        """The first service that is alive, or the first."""
+        return next((service for service in self.services if service.is_alive()), self.services[0])
+
+    def submit(self) -> list[str]:
+        """Submit every sweep, the first ones with higher priority; their ids."""
+        documents = enumerate(self.work.documents())
+        return [self.service.submit(document, priority=number) for number, document in documents]
+
+    def wait_until_computing(self) -> None:
+        """Wait until a run is under way."""
+        self._wait(lambda: self.attempts.at(KillMoment.COMPUTING))
+
+    def inject(self, fault: Fault) -> None:
+        """Wait for the moment of a fault, and kill its victim, unless the work ends before."""
+        self._wait(lambda: self.store.events.last() >= fault.due)
+        self._wait(lambda: self._is_injected(fault) or self._has_ended())
+
+    def wait_for_the_end(self, ids: list[str]) -> None:
+        """Wait until every sweep is published."""
+        self._wait(lambda: all(self.store.sweeps.get(id).is_terminal for id in ids), seconds=END_SECONDS)
+
+    def fetch(self, ids: list[str], place: Path) -> tuple[Path, ...]:
+        """Download the cubes, whose digests the client checks."""
+        self.service.wait_until_listening()
+        with self.service.client() as client:
+            return tuple(client.sweep(id).fetch(place / id) / "cube.nc" for id in ids)
+
+    def rows_of_results(self, ids: list[str], place: Path, work: Work | None = None) -> Iterator[Row]:
+        """Sweeps end with their results, once, and with the bits of cubes that nobody disturbed."""
+        self.wait_for_the_end(ids)
+        work = work or self.work
+        yield from inspection.rows_of_store(self.store, self.artifacts, ids, work.runs)
+        expected = undisturbed(work) * (len(ids) // work.sweeps)  # of so many who asked the same
+        yield from inspection.rows_of_cubes(expected, self.fetch(ids, place))
+
+    def rows_of_the_end(self, ids: list[str], place: Path) -> Iterator[Row]:
+        """The same, and nothing is left running."""
+        yield from self.rows_of_results(ids, place)
+        yield self.row_of_processes()
+
+    def row_of_processes(self) -> Row:
+        """Stop everything in order, and nothing is left."""
+        self.service.wait_until_listening()
+        for service in self.services:
+            if service.is_alive():
+                assert service.leave() == 0, service.log_tail()
+        if self.cluster is not None:
+            self.cluster.end()
+        return equal("processes left", expected=0, got=len(self.tree.left()))
+
+    # --- inside ----------------------------------------------------------------------------------
+
+    def _wait(self, condition: Callable[[], Any], *, seconds: float = MOMENT_SECONDS) -> Any:
+        """Wait for a condition, and restart the parts of a cluster meanwhile."""
+
+        def met() -> Any:
+            self._restart_cluster()
+            with suppress(StoreUnavailable):
+                return condition()
+
+        try:
+            return wait_until(met, seconds=seconds)
+        except AssertionError as error:
+            states = dict(self.store.queue.status().states)
+            raise AssertionError(f"{error}; {states}; {self.service.log_tail()}") from error
+
+    def _restart_cluster(self) -> None:
+        """Restart scheduler and workers, as systemd does; a service must be alive."""
+        assert self.service.is_alive(), self.service.log_tail()
+        if self.cluster is None:
+            return
+        if not _lives(self._scheduler()):
+            self.cluster.start_scheduler()
+        if not any(_lives(item) for item in self._of("workers")):
+            self.cluster.start_workers(WORKERS, **self.work.environment())
+
+    def _is_injected(self, fault: Fault) -> bool:
+        """Whether an attempt was at the moment of the fault, and its victim was killed."""
+        needs_process = fault.victim in (Victim.RUN, Victim.WORKER)
+        target = self._choose(fault.moment, needs_process=needs_process)
+        fell = target is not None and self._kill(fault.victim, target)
+        if fell:
+            self.injected.append(fault)
+        return fell
+
+    def _kill(self, victim: Victim, target: ObservedAttempt) -> bool:
+        """Whether the victim lived until it was killed."""
+        if victim is Victim.RUN:
+            fell = target.pid is not None and kill_and_wait(target.pid)
+            self.killed[target.claim.id] += fell
+            return fell
+        if victim is Victim.WORKER:
+            worker = parent_of(target.pid) if target.pid and not is_gone(target.pid) else 0
+            return worker in self.tree.pids() and kill_and_wait(worker)
+        if victim is Victim.SCHEDULER:
+            self._scheduler().kill()
+            return True
+        self.service.kill()
+        self.service.start()
+        return True
+
+    def _choose(self, moment: KillMoment, *, needs_process: bool) -> ObservedAttempt | None:
+        """An attempt at this moment; a run that was hit before is spared: its third death is a failure."""
+        attempts = self.attempts.at(moment)
+        if needs_process:
+            attempts = [item for item in attempts if item.pid and not self.killed[item.claim.id]]
+        return self.chance.choice(attempts) if attempts else None
+
+    def _has_ended(self) -> bool:
+        ended = (State.SUCCEEDED, State.FAILED, State.CANCELLED)
+        return not any(count for state, count in self.store.queue.status().states.items() if state not in ended)
+
+    def _of(self, name: str) -> list[ShellProcess]:
+        assert self.cluster is not None
+        return [item for item in self.cluster.processes if item.name.startswith(name)]
+
+    def _scheduler(self) -> ShellProcess:
+        return self._of("scheduler")[-1]
+
+
+def _lives(process: ShellProcess) -> bool:
+    return process.process.poll() is None and not is_gone(process.process.pid)
+
+
+@contextmanager
+def crash_test(
+    work: Work,
+    folder: Path,
+    *,
+    seed: int = 0,
+    database_url: str | None = None,
+    external: bool = False,
+    count: int = 1,
+    settings: Mapping[str, str] | None = None,
+    **more: Any,
+) -> Iterator[CrashTest]:
+    """A crash test of so many services on SQLite or another database, on this machine or with a cluster (``external``).
+
+    ``settings`` are variables of the services (``WHIPPLE_...``), ``more`` fields of ``serving.Service``.
+    """
+    with ExitStack() as ends:
+        tree = ends.enter_context(process_tree())
+        environment = {**work.environment(), **(settings or {})}
+        cluster = None
+        if database_url is not None:
+            environment["WHIPPLE_DATABASE_URL"] = database_url
+        if external:
+            cluster = ends.enter_context(running(folder / "cluster", 0))
+            cluster.start_workers(WORKERS, **environment)
+            environment |= _engine(cluster)
+        services = [Service(folder / "data", environment, name=f"service-{n}", **more) for n in range(count)]
+        for service in services:
+            ends.callback(service.kill)
+            service.start()
+            service.wait_until_listening()
+        url = database_url or f"sqlite:///{services[0].data.absolute() / 'whipple.db'}"
+        store = ends.enter_context(closing(Store.open(url, migrate=False)))
+        yield CrashTest(work, services, tree, store, random.Random(seed), cluster)
+
+
+def _engine(cluster: DaskCluster) -> Mapping[str, str]:
+    remote = cluster.remote()
+    return {
+        "WHIPPLE_ENGINE": remote.address,
+        "WHIPPLE_TLS_CA": str(remote.ca),
+        "WHIPPLE_TLS_CERT": str(remote.certificate),
+        "WHIPPLE_TLS_KEY": str(remote.key),
+        "WHIPPLE_MEMORY_LIMIT": MEMORY_LIMIT,
+    }

@@ -1,0 +1,201 @@
+"""``whipple serve`` as a process of its own, which can be killed and started again, and all that descends from it."""
+
+import os
+import signal
+import subprocess
+import sys
+import uuid
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager, suppress
+from dataclasses import dataclass, field
+from functools import cache
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+import httpx
+
+from service.client.client import Client
+from tests.crash.support import fault_points
+from tests.service.support.cluster import free_port
+from tests.service.support.fakes import is_gone, wait_until
+
+ROOT = Path(__file__).parents[3]
+ARMED = ("-m", fault_points.__name__)  # the program of a life that ends at a fault point
+START_SECONDS = 120.0  # deadlines, for machines that are busy with something else
+LEAVE_SECONDS = 30.0
+LAST_BYTES = 3000  # of the log, for whoever reads why a test failed
+MARK = "CRASH_TEST_OF"  # in the environment of every process of a tree
+
+
+@cache
+def http() -> httpx.Client:
+    """One for all questions, for making one reads the machine's certificates: 50 ms; no connection is kept."""
+    return httpx.Client(limits=httpx.Limits(max_keepalive_connections=0))
+
+
+@dataclass
+class Service:
+    """A service on a port of its own; each of its lives has a log of its own."""
+
+    data: Path
+    environment: Mapping[str, str] = field(default_factory=dict)  # WHIPPLE_...
+    name: str = "service"  # of its logs
+    program: tuple[str, ...] = ("-m", "service")
+    port: int = field(default_factory=free_port)
+    lives: int = 0
+    process: "subprocess.Popen[bytes] | None" = None
+
+    @property
+    def url(self) -> str:
+        return f"http://127.0.0.1:{self.port}"
+
+    @property
+    def log(self) -> Path:
+        """Of this life."""
+        return self.data.with_name(f"{self.name}-{self.lives}.log")
+
+    def start(self, *, fault: str | None = None, **more: str) -> None:
+        """Begin a life; with ``fault`` it ends at that point."""
+        self.lives += 1
+        command = ["serve", "--port", str(self.port), "--data", str(self.data)]
+        variables = {**os.environ, "PYTHONPATH": str(ROOT), **self.environment, **more}
+        with self.log.open("wb") as log:
+            self.process = subprocess.Popen(
+                [sys.executable, *(ARMED if fault else self.program), *command],
+                cwd=ROOT,
+                env={**variables, fault_points.VARIABLE: fault} if fault else variables,
+                stdin=subprocess.DEVNULL,
+                stdout=log,
+                stderr=log,
+            )
+
+    def wait_until_listening(self) -> None:
+        """Until it answers."""
+        wait_until(self._answers, seconds=START_SECONDS)
+
+    def wait_until_ready(self) -> None:
+        """Until it can compute."""
+        wait_until(lambda: self.get("/readyz") == 200, seconds=START_SECONDS)
+
+    def get(self, path: str) -> int | None:
+        """The status of an answer; None where nobody answers."""
+        try:
+            return http().get(self.url + path, timeout=30).status_code
+        except httpx.TransportError:
+            return None
+
+    def client(self) -> Client:
+        return Client(self.url)
+
+    @property
+    def pid(self) -> int:
+        assert self.process is not None
+        return self.process.pid
+
+    def post(self, document: Mapping[str, Any]) -> int | None:
+        """The status of the answer to a sweep; None where nobody answers."""
+        try:
+            return http().post(f"{self.url}/v1/sweeps", json=document, timeout=60).status_code
+        except httpx.TransportError:
+            return None
+
+    def submit(self, document: Mapping[str, Any], **query: Any) -> str:
+        """Give it a sweep; the sweep's id."""
+        answer = http().post(f"{self.url}/v1/sweeps", params=query, json=document, timeout=60)
+        assert answer.status_code == 202, answer.text
+        return str(answer.json()["id"])
+
+    def is_alive(self) -> bool:
+        return self.process is not None and self.process.poll() is None
+
+    def log_tail(self) -> str:
+        """The end of its log."""
+        return self.log.read_text(errors="replace")[-LAST_BYTES:]
+
+    def kill(self) -> None:
+        """Kill -9."""
+        assert self.process is not None
+        self.process.kill()
+        self.process.wait()
+
+    def die(self) -> int:
+        """Wait for the end that a fault point brings; its status."""
+        assert self.process is not None
+        return self.process.wait(START_SECONDS)
+
+    def leave(self) -> int:
+        """SIGTERM; its status."""
+        assert self.process is not None
+        self.process.terminate()
+        return self.process.wait(LEAVE_SECONDS)
+
+    def _answers(self) -> bool:
+        assert self.is_alive(), self.log_tail()
+        return self.get("/livez") == 200
+
+
+@contextmanager
+def serving(data: Path, **environment: str) -> Iterator[Service]:
+    """A service that listens, until the end of the block."""
+    service = Service(data, environment)
+    service.start()
+    try:
+        service.wait_until_listening()
+        yield service
+    finally:
+        if service.is_alive():
+            service.leave()
+
+
+class ProcessTree:
+    """All that descends from what a block started, orphans included: a mark in the environment that they began with."""
+
+    def __init__(self, mark: str):
+        self._mark = f"{MARK}={mark}".encode()
+
+    def pids(self) -> set[int]:
+        """Those that live now; one that has ended and was not waited for has no environment."""
+        return {int(entry.name) for entry in Path("/proc").glob("[0-9]*") if self._has(entry)}
+
+    def left(self) -> set[int]:
+        """Those that do not end by themselves; the last helpers of a process see its end, and follow."""
+        with suppress(AssertionError):
+            wait_until(lambda: not self.pids())
+        return self.pids()
+
+    def end(self) -> None:
+        """Kill what is left."""
+        for pid in self.pids():
+            kill_and_wait(pid)
+        wait_until(lambda: not self.pids())
+
+    def _has(self, entry: Path) -> bool:
+        try:
+            return self._mark in (entry / "environ").read_bytes().split(b"\0")
+        except OSError:  # it ended while we looked, or is somebody else's
+            return False
+
+
+@contextmanager
+def process_tree() -> Iterator[ProcessTree]:
+    """Mark what is started in the block; nothing of it outlives the block."""
+    mark = uuid.uuid4().hex
+    tree = ProcessTree(mark)
+    try:
+        with patch.dict(os.environ, {MARK: mark}):
+            yield tree
+    finally:
+        tree.end()
+
+
+def kill_and_wait(pid: int) -> bool:
+    """Kill -9 a process, and wait until it has ended; whether it lived until then."""
+    if is_gone(pid):
+        return False
+    try:
+        os.kill(pid, signal.SIGKILL)
+    except ProcessLookupError:
+        return False
+    wait_until(lambda: is_gone(pid))
+    return True

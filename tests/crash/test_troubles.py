@@ -1,0 +1,276 @@
+"""What goes wrong around a service or within a run: the named state, and neighbours that notice nothing."""
+
+import json
+import os
+import shlex
+import signal
+import sqlite3
+import subprocess
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import closing, contextmanager
+from dataclasses import replace
+from functools import partial
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+import sqlalchemy as sa
+import xarray as xr
+
+from service.records.jobs import Cause, StoreUnavailable
+from service.store import Store
+from studies.quantities.files import write_text
+from tests.claims.marked import in_full
+from tests.crash.support import inspection
+from tests.crash.support.altered_serve import BRIEF
+from tests.crash.support.chained import FAILING
+from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
+from tests.crash.support.faults import KillMoment
+from tests.crash.support.serving import MARK
+from tests.rows import Row, at_least, equal
+from tests.service.support.databases import postgresql_server
+from tests.service.support.fakes import is_gone, wait_until
+
+WORK = Work(speeds=4, sweeps=1, thicknesses=1, run_seconds=1.0)
+# Runs that are still computing when the disk is full, or the clock is set, however late that is.
+LONG = replace(WORK, run_seconds=3.0)
+NEIGHBOURS = replace(WORK, speeds=6, run_seconds=0.2)
+ONE_WORKER = {"WHIPPLE_WORKERS": "1"}  # each takes seconds of computing to start
+LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "15"}
+FAILURES = {3000: ("greedy", Cause.MEMORY_LIMIT), 3100: ("deaf", Cause.TIME_LIMIT), 3200: ("abort", Cause.CRASH)}
+DISK, RESERVE = 128 << 20, 32 << 20  # bytes of a file system of its own, and what is to stay free
+LOOKS = 5  # turns of the dispatcher
+STEP = 1 << 20  # bytes; a tenth of it changes what the dispatcher says of the room that it sees
+DAY = 86_400
+PATIENCE = 120.0  # s
+
+pytestmark = pytest.mark.slow
+
+
+def service_program() -> dict[str, Any]:
+    """A service whose times are its own in full, and brief in short."""
+    return {} if in_full() else {"program": BRIEF}
+
+
+@pytest.mark.claim("queue", "troubles-of-runs")
+def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, compared: Callable[..., None]) -> None:
+    """A run that allocates without end, never ends, or crashes the interpreter has the named end, and no neighbour."""
+    behaviours = json.dumps({speed: behaviour for speed, (behaviour, _) in FAILURES.items()})
+    with crash_test(NEIGHBOURS, tmp_path, settings={**LIMITS, FAILING: behaviours}) as here:
+        ids = here.submit()
+        here.wait_for_the_end(ids)
+        runs = {round(float(point.coordinates["speed"])): point.run for point in here.store.sweeps.points(ids[0]).items}
+        for speed, (_, cause) in FAILURES.items():
+            run = runs.pop(speed)
+            compared(equal(f"{speed} m/s: {run.reason}", expected=cause, got=run.cause))
+        once = sum(run.attempt == 1 and run.crashes == 0 and run.cause is None for run in runs.values())
+        compared(equal("neighbours done at the first attempt", expected=NEIGHBOURS.runs - len(FAILURES), got=once))
+        [cube] = here.fetch(ids, tmp_path / "cubes")
+        compared(*_rows_of_neighbours(undisturbed(NEIGHBOURS)[0], cube))
+        compared(here.row_of_processes())
+
+
+@pytest.mark.claim("queue", "trouble-locked")
+def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+    """A database that another program locks: refused with a reason, nothing lost."""
+    with crash_test(WORK, tmp_path, settings=ONE_WORKER, **service_program()) as here:
+        ids = here.submit()
+        here.wait_until_computing()
+        with closing(sqlite3.connect(here.service.data / "whipple.db")) as other:
+            other.execute("BEGIN IMMEDIATE")
+            compared(*_rows_of_refusals(here, can_read=True))
+            other.rollback()
+        compared(*_all_is_well(here, ids, tmp_path))
+
+
+@pytest.mark.claim("queue", "trouble-away")
+def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+    """A PostgreSQL server that crashes and comes back: refused with a reason, nothing lost."""
+    with (
+        stoppable_postgresql() as (url, stop, start),
+        crash_test(WORK, tmp_path, settings=ONE_WORKER, database_url=url) as here,
+    ):
+        ids = here.submit()
+        here.wait_until_computing()
+        stop()
+        compared(*_rows_of_refusals(here))
+        compared(equal("life meanwhile: status", expected=200, got=here.service.get("/livez")))
+        start()
+        compared(*_all_is_well(here, ids, tmp_path))
+
+
+@pytest.mark.claim("queue", "trouble-disk")
+def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+    """A disk that is full: nothing is begun, nothing is lost, and it goes on when there is room."""
+    settings = {**ONE_WORKER, "WHIPPLE_DISK_RESERVE": str(RESERVE)}
+    with small_disk(tmp_path / "data"), crash_test(LONG, tmp_path, settings=settings, **service_program()) as here:
+        ids = here.submit()
+        here.wait_until_computing()
+        filler = here.artifacts.root / "filler"
+        before = here.store.events.last()
+        _fill(filler)
+        since = here.store.events.last()
+        compared(*_rows_of_refusals(here, can_read=True))
+        wait_until(lambda: not here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
+        os.truncate(filler, filler.stat().st_size - RESERVE // 2)  # the store can be written to
+        compared(*_rows_of_want(here, before, since, filler))
+        filler.unlink()
+        compared(*_all_is_well(here, ids, tmp_path))
+
+
+@pytest.mark.claim("queue", "trouble-clock")
+def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+    """A clock that is set back by a day, and forward again: nothing is lost, nothing stops."""
+    clock = tmp_path / "clock"
+    write_text(clock, "0")
+    with crash_test(LONG, tmp_path, settings=ONE_WORKER, program=(*BRIEF[:-1], str(clock))) as here:
+        ids = here.submit()
+        for shift in (-DAY, DAY):
+            here.wait_until_computing()
+            write_text(clock, str(shift))  # in one piece: somebody always reads it
+            last = here.store.events.last()
+            wait_until(partial(_has_news, here, last), seconds=PATIENCE)
+        here.wait_for_the_end(ids)
+        times = [event.time for event in inspection.events(here.store)]
+        jump = (max(times) - min(times)).total_seconds()
+        compared(at_least("the clock was set (s)", limit=DAY, got=jump))
+        compared(*_all_is_well(here, ids, tmp_path))
+
+
+# --- what all of them do -------------------------------------------------------------------------
+
+
+def _all_is_well(here: CrashTest, ids: list[str], place: Path) -> Iterator[Row]:
+    """What was accepted is done, at the first attempt, and what was refused is not there."""
+    here.wait_for_the_end(ids)
+    accepted = sorted(row.id for row in here.store.sweeps.page().items)
+    yield equal("sweeps that were accepted", expected=sorted(ids), got=accepted)
+    charged = sum(run.crashes for run in inspection.runs(here.store, ids).values())
+    yield equal("crashes that runs are charged with", expected=0, got=charged)
+    yield from here.rows_of_results(ids, place / "cubes", replace(here.work, run_seconds=WORK.run_seconds))
+    yield here.row_of_processes()
+
+
+def _rows_of_refusals(here: CrashTest, *, can_read: bool = False) -> Iterator[Row]:
+    """The responses of a service whose database or disk takes nothing."""
+    [another] = replace(here.work, resolution=here.work.resolution + 1).documents()  # that nobody asked for yet
+    listed = here.service.get("/v1/sweeps")
+    yield equal("the list of sweeps meanwhile: status", expected=200 if can_read else 503, got=listed)
+    yield equal("a submission meanwhile: status", expected=503, got=here.service.post(another))
+    yield equal("readiness meanwhile: status", expected=503, got=here.service.get("/readyz"))
+
+
+def _rows_of_neighbours(quiet: Path, got: Path) -> Iterator[Row]:
+    """All that the cube says of the neighbours, and that it is something."""
+    with xr.open_dataset(quiet) as cube:
+        speeds = [speed for speed in cube.speed.values if round(float(speed)) not in FAILURES]
+        holes = cube.hole_diameter.sel(speed=speeds).values
+    yield equal("neighbours without a hole", expected=0, got=int(np.isnan(holes).sum()))
+    odd = list(inspection.differences(quiet, got, at={"speed": speeds}))
+    yield equal(f"of {inspection.count_variables(got)} variables of the neighbours, other bits", expected=[], got=odd)
+
+
+# --- a database that goes away ---------------------------------------------------------------------
+
+
+@contextmanager
+def stoppable_postgresql() -> Iterator[tuple[str, Callable[[], None], Callable[[], None]]]:
+    """The URL of a database, and how its server is stopped as in a crash, and started again."""
+    with postgresql_server() as server, server.database() as url:
+        with sa.create_engine(url, poolclass=sa.NullPool).connect() as connection:
+            folder = Path(connection.exec_driver_sql("SHOW data_directory").scalar_one())
+        file = folder / "postmaster.pid"
+
+        def stop() -> None:
+            pid = int(file.read_text().split()[0])
+            os.kill(pid, signal.SIGQUIT)
+            wait_until(lambda: is_gone(pid))
+
+        try:
+            yield url, stop, partial(_start_postgresql, folder, url)
+        finally:
+            if not file.exists():
+                _start_postgresql(folder, url)  # so that it can be ended in order
+
+
+def _start_postgresql(folder: Path, url: str) -> None:
+    """Start a server with the options of the last time."""
+    owner = folder.stat()
+    is_other = owner.st_uid != os.getuid()
+    subprocess.Popen(
+        shlex.split((folder / "postmaster.opts").read_text()),
+        cwd="/",
+        env={name: value for name, value in os.environ.items() if name != MARK},  # outside of the tree of a test
+        user=owner.st_uid if is_other else None,
+        group=owner.st_gid if is_other else None,
+        extra_groups=[] if is_other else None,
+        stdout=subprocess.DEVNULL,
+        stderr=subprocess.DEVNULL,
+        start_new_session=True,
+    )
+
+    def answers() -> bool:
+        try:
+            with closing(Store.open(url, migrate=False)) as store:
+                store.ping()
+        except StoreUnavailable:
+            return False
+        return True
+
+    wait_until(answers)
+
+
+# --- a disk that is full ---------------------------------------------------------------------------
+
+
+@contextmanager
+def small_disk(data: Path) -> Iterator[None]:
+    """A file system of its own for the data; skips a test where that is not allowed."""
+    data.mkdir()
+    mount = ["mount", "-t", "tmpfs", "-o", f"size={DISK}", "none", str(data)]
+    if os.getuid() != 0 or subprocess.run(mount, check=False, capture_output=True).returncode:
+        reason = "no file system can be mounted here: it needs root, and a container that allows it"
+        pytest.fail(reason) if in_full() else pytest.skip(reason)
+    try:
+        yield
+    finally:
+        subprocess.run(["umount", "--lazy", str(data)], check=True)
+
+
+def _fill(file: Path) -> None:
+    """Take all the room there is."""
+    with file.open("wb", buffering=0) as full:
+        for size in (1 << 20, 1 << 12, 1):
+            try:
+                while True:
+                    full.write(b"\0" * size)
+            except OSError:
+                continue
+
+
+def _rows_of_want(here: CrashTest, before: int, since: int, filler: Path) -> Iterator[Row]:
+    """What is told, and that nothing is begun, while less than the reserve is free."""
+    wait_until(lambda: _bodies(here, "requeued", before), seconds=PATIENCE)
+    why = wait_until(lambda: here.store.queue.status().blocked_reason, seconds=PATIENCE)
+    yield Row("why nothing is begun", "the reserve", why, "the reserve is" in why)
+    for _ in range(LOOKS):  # each time the dispatcher has looked it says anew how much room there is
+        reason = here.store.queue.status().blocked_reason
+        os.truncate(filler, filler.stat().st_size - STEP)
+        wait_until(partial(_has_other_reason, here, reason), seconds=PATIENCE)
+    ends = {(body["cause"], "the disk was full" in body["reason"]) for body in _bodies(here, "requeued", before)}
+    yield equal("how runs ended that met it: lost, the disk was full", expected={("lost", True)}, got=ends)
+    yield equal("attempts begun meanwhile", expected=0, got=len(_bodies(here, "started", since)))
+
+
+def _has_other_reason(here: CrashTest, reason: str | None) -> bool:
+    return here.store.queue.status().blocked_reason != reason
+
+
+def _has_news(here: CrashTest, last: int) -> bool:
+    return here.store.events.last() > last
+
+
+def _bodies(here: CrashTest, kind: str, last: int) -> list[Mapping[str, Any]]:
+    """What events of a kind say that happened since."""
+    return [event.body for event in inspection.events(here.store) if event.kind == kind and event.number > last]

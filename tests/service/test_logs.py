@@ -1,0 +1,123 @@
+"""Log lines: one JSON object each, with the ids of request, run and sweep."""
+
+import io
+import json
+import logging
+import warnings
+from collections.abc import Callable, Iterator
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service import logs
+from service.records.jobs import Kind
+from tests.service.support.api import Api, open_api
+from tests.service.support.fakes import run_id
+from tests.service.support.rows import lease_of
+
+Lines = Callable[[], list[dict[str, Any]]]
+
+
+@pytest.fixture
+def lines() -> Lines:
+    """Let the loggers write as they do in a service; gives what they wrote."""
+    written = io.StringIO()
+    logs.configure(written)
+    return lambda: [json.loads(line) for line in written.getvalue().splitlines()]
+
+
+@pytest.fixture
+def api(tmp_path: Path) -> Iterator[Api]:
+    with open_api(tmp_path) as opened:
+        yield opened
+
+
+def of_requests(lines: Lines) -> list[dict[str, Any]]:
+    return [line for line in lines() if line["logger"] == "service.api.middleware"]
+
+
+def test_line__has_time_level_logger_and_message(lines: Lines) -> None:
+    logging.getLogger("service.queue.dispatcher").info("done", extra={"run": "7", "sweep": "9"})
+    [line] = lines()
+    assert line["time"].endswith("+00:00")
+    assert (line["level"], line["logger"]) == ("info", "service.queue.dispatcher")
+    assert (line["message"], line["run"], line["sweep"]) == ("done", "7", "9")
+
+
+def test_line__is_one_whatever_its_text_holds(lines: Lines) -> None:
+    logging.getLogger("service").warning('a\nb\r\x1b[31m"%s', "\u2028{}")
+    [line] = lines()
+    assert line["message"] == 'a\nb\r\x1b[31m"\u2028{}'
+
+
+def test_line__of_an_attempt_names_its_run_or_sweep(lines: Lines) -> None:
+    for lease in (lease_of(), lease_of(kind=Kind.PUBLISH, sweep_id="9")):
+        extra = {**logs.about(lease), "secret": "whp_1"}  # which is no field of a line
+        logging.getLogger("service").info("done", extra=extra)
+    of_run, of_sweep = lines()
+    assert (of_run["run"], of_run["attempt"]) == (run_id(7), 1)
+    assert (of_sweep["sweep"], of_sweep["attempt"]) == ("9", 1)
+    assert not {"secret", "sweep"} & of_run.keys()
+    assert not {"secret", "run"} & of_sweep.keys()
+
+
+def test_exception__keeps_its_trace_in_the_line(lines: Lines) -> None:
+    try:
+        raise ValueError("out of order")
+    except ValueError:
+        logging.getLogger("service").exception("it failed")
+    [line] = lines()
+    assert line["level"] == "error"
+    assert "out of order" in line["trace"]
+
+
+def test_others__are_heard_from_warnings_on(lines: Lines) -> None:
+    logging.getLogger("distributed.nanny").setLevel(logging.INFO)  # as it does itself
+    logging.getLogger("distributed.nanny").info("chatter")
+    logging.getLogger("distributed").warning("trouble")
+    warnings.warn("old way", DeprecationWarning, stacklevel=1)
+    assert [line["message"] for line in lines() if line["logger"] == "distributed"] == ["trouble"]
+    assert not [line for line in lines() if line["message"] == "chatter"]
+
+
+def test_request__is_a_line_with_route_status_and_seconds(api: Api, lines: Lines) -> None:
+    id = api.submit()
+    api.http.get(f"/v1/sweeps/{id}?cursor=secret", headers={"X-Request-ID": "night.7"})
+    submitted, shown = of_requests(lines)
+    assert (submitted["method"], submitted["status"]) == ("POST", 202)
+    assert (shown["route"], shown["status"], shown["sweep"]) == ("/v1/sweeps/{id}", 200, id)
+    assert shown["request_id"] == "night.7"
+    assert 0 < shown["seconds"] < 60
+    assert "secret" not in json.dumps(shown)
+
+
+def test_request__that_fails_has_its_id_on_every_line(api: Api, lines: Lines, monkeypatch: pytest.MonkeyPatch) -> None:
+    def broken(id: str) -> None:
+        logging.getLogger("service.store").warning("about to fail")
+        raise RuntimeError("out of order")
+
+    monkeypatch.setattr(api.store.sweeps, "get_with_files", broken)
+    answer = api.http.get("/v1/sweeps/7", headers={"X-Request-ID": "night.8"})
+    assert answer.status_code == 500
+    assert answer.json()["request_id"] == "night.8"
+    of_request = [line for line in lines() if line.get("request_id") == "night.8"]
+    assert of_request[0]["message"] == "about to fail"
+    assert any("out of order" in line.get("trace", "") for line in of_request)
+    assert of_requests(lines)[-1]["status"] == 500
+
+
+def test_request__by_machines_every_few_seconds_is_no_line(api: Api, lines: Lines) -> None:
+    api.term()
+    for path in ("/livez", "/readyz", "/metrics"):
+        assert api.http.get(path).status_code == 200
+    assert of_requests(lines) == []
+
+
+def test_request__of_what_is_not_there_is_a_line_without_what_was_written(api: Api, lines: Lines) -> None:
+    api.http.get("/a/secret/path")
+    api.http.get("/v1/sweeps/" + "x" * 500)
+    unknown, long = of_requests(lines)
+    assert unknown["route"] == "unknown"
+    assert "secret" not in json.dumps(unknown)
+    assert len(long["sweep"]) <= 64

@@ -1,0 +1,173 @@
+"""Validation cases: sweeps of each level, published numbers, rows and pages."""
+
+import math
+from collections.abc import Callable, Mapping
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from studies.cases import validation, verification
+from studies.cases.compared import ComparedReading, against, compared
+from studies.cases.pages import draw, write_case, write_index
+from studies.cases.rows import Row, Verified, reported
+from studies.cases.validation import LEVELS, Line, Picture, PublishedNumber, ValidationCase, shape_coefficient
+from studies.laws.maiden_c import hole_ratio
+from studies.materials import load
+from studies.quantities.measured import Measured
+from studies.runs.results import RunResult
+from studies.sweeps.sweep import Sweep
+
+CELLS = (5.0, 10.0, 20.0)
+
+
+@pytest.mark.parametrize("name", validation.names())
+def test_case__has_sweeps_at_each_level(name: str) -> None:
+    case = validation.load(name)
+    assert case.says
+    assert case.source
+    assert name not in verification.names()
+    for level in LEVELS:
+        sizes = [Sweep.parse(document).size for document in case.documents(level).values()]
+        assert sizes
+        assert all(sizes)
+
+
+def test_published__has_the_numbers_of_the_table_and_who_found_them() -> None:
+    numbers = validation.numbers_of("table_3_3", "thick_plate")
+    depths = {each.by: each.value for each in numbers if each.shot.quantity == "crater_depth"}
+    assert depths["experiment"] == 14e-3
+    assert depths["MPM3D without contact"] == 14e-3
+    assert depths["SPH"] == pytest.approx(17.3e-3)
+    assert len(numbers) == 14
+
+
+def depth_of(cells: float) -> float:
+    """Second order: 16 mm without a mesh."""
+    return 16e-3 - 2e-3 * (5.0 / cells) ** 2
+
+
+@pytest.fixture(scope="module")
+def cube() -> Any:
+    """Craters of Table 3.4 on three grids with made-up depths."""
+    document = validation.load("table-3-4").documents("fine")["craters"]
+    return cube_of(document, {"crater_depth": lambda at: depth_of(at["cells_per_diameter"])})
+
+
+def numbers() -> list[PublishedNumber]:
+    return validation.of_observations("craters-thesis", "thick_plate", "MPM3D")
+
+
+def rows_of(cube: Any, speed: float) -> list[Row]:
+    quantity = ComparedReading(cube, "crater_depth", {"speed": speed})
+    there = [each for each in numbers() if each.at("speed") == speed]
+    return list(compared("there", quantity, there, "MPM3D", mesh=(5.0, "1 mm"), within=0.5))
+
+
+def test_rows__gate_the_mesh_of_the_source_and_report_the_converged_value(cube: Any) -> None:
+    own, converged = rows_of(cube, 5e3)
+    assert (own.verdict, own.expected, own.got) == ("PASS", 14.0, pytest.approx(14.0))
+    assert converged.verdict == "REPORT"
+    assert converged.got == pytest.approx(16.0, abs=1e-3)
+    assert converged.bar is not None
+    assert 0.0 < converged.bar < 0.5
+    assert rows_of(cube, 6e3)[0].verdict == "FAIL"
+
+
+def test_rows__without_a_value_fail(cube: Any) -> None:
+    empty = cube.assign(crater_depth=cube.crater_depth * math.nan)
+    assert rows_of(empty, 5e3)[0].verdict == "FAIL"
+
+
+def test_rows__of_a_place_that_the_cube_lacks_are_refused(cube: Any) -> None:
+    with pytest.raises(KeyError, match="speed"):
+        ComparedReading(cube, "crater_depth", {"speed": 5.1e3}).on(5.0)
+
+
+def cube_of(document: Any, values: Mapping[str, Callable[[Mapping[str, Any]], float]]) -> Any:
+    """The cube of a sweep with made-up values by quantity, as functions of the coordinates."""
+    from studies.cubes import cube as cubes
+
+    sweep = Sweep.parse(document)
+    results = {}
+    for point in sweep.runs():
+        measurements = {
+            name: Measured(of(point.coordinates), 1e-6, {"resolution": 1e-6}, (), {"time": [], "value": []}, 1)
+            for name, of in values.items()
+        }
+        results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=measurements)
+    return cubes.build(sweep, results)
+
+
+def test_readings__of_zipped_axes_are_those_of_their_point() -> None:
+    document = validation.load("shape-coefficient").documents("quick")["craters"]
+    shapes = {"steel-4340": 0.9, "copper-ofhc": 0.6, "al-6061-t6": 0.3}
+    cube = cube_of(document, {"crater_depth_over_diameter": lambda at: shapes[at["projectile"]]})
+    name, pair = "crater_depth_over_diameter", {"projectile": "al-6061-t6", "target": "steel-4340"}
+    assert ComparedReading(cube, name, {**pair, "speed": 6e3}).on() == 0.3
+    with pytest.raises(KeyError, match="no point"):
+        ComparedReading(cube, name, {**pair, "target": "copper-ofhc", "speed": 6e3}).on()
+    for like, holds in ((0.6, 1), (0.2, 0)):
+        shapes["copper-ofhc"] = like
+        cube = cube_of(document, {name: lambda at: shapes[at["projectile"]]})
+        said = [row.got[-9:] for row in shape_coefficient.CASE.rows("quick", {"craters": cube})]
+        assert said == ["1 of 1 so", f"{holds} of 1 so", "1 of 1 so"]
+
+
+def test_verdict_on_a_law__has_its_mean_and_its_trend() -> None:
+    """Holes from which Maiden's law differs by 2 % for each km/s."""
+
+    def hole(at: Mapping[str, Any]) -> float:
+        law = 8e-3 * float(hole_ratio(at["speed"], 0.2, load("copper-ofhc").sound_speed))
+        return law / (1.0 + 0.02 * at["speed"] / 1e3)
+
+    document = validation.load("hole-laws").documents("quick")["copper-0.2"]
+    cubes = {"copper-0.2": cube_of(document, {"hole_diameter": hole})}
+    rows = list(validation.load("hole-laws").rows("quick", cubes))
+    assert [row.verdict for row in rows[:2]] == ["PASS", "PASS"]
+    (maiden,) = (row for row in rows if "Maiden (sound speed)" in row.claim)
+    assert maiden.got == pytest.approx(2.0 * (2.0 + 4.5 + 7.0) / 3.0)
+    assert maiden.others["n"] == "3 of 3"
+    assert maiden.others["per km/s"] == "+2.0 ± 0.0 %"
+    (printed,) = (row for row in rows if "Maiden (aluminium)" in row.claim)
+    assert printed.got == "no judged point"
+    assert "calibrated on aluminium" in printed.others["outside: 3"]
+
+
+def test_picture__has_each_grid_ours_and_theirs(cube: Any) -> None:
+    picture = against("p", "Depth", cube, "crater_depth", "speed", numbers())
+    labels = [line.label for line in picture.lines]
+    assert labels[-2:] == ["whipple, converged", "MPM3D"]
+    theirs = picture.lines[-1].points
+    assert theirs == tuple((v, d, 0.0) for v, d in ((4.0, 12.0), (5.0, 14.0), (6.0, 16.0), (7.0, 17.0)))
+    speed, depth, _ = picture.lines[-2].points[0]
+    assert speed == 4.0
+    assert depth == pytest.approx(16.0, abs=1e-3)
+
+
+def test_pages__show_every_figure_and_escape_texts(tmp_path: Path) -> None:
+    picture = Picture("depth", "Depth", "v", "p", (Line("a<b", ((1.0, 2.0, 0.1),)),))
+    case = ValidationCase(
+        name="made-up",
+        says="a < b",
+        source="nobody",
+        sweeps=lambda level: {},
+        rows=lambda level, cubes: (),
+        pictures=lambda cubes: [picture],
+    )
+    row = Row("depth (mm)", 14.0, 14.5, False, 0.5, 0.4, bar=0.25, others={"SPH": 17.3})
+    rows = [Verified("made-up", row, 0.1), Verified("made-up", reported("more", 3.0), 0.1)]
+    page = write_case(case, rows, {}, tmp_path).read_text()
+    for text in (
+        "14.5\N{NO-BREAK SPACE}±\N{NO-BREAK SPACE}0.25",
+        "0.5 of 0.4",
+        "SPH 17.3",
+        ">fail<",
+        "A &lt; b",
+        "<svg",
+    ):
+        assert text in page, text
+    assert draw(picture) == draw(picture)  # without a clock
+    index = write_index([(case, rows)], "fine", tmp_path).read_text()
+    assert "0 passed, 1 failed, 1 reported" in index
+    assert 'src="data:image/svg+xml;base64,' in index

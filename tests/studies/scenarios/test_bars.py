@@ -1,0 +1,179 @@
+"""Bars as they are built: masses, places, sizes of the thesis, loads on them, and their methods."""
+
+import math
+from typing import Any
+
+import numpy as np
+import pytest
+
+from solver.problem import Face
+from solver.problem.geometry import impact_axis
+from solver.simulation import start
+from studies import materials, measurements, scenarios
+from studies.runs.execution import execute
+from studies.runs.run import resolve
+from studies.scenarios.parts.loading import read_pulse
+from studies.sweeps.sweep import Sweep
+from tests.contracts.test_scenarios import BARS, DIAMETER, ROUND_OFF, asked, built
+
+PULSE = "0 us 0, 0.5 us 1, 10 us 1, 10.5 us 0"
+LONG: dict[str, Any] = {"bar_length": 20e-3}
+SQUARE: dict[str, Any] = {"section": "square", "geometry": "quarter"}
+
+
+@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
+@pytest.mark.parametrize("name", BARS)
+def test_bar__weighs_what_it_weighs_and_flies_into_its_wall(name: str, geometry: str) -> None:
+    run = asked(name, geometry=geometry)
+    problem = built(run).problem
+    axis, (bar,) = impact_axis(problem.geometry), problem.bodies
+    length, diameter = (float(str(run.parameters[f"bar_{x}"])) for x in ("length", "diameter"))
+    part = 1.0 / (2.0 * math.pi) if geometry == "axisymmetric" else 0.25
+    mass = bar.density * 0.25 * math.pi * diameter**2 * length * part
+    assert math.isclose(bar.mass.sum(), mass, rel_tol=ROUND_OFF)
+    assert problem.geometry.lower[axis] == 0.0
+    assert problem.faces[axis][0] == Face.WALL
+    assert math.isclose(bar.position[:, axis].min(), 0.5 * bar.spacing[axis], rel_tol=1e-9)
+    assert np.flatnonzero(bar.velocity).tolist() == [axis]
+    assert bar.velocity[axis] == -float(str(run.parameters["speed"]))
+
+
+def check_sizes(scenario: str, setting: Any, length: float, width: float) -> None:
+    """Its measurements give the size that was asked for, whatever the lattice: the final size is compared with it."""
+    view = scenarios.load(scenario).parameters.view(setting, start(setting.problem, threads=1).snapshot())
+    for name, size in (("final_length", length), ("mushroom_diameter", width), ("width_at_fifth", width)):
+        assert math.isclose(measurements.load(name).read(view).value, size, rel_tol=1e-9)
+
+
+@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
+def test_taylor_bar__has_at_the_start_the_size_that_was_asked_for(geometry: str) -> None:
+    setting = built(asked("taylor_bar", geometry=geometry, bar_length=11.1e-3))
+    check_sizes("taylor_bar", setting, 11.1e-3, DIAMETER)
+
+
+# Ma (2005): 4 particles across the radius and 20 along (section 2.3.1), 10 and 67 in 72 us (section 2.3.2).
+@pytest.mark.parametrize(("name", "particles", "spacing"), [("elastic_bar", 260, 1e-3), ("taylor_bar", 5293, 0.76e-3)])
+def test_bar__is_by_default_the_one_of_the_thesis(name: str, particles: int, spacing: float) -> None:
+    bar = {"bar": materials.load("copper-thesis-taylor")}
+    problem = built(resolve(name, {"geometry": "quarter", "recipe": "thesis"}, bar)).problem
+    assert problem.bodies[0].mass.size == particles
+    assert math.isclose(problem.geometry.spacing, spacing)
+    if name == "taylor_bar":
+        assert math.isclose(problem.end_time, 72e-6)
+
+
+@pytest.mark.parametrize(
+    "text", [PULSE, "0 s 0\n500 ns 1.0\n\n0.01 ms 1\n 1.05e-5 s   0\n", "0us 0; 0.5us 1; 10us 1; 10.5us 0"]
+)
+def test_pulse__is_one_table_in_every_spelling(text: str) -> None:
+    pulse = read_pulse(text)
+    assert pulse.time == (0.0, 5e-7, 1e-5, 1.05e-5)
+    assert pulse.share == (0.0, 1.0, 1.0, 0.0)
+    assert read_pulse(pulse.text) == pulse
+    same = asked("elastic_bar", pressure=1e8, pulse=PULSE)
+    assert asked("elastic_bar", pressure=1e8, pulse=text).id == same.id
+
+
+@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
+@pytest.mark.parametrize("name", BARS)
+def test_loads__press_the_end_away_from_the_wall_towards_it(name: str, geometry: str) -> None:
+    loading = {"pressure": 1e8, "pulse": PULSE, "gravity": 10.0, "geometry": geometry}
+    problem = built(asked(name, **LONG, **loading)).problem
+    [load], axis = problem.tractions, 1 if geometry == "axisymmetric" else 2
+    assert (load.body, load.axis, load.side) == (0, axis, 1)
+    assert np.array_equal(load.pressure, [0.0, 1e8, 1e8, 0.0])
+    assert problem.gravity[axis] == -10.0
+    assert sum(map(abs, problem.gravity)) == 10.0
+
+
+def test_pressure__without_a_course_stays_on_to_the_end() -> None:
+    problem = built(asked("elastic_bar", pressure=1e8)).problem
+    [load] = problem.tractions
+    assert load.time[0] == 0.0
+    assert load.time[-1] > problem.end_time
+    assert np.array_equal(load.pressure, [1e8, 1e8])
+
+
+@pytest.mark.parametrize("name", BARS)
+def test_square_bar__weighs_and_measures_what_was_asked_for(name: str) -> None:
+    run = asked(name, **SQUARE, bar_length=11.1e-3)
+    setting = built(run)
+    [bar] = setting.problem.bodies
+    side = float(str(run.parameters["bar_diameter"]))
+    quarter = 0.25 * bar.density * side**2 * 11.1e-3
+    assert math.isclose(bar.mass.sum(), quarter, rel_tol=ROUND_OFF)
+    # Every particle has the mass of its own box, which the lattice fills without a rest.
+    assert np.allclose(bar.mass, bar.density * math.prod(bar.spacing), rtol=ROUND_OFF)
+    check_sizes(name, setting, 11.1e-3, side)
+
+
+def test_sweep__varies_the_amplitude_of_a_pulse() -> None:
+    document = {
+        "name": "pulses",
+        "scenario": "elastic_bar",
+        "fixed": {"speed": "0 m/s", "pulse": PULSE, "gravity": "-9.81 m/s2"},
+        "axes": {"pressure": ["0 Pa", "0.1 GPa", "-200 MPa"]},
+    }
+    sweep = Sweep.parse(document)
+    assert Sweep.parse(sweep.document()).runs() == sweep.runs()
+    peaks = [[load.pressure[1] for load in built(point.run).problem.tractions] for point in sweep.runs()]
+    assert peaks == [[], [1e8], [-2e8]]
+
+
+def test_histories__of_a_loaded_bar_sum_to_the_audited_energy_and_momentum(tmp_path: Any) -> None:
+    run = asked("elastic_bar", speed=100.0, pressure=3e8, pulse=PULSE, gravity=1e6)
+    result = execute(run, tmp_path, threads=1)
+    histories = result.histories
+    energy = sum(np.sum(histories[f"{kind}_energy"], axis=0) for kind in ("kinetic", "internal"))
+    energy = energy + histories["otherwise_removed_energy"] - histories["load_work"]
+    work, drift = histories["load_work"][-1], result.numbers["energy_drift"]
+    assert work == result.numbers["load_work"]
+    assert abs(work) > 0.1 * energy[0]
+    assert energy[-1] - energy[0] == pytest.approx(drift * (energy[0] + abs(work)), abs=1e-12 * energy[0])
+    assert abs(drift) < 1e-10
+    momentum = np.sum(histories["axial_momentum"], axis=0) - histories["axial_impulse"]
+    assert momentum == pytest.approx(momentum[0], rel=1e-9)
+    assert result.measurements["lost_energy"].flags == ("loaded",)
+    assert result.measurements["contact_time"].flags == ("loaded",)
+
+
+METHODS = ("mpm", "sph", "fem", "sph-fem")
+PRESSED: dict[str, Any] = {
+    **SQUARE,
+    "wall": "symmetric",
+    "speed": 0.0,
+    "bar_length": 20e-3,
+    "poisson_ratio": 0.0,
+    "pressure": 1e8,
+    "pulse": "0 us 0, 1 us 1, 4 us 1, 5 us 0",
+    "end_time": 6.5e-6,
+    "cells_per_diameter": 4.0,
+}
+
+
+def mean_of(history: Any) -> float:
+    """Mean of what was read from 4.5 us on, when the plateau has come to the middle."""
+    times, values = (np.array(history[name]) for name in ("time", "value"))
+    return float(values[times >= 4.5e-6].mean())
+
+
+def test_pressed_bar__has_the_wave_of_one_dimension_by_every_method(tmp_path: Any) -> None:
+    stress = -PRESSED["pressure"]
+    velocity = stress / math.sqrt(100e9 * 8900.0)  # p / (rho c) of the default matter
+    for method in METHODS:
+        result = execute(asked("elastic_bar", method=method, **PRESSED), tmp_path / method, threads=1)
+        # The mean of the plateau while it passes: coarse grids ring about it.
+        passing = {name: mean_of(result.measurements[f"middle_{name}"].history) for name in ("velocity", "stress")}
+        assert passing == pytest.approx({"velocity": velocity, "stress": stress}, rel=0.05), method
+        # Mesh and particles in one body's place book one impulse.
+        assert result.numbers["momentum_error"] < 1e-9, method
+
+
+def test_coupled_bar__has_the_mass_of_the_bar_and_is_one_in_its_measurements() -> None:
+    setting = built(asked("elastic_bar", method="sph-fem", **PRESSED))
+    elements, particles = setting.problem.bodies
+    whole = 8900.0 * 2e-3**2 * 20e-3
+    assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
+    view = scenarios.load("elastic_bar").parameters.view(setting, start(setting.problem, threads=1).snapshot())
+    assert measurements.load("rear_face_place").read(view).value == pytest.approx(20e-3)
+    assert measurements.load("middle_stress").read(view).value == 0.0

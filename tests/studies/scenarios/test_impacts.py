@@ -1,0 +1,117 @@
+"""Impacts and plates as they are built: masses, places, shocks, and the method of a plate."""
+
+import math
+
+import numpy as np
+import pytest
+
+from solver.problem import ArtificialViscosity, Smoothing
+from solver.problem.geometry import impact_axis
+from solver.sph.smoothing import CubicSpline
+from studies import materials
+from studies.runs.run import materials_of
+from studies.scenarios.plate_impact import CROSSED, shocks
+from tests.contracts.test_scenarios import CORNERS, DIAMETER, ROUND_OFF, Changes, asked, built
+
+each_corner = pytest.mark.parametrize(
+    ("name", "changes"), CORNERS, ids=lambda part: part if isinstance(part, str) else "-".join(map(str, part.values()))
+)
+
+
+@each_corner
+def test_impact__weighs_what_its_bodies_weigh(name: str, changes: Changes) -> None:
+    """Per radian, or the part that the model covers."""
+    run = asked(name, **changes)
+    setting = built(run)
+    projectile, target = setting.problem.bodies
+    part = 1.0 if setting.sector == 1.0 else setting.sector / (2.0 * math.pi)
+    whole = 2.0 * math.pi if setting.sector == 1.0 else 1.0
+    length = run.parameters["projectile_length"]
+    ball = math.pi / 6.0 * DIAMETER**3
+    rod = math.pi / 4.0 * DIAMETER**2 * float(length or 0.0)
+    volume = (rod if length else ball) * part / whole
+    assert math.isclose(projectile.mass.sum(), projectile.density * volume, rel_tol=ROUND_OFF)
+    # A round target in axisymmetry, a square one otherwise.
+    face = math.pi * setting.radius**2 / whole if whole > 1.0 else 4.0 * setting.radius**2 * part
+    assert math.isclose(target.mass.sum(), target.density * face * setting.thickness, rel_tol=ROUND_OFF)
+
+
+@each_corner
+def test_impact__has_the_projectile_in_front_of_the_target(name: str, changes: Changes) -> None:
+    setting = built(asked(name, **changes))
+    axis = impact_axis(setting.problem.geometry)
+    projectile, target = setting.problem.bodies
+    assert projectile.position[:, axis].max() < 0.0 < target.position[:, axis].min()
+    assert target.position[:, axis].max() < setting.thickness
+    assert np.flatnonzero(projectile.velocity).tolist() == [axis]
+    assert projectile.velocity[axis] == setting.speed
+    assert not target.velocity.any()
+
+
+# The method of a plate
+
+SPH = {"geometry": "quarter", "method": "sph"}
+
+
+def test_sph__smooths_the_particles_of_the_grid_and_follows_debris() -> None:
+    one, other = (built(asked("thin_plate", **{**SPH, "method": method})).problem for method in ("sph", "mpm"))
+    assert one.smoothing == Smoothing(CubicSpline())
+    assert other.smoothing is one.retirement is None
+    for mine, theirs in zip(one.bodies, other.bodies, strict=True):
+        assert (mine.position == theirs.position).all()
+
+
+def test_sph__has_the_viscosity_of_pairs_unless_it_is_stated() -> None:
+    stated = built(asked("thin_plate", **SPH, viscosity_linear=0.1)).problem.smoothing
+    assert stated.viscosity == ArtificialViscosity(0.1, 2.0)
+
+
+# Plate on plate
+
+
+@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
+def test_plates__weigh_what_their_column_weighs(geometry: str) -> None:
+    run = asked("plate_impact", geometry=geometry, target_thickness=6e-3, cells_across=2)
+    width = 2 * 4e-3 / 20.0
+    section = 0.5 * width**2 if geometry == "axisymmetric" else width**2
+    for plate, thickness in zip(built(run).problem.bodies, (4e-3, 6e-3), strict=True):
+        mass = plate.density * section * thickness
+        assert math.isclose(plate.mass.sum(), mass, rel_tol=ROUND_OFF)
+
+
+@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
+def test_plates__layers_are_counted_from_where_they_meet(geometry: str) -> None:
+    setting = built(asked("plate_impact", geometry=geometry))
+    axis = impact_axis(setting.problem.geometry)
+    place = np.concatenate([plate.position[:, axis] for plate in setting.problem.bodies])
+    width = setting.problem.bodies[0].spacing[axis]
+    assert np.allclose(np.abs(place), (setting.layer + 0.5) * width)
+
+
+# Shock states of reference copper (8930 kg/m3, 3940 m/s, 1.489) at half the impact speed, from the jump conditions.
+SYMMETRIC_COPPER = (
+    (2000.0, 5429.0, 48.48e9, 10946.3),
+    (4000.0, 6918.0, 123.56e9, 12561.6),
+    (7000.0, 9151.5, 286.03e9, 14460.4),
+)
+
+
+@pytest.mark.parametrize(("speed", "shock", "pressure", "density"), SYMMETRIC_COPPER)
+def test_shocks__of_copper_on_copper_are_those_of_the_jump_conditions(
+    speed: float, shock: float, pressure: float, density: float
+) -> None:
+    copper = materials.load("copper-ofhc")
+    result = shocks(copper, copper, speed)
+    assert math.isclose(result.interface, 0.5 * speed, rel_tol=ROUND_OFF)
+    assert math.isclose(result.pressure, pressure, rel_tol=1e-4)
+    assert result.speeds == pytest.approx((shock, shock), rel=1e-4)
+    assert result.densities == pytest.approx((density, density), rel=1e-4)
+
+
+def test_plates__end_before_any_shock_has_crossed_its_plate() -> None:
+    run = asked("plate_impact", flyer="al-2024-t3", target_thickness=3e-3)
+    problem = built(run).problem
+    used = materials_of(run)
+    result = shocks(used["flyer"], used["target"], 2000.0)
+    crossed = [us * problem.end_time / l for us, l in zip(result.speeds, (4e-3, 3e-3), strict=True)]
+    assert math.isclose(max(crossed), CROSSED, rel_tol=1e-9)

@@ -1,0 +1,124 @@
+"""What scenarios refuse of parameters together: the field, and words of its limit or cure."""
+
+from typing import Any
+
+import pytest
+
+from studies.quantities.findings import InvalidInput
+from tests.contracts.test_scenarios import asked
+
+SPH = {"geometry": "quarter", "method": "sph"}
+COUPLED = {"geometry": "quarter", "method": "sph-fem", "plate_radius": 40e-3, "gap": 3e-3}
+BAR = {"section": "square", "geometry": "quarter", "wall": "symmetric"}
+STRAIN = {"failure": "plastic-strain", "failure_strain": 1.0}
+SPALL = {"failure": "spall", "failure_time": 1e-6}
+PULSE = "0 us 0, 0.5 us 1, 10 us 1, 10.5 us 0"
+
+
+def plate(name: str, **changes: Any) -> tuple[str, dict[str, Any], str, str]:
+    return "thin_plate", {**SPH, **changes}, name, "method sph"
+
+
+def plug(method: str, name: str, **changes: Any) -> tuple[str, dict[str, Any], str, str]:
+    return "plugging", {**COUPLED, "method": method, **changes}, name, f"method {method}"
+
+
+def bar(name: str, reason: str, **changes: Any) -> tuple[str, dict[str, Any], str, str]:
+    return "elastic_bar", changes, name, reason
+
+
+def pulse(reason: str, text: str) -> tuple[str, dict[str, Any], str, str]:
+    return bar("pulse", reason, pressure=1e8, pulse=text)
+
+
+REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
+    # What a method does not compute.
+    plate("geometry", geometry="axisymmetric"),
+    plate("edges", edges="absorbing"),
+    plate("contact", contact="bardenhagen"),
+    plate("scheme", scheme="usf"),
+    plate("damping_rate", damping_rate=1e6),
+    plate("debris", debris="retire"),
+    *(plug(method, "geometry", geometry="axisymmetric") for method in ("sph", "sph-fem")),
+    *(plug(method, "contact", contact="bardenhagen") for method in ("sph", "sph-fem")),
+    *(plug(method, "scheme", scheme="usl") for method in ("sph", "sph-fem")),
+    *(plug(method, "damping_rate", damping_rate=1e6) for method in ("sph", "sph-fem")),
+    bar("section", "method fem", **{**BAR, "method": "fem", "section": "round"}),
+    bar("geometry", "method fem", method="fem"),
+    bar("wall", "method sph", **{**BAR, "method": "sph", "wall": "unilateral"}),
+    bar("wall", "method sph-fem", **{**BAR, "method": "sph-fem", "wall": "unilateral"}),
+    bar("scheme", "method fem", **BAR, method="fem", scheme="usl"),
+    # Bodies that repel each other.
+    ("plugging", {"contact": "repulsion"}, "contact", "material points"),
+    ("plugging", {**COUPLED, "gap": 2e-3}, "gap", "at least 0.003 m, .*; enlarge the gap"),
+    ("plugging", {**COUPLED, "plate_radius": 25e-3}, "plate_radius", "0.028 m"),
+    *(
+        (name, {"contact": "repulsion"}, "parameters.contact", "repulsion")
+        for name in ("thin_plate", "thick_plate", "plate_impact", "debris_cloud")
+    ),
+    # Loads on bars.
+    bar("pulse", "give pressure", pulse=PULSE),
+    pulse("at least two rows", "1 us 1"),
+    pulse("a time with its unit", "0 us, 1 us 1"),
+    pulse("a time with its unit", "0 0, 1 us 1"),
+    pulse("a time with its unit", "0 us 0, 1 mm 1"),
+    pulse("from -1 to 1", "0 us 0, 1 us 2"),
+    pulse("from 0 s", "-1 us 0, 1 us 1"),
+    pulse("after 1 us", "0 us 0, 1 us 1, 1 us 0"),
+    pulse("before the end of the run", "1 s 0, 2 s 1"),
+    bar("pressure", "at most", pressure=1e12),
+    bar("pressure", "at most", pressure=-1e12),
+    bar("gravity", "at most", gravity=1e12),
+    bar("speed", "without loads", speed=0.0),
+    bar("speed", "without loads", speed=0.0, pressure=0.0),
+    bar("bar_length", "8 cells", pressure=1e8, bar_length=7e-3),
+    bar("bar_length", "at least a cell", bar_length=0.5e-3),
+    ("taylor_bar", {"bar_length": 0.5e-3}, "bar_length", "at least a cell"),
+    bar("section", "set geometry to quarter", section="square"),
+    # Matter that does not go with a model.
+    ("thin_plate", {"failure": "plastic-strain"}, "failure_strain", "a value for failure plastic-strain"),
+    ("thin_plate", {"failure": "spall"}, "failure_time", "give failure_time"),
+    ("thin_plate", {"failure_strain": 1.0}, "failure_strain", "no value without failure plastic-strain"),
+    ("thin_plate", {**STRAIN, "failure_time": 1e-6}, "failure_time", "set failure to spall"),
+    ("thin_plate", {**SPALL, "target": "copper-thesis-plastic"}, "failure", "set target.tension.spall_strength"),
+    ("thin_plate", {"failure": "modified-johnson-cook"}, "failure", "set target.fracture.D1"),
+    ("thin_plate", {"target": "copper-ofhc-tillotson", "eos_form": "cubic"}, "eos_form", "has one form"),
+    *(
+        (scenario, {**materials, "failure": "none", **change}, next(iter(change)), "would boil")
+        for scenario in ("thin_plate", "thick_plate", "plugging")
+        for materials in [dict.fromkeys(("projectile", "target"), "copper-ofhc-tillotson")]
+        for change in ({"tension": "unlimited"}, {"thermal_softening": False})
+    ),
+    ("taylor_bar", {"bar": "copper-ofhc-tillotson", "thermal_softening": False}, "thermal_softening", "would boil"),
+    # Sizes, angles and numerics.
+    ("thin_plate", {"projectile_shape": "cylinder"}, "projectile_length", "the length of the cylinder"),
+    ("thin_plate", {"projectile_length": 4e-3}, "projectile_length", "a sphere without a length"),
+    ("thin_plate", {"plate_radius": 7e-3}, "plate_radius", "at least the projectile's diameter"),
+    ("thin_plate", {"plate_thickness": 0.9e-3}, "plate_thickness", "at least half a cell"),
+    ("thin_plate", {"obliquity": 0.3}, "obliquity", "set geometry to half"),
+    ("thin_plate", {"geometry": "half", "yaw": 0.1}, "yaw", "use a cylinder"),
+    ("thin_plate", {"friction": 0.1}, "friction", "set contact to bardenhagen"),
+    ("thin_plate", {"film_interval": 1e-12}, "film_interval", "a thousandth of the run"),
+    ("thick_plate", {"target_depth": 7e-3}, "target_depth", "at least 1 of the projectile's diameter"),
+    ("thick_plate", {"target_radius": 7e-3}, "target_radius", "at least 1 of the projectile's diameter"),
+    ("thick_plate", {"edges": "absorbing", "target_depth": 0.04}, "target_radius", "choose other edges"),
+    ("plugging", {"nose_length": 1e-3}, "nose_length", "no length of a blunt nose"),
+    ("plugging", {"nose": "conical", "nose_length": 0.1}, "projectile_length", "lengthen the projectile"),
+    ("plugging", {"plate_thickness": 1e-3}, "plate_thickness", "at least two cells"),
+    bar("speed", "holds only far below this limit", young_modulus=1e7),
+    ("deck", {"step": "stable", "fixed_dt": 1e-8}, "fixed_dt", "leave fixed_dt out"),
+    ("deck", {"contact": "none", "friction": 0.2}, "friction", "0 for bodies without contact"),
+    ("plate_impact", {"target_thickness": 1e-3}, "target_thickness", "at least ten cells"),
+    ("plate_impact", {"flyer": "copper-ofhc-tillotson"}, "flyer", "use mie-grueneisen"),
+]
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes", "field", "reason"), REFUSED, ids=[f"{row[0]} {row[2]} {row[3][:20]}" for row in REFUSED]
+)
+def test_scenario__refuses_with_field_and_reason(
+    scenario: str, changes: dict[str, Any], field: str, reason: str
+) -> None:
+    with pytest.raises(InvalidInput, match=reason) as caught:
+        asked(scenario, **changes)
+    assert field in [finding.field for finding in caught.value.findings]
