@@ -10,12 +10,18 @@ from studies import materials
 from studies.materials.schema import STIFFNESS
 from studies.quantities.parameters import declared
 
-FOLDERS = {"shapes": "SHAPE", "tension": "TENSION", "failure": "FAILURE", "strength": "STRENGTH", "eos": "EOS"}
-ENTRIES = [(folder, entry) for folder, kind in FOLDERS.items() for entry in entries(f"solver.{folder}", kind).values()]
+FOLDERS = {
+    "solver.grid.shapes": "SHAPE",
+    "solver.matter.tension": "TENSION",
+    "solver.matter.failure": "FAILURE",
+    "solver.matter.strength": "STRENGTH",
+    "solver.matter.eos": "EOS",
+}
+ENTRIES = [(folder, entry) for folder, kind in FOLDERS.items() for entry in entries(folder, kind).values()]
 # A material file cannot name them: they are for verification, or need a detonation.
 NOT_IN_FILES = {"ideal-gas", "jwl"}
 models = pytest.mark.parametrize(
-    ("folder", "entry"), ENTRIES, ids=[f"{folder}-{entry.name}" for folder, entry in ENTRIES]
+    ("folder", "entry"), ENTRIES, ids=[f"{folder.rpartition('.')[2]}-{entry.name}" for folder, entry in ENTRIES]
 )
 
 
@@ -40,7 +46,7 @@ def test_record__describes_every_constant_that_a_person_sets(folder: str, entry:
 @models
 def test_record__can_be_filled_by_person_and_material(folder: str, entry: Any) -> None:
     """A shape function and a rule of tension have no constants of their own in a sweep."""
-    described = set() if folder in ("shapes", "tension") else set(declared(entry.record))
+    described = set() if folder in ("solver.grid.shapes", "solver.matter.tension") else set(declared(entry.record))
     taken = marked(entry.record, FromMaterial)
     filled = described | set(taken) | set(entry.record._field_defaults)
     assert (filled == set(entry.record._fields)) == (entry.name not in NOT_IN_FILES)
