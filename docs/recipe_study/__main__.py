@@ -40,11 +40,8 @@ def main(directory: Path) -> None:
     (directory / "tables.md").write_text(text)
     print(text)
     print(f"chosen: {winner(scanned, finals)}")
-    try:
-        from docs.recipe_study.figures import draw, draw_finals
-    except ImportError:
-        print("the figures need matplotlib: pip install 'whipple[plot]'")
-        return
+    from docs.recipe_study.figures import draw, draw_finals
+
     draw(results, directory / "variants.png")
     draw_finals(finals, directory / "candidates.png")
 

@@ -4,15 +4,13 @@
 (``dask_worker`` runs there). ``tests/contracts/test_engine.py`` runs over both. The command line opens an engine.
 """
 
-from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 from studies.quantities.findings import MissingExtra
 
 if TYPE_CHECKING:
-    from service.execution.protocol import OpenEngine
+    from service.execution.protocol import Cluster, OpenEngine
     from service.settings import Settings
     from service.workers.warm import WarmProcess
 
@@ -32,15 +30,7 @@ def engine_of(settings: "Settings", ready: "list[WarmProcess] | None" = None) ->
     return partial(dask.DaskEngine, dask.Remote.of(settings))
 
 
-@dataclass(frozen=True)
-class Cluster:
-    """A scheduler and its workers."""
-
-    address: str
-    workers: Mapping[str, str]  # by address: why it gets no work; empty if it gets some
-
-
-def probe(settings: "Settings") -> Cluster:
+def probe(settings: "Settings") -> "Cluster":
     """Ask the scheduler of the settings for its workers; raises OSError, MissingExtra."""
     cluster: Cluster = _dask_for(settings).probe(settings)
     return cluster

@@ -21,7 +21,8 @@ from typing import TYPE_CHECKING, Any, Self
 
 import distributed
 
-from service.execution import Cluster, dask_worker
+from service.execution import dask_worker
+from service.execution.protocol import Cluster
 from service.workers.attempt import Attempt, Away, Back, Ended, Ending, Inbox, ProgressMessage
 from service.workers.timings import DEFAULT, Timings
 

@@ -1,6 +1,7 @@
 """The protocol of an engine, which the dispatcher calls."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import Protocol
 
 from service.workers.attempt import Attempt, Inbox
@@ -48,3 +49,11 @@ class Engine(Protocol):
 
 
 OpenEngine = Callable[[Inbox], Engine]
+
+
+@dataclass(frozen=True)
+class Cluster:
+    """A scheduler and its workers."""
+
+    address: str
+    workers: Mapping[str, str]  # by address: why it gets no work; empty if it gets some

@@ -9,14 +9,52 @@ import numpy as np
 import xarray as xr
 
 from studies.cases.rows import Row, absolute, relative
-from studies.cases.validation import Line, Picture, PublishedNumber
 from studies.convergence.richardson import VERDICTS
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, simulated
+from studies.observations import Observation
 from studies.quantities.display import NONE, digits, display_of, with_bar, with_unit
 from studies.sweeps.reading import RESOLUTION
 
 EXACT = 1e-9  # relative: the place in a cube of a number that was written in a document
+
+
+@dataclass(frozen=True)
+class PublishedNumber:
+    """A published number of a case."""
+
+    by: str  # "experiment", or the code that computed it
+    shot: Observation
+
+    @property
+    def value(self) -> float:
+        """The number, SI."""
+        assert self.shot.value is not None
+        return self.shot.value
+
+    def at(self, axis: str) -> float:
+        """Its place along an axis, SI."""
+        return float(self.shot.parameters[axis] or 0.0)
+
+
+@dataclass(frozen=True)
+class Line:
+    """The points of a picture that belong together."""
+
+    label: str
+    points: tuple[tuple[float, float, float], ...]  # x, y and the error bar of y; 0: none
+    joined: bool = False  # drawn as a line, and not as marks
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A figure of a case; numbers in the units of its labels."""
+
+    name: str  # of the file
+    title: str
+    x: str
+    y: str
+    lines: tuple[Line, ...]
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,9 @@ from typing import Any
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
+from studies.cases.compared import Line, Picture
 from studies.cases.rows import Row, Verified
-from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
 from studies.cases.verification import VerificationCase
 from studies.quantities.display import NONE, digits
 from studies.quantities.files import REPORT_HTML, write_text
@@ -44,7 +45,6 @@ STYLE: dict[Any, Any] = {
     "figure.constrained_layout.use": True,
 }
 NO_BREAK = "\N{NO-BREAK SPACE}"
-NO_DRAWINGS = "Figures need Matplotlib: pip install 'whipple[plot]'."
 
 AnyCase = VerificationCase | ValidationCase
 Done = Sequence[tuple[AnyCase, Sequence[Verified]]]
@@ -55,10 +55,9 @@ def write_case(case: AnyCase, rows: Sequence[Verified], cubes: Cubes, out: Path)
     pictures = case.pictures(cubes) if isinstance(case, ValidationCase) else ()
     drawn = [(each, draw(each)) for each in pictures]
     for picture, svg in drawn:
-        if svg:
-            folder = out / case.name
-            folder.mkdir(parents=True, exist_ok=True)
-            write_text(folder / f"{picture.name}.svg", svg)
+        folder = out / case.name
+        folder.mkdir(parents=True, exist_ok=True)
+        write_text(folder / f"{picture.name}.svg", svg)
     page = _template("case.html").render(
         case=case,
         rows=[list(zip(HEADERS, cells(each.row), strict=True)) for each in rows],
@@ -66,7 +65,6 @@ def write_case(case: AnyCase, rows: Sequence[Verified], cubes: Cubes, out: Path)
         none=NONE,
         counts=_counts(rows),
         drawn=[(each.title, Markup(svg)) for each, svg in drawn],
-        note=NO_DRAWINGS if any(not svg for _, svg in drawn) else "",
         reports=[(name, f"{case.name}/{name}/{REPORT_HTML}") for name in cubes],
     )
     return write_text(out / f"{case.name}.html", page)
@@ -116,12 +114,10 @@ def shown(value: Any) -> str:
 
 
 def draw(picture: Picture) -> str:
-    """A figure as SVG that reads on light and dark paper; nothing where Matplotlib is missing."""
-    try:
-        import matplotlib
-        from matplotlib.figure import Figure
-    except ImportError:
-        return ""
+    """A figure as SVG that reads on light and dark paper."""
+    import matplotlib
+    from matplotlib.figure import Figure
+
     buffer = io.StringIO()
     with matplotlib.rc_context(STYLE):
         figure = Figure(figsize=(6.4, 4.0))

@@ -22,8 +22,8 @@ from typing import TYPE_CHECKING, Any, Literal, get_args
 
 from solver.registry import entries
 from studies import observations, scenarios
+from studies.cases.compared import Picture, PublishedNumber
 from studies.cases.rows import Row
-from studies.observations import Observation
 from studies.quantities.findings import nearest_cure, refusal
 from studies.sweeps.reading import vocabulary
 
@@ -33,44 +33,6 @@ if TYPE_CHECKING:
 ValidationLevel = Literal["quick", "thesis", "fine"]
 LEVELS: tuple[ValidationLevel, ...] = get_args(ValidationLevel)
 Cubes = Mapping[str, "xr.Dataset"]  # by the names of a case's sweeps
-
-
-@dataclass(frozen=True)
-class PublishedNumber:
-    """A published number of a case."""
-
-    by: str  # "experiment", or the code that computed it
-    shot: Observation
-
-    @property
-    def value(self) -> float:
-        """The number, SI."""
-        assert self.shot.value is not None
-        return self.shot.value
-
-    def at(self, axis: str) -> float:
-        """Its place along an axis, SI."""
-        return float(self.shot.parameters[axis] or 0.0)
-
-
-@dataclass(frozen=True)
-class Line:
-    """The points of a picture that belong together."""
-
-    label: str
-    points: tuple[tuple[float, float, float], ...]  # x, y and the error bar of y; 0: none
-    joined: bool = False  # drawn as a line, and not as marks
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure of a case; numbers in the units of its labels."""
-
-    name: str  # of the file
-    title: str
-    x: str
-    y: str
-    lines: tuple[Line, ...]
 
 
 @dataclass(frozen=True, kw_only=True)

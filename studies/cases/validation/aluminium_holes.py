@@ -7,9 +7,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from studies.cases.compared import ComparedReading
+from studies.cases.compared import ComparedReading, Line, Picture
 from studies.cases.rows import Row, relative
-from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
 from studies.laws.maiden_al import hole_ratio
 
 DIAMETER = 10.0  # mm

@@ -19,17 +19,18 @@ from typing import Any
 
 import numpy as np
 
-from studies.cases.compared import ComparedReading, against, compared, energy_line, grids_of, kinetic_energy
-from studies.cases.rows import Row, at_most, reported
-from studies.cases.validation import (
-    Cubes,
+from studies.cases.compared import (
+    ComparedReading,
     Picture,
     PublishedNumber,
-    ValidationCase,
-    ValidationLevel,
-    numbers_of,
-    of_observations,
+    against,
+    compared,
+    energy_line,
+    grids_of,
+    kinetic_energy,
 )
+from studies.cases.rows import Row, at_most, reported
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of, of_observations
 from studies.fits.fit import fit, forms_of
 from studies.fits.measured import MeasuredShots, of_table
 from studies.quantities.units import round_quantity

@@ -4,9 +4,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from studies.cases.compared import ComparedReading, against, grids_of
+from studies.cases.compared import ComparedReading, Picture, against, grids_of
 from studies.cases.rows import Row, at_most
-from studies.cases.validation import Cubes, Picture, ValidationCase, ValidationLevel
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
 
 DIAMETER = 8e-3  # m
 DENSITY = 8930.0  # kg/m3

@@ -10,10 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from studies.cases.compared import ComparedReading, energy_line, grids_of
+from studies.cases.compared import ComparedReading, Picture, energy_line, grids_of
 from studies.cases.rows import Row, at_most, relative, reported
 from studies.cases.solutions.waves import Isotropic
-from studies.cases.validation import Cubes, Picture, ValidationCase, ValidationLevel
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
 
 LENGTH = 10e-3  # m; the set-up is the scenario's own default: Ma (2005), section 2.3.1
 BAR = Isotropic(8900.0, 100e9, 0.3)

@@ -14,9 +14,9 @@ from typing import Any
 import numpy as np
 
 from studies import laws
-from studies.cases.compared import ComparedReading
+from studies.cases.compared import ComparedReading, Line, Picture
 from studies.cases.rows import Row, equal, reported
-from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
 from studies.cubes.points import points_of
 from studies.quantities.display import decimals, signed
 from studies.reports.verdict import of_law, texts

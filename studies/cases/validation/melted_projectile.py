@@ -9,9 +9,9 @@ from collections.abc import Iterator, Mapping
 from itertools import pairwise
 from typing import Any
 
-from studies.cases.compared import ComparedReading, against, compared
+from studies.cases.compared import ComparedReading, Picture, against, compared
 from studies.cases.rows import Row
-from studies.cases.validation import Cubes, Picture, ValidationCase, ValidationLevel, numbers_of
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of
 
 QUANTITY = "melted_share_projectile"
 SPEEDS, THICKNESSES = (6, 8, 10), (1, 2, 5)  # km/s; mm, of a sphere of 10 mm

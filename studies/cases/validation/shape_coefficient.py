@@ -12,9 +12,9 @@ from typing import Any
 
 import numpy as np
 
-from studies.cases.compared import ComparedReading
+from studies.cases.compared import ComparedReading, Line, Picture
 from studies.cases.rows import Row
-from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel, numbers_of
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of
 
 QUANTITY = "crater_depth_over_diameter"
 DEEP, LIKE, SHALLOW = "steel-on-aluminium", "copper-on-copper", "aluminium-on-steel"

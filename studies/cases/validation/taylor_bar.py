@@ -4,9 +4,9 @@ from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from typing import Any
 
-from studies.cases.compared import ComparedReading, compared, grids_of
+from studies.cases.compared import ComparedReading, Line, Picture, compared, grids_of
 from studies.cases.rows import Row, at_most, relative
-from studies.cases.validation import Cubes, Line, Picture, ValidationCase, ValidationLevel, numbers_of
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of
 
 MATERIAL = "copper-thesis-taylor"
 # Ma (2005), Table 2.2, experiment of Johnson and Holmquist (1988): length, mushroom, width at 0.2 L, m.

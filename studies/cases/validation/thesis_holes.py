@@ -8,9 +8,9 @@ import math
 from collections.abc import Iterator, Mapping
 from typing import Any
 
-from studies.cases.compared import ComparedReading, against
+from studies.cases.compared import ComparedReading, Picture, against
 from studies.cases.rows import Row
-from studies.cases.validation import Cubes, Picture, ValidationCase, ValidationLevel, numbers_of
+from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of
 
 DIAMETER = 8.0  # mm
 THESIS = 8  # cells per diameter

@@ -25,7 +25,7 @@ from studies.quantities.recipes import RECIPES, Recipe
 DEFAULT = RECIPES["whipple"]
 
 
-Run = Callable[[Recipe], Iterable[Row]]
+Computation = Callable[[Recipe], Iterable[Row]]
 
 
 @dataclass(frozen=True)
@@ -35,11 +35,11 @@ class VerificationCase:
     name: str
     says: str  # the sentence that its rows prove
     source: str
-    run: Run
+    run: Computation
     quick: bool = True  # below ten seconds with kernels from the cache: part of the test command
 
 
-def case(name: str, *, says: str, source: str, quick: bool = True) -> Callable[[Run], VerificationCase]:
+def case(name: str, *, says: str, source: str, quick: bool = True) -> Callable[[Computation], VerificationCase]:
     """Make a case of the function that yields its rows."""
     return lambda run: VerificationCase(name, says, source, run, quick)
 

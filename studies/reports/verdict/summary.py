@@ -1,10 +1,11 @@
 """The verdict in a few sentences: which law to use where, which quantities have none, and what that rests on."""
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 from studies.quantities.display import NARROW_SPACE, decimals, digits, signed
 from studies.reports.verdict.evidence import DEFINITION, MODEL, SCATTER, TRUST, Evidence
+from studies.reports.verdict.stated import LawVerdict, StatedBand
 from studies.reports.verdict.texts import (
     MOST_REASONS,
     NONE_AT_ALL,
@@ -17,9 +18,6 @@ from studies.reports.verdict.texts import (
     title,
     words,
 )
-
-if TYPE_CHECKING:
-    from studies.reports.verdict import LawVerdict, StatedBand
 
 CLOSE = ("trusted", "numerically", "within")  # words of bands in which a law is recommended
 MOST_GROUPS = 3  # groups of published shots
@@ -38,7 +36,7 @@ EXPECTED = ("mesh error", DEFINITION, MODEL)
 # ---- laws to use ---------------------------------------------------------------------------------
 
 
-def recommendation(quantity: str, laws: Sequence["LawVerdict"]) -> tuple[str, ...]:
+def recommendation(quantity: str, laws: Sequence[LawVerdict]) -> tuple[str, ...]:
     """Sentences on which law to use where, and what it does elsewhere: against observations, then the simulation.
 
     None where no point judges anything. Beside shots the simulation speaks of laws where it judges more points.
@@ -58,11 +56,11 @@ def recommendation(quantity: str, laws: Sequence["LawVerdict"]) -> tuple[str, ..
     return tuple(f"{capital(text)}." for text in texts)
 
 
-def _most_judged(laws: Sequence["LawVerdict"]) -> int:
+def _most_judged(laws: Sequence[LawVerdict]) -> int:
     return max((law.judged for law in laws), default=0)
 
 
-def why_no_law(evidence: Evidence, laws: Sequence["LawVerdict"]) -> str:
+def why_no_law(evidence: Evidence, laws: Sequence[LawVerdict]) -> str:
     """Why no law of a quantity is judged anywhere; empty where one is."""
     laws = [law for law in laws if law.subject != "simulation"]
     if any(law.judged for law in laws):
@@ -92,7 +90,7 @@ def _first(names: Sequence[str]) -> list[str]:
     return [*names[: MOST_NAMED - 1], f"{more} others"] if more > 1 else list(names)
 
 
-def _of_simulation(law: "LawVerdict") -> str:
+def _of_simulation(law: LawVerdict) -> str:
     """What the simulation gives beside observed shots."""
     assert law.smallest is not None
     assert law.largest is not None
@@ -102,7 +100,7 @@ def _of_simulation(law: "LawVerdict") -> str:
     return f"the simulation gives {gives} {than} {OF['observation']} ({points})"
 
 
-def _which(laws: Sequence["LawVerdict"], *, recommended: bool = True) -> str:
+def _which(laws: Sequence[LawVerdict], *, recommended: bool = True) -> str:
     """Which of some judged laws to use where, against one reference; beside shots the simulation recommends none."""
     best = max(laws, key=_merit)
     if best.close:
@@ -119,14 +117,14 @@ def _which(laws: Sequence["LawVerdict"], *, recommended: bool = True) -> str:
     return f"no law is within {at_most(TRUST)} of {OF[best.reference]} at any judged point; the nearest, {nearest}"
 
 
-def _merit(law: "LawVerdict") -> tuple[int, float, int, float]:
+def _merit(law: LawVerdict) -> tuple[int, float, int, float]:
     """Close points first, and the smaller limit of these; then points that agree, and the smaller difference."""
     limit = max((band.limit for band in law.bands if band.word in CLOSE), default=1.0)
     agreeing = sum(band.judged for band in law.bands if band.word in ("agrees", "unjudged"))
     return law.close, -limit, agreeing, -max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
 
 
-def _use(law: "LawVerdict", recommended: bool) -> str:
+def _use(law: LawVerdict, recommended: bool) -> str:
     """A law with each band in which it is close by itself: what lies between two of them is not recommended."""
     places = [f"{band.where}: {band.says}" for band in law.bands if band.word in CLOSE]
     use = "use " if recommended else ""
@@ -137,17 +135,17 @@ def _use(law: "LawVerdict", recommended: bool) -> str:
     return f"{use}{title(law, law.no_range)} {text}{each} against {OF[law.reference]}"
 
 
-def _doing(law: "LawVerdict", it: str) -> str:
+def _doing(law: LawVerdict, it: str) -> str:
     """What a law does where it is judged and not close: "up to 4 km/s it under-predicts by 16 to 25 %"."""
     return joined([f"{band.where} {it}{_verb(band)}" for band in law.bands if band.judged and band.word not in CLOSE])
 
 
-def _verb(band: "StatedBand") -> str:
+def _verb(band: StatedBand) -> str:
     """The words of a band after a subject: "is not judged: ...", "under-predicts by 20 %"."""
     return band.says if band.says.startswith(("under", "over", "agrees")) else f"is {band.says}"
 
 
-def _second(best: "LawVerdict", laws: Sequence["LawVerdict"]) -> "LawVerdict | None":
+def _second(best: LawVerdict, laws: Sequence[LawVerdict]) -> LawVerdict | None:
     """The law that is close at most points at which the best is not; None where no other is."""
     done = best.close_points
     others = [law for law in laws if law is not best and law.close_points - done]

@@ -4,17 +4,14 @@ import math
 import re
 from collections.abc import Iterable, Mapping, Sequence
 from fractions import Fraction
-from typing import TYPE_CHECKING
 
 from studies.cubes.points import Place
 from studies.laws.fitting.least_squares import CONFIDENCE
 from studies.quantities.display import NARROW_SPACE, decimals, digits, display_of, printed_in, signed
 from studies.reports.verdict.bands import Band
 from studies.reports.verdict.evidence import TRUST, AxisOfSweep, Reference, StatedWord, Subject, beside
+from studies.reports.verdict.stated import LawVerdict
 from studies.reports.verdict.trends import UNEVEN, Exponent, Trend
-
-if TYPE_CHECKING:
-    from studies.reports.verdict import LawVerdict
 
 MOST_SLICES = 3  # combinations of other axes that a band lists
 MOST_REASONS = 3
@@ -140,7 +137,7 @@ def listed(reasons: Sequence[tuple[str, int]]) -> str:
 # ---- laws ----------------------------------------------------------------------------------------
 
 
-def sentence(law: "LawVerdict") -> str:
+def sentence(law: LawVerdict) -> str:
     """The verdict on a law as a sentence."""
     name = title(law, law.no_range)
     parts = [f"{band.where} {band.says}" for band in law.bands]
@@ -149,7 +146,7 @@ def sentence(law: "LawVerdict") -> str:
     return f"{name}, against {OF[law.reference]}: {'; '.join(parts)}."
 
 
-def residual_text(law: "LawVerdict") -> str:
+def residual_text(law: LawVerdict) -> str:
     """The average where residuals are alike, else the trend."""
     if not law.judged or law.smallest is None or law.largest is None:
         return ""
@@ -182,7 +179,7 @@ def _per(unit: str) -> str:
     return f"{unit} " if unit else "unit "
 
 
-def exponents_text(law: "LawVerdict") -> str:
+def exponents_text(law: LawVerdict) -> str:
     """The fitted exponents of the reference beside those of the law."""
     texts = []
     for axis in dict.fromkeys(each.axis for each in law.exponents):
@@ -224,7 +221,7 @@ def _simple(number: float) -> str:
     return decimals(number, 2)
 
 
-def outside_texts(laws: Sequence["LawVerdict"]) -> tuple[str, ...]:
+def outside_texts(laws: Sequence[LawVerdict]) -> tuple[str, ...]:
     """The laws that no point can judge, with the reasons: a sentence for all that have the same, and for all that are
     for targets of other materials.
     """
@@ -253,12 +250,12 @@ def drawn_texts(subjects: Sequence[Subject]) -> tuple[str, ...]:
     return tuple(f"{title}: drawn and compared, and in no verdict: {reason}." for title, reason in reasons.items())
 
 
-def _variants(laws: Sequence["LawVerdict"]) -> str:
+def _variants(laws: Sequence[LawVerdict]) -> str:
     variants = [law.subject.partition("/")[2] for law in laws]
     return f" ({'; '.join(variants)})" if any(variants) else ""
 
 
-def agreement_text(law: "LawVerdict", has_model: bool) -> str:
+def agreement_text(law: LawVerdict, has_model: bool) -> str:
     """How many differences lie inside the joint uncertainty, and what that does not say."""
     if not law.judged:
         return ""
@@ -333,7 +330,7 @@ def terms() -> tuple[tuple[str, str], ...]:
 # ---- numbers -------------------------------------------------------------------------------------
 
 
-def title(law: "LawVerdict", note: str = "") -> str:
+def title(law: LawVerdict, note: str = "") -> str:
     """The title of a law, with its variant, with what its confidence asks to be said, and with a note."""
     notes = "; ".join(filter(None, (law.subject.partition("/")[2], law.caveat, note)))
     return f"{law.title} ({notes})" if notes else law.title

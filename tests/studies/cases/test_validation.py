@@ -8,10 +8,10 @@ from typing import Any
 import pytest
 
 from studies.cases import validation, verification
-from studies.cases.compared import ComparedReading, against, compared
+from studies.cases.compared import ComparedReading, Line, Picture, PublishedNumber, against, compared
 from studies.cases.pages import draw, write_case, write_index
 from studies.cases.rows import Row, Verified, reported
-from studies.cases.validation import LEVELS, Line, Picture, PublishedNumber, ValidationCase, shape_coefficient
+from studies.cases.validation import LEVELS, ValidationCase, shape_coefficient
 from studies.laws.maiden_c import hole_ratio
 from studies.materials import load
 from studies.quantities.measured import Measured
