@@ -33,9 +33,8 @@ SINGLE_THREAD = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS
 class WarmProcess:
     """The parent's side of a warm process."""
 
-    def __init__(self, preload: str | None = None) -> None:
-        """Start it; it imports the module ``preload`` while it waits for its first attempt."""
-        modules = [] if preload is None else [preload]
+    def __init__(self, *modules: str) -> None:
+        """Start it; it imports the modules while it waits for its first attempt."""
         self._process = subprocess.Popen(
             [sys.executable, "-P", "-m", "service.workers.warm_process", *modules],
             stdin=subprocess.PIPE,
@@ -174,9 +173,9 @@ class Slot:
 
 
 @contextmanager
-def preloading(module: str) -> Iterator[list[WarmProcess]]:
-    """A process that imports ``module`` during the block, in a list from which an engine takes it."""
-    ready = [WarmProcess(module)]
+def preloading(*modules: str) -> Iterator[list[WarmProcess]]:
+    """A process that imports the modules during the block, in a list from which an engine takes it."""
+    ready = [WarmProcess(*modules)]
     try:
         yield ready
     finally:

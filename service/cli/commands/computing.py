@@ -36,7 +36,7 @@ Full = Annotated[
     bool, typer.Option("--full", help="The sweeps over more thicknesses and on finer grids: half an hour.")
 ]
 
-PUBLICATION = "studies.reports.publish"
+PUBLICATION = ("studies.reports.publish", "studies.reports.page")
 DEMO = ("holes", "aluminium", "sphere", "craters")
 FULL = ("holes-full", "aluminium-full", "craters-full")
 KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that compiles them
@@ -74,7 +74,7 @@ def sweep(
     from service.workers.warm import preloading
 
     # A child process imports what publishing needs (1 s) while this one imports what the queue needs (1 s).
-    with preloading(PUBLICATION) as ready:
+    with preloading(*PUBLICATION) as ready:
         from service.cli.console import print_warnings
         from service.settings import Settings
         from studies.sweeps.reading import SweepLimits
