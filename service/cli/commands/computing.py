@@ -45,7 +45,7 @@ KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that 
 @app.command()
 def demo(out: Out = Path("demo"), threads: Threads = None, full: Full = False) -> None:
     """Compute the example sweeps: holes in copper and aluminium, a measured crater, craters in copper."""
-    from studies import examples
+    from studies.sweeps import examples
     from studies.sweeps.document import read_yaml
 
     folder = folder_of(out)
@@ -155,7 +155,7 @@ def warm(
     ] = None,
 ) -> None:
     """Compile the kernels of sweeps into the cache, before the first run needs them."""
-    from studies import examples
+    from studies.sweeps import examples
     from studies.sweeps.document import read_sweep_file, read_yaml
     from studies.sweeps.sweep import Sweep
 

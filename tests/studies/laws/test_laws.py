@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies import examples, laws, materials
+from studies import laws, materials
 from studies.cubes.cube import build
 from studies.cubes.points import points_of
 from studies.laws import FITTED, Range, Shield, Shot, cour_palais, whipple_jsc, whipple_nno, whipple_reimerdes
@@ -18,6 +18,7 @@ from studies.laws.zhang_tan import hole_ratio, smallest_speed
 from studies.quantities.findings import InvalidInput
 from studies.reports.matched import matched_observations
 from studies.reports.verdict.evidence import evidence_of
+from studies.sweeps import examples
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep
 
