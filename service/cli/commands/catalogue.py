@@ -51,8 +51,8 @@ def laws(
     """List the published laws, show one, or ask all of them about a shot: --at FILE, or --speed, --projectile, ..."""
     from studies import laws as shipped
 
-    names = ("speed", "projectile", "projectile_diameter", "projectile_length", "target", "plate_thickness")
-    names += ("stand_off", "wall_thickness", "wall", "obliquity")
+    names: tuple[str, ...] = ("speed", "projectile", "projectile_diameter", "projectile_length", "target")
+    names += ("plate_thickness", "stand_off", "wall_thickness", "wall", "obliquity")
     options = locals()
     given = {each: options[each] for each in names if options[each] is not None}
     if at is not None or given:

@@ -87,7 +87,10 @@ def test_cube__has_the_answers_over_the_axes() -> None:
         ({"target": "al-6061"}, "target"),
         ({"projectile_diameter": ["3 mm", "5"]}, "projectile_diameter[1]"),
         ({"stand_off": None}, "stand_off"),
-        ({"wall": "tungsten", "wall_yield_stress": None}, "wall"),
+        (
+            {"wall": "soft", "wall_yield_stress": None, "materials": {"soft": {"base": "lead", "yield_stresses": []}}},
+            "wall",
+        ),
         ({"speed": {"start": "2 km/s", "stop": "12 km/s", "step": "1 m/s"}}, "speed"),
         ({"materials": []}, "materials"),
     ],
