@@ -5,7 +5,7 @@ import math
 from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import Law, Shield, Shot
-from studies.laws._range import Limit, speed
+from studies.laws._range import Limit
 from studies.laws._shields import (
     FAST,
     SIZE,
@@ -84,9 +84,9 @@ def _without_inner_bumper(shot: Shot, variant: str = "") -> str:
     return "" if shot.shield and shot.shield.inner_bumper else "the target is no shield of two bumpers and a wall"
 
 
-VALIDATED = (
-    speed(2.0, 8.0, f"{PROGRAM}, Tables 12 and 14: validated; applied to all"),
-    Limit("validated with spheres of 0.8 to 5 mm of aluminium at 0, 45 and 60 deg", f"{PROGRAM}, Tables 12 and 14"),
+VALIDATED = Limit(
+    "validated at 2 to 8 km/s, 0, 45 and 60 deg, with aluminium of 0.8 to 5 mm; applied to all",
+    f"{PROGRAM}, Tables 12 and 14",
 )
 LAW = (
     Law(
@@ -103,7 +103,7 @@ LAW = (
         confidence="read",
         size_exponent=None,
         largest_obliquity=math.radians(90.0),
-        range=range_of(SOURCE, *VALIDATED),
+        range=range_of(SOURCE, VALIDATED),
         ratio=over_projectile(critical_diameter),
         meaningless=without_shield,
     ),
@@ -122,7 +122,7 @@ LAW = (
         confidence="read",
         size_exponent=None,
         largest_obliquity=math.radians(90.0),
-        range=range_of(SOURCE, *VALIDATED, walls=_without_inner_bumper),
+        range=range_of(SOURCE, VALIDATED, walls=_without_inner_bumper),
         ratio=over_projectile(critical_diameter),
         meaningless=_without_inner_bumper,
     ),

@@ -71,7 +71,6 @@ RANGES: list[tuple[str, Shot, str]] = [
     ("cour_palais", replace(OF_ALUMINIUM, obliquity=STEEP), "up to 85 deg"),
     *((law, replace(OF_ALUMINIUM, shield=SHIELD), "") for law in TWO_WALLS),
     ("whipple_srl_three_walls", replace(OF_ALUMINIUM, shield=THREE_WALLS), ""),
-    ("whipple_srl", replace(OF_ALUMINIUM, shield=SHIELD, speed=9e3), "v = 9 km/s is above 8 km/s"),
     ("whipple_reimerdes", replace(OF_ALUMINIUM, shield=SHIELD, obliquity=0.5), "for normal impact"),
 ]
 # The same where the law has no value.
