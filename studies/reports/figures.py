@@ -41,6 +41,7 @@ SYMBOLS = {  # as the field writes them
 
 # Labels of series that have a look of their own.
 SIMULATION, OBSERVED, MISSING = "simulation", "observed", "run without a value"
+FAILED, HELD = "shot: the wall failed", "shot: the wall held"
 ERROR_BAR = "value and error bar"
 LEVEL, MEAN, RUN = "resolution", "mean over offsets", "run at one offset"
 EXTRAPOLATED, TREND = "extrapolated", "curve of the order used"

@@ -2,14 +2,11 @@
 
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
 from service.cli.commands.options import Json
-
-if TYPE_CHECKING:
-    from studies.answers.answer import Answer, LawAnswer, NearShot
 
 app = typer.Typer()
 
@@ -56,7 +53,9 @@ def laws(
     options = locals()
     given = {each: options[each] for each in names if options[each] is not None}
     if at is not None or given:
-        _answer(at, given, out, as_json=as_json)
+        from service.cli.commands.answering import print_answers
+
+        print_answers(at, given, out, as_json=as_json)
         return
     _show(name, as_json, shipped.names(), lambda each: shipped.load(each).describe(), _list_laws, _show_law)
 
@@ -67,77 +66,6 @@ def scenarios(name: Name = None, as_json: Json = False) -> None:
     from studies import scenarios as shipped
 
     _show(name, as_json, shipped.names(), lambda each: shipped.load(each).describe(), _list_scenarios, _show_scenario)
-
-
-def _answer(at: Path | None, given: dict[str, Any], out: Path | None, *, as_json: bool) -> None:
-    """Ask every law about the shots of a file, with what the options change; raises InvalidInput."""
-    from service.cli.console import print_json, say
-    from studies.answers.answer import answers, document
-    from studies.answers.question import read_question
-    from studies.sweeps.document import read_sweep_file
-
-    question = read_question({**(read_sweep_file(at) if at else {}), **given})
-    if out is not None:
-        from studies.answers.cube import netcdf
-
-        out.write_bytes(netcdf(question))
-        say(f"written: {out}")
-        return
-    if as_json:
-        print_json(document(question))
-        return
-    for number, answer in enumerate(answers(question)):
-        if number:
-            say("")
-        _show_answer(answer, [axis.name for axis in question.axes])
-
-
-def _show_answer(answer: "Answer", varied: list[str]) -> None:
-    from service.cli.console import print_table, say
-    from studies.answers.question import ShotParameters
-    from studies.quantities.display import display_of
-    from studies.quantities.parameters import declared
-
-    if varied:
-        units = {name: each.unit for name, each in declared(ShotParameters).items()}
-        say(", ".join(f"{name} {_value({'value': answer.parameters[name], 'unit': units[name]})}" for name in varied))
-    for quantity in answer.quantities:
-        say(quantity.sentence())
-    for quantity in answer.quantities:
-        unit = display_of(quantity.unit)
-        say(f"\n{quantity.title} ({unit.unit})")
-        rows = (
-            (
-                *(each.law.name, _between(each, unit.factor), "yes" if each.in_range else f"no: {each.outside}"),
-                *(each.law.use, each.law.source),
-            )
-            for each in quantity.laws
-            if not each.is_for_another_material
-        )
-        print_table(("law", "value", "in its range", "use", "source"), rows)
-        if others := [each.law.name for each in quantity.laws if each.is_for_another_material]:
-            say(f"for targets of another material: {', '.join(others)}")
-    if answer.shots:
-        say("\nPublished shots, nearest first")
-        print_table(("measured", "value", "source", "confidence", "note"), map(_shot_row, answer.shots))
-    elif answer.target != "shield":
-        say("\nNo published shot of these metals ships.")
-
-
-def _between(each: "LawAnswer", factor: float) -> str:
-    """The value of a law, or its bounds where it has variants; a dash where it has none."""
-    from studies.quantities.display import digits
-
-    low, high = digits(each.low * factor), digits(each.high * factor)
-    return low if low == high else f"{low} to {high}"
-
-
-def _shot_row(near: "NearShot") -> tuple[str, ...]:
-    from studies.quantities.display import printed_alone
-
-    shot = near.shot
-    sizes = [printed_alone(size, "m") for size in shot.bounds or (shot.value,)]
-    return shot.quantity.replace("_", " "), " to ".join(sizes), shot.source, shot.confidence, shot.note
 
 
 def _show(

@@ -13,9 +13,9 @@ from solver.units import Described, KilogramPerCubicMetre, Metre, MetrePerSecond
 from studies import materials
 from studies.laws import Shield, Shot
 from studies.materials import Material
-from studies.observations import cell_of, rows_of
+from studies.observations import TO, cell_of, rows_of
 from studies.quantities.findings import Finding, Findings, refusal
-from studies.quantities.parameters import declared, parse_parameters
+from studies.quantities.parameters import declared, find, parse_parameters, parse_value
 
 Outcome = Literal["perforated", "held"]  # of the wall
 OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
@@ -226,6 +226,30 @@ def filtered(
         if all(low <= getattr(shot, name) <= high for name, (low, high) in within.items())
         and all(getattr(shot, name).startswith(text) for name, text in equal.items())
     )
+
+
+def read_filters(raw: Sequence[str]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
+    """Bounds of numbers and beginnings of texts, as ``filtered`` takes them, of texts like "speed=6 km/s to 7 km/s".
+
+    Raises InvalidInput with every finding.
+    """
+    within, equal, findings = dict[str, tuple[float, float]](), dict[str, str](), Findings()
+    allowed = declared(ShieldShot)
+
+    def read(text: str) -> None:
+        name, _, value = (part.strip() for part in text.partition("="))
+        parameter = find(allowed, name, "where")
+        if parameter.unit is None:
+            equal[name] = value
+            return
+        low, _, high = value.partition(TO)
+        bounds = [parse_value(parameter, each, f"where.{name}") for each in (low, high or low)]
+        within[name] = (float(bounds[0] or 0.0), float(bounds[1] or 0.0))
+
+    for text in raw:
+        findings.attempt(read, text)
+    findings.check()
+    return within, equal
 
 
 def nearest(shot: Shot, shots: Sequence[ShieldShot], count: int) -> tuple[NearShot, ...]:

@@ -45,6 +45,8 @@ STYLES = {
     labels.MEAN: Style(INK, "o", 1),
     labels.RUN: Style(COLOURS[0], "o", 2, is_open=True),
     labels.OBSERVED: Style(CRIMSON, "D", 2, is_open=True),
+    labels.FAILED: Style(CRIMSON, "o", 2),
+    labels.HELD: Style(INK, "o", 3, is_open=True),
     labels.ERROR_BAR: Style(GREY, "s"),
     labels.EXTRAPOLATED: Style(COLOURS[1], "*"),
     labels.TREND: Style(COLOURS[1], "o", dash=":"),
