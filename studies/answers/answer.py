@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any
 
@@ -10,6 +10,8 @@ from studies import laws, observations, scenarios
 from studies.answers.question import Question
 from studies.laws import OTHER_MATERIAL, UNMEASURED, Law, Shot
 from studies.observations import UNKNOWN_ALLOY, Observation
+from studies.observations.shields.answers import ShieldAnswer
+from studies.observations.shields.answers import answer as answer_of_shield
 from studies.quantities.display import digits, display_of
 from studies.sweeps.reading import vocabulary
 
@@ -123,7 +125,8 @@ class Answer:
     parameters: Mapping[str, Any]  # of the shot, SI
     target: str  # "plate", "block" or "shield"
     quantities: tuple[QuantityAnswer, ...]
-    shots: tuple[NearShot, ...]
+    shots: tuple[NearShot, ...]  # on plates and blocks
+    shield: ShieldAnswer | None  # whether it holds, and the shots near it
 
     def describe(self) -> dict[str, Any]:
         """Plain values, SI, for a program."""
@@ -132,11 +135,12 @@ class Answer:
             "parameters": {name: value for name, value in self.parameters.items() if value is not None},
             "quantities": [each.describe() for each in self.quantities],
             "shots": [each.describe() for each in self.shots],
+            "shield": self.shield and {**_without_nan(asdict(self.shield)), "sentence": self.shield.sentence},
         }
 
     def headline(self) -> str:
-        """The first quantity in a sentence of at most twenty words."""
-        return self.quantities[0].sentence()
+        """What comes first, in at most twenty words: whether a shield holds, or the first quantity."""
+        return self.shield.sentence if self.shield else self.quantities[0].sentence()
 
 
 def document(question: Question) -> dict[str, Any]:
@@ -159,7 +163,8 @@ def answers(question: Question) -> Iterator[Answer]:
 
 def answer(shot: Shot, target: str, parameters: Mapping[str, Any]) -> Answer:
     """The answer to one shot."""
-    return Answer(parameters, target, tuple(_quantities(shot, target)), tuple(nearest(shot, target)))
+    of_shield = answer_of_shield(shot) if shot.shield else None
+    return Answer(parameters, target, tuple(_quantities(shot, target)), tuple(nearest(shot, target)), of_shield)
 
 
 def _quantities(shot: Shot, target: str) -> Iterator[QuantityAnswer]:
@@ -223,3 +228,12 @@ def _family(material: Any) -> str:
 
 def _plain(value: float) -> float | None:
     return None if math.isnan(value) else value
+
+
+def _without_nan(value: Any) -> Any:
+    """Plain objects as JSON has them: None in place of NaN."""
+    if isinstance(value, Mapping):
+        return {name: _without_nan(each) for name, each in value.items()}
+    if isinstance(value, list | tuple):
+        return [_without_nan(each) for each in value]
+    return _plain(value) if isinstance(value, float) else value

@@ -12,7 +12,7 @@ from studies.laws import Law, Shot
 from studies.observations.shields.probability import probability
 from studies.observations.shields.shots import ShieldShot, published
 from studies.quantities.units import readable
-from studies.reports.figures import FAILED, HELD, OBSERVED, Figure, Panel, Series
+from studies.reports.figures import CHANCES, EVEN_CHANCE, FAILED, HELD, OBSERVED, THIS, Figure, Panel, Series
 from studies.reports.view import Scale
 
 if TYPE_CHECKING:
@@ -25,8 +25,6 @@ POINTS = 45  # of a curve: every 250 m/s
 # degrees: the root of the summed squares of ln ratios and of the angle in rad.
 LIKE = 0.4
 LOW, EVEN, HIGH = 0.1, 0.5, 0.9  # probabilities of failure that are drawn
-MINE = "mine"
-BAND, MIDDLE = f"{LOW:.0%} to {HIGH:.0%} to fail, from shots", f"{EVEN:.0%} to fail"
 STEPS = 30  # of a bisection between the bounds: to a thousandth of a per cent
 
 
@@ -53,13 +51,13 @@ def picture(shot: Shot, target: str) -> Figure:
         f"Laws that cover this {target} at some speed; dotted outside their range.",
         SPEED,
         Scale("ratio", symbol, "1"),
-        (Panel(_of_target(shot, target), {}, (*drawn, *shots)),),
+        (Panel(of_target(shot, target), {}, (*drawn, *shots)),),
     )
 
 
 def _of_shield(shot: Shot) -> Figure:
     like = like_shields(shot)
-    mine = Series("run", MINE, (shot.speed,), (shot.projectile_diameter,))
+    mine = Series("limit", THIS, (shot.speed,), (shot.projectile_diameter,))
     return Figure(
         "critical_diameter_against_speed",
         "Diameter of the projectile above which the wall fails, against speed",
@@ -69,7 +67,7 @@ def _of_shield(shot: Shot) -> Figure:
         Scale("critical_diameter", "diameter of the projectile", "m"),
         (
             Panel(
-                _of_target(shot, "shield"),
+                of_target(shot, "shield"),
                 {},
                 (
                     *_chances(shot),
@@ -123,7 +121,7 @@ def _asked(quantity: str, shot: Shot) -> list[Law]:
 def _curve(law: Law, shot: Shot, factor: float) -> Series:
     said = [ask(replace(shot, speed=speed))(law) for speed in _speeds()]
     values = tuple(None if math.isnan(each.value) else each.value * factor for each in said)
-    return Series("trend", law.title, _speeds(), values, in_range=tuple(each.in_range for each in said))
+    return Series("curve", law.title, _speeds(), values, in_range=tuple(each.in_range for each in said))
 
 
 def _chances(shot: Shot) -> Iterator[Series]:
@@ -133,8 +131,8 @@ def _chances(shot: Shot) -> Iterator[Series]:
     )
     if any(each is not None for each in even):
         inside = tuple(each is not None for each in even)
-        yield Series("band", BAND, _speeds(), low=tuple(low), high=tuple(high), in_range=inside)
-        yield Series("trend", MIDDLE, _speeds(), tuple(even))
+        yield Series("band", CHANCES, _speeds(), low=tuple(low), high=tuple(high), in_range=inside)
+        yield Series("trend", EVEN_CHANCE, _speeds(), tuple(even))
 
 
 def _diameter(shot: Shot, chance: float) -> float | None:
@@ -157,9 +155,9 @@ def _speeds() -> tuple[float, ...]:
     return tuple(SLOWEST + (FASTEST - SLOWEST) * place / (POINTS - 1) for place in range(POINTS))
 
 
-def _of_target(shot: Shot, target: str) -> str:
+def of_target(shot: Shot, target: str) -> str:
     """What is hit, in a line."""
-    parts = [f"{shot.projectile.name}, {readable(shot.projectile_diameter, 'm')}"]
+    parts = [f"{shot.projectile.name} {readable(shot.projectile_diameter, 'm')}, {readable(shot.speed, 'm s-1')}"]
     if shot.plate_thickness is not None:
         parts.append(f"{shot.target.name} {readable(shot.plate_thickness, 'm')}")
     if shot.shield is not None:
@@ -169,15 +167,15 @@ def _of_target(shot: Shot, target: str) -> str:
     return " | ".join(parts)
 
 
-def draw(shot: Shot, target: str, file: Path) -> Path:
+def draw(figure: Figure, file: Path) -> Path:
     """Draw the picture of an answer into a file, whose ending is its format: svg, png or pdf."""
     from studies.reports.drawing import charts
 
-    return charts.draw(picture(shot, target), file)
+    return charts.draw(figure, file)
 
 
-def drawn_for_page(shot: Shot, target: str) -> "Markup":
+def drawn_for_page(figure: Figure) -> "Markup":
     """The picture as SVG in the widths of a page."""
     from studies.reports.drawing import charts
 
-    return charts.of_page(picture(shot, target), "answer")
+    return charts.of_page(figure, "answer")

@@ -10,8 +10,11 @@ from service.cli.commands.options import Json
 
 if TYPE_CHECKING:
     from studies.answers.answer import Answer, LawAnswer, NearShot
+    from studies.answers.question import Question
 
 app = typer.Typer()
+
+FORMATS = (".html", ".svg", ".png", ".pdf")  # of one answer
 
 
 @app.command()
@@ -88,10 +91,7 @@ def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, a
 
     question = read_question({**(read_sweep_file(at) if at else {}), **given})
     if out is not None:
-        from studies.answers.cube import netcdf
-
-        out.write_bytes(netcdf(question))
-        say(f"written: {out}")
+        say(f"written: {_write(question, out)}")
         return
     if as_json:
         print_json(document(question))
@@ -100,6 +100,32 @@ def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, a
         if number:
             say("")
         _show_answer(answer, [axis.name for axis in question.axes])
+
+
+def _write(question: "Question", out: Path) -> Path:
+    """The answer as a file, by the ending of its name; raises InvalidInput."""
+    from studies.answers.answer import answers
+    from studies.quantities.findings import refusal
+
+    if out.suffix == ".nc":
+        from studies.answers.cube import netcdf
+
+        out.write_bytes(netcdf(question))
+        return out
+    if out.suffix not in FORMATS:
+        raise refusal("--out", str(out), f"a name that ends in .nc, {', '.join(FORMATS)}", "write shield.html")
+    if question.axes:
+        cure = "write laws.nc, or give each parameter one value"
+        raise refusal("--out", str(out), "a page or a picture of one shot", cure)
+    from studies.answers.page import page
+    from studies.answers.picture import draw, picture
+    from studies.quantities.files import write_text
+
+    [answer] = answers(question)
+    shot = question.shot(question.fixed)
+    if out.suffix == ".html":
+        return write_text(out, page(answer, shot))
+    return draw(picture(shot, answer.target), out)
 
 
 def _show_answer(answer: "Answer", varied: list[str]) -> None:
@@ -111,6 +137,10 @@ def _show_answer(answer: "Answer", varied: list[str]) -> None:
     if varied:
         units = {name: each.unit for name, each in declared(ShotParameters).items()}
         say(", ".join(f"{name} {_readable(answer.parameters[name], units[name])}" for name in varied))
+    if answer.shield:
+        say(answer.shield.sentence)
+        for reason in answer.shield.outside:
+            say(f"beyond all shots: {reason}")
     for quantity in answer.quantities:
         say(quantity.sentence())
     for quantity in answer.quantities:

@@ -42,7 +42,9 @@ def laws(
     wall_thickness: Annotated[str | None, _quantity("--wall-thickness", "Thickness of a shield's wall.")] = None,
     wall: Annotated[str | None, typer.Option(metavar="MATERIAL", help="A shield's wall; none: as its bumper.")] = None,
     obliquity: Annotated[str | None, _quantity("--obliquity", "Angle from the target's normal: 45 deg.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Write the answer as a dataset: laws.nc.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the answer: .html, .svg, .png or .pdf, or laws.nc of many shots.")
+    ] = None,
     as_json: Json = False,
 ) -> None:
     """List the published laws, show one, or ask all of them about a shot: --at FILE, or --speed, --projectile, ..."""
