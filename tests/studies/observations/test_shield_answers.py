@@ -33,6 +33,7 @@ ALUMINIUM = materials.load("al-6061-t6")
 # Of Fig. 4-4 of NASA/TM-2009-214785, hit by a sphere of 5 mm at 7 km/s.
 SHOT = Shot(7e3, 5e-3, 1.2e-3, ALUMINIUM, ALUMINIUM, shield=Shield(1.2e-3, 3.2e-3, 0.1, 276e6))
 MOST_BRIER, MOST_APART, HELD = 0.16, 0.1, (0.90, 0.99)
+MISSED = {"whipple_nno"}  # alone it does not reach the Brier score that is aimed at: docs/shields.md
 MOST_WORDS, MOST_SECONDS = 20, 0.05
 
 
@@ -90,7 +91,11 @@ def test_probability__is_calibrated_on_laboratories_left_out(
     """The probability that a wall fails is calibrated on shots of laboratories that its curves have not seen."""
     compared(at_most("Brier score", limit=MOST_BRIER, got=brier(predicted)))
     for name in predicted.logits:
-        compared(absolute(f"Brier score of {name} alone (0.16 aimed at)", expected=0.0, got=brier(predicted, name)))
+        score = brier(predicted, name)
+        if name in MISSED:
+            compared(absolute(f"Brier score of {name} alone (0.16 aimed at)", expected=0.0, got=score))
+        else:
+            compared(at_most(f"Brier score of {name} alone", limit=MOST_BRIER, got=score))
     bins = reliability(predicted)
     compared(at_least("shots in each of ten bins of equal number", limit=20, got=min(shots for shots, *_ in bins)))
     apart = [said - share for _, said, share in bins]
