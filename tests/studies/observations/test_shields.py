@@ -207,7 +207,7 @@ def critical_diameters() -> dict[str, np.ndarray]:
     bare = np.cos(np.radians(theta))
 
     def joined(low: np.ndarray, high: np.ndarray, slow: Callable[..., Any], fast: Callable[..., Any]) -> np.ndarray:
-        share = np.clip((v - low) / (high - low), 0.0, 1.0)
+        share = np.clip((v - low) / np.maximum(high - low, 1e-9), 0.0, 1.0)
         return (1.0 - share) * slow(np.minimum(v, low)) + share * fast(np.maximum(v, high))
 
     def nno_slow(u: np.ndarray) -> np.ndarray:
@@ -235,7 +235,34 @@ def critical_diameters() -> dict[str, np.ndarray]:
         wall = 1.155 * S ** (1 / 3) * tw ** (2 / 3) * (sigma / 70) ** (1 / 3)
         return wall / (0.4 ** (2 / 3) * rho ** (1 / 3) * rho_b ** (1 / 9) * u ** (2 / 3) * bare**delta)
 
+    def thin(r: Callable[[np.ndarray], np.ndarray], thick: np.ndarray) -> np.ndarray:
+        """d F^(2/3) = thick, by bisection."""
+        low, high = 1e-6 * thick, thick
+        for _ in range(60):
+            d = 0.5 * (low + high)
+            x = np.minimum(1.0, tb / d / np.where(S / d >= 30.0, 0.20, 0.25))
+            factor = r(d) - 2.0 * x * (r(d) - 1.0) + x**2 * (r(d) - 1.0)
+            above = d * factor ** (2 / 3) > thick
+            low, high = np.where(above, low, d), np.where(above, d, high)
+        return high
+
+    def walls(d: np.ndarray) -> np.ndarray:
+        bare = 0.6 * d ** (19 / 18) * cos ** (5 / 3) * rho**0.5 * (7.0 / cos) ** (2 / 3) / (sigma / 40) ** 0.5
+        mass = np.pi / 6 * d**3 * rho
+        return bare / (0.16 * d**0.5 * (rho * rho_b) ** (1 / 6) * mass ** (1 / 3) * 7.0 * (70 / sigma / S) ** 0.5)
+
+    def shatter() -> np.ndarray:
+        """The normal speed at which a sphere on the slow limb breaks, by bisection."""
+        low, high = np.full_like(v, 0.5), np.full_like(v, 7.0)
+        for _ in range(60):
+            u = 0.5 * (low + high)
+            thickness = tb / nno_slow(u / cos)
+            above = u > np.where(thickness >= 0.16, 2.6, 1.436 * thickness ** (-1 / 3))
+            low, high = np.where(above, low, u), np.where(above, u, high)
+        return high
+
     return {
+        "whipple_jsc": joined(shatter() / cos, 7.0 / cos, nno_slow, lambda u: thin(walls, nno_fast(u))),
         "whipple_nno": joined(3.0 / cos, 7.0 / cos, nno_slow, nno_fast),
         "whipple_nno_modified": joined(3.0 / cos**1.5, 7.0 / cos, modified_slow, modified_fast),
         "whipple_srl": joined(3.0 / bare, 7.0 / bare, srl_slow, srl_fast),
