@@ -4,3 +4,7 @@
 each of its shots, and finds the published shots nearest to one; ``cube`` has the same numbers as a dataset. The
 service, the command line (``whipple laws --at``) and ``whipple.laws`` ask here, and none of them loads the solver.
 """
+
+from importlib.resources import files
+
+EXAMPLE = files(__package__).joinpath("shield.yaml")  # a question that ships, which ``make demo`` asks first

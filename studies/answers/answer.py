@@ -13,6 +13,7 @@ from studies.observations import UNKNOWN_ALLOY, Observation
 from studies.observations.shields.answers import ShieldAnswer
 from studies.observations.shields.answers import answer as answer_of_shield
 from studies.quantities.display import digits, display_of
+from studies.quantities.units import readable
 from studies.sweeps.reading import vocabulary
 
 # What laws predict of each kind of target. A shield's bumper is a plate.
@@ -189,6 +190,18 @@ def ask(shot: Shot) -> Callable[[Law], LawAnswer]:
 
 def _rank(each: LawAnswer) -> tuple[bool, bool, bool, str]:
     return math.isnan(each.value), not each.in_range, each.law.use != "verdict", each.law.name
+
+
+def of_target(shot: Shot, target: str) -> str:
+    """What is hit, in a line."""
+    parts = [f"{shot.projectile.name} {readable(shot.projectile_diameter, 'm')}, {readable(shot.speed, 'm s-1')}"]
+    if shot.plate_thickness is not None:
+        parts.append(f"{shot.target.name} {readable(shot.plate_thickness, 'm')}")
+    if shot.shield is not None:
+        parts += [readable(shot.shield.stand_off, "m"), f"wall {readable(shot.shield.wall_thickness, 'm')}"]
+    if shot.obliquity:
+        parts.append(readable(shot.obliquity, "rad"))
+    return " | ".join(parts)
 
 
 # --- published shots --------------------------------------------------------------------------------

@@ -7,8 +7,8 @@ from typing import Any
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 
 from studies import laws
-from studies.answers.answer import Answer
-from studies.answers.picture import drawn_for_page, of_target, picture
+from studies.answers.answer import Answer, of_target
+from studies.answers.picture import drawn_for_page, picture
 from studies.laws import Shot
 from studies.observations.shields.shots import citation
 from studies.quantities.display import NONE, digits, display_of, printed_alone

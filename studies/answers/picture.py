@@ -7,11 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studies import laws
-from studies.answers.answer import ask, nearest
+from studies.answers.answer import ask, nearest, of_target
 from studies.laws import Law, Shot
 from studies.observations.shields.probability import probability
 from studies.observations.shields.shots import ShieldShot, published
-from studies.quantities.units import readable
 from studies.reports.figures import CHANCES, EVEN_CHANCE, FAILED, HELD, OBSERVED, THIS, Figure, Panel, Series
 from studies.reports.view import Scale
 
@@ -25,7 +24,7 @@ POINTS = 45  # of a curve: every 250 m/s
 # degrees: the root of the summed squares of ln ratios and of the angle in rad.
 LIKE = 0.4
 LOW, EVEN, HIGH = 0.1, 0.5, 0.9  # probabilities of failure that are drawn
-STEPS = 30  # of a bisection between the bounds: to a thousandth of a per cent
+STEPS = 16  # of a bisection between the bounds: to a ten thousandth
 
 
 def picture(shot: Shot, target: str) -> Figure:
@@ -153,18 +152,6 @@ def _diameter(shot: Shot, chance: float) -> float | None:
 
 def _speeds() -> tuple[float, ...]:
     return tuple(SLOWEST + (FASTEST - SLOWEST) * place / (POINTS - 1) for place in range(POINTS))
-
-
-def of_target(shot: Shot, target: str) -> str:
-    """What is hit, in a line."""
-    parts = [f"{shot.projectile.name} {readable(shot.projectile_diameter, 'm')}, {readable(shot.speed, 'm s-1')}"]
-    if shot.plate_thickness is not None:
-        parts.append(f"{shot.target.name} {readable(shot.plate_thickness, 'm')}")
-    if shot.shield is not None:
-        parts += [readable(shot.shield.stand_off, "m"), f"wall {readable(shot.shield.wall_thickness, 'm')}"]
-    if shot.obliquity:
-        parts.append(readable(shot.obliquity, "rad"))
-    return " | ".join(parts)
 
 
 def draw(figure: Figure, file: Path) -> Path:

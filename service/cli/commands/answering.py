@@ -128,6 +128,20 @@ def _write(question: "Question", out: Path) -> Path:
     return draw(picture(shot, answer.target), out)
 
 
+def print_example(page_file: Path) -> None:
+    """Print what laws and shots say about the shield that ships, and write its page."""
+    from service.cli.console import say
+    from studies.answers import EXAMPLE
+    from studies.answers.answer import answers, of_target
+    from studies.answers.question import read_question
+    from studies.sweeps.document import read_yaml
+
+    question = read_question(read_yaml(EXAMPLE.read_text(encoding="utf-8"), EXAMPLE.name))
+    [answer] = answers(question)
+    say(f"{of_target(question.shot(question.fixed), answer.target)}: {answer.headline()}", flush=True)
+    _write(question, page_file)
+
+
 def _show_answer(answer: "Answer", varied: list[str]) -> None:
     from service.cli.console import print_table, say
     from studies.answers.question import ShotParameters
