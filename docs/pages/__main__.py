@@ -4,9 +4,12 @@ import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
-from docs.pages import DOCS, accuracy, laws, measurements, shots, validation
+from docs.pages import DOCS, accuracy, laws, measurements, shields, shots, validation
 
-PAGES = {"accuracy": accuracy, "laws": laws, "measurements": measurements, "shots": shots, "validation": validation}
+PAGES = {
+    **{"accuracy": accuracy, "laws": laws, "measurements": measurements},
+    **{"shields": shields, "shots": shots, "validation": validation},
+}
 COMPUTED = {"accuracy": accuracy, "shots": shots, "validation": validation}
 
 

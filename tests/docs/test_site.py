@@ -7,12 +7,15 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from docs.pages import DOCS, accuracy, laws, measurements, shots, validation
+from docs.pages import DOCS, accuracy, laws, measurements, shields, shots, validation
 from docs.pages import site as hook
 from studies import measurements as measured
 
 ROOT = DOCS.parent
-MADE = {"accuracy": accuracy, "laws": laws, "measurements": measurements, "shots": shots, "validation": validation}
+MADE = {
+    **{"accuracy": accuracy, "laws": laws, "measurements": measurements},
+    **{"shields": shields, "shots": shots, "validation": validation},
+}
 LOADED = re.compile(r"""(?:src|href)=["'](https?:)?//""")  # of scripts, styles and pictures
 PATH = re.compile(r"`((?:solver|studies|service|tests|docs)/[\w/.-]+)`")
 
