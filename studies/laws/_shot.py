@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from solver.units import Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
-from studies.materials import Material
+from studies.materials import Material, load
 
 
 @dataclass(frozen=True)
@@ -77,13 +77,14 @@ def shot_of(run: Any) -> Shot:
     return shot_from(run.parameters, materials)
 
 
-def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material]) -> Shot:
-    """The shot of a scenario's parameters (SI) and its materials by role.
+def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material] | None = None) -> Shot:
+    """The shot of a scenario's parameters (SI) and its materials by role; by default those that ship, by their names.
 
     KeyError where speed, projectile_diameter, projectile, target or a cylinder's length are missing
     or None.
     """
     values = {name: value for name, value in parameters.items() if value is not None}
+    materials = materials or {role: load(values[role]) for role in ("projectile", "target")}
     return Shot(
         speed=values["speed"],
         projectile_diameter=_equivalent_diameter(values),

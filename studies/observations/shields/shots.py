@@ -17,8 +17,8 @@ from studies.observations import TO, cell_of, rows_of
 from studies.quantities.findings import Finding, Findings, refusal
 from studies.quantities.parameters import declared, find, parse_parameters, parse_value
 
-Outcome = Literal["perforated", "held"]  # of the wall
-OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
+WallOutcome = Literal["perforated", "held"]  # of the wall
+OUTCOMES: tuple[WallOutcome, ...] = get_args(WallOutcome)
 PATH = "shots"
 FASTEST = 20e3  # m/s: no gun launches spheres faster
 STEEPEST = math.radians(90.0)
@@ -47,7 +47,7 @@ class ShieldShot:
     wall_density: Annotated[KilogramPerCubicMetre, Described("density of the wall")]
     wall_yield_stress: Annotated[Pascal, Described("yield stress of the wall")]
     wall_thickness: Annotated[Metre, Described("thickness of the wall")]
-    outcome: Outcome
+    outcome: WallOutcome
     source: str = "own"  # a key of sources.csv, or what the user's table says
     shot: str = ""  # its number in the source
     projectile_material: str = ""
@@ -159,7 +159,7 @@ def _read(row: Mapping[str, Any], where: str) -> ShieldShot:
             cells[pair[0]] = pair[1]
     findings.check()
     texts = {name: str(cells[name]) for name in ("source", "shot") if name in cells}  # numbers of shots are names
-    values: dict[str, Any] = parse_parameters(ShieldShot, {**cells, **texts}, where)
+    values: dict[str, Any] = parse_parameters(ShieldShot, cells | texts, where)
     return ShieldShot(**values)
 
 

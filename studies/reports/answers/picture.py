@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studies import laws
-from studies.answers.answer import ask, nearest, of_target
 from studies.laws import Law, Shot
 from studies.observations.shields.probability import probability
 from studies.observations.shields.shots import ShieldShot, published
+from studies.reports.answers.answer import ask, nearest, of_target
 from studies.reports.figures import CHANCES, EVEN_CHANCE, FAILED, HELD, OBSERVED, THIS, Figure, Panel, Series
 from studies.reports.view import Scale
 
