@@ -18,13 +18,13 @@ from studies.observations.shields.probability import (
     PRIOR,
     compute,
     curves,
-    diameter_at,
+    diameters_at,
     fit,
     fitted,
     probability,
     terms,
 )
-from studies.observations.shields.shots import NEAR, ShieldShot, published
+from studies.observations.shields.shots import NEAR, ShieldShot, distances, published
 from studies.observations.shields.validation import MEAN, Predicted, brier, coverage, predict, reliability
 from studies.quantities.findings import InvalidInput
 from tests.rows import Row, absolute, at_least, at_most, equal
@@ -154,7 +154,7 @@ def test_answer__says_the_probability_the_equations_and_the_shots_near() -> None
     assert got.probability is not None
     assert got.probability.low < got.probability.value < got.probability.high
     assert got.outside == ()
-    assert got.near == sum(1 for each in answer(SHOT).nearest if each.distance <= NEAR) or got.near > 10
+    assert got.near == sum(distance <= NEAR for distance in distances(SHOT, SHOTS)) > len(got.nearest)
     assert {judged.where for judged in got.judged} == {"near"}
     assert all(word.says == ("fails" if word.critical_diameter < 5e-3 else "holds") for word in got.words)
     begin, middle, end = got.sentence.split("; ")
@@ -176,12 +176,13 @@ def test_answer__is_the_mean_of_the_curves_that_cover_the_shot() -> None:
         assert got.value == pytest.approx(np.mean(chances))
 
 
-def test_diameter_at__has_that_chance() -> None:
-    for chance in (0.1, 0.5, 0.9):
-        got = probability(replace(SHOT, projectile_diameter=diameter_at(SHOT, chance)))
+def test_diameters_at__have_these_chances() -> None:
+    chances = (0.1, 0.5, 0.9)
+    for chance, diameter in zip(chances, diameters_at(SHOT, chances), strict=True):
+        got = probability(replace(SHOT, projectile_diameter=diameter))
         assert got is not None
         assert got.value == pytest.approx(chance, abs=1e-6)
-    assert math.isnan(diameter_at(replace(SHOT, shield=None), 0.5))
+    assert math.isnan(*diameters_at(replace(SHOT, shield=None), [0.5]))
 
 
 @pytest.mark.parametrize(
