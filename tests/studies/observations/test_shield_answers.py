@@ -91,7 +91,7 @@ def test_curves__rise_with_the_margin_in_every_range() -> None:
 def test_probability__is_calibrated_on_laboratories_left_out(
     predicted: Predicted, compared: Callable[..., None]
 ) -> None:
-    """P that a wall fails, on laboratories left out: Brier score and intervals as aimed at, one bin of ten and NNO not."""
+    """P that a wall fails, on laboratories left out: Brier score and intervals as aimed at; one bin and NNO miss it."""
     compared(at_most("Brier score", limit=MOST_BRIER, got=brier(predicted)))
     for name in predicted.logits:
         score = brier(predicted, name)
