@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 from solver.units import Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
@@ -69,6 +70,12 @@ class Shot:
         if self.plate_thickness is None:
             return math.nan
         return self.plate_thickness / self.projectile_diameter
+
+
+@lru_cache(maxsize=256)
+def aluminium(density: float, name: str = "") -> Material:
+    """Aluminium of a density, kg/m3: equations of shields read no other constant of projectile and bumper."""
+    return replace(load("al-6061-t6"), name=name or "aluminium", density=density)
 
 
 def shot_of(run: Any) -> Shot:
