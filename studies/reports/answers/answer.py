@@ -18,7 +18,13 @@ from studies.sweeps.reading import vocabulary
 
 # What laws predict of each kind of target. A shield's bumper is a plate.
 QUANTITIES: Mapping[str, tuple[str, ...]] = {
-    "plate": ("hole_diameter", "perforation_thickness", "detached_spall_thickness", "spall_thickness"),
+    "plate": (
+        "hole_diameter",
+        "plate_critical_diameter",
+        "perforation_thickness",
+        "detached_spall_thickness",
+        "spall_thickness",
+    ),
     "block": ("crater_depth", "crater_diameter", "crater_volume", "perforation_thickness", "spall_thickness"),
     "shield": ("critical_diameter", "hole_diameter"),
 }
