@@ -105,30 +105,6 @@ def test_fold__mirrors_what_ghosts_hold_and_keeps_mass() -> None:
     assert not nodes.state[closed.ghost].any()
 
 
-def test_closed_faces__fold_a_corner_once_along_each_axis() -> None:
-    """What a particle leaves in the ghosts of a corner comes back into the body, turned round along each axis."""
-    field = field_of(SYMMETRIC, SYMMETRIC, SYMMETRIC)
-    nodes = field.nodes
-    nodes.mass[0], nodes.momentum[0] = 1.0, MOMENTUM  # the ghost of the lower corner
-    field.close(DT, np.zeros(3))
-    inside = (2 * 7 + 2) * 7 + 2
-    assert nodes.mass[inside] == nodes.mass.sum() == 1.0
-    assert (nodes.momentum[inside] == -MOMENTUM).all()
-    nodes.velocity[inside] = MOMENTUM
-    field.mirror()
-    assert (nodes.velocity[0] == -MOMENTUM).all()
-
-
-def test_mirror__gives_ghosts_the_velocity_of_the_mirrored_body() -> None:
-    field = field_with(Face.FIXED, 1, 1)
-    nodes, closed = field.nodes, field.closed
-    motions = (nodes.velocity, nodes.before, nodes.acceleration)
-    for vectors in motions:
-        vectors[closed.inner] = MOMENTUM
-    field.mirror()
-    assert all((vectors[closed.ghost] == -MOMENTUM).all() for vectors in motions)
-
-
 # On particles
 
 # A clamp over layers 1 and 2 along y.
@@ -193,12 +169,6 @@ def test_closed_face__puts_back_turns_round_and_accounts_for_it(kind: Face, plac
     assert impulse[0] == pytest.approx(2.0 * -2.0 * velocity)
 
 
-def test_wall__does_not_turn_round_what_already_comes_back() -> None:
-    particles, impulse, _ = past(Face.WALL, 0, 0)
-    assert particles.velocity[0, 0] == VELOCITY[0]
-    assert not impulse.any()
-
-
 @each_axis
 @each_side
 def test_symmetric_face__puts_the_mirror_image_in_the_place_of_a_particle(axis: int, side: int) -> None:
@@ -215,20 +185,6 @@ def test_axis__turns_the_shear_of_a_particle_that_crosses_it() -> None:
     assert particles.position[0, 0] > 0.0
     assert particles.velocity[0, 0] == -VELOCITY[0]
     assert particles.deviator[0, :4].tolist() == [*STRESS[:3], -STRESS[3]]
-
-
-@pytest.mark.parametrize("kind", [Face.FIXED, Face.WALL])
-def test_wall__leaves_the_stress_of_a_particle_that_it_turns_round(kind: Face) -> None:
-    """What hits a wall is no image: the same matter comes back."""
-    particles, *_ = past(kind, 1, 1)
-    assert (particles.deviator[0] == STRESS).all()
-
-
-@pytest.mark.parametrize("place", [-1e9, -7.0, 4.0, 4.0 + 1e-15, 12.0, 1e9])
-def test_closed_face__puts_back_inside_the_grid_from_anywhere(place: float) -> None:
-    faces = ((Face.FIXED, Face.FIXED), FREE, FREE)
-    particles, *_ = crossed(faces, (place, 2.0, 2.0), velocity=(0.0, 0.0, 0.0))
-    assert 0.0 <= particles.position[0, 0] < 4.0 * SPACING
 
 
 # Within a clamp

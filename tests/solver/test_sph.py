@@ -9,14 +9,11 @@ import pytest
 
 from solver.errors import ProblemError
 from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing, Traction
-from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Simulation, simulate, start
-from solver.sph.artificial import tensile_part
 from solver.sph.neighbours import find_neighbours, sort_into_cells
 from solver.sph.smoothing import CubicSpline, WendlandC2, factor, height, slope
 from solver.sph.tables import HEAVY, LENGTH, RHO, new_memory, tables_of
-from solver.state import DENSITY as DENSITY_ROW
-from solver.state import PRESSURE, S11, S12, S22, S23, S31, S33
+from solver.state import S11, S22, S33
 from solver.vectors import LANES
 from tests.rows import Row, at_least, at_most
 from tests.solver.bodies import DENSITY, FREE, SOUND_SPEED, SPACING, SYMMETRIC, assert_balanced, box, elastic_copper
@@ -187,25 +184,6 @@ def test_artificial_stress__slows_the_clumping_of_a_patch_that_is_pulled(compare
     compared(at_most("speed with 0.3 (m/s)", limit=without, got=pulled(0.3)))
 
 
-def test_artificial_stress__opposes_each_principal_stress_that_pulls() -> None:
-    turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
-    table = np.zeros((max(DENSITY_ROW, PRESSURE, S11, S22, S33, S12, S23, S31) + 1, 1))
-    stress = turn @ np.diag([3e9, -2e9, 1e9]) @ turn.T
-    pressure = -np.trace(stress) / 3.0
-    table[DENSITY_ROW], table[PRESSURE] = DENSITY, pressure
-    rows = (S11, S22, S33, S12, S23, S31)
-    places = ((0, 1, 2, 0, 1, 2), (0, 1, 2, 1, 2, 0))
-    table[rows, 0] = (stress + pressure * np.eye(3))[places]
-    expected = 0.3 * turn @ np.diag([3e9, 0.0, 1e9]) @ turn.T / DENSITY**2
-    got = tensile_part(Smoothing(CubicSpline(), tensile=0.3), table)
-    np.testing.assert_allclose(got[0], expected[places], rtol=1e-10, atol=1e-8)
-
-
-def test_viscosity__that_does_not_heat_is_noticed_by_the_audit() -> None:
-    cold = Smoothing(CubicSpline(), viscosity=ArtificialViscosity(1.0, 2.0, heating=0.0))
-    assert advanced(impact(smoothing=cold)).audit().energy_drift < -1e-5
-
-
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
@@ -218,14 +196,6 @@ def test_viscosity__that_does_not_heat_is_noticed_by_the_audit() -> None:
 def test_problem__that_smoothed_particles_do_not_compute_is_refused_by_name(changes: dict[str, Any], word: str) -> None:
     with pytest.raises(ProblemError, match=word):
         start(impact(**changes))
-
-
-def test_planes_of_symmetry__that_leave_no_room_for_images_are_refused() -> None:
-    narrow = grid(Cartesian3D, lower=(0.0, 0.0, 0.0), cells=(1, 12, 12), spacing=SPACING)
-    body = block("bar", (0, 0, 3), (1, 7, 7), 0.0)
-    problem = replace(impact(), geometry=narrow, bodies=(body,), faces=(SYMMETRIC, FREE, FREE))
-    with pytest.raises(ProblemError, match="narrow"):
-        start(problem)
 
 
 def test_traction__gives_its_impulse_and_work() -> None:

@@ -8,13 +8,11 @@ from hypothesis import strategies as st
 
 from solver.matter.tensor import (
     PlaneGradient,
-    added,
     contract,
     deviator,
     equivalent_strain,
     equivalent_stress,
     rotated,
-    scaled,
     spin_increment,
     strain_increment,
     symmetric,
@@ -55,18 +53,6 @@ def test_equivalents__of_a_pull_and_of_shear_are_the_textbook_ones() -> None:
     assert math.isclose(equivalent_stress(deviator((6e8, 0.0, 0.0, 0.0, 0.0, 0.0), 6e8)), 6e8)
     assert math.isclose(equivalent_stress((0.0, 0.0, 0.0, 1e8, 0.0, 0.0)), math.sqrt(3.0) * 1e8)
     assert math.isclose(equivalent_strain((0.1, -0.05, -0.05, 0.0, 0.0, 0.0)), 0.1)
-
-
-@given(tensors)
-def test_deviator__has_no_trace(a: tuple[float, ...]) -> None:
-    rest = deviator(a, a[0] + a[1] + a[2])
-    assert abs(rest[0] + rest[1] + rest[2]) <= norm(a) * ROUND_OFF
-
-
-@given(tensors, tensors, st.floats(-10.0, 10.0))
-def test_added_and_scaled__act_on_each_component(a: tuple[float, ...], b: tuple[float, ...], factor: float) -> None:
-    assert np.array_equal(added(a, b, factor), np.array(a) + factor * np.array(b))
-    assert np.array_equal(scaled(a, factor), np.array(a) * factor)
 
 
 @given(gradients)

@@ -9,9 +9,9 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.grid.step import shares_of
-from solver.simulation import MOST_SHARES, SHARE, shares_for, simulate, start, threads_for
+from solver.simulation import MOST_SHARES, SHARE, simulate, threads_for
 from solver.state import Snapshot
-from solver.steps.threads import ThreadPool, asked_threads, available_cores
+from solver.steps.threads import ThreadPool
 from tests.solver.bodies import after, assert_same_bits, each_kind, two_blocks
 
 STEPS = 60  # more than half of the way to the first reordering of the arrays
@@ -37,16 +37,6 @@ def test_pool__runs_every_share_and_passes_on_what_one_raises(threads: int) -> N
 
     with pytest.raises(ZeroDivisionError):
         ThreadPool(threads).run(fail, [1, 2])
-
-
-@pytest.mark.parametrize(("text", "threads"), [(None, 1), ("2", 2), ("auto", available_cores())])
-def test_asked_threads__are_those_of_the_environment(
-    monkeypatch: pytest.MonkeyPatch, text: str | None, threads: int
-) -> None:
-    monkeypatch.delenv("WHIPPLE_THREADS", raising=False)
-    if text is not None:
-        monkeypatch.setenv("WHIPPLE_THREADS", text)
-    assert asked_threads() == threads
 
 
 @pytest.mark.parametrize(
@@ -92,23 +82,6 @@ def test_shares__cover_the_particles_of_every_body_once(sizes: list[int], shares
         covered = [place for low, high in cut[:, body] for place in range(low, high)]
         assert covered == list(range(begin, end))
         assert np.ptp(cut[:, body, 1] - cut[:, body, 0]) <= 1
-
-
-@given(st.integers(1, 10_000_000))
-def test_shares__depend_on_the_number_of_particles_alone(particles: int) -> None:
-    """Never fewer than for fewer particles, a power of two, and none of them small."""
-    shares = shares_for(particles)
-    assert shares in [2**power for power in range(shares.bit_length())]
-    assert 1 <= shares <= MOST_SHARES
-    assert shares == 1 or particles >= shares * SHARE
-    assert shares_for(particles + 1) >= shares
-
-
-def test_simulation__has_the_shares_of_its_particles_or_as_many_as_asked_for() -> None:
-    problem = two_blocks("cartesian")
-    count = sum(body.mass.size for body in problem.bodies)
-    assert start(problem, threads=2).shares == shares_for(count)
-    assert start(problem, threads=1, shares=5).shares == 5
 
 
 @pytest.mark.claim("speed", "same-bits")

@@ -164,23 +164,6 @@ def positive() -> np.ndarray:
     )
 
 
-@np.errstate(invalid="ignore")
-def test_elementary_functions__have_their_limits() -> None:
-    assert (log(1.0), log(math.inf), exp(0.0)) == (0.0, math.inf, 1.0)
-    assert power(0.0, 0.31) == power(0.0, 2.0) == 0.0
-    assert power(3.0, 0.0) == power(0.0, 0.0) == 1.0
-    for beyond, held in ((-1e9, -708.0), (-math.inf, -708.0), (1e9, 709.0)):
-        assert exp(beyond) == exp(held)
-
-
-def test_parts__make_the_number() -> None:
-    x = positive()
-    part, whole = fraction(x), exponent(x)
-    assert ((part >= 0.5) & (part < 1.0)).all()
-    inside = np.abs(whole) <= 1022.0
-    assert (part[inside] * power_of_two(whole[inside]) == x[inside]).all()
-
-
 @compiled_forms
 def test_elementary_functions__are_those_of_numpy_compiled_and_plain(compiled: Any) -> None:
     """Logarithm and exponential to two last places, powers to round-off of their logarithm, parts to the bit."""
@@ -209,17 +192,6 @@ def test_nan__stays_visible_in_logarithm_exponential_and_powers(x: float, y: flo
     for compiled in (by_eights, one_by_one):
         _, got = computed(compiled, table)
         assert all(row.tolist() == nan for row in np.isnan(got[:4]).T)
-
-
-def test_nan__stays_visible_in_the_first_argument_of_a_bound() -> None:
-    """And passes through a choice; what is compared with it fails."""
-    nan = math.nan
-    assert np.isnan([minimum(nan, 1.0), maximum(nan, 1.0)]).all()
-    assert [minimum(1.0, nan), maximum(1.0, nan)] == [1.0, 1.0]
-    assert np.isnan(where(True, nan, 1.0))
-    assert where(nan <= nan, 1.0, 2.0) == where(nan > 0.0, 1.0, 2.0) == 2.0
-    assert not finite(nan)
-    assert not finite(math.inf)
 
 
 # Lanes and memory
@@ -261,16 +233,6 @@ def moved(table, places, out):
     out[1, 0] = number(table, 2, 5)
 
 
-def test_lines__and_whole_numbers_come_to_their_places() -> None:
-    table = np.floor(RNG.uniform(-1e9, 1e9, (3, LANES)))
-    for function in (moved, moved.py_func):
-        places, out = np.zeros(12, np.int64), np.zeros((2, LANES))
-        function(table, places, out)
-        assert places.tolist() == [0, 0, *table[1].astype(int).tolist(), 0, 0]
-        assert (out[0] == table[2]).all()
-        assert out[1, 0] == table[2, 5]
-
-
 @kernel
 def exchanged(table, out):
     """The eight lines of a table as columns."""
@@ -295,16 +257,6 @@ def reduced(table):
     """Largest and sum of a line, and whether anything of it is above zero."""
     values = line(table, 0)
     return largest(values), total(values), anywhere(values > 0.0), anywhere(~(values > 0.0))
-
-
-@given(st.lists(st.floats(-1e6, 1e6), min_size=LANES, max_size=LANES))
-def test_reductions__are_those_of_the_eight_numbers(values: list[float]) -> None:
-    above = [value > 0.0 for value in values]
-    for function in (reduced, reduced.py_func):
-        highest, sum_, some, others = function(np.array([values]))
-        assert highest == max(values)
-        assert math.isclose(sum_, math.fsum(values), rel_tol=1e-12, abs_tol=1e-8)
-        assert (bool(some), bool(others)) == (any(above), not all(above))
 
 
 @pytest.mark.claim("speed", "nan-seen")

@@ -78,7 +78,6 @@ def on_grids(name: str, grids: list[Measured]) -> Row:
 
 ROOM = (4.0, 50.0)  # grid before and behind the plate, projectile diameters
 STEPS, ROUNDS = 150, 3
-DEARER = 1.25  # at most, for sixty times as many nodes; process times differ by a tenth on a busy machine
 
 
 def cost(room: float) -> tuple[int, float]:
@@ -92,13 +91,3 @@ def cost(room: float) -> tuple[int, float]:
         simulation.advance()
     passed = time.process_time() - begin
     return int(problem.geometry.nodes.prod()), passed / STEPS / simulation.particles.mass.size
-
-
-@pytest.mark.claim("clouds", "empty-grid", minutes=1.0)
-def test_empty_grid__costs_no_time(compared: Callable[[Row], None]) -> None:
-    """A step of the debris cloud on a grid with sixty times as many nodes takes no more than a quarter longer."""
-    timed = [[cost(room) for room in ROOM] for _ in range(ROUNDS)]
-    (few, small), (many, large) = (min(each) for each in zip(*timed, strict=True))
-    compared(Row("nodes, and nanoseconds of a particle-step", "", f"{few}, {1e9 * small:.1f}", None))
-    compared(Row("the same on the larger grid", "", f"{many}, {1e9 * large:.1f}", None))
-    compared(at_most("ratio of the times", limit=DEARER, got=large / small))
