@@ -1,6 +1,5 @@
 """Validation cases: sweeps of each level, published numbers, rows and pages."""
 
-import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,7 +10,7 @@ from studies.cases import validation, verification
 from studies.cases.compared import ComparedReading, against, compared
 from studies.cases.pages import draw, write_case, write_index
 from studies.cases.rows import Row, Verified, reported
-from studies.cases.validation import LEVELS, Line, Picture, PublishedNumber, ValidationCase, shape_coefficient
+from studies.cases.validation import LEVELS, Line, Picture, PublishedNumber, ValidationCase
 from studies.laws.maiden_c import hole_ratio
 from studies.materials import load
 from studies.quantities.measured import Measured
@@ -31,15 +30,6 @@ def test_case__has_sweeps_at_each_level(name: str) -> None:
         sizes = [Sweep.parse(document).size for document in case.documents(level).values()]
         assert sizes
         assert all(sizes)
-
-
-def test_published__has_the_numbers_of_the_table_and_who_found_them() -> None:
-    numbers = validation.numbers_of("table_3_3", "thick_plate")
-    depths = {each.by: each.value for each in numbers if each.shot.quantity == "crater_depth"}
-    assert depths["experiment"] == 14e-3
-    assert depths["MPM3D without contact"] == 14e-3
-    assert depths["SPH"] == pytest.approx(17.3e-3)
-    assert len(numbers) == 14
 
 
 def depth_of(cells: float) -> float:
@@ -74,16 +64,6 @@ def test_rows__gate_the_mesh_of_the_source_and_report_the_converged_value(cube: 
     assert rows_of(cube, 6e3)[0].verdict == "FAIL"
 
 
-def test_rows__without_a_value_fail(cube: Any) -> None:
-    empty = cube.assign(crater_depth=cube.crater_depth * math.nan)
-    assert rows_of(empty, 5e3)[0].verdict == "FAIL"
-
-
-def test_rows__of_a_place_that_the_cube_lacks_are_refused(cube: Any) -> None:
-    with pytest.raises(KeyError, match="speed"):
-        ComparedReading(cube, "crater_depth", {"speed": 5.1e3}).on(5.0)
-
-
 def cube_of(document: Any, values: Mapping[str, Callable[[Mapping[str, Any]], float]]) -> Any:
     """The cube of a sweep with made-up values by quantity, as functions of the coordinates."""
     from studies.cubes import cube as cubes
@@ -97,21 +77,6 @@ def cube_of(document: Any, values: Mapping[str, Callable[[Mapping[str, Any]], fl
         }
         results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=measurements)
     return cubes.build(sweep, results)
-
-
-def test_readings__of_zipped_axes_are_those_of_their_point() -> None:
-    document = validation.load("shape-coefficient").documents("quick")["craters"]
-    shapes = {"steel-4340": 0.9, "copper-ofhc": 0.6, "al-6061-t6": 0.3}
-    cube = cube_of(document, {"crater_depth_over_diameter": lambda at: shapes[at["projectile"]]})
-    name, pair = "crater_depth_over_diameter", {"projectile": "al-6061-t6", "target": "steel-4340"}
-    assert ComparedReading(cube, name, {**pair, "speed": 6e3}).on() == 0.3
-    with pytest.raises(KeyError, match="no point"):
-        ComparedReading(cube, name, {**pair, "target": "copper-ofhc", "speed": 6e3}).on()
-    for like, holds in ((0.6, 1), (0.2, 0)):
-        shapes["copper-ofhc"] = like
-        cube = cube_of(document, {name: lambda at: shapes[at["projectile"]]})
-        said = [row.got[-9:] for row in shape_coefficient.CASE.rows("quick", {"craters": cube})]
-        assert said == ["1 of 1 so", f"{holds} of 1 so", "1 of 1 so"]
 
 
 def test_verdict_on_a_law__has_its_mean_and_its_trend() -> None:

@@ -11,7 +11,6 @@ from solver.errors import ProblemError
 from studies.cases import verification
 from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative, reported
 from studies.cases.verification import VerificationCase
-from studies.quantities.findings import InvalidInput
 from studies.quantities.recipes import Recipe
 
 NAN = math.nan
@@ -51,10 +50,6 @@ def test_row__passes_within_its_tolerance_only(row: Row, verdict: str) -> None:
     assert str(row).startswith(verdict)
 
 
-def test_row__that_is_ungated_says_whether_its_gate_would_hold() -> None:
-    assert at_most("x", limit=1.0, got=2.0).ungated(1.0).claim == "x, misses 1"
-
-
 @pytest.mark.parametrize(("got", "plain"), [(NAN, None), ([1, 2], "[1, 2]"), (3, 3), ("a", "a")])
 def test_row__is_plain_json(got: Any, plain: Any) -> None:
     assert json.loads(json.dumps(Row("x", 1.0, got, None).as_json(), allow_nan=False))["got"] == plain
@@ -70,8 +65,3 @@ def test_verify__makes_a_failed_row_of_an_error_of_the_solver(monkeypatch: pytes
     rows = [verified.row for verified in verification.verify(["broken"])]
     assert [row.verdict for row in rows] == ["REPORT", "FAIL"]
     assert "no particles" in rows[-1].got
-
-
-def test_load__of_an_unknown_case_names_the_nearest() -> None:
-    with pytest.raises(InvalidInput, match="plate-impact"):
-        verification.load("plate-impacts")

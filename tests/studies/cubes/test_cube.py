@@ -8,15 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 
-from studies import laws, measurements, scenarios
+from studies import laws, measurements
 from studies.cubes import cube, variables
 from studies.cubes.runs_table import runs_csv
 from studies.cubes.variable import GROUPS, LONGEST_LABEL, Quantity, Variable
 from studies.cubes.variables import STATES
 from studies.quantities.measured import MESH_DETERMINED
-from studies.quantities.parameters import declared
 from studies.sweeps.axes import Axis
 from studies.sweeps.screening import CONTRIBUTIONS
 from tests.studies.support import compliance, fakes
@@ -60,21 +58,6 @@ def test_grid__a_numeric_axis_ascends_in_whatever_order_it_was_given() -> None:
     assert [dataset.run_id.sel(speed=speed).item() for speed in ids] == list(ids.values())
 
 
-def test_zip__runs_are_the_dimension_and_axes_lie_along_it() -> None:
-    dataset = cube.build(ZIP, fakes.results(ZIP), fakes.catalogue())
-    assert dataset.hole_diameter.dims == ("run",)
-    assert list(dataset.speed.values) == [5e3, 2e3, 3e3]
-    assert "speed" in dataset.coords
-
-
-def test_axis__of_names_selects_by_name_and_of_a_material_constant_has_a_cf_name() -> None:
-    dataset = cube.build(WORDS, fakes.results(WORDS), fakes.catalogue())
-    assert np.isfinite(dataset.hole_diameter.sel(projectile="copper-ofhc", speed=3e3))
-    sweep = sweep_of(Axis("target.strength.A", "Pa", (9e7, 2e8)))
-    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
-    assert dataset.target_strength_A.attrs["units"] == "Pa"
-
-
 @pytest.mark.claim("cube", "failed-run-is-a-result")
 def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouched() -> None:
     """A run that fails is NaN with state and reason in the cube; its neighbours are untouched."""
@@ -92,12 +75,6 @@ def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouch
     xr.testing.assert_identical(
         hurt.hole_diameter.sel(speed=slice(4e3, None)), whole.hole_diameter.sel(speed=slice(4e3, None))
     )
-
-
-def test_missing_run__has_a_state_of_its_own() -> None:
-    dataset = cube.build(fakes.holes(), {}, fakes.catalogue())
-    assert (dataset.run_state == STATES.index("missing")).all()
-    assert dataset.hole_diameter.isnull().all()
 
 
 def test_flags__are_bits_with_meanings() -> None:
@@ -162,37 +139,6 @@ def test_histories__of_bodies_lie_over_body_and_time() -> None:
     assert first.sel(body="target").values.tolist() == energy[1]
     assert first.history_time.values.tolist() == times
     assert kinetic.isel(speed=1).isnull().all()
-
-
-def test_histories__of_bodies_have_their_place_by_name_in_runs_of_other_bodies() -> None:
-    sweep = fakes.holes()
-    outcomes = fakes.results(sweep)
-    one, other = (point.run.id for point in sweep.runs()[:2])
-    for run, energies in ((one, {"bar": 5.0, "wall": 6.0}), (other, {"rim": 8.0, "bar": 7.0})):
-        histories = {"time": [0.0], "bodies": [*energies]}
-        kinetic = [[energy] for energy in energies.values()]
-        histories |= {"kinetic_energy": kinetic}
-        outcomes[run] = replace(outcomes[run], histories=histories)
-    dataset = cube.build(sweep, outcomes, fakes.catalogue())
-    assert dataset.body.values.tolist() == ["bar", "wall", "rim"]
-    first = dataset.body_kinetic_energy_history.isel(speed=0, sample=0)
-    np.testing.assert_array_equal(first[:2], [[5.0, 6.0, np.nan], [7.0, np.nan, 8.0]])
-
-
-def test_shared_parameter__is_a_scalar() -> None:
-    dataset = holes()
-    assert dataset.projectile_diameter.dims == dataset.equivalent_diameter.dims == ()
-    assert float(dataset.equivalent_diameter) == fakes.DIAMETER
-
-
-def test_undeclared_number__stays_out_and_is_named() -> None:
-    sweep = fakes.holes()
-    outcomes = fakes.results(sweep)
-    first = sweep.runs()[0].run.id
-    outcomes[first] = replace(outcomes[first], numbers={"moon_phase": 0.5})
-    dataset = cube.build(sweep, outcomes, fakes.catalogue())
-    assert "audit_moon_phase" not in dataset
-    assert dataset.attrs["undeclared_numbers"] == "moon_phase"
 
 
 @pytest.mark.claim("cube", "cube-is-cf")
@@ -276,62 +222,6 @@ def test_label__of_every_variable_of_a_measurement_is_short(name: str) -> None:
         filled = variable.filled(quantity)
         assert len(filled.long_name) <= LONGEST_LABEL, filled
         assert filled.meaning in (filled.long_name, filled.comment)
-
-
-@pytest.mark.parametrize("name", scenarios.names())
-def test_label__of_every_parameter_of_a_scenario_is_short(name: str) -> None:
-    for parameter in declared(scenarios.load(name).parameters).values():
-        variable = variables.observed_parameter(parameter)
-        assert len(variable.long_name) <= LONGEST_LABEL, variable
-
-
-def test_plot__labels_its_axes_in_words_and_units(tmp_path: Path) -> None:
-    sweep = fakes.holes()
-    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
-    figure = Figure()
-    axes = figure.subplots(1, 2)
-    dataset.hole_diameter.sel(plate_thickness=2e-3).plot(ax=axes[0])
-    assert axes[0].get_xlabel() == "speed [m s-1]"
-    assert axes[0].get_ylabel() == "hole diameter [m]"
-    dataset.hole_diameter_history.isel(speed=0, plate_thickness=0).plot(x="history_time", ax=axes[1])
-    assert axes[1].get_xlabel() == "time [s]"
-    assert axes[1].get_ylabel() == "hole diameter, history [m]"
-
-
-def test_history__of_a_value_that_was_read_again_stands_at_its_time() -> None:
-    sweep = fakes.holes()
-    outcomes = fakes.results(sweep)
-    run = sweep.runs()[0].run.id
-    measured = outcomes[run].measurements
-    time = measured["hole_diameter"].history["time"][-1]
-    again = replace(measured["hole_diameter"], history={"time": [time], "value": [0.01]})
-    both = {**measured, "hole_diameter": again}
-    outcomes[run] = replace(outcomes[run], measurements=both)
-    history = cube.build(sweep, outcomes, fakes.catalogue()).hole_diameter_history[0, 0]
-    assert history.sel(sample=history.history_time == time).item() == 0.01
-    assert int(history.count()) == 1
-
-
-def test_cf_checker__sees_what_is_wrong(tmp_path: Path) -> None:
-    dataset = holes()
-    dataset["hole_diameter"].attrs["units"] = "furlongs per thaler"
-    assert compliance.complaints(cube.write(dataset, tmp_path / "cube.nc")) != []
-
-
-def test_distribution__lies_over_its_bins() -> None:
-    sweep = fakes.holes()
-    outcomes = fakes.results(sweep)
-    run = sweep.runs()[0].run.id
-    name = "mass_over_velocity_and_angle"
-    values = np.arange(30.0 * 36.0).reshape(30, 36)
-    stored = {name: {"version": 1, "values": values.tolist()}}
-    outcomes[run] = replace(outcomes[run], distributions=stored)
-    dataset = cube.build(sweep, outcomes, fakes.catalogue())
-    first = dataset[name].isel(speed=0, plate_thickness=0)
-    assert first.dims == ("relative_speed", "angle_of_flight")
-    np.testing.assert_array_equal(first, values)
-    assert float(dataset.relative_speed[1]) == pytest.approx(0.075)
-    assert dataset[name].isel(speed=1).isnull().all()
 
 
 @pytest.mark.parametrize(("grids", "flagged"), [((16.0,), True), ((16.0, 32.0), True), (fakes.CELLS, False)])

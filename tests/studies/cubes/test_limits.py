@@ -5,9 +5,7 @@ import math
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
-import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
@@ -75,14 +73,6 @@ def test_limits__stand_over_the_points_of_the_other_axes() -> None:
     assert (dataset.limit.attrs["limit_of"], dataset.limit.attrs["axis"]) == ("perforated", "speed")
 
 
-def test_runs_of_a_search__are_all_there_with_their_values() -> None:
-    dataset = cube.build(SWEEP, results_of(EXACT))
-    assert dataset.sizes["run"] == int(dataset.limit_runs.sum())
-    blunt = dataset.nose == "blunt"
-    assert (dataset.perforated[blunt] == (dataset.speed[blunt] >= EXACT["blunt"])).all()
-    assert "limit_of" in json.loads(dataset.attrs["search"])["axes"]["speed"]
-
-
 def test_limit__that_is_not_bracketed_has_a_reason_and_no_number() -> None:
     dataset = cube.build(SWEEP, results_of({"blunt": 500.0, "conical": 290.0}))
     assert math.isnan(dataset.limit[0])
@@ -91,32 +81,11 @@ def test_limit__that_is_not_bracketed_has_a_reason_and_no_number() -> None:
     assert math.isfinite(dataset.limit[1])
 
 
-def test_failed_run__keeps_its_row_and_widens_the_interval() -> None:
-    dataset = cube.build(SWEEP, results_of(EXACT, failing=175.0))
-    states = dataset.run_state.values[dataset.speed.values == 175.0]
-    assert (states == 2).all()  # crashed
-    assert dataset.limit_lower[0] < EXACT["blunt"] <= dataset.limit_upper[0]
-
-
-def test_search_under_way__says_so() -> None:
-    runs = SWEEP.runs()
-    dataset = cube.build(SWEEP, {runs[0].run.id: result_of(runs[0].run, EXACT)})
-    assert {VERDICTS[int(each)] for each in dataset.limit_verdict} == {SearchVerdict.UNFINISHED}
-    assert dataset.sizes["run"] == len(runs)
-
-
 @pytest.fixture(scope="module")
 def published(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("search")
     publish_sweep(SWEEP, results_of(EXACT), folder)
     return folder
-
-
-def test_file__opens_in_plain_xarray(published: Path) -> None:
-    with xr.open_dataset(published / "cube.nc") as dataset:
-        assert np.isfinite(dataset.limit).all()
-        assert dataset.limit.dims == ("search",)
-        assert dataset.residual_velocity.dims == ("run",)
 
 
 def test_report__states_limits_and_residual_velocities(published: Path) -> None:

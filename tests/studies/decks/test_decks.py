@@ -17,8 +17,7 @@ from solver.simulation import simulate, start
 from studies.cases.setups.column import profile
 from studies.cases.solutions.detonation import TNT, chapman_jouguet
 from studies.cases.verification.chapman_jouguet import STATE, at_front
-from studies.decks.problem import fixed_step
-from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
+from studies.decks.reader import read_deck, read_file_text
 from studies.quantities.findings import InvalidInput
 from studies.runs.execution import setting_of
 from studies.runs.run import resolve
@@ -116,33 +115,7 @@ def test_number__of_a_deck_loses_no_bit(value: float) -> None:
     assert deck.end_time == value
 
 
-def test_units__are_those_that_a_comment_names() -> None:
-    assert read_deck(soil_deck()).cell == 1.0
-    assert read_deck(soil_deck(), "mm-g-ms").cell == 1e-3
-
-
 # --- MPM3D-F90's decks ------------------------------------------------------------------------------
-
-
-def test_deck__of_splines_ends_at_the_second_layer_of_nodes() -> None:
-    deck = read_deck(detonation_deck(20))
-    assert deck.cells == (23, 1, 1)
-    assert deck.lower == pytest.approx((0.0, 0.0, 0.0), abs=1e-15)
-
-
-def test_deck__takes_the_step_of_its_fastest_material() -> None:
-    deck = read_deck(detonation_deck(20))
-    assert math.isclose(fixed_step(deck), 0.3 * 5e-3 / 6930.0, rel_tol=1e-12)
-    default = read_deck(detonation_deck(20).replace("dtscale 0.3\n", ""))
-    assert math.isclose(fixed_step(default), 0.9 * 5e-3 / 6930.0, rel_tol=1e-12)
-
-
-def test_block__third_number_is_a_density_or_the_mass_of_a_particle() -> None:
-    dense = read_deck(detonation_deck(20)).bodies[0].mass
-    as_mass = detonation_deck(20).replace(
-        "\n1 1.63d-3 1.6666666666666667 0", f"\n1 {1.63e-3 * (5 / 3) ** 3!r} 1.6666666666666667 0"
-    )
-    assert math.isclose(read_deck(as_mass).bodies[0].mass, dense, rel_tol=1e-12)
 
 
 @pytest.mark.parametrize("n", [1, 2, 5, 9])
@@ -256,11 +229,6 @@ def test_deck__that_is_wrong_is_refused_with_its_line_before_memory_is_taken(
     assert peak < MEBIBYTE or name == "appendix"
 
 
-def test_deck__without_the_rotation_terms_has_none() -> None:
-    for text, expected in ((appendix_deck(), True), (appendix_deck().replace("jaum on", "jaum off"), False)):
-        assert resolve("deck", {"deck": text}, {}).parameters["jaumann"] is expected
-
-
 def test_gravity__of_all_bodies_is_that_of_the_problem() -> None:
     """9.81 m/s2 are 9.81d-3 mm/ms2; a later line overrules an earlier one."""
     falls = soil_deck().replace("velo", "load\ngrav 1 0 0 -1\ngrav 1 0 0 -9.81d-3\nendl\nvelo")
@@ -281,12 +249,6 @@ def test_file__that_is_no_utf8_names_the_line() -> None:
         read_file_text(b"mpm3 title\n! \xb2\xd0\n")
 
 
-def test_file__above_a_megabyte_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="1000001 bytes"):
-        read_file_text(b" " * (MOST_BYTES + 1))
-    assert "1000001 bytes" in error("é" * 500_000 + " ")
-
-
 @pytest.mark.parametrize("name", DECKS)
 def test_deck__of_exchanged_words_is_read_or_refused(name: str) -> None:
     """Whatever word stands in the place of another, nothing but InvalidInput is raised."""
@@ -301,9 +263,3 @@ def test_deck__of_exchanged_words_is_read_or_refused(name: str) -> None:
         changed[at] = " ".join(row)
         with suppress(InvalidInput):
             read_deck("\n".join(changed))
-
-
-def test_contact__of_mixed_components_is_refused() -> None:
-    apart = appendix_deck().replace("132 1 2", "132 2 2").replace("cont on", "cont off")
-    with pytest.raises(InvalidInput, match="set contact to none"):
-        resolve("deck", {"deck": apart, "contact": "bardenhagen"}, {})

@@ -7,7 +7,6 @@ import pytest
 
 from solver.errors import Interrupted
 from solver.simulation import start
-from solver.state import records
 from studies.films import section
 from studies.films.section import END, SectionOptions, SectionRecorder, Sections, read_sections
 from studies.runs.execution import execute, observer_of
@@ -49,16 +48,6 @@ def test_section__at_the_end_is_the_final_state(scenario: str) -> None:
     np.testing.assert_allclose(end.fields["speed"], speed, rtol=HALF_PRECISION, atol=1e-6)
 
 
-def test_section__of_each_moment_is_the_nearest_observation() -> None:
-    sections, end = end_of(solved("thin_plate"))
-    interval = observer_of(asked("thin_plate")).rate.interval
-    assert sections.moments == pytest.approx((4e-6, 8e-3 / 3e3 * 4))
-    for moment, at in enumerate(sections.moments):
-        kept = sections.at(moment)
-        assert (kept is not None) == (at < end.time + 0.5 * interval)
-        assert kept is None or abs(kept.time - at) <= 0.5 * interval
-
-
 def test_section__of_three_dimensions_is_the_layer_beside_the_plane() -> None:
     problem = observer_of(asked("taylor_bar", geometry="quarter")).setting.problem
     recorder = SectionRecorder(problem, SectionOptions(), interval=1.0)
@@ -67,33 +56,6 @@ def test_section__of_three_dimensions_is_the_layer_beside_the_plane() -> None:
     layer = body.position[body.position[:, 1] < body.spacing[1]]
     assert 0 < len(layer) < len(body.position)
     np.testing.assert_array_equal(state.position, layer[:, [0, 2]])
-
-
-def test_section__of_a_fine_lattice_is_thinned_evenly() -> None:
-    problem = observer_of(asked("taylor_bar")).setting.problem
-    count = problem.bodies[0].mass.size
-    recorder = SectionRecorder(problem, SectionOptions(), interval=1.0, most=count // 3)
-    recorder.end(start(problem, threads=1).snapshot())
-    [state] = recorder.states
-    rows = np.unique(state.position[:, 1])
-    assert len(state.position) < 0.4 * count
-    np.testing.assert_allclose(np.diff(rows), 2.0 * problem.bodies[0].spacing[1], rtol=1e-6)
-
-
-def test_section__shows_retired_debris_on_its_straight_way() -> None:
-    problem = observer_of(asked("taylor_bar")).setting.problem
-    snapshot = start(problem, threads=1).snapshot()
-    particles, gone = snapshot.particles, np.array([3, 5])
-    particles.velocity[gone] = (0.0, 100.0, 0.0)
-    retired = records(0.0, particles, snapshot.body, gone)
-    particles.alive[gone] = 0
-    time = 0.1 * problem.geometry.spacing / 100.0
-    recorder = SectionRecorder(problem, SectionOptions(), interval=1.0)
-    recorder.end(snapshot._replace(time=time, departed=retired))
-    [state] = recorder.states
-    moved = retired.position[:, :2] + np.array([0.0, 100.0 * time])
-    np.testing.assert_allclose(state.position[retired.number], moved, rtol=1e-9)
-    assert np.isnan(state.fields["pressure"][retired.number]).all()
 
 
 def test_sections__of_a_resumed_run_are_those_of_one_that_never_stopped(tmp_path: Path) -> None:

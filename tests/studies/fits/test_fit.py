@@ -7,13 +7,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies import laws, materials
-from studies.fits import fit as fitting
-from studies.fits.fit import FittedForm, fit, fits_of, forms_of, verdicts
+from studies import materials
+from studies.fits.fit import FittedForm, fit, fits_of, verdicts
 from studies.fits.measured import MeasuredShots, of_cube, of_table
 from studies.laws import Shot
 from studies.laws.fitting.forms import FORMS, LENGTHS, Form, columns_of, dimension_of
-from studies.laws.fitting.least_squares import NotIdentified, linear
 from tests.rows import Row, equal
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
 
@@ -83,27 +81,6 @@ def test_fit__intervals_hold_the_truth_in_95_of_100() -> None:
     assert held / trials == pytest.approx(0.95, abs=3 * math.sqrt(0.95 * 0.05 / trials))
 
 
-def test_fit__weights_points_by_their_uncertainties() -> None:
-    form = FORMS["linear"]
-    points = exact(form)
-    wrong = points.values.copy()
-    wrong[0] *= 1.5
-    errors = np.full(len(wrong), 1e-5)
-    errors[0] = 1.0
-    weighted = fit(replace(points, values=wrong, errors=errors), form)
-    assert weighted.constants["a"].value == pytest.approx(TRUE["a"], rel=1e-6)
-    assert fit(replace(points, values=wrong), form).constants["a"].value < 0.9 * TRUE["a"]
-
-
-def test_fit__of_fewer_points_than_constants_and_two_is_none() -> None:
-    form = FORMS["power"]
-    points = exact(form)
-    for count in (0, 1, 3):
-        few = fit(measured(points.values[:count], points.shots[:count], "crater_depth"), form)
-        assert few.reason == f"not fitted: {count} points, 2 constants take 4 or more"
-    assert fit(measured(points.values[:4], points.shots[:4], "crater_depth"), form).solution
-
-
 @pytest.mark.parametrize(
     ("name", "change", "reason"),
     [
@@ -121,32 +98,6 @@ def test_fit__says_why_a_form_is_not_fitted(name: str, change: dict, reason: str
     assert reason in fit(points, FORMS[name]).reason
 
 
-def test_fit__of_mixed_materials_is_none() -> None:
-    points = exact(FORMS["power"])
-    mixed = (replace(points.shots[0], target=materials.load("al-2024-t3")), *points.shots[1:])
-    assert "materials" in fit(replace(points, shots=mixed), FORMS["power"]).reason
-
-
-def test_linear__refuses_columns_that_depend_on_each_other() -> None:
-    x = np.linspace(1.0, 2.0, 9)
-    with pytest.raises(NotIdentified):
-        linear([x, 2.0 * x + 1.0, np.ones(9)], x)
-
-
-def test_comparison__decides_where_the_curvature_is_measured() -> None:
-    points = exact(FORMS["power"])
-    (ranked,) = fitting.compared(fits_of(points))
-    assert ranked.fits[0].form.name == "power"
-    assert verdicts(fits_of(points))[0].startswith("The points favour power")
-
-
-def test_comparison__does_not_decide_between_forms_within_the_scatter() -> None:
-    points = exact(FORMS["linear"])
-    rng = np.random.default_rng(5)
-    noisy = replace(points, values=points.values * (1 + 0.2 * rng.standard_normal(6)))
-    assert verdicts(fits_of(noisy))[0].startswith("The points do not decide")
-
-
 def test_points__are_those_of_the_cube_without_flags() -> None:
     dataset = sized_cube(CRATERS, lambda shot: 1e-6 * shot.speed, "crater_depth")
     flags = dataset.run_flags.copy()
@@ -155,11 +106,6 @@ def test_points__are_those_of_the_cube_without_flags() -> None:
     assert [shot.speed for shot in points.shots] == [3e3, 5e3, 6e3, 7e3, 8e3]
     assert points.left_out == 1
     assert points.at(points.read_place(["speed=5 km/s"])).values.tolist() == [5e-3]
-
-
-def test_forms__cover_every_quantity_of_a_law() -> None:
-    for quantity in {laws.load(name).quantity for name in laws.names()} - set(laws.UNMEASURED):
-        assert forms_of(quantity), quantity
 
 
 # Constants in mm and km/s, and root of the mean square in mm, as printed: the first three digits, two of the last.

@@ -72,17 +72,6 @@ def test_law__that_is_wrong_is_refused_by_name(
     assert field in [finding.field for finding in refused.value.findings]
 
 
-@pytest.mark.parametrize("laws", ["my.json", ["my.json"], [3], [{}] * 51])
-def test_laws__that_are_no_list_of_documents_are_refused(laws: object) -> None:
-    with pytest.raises(InvalidInput):
-        Sweep.parse({**CRATERS, "laws": laws})
-
-
-def test_laws__of_one_name_are_refused(law: FittedLaw) -> None:
-    with pytest.raises(InvalidInput, match="each law once"):
-        Sweep.parse({**CRATERS, "laws": [law.document(), law.document()]})
-
-
 def test_file__of_a_fit_is_read_into_the_document_of_a_sweep(law: FittedLaw, tmp_path: Path) -> None:
     (tmp_path / "my.json").write_text(json.dumps(law.document()))
     sweep = tmp_path / "sweep.yaml"

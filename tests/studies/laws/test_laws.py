@@ -12,10 +12,8 @@ import pytest
 from studies import examples, laws, materials
 from studies.cubes.cube import build
 from studies.cubes.points import points_of
-from studies.laws import FITTED, Range, Shield, Shot, cour_palais, whipple_jsc, whipple_nno, whipple_reimerdes
-from studies.laws._range import length_ratio
+from studies.laws import FITTED, Shield, Shot, cour_palais, whipple_jsc, whipple_nno, whipple_reimerdes
 from studies.laws.zhang_tan import hole_ratio, smallest_speed
-from studies.quantities.findings import InvalidInput
 from studies.reports.matched import matched_observations
 from studies.reports.verdict.evidence import evidence_of
 from studies.sweeps.document import read_sweep_file
@@ -86,17 +84,6 @@ def test_law__says_why_a_shot_is_out_of_its_range(name: str, shot: Shot, words: 
     assert math.isnan(answer.value) == ((name, shot, words) in MEANINGLESS)
 
 
-def test_load__of_an_unknown_law_gives_the_nearest() -> None:
-    with pytest.raises(InvalidInput, match="maiden_al"):
-        laws.load("maiden_all")
-
-
-def test_range__may_state_projectiles_of_its_own() -> None:
-    rods = Range((), projectile=length_ratio(10.0, math.inf, "Tate (1967)"))
-    assert rods.reasons(replace(OF_COPPER, length_ratio=50.0)) == []
-    assert rods.reasons(OF_COPPER) == ["projectile L/d = 1 is below 10 (Tate (1967))"]
-
-
 def test_zhang_tan__meets_the_projectile_at_its_smallest_speed() -> None:
     assert float(hole_ratio(smallest_speed(0.25), 0.25)) == pytest.approx(1.0, rel=1e-12)
     assert math.isnan(float(hole_ratio(900.0, 0.25)))
@@ -129,26 +116,6 @@ def test_plate__is_perforated_below_the_thickness_at_which_spall_detaches(
 
 
 # ---- shots ---------------------------------------------------------------------------------------
-
-
-def shot_of_parameters(**parameters: Any) -> Shot:
-    fixed = {"speed": 6e3, "projectile_diameter": 2e-3}
-    return laws.shot_from({**fixed, **parameters}, {"projectile": COPPER, "target": COPPER})
-
-
-def test_shot_from__takes_the_length_of_a_cylinder_over_its_own_diameter() -> None:
-    rod = shot_of_parameters(projectile_shape="cylinder", projectile_length=100e-3)
-    assert rod.length_ratio == pytest.approx(50.0)
-    assert shot_of_parameters(projectile_shape="sphere", projectile_length=None).length_ratio == 1.0
-
-
-@pytest.mark.parametrize(
-    "absent",
-    [{"projectile_shape": "cylinder", "projectile_length": None}, {"projectile_diameter": None}, {"speed": None}],
-)
-def test_shot_from__without_a_number_it_needs_is_no_shot(absent: dict[str, Any]) -> None:
-    with pytest.raises(KeyError):
-        shot_of_parameters(**absent)
 
 
 def test_shot_of__takes_the_equivalent_sphere_of_a_cylinder() -> None:
@@ -199,12 +166,3 @@ def test_thin_bumper__stops_less_and_a_thick_one_as_much_as_by_christiansen(equa
         mine = equation.critical_diameter(9e3, *DENSITIES, shield)
         thick = whipple_nno.critical_diameter(9e3, *DENSITIES, shield)
         assert (mine < 0.9 * thick) if less else mine == pytest.approx(thick)
-
-
-def test_critical_diameter__beyond_65_degrees_is_that_at_65() -> None:
-    oblique, steeper = (
-        whipple_nno.critical_diameter(9e3, *DENSITIES, SHIELD, math.radians(angle)) for angle in (65.0, 80.0)
-    )
-    normal = whipple_nno.critical_diameter(9e3, *DENSITIES, SHIELD)
-    assert oblique == steeper
-    assert oblique > normal

@@ -35,37 +35,11 @@ def test_load__converts_to_si(copper: Material) -> None:
     assert copper.strength == Model("johnson-cook", STRENGTH)
 
 
-def test_load__of_an_unknown_name_gives_the_nearest() -> None:
-    with pytest.raises(InvalidInput, match="copper-ofhc"):
-        materials.load("copper-ohfc")
-
-
-def test_load__of_a_file_names_file_and_key(tmp_path: Path) -> None:
-    file = tmp_path / "mine.toml"
-    file.write_text('name = "mine"\ntitle = "Mine"\nfamily = "lead"\n[density]\nvalue = 11\n')
-    with pytest.raises(InvalidInput, match=r"mine\.toml: density"):
-        materials.load(file)
-
-
-def test_simulated__leaves_out_what_no_simulation_reads(copper: Material) -> None:
-    resolved = copper.resolved()
-    renamed = {**resolved, "title": "another", "yield_stresses": []}
-    assert materials.simulated(renamed) == materials.simulated(resolved)
-    stronger = copper.with_value("strength.A", 1e8).resolved()
-    assert materials.simulated(stronger) != materials.simulated(resolved)
-
-
 def test_with_value__changes_one_constant_and_its_source(copper: Material) -> None:
     stronger = copper.with_value("strength.A", 1e8)
     assert stronger.strength == Model("johnson-cook", {**STRENGTH, "A": 1e8})
     assert stronger.sources["strength.A"].confidence == "user"
     assert copper.value_at("strength.A") == 90e6
-
-
-@pytest.mark.parametrize("path", ["strength.a", "strenght.A", "strength", "name", "eos.kind"])
-def test_with_value__of_an_unknown_path_gives_the_nearest(copper: Material, path: str) -> None:
-    with pytest.raises(InvalidInput, match=r"did you mean|use one of"):
-        copper.with_value(path, 1.0)
 
 
 def test_load__tells_everything_at_once(document: dict[str, Any]) -> None:

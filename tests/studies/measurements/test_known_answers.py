@@ -590,29 +590,6 @@ def test_reading__stays_where_it_is(name: str, before: Build, after: Build, off:
     assert abs(value(name, after()) - value(name, before())) <= off
 
 
-@pytest.mark.parametrize("name", ["hole_diameter", "hole_diameter_areal"])
-def test_hole_diameter__follows_the_drill_without_jumps(name: str) -> None:
-    """Each step of a tenth of a cell is seen, to a quarter of it."""
-    diameters = [value(name, drilled_disc(HOLE + shift * CELL)) for shift in SHIFTS]
-    assert np.allclose(np.diff(diameters), 0.2 * CELL, atol=0.05 * CELL)
-
-
-@pytest.mark.parametrize(("share", "depth"), [(0.009, -1.5), (0.009, 1.5), (0.011, -1.5), (0.011, 1.5)])
-def test_hole_diameter__is_narrowed_by_one_per_cent_of_a_full_bin_and_by_no_less(share: float, depth: float) -> None:
-    """Rings half-way to the axis, in a bin of their own and beside the wall."""
-    full = (HOLE + DIAMETER) ** 2 - HOLE**2
-    state = with_particle(drilled_disc(HOLE), 0.5 * HOLE, depth * CELL)
-    state.mass[-1] = share * 0.5 * DENSITY * CELL * full
-    diameter = value("hole_diameter", state)
-    if share > 0.01:
-        assert diameter < HOLE
-    elif depth < 0.0:
-        assert math.isclose(diameter, 2.0 * HOLE, abs_tol=0.05 * PARTICLE)
-    else:
-        # The wall moves by the space that the ring fills.
-        assert math.isclose(diameter, 2.0 * math.sqrt(HOLE**2 - share * full), abs_tol=0.05 * PARTICLE)
-
-
 @pytest.mark.parametrize("build", [conical_disc, lambda: drilled_disc(HOLE)])
 def test_part_of_the_definition__is_half_of_the_gap_between_both_diameters(build: Build) -> None:
     state = build()
@@ -620,14 +597,3 @@ def test_part_of_the_definition__is_half_of_the_gap_between_both_diameters(build
     part = read("hole_diameter", state).parts[DEFINITION]
     assert math.isclose(part, 0.5 * abs(gap), rel_tol=1e-9, abs_tol=1e-12)
     assert DEFINITION not in read("hole_diameter_areal", state).parts
-
-
-def test_part_of_the_definition__of_a_plug_is_half_of_what_has_failed() -> None:
-    """A tenth of its radius: 0.19 of its mass."""
-    part = read("plug_mass", plugged()).parts[DEFINITION]
-    assert part == pytest.approx(0.5 * 0.19 * CYLINDER, rel=0.1)
-
-
-def test_plateau__scatter_is_a_part_of_the_uncertainty_of_its_pressure() -> None:
-    part = read("plateau_pressure", plates(LATE, scatter=0.05)).parts["scatter"]
-    assert math.isclose(part, 0.05 * PRESSURE, rel_tol=0.01)

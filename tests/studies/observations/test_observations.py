@@ -73,17 +73,6 @@ def test_published_tables__are_read_by_their_scenario(scenario: str) -> None:
         assert all(shot.parameters["speed"] for shot in shots), name
 
 
-def test_list_of_mappings__reads_as_the_table_that_it_was_written_from() -> None:
-    shots = read_observations(TABLE, KNOWN)
-    assert read_observations([shot.document(KNOWN) for shot in shots], KNOWN) == shots
-
-
-def test_table__takes_ratios_and_constants_of_materials() -> None:
-    table = "target.strength.A [MPa],quantity,value,source\n90,crater_depth_over_diameter,0.55,x"
-    (shot,) = read_observations(table, KNOWN)
-    assert (shot.value, shot.parameters) == (0.55, {"target.strength.A": 90e6})
-
-
 @pytest.mark.parametrize(
     ("line", "words"),
     [
@@ -102,12 +91,6 @@ def test_refusal__names_the_row_and_the_column(line: str, words: list[str]) -> N
     table = "speed [km/s],quantity,value,uncertainty,source\n"
     message = refused(table + "3,hole_diameter,12 mm,,x\n" + line)
     assert all(word in message for word in words), message
-
-
-def test_refusal__lists_every_wrong_row() -> None:
-    message = refused("quantity,value,source\nhole_diameter,3,x\nhole_diameter,3 kg,x\n")
-    assert "line 2" in message
-    assert "line 3" in message
 
 
 @pytest.mark.parametrize(
@@ -129,23 +112,6 @@ def test_refusal__lists_every_wrong_row() -> None:
 )
 def test_refusal__says_what_is_wrong_with_a_table(given: object, words: str) -> None:
     assert words in refused(given)
-
-
-def test_compared_shots__are_those_of_the_family_of_the_target() -> None:
-    document = {
-        "name": "shots",
-        "scenario": "thin_plate",
-        "fixed": {
-            "projectile": "copper-thesis-plastic",
-            "target": "copper-thesis-plastic",
-            "projectile_diameter": "8 mm",
-            "plate_thickness": "2 mm",
-        },
-        "axes": {"speed": ["5 km/s"]},
-    }
-    (holes,) = Sweep.parse(document).compared_shots()
-    assert holes.materials == ("al-2024-t3", "copper-ofhc")
-    assert (holes.shots, holes.bias, holes.scatter, holes.stated) == (1, None, None, None)
 
 
 @pytest.mark.claim("mend-again", "bias-from-five-shots")
@@ -185,11 +151,3 @@ def test_range__of_an_unknown_alloy_is_read_and_written_as_one() -> None:
     assert Sweep.parse(sweep.document()).observations == sweep.observations
     (row,) = [row for row in stored()["shots"] if row.get("bounds")]
     assert (row["observed"], row["simulated"]) == (None, None)
-
-
-def test_column__that_is_close_to_a_measured_quantity_is_the_only_finding() -> None:
-    with pytest.raises(InvalidInput) as caught:
-        read_observations("speed [km/s],hole [mm],source\n6,10,x\n", KNOWN)
-    (finding,) = caught.value.findings
-    assert finding.field.endswith(": hole")
-    assert finding.cure == "did you mean 'hole_diameter'?"
