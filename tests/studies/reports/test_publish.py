@@ -11,10 +11,9 @@ import xarray as xr
 from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES
 from studies.quantities.measured import Measured
 from studies.reports import compare, page, report
-from studies.reports.publish import publish, publish_sweep
+from studies.reports.publish import publish
 from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
-from tests.studies.support import fakes
 from tests.studies.support.decks import appendix_deck
 
 HOLES = {
@@ -120,12 +119,3 @@ def test_deck__stands_by_its_first_line_and_digest_and_the_cube_has_its_text(tmp
     with xr.open_dataset(files[CUBE]) as dataset:
         assert dataset.deck.values.tolist() == texts
         assert json.loads(dataset.attrs["sweep"])["axes"]["deck"] == texts
-
-
-def test_publish__again_replaces_what_was_there(tmp_path: Path) -> None:
-    sweep = fakes.holes()
-    publish_sweep(sweep, {}, tmp_path, fakes.catalogue())
-    publish_sweep(sweep, fakes.results(sweep), tmp_path, fakes.catalogue())
-    with xr.open_dataset(tmp_path / "cube.nc") as dataset:
-        assert np.isfinite(dataset.hole_diameter).all()
-    assert {file.name for file in tmp_path.iterdir()} == set(SWEEP_FILES)

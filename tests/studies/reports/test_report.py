@@ -15,13 +15,11 @@ from studies.quantities.display import (
     MESH_UNKNOWN,
     digits,
     display_of,
-    kind_of,
     printed,
     printed_alone,
     printed_beside,
     printed_in,
 )
-from studies.quantities.units import DISPLAY_UNITS
 from studies.reports import page, report
 from studies.reports.compare import compare
 from studies.reports.drawing.charts import chart
@@ -110,17 +108,6 @@ def test_page__every_text_is_the_one_in_the_document(case: Case) -> None:
     texts = [mark for mark in shown.marks if mark.value is None]
     printed_texts = [mark for mark in texts if mark.path != "/provenance/sweep"]
     assert {mark.text == at(document, mark.path) for mark in printed_texts} == {True}
-
-
-@pytest.mark.parametrize(("name", "is_long"), [("grid", True), ("methods", False)])
-def test_page__has_the_main_figure_under_the_headline_and_long_lists_folded(name: str, is_long: bool) -> None:
-    html = page.page(document_of(cube_of(name)))
-    headline, figure, laws, section = (
-        html.index(text) for text in ('class="recommendation"', 'data-plot="0"', 'class="bands"', 'id="figures"')
-    )
-    assert headline < figure < laws < section
-    assert html.count('data-plot="0"') == 1
-    assert ("Each law, band by band" in html) == is_long
 
 
 def test_page__has_no_digit_of_its_own_and_loads_nothing(case: Case) -> None:
@@ -222,12 +209,6 @@ def test_text_of_a_user__cannot_become_markup() -> None:
     assert html.count("</script>") == page.page(document_of(cube_of("one run"))).count("</script>")
 
 
-def test_page__is_made_of_a_sweep_that_fixes_nothing() -> None:
-    document = document_of(cube_of("one run"))
-    del document["provenance"]["sweep"]["fixed"]
-    assert "<dt>Fixed</dt>" in page.page(document)
-
-
 @pytest.mark.claim("mend-again", "no-bar-of-a-single-grid")
 @pytest.mark.parametrize("case", ["one run", "offsets"])
 def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str) -> None:
@@ -254,12 +235,6 @@ def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str)
     assert all("_reading_uncertainty" in name or "_uncertainty_" in name for name in stated)
 
 
-def test_template__refuses_a_number_without_a_format() -> None:
-    template = page.environment().from_string("{{ report.n }}")
-    with pytest.raises(TypeError, match="without a format"):
-        template.render(report=page.Node({"n": 3.5}))
-
-
 def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
     group = {
         "table": "holes",
@@ -284,36 +259,3 @@ def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
     document = document_of(dataset.assign_attrs(compared_shots="[]"))
     assert document["verdict"]["shots"].startswith("No published shot")
     assert '"#published"' not in page.page(document)
-
-
-def test_table_of_residuals__says_how_many_points_lie_inside_the_error_bar() -> None:
-    document = document_of(cube_of("refined"))
-    html = page.page(document)
-    marks = {mark.path: mark.text for mark in read_page(html).marks}
-    references = set()
-    for number, row in enumerate(document["residuals"]):
-        for group in ("everywhere", "in_range"):
-            if row[group] and row[group]["judged"]:
-                references.add(row["reference"])
-                place = f"/residuals/{number}/{group}"
-                for key, kind in (
-                    ("within", "count"),
-                    ("judged", "count"),
-                    ("bar", "length"),
-                    ("relative_bar", "share_spread"),
-                ):
-                    assert marks[f"{place}/{key}"] == printed(row[group][key], kind)
-    assert references == {"simulation", "observation"}
-    _, _, residuals = html.partition('<section id="residuals">')
-    row = re.search(r"<tr><td class=\"word\">[^\n]*maiden_c.*?</tr>", residuals, re.DOTALL)
-    assert row is not None
-    assert row[0].count("<td") == 2 + 6
-
-
-@pytest.mark.parametrize("unit", [*DISPLAY_UNITS, "kg", "J"])
-def test_number__with_the_unit_of_its_heading_is_the_value(unit: str) -> None:
-    value = 0.0123
-    text = printed(value, kind_of(unit)).replace("\u202f", "")
-    if "\u00b7" not in text:
-        assert float(text) == pytest.approx(value * display_of(unit).factor, rel=1e-3)
-    assert printed(value, kind_of(unit, residual=True)).startswith("+")

@@ -1,7 +1,5 @@
 """What a sweep costs, and what each accuracy would make of it."""
 
-from dataclasses import replace
-
 import pytest
 
 from studies import examples
@@ -28,18 +26,6 @@ def test_presets__are_those_of_the_table_with_the_cost_of_their_runs() -> None:
     assert costs == sorted({*costs})
     fine = {each.name: each for each in presets_of(SWEEP, most_runs=17)}["fine"]
     assert (fine.runs, fine.cost, fine.reason) == (18, None, "more than 17 runs")
-
-
-def test_preset__of_runs_that_are_too_large_says_so() -> None:
-    small = replace(SWEEP, max_particles=max(run.estimate(each.run).particles for each in SWEEP.runs()))
-    (fine,) = [each for each in presets_of(small, 1000) if each.name == "fine"]
-    assert fine.cost is None
-    assert fine.reason.endswith("in a run")
-
-
-def test_presets__are_none_where_the_resolution_is_fixed() -> None:
-    own = replace(SWEEP, fixed={**SWEEP.fixed, "cells_per_diameter": 8.0}, resolutions=())
-    assert list(presets_of(own, 1000)) == []
 
 
 def test_cost__of_many_coarse_runs_is_mostly_that_of_any_run() -> None:

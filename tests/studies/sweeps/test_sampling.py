@@ -93,16 +93,6 @@ def test_sample__that_is_wrong_is_refused_by_name(document: dict[str, Any], fiel
     assert [finding for finding in refused.value.findings if finding.field == field and cure in finding.cure]
 
 
-def test_screening__takes_the_point_nearest_to_the_middle() -> None:
-    sweep = Sweep.parse(changed(model_part="screen"))
-    middle, _ = sweep.screening()
-    distances = [
-        ((at["speed"] - 5e3) / 4e3) ** 2 + ((at["plate_thickness"] - 1.5e-3) / 1e-3) ** 2  # type: ignore[operator]
-        for at in sweep.coordinates()
-    ]
-    assert middle.id == sweep.runs()[int(np.argmin(distances))].run.id
-
-
 def test_report__of_a_sample_has_a_verdict_and_a_scatter_over_each_axis() -> None:
     document = changed(resolution=[16, 24, 32])
     cube = sized_cube(document, lambda shot: 5e-3 + 1e-6 * shot.speed, "hole_diameter")

@@ -10,7 +10,6 @@ from studies.quantities.findings import InvalidInput
 from studies.runs.run import Run, materials_of, resolve
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
-    EOS,
     FAILURE,
     SCREENS,
     STRENGTH_DEVIATION,
@@ -82,15 +81,6 @@ def test_failure__is_switched_on_and_off() -> None:
     back = {each.name: each.run for each in screens_of(on)}[FAILURE]
     assert back is not None
     assert back.id == run_of("copper-ofhc").id
-
-
-def test_equation_of_state__is_that_of_a_material_with_the_same_strength() -> None:
-    screen = {each.name: each for each in screens_of(run_of("copper-ofhc"))}[EOS]
-    assert screen.run is not None
-    assert screen.run.id == run_of("copper-ofhc-tillotson").id
-    alone = {each.name: each for each in screens_of(run_of("al-2024-t3"))}[EOS]
-    assert alone.run is None
-    assert "al-2024-t3" in alone.reason
 
 
 def test_contributions__are_half_the_gap_of_strengths_and_the_change_over_root_three() -> None:

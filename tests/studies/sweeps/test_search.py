@@ -86,12 +86,6 @@ def test_search__goes_on_from_results_alone() -> None:
     assert sorted(order) == list(limit.tried)
 
 
-def test_unfinished_run__keeps_the_search_where_it_is() -> None:
-    limit = searched(lambda speed: "running" if speed == 175.0 else speed >= 171.0)
-    assert limit.verdict is SearchVerdict.UNFINISHED
-    assert limit.tried == (100.0, 150.0, 175.0, 200.0)
-
-
 def test_sweep__searches_each_point_of_the_other_axes() -> None:
     sweep = Sweep.parse(DOCUMENT)
     assert [point.coordinates["speed"] for point in sweep.runs()[::2]] == [100.0, 150.0, 200.0]

@@ -2,7 +2,6 @@
 
 import contextlib
 import copy
-import dataclasses
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -124,21 +123,6 @@ def test_parse__gives_exact_values_in_si_with_the_stop() -> None:
     assert sweep.fixed["target.strength.A"] == 100e6
 
 
-@pytest.mark.parametrize(
-    ("name", "values", "expected"),
-    [
-        ("plate_thickness", ("0.1 mm", "0.4 mm", "0.1 mm"), (1e-4, 2e-4, 3e-4, 4e-4)),
-        ("speed", ("7 km/s", "5 km/s", "-1 km/s"), (7e3, 6e3, 5e3)),
-        ("threads", (1, 5, 2), (1, 3, 5)),
-    ],
-    ids=["tenths", "downwards", "whole numbers"],
-)
-def test_range__is_exact(name: str, values: tuple[Any, ...], expected: tuple[float, ...]) -> None:
-    steps = dict(zip(("start", "stop", "step"), values, strict=True))
-    axes = {axis.name: axis for axis in Sweep.parse(changed(f"axes/{name}", steps)).axes}
-    assert axes[name].values == expected
-
-
 @given(st.integers(10, 400), st.integers(1, 40), st.integers(0, 30))
 def test_range__equals_the_list_written_out(start: int, step: int, count: int) -> None:
     parameter = declared(PlateParameters)["plate_thickness"]
@@ -170,31 +154,6 @@ def test_document__keeps_materials_and_observations() -> None:
     assert again.observations[0].value == 0.019
 
 
-def test_constant__that_two_materials_measure_differently_is_one_of_neither() -> None:
-    """Johnson and Cook's A is a stress, Steinberg and Guinan's a rise with pressure."""
-    constants = {
-        "Y0": (120, "MPa"),
-        "Y_max": (640, "MPa"),
-        "beta": (36, "1"),
-        "n": (0.45, "1"),
-        "A": (28.3, "1/TPa"),
-        "B": (3.77e-4, "1/K"),
-        "a": (1.5, "1"),
-        "gamma0": (2.02, "1"),
-    }
-    sourced = {"source": "Steinberg (1996), UCRL-MA-106439", "confidence": "verified"}
-    strength = {name: {"value": value, "unit": unit, **sourced} for name, (value, unit) in constants.items()}
-    copper = materials.load("copper-ofhc").document()
-    pressed = {**copper, "name": "pressed", "strength": {"kind": "steinberg-guinan", **strength}}
-    document = changed("axes/target", ["copper-ofhc", "pressed"])
-    document["materials"] = {"pressed": pressed}
-    del document["fixed"]["target"]
-    assert "target.strength.A" in refused(document)
-    document["axes"]["target"] = ["pressed"]
-    document["fixed"]["target.strength.A"] = "30 1/TPa"
-    assert Sweep.parse(document).fixed["target.strength.A"] == 30e-12
-
-
 def test_runs__of_a_grid_vary_the_last_axis_fastest() -> None:
     points = Sweep.parse(DOCUMENT).runs()
     assert len(points) == 18
@@ -214,16 +173,6 @@ def test_runs__of_a_zip_pair_the_axes() -> None:
     refined = Sweep.parse({**document, "resolution": [16, 32]})
     assert refined.shape == (3, 2)
     assert [point.index for point in refined.runs()][:3] == [(0, 0), (0, 1), (1, 0)]
-
-
-def test_runs__over_materials_and_their_constants() -> None:
-    document = changed("axes/target", ["copper-ofhc", "al-2024-t3"])
-    document["axes"]["target.strength.A"] = ["80 MPa", "90 MPa"]
-    del document["fixed"]["target"], document["fixed"]["target.strength.A"]
-    points = Sweep.parse(document).runs()
-    targets = [point.run.materials["target"] for point in points]
-    assert {target["name"] for target in targets} == {"copper-ofhc", "al-2024-t3"}
-    assert {target["strength"]["A"] for target in targets} == {80e6, 90e6}
 
 
 def test_runs__name_the_points_that_are_refused() -> None:
@@ -323,14 +272,6 @@ def test_parse__names_field_value_limit_and_cure(path: str, value: Any, parts: l
     assert all(word in message for word in parts), message
 
 
-def test_parse__refuses_a_material_once_and_not_its_name_again() -> None:
-    document = changed("materials", {"mine": {"base": "steel-4340", "strength": {"A": 900}}})
-    document["fixed"] = {**document["fixed"], "target": "mine"}
-    with pytest.raises(InvalidInput) as caught:
-        Sweep.parse(document)
-    assert [finding.field for finding in caught.value.findings] == ["materials.mine.strength.A"]
-
-
 @pytest.mark.parametrize("document", [None, 3, [], "sweep", {}, {1: 2}, {"scenario": "plate"}])
 def test_parse__of_no_sweep_is_refused(document: Any) -> None:
     refused(document)
@@ -365,22 +306,6 @@ def test_parse__of_anything_anywhere_refuses_and_never_crashes(path: str, value:
             Sweep.parse(changed(path, value))
 
 
-def test_parse__of_a_misspelt_required_parameter_refuses_it_once() -> None:
-    document = changed("axes/velocity", ["6 km/s"])
-    del document["axes"]["speed"]
-    with pytest.raises(InvalidInput) as caught:
-        Sweep.parse(document)
-    assert [finding.field for finding in caught.value.findings] == ["axes.velocity"]
-
-
-def test_parse__names_every_missing_parameter() -> None:
-    document = changed("fixed", {})
-    document["axes"] = {"speed": ["6 km/s"]}
-    message = refused(document)
-    for name in ("plate_thickness", "projectile_diameter", "projectile", "target"):
-        assert f"fixed.{name}: nothing" in message
-
-
 def test_parse__of_a_zip_asks_for_equal_lengths_and_new_points() -> None:
     document = changed("combine", "zip")
     assert "speed: 6, plate_thickness: 3" in refused(document)
@@ -412,23 +337,6 @@ def test_limits__refuse_a_run_of_too_many_particles_at_its_point() -> None:
     assert "fewer cells" in finding.cure
 
 
-def test_limits__on_particles_hold_at_every_accuracy_and_are_no_part_of_the_question() -> None:
-    few, many = (Sweep.parse(refined(resolution=32), SweepLimits(max_particles=most)) for most in (10, 10**9))
-    assert few == many
-    assert few.document() == many.document()
-    free = Sweep.parse(refined(resolution=None, accuracy="draft"), SweepLimits(max_particles=10))
-    with pytest.raises(InvalidInput, match="particles"):
-        free.at_accuracy("fine").runs()
-
-
-def test_accepted__lets_in_again_whatever_a_door_has_let_in() -> None:
-    document = changed("axes/plate_thickness", ["80 mm"])
-    document["resolution"] = 512
-    with pytest.raises(InvalidInput, match="particles"):
-        Sweep.parse(document).runs()
-    assert len(Sweep.parse(document, ACCEPTED).runs()) == 6
-
-
 # --- resolutions and offsets ------------------------------------------------------------------------
 
 
@@ -451,13 +359,6 @@ def test_refinement__computes_each_point_at_each_resolution_and_offset() -> None
     }
     assert points[10].run.parameters["offset"] == 0.333333333333
     assert points[10].run.parameters["cells_per_diameter"] == 16.0
-
-
-def test_refinement__of_one_resolution_and_one_offset_changes_no_run() -> None:
-    plain, listed = Sweep.parse(DOCUMENT), Sweep.parse(refined(resolution=[32], offsets=1))
-    assert plain == listed
-    assert plain.refinements == ()
-    assert [point.run.parameters for point in plain.runs()] == [point.run.parameters for point in listed.runs()]
 
 
 @pytest.mark.parametrize(
@@ -485,83 +386,6 @@ def test_accuracy__stands_for_resolutions_and_offsets(name: str) -> None:
     sweep = Sweep.parse(refined(resolution=None, accuracy=name))
     assert sweep == Sweep.parse(written_out)
     assert sweep == Sweep.parse(DOCUMENT).at_accuracy(name)
-
-
-@pytest.mark.parametrize(
-    ("changes", "parts"),
-    [
-        ({"accuracy": "fyne"}, ["accuracy", "did you mean 'fine'"]),
-        ({"accuracy": 3}, ["accuracy", "one of draft"]),
-        ({"accuracy": ["fine"]}, ["accuracy"]),
-        ({"accuracy": "fine", "offsets": 2}, ["accuracy", "offsets", "one of the two"]),
-    ],
-)
-def test_accuracy__that_is_wrong_is_refused(changes: dict[str, Any], parts: list[str]) -> None:
-    message = refused(refined(resolution=None, **changes))
-    assert all(word in message for word in parts), message
-    assert "resolution: nothing" not in message  # the preset gives it, once it is a name
-
-
-@pytest.mark.parametrize("part", ["fixed", "axes"])
-@pytest.mark.parametrize(
-    ("parameter", "changes", "key"),
-    [
-        ("cells_per_diameter", {"accuracy": "draft", "resolution": None}, "accuracy"),
-        ("cells_per_diameter", {"resolution": [8, 16]}, "resolution"),
-        ("offset", {"accuracy": "fine", "resolution": None}, "accuracy"),
-        ("offset", {"offsets": 3}, "offsets"),
-    ],
-)
-def test_refinement__of_what_is_given_elsewhere_is_refused(
-    part: str, parameter: str, changes: dict[str, Any], key: str
-) -> None:
-    document = refined(**changes)
-    document[part][parameter] = 0.5 if part == "fixed" else [0.5]
-    message = refused(document)
-    assert f"{key}: " in message
-    assert f"{parameter} under {part}" in message
-
-
-@pytest.mark.parametrize(
-    ("changes", "parts"),
-    [
-        ({"offsets": 2}, ["offsets", "a scenario with offset"]),
-        ({"accuracy": "fine"}, ["accuracy", "a scenario with offset"]),
-        ({"accuracy": "draft"}, []),
-    ],
-)
-def test_offsets__need_a_scenario_that_has_one(
-    monkeypatch: pytest.MonkeyPatch, changes: dict[str, Any], parts: list[str]
-) -> None:
-    fields = [each for each in dataclasses.fields(PlateParameters) if each.name != "offset"]
-    record = dataclasses.make_dataclass(
-        "Still", [(each.name, each.type, each) for each in fields], frozen=True, kw_only=True
-    )
-    still = SimpleNamespace(**{**vars(PLATE), "parameters": record})
-    monkeypatch.setattr("studies.scenarios.load", lambda name: still)
-    document = refined(resolution=None if "accuracy" in changes else 32, **changes)
-    if parts:
-        message = refused(document)
-        assert all(word in message for word in parts), message
-        with pytest.raises(ValueError, match="fine"):
-            Sweep.parse(DOCUMENT).at_accuracy("fine")
-    else:
-        assert Sweep.parse(document).resolutions == ACCURACY["draft"].resolutions
-
-
-def test_limits__count_resolutions_and_offsets_before_anything_is_expanded() -> None:
-    document = refined(resolution=[16, 32, 64], offsets=3)
-    message = refused(document, SweepLimits(max_runs=161))
-    assert "162 runs (18 points, each 9 times" in message
-    assert Sweep.parse(document, SweepLimits(max_runs=162)).size == 162
-    many = refined(resolution={"start": 2, "stop": 500, "step": 1}, offsets=32)
-    assert "287424 runs" in refused(many)
-
-
-def test_constant__must_belong_to_every_material_of_its_role() -> None:
-    document = changed("axes/target", ["copper-ofhc", "copper-thesis-plastic"])
-    del document["fixed"]["target"]
-    assert "fixed.target.strength.A" in refused(document)
 
 
 @pytest.mark.parametrize(
