@@ -1,6 +1,7 @@
 """Models of matter one by one: their published numbers, and the branches that their contracts do not reach."""
 
 import math
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -18,8 +19,10 @@ from solver.matter.stress import PointState, advance
 from solver.matter.tension.recoverable import RecoverableTension
 from solver.matter.tensor import equivalent_stress
 from solver.problem import ArtificialViscosity
+from solver.simulation import start
 from studies.cases.solutions.detonation import TNT, Isentrope, chapman_jouguet
-from studies.cases.verification.chapman_jouguet import explosive
+from studies.cases.verification.chapman_jouguet import bar, explosive
+from studies.quantities.recipes import RECIPES
 from tests.contracts.test_eos import made, pressure, shock
 from tests.contracts.test_strength import copper
 from tests.solver.bodies import DENSITY, MELT, ROOM, SOUND_SPEED, SPACING, real_copper
@@ -172,6 +175,15 @@ def test_lighting__is_that_of_the_first_detonation_to_arrive() -> None:
     got = lighting_times(place, 1e3, points=[(0.03, 0.04, 0.0)], planes=[((0.1, 0.0, 0.0), (1.0, 0.0, 0.0))])
     assert got == pytest.approx([5e-5, 2e-5], rel=ROUND_OFF)
     assert np.all(np.isinf(lighting_times(place, 1e3)))
+
+
+def test_lighting__goes_with_its_particle_when_they_are_sorted() -> None:
+    problem = bar(20, RECIPES["whipple"])
+    [body] = problem.bodies
+    backwards = {name: getattr(body, name)[::-1] for name in ("position", "velocity", "mass", "lighting")}
+    simulation = start(replace(problem, bodies=(replace(body, **backwards),)))
+    lit = lighting_times(simulation.particles.position, TNT.velocity, planes=[((0.0,) * 3, (1.0, 0.0, 0.0))])
+    assert np.array_equal(simulation.table[-1], lit)
 
 
 @pytest.mark.parametrize(("density", "energy"), [(1200.0, 0.0), (1200.0, 3e5), (800.0, 1e5)])

@@ -16,7 +16,7 @@ from studies.fits.indices import SobolIndex, indices_of
 from studies.fits.measured import open_cube
 from studies.fits.surrogate import ComputedRuns, Surrogate, SurrogateInput, runs_of, surrogate_of
 from studies.laws import Shot
-from studies.quantities.findings import MissingExtra
+from studies.quantities.findings import InvalidInput, MissingExtra
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sampling import LATIN, SOBOL, Sampling
 from tests.rows import Row, at_least
@@ -97,6 +97,15 @@ def test_surrogate__uses_runs_of_coarse_grids_and_says_which_it_leaves_out() -> 
     assert list(runs.axes_not_used) == ["offset"]
     for text in ("30 of 36 runs", "6 left out: closed on axis", "axis offset left out", "20 of"):
         assert text in runs.scope
+
+
+def test_place__is_read_with_units_and_inside_the_runs() -> None:
+    runs = runs_of(sized_cube({**HOLES, "resolution": [16, 32]}, bent, "hole_diameter"), "hole_diameter")
+    texts = ["speed=5 km/s", "plate_thickness = 2 mm"]
+    assert runs.read_place(texts).tolist() == [5000.0, 2e-3, 32.0]
+    for wrong in (texts[:1], [*texts, "x=1"], ["speed=9 km/s", texts[1]], ["speed=5", texts[1]]):
+        with pytest.raises(InvalidInput):
+            runs.read_place(wrong)
 
 
 def test_command__prints_errors_indices_and_a_prediction(
