@@ -62,32 +62,6 @@ def test_audit__sees_what_appears_and_what_is_missing(
     assert result.energy_drift == pytest.approx(energy)
 
 
-def test_audit__counts_what_left_in_the_ledger_and_no_longer_on_the_grid() -> None:
-    particles = three()
-    ledger = Ledger()
-    for gone in (1, 2):
-        ledger = ledger.with_particles(particles, np.array([gone]))
-    particles.alive[1:] = 0
-    assert (ledger.mass, ledger.kinetic, ledger.internal, ledger.particles) == (6.0, 1.0, 20.0, 2)
-    assert ledger.momentum.tolist() == [-2.0, 0.0, 0.0]
-    result = balance(particles, ledger=ledger)
-    assert (result.mass_error, result.momentum_error, result.energy_drift) == (0.0, 0.0, 0.0)
-    assert (result.kinetic, result.internal, result.largest_speed) == (2.0, 0.0, 2.0)
-    assert result.outflow_mass == pytest.approx(6.0 / 7.0)
-    assert result.outflow_energy == pytest.approx(21.0 / 23.0)
-
-
-def test_audit__shares_are_of_the_initial_energy_and_the_work_of_loads() -> None:
-    """1 kg, at rest before, was given 8 J: of them it has 5, 2 were removed, and 1 is missing."""
-    particles = views(empty_table(1))
-    particles.mass[:] = 1.0
-    start = totals(particles)
-    particles.energy[:] = 5.0
-    result = balance(particles, start, removed=2.0, removed_by_contact=0.5, worked=8.0)
-    assert (result.removed_energy, result.contact_energy) == (0.25, 0.0625)
-    assert result.energy_drift == -0.125
-
-
 @pytest.mark.claim("numerics", "viscosity-work")
 def test_audit__computes_no_term_from_the_balance() -> None:
     """Switching off the work of the artificial viscosity makes the energy audit see it."""

@@ -208,15 +208,6 @@ def test_restart__with_other_threads_ends_with_the_same_bits(name: str, file: Pa
     assert later.steps == expected.snapshot.step - STOPPED
 
 
-def test_checkpoint__written_on_the_way_changes_no_bit(file: Path) -> None:
-    problem = blocks()
-    expected = simulate(problem, lambda _: None, interval=INTERVAL, threads=1)
-    assert same_bits(Witness(file).run(problem, seconds_between=0.0), expected)
-    later = Witness(file)
-    assert same_bits(later.run(problem), expected)
-    assert later.steps == 0
-
-
 # What is refused
 
 

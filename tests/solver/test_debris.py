@@ -11,7 +11,7 @@ from solver.grid.debris import clear_debris, flown_on_grid
 from solver.problem import Problem, Retirement
 from solver.simulation import start
 from solver.state import Departed
-from tests.solver.bodies import ABOUT_AXIS, OPEN, ROUND_OFF, after, assert_balanced, block, box, leaving, real_copper
+from tests.solver.bodies import ABOUT_AXIS, ROUND_OFF, after, assert_balanced, block, box, leaving, real_copper
 
 SPEED = 1000.0  # m/s
 REORDERED = 50  # steps between reorderings here, so that short runs have some
@@ -68,16 +68,6 @@ def test_departed__is_what_has_come_off_and_meets_nothing(
     low: Corner, high: Corner, velocity: tuple[float, float, float], goes: bool
 ) -> None:
     assert leaves(beside(low, high, velocity)) == goes
-
-
-@pytest.mark.parametrize(("across", "goes"), [(2.0 * SPEED, True), (0.0, False)])
-def test_departed__in_three_dimensions_flies_past_the_side_of_the_target(across: float, goes: bool) -> None:
-    geometry = box(8, 8, 20)
-    target = block(geometry, (1.0, 1.0, 8.0), (4.0, 7.0, 10.0), name="target")
-    debris = block(geometry, (1.0, 3.0, 14.0), (2.0, 4.0, 15.0), velocity=(across, 0.0, -SPEED))
-    rule = Retirement(body=1, after=0.0)
-    problem = Problem(geometry, (debris, target), OPEN, end_time=1.0, retirement=rule)
-    assert leaves(problem) == goes
 
 
 # What it leaves

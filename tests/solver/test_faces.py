@@ -5,8 +5,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.grid.faces import CLOSED, OPEN, closed_nodes
-from solver.grid.nodes import node_positions
 from solver.grid.step import Field
 from solver.problem import Face, Problem, clamp
 from solver.simulation import start
@@ -92,19 +90,6 @@ def test_wall__holds_what_still_approaches_at_the_end_of_the_step_and_never_pull
     assert (impulse[2] > 0.0) == pushes
 
 
-def test_fold__mirrors_what_ghosts_hold_and_keeps_mass() -> None:
-    field = field_with(Face.SYMMETRIC, 0, 0)
-    nodes, closed = field.nodes, field.closed
-    nodes.mass[closed.ghost], nodes.mass[closed.inner] = 0.25, 1.0
-    nodes.momentum[closed.ghost], nodes.force[closed.ghost] = MOMENTUM, FORCE
-    field.close(DT, np.zeros(3))
-    mirrored = np.array([-1.0, 1.0, 1.0])
-    assert (nodes.mass[closed.inner] == 1.25).all()
-    assert (nodes.momentum[closed.inner] == mirrored * MOMENTUM).all()
-    assert (nodes.force[closed.inner] == mirrored * FORCE).all()
-    assert not nodes.state[closed.ghost].any()
-
-
 # On particles
 
 # A clamp over layers 1 and 2 along y.
@@ -188,14 +173,6 @@ def test_axis__turns_the_shear_of_a_particle_that_crosses_it() -> None:
 
 
 # Within a clamp
-
-
-@pytest.mark.parametrize("kind", CLOSED_FACES)
-def test_clamp__leaves_fixed_faces_free_beyond_it_and_others_closed(kind: Face) -> None:
-    closed = closed_nodes(BOX, ((kind, Face.FREE), FREE, FREE), GRIP)
-    place = node_positions(BOX)[closed.face, 1] / SPACING
-    inside = (place > 0.9) & (place < 2.1) | (kind != Face.FIXED)
-    assert (closed.closed == np.where(inside, CLOSED, OPEN)).all()
 
 
 # In a simulation

@@ -6,15 +6,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from solver.matter.eos import pressure_terms, reference_density, reference_sound_speed, sound_speed_squared, temperature
+from solver.matter.eos import pressure_terms, reference_sound_speed, sound_speed_squared, temperature
 from solver.matter.eos.jwl import burnt_fraction, lighting_times
 from solver.matter.eos.linear_elastic import LinearElastic
 from solver.matter.eos.polynomial import Polynomial
 from solver.matter.failure.spall import Spall
 from solver.matter.laws import Matter
-from solver.matter.strength import melting, stiffness
 from solver.matter.strength.drucker_prager import DruckerPrager
-from solver.matter.strength.steinberg_guinan import SOFTEST, THINNEST_SOLID
 from solver.matter.stress import PointState, advance
 from solver.matter.tension.recoverable import RecoverableTension
 from solver.matter.tensor import equivalent_stress
@@ -24,8 +22,7 @@ from studies.cases.solutions.detonation import TNT, Isentrope, chapman_jouguet
 from studies.cases.verification.chapman_jouguet import bar, explosive
 from studies.quantities.recipes import RECIPES
 from tests.contracts.test_eos import made, pressure, shock
-from tests.contracts.test_strength import copper
-from tests.solver.bodies import DENSITY, MELT, ROOM, SOUND_SPEED, SPACING, real_copper
+from tests.solver.bodies import DENSITY, ROOM, SOUND_SPEED, SPACING, real_copper
 
 DT = 1e-9
 ROUND_OFF = 1e-12
@@ -68,24 +65,7 @@ def test_tillotson__has_no_jump_at_either_end_of_boiling() -> None:
         assert math.isclose(at[2], at[3], rel_tol=1e-6)
 
 
-def test_tillotson__vapour_presses_where_the_other_forms_pull() -> None:
-    """At a tenth of the density with 10 MJ/kg: an ideal gas of a = 0.5, and tension in Mie and Grueneisen's form."""
-    vapour = pressure(made("tillotson"), 890.0, 10e6)
-    assert math.isclose(vapour, 0.5 * 890.0 * 10e6, rel_tol=1e-6)
-    assert pressure(made("mie-grueneisen"), 890.0, 10e6) < 0.0
-
-
 # Strengths
-
-
-def test_steinberg_guinan__melts_before_it_is_as_soft_as_its_floor() -> None:
-    """Pulled as hard as a tensile floor lets it be, or cold with the pressure of its compression."""
-    matter = real_copper()._replace(strength=copper("steinberg-guinan"), melt_temperature=1790.0)
-    for ratio in np.linspace(0.8, 2.0, 121):
-        melt = matter.melt_temperature * melting(matter.strength, ratio)
-        cold, _ = pressure_terms(matter.eos, ratio * reference_density(matter.eos), 0.0)
-        law = stiffness(matter.strength, ratio, max(cold, -2e9), melt)
-        assert law / min(ratio / THINNEST_SOLID, 1.0) > 2.0 * SOFTEST
 
 
 # Spall and tension: matter at a constant tension, at rest, under a tensile floor at the same spall strength
@@ -119,11 +99,6 @@ def test_spall__breaks_held_matter_when_the_integral_reaches_its_time(tension_sh
     assert math.isclose(-point.pressure, tension_share * SPALL, rel_tol=ROUND_OFF)
     assert math.ceil(TIME / (-point.pressure / SPALL - 1.0) ** 2 / DT) == len(whole) + 1
     assert broken.pressure == 0.0
-
-
-def test_spall__does_not_count_tension_that_molten_matter_does_not_carry() -> None:
-    (state,) = rested(held(3.0, kelvin=MELT), 1)
-    assert (state.pressure, state.damage) == (0.0, 0.0)
 
 
 # Explosives, null materials and soils

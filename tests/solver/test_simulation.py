@@ -11,7 +11,7 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.matter.strength.perfectly_plastic import PerfectlyPlastic
 from solver.matter.tension.unlimited import UnlimitedTension
 from solver.problem import Problem, Scheme, Traction
-from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
+from solver.simulation import Simulation, simulate, start
 from solver.state import Snapshot
 from tests.solver.bodies import (
     ABOUT_AXIS,
@@ -123,16 +123,6 @@ def test_unphysical_state__names_particle_body_time_quantity_and_value(
 def test_nan__in_any_field_ends_the_run_within_three_steps(field: str, scheme: Scheme) -> None:
     """A NaN in any field ends the run within three steps."""
     error_after(field, np.nan, scheme=scheme)
-
-
-def test_unphysical_state__names_the_permanent_number_after_the_arrays_were_reordered() -> None:
-    simulation = after(two_blocks("axisymmetric"), SORT_INTERVAL + 1)
-    place = int(np.flatnonzero(simulation.particles.number == 23)[0])
-    assert place != 23
-    simulation.particles.energy[place] = np.nan
-    with pytest.raises(UnphysicalState) as caught:
-        simulation.advance()
-    assert caught.value.particle == 23
 
 
 # What leaves the grid

@@ -8,8 +8,8 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError
-from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing, Traction
-from solver.simulation import Simulation, simulate, start
+from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing
+from solver.simulation import Simulation, start
 from solver.sph.neighbours import find_neighbours, sort_into_cells
 from solver.sph.smoothing import CubicSpline, WendlandC2, factor, height, slope
 from solver.sph.tables import HEAVY, LENGTH, RHO, new_memory, tables_of
@@ -196,21 +196,3 @@ def test_artificial_stress__slows_the_clumping_of_a_patch_that_is_pulled(compare
 def test_problem__that_smoothed_particles_do_not_compute_is_refused_by_name(changes: dict[str, Any], word: str) -> None:
     with pytest.raises(ProblemError, match=word):
         start(impact(**changes))
-
-
-def test_traction__gives_its_impulse_and_work() -> None:
-    pressure, step, steps = 1e6, 5e-8, 20
-    load = Traction(0, 2, 1, np.array([0.0, 1.0]), np.full(2, pressure))
-    problem = replace(
-        impact(end_time=steps * step, fixed_dt=step, tractions=(load,)),
-        bodies=(block("bar", (0, 0, 2), (5, 5, 6), 0.0),),
-    )
-    outcome = simulate(problem)
-    p = outcome.snapshot.particles
-    momentum = float((p.mass * p.velocity[:, 2]).sum())
-    # Velocities live half a step before; the end is the same to the strain, 1e-5.
-    elapsed = outcome.snapshot.time - 0.5 * step
-    expected = -pressure * (5 * SPACING) ** 2 * elapsed
-    assert momentum == pytest.approx(expected, rel=1e-4)
-    assert outcome.audit.exchanged.worked > 0.0
-    assert_balanced(outcome.audit)

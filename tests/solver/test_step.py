@@ -27,15 +27,6 @@ from tests.solver.bodies import (
 STEPS = 60
 
 
-@each_shape
-def test_flight__of_particles_on_nodes_is_as_free_as_any(shape: Any) -> None:
-    geometry = box(8, 8, 12)
-    body = block(geometry, (2.25, 2.25, 2.25), (5.25, 5.25, 5.25), velocity=(0.0, 0.0, 6e3))
-    problem = Problem(geometry, (body,), OPEN, end_time=1.0, shape=shape)
-    assert (start(problem, threads=1).particles.position % SPACING == 0.0).any()
-    assert np.abs(after(problem, 3).particles.pressure).max() <= 1.0
-
-
 @pytest.mark.parametrize("name", ["linear", "quadratic-bspline"])
 @pytest.mark.parametrize("scheme", [Scheme.USF, Scheme.USL])
 def test_scheme__keeps_momentum_and_shows_its_energy(name: str, scheme: Scheme) -> None:
@@ -82,12 +73,6 @@ def flown(damping: Damping, fixed_dt: float, checkerboard: float) -> Simulation:
     while simulation.time < 0.2e-6:
         simulation.advance()
     return simulation
-
-
-@pytest.mark.parametrize("order", [1, 2])
-def test_damping__leaves_rigid_motion_alone(order: int) -> None:
-    velocity = flown(Damping(1e8, order), 1e-8, 0.0).particles.velocity
-    assert np.allclose(velocity, (100.0, 0.0, 0.0), rtol=0.0, atol=1e-9)
 
 
 @pytest.mark.parametrize("order", [1, 2])

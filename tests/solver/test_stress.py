@@ -9,7 +9,6 @@ import numpy as np
 import pytest
 
 from solver.matter.eos.mie_grueneisen_cubic import mie_grueneisen_cubic
-from solver.matter.failure.plastic_strain import PlasticStrainLimit
 from solver.matter.laws import Matter
 from solver.matter.stress import PointState, advance
 from solver.matter.tensor import contract
@@ -98,13 +97,3 @@ def test_counters__count_each_particle_on_which_a_safeguard_acts(
     assert counts == dict.fromkeys(expected, simulation.particles.mass.size)
     if "below_zero_kelvin" in expected:
         assert not simulation.particles.temperature.any()
-
-
-def test_failed__counts_each_particle_once() -> None:
-    simulation = cube(real_copper()._replace(failure=PlasticStrainLimit(0.5)))
-    particles = simulation.particles
-    particles.plastic_strain[:4] = 0.6
-    particles.plastic_strain[4:9] = 0.4
-    for _ in range(3):
-        assert counted(simulation)["failed"] == 4
-    assert (simulation.particles.damage == 1.0).sum() == 4

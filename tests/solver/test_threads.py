@@ -9,7 +9,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.grid.step import shares_of
-from solver.simulation import MOST_SHARES, SHARE, simulate, threads_for
+from solver.simulation import simulate
 from solver.state import Snapshot
 from solver.steps.threads import ThreadPool
 from tests.solver.bodies import after, assert_same_bits, each_kind, two_blocks
@@ -37,21 +37,6 @@ def test_pool__runs_every_share_and_passes_on_what_one_raises(threads: int) -> N
 
     with pytest.raises(ZeroDivisionError):
         ThreadPool(threads).run(fail, [1, 2])
-
-
-@pytest.mark.parametrize(
-    ("particles", "asked", "threads"),
-    [
-        (2 * SHARE - 1, 2, 1),  # one share: there is nothing for a second thread
-        (2 * SHARE, 2, 2),
-        (2 * SHARE, 8, 2),
-        (100 * SHARE, 8, 8),
-        (100 * SHARE, 100, MOST_SHARES),
-        (100 * SHARE, 1, 1),
-    ],
-)
-def test_threads__are_no_more_than_find_work(particles: int, asked: int, threads: int) -> None:
-    assert threads_for(particles, asked) == threads
 
 
 def test_simulate__ends_its_threads_when_an_error_still_holds_its_frame() -> None:

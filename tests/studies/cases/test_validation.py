@@ -11,8 +11,6 @@ from studies.cases.compared import ComparedReading, against, compared
 from studies.cases.pages import draw, write_case, write_index
 from studies.cases.rows import Row, Verified, reported
 from studies.cases.validation import LEVELS, Line, Picture, PublishedNumber, ValidationCase
-from studies.laws.maiden_c import hole_ratio
-from studies.materials import load
 from studies.quantities.measured import Measured
 from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
@@ -77,26 +75,6 @@ def cube_of(document: Any, values: Mapping[str, Callable[[Mapping[str, Any]], fl
         }
         results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=measurements)
     return cubes.build(sweep, results)
-
-
-def test_verdict_on_a_law__has_its_mean_and_its_trend() -> None:
-    """Holes from which Maiden's law differs by 2 % for each km/s."""
-
-    def hole(at: Mapping[str, Any]) -> float:
-        law = 8e-3 * float(hole_ratio(at["speed"], 0.2, load("copper-ofhc").sound_speed))
-        return law / (1.0 + 0.02 * at["speed"] / 1e3)
-
-    document = validation.load("hole-laws").documents("quick")["copper-0.2"]
-    cubes = {"copper-0.2": cube_of(document, {"hole_diameter": hole})}
-    rows = list(validation.load("hole-laws").rows("quick", cubes))
-    assert [row.verdict for row in rows[:2]] == ["PASS", "PASS"]
-    (maiden,) = (row for row in rows if "Maiden (sound speed)" in row.claim)
-    assert maiden.got == pytest.approx(2.0 * (2.0 + 4.5 + 7.0) / 3.0)
-    assert maiden.others["n"] == "3 of 3"
-    assert maiden.others["per km/s"] == "+2.0 ± 0.0 %"
-    (printed,) = (row for row in rows if "Maiden (aluminium)" in row.claim)
-    assert printed.got == "no judged point"
-    assert "calibrated on aluminium" in printed.others["outside: 3"]
 
 
 def test_picture__has_each_grid_ours_and_theirs(cube: Any) -> None:

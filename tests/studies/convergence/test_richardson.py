@@ -10,7 +10,6 @@ from hypothesis import strategies as st
 
 from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit
 from studies.convergence.richardson import (
-    COVERAGE,
     LEFT,
     SAFETY,
     SAFETY_UNOBSERVED,
@@ -119,20 +118,6 @@ def test_grids_without_noise__that_do_not_converge_have_the_index_of_the_two_fin
     assert result.mesh == pytest.approx(safety * error_of_order(values[0], values[1], order))
     assert math.isnan(result.extrapolated)
     assert math.isnan(result.gci)
-
-
-@pytest.mark.parametrize("count", [2, 3])
-@pytest.mark.parametrize("value", [20.0, 0.0])
-def test_equal_values__leave_what_noise_hides_and_without_noise_nothing(value: float, count: int) -> None:
-    noisy = converge(Sample(2.0**place, value, sub_cell=0.1) for place in range(count))
-    # Of three grids: noise of 0.1, 0.05 and 0.025 cells, of which a cell of the finest has the root mean square.
-    share = math.sqrt((0.1**2 + 0.05**2 + 0.025**2) / 3.0)
-    mesh = 0.1 if count == 2 else COVERAGE * share
-    assert noisy.mesh == pytest.approx(mesh)
-    assert noisy.uncertainty == pytest.approx(math.hypot(mesh, 0.1))
-    silent = alone(*[value] * count)
-    assert math.isnan(silent.mesh)
-    assert math.isnan(silent.uncertainty)
 
 
 # --- a worse verdict has no smaller bar -----------------------------------------------------------

@@ -9,14 +9,13 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies import laws, measurements
-from studies.cubes import cube, variables
+from studies import laws
+from studies.cubes import cube
 from studies.cubes.runs_table import runs_csv
-from studies.cubes.variable import GROUPS, LONGEST_LABEL, Quantity, Variable
+from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from studies.cubes.variables import STATES
 from studies.quantities.measured import MESH_DETERMINED
 from studies.sweeps.axes import Axis
-from studies.sweeps.screening import CONTRIBUTIONS
 from tests.studies.support import compliance, fakes
 from tests.studies.support.fakes import sweep_of
 
@@ -48,14 +47,6 @@ def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
         assert cell.run_id.item() == point.run.id
     assert "hole_diameter_uncertainty_definition" not in dataset
     assert "hole_diameter_areal_definition_part" not in dataset
-
-
-def test_grid__a_numeric_axis_ascends_in_whatever_order_it_was_given() -> None:
-    sweep = sweep_of(Axis("speed", "m s-1", (5e3, 2e3, 3e3)))
-    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
-    assert list(dataset.speed.values) == [2e3, 3e3, 5e3]
-    ids = {point.coordinates["speed"]: point.run.id for point in sweep.runs()}
-    assert [dataset.run_id.sel(speed=speed).item() for speed in ids] == list(ids.values())
 
 
 @pytest.mark.claim("cube", "failed-run-is-a-result")
@@ -96,16 +87,6 @@ def test_laws__answer_as_themselves_with_range_and_reason() -> None:
                 np.testing.assert_equal(float(cell.hole_diameter_by_law), answer.value)
                 assert bool(cell.hole_diameter_by_law_in_range) == answer.in_range
                 assert cell.hole_diameter_by_law_reason.item() == answer.reason
-
-
-def test_observations__reach_the_cube_with_what_the_laws_say() -> None:
-    dataset = holes(observations=fakes.SHOTS)
-    assert dataset.sizes["observation"] == len(fakes.SHOTS)
-    assert float(dataset.hole_diameter_observed[0]) == fakes.SHOTS[0].value
-    assert np.isnan(dataset.hole_diameter_observed_uncertainty[2])
-    answers = dataset.hole_diameter_by_law_at_observation.sel(hole_diameter_observed_law="maiden_al")
-    assert fakes.SHOTS[0].shot is not None
-    assert float(answers[0]) == fakes.HOLE_LAWS[0].evaluate(fakes.SHOTS[0].shot, "").value
 
 
 def test_histories__are_thinned_padded_and_keep_both_ends() -> None:
@@ -209,19 +190,6 @@ def test_table_of_runs__has_every_run_as_its_cell(written: xr.Dataset) -> None:
         cell = written.sel({heading.partition(" ")[0]: float(row[heading]) for heading in axes})
         np.testing.assert_equal(float(row["hole_diameter [m]"] or "nan"), cell.hole_diameter.item())
         assert row["run_id"] == cell.run_id.item()
-
-
-@pytest.mark.parametrize("name", measurements.names())
-def test_label__of_every_variable_of_a_measurement_is_short(name: str) -> None:
-    measurement = measurements.load(name)
-    quantity = Quantity(name, measurement.unit, measurement.meaning)
-    parts = [variables.uncertainty_part(part) for part in ("azimuth", "growth", "resolution")]
-    every = [each for each in vars(variables).values() if isinstance(each, Variable)]
-    contributions = [variables.model_contribution(name) for name in CONTRIBUTIONS]
-    for variable in (*every, *parts, *contributions):
-        filled = variable.filled(quantity)
-        assert len(filled.long_name) <= LONGEST_LABEL, filled
-        assert filled.meaning in (filled.long_name, filled.comment)
 
 
 @pytest.mark.parametrize(("grids", "flagged"), [((16.0,), True), ((16.0, 32.0), True), (fakes.CELLS, False)])

@@ -1,6 +1,5 @@
 """The model part in a cube: stored, screened, or not assessed with a reason."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,6 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
-from studies.cubes.models import STORED
 from studies.reports import report
 from studies.reports.compare import compare
 from studies.runs.results import RunResult
@@ -78,16 +76,6 @@ def test_not_assessed__is_nan_with_the_reason(model_part: str, screens: dict[str
     assert np.isnan(dataset.hole_diameter_model_part).all()
     assert set(contributions_in(dataset).values()) == {None}
     assert str(dataset.hole_diameter_model_part_reason.values.flat[0]).startswith(reason)
-
-
-def test_stored__is_that_of_scenario_and_family() -> None:
-    classes = {(each["scenario"], each["family"]): each for each in json.loads(STORED.read_text())}
-    shares = classes["thin_plate", "copper"]["quantities"]["hole_diameter"]
-    dataset = built("stored")
-    assert contributions_in(dataset) == shares
-    expected = HOLE * np.linalg.norm(list(shares.values()))
-    np.testing.assert_allclose(dataset.hole_diameter_model_part, expected)
-    assert "python -m docs.model_part" in str(dataset.hole_diameter_model_part_reason.values.flat[0])
 
 
 @pytest.mark.claim("mend-again", "model-part-from-elsewhere")

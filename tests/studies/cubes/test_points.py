@@ -9,10 +9,8 @@ import xarray as xr
 
 from studies.convergence.richardson import Sample, converge_series
 from studies.cubes import cube
-from studies.cubes.cells import MissingResult
 from studies.cubes.points import points_of, refined
 from studies.cubes.variables import VERDICT_WORDS
-from studies.runs.run import Run
 from studies.sweeps.axes import Axis
 from studies.sweeps.reading import RESOLUTION
 from studies.sweeps.sweep import Sweep
@@ -31,11 +29,6 @@ ZIP = sweep_of(
 
 def built(sweep: Sweep = SWEEP, **replaced: Any) -> xr.Dataset:
     return cube.build(sweep, {**fakes.results(sweep), **replaced}, fakes.catalogue())
-
-
-def run_at(sweep: Sweep, **coordinates: float) -> Run:
-    (entry,) = [p.run for p in sweep.runs() if coordinates.items() <= p.coordinates.items()]
-    return entry
 
 
 # --- the cube ---------------------------------------------------------------------------------------
@@ -63,29 +56,7 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
         assert levels == [(level.spacing, level.value, level.scatter) for level in expected.levels]
 
 
-def test_failed_run__leaves_its_point_with_the_others_and_says_so() -> None:
-    lost = run_at(SWEEP, speed=2e3, cells_per_diameter=64.0, offset=0.0)
-    late = replace(fakes.result(lost), state="failed", reason="late")
-    for result in (MissingResult("crashed", "out of luck"), late):
-        dataset = built(SWEEP, **{lost.id: result})
-        cell = dataset.sel(speed=2e3)
-        assert "1 of 3 offsets without a value" in cell.hole_diameter_converged_reason.item()
-        assert np.isfinite(cell.hole_diameter_converged)
-        xr.testing.assert_identical(
-            dataset.hole_diameter_converged.sel(speed=slice(3e3, None)),
-            built().hole_diameter_converged.sel(speed=slice(3e3, None)),
-        )
-
-
 # --- points -----------------------------------------------------------------------------------------
-
-
-def test_points__have_converged_values_and_error_bars() -> None:
-    dataset = built()
-    points = points_of(dataset)
-    assert points.run_state.dims == ("speed",)
-    np.testing.assert_array_equal(points.hole_diameter, dataset.hole_diameter_converged)
-    np.testing.assert_array_equal(points.hole_diameter_reading_uncertainty, dataset.hole_diameter_converged_uncertainty)
 
 
 @pytest.mark.parametrize("finest_failed", [False, True])

@@ -22,7 +22,7 @@ from studies.quantities.findings import InvalidInput
 from studies.runs.execution import setting_of
 from studies.runs.run import resolve
 from tests.rows import Row, at_most, equal, relative
-from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, soil_deck, thousandfold
+from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, soil_deck
 
 MEBIBYTE = 1 << 20
 DECKS: dict[str, Callable[[], str]] = {
@@ -107,12 +107,6 @@ def test_detonation__of_a_deck_reaches_the_state_of_chapman_and_jouguet(compared
     ):
         got = at_front(speed, np.asarray(values))
         compared(relative(f"TNT, {cells} cells: {name}", expected=expected, got=got, within=STATE))
-
-
-@pytest.mark.parametrize("value", [0.1, 1 / 3, 8.93e-3, 5e-324, 1.7e300, 123456.789e-7])
-def test_number__of_a_deck_loses_no_bit(value: float) -> None:
-    deck = read_deck(soil_deck().replace("endt 0.01", f"endt {thousandfold(value)}"), "mm-g-ms")
-    assert deck.end_time == value
 
 
 # --- MPM3D-F90's decks ------------------------------------------------------------------------------
@@ -235,13 +229,6 @@ def test_gravity__of_all_bodies_is_that_of_the_problem() -> None:
     made = problem("deck", deck=falls, units="mm-g-ms", contact="none")
     assert made.gravity == (0.0, 0.0, -9.81)
     assert problem("deck", deck=soil_deck()).gravity == (0.0, 0.0, 0.0)
-
-
-@pytest.mark.parametrize("name", DECKS)
-def test_deck__cut_off_anywhere_is_an_error(name: str) -> None:
-    lines = DECKS[name]().splitlines()
-    for count in range(len(lines) - 1):
-        assert "deck line" in error("\n".join(lines[:count]))
 
 
 def test_file__that_is_no_utf8_names_the_line() -> None:

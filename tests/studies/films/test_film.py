@@ -9,7 +9,7 @@ import pytest
 from solver.errors import Interrupted
 from solver.problem import Problem
 from solver.simulation import simulate, start
-from solver.state import Snapshot, records
+from solver.state import Snapshot
 from studies.films import film
 from studies.films.film import Film
 from studies.runs.execution import execute, observer_of
@@ -79,25 +79,6 @@ def test_film__has_frames_of_every_particle_from_the_first_to_the_last_state(who
     assert whole["bodies"][whole["body"]].tolist() == ["bar"] * count
     assert bool(whole["whole"])
     assert int(whole["stride"]) == 1
-
-
-def test_film__shows_retired_debris_on_its_straight_way() -> None:
-    problem = small_problem()
-    [state] = states(1)
-    particles, gone = state.particles, np.array([3, 5])
-    particles.velocity[gone] = (0.0, 100.0, 0.0)
-    retired = records(0.0, particles, state.body, gone)
-    particles.alive[gone] = 0
-    shown = Film(problem)
-    time = 0.1 * problem.geometry.spacing / 100.0
-    shown.add(state._replace(time=time, departed=retired))
-    frame = shown.frames[0]
-    moved = retired.position + np.array([0.0, 100.0 * time, 0.0])
-    np.testing.assert_allclose(frame[retired.number, :3], moved, rtol=1e-6)
-    assert (frame[retired.number, 3] == 100.0).all()
-    np.testing.assert_allclose(frame[retired.number, 5], retired.temperature)
-    shown.add(state._replace(time=1.0, departed=retired))
-    assert np.isnan(shown.frames[1][retired.number]).all()
 
 
 def test_film__of_a_large_run_shows_some_particles_and_stays_small(tmp_path: Path) -> None:

@@ -13,7 +13,7 @@ from studies.fits.measured import MeasuredShots, of_cube, of_table
 from studies.laws import Shot
 from studies.laws.fitting.forms import FORMS, LENGTHS, Form, columns_of, dimension_of
 from tests.rows import Row, equal
-from tests.studies.support.sized import CRATERS, HOLES, sized_cube
+from tests.studies.support.sized import CRATERS, sized_cube
 
 COPPER = materials.load("copper-ofhc")
 ROUND_OFF = 1e-9  # relative: of an iteration to near round-off, with constants of twelve digits
@@ -55,18 +55,6 @@ def test_fit__is_that_of_the_law_which_it_becomes(form: Form) -> None:
         answer = law.evaluate(shot)
         assert answer.value == pytest.approx(value, rel=ROUND_OFF)
         assert answer.in_range
-
-
-def test_fit__shows_published_laws_of_its_form_beside() -> None:
-    points = of_cube(sized_cube(HOLES, lambda shot: 2e-3 + 1e-3 * shot.speed**0.3, "hole_diameter"), "hole_diameter")
-    published = {each.form.name: each.published for each in fits_of(points)}
-    stated = {law.title: law.constants for law in published["maiden"]}
-    # Ma (2005), Eq. 1-3; the general form has 2.40 / C with C in km/s.
-    assert stated["Maiden (aluminium)"] == pytest.approx((0.45, 0.90, 2 / 3), rel=1e-6)
-    assert stated["Maiden (sound speed)"] == pytest.approx((2.40 / 3.94, 0.90, 2 / 3), rel=1e-6)
-    powers = {law.title: law.constants[1:] for law in published["thickness"]}
-    assert powers["Nysmith and Denardo"] == pytest.approx((0.5, 0.45))
-    assert powers["Lundeberg, Stern and Bristow"] == pytest.approx((1 / 3, 1 / 3))
 
 
 def test_fit__intervals_hold_the_truth_in_95_of_100() -> None:

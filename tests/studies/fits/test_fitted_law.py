@@ -25,11 +25,6 @@ def law() -> FittedLaw:
     return fit(of_cube(dataset, "crater_depth"), FORMS["power"]).law()
 
 
-def test_law__document_is_read_as_itself(law: FittedLaw) -> None:
-    document = json.loads(json.dumps(law.document()))
-    assert read_law(document, "laws[0]") == law
-
-
 def test_law__is_in_the_sweep_and_its_cube_and_changes_no_run(law: FittedLaw) -> None:
     plain = Sweep.parse(CRATERS)
     sweep = Sweep.parse({**CRATERS, "laws": [law.document()]})

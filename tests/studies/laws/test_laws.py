@@ -89,11 +89,6 @@ def test_zhang_tan__meets_the_projectile_at_its_smallest_speed() -> None:
     assert math.isnan(float(hole_ratio(900.0, 0.25)))
 
 
-def test_strength_ln__has_a_variant_for_each_stated_yield_stress() -> None:
-    variants = laws.load("strength_ln").variants(OF_COPPER)
-    assert list(variants) == ["Y = 240 MPa", "Y = 157 MPa", "Y = 120 MPa", "Y = 90 MPa"]
-
-
 def test_cour_palais__takes_the_normal_speed_and_another_exponent_for_dense_projectiles() -> None:
     law = laws.load("cour_palais")
     normal, oblique = replace(OF_ALUMINIUM, speed=3e3), replace(OF_ALUMINIUM, obliquity=math.pi / 3)
@@ -101,18 +96,6 @@ def test_cour_palais__takes_the_normal_speed_and_another_exponent_for_dense_proj
     like, denser, dense = cour_palais.depth_ratio(6e3, 1e-2, np.array([1.0, 1.44, 4.0]), 5e3, 100.0)
     assert denser / like == pytest.approx(1.2)
     assert dense / like == pytest.approx(4.0 ** (2.0 / 3.0))
-
-
-@pytest.mark.parametrize(("metal", "depth", "second"), [("al", "cour_palais", 2.2), ("ti", "cour_palais_ti", 2.4)])
-def test_plate__is_perforated_below_the_thickness_at_which_spall_detaches(
-    metal: str, depth: str, second: float
-) -> None:
-    target = replace(ALUMINIUM, family="titanium") if metal == "ti" else ALUMINIUM
-    shot = replace(OF_ALUMINIUM, speed=6.5e3, target=target)
-    answers = [laws.load(f"{limit}_{metal}").evaluate(shot) for limit in ("perforation", "detached_spall", "spall")]
-    assert all(answer.in_range for answer in answers)
-    crater = laws.load(depth).evaluate(shot).value
-    assert [answer.value for answer in answers] == pytest.approx([1.8 * crater, second * crater, 3.0 * crater])
 
 
 # ---- shots ---------------------------------------------------------------------------------------

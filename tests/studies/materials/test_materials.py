@@ -8,7 +8,7 @@ import pytest
 import yaml
 
 from studies import materials
-from studies.materials import Material, Model
+from studies.materials import Material
 from studies.quantities.findings import InvalidInput
 
 STRENGTH = {"A": 90e6, "B": 292e6, "n": 0.31, "C": 0.025, "m": 1.09, "reference_rate": 1.0}
@@ -28,18 +28,6 @@ def refused(document: Any) -> str:
     with pytest.raises(InvalidInput) as caught:
         materials.load(document)
     return str(caught.value)
-
-
-def test_load__converts_to_si(copper: Material) -> None:
-    assert copper.density == 8930.0
-    assert copper.strength == Model("johnson-cook", STRENGTH)
-
-
-def test_with_value__changes_one_constant_and_its_source(copper: Material) -> None:
-    stronger = copper.with_value("strength.A", 1e8)
-    assert stronger.strength == Model("johnson-cook", {**STRENGTH, "A": 1e8})
-    assert stronger.sources["strength.A"].confidence == "user"
-    assert copper.value_at("strength.A") == 90e6
 
 
 def test_load__tells_everything_at_once(document: dict[str, Any]) -> None:
@@ -128,9 +116,3 @@ def test_material__with_a_mistake_is_refused_with_the_key(
     assert says in str(caught.value)
     assert path.split(".")[0] in str(caught.value)
     assert len(caught.value.findings) == 1 or not is_typed
-
-
-@pytest.mark.parametrize("given", [None, 3, "[]", []])
-def test_read_own__of_no_mapping_is_refused(given: Any) -> None:
-    with pytest.raises(InvalidInput):
-        materials.read_own(given)

@@ -9,7 +9,7 @@ import pytest
 
 from solver.simulation import start
 from solver.state import Departed, Snapshot
-from studies.measurements.cloud import DISTRIBUTIONS, connected, view
+from studies.measurements.cloud import DISTRIBUTIONS, view
 from studies.measurements.cloud import SPEEDS as SPEEDS_OF_BINS
 from studies.quantities.measured import DEFINITION
 from tests.contracts.test_scenarios import asked, built
@@ -17,28 +17,6 @@ from tests.studies.measurements.states import BALLS, CLOUD_SPEED, DENSITY, MELTI
 
 MASSES = [float(two_balls().mass[two_balls().projectile == first].sum()) for first in (True, False)]
 SPEEDS = [speed for _, _, speed in BALLS]
-
-
-def test_connected__agrees_with_labels_of_the_whole_grid() -> None:
-    from scipy import ndimage
-
-    cell = np.random.default_rng(3).integers(0, 12, (300, 3))
-    occupied = np.zeros((12, 12, 12), bool)
-    occupied[tuple(cell.T)] = True
-    label, pieces = ndimage.label(occupied, np.ones((3, 3, 3)))
-    mine = connected(cell - 5)
-    pairs = {(int(a), int(b)) for a, b in zip(mine, label[tuple(cell.T)], strict=True)}
-    assert len(pairs) == np.unique(mine).size == pieces > 1
-
-
-def test_part_of_the_definition__is_half_of_what_matter_on_the_plate_makes() -> None:
-    """The second ball hangs together with the plate: without it the first alone would count."""
-    state = two_balls()
-    state = dataclasses.replace(state, plate=~state.projectile)
-    mass = read("mass_behind", state).parts
-    assert mass[DEFINITION] == pytest.approx(0.5 * MASSES[1], rel=ROUND_OFF)
-    tip = read("tip_velocity_percent", state).parts
-    assert tip[DEFINITION] == pytest.approx(0.5 * (SPEEDS[1] - SPEEDS[0]), rel=ROUND_OFF)
 
 
 @pytest.mark.parametrize(("excess", "share"), [(-1e3, 0.0), (50e3, 0.25), (200e3, 1.0), (1e6, 1.0)])

@@ -8,20 +8,14 @@ import pytest
 
 from solver.matter.eos import reference_sound_speed
 from solver.simulation import start
-from solver.state import Departed, Particles, Snapshot, empty_table, views
-from studies import measurements, scenarios
+from solver.state import Particles, Snapshot, empty_table, views
 from studies.measurements.bar import view as view_of_bar
 from studies.measurements.impact.view import ImpactView, view
-from studies.runs.execution import observer_of
-from studies.runs.remeasure import load_state
 from tests.contracts.test_scenarios import asked as asked_small
 from tests.contracts.test_scenarios import built
 from tests.studies.measurements.states import (
-    BREADTH,
     CELL,
-    CRATER,
     DENSITY,
-    DEPTH,
     HOLE,
     OPENINGS,
     PARTICLE,
@@ -31,12 +25,10 @@ from tests.studies.measurements.states import (
     lattice,
     line,
     read,
-    scooped_half_space,
     setting_of_plate,
     snapshot_of,
     value,
 )
-from tests.studies.runs.solved import asked, solved
 
 
 def plate(kind: str, *, hole: float = HOLE, slug: float = 0.0) -> ImpactView:
@@ -114,33 +106,6 @@ def test_view__takes_no_debris_that_flies_past_the_rim_for_plate(kind: str) -> N
 METALS = [DENSITY, 2700.0, 19300.0]
 
 
-def lined_crater(density: float, *, thick: float, thin: bool) -> ImpactView:
-    """A crater whose wall a projectile lines, as a solid or with a quarter of its particles."""
-    block = scooped_half_space(CRATER - thick)
-    lining = np.hypot(block.radius, block.depth) < CRATER
-    even = (np.floor(block.radius / PARTICLE) + np.floor(block.depth / PARTICLE)) % 4.0 == 0.0
-    left = ~lining | even if thin else np.ones_like(lining)
-    places = (block.radius[left], block.depth[left], np.zeros(left.sum()))
-    particles = particles_at("axisymmetric", np.stack(places, axis=-1))
-    body = lining[left].astype(np.int64)
-    particles.mass[body == 1] *= density / DENSITY
-    setting = setting_of_plate("axisymmetric", thickness=DEPTH, radius=BREADTH)
-    setting.problem.bodies = (*setting.problem.bodies, body_of("projectile", density))
-    return view(setting, Snapshot(0.0, 0, particles, body))
-
-
-@pytest.mark.parametrize("density", METALS)
-@pytest.mark.parametrize("thin", [False, True])
-@pytest.mark.parametrize("crater", ["crater_depth", "crater_diameter"])
-def test_crater__ends_where_half_of_the_space_is_filled_by_whatever_metal(
-    crater: str, thin: bool, density: float
-) -> None:
-    thick = 4.0 * CELL
-    reading = value(crater, lined_crater(density, thick=thick, thin=thin))
-    wanted = value(crater, scooped_half_space(CRATER if thin else CRATER - thick))
-    assert abs(reading - wanted) < 2.0 * PARTICLE
-
-
 # An oval hole beside the first touch, as an oblique shot makes it: half axes and shift
 LONG, SHORT, ASIDE = 10e-3, 7e-3, 5e-3
 AREA_DIAMETER = 2.0 * math.sqrt(LONG * SHORT)
@@ -165,29 +130,6 @@ def test_oblique_hole__is_that_of_its_area_and_its_shape_is_no_uncertainty() -> 
 
 
 # Settings and states of real runs
-
-
-@pytest.mark.parametrize("scenario", ["debris_cloud", "taylor_bar", "elastic_bar", "plate_impact"])
-def test_view__of_a_run_does_not_depend_on_the_order_of_particles(scenario: str) -> None:
-    """Each particle is known by its number, whatever body and lattice it is of."""
-    chosen, setting = scenarios.load(scenario), observer_of(asked(scenario)).setting
-    end, random = load_state(solved(scenario) / "state.npz"), np.random.default_rng(0)
-    order, late = (random.permutation(size) for size in (end.body.size, end.departed.mass.size))
-    shuffled = end._replace(
-        particles=Particles(*(field[order] for field in end.particles)),
-        body=end.body[order],
-        departed=Departed(*(field[late] for field in end.departed)),
-    )
-    expected, got = (
-        {
-            name: measurements.load(name).read(chosen.parameters.view(setting, snapshot)).value
-            for name in chosen.measurements
-            if not measurements.load(name).follows
-        }
-        for snapshot in (end, shuffled)
-    )
-    assert np.isfinite(list(expected.values())).any()
-    assert got == pytest.approx(expected, rel=1e-10, nan_ok=True)
 
 
 def bar_at_start(geometry: str, **changes: Any) -> tuple[Any, Snapshot]:

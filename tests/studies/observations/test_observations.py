@@ -4,12 +4,11 @@ import pytest
 
 from studies import observations, scenarios
 from studies.materials.schema import CONFIDENCES
-from studies.observations import UNKNOWN_ALLOY, AllowedNames, Observation, read_observations
-from studies.observations.compared import FEWEST, bias_and_scatter, compared_shots, stored
+from studies.observations import AllowedNames, Observation, read_observations
+from studies.observations.compared import FEWEST, bias_and_scatter, compared_shots
 from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import Parameter, Value
 from studies.sweeps.reading import vocabulary
-from studies.sweeps.sweep import Sweep
 
 KNOWN = AllowedNames(
     quantities={"hole_diameter": "m", "crater_depth_over_diameter": "1"},
@@ -127,27 +126,3 @@ def test_bias__is_an_interval_from_five_shots_on() -> None:
     groups = [group for group in compared_shots() if group.shots < FEWEST]
     assert groups
     assert all(group.bias is None and group.scatter is None for group in groups)
-
-
-def test_range__of_an_unknown_alloy_is_read_and_written_as_one() -> None:
-    """The hole in aluminium that is quoted as 27.5 to 34.5 mm, and judges nothing."""
-    sweep = Sweep.parse(
-        {
-            "name": "range",
-            "scenario": "thin_plate",
-            "fixed": {
-                "projectile": "al-2024-t3",
-                "target": "al-2024-t3",
-                "projectile_diameter": "10 mm",
-                "plate_thickness": "4 mm",
-            },
-            "axes": {"speed": ["5 km/s", "7 km/s"]},
-            "observations": "holes",
-        }
-    )
-    hole = sweep.observations[0]
-    assert (hole.value, hole.uncertainty, hole.bounds) == (None, None, (0.0275, 0.0345))
-    assert hole.parameters["target"] == f"aluminium{UNKNOWN_ALLOY}"
-    assert Sweep.parse(sweep.document()).observations == sweep.observations
-    (row,) = [row for row in stored()["shots"] if row.get("bounds")]
-    assert (row["observed"], row["simulated"]) == (None, None)

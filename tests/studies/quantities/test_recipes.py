@@ -17,7 +17,7 @@ from studies import materials
 from studies.quantities.parameters import declared
 from studies.quantities.recipes import IMPACT_RECIPES, RECIPES, ImpactRecipe, Recipe, RecipeName
 from studies.runs.execution import setting_of
-from studies.runs.run import Run, estimate, resolve
+from studies.runs.run import Run, resolve
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics
 from studies.scenarios.parts.shot import ImpactShot
 
@@ -80,11 +80,6 @@ def test_particles__are_what_is_stated_then_what_the_geometry_then_what_the_reci
 # Identity
 
 
-def test_identity__is_of_the_values_and_not_of_the_name() -> None:
-    assert asked(recipe="thesis").id == asked(recipe="whipple", **chosen("thesis")).id
-    assert asked(recipe="thesis").id != asked(recipe="whipple").id
-
-
 # What the solver gets
 
 
@@ -113,18 +108,6 @@ def test_numerics__become_what_the_solver_takes(change: dict[str, Any], name: st
     problem = setting_of(asked(**change)).problem
     assert getattr(problem, name) == expected
     assert type(getattr(problem, name)) is type(expected)
-
-
-@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
-@pytest.mark.parametrize("count", [1, 2, 3])
-def test_particles__are_as_many_as_asked_and_estimated(geometry: str, count: int) -> None:
-    """A plate of two by sixteen cells; the sphere beside it has 5 % of the particles, counted by its volume."""
-    run = asked(geometry=geometry, particles_per_cell=count, cells_per_diameter=8.0)
-    target = setting_of(run).problem.bodies[1]
-    axes = 2 if geometry == "axisymmetric" else 3
-    assert target.mass.size == 2 * 16 ** (axes - 1) * count**axes
-    particles = sum(body.mass.size for body in setting_of(run).problem.bodies)
-    assert estimate(run).particles == pytest.approx(particles, rel=0.1)
 
 
 # Debris and grid

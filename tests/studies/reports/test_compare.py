@@ -1,6 +1,5 @@
 """Residuals: their statistics by hand, their ranges, which error bars judge, and their sentences."""
 
-import json
 import math
 from dataclasses import replace
 from typing import Any
@@ -14,7 +13,6 @@ from studies.laws import DRAWN_ONLY
 from studies.quantities.measured import NOT_COMPARED
 from studies.reports.compare import (
     UNJUDGED_BY_OBSERVATION,
-    UNJUDGED_LAW,
     References,
     Residual,
     Statistics,
@@ -106,27 +104,6 @@ def test_law__that_is_drawn_only_enters_no_verdict_no_recommendation_and_no_aver
     assert all("drawn only" in sentence(each) for each in laws)
 
 
-def test_quantity__whose_runs_mix_versions_of_its_definition_gets_no_verdict() -> None:
-    sweep = fakes.holes()
-    run = sweep.runs()[0].run
-    old = fakes.of_version(fakes.result(run), "hole_diameter", 7)
-    dataset = holes(*fakes.SHOTS, **{run.id: old})
-    comparison = compare(dataset)
-    for each in comparison.residuals:
-        if "simulation" in (each.reference, each.subject):
-            assert (each.quantity, each.everywhere) == ("hole_diameter", Statistics(0))
-    assert all(shot.simulation is None for shot in comparison.observations)
-    assert list(comparison.mixed) == ["hole_diameter"]
-    assert "versions 1 and 7" in comparison.mixed["hole_diameter"]
-    # Neither another quantity nor one old version throughout is mixed.
-    other = fakes.of_version(fakes.result(run), "hole_diameter_areal", 7)
-    assert list(compare(holes(**{run.id: other})).mixed) == ["hole_diameter_areal"]
-    every = {id: fakes.of_version(r, "hole_diameter", 7) for id, r in fakes.results(sweep).items()}
-    comparison = compare(holes(**every))
-    assert comparison.mixed == {}
-    assert comparison.residuals[0].everywhere.n == 18
-
-
 # --- error bars that judge ------------------------------------------------------------------------
 
 
@@ -140,15 +117,6 @@ def test_error_bar__judges_where_resolutions_show_the_mesh_error() -> None:
     assert entry.everywhere.within == int((np.abs(difference) <= bars).sum())
     assert entry.everywhere.bar == pytest.approx(float(bars.median()))
     assert "(converged at 3 of 6 points); inside the error bar (median ±" in sentence(entry)
-
-
-@pytest.mark.parametrize("offsets", [1, fakes.OFFSETS])
-def test_error_bar__of_a_single_grid_judges_nothing(offsets: int) -> None:
-    sweep = fakes.refined_holes((16.0,), offsets)
-    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
-    entry = residual(dataset, "maiden_c")
-    assert (entry.everywhere.n, entry.everywhere.judged, entry.everywhere.bar) == (6, 0, None)
-    assert sentence(entry).endswith(f"{UNJUDGED_LAW}.")
 
 
 # --- observations ---------------------------------------------------------------------------------
@@ -174,15 +142,3 @@ def test_observation__judges_the_simulation_by_both_error_bars_together() -> Non
     assert entry.everywhere.bias == pytest.approx(bias)
     assert entry.everywhere.bar == pytest.approx(bar)
     assert (entry.everywhere.within, entry.in_range) == (1, None)
-
-
-@pytest.mark.parametrize(("target", "judged"), [("copper", 0), ("aluminium", 1)])
-def test_observation__of_another_material_than_all_runs_judges_nothing(target: str, judged: int) -> None:
-    dataset = holes(fakes.observed(4e3, 3e-3, 17.9e-3))
-    words = json.loads(dataset.attrs["vocabulary"])
-    words["parameters"] = [*words["parameters"], "target"]
-    dataset = dataset.assign_coords(target="aluminium").assign(observation_target=("observation", [target]))
-    comparison = compare(dataset.assign_attrs(vocabulary=json.dumps(words)))
-    assert len(comparison.observations) == 1
-    against = [each for each in comparison.residuals if each.reference == "observation"]
-    assert bool(against) == bool(judged)

@@ -1,9 +1,7 @@
 """Figures of simulation, laws, observations and convergence, and their captions."""
 
-import math
 import re
 from dataclasses import replace
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +14,6 @@ from studies.laws import Shot
 from studies.reports.compare import compare
 from studies.reports.drawing.charts import chart, draw
 from studies.reports.drawing.layout import WIDTHS
-from studies.reports.drawing.styles import FLAGGED
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
 from studies.reports.publish import draw_figures
 from studies.sweeps.sweep import Sweep
@@ -24,8 +21,6 @@ from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 
 REFINED = fakes.refined_holes()
-OFFSETS_ALONE = fakes.refined_holes((16.0,))
-TWO_GRIDS = fakes.refined_holes((16.0, 32.0), 1)
 PLAIN = fakes.holes()
 
 
@@ -73,28 +68,6 @@ def test_main_figure__is_redone_from_the_cube_alone() -> None:
         assert law.in_range == (False, True, True, True, False, False)
 
 
-def test_main_figure__an_observed_shot_stands_in_the_panel_that_it_meets() -> None:
-    figure = drawn(built(PLAIN, observations=fakes.SHOTS), "laws")
-    shots = [series_of(figure, number, kind="observation") for number in range(3)]
-    assert [each[0].x for each in shots] == [(2600.0,), (4000.0, 5930.0), (9000.0,)]
-
-
-@pytest.mark.parametrize(
-    ("sweep", "words"),
-    [
-        (REFINED, "uncertainty: mesh error, scatter over offsets, measurement. Open points"),
-        (TWO_GRIDS, "uncertainty: mesh error, position on the grid (as single runs state it)"),
-        (OFFSETS_ALONE, "the mean over offsets, without bars: mesh error unknown."),
-        (PLAIN, "Points are runs, without bars: mesh error unknown."),
-    ],
-    ids=["refined", "two grids", "offsets", "plain"],
-)
-def test_caption__names_the_parts_that_error_bars_have(sweep: Sweep, words: str) -> None:
-    caption = drawn(built(sweep), "laws").caption
-    assert words in caption
-    assert ("size zero where that is more certain" in caption) == (sweep is REFINED)
-
-
 # --- marks, legends and axes ----------------------------------------------------------------------
 
 
@@ -103,16 +76,6 @@ def legend_of(figure: Figure) -> dict[str, Any]:
     legend = chart(figure).legends[0]
     labels = [text.get_text().replace("\n", " ") for text in legend.get_texts()]
     return dict(zip(labels, legend.legend_handles, strict=True))
-
-
-def test_flagged_points__are_ringed_with_their_flags_beside_them() -> None:
-    dataset = built(PLAIN, fakes.with_trouble(PLAIN))
-    last = chart(drawn(dataset, "laws")).axes[2]
-    (rings,) = [each for each in last.collections if each.get_sizes().size and each.get_sizes()[0] > 100.0]
-    assert rings.get_offsets()[:, 0].tolist() == [2.0]
-    assert not rings.get_facecolors().size
-    assert "under resolved" in {text.get_text() for text in last.texts}
-    assert FLAGGED not in legend_of(drawn(built(PLAIN), "laws"))
 
 
 # --- residuals ------------------------------------------------------------------------------------
@@ -172,40 +135,6 @@ def test_convergence__extrapolates_only_what_converges_and_says_the_verdict() ->
 
 def constant(value: float, shot: Shot, variant: str) -> float:
     return value
-
-
-def with_many_laws(*, inside: int) -> xr.Dataset:
-    """Holes with nine laws, some of which are inside their range at every point."""
-    many = tuple(
-        fakes.law(
-            f"law_{number}",
-            "hole_diameter",
-            partial(constant, 1.5 + 0.1 * number),
-            range=fakes.within(0.0, math.inf if number < inside else 0.001),
-            title=f"law {number}",
-        )
-        for number in range(9)
-    )
-    sweep = fakes.holes()
-    return cube.build(sweep, fakes.results(sweep), replace(fakes.catalogue(), laws=many))
-
-
-@pytest.mark.parametrize("inside", [3, 9])
-def test_figure__of_many_laws_draws_those_inside_their_range_and_lists_the_others(inside: int) -> None:
-    dataset = with_many_laws(inside=inside)
-    for name in ("hole_diameter_laws", "hole_diameter_residuals"):
-        (drawn,) = [each for each in figures(dataset, compare(dataset)) if each.name == name]
-        labels = {one.label for panel in drawn.panels for one in panel.series if one.kind == "law"}
-        assert labels == {f"law {number}" for number in range(inside)}
-        if name == "hole_diameter_laws":
-            listed = ", ".join(f"law {number}" for number in range(inside, 9))
-            assert (f"no point is inside their range: {listed}." in drawn.caption) == bool(listed)
-        looks = [
-            (handle.get_color(), handle.get_linestyle(), handle.get_marker())
-            for name, handle in legend_of(drawn).items()
-            if name in labels
-        ]
-        assert len(set(looks)) == len(looks) == inside
 
 
 # ---- what fits -----------------------------------------------------------------------------------

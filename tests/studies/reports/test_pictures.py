@@ -13,8 +13,7 @@ from PIL import Image
 
 from studies.films.section import END, Section, Sections, read_sections
 from studies.quantities.display import printed
-from studies.reports.drawing.pixels import nearest
-from studies.reports.pictures import MOST_FULL, MOST_RUNS, Frame
+from studies.reports.pictures import MOST_FULL, MOST_RUNS
 from studies.reports.publish import publish_sweep
 from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
@@ -106,18 +105,6 @@ def bar(*, mirrored: bool = True) -> tuple[Sections, Section]:
     position = np.stack([place.ravel() for place in np.meshgrid(at, at)], axis=-1)
     state = Section(0.0, END, position, np.zeros(100, int), {"temperature": position[:, 1]})
     return Sections(("bar",), np.full((1, 2), 2e-4), mirrored, (), (state,)), state
-
-
-def test_raster__has_matter_to_half_a_width_from_its_particles() -> None:
-    sections, state = bar()
-    particles = nearest(sections, state, Frame(-4e-3, 4e-3, -1e-3, 3e-3), 400)
-    rows, columns = np.nonzero(particles >= 0)
-    pixel = 8e-3 / 400
-    assert columns.min() * pixel == pytest.approx(2e-3, abs=2 * pixel)
-    assert (columns.max() + 1) * pixel == pytest.approx(6e-3, abs=2 * pixel)
-    assert rows.min() * pixel == pytest.approx(1e-3, abs=2 * pixel)
-    assert (rows.max() + 1) * pixel == pytest.approx(3e-3, abs=2 * pixel)
-    assert (particles[rows.min() + 2 : rows.max() - 2, columns.min() + 2 : columns.max() - 2] >= 0).all()
 
 
 def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None:

@@ -159,33 +159,6 @@ def test_runs__have_the_values_of_their_cells(case: Case) -> None:
             np.testing.assert_equal(np.nan if value is None else value, float(cell[name]))
 
 
-def test_mesh_statement__says_whether_the_mesh_error_is_known(case: Case) -> None:
-    dataset, document, shown = case
-    refined = "cells_per_diameter" in dataset.dims
-    assert ("squares of mesh error" in document["mesh"]) == refined
-    judged = {
-        row["everywhere"]["judged"] > 0
-        for row in document["residuals"]
-        if row["reference"] == "simulation" and row["everywhere"]["n"]
-    }
-    assert judged <= {refined}
-    assert refined or not judged or "mesh error unknown" in shown.unmarked
-
-
-def test_convergence__has_the_values_of_each_resolution(case: Case) -> None:
-    dataset, document, _ = case
-    if not dataset.attrs["refinements"]:
-        assert document["convergence"] is None
-        return
-    (holes,) = [each for each in document["convergence"]["quantities"] if each["quantity"] == "hole_diameter"]
-    for row in holes["points"]:
-        cell = dataset.sel(row["at"])
-        assert row["value"] == float(cell.hole_diameter_converged)
-        assert (row["extrapolated"] is None) == (row["verdict"] != "converging")
-        means = np.atleast_1d(cell.hole_diameter.where(cell.run_state == 0).mean("offset"))
-        np.testing.assert_allclose([level["value"] for level in row["levels"]], means)
-
-
 @pytest.mark.claim("cube", "failed-run-is-a-result")
 def test_failed_and_flagged_runs__are_named_with_their_reasons() -> None:
     """A run that fails is in the report with its reason."""

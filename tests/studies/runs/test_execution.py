@@ -11,8 +11,6 @@ import numpy as np
 import pytest
 
 from solver.errors import Interrupted
-from solver.simulation import start
-from solver.state import Departed, Particles
 from studies import scenarios
 from studies.measurements import Reading
 from studies.runs.execution import execute, molten_fraction, observer_of
@@ -103,15 +101,6 @@ def test_result__histories_sum_to_the_audited_energy_and_momentum(results: dict[
     assert momentum == pytest.approx(momentum[0], rel=1e-9)
 
 
-def test_state__holds_the_living_particles(results: dict[str, RunResult], scenario: str) -> None:
-    state, numbers = np.load(solved(scenario) / "state.npz", allow_pickle=False), results[scenario].numbers
-    records = {f"departed_{name}" for name in Departed._fields}
-    assert set(state.files) == {"body", "time", *Particles._fields, *records} - {"alive"}
-    assert float(state["time"]) == numbers["end_time"]
-    assert state["mass"].size == state["body"].size <= numbers["particles"]
-    assert all(np.isfinite(state[name]).all() for name in state.files)
-
-
 def test_progress__is_told_at_each_observation(tmp_path: Path) -> None:
     reports: list[Progress] = []
     result = execute(asked("thin_plate"), tmp_path, RunControl(progress=reports.append), threads=1)
@@ -179,30 +168,6 @@ def test_resume__gives_the_result_of_a_run_that_never_stopped(scenario: str, tmp
     assert "checkpoint" not in stored(solved(scenario))["provenance"]
 
 
-def test_checkpointed__is_told_each_checkpoint_that_is_written_or_gone_on_from(tmp_path: Path) -> None:
-    run, file, reported, lines = asked("elastic_bar"), tmp_path / "checkpoint", list[int](), list[str]()
-    for steps in (10, 20):
-        broken_off(run, tmp_path, file, steps=steps, checkpointed=reported.append)
-    assert reported == [10, 10, 30]
-    control = RunControl(checkpointed=reported.append, log=lines.append)
-    result = execute(run, tmp_path, control, threads=1, checkpoint=file)
-    assert reported == [10, 10, 30, 30]
-    assert result.provenance["checkpoint"] in lines
-
-
-def test_log__has_the_question_a_line_an_observation_and_the_verdict(tmp_path: Path) -> None:
-    run, lines = asked("elastic_bar"), list[str]()
-    result = execute(run, tmp_path, threads=1, control=RunControl(log=lines.append))
-    assert run.id in lines[0]
-    assert f"  speed = {run.parameters['speed']}" in lines
-    observed = [line for line in lines if line.startswith("t = ")]
-    assert len(observed) == len(next(iter(result.measurements.values())).history["time"])
-    assert f"succeeded: {result.stop}" in lines
-    (contact,) = [line for line in lines if line.startswith("  contact_time = ")]
-    assert contact.endswith("(mesh error unknown)")
-    assert {f"  {name} = {number:.6g}" for name, number in result.numbers.items()} <= set(lines)
-
-
 # Growth, and when a run has settled
 
 
@@ -268,30 +233,3 @@ def test_settled__is_a_range_below_a_share_of_the_value_or_a_quarter_of_a_cell(
     observer = watched([*STEADY, *level, 15.0 - dent, *level[:4], 15.0], cells_per_diameter=cells)
     hole = observer.measured_as("hole_diameter")
     assert ("still_growing" not in hole.flags) == settled
-
-
-class Clock:
-    """Stands in for the module ``time``: a second passes at each look."""
-
-    def __init__(self) -> None:
-        self.now = 0.0
-
-    def monotonic(self) -> float:
-        self.now += 1.0
-        return self.now
-
-
-@pytest.mark.parametrize("begun", [0.0, 0.5, 0.8])
-def test_time_left__is_at_the_pace_of_this_process(monkeypatch: pytest.MonkeyPatch, begun: float) -> None:
-    """An observer sees the rest of a run, twenty times in the whole of it, once a second."""
-    reported: list[Progress] = []
-    observer = observer_of(asked("thin_plate"), reported.append)
-    monkeypatch.setattr("studies.runs.observer.time", Clock())
-    problem = observer.setting.problem
-    snapshot = start(problem, threads=1).snapshot()
-    for number in range(round(20 * begun), 21):
-        observer(snapshot._replace(time=number / 20 * problem.end_time))
-    assert reported[0].eta_seconds is None
-    assert [each.eta_seconds for each in reported[1:]] == pytest.approx(
-        [20.0 * (1.0 - each.fraction) for each in reported[1:]], abs=1e-9
-    )

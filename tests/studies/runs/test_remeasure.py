@@ -104,11 +104,3 @@ def test_follower__is_read_off_the_stored_histories_unless_what_it_follows_chang
     assert kept.flags == (*before.flags, NEEDS_SOLVING)
     assert result.measurements[followed].version == 2
     assert outdated(scenario, result.as_json()["measurements"]) == ()
-
-
-def test_outdated__names_what_has_another_version(patched: Patch) -> None:
-    stored = {name: {"version": version} for name, version in definitions("thin_plate").items()}
-    assert outdated("thin_plate", stored) == ()
-    patched("hole_diameter")
-    assert outdated("thin_plate", stored) == ("hole_diameter",)
-    assert outdated("thin_plate", {}) == tuple(definitions("thin_plate"))

@@ -13,7 +13,6 @@ from studies import materials, measurements, scenarios
 from studies.runs.execution import execute
 from studies.runs.run import resolve
 from studies.scenarios.parts.loading import read_pulse
-from studies.sweeps.sweep import Sweep
 from tests.contracts.test_scenarios import BARS, DIAMETER, ROUND_OFF, asked, built
 
 PULSE = "0 us 0, 0.5 us 1, 10 us 1, 10.5 us 0"
@@ -86,14 +85,6 @@ def test_loads__press_the_end_away_from_the_wall_towards_it(name: str, geometry:
     assert sum(map(abs, problem.gravity)) == 10.0
 
 
-def test_pressure__without_a_course_stays_on_to_the_end() -> None:
-    problem = built(asked("elastic_bar", pressure=1e8)).problem
-    [load] = problem.tractions
-    assert load.time[0] == 0.0
-    assert load.time[-1] > problem.end_time
-    assert np.array_equal(load.pressure, [1e8, 1e8])
-
-
 @pytest.mark.parametrize("name", BARS)
 def test_square_bar__weighs_and_measures_what_was_asked_for(name: str) -> None:
     run = asked(name, **SQUARE, bar_length=11.1e-3)
@@ -105,19 +96,6 @@ def test_square_bar__weighs_and_measures_what_was_asked_for(name: str) -> None:
     # Every particle has the mass of its own box, which the lattice fills without a rest.
     assert np.allclose(bar.mass, bar.density * math.prod(bar.spacing), rtol=ROUND_OFF)
     check_sizes(name, setting, 11.1e-3, side)
-
-
-def test_sweep__varies_the_amplitude_of_a_pulse() -> None:
-    document = {
-        "name": "pulses",
-        "scenario": "elastic_bar",
-        "fixed": {"speed": "0 m/s", "pulse": PULSE, "gravity": "-9.81 m/s2"},
-        "axes": {"pressure": ["0 Pa", "0.1 GPa", "-200 MPa"]},
-    }
-    sweep = Sweep.parse(document)
-    assert Sweep.parse(sweep.document()).runs() == sweep.runs()
-    peaks = [[load.pressure[1] for load in built(point.run).problem.tractions] for point in sweep.runs()]
-    assert peaks == [[], [1e8], [-2e8]]
 
 
 def test_histories__of_a_loaded_bar_sum_to_the_audited_energy_and_momentum(tmp_path: Any) -> None:
@@ -167,13 +145,3 @@ def test_pressed_bar__has_the_wave_of_one_dimension_by_every_method(tmp_path: An
         assert passing == pytest.approx({"velocity": velocity, "stress": stress}, rel=0.05), method
         # Mesh and particles in one body's place book one impulse.
         assert result.numbers["momentum_error"] < 1e-9, method
-
-
-def test_coupled_bar__has_the_mass_of_the_bar_and_is_one_in_its_measurements() -> None:
-    setting = built(asked("elastic_bar", method="sph-fem", **PRESSED))
-    elements, particles = setting.problem.bodies
-    whole = 8900.0 * 2e-3**2 * 20e-3
-    assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
-    view = scenarios.load("elastic_bar").parameters.view(setting, start(setting.problem, threads=1).snapshot())
-    assert measurements.load("rear_face_place").read(view).value == pytest.approx(20e-3)
-    assert measurements.load("middle_stress").read(view).value == 0.0

@@ -4,8 +4,6 @@ import math
 
 import pytest
 
-from solver.problem import Smoothing
-from solver.sph.smoothing import CubicSpline
 from studies import materials
 from studies.runs.run import materials_of
 from studies.scenarios.plate_impact import CROSSED, shocks
@@ -37,14 +35,6 @@ def test_impact__weighs_what_its_bodies_weigh(name: str, changes: Changes) -> No
 # The method of a plate
 
 SPH = {"geometry": "quarter", "method": "sph"}
-
-
-def test_sph__smooths_the_particles_of_the_grid_and_follows_debris() -> None:
-    one, other = (built(asked("thin_plate", **{**SPH, "method": method})).problem for method in ("sph", "mpm"))
-    assert one.smoothing == Smoothing(CubicSpline())
-    assert other.smoothing is one.retirement is None
-    for mine, theirs in zip(one.bodies, other.bodies, strict=True):
-        assert (mine.position == theirs.position).all()
 
 
 # Plate on plate

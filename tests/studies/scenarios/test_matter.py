@@ -15,7 +15,7 @@ from solver.matter.tension.recoverable import RecoverableTension
 from solver.matter.tension.unlimited import UnlimitedTension
 from studies import materials
 from studies.scenarios import Materials
-from studies.scenarios.parts.matter import Fracture, check_constants, check_eos, matter
+from studies.scenarios.parts.matter import Fracture, check_constants, matter
 
 COPPER = materials.load("copper-ofhc")
 THESIS = materials.load("copper-thesis-plastic")  # no spall strength
@@ -34,15 +34,6 @@ def test_matter__has_the_constants_of_the_material() -> None:
     assert made.failure == NoFailure()
     assert matter(PRESSED).strength == SteinbergGuinan(*STEINBERG)
     assert matter(COPPER, thermal_softening=False).melt_temperature == math.inf
-
-
-@pytest.mark.parametrize("name", ["copper-ofhc", "copper-ofhc-tillotson"])
-def test_elastic__takes_the_stated_bulk_modulus_of_a_material_of_any_kind(name: str) -> None:
-    material = materials.load(name)
-    assert check_eos("elastic", {"target": material}) == []
-    eos = matter(material, eos_form="elastic").eos
-    assert (eos.bulk_modulus, eos.heat_capacity) == (material.elastic.bulk_modulus, 383.0)
-    assert matter(material).eos != eos
 
 
 @pytest.mark.parametrize(

@@ -56,16 +56,3 @@ def test_view_of_a_coupled_plate__sees_a_plug_behind_failed_particles(coupled: t
     assert cut.has_plug
     np.testing.assert_array_equal(cut.core, inside)
     np.testing.assert_array_equal(cut.attached, plate & (radius >= 14e-3))
-
-
-def test_view_of_a_coupled_plate__lets_go_where_its_elements_fail(coupled: tuple[Setting, Snapshot]) -> None:
-    setting, snapshot = coupled
-    particles = snapshot.particles
-    far = particles.position[:, :2].max(axis=1)
-    damage = particles.damage.copy()
-    torn = (snapshot.body == 0) & (far > 26e-3) & (far < 32e-3)
-    assert torn.any()
-    damage[torn] = 1.0
-    loose = seen(setting, snapshot, damage=damage)
-    assert not loose.attached[(snapshot.body != 1) & (far < 26e-3)].any()
-    assert loose.attached[far > 39e-3].all()

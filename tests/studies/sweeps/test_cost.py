@@ -3,9 +3,8 @@
 import pytest
 
 from studies import examples
-from studies.runs import run
 from studies.sweeps.accuracy import ACCURACY
-from studies.sweeps.cost import MOST_LOOKED_AT, cost_of, presets_of, sweep_cost
+from studies.sweeps.cost import cost_of, presets_of
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 
@@ -40,18 +39,3 @@ def test_cost__of_many_coarse_runs_is_mostly_that_of_any_run() -> None:
     assert cost.core_seconds == pytest.approx(2 * 165.0, rel=0.3)
     assert cost.bytes == pytest.approx(242e6, rel=0.3)
     assert 300e6 < cost.memory < 350e6
-
-
-def test_cost__of_many_points_is_told_from_a_few() -> None:
-    """The drawn points' mean lies within a fifth of that of all: their costs differ by half, 64 of them were drawn."""
-    axes = {
-        "speed": {"start": "2 km/s", "stop": "8 km/s", "step": "100 m/s"},
-        "plate_thickness": ["1 mm", "2 mm", "3 mm", "4 mm"],
-    }
-    fixed = {name: value for name, value in DOCUMENT["fixed"].items() if name not in axes}
-    sweep = Sweep.parse({**DOCUMENT, "fixed": fixed, "axes": axes, "resolution": 8})
-    every = [run.estimate(point.run) for point in sweep.runs()]
-    cost = sweep_cost(sweep)
-    assert (cost.runs, cost.looked_at) == (244, MOST_LOOKED_AT)
-    expected = sum(each.core_seconds for each in every)
-    assert cost.of(cost.priced).core_seconds == pytest.approx(expected, rel=0.2)
