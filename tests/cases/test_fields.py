@@ -78,6 +78,3 @@ def test_rotation__spans_the_volume_of_its_straight_steps(steps: int) -> None:
     grown = (1.0 + 1.0 / steps**2) ** steps
     assert math.isclose(before.density / after.density, grown, rel_tol=ROUND_OFF)
     assert grown - 1.0 < 1.01 / steps
-
-
-# Free flight of a projectile

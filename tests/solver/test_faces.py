@@ -172,9 +172,6 @@ def test_axis__turns_the_shear_of_a_particle_that_crosses_it() -> None:
     assert particles.deviator[0, :4].tolist() == [*STRESS[:3], -STRESS[3]]
 
 
-# Within a clamp
-
-
 # In a simulation
 
 

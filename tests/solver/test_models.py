@@ -65,9 +65,6 @@ def test_tillotson__has_no_jump_at_either_end_of_boiling() -> None:
         assert math.isclose(at[2], at[3], rel_tol=1e-6)
 
 
-# Strengths
-
-
 # Spall and tension: matter at a constant tension, at rest, under a tensile floor at the same spall strength
 
 SPALL, TIME = 1.9e9, 1e-7  # Pa, s

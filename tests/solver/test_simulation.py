@@ -37,9 +37,6 @@ each_scheme = pytest.mark.parametrize("scheme", list(Scheme))
 ELASTIC = block(box(4, 4), (1.0, 1.0), (3.0, 3.0))
 
 
-# Its memory
-
-
 # What it refuses
 
 
@@ -223,6 +220,3 @@ def test_body__of_another_matter_keeps_its_own_laws() -> None:
     strain = outcome.snapshot.particles.plastic_strain
     assert strain[outcome.snapshot.body == 0].max() == 0.0
     assert strain[outcome.snapshot.body == 1].max() > 0.01
-
-
-# Velocities that differ from particle to particle

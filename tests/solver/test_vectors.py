@@ -27,14 +27,12 @@ from solver.vectors import (
     maximum,
     minimum,
     nearest,
-    number,
     power,
     power_of_two,
     set_line,
     spread,
     sqrt,
     store,
-    store_whole,
     total,
     transposed,
     where,
@@ -223,14 +221,6 @@ def test_load_and_store__touch_their_lanes_only(row: int, place: int, count: int
         )
         assert same_bits(out, expected)
         assert same_bits(line_out[0], numbers)
-
-
-@kernel
-def moved(table, places, out):
-    """Whole numbers, single numbers and lines."""
-    store_whole(places, 2, line(table, 1))
-    set_line(out, 0, line(table, 2))
-    out[1, 0] = number(table, 2, 5)
 
 
 @kernel

@@ -11,20 +11,11 @@ from studies.convergence.richardson import Sample, converge_series
 from studies.cubes import cube
 from studies.cubes.points import points_of, refined
 from studies.cubes.variables import VERDICT_WORDS
-from studies.sweeps.axes import Axis
 from studies.sweeps.reading import RESOLUTION
 from studies.sweeps.sweep import Sweep
 from tests.studies.support import fakes
-from tests.studies.support.fakes import sweep_of
 
 SWEEP = fakes.refined_holes()
-ZIP = sweep_of(
-    Axis("speed", "m s-1", (5e3, 2e3)),
-    Axis("plate_thickness", "m", (2e-3, 3e-3)),
-    combine="zip",
-    resolutions=fakes.CELLS,
-    offsets=fakes.OFFSETS,
-)
 
 
 def built(sweep: Sweep = SWEEP, **replaced: Any) -> xr.Dataset:

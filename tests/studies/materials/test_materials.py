@@ -11,8 +11,6 @@ from studies import materials
 from studies.materials import Material
 from studies.quantities.findings import InvalidInput
 
-STRENGTH = {"A": 90e6, "B": 292e6, "n": 0.31, "C": 0.025, "m": 1.09, "reference_rate": 1.0}
-
 
 @pytest.fixture
 def copper() -> Material:

@@ -102,10 +102,6 @@ def test_view__takes_no_debris_that_flies_past_the_rim_for_plate(kind: str) -> N
     assert state.attached_target.tolist() == whole.tolist()
 
 
-# Metals of a projectile in a target of ``DENSITY``: the same, aluminium and tungsten.
-METALS = [DENSITY, 2700.0, 19300.0]
-
-
 # An oval hole beside the first touch, as an oblique shot makes it: half axes and shift
 LONG, SHORT, ASIDE = 10e-3, 7e-3, 5e-3
 AREA_DIAMETER = 2.0 * math.sqrt(LONG * SHORT)

@@ -28,12 +28,6 @@ class Shot:
 GIVEN = {"speed": "6 km/s", "target": "copper-ofhc"}
 
 
-def refused(given: dict[str, Any], **options: Any) -> str:
-    with pytest.raises(InvalidInput) as caught:
-        parse_parameters(Shot, given, "fixed", **options)
-    return str(caught.value)
-
-
 def test_parse_parameters__fills_in_rounded_defaults_in_order() -> None:
     values = parse_parameters(Shot, GIVEN)
     assert list(values) == list(declared(Shot))

@@ -37,11 +37,6 @@ def asked(**changes: Any) -> Run:
     return resolve("thin_plate", {**GIVEN, **changes}, {"projectile": COPPER, "target": COPPER})
 
 
-def chosen(name: RecipeName) -> dict[str, Any]:
-    """All that a recipe chooses for an impact."""
-    return {**dataclasses.asdict(RECIPES[name]), **dataclasses.asdict(IMPACT_RECIPES[name])}
-
-
 # Recipes
 
 
@@ -77,9 +72,6 @@ def test_particles__are_what_is_stated_then_what_the_geometry_then_what_the_reci
         assert run.id == asked(**{**changes, "geometry": geometry, "particles_per_cell": count}).id
 
 
-# Identity
-
-
 # What the solver gets
 
 
@@ -108,9 +100,6 @@ def test_numerics__become_what_the_solver_takes(change: dict[str, Any], name: st
     problem = setting_of(asked(**change)).problem
     assert getattr(problem, name) == expected
     assert type(getattr(problem, name)) is type(expected)
-
-
-# Debris and grid
 
 
 # Offset
@@ -155,9 +144,3 @@ def test_offset__of_a_whole_cell_changes_round_off_only(geometry: str) -> None:
     aligned, shifted = (advanced(asked(geometry=geometry, offset=x), 60) for x in (0.0, 1.0))
     for one, other in zip(by_number(aligned), by_number(shifted), strict=True):
         assert np.abs(one - other).max() < 1e-9 * np.abs(one).max()
-
-
-# Accuracy
-
-
-# Blocks

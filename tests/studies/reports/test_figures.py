@@ -10,7 +10,6 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.laws import Shot
 from studies.reports.compare import compare
 from studies.reports.drawing.charts import chart, draw
 from studies.reports.drawing.layout import WIDTHS
@@ -131,10 +130,6 @@ def test_convergence__extrapolates_only_what_converges_and_says_the_verdict() ->
             end = float(cell.hole_diameter_converged_extrapolated) / fakes.DIAMETER
             assert (limits[0].x, limits[0].y) == ((0.0,), (end,))
             assert trends[0].y[0] == pytest.approx(end)
-
-
-def constant(value: float, shot: Shot, variant: str) -> float:
-    return value
 
 
 # ---- what fits -----------------------------------------------------------------------------------
