@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from solver import simulation as simulation_module
-from solver.grid.debris import clear_debris, flown_on_grid
+from solver.grid.debris import clear_debris
 from solver.problem import Problem, Retirement
 from solver.simulation import start
 from solver.state import Departed
@@ -92,18 +92,6 @@ def test_balances__hold_with_what_was_retired() -> None:
     assert simulation.ledger.mass == pytest.approx(debris.mass.sum(), rel=ROUND_OFF)
     assert audit.outflow_energy == pytest.approx(1.0, rel=ROUND_OFF)
     assert_balanced(audit)
-
-
-def test_flown__is_straight_mirrored_at_the_axis_and_ends_at_the_edge() -> None:
-    problem = behind()
-    debris = Departed(*(field[:1] for field in after(problem, STEPS).departed))._replace(
-        time=np.array([1e-6]), position=np.array([[2e-3, 18e-3, 0.0]]), velocity=np.array([[-1000.0, 500.0, 0.0]])
-    )
-    # Places at 1, 2, 5 and 20 us: with the record, before the axis, beyond it and mirrored, off the grid of 12 mm.
-    expected = {1e-6: (2e-3, 18e-3), 2e-6: (1e-3, 18.5e-3), 5e-6: (2e-3, 20e-3)}
-    for time, place in expected.items():
-        np.testing.assert_allclose(flown_on_grid(problem, debris, time)[0, :2], place, rtol=ROUND_OFF)
-    assert np.isnan(flown_on_grid(problem, debris, 20e-6)).all()
 
 
 # What leaves by itself

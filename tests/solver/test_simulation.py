@@ -8,18 +8,14 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError, UnphysicalState
-from solver.matter.strength.perfectly_plastic import PerfectlyPlastic
-from solver.matter.tension.unlimited import UnlimitedTension
 from solver.problem import Problem, Scheme, Traction
 from solver.simulation import Simulation, simulate, start
 from solver.state import Snapshot
 from tests.solver.bodies import (
-    ABOUT_AXIS,
     DENSITY,
     OPEN,
     ROUND_OFF,
     SPACING,
-    UNBOUNDED,
     after,
     assert_balanced,
     assert_same_bits,
@@ -27,9 +23,7 @@ from tests.solver.bodies import (
     box,
     each_kind,
     each_shape,
-    elastic_copper,
     leaving,
-    real_copper,
     two_blocks,
 )
 
@@ -205,18 +199,3 @@ def test_simulate__keeps_mass_momentum_and_energy_to_round_off_in_an_impact(kind
     assert_same_bits(outcome.snapshot.particles, again.snapshot.particles)
     for body, before in zip(problem.bodies, bodies, strict=True):
         assert np.array_equal(body.position, before["position"])
-
-
-def test_body__of_another_matter_keeps_its_own_laws() -> None:
-    """Two bodies of different types side by side: each is updated by its own kernel."""
-    geometry = box(8, 8)
-    hard = elastic_copper()._replace(strength=PerfectlyPlastic(UNBOUNDED), tension=UnlimitedTension())
-    low, high = (0.0, 1.0), (3.0, 3.0)
-    bodies = (
-        block(geometry, low, high, velocity=(0.0, 500.0, 0.0), name="hard", matter=hard),
-        block(geometry, (0.0, 3.0), (3.0, 6.0), name="soft", matter=real_copper()),
-    )
-    outcome = simulate(Problem(geometry, bodies, ABOUT_AXIS, end_time=0.5e-6))
-    strain = outcome.snapshot.particles.plastic_strain
-    assert strain[outcome.snapshot.body == 0].max() == 0.0
-    assert strain[outcome.snapshot.body == 1].max() > 0.01

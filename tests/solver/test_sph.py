@@ -10,11 +10,8 @@ import pytest
 from solver.errors import ProblemError
 from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing
 from solver.simulation import Simulation, start
-from solver.sph.neighbours import find_neighbours, sort_into_cells
 from solver.sph.smoothing import CubicSpline, WendlandC2, factor, height, slope
-from solver.sph.tables import HEAVY, LENGTH, RHO, new_memory, tables_of
 from solver.state import S11, S22, S33
-from solver.vectors import LANES
 from tests.rows import Row, at_least, at_most
 from tests.solver.bodies import DENSITY, FREE, SOUND_SPEED, SPACING, SYMMETRIC, assert_balanced, box, elastic_copper
 
@@ -65,40 +62,6 @@ def test_smoothing_function__has_the_integral_1_and_its_own_slope(function: Any,
     assert factor(function, dimensions) * np.trapezoid(w * shell, q) == pytest.approx(1.0, rel=1e-7)
     inner = slice(1, -1)
     assert slope(function, dimensions, q)[inner] * q[inner] == pytest.approx(np.gradient(w, q)[inner], abs=1e-3)
-
-
-def test_neighbours__are_those_of_all_pairs_of_a_solid() -> None:
-    random = np.random.default_rng(7)
-    count = 200
-    tables = tables_of(new_memory(count + 1), count)
-    tables.place[:count, :3] = random.uniform(0.0, 1.0, (count, 3))
-    tables.place[:count, LENGTH] = random.uniform(0.03, 0.12, count)
-    tables.place[:count, HEAVY] = tables.other[:count, RHO] = 1.0
-    solid = random.integers(0, 2, count).astype(np.int32)
-    neighbours = np.zeros(count * count, np.int32)
-    first, stop = np.zeros((2, count), np.int64)
-    correction = np.zeros((count, 8))
-    find_neighbours(
-        Smoothing(CubicSpline()),
-        3,
-        sort_into_cells(tables.place, solid, count),
-        tables.place,
-        solid,
-        tables.other,
-        np.array([[0, count]]),
-        neighbours,
-        first,
-        stop,
-        correction,
-    )
-    place, length = tables.place[:count, :3], tables.place[:count, LENGTH]
-    for i in range(count):
-        apart = np.linalg.norm(place - place[i], axis=1)
-        near = (apart < length + length[i]) & (apart > 0.0)
-        expected = np.flatnonzero(near & (solid == solid[i]))
-        listed = neighbours[first[i] : stop[i]]
-        assert sorted(listed[listed < count]) == expected.tolist()
-        assert listed.size % LANES == 0
 
 
 @each_contact

@@ -8,7 +8,6 @@ from hypothesis import strategies as st
 
 from solver.matter.tensor import (
     PlaneGradient,
-    contract,
     deviator,
     equivalent_strain,
     equivalent_stress,
@@ -40,12 +39,6 @@ def skew(spin: tuple[float, ...]) -> np.ndarray:
 
 def norm(a: tuple[float, ...]) -> float:
     return float(np.linalg.norm(matrix(a)))
-
-
-@given(tensors, tensors)
-def test_contract__is_the_trace_of_the_product(a: tuple[float, ...], b: tuple[float, ...]) -> None:
-    expected = np.trace(matrix(a) @ matrix(b))
-    assert math.isclose(contract(a, b), expected, rel_tol=ROUND_OFF, abs_tol=norm(a) * norm(b) * ROUND_OFF)
 
 
 def test_equivalents__of_a_pull_and_of_shear_are_the_textbook_ones() -> None:

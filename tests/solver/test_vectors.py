@@ -5,8 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from solver.jit import device, kernel
 from solver.vectors import (
@@ -177,21 +175,6 @@ def test_elementary_functions__are_those_of_numpy_compiled_and_plain(compiled: A
             assert (np.abs(values[row] - expected) <= places * LAST_PLACE * np.abs(expected)).all()
 
 
-# NaN
-
-
-@pytest.mark.filterwarnings("ignore:invalid value encountered in cast")
-@pytest.mark.parametrize(
-    ("x", "y", "nan"), [(math.nan, 1.0, [True, False, True, True]), (2.0, math.nan, [False, True, False, True])]
-)
-def test_nan__stays_visible_in_logarithm_exponential_and_powers(x: float, y: float, nan: list[bool]) -> None:
-    table = np.full((2, LANES), [[x], [y]])
-    assert np.isnan(elementary(x, y)[:4]).tolist() == nan
-    for compiled in (by_eights, one_by_one):
-        _, got = computed(compiled, table)
-        assert all(row.tolist() == nan for row in np.isnan(got[:4]).T)
-
-
 # Lanes and memory
 
 
@@ -205,24 +188,6 @@ def copied(table, out, row, place, count, mask, line_out):
     set_line(line_out, 0, values)
 
 
-@given(st.integers(0, 2), st.integers(0, 11), st.integers(-1, 10), st.integers(0, 2**LANES - 1))
-def test_load_and_store__touch_their_lanes_only(row: int, place: int, count: int, bits: int) -> None:
-    """What is masked is read as zero: NaN stands there, and beyond the last row nothing."""
-    count = min(count, 12 - place)
-    chosen = np.array([lane < count and bool(bits >> lane & 1) for lane in range(LANES)])
-    numbers = np.where(chosen, 1.0 + np.arange(LANES), 0.0)
-    table, expected = np.full((3, 12), math.nan), np.full((3, 12), 7.0)
-    places = place + np.flatnonzero(chosen)
-    table[row, places] = expected[row, places] = numbers[chosen]
-    for function in (copied, copied.py_func):
-        out, line_out = np.full((3, 12), 7.0), np.full((1, LANES), 7.0)
-        function(
-            table, out, row, place, count, np.array([[float(bits >> lane & 1) for lane in range(LANES)]]), line_out
-        )
-        assert same_bits(out, expected)
-        assert same_bits(line_out[0], numbers)
-
-
 @kernel
 def exchanged(table, out):
     """The eight lines of a table as columns."""
@@ -230,13 +195,6 @@ def exchanged(table, out):
     columns = transposed(*rows, line(table, 4), line(table, 5), line(table, 6), line(table, 7))
     for row in range(LANES):
         set_line(out, row, columns[row])
-
-
-@pytest.mark.parametrize("function", [exchanged, exchanged.py_func], ids=["compiled", "plain"])
-def test_transposed__exchanges_rows_and_columns(function: Any) -> None:
-    table, out = RNG.normal(size=(LANES, LANES)), np.zeros((LANES, LANES))
-    function(table, out)
-    assert (out == table.T).all()
 
 
 # Reductions

@@ -37,11 +37,6 @@ def alone(*values: float) -> Convergence:
     return converge(Sample(2.0**place, value) for place, value in enumerate(values))
 
 
-def shifted(*levels: Sequence[float]) -> Convergence:
-    """The same with several offsets each."""
-    return converge(Sample(2.0**place, value) for place, level in enumerate(levels) for value in level)
-
-
 # --- known order ------------------------------------------------------------------------------------
 
 
@@ -146,15 +141,6 @@ def test_error_bar__covers_the_limit_of_a_power_law(
 # --- noise ----------------------------------------------------------------------------------------
 
 
-def test_scatter__above_a_difference_hides_the_order() -> None:
-    quiet = shifted((20.1, 20.0, 19.9), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
-    assert quiet.verdict == "converging"
-    noisy = shifted((20.6, 20.0, 19.4), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
-    assert noisy.verdict == "not in the asymptotic range"
-    assert "scatter over offsets" in noisy.reason
-    assert noisy.value == pytest.approx(20.0)
-
-
 def test_two_grids__assume_first_order_and_a_factor_of_three() -> None:
     result = converge([Sample(1.0, 20.0), Sample(1.5, 20.3)])
     assert result.verdict == "two grids"
@@ -253,14 +239,6 @@ def test_uncertainty__is_the_root_of_the_squares_of_its_parts() -> None:
 
 
 # --- failed runs ------------------------------------------------------------------------------------
-
-
-def test_failed_offset__is_left_out_and_counted() -> None:
-    result = shifted((20.0, math.nan, 20.2), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
-    assert result.value == pytest.approx(result.extrapolated)
-    assert result.levels[0].value == pytest.approx(20.1)
-    assert (result.levels[0].values, result.levels[0].runs) == (2, 3)
-    assert "1 of 3 offsets without a value" in result.reason
 
 
 @pytest.mark.parametrize(("offsets", "runs"), [(0, 4), (2, 7)])

@@ -1,7 +1,6 @@
 """The cube of a search: the limits, and every value that was tried."""
 
 import json
-import math
 from pathlib import Path
 from typing import Any
 
@@ -71,14 +70,6 @@ def test_limits__stand_over_the_points_of_the_other_axes() -> None:
         assert VERDICTS[int(dataset.limit_verdict[at])] is SearchVerdict.BRACKETED
     assert dataset.limit.attrs["units"] == "m s-1"
     assert (dataset.limit.attrs["limit_of"], dataset.limit.attrs["axis"]) == ("perforated", "speed")
-
-
-def test_limit__that_is_not_bracketed_has_a_reason_and_no_number() -> None:
-    dataset = cube.build(SWEEP, results_of({"blunt": 500.0, "conical": 290.0}))
-    assert math.isnan(dataset.limit[0])
-    assert VERDICTS[int(dataset.limit_verdict[0])] is SearchVerdict.NOT_BRACKETED
-    assert "0 at 100 m/s and 0 at 400 m/s" in str(dataset.limit_reason[0].item())
-    assert math.isfinite(dataset.limit[1])
 
 
 @pytest.fixture(scope="module")

@@ -11,7 +11,6 @@ from solver.problem import Problem
 from solver.simulation import simulate, start
 from solver.state import Snapshot
 from studies.films import film
-from studies.films.film import Film
 from studies.runs.execution import execute, observer_of
 from studies.runs.results import RunControl
 from studies.runs.run import Run
@@ -79,20 +78,6 @@ def test_film__has_frames_of_every_particle_from_the_first_to_the_last_state(who
     assert whole["bodies"][whole["body"]].tolist() == ["bar"] * count
     assert bool(whole["whole"])
     assert int(whole["stride"]) == 1
-
-
-def test_film__of_a_large_run_shows_some_particles_and_stays_small(tmp_path: Path) -> None:
-    shown = Film(small_problem(), most_bytes=50_000)
-    [state] = states(1)
-    for number in range(MOST):
-        shown.add(state._replace(time=float(number)))
-    shown.save(tmp_path / "film.npz")
-    plain = read(tmp_path / "film.npz")
-    assert plain["stride"] > 1
-    np.testing.assert_array_equal(plain["number"] % plain["stride"], 0)
-    assert np.isfinite(plain["position"]).all()
-    fields = ("position", *film.SCALARS)
-    assert sum(plain[name].nbytes for name in fields) <= 50_000
 
 
 # --- over a break --------------------------------------------------------------------------------

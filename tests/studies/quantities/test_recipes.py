@@ -1,7 +1,6 @@
 """Presets fill what was left out, and a run is what they fill in; offsets shift the grid and nothing else."""
 
 import dataclasses
-from collections.abc import Iterator
 from typing import Any, get_args
 
 import numpy as np
@@ -12,7 +11,6 @@ from solver.grid.shapes.linear import Linear
 from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
 from solver.matter.tensor import Jaumann, Unturned
 from solver.problem import Contact, Criterion, Damping, Retirement, Scheme
-from solver.simulation import Simulation, start
 from studies import materials
 from studies.quantities.parameters import declared
 from studies.quantities.recipes import IMPACT_RECIPES, RECIPES, ImpactRecipe, Recipe, RecipeName
@@ -105,13 +103,6 @@ def test_numerics__become_what_the_solver_takes(change: dict[str, Any], name: st
 # Offset
 
 
-def advanced(run: Run, steps: int) -> Simulation:
-    simulation = start(setting_of(run).problem, threads=1)
-    for _ in range(steps):
-        simulation.advance()
-    return simulation
-
-
 @pytest.fixture(params=["axisymmetric", "quarter"])
 def geometry(request: pytest.FixtureRequest) -> str:
     return str(request.param)
@@ -130,17 +121,3 @@ def test_offset__shifts_the_grid_along_the_flight_and_no_body(geometry: str) -> 
     for one, other in zip(aligned.bodies, shifted.bodies, strict=True):
         assert np.array_equal(one.position, other.position)
         assert np.array_equal(one.mass, other.mass)
-
-
-def by_number(simulation: Simulation) -> Iterator[np.ndarray]:
-    order = np.argsort(simulation.particles.number)
-    yield simulation.particles.position[order]
-    yield simulation.particles.velocity[order]
-    yield simulation.particles.density[order]
-
-
-def test_offset__of_a_whole_cell_changes_round_off_only(geometry: str) -> None:
-    """Sixty steps amplify the round-off of positions in cells, 1e-15, by a few orders."""
-    aligned, shifted = (advanced(asked(geometry=geometry, offset=x), 60) for x in (0.0, 1.0))
-    for one, other in zip(by_number(aligned), by_number(shifted), strict=True):
-        assert np.abs(one - other).max() < 1e-9 * np.abs(one).max()

@@ -11,8 +11,7 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.reports.compare import compare
-from studies.reports.drawing.charts import chart, draw
-from studies.reports.drawing.layout import WIDTHS
+from studies.reports.drawing.charts import draw
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
 from studies.reports.publish import draw_figures
 from studies.sweeps.sweep import Sweep
@@ -65,16 +64,6 @@ def test_main_figure__is_redone_from_the_cube_alone() -> None:
         assert band.high == tuple(mine.max("hole_diameter_law").values)
         (law,) = series_of(figure, number, label="thesis 1-3, aluminium")
         assert law.in_range == (False, True, True, True, False, False)
-
-
-# --- marks, legends and axes ----------------------------------------------------------------------
-
-
-def legend_of(figure: Figure) -> dict[str, Any]:
-    """What stands before each label of the legend, in its order."""
-    legend = chart(figure).legends[0]
-    labels = [text.get_text().replace("\n", " ") for text in legend.get_texts()]
-    return dict(zip(labels, legend.legend_handles, strict=True))
 
 
 # --- residuals ------------------------------------------------------------------------------------
@@ -130,27 +119,6 @@ def test_convergence__extrapolates_only_what_converges_and_says_the_verdict() ->
             end = float(cell.hole_diameter_converged_extrapolated) / fakes.DIAMETER
             assert (limits[0].x, limits[0].y) == ((0.0,), (end,))
             assert trends[0].y[0] == pytest.approx(end)
-
-
-# ---- what fits -----------------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize("width", WIDTHS.values())
-def test_titles_and_legend__fit_and_part_no_number_from_its_unit(width: float) -> None:
-    figure = replace(drawn(built(REFINED), "laws"), scales="own")
-    title = "speed 6.18 km/s, plate thickness 2 mm"
-    label = "Volume over energy (constant fitted to one copper shot)"
-    laws = (replace(series_of(figure, kind="law")[0], label=label),)
-    panels = (replace(figure.panels[0], title=title, series=laws, note="converging"),) * 6
-    drawing = chart(replace(figure, panels=panels), width)
-    boxes = [axes.title.get_window_extent() for axes in drawing.axes]
-    frames = [axes.get_window_extent() for axes in drawing.axes]
-    assert "6.18\u00a0km/s" in drawing.axes[0].get_title().replace("\n", " ")
-    assert all(title.x1 <= frame.x1 + 1.0 for title, frame in zip(boxes, frames, strict=True))
-    legend = drawing.legends[0].get_window_extent()
-    assert legend.x1 <= width
-    assert legend.y1 < min(axes.get_tightbbox().y0 for axes in drawing.axes)
-    assert label in legend_of(replace(figure, panels=panels))
 
 
 # ---- files ---------------------------------------------------------------------------------------

@@ -16,7 +16,6 @@ from studies.scenarios.parts.loading import read_pulse
 from tests.contracts.test_scenarios import BARS, DIAMETER, ROUND_OFF, asked, built
 
 PULSE = "0 us 0, 0.5 us 1, 10 us 1, 10.5 us 0"
-LONG: dict[str, Any] = {"bar_length": 20e-3}
 SQUARE: dict[str, Any] = {"section": "square", "geometry": "quarter"}
 
 
@@ -71,18 +70,6 @@ def test_pulse__is_one_table_in_every_spelling(text: str) -> None:
     assert read_pulse(pulse.text) == pulse
     same = asked("elastic_bar", pressure=1e8, pulse=PULSE)
     assert asked("elastic_bar", pressure=1e8, pulse=text).id == same.id
-
-
-@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
-@pytest.mark.parametrize("name", BARS)
-def test_loads__press_the_end_away_from_the_wall_towards_it(name: str, geometry: str) -> None:
-    loading = {"pressure": 1e8, "pulse": PULSE, "gravity": 10.0, "geometry": geometry}
-    problem = built(asked(name, **LONG, **loading)).problem
-    [load], axis = problem.tractions, 1 if geometry == "axisymmetric" else 2
-    assert (load.body, load.axis, load.side) == (0, axis, 1)
-    assert np.array_equal(load.pressure, [0.0, 1e8, 1e8, 0.0])
-    assert problem.gravity[axis] == -10.0
-    assert sum(map(abs, problem.gravity)) == 10.0
 
 
 @pytest.mark.parametrize("name", BARS)
