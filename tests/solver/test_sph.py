@@ -12,7 +12,7 @@ from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Pr
 from solver.simulation import Simulation, start
 from solver.sph.smoothing import CubicSpline, WendlandC2, factor, height, slope
 from solver.state import S11, S22, S33
-from tests.rows import Row, at_least, at_most
+from studies.cases.rows import Row, at_least, at_most
 from tests.solver.bodies import DENSITY, FREE, SOUND_SPEED, SPACING, SYMMETRIC, assert_balanced, box, elastic_copper
 
 ROUND_OFF = 1e-12  # of sums over a few hundred particles in some steps, relative

@@ -8,6 +8,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from studies.cases.rows import Row, at_least, at_most
 from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit
 from studies.convergence.richardson import (
     LEFT,
@@ -19,7 +20,6 @@ from studies.convergence.richardson import (
     converge,
     converge_series,
 )
-from tests.rows import Row, at_least, at_most
 from tests.studies.convergence.series import LAYOUTS, curves, widths
 
 HALVING = (1.0, 2.0, 4.0)

@@ -14,6 +14,7 @@ import pytest
 from solver.matter.strength.johnson_cook import JohnsonCook
 from solver.problem import Face, Problem
 from solver.simulation import simulate, start
+from studies.cases.rows import Row, at_most, equal, relative
 from studies.cases.setups.column import profile
 from studies.cases.solutions.detonation import TNT, chapman_jouguet
 from studies.cases.verification.chapman_jouguet import STATE, at_front
@@ -21,7 +22,6 @@ from studies.decks.reader import read_deck, read_file_text
 from studies.quantities.findings import InvalidInput
 from studies.runs.execution import setting_of
 from studies.runs.run import resolve
-from tests.rows import Row, at_most, equal, relative
 from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, soil_deck
 
 MEBIBYTE = 1 << 20

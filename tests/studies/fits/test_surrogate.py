@@ -12,6 +12,7 @@ import xarray as xr
 from service.cli.commands.computing import DEMO
 from service.cli.local import run_sweep
 from studies import examples
+from studies.cases.rows import Row, at_least
 from studies.fits.indices import SobolIndex, indices_of
 from studies.fits.measured import open_cube
 from studies.fits.surrogate import ComputedRuns, Surrogate, SurrogateInput, runs_of, surrogate_of
@@ -19,7 +20,6 @@ from studies.laws import Shot
 from studies.quantities.findings import InvalidInput, MissingExtra
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sampling import LATIN, SOBOL, Sampling
-from tests.rows import Row, at_least
 from tests.service.support.command import run
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
 
