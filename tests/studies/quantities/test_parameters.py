@@ -69,13 +69,9 @@ def test_bound__of_an_angle_is_told_in_degrees(angle: str) -> None:
     [
         ("count", 0.4),
         ("count", 6.7),
-        ("count", 2.5),
-        ("count", -1e30),
-        ("count", 7),
         ("count", "two"),
         ("count", float("nan")),
         ("share", 0.5),
-        ("share", "30 deg"),
         ("share", float("inf")),
         ("share", "some"),
     ],
