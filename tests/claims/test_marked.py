@@ -66,10 +66,6 @@ def test_claims__are_judged_row_by_row_and_printed_and_written(
     assert {row["claim"] for row in rows} <= {words[2] for words in printed if len(words) == 3}
 
 
-def test_claim__that_holds_is_a_success() -> None:
-    assert main(["holds"]) == 0
-
-
 def test_claim__that_nobody_makes_is_no_success(capsys: pytest.CaptureFixture[str]) -> None:
     assert main(["no-such-set"]) == 2
     assert "the sets are new, other" in "".join(capsys.readouterr())

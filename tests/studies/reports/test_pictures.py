@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from studies.films.section import END, Section, Sections, read_sections
+from studies.films.section import END, read_sections
 from studies.quantities.display import printed
 from studies.reports.pictures import MOST_FULL, MOST_RUNS
 from studies.reports.publish import publish_sweep
@@ -74,7 +74,7 @@ def test_picture__that_is_missing_leaves_its_reason(report: Reported) -> None:
 
 
 def test_pictures__of_many_runs_are_of_some_and_the_report_stays_small(tmp_path: Path) -> None:
-    sweep = fakes.refined_holes()
+    sweep = fakes.refined_holes(offsets=2)
     file = solved("thin_plate") / "sections.npz"
     document, html = reported(sweep, tmp_path, {p.run.id: file for p in sweep.runs()})
     runs = document["pictures"]["runs"]
@@ -99,16 +99,9 @@ def test_page__embeds_pictures_that_can_be_opened(report: Reported) -> None:
         np.testing.assert_array_equal(shown, shown[:, ::-1])  # the mirror image
 
 
-def bar(*, mirrored: bool = True) -> tuple[Sections, Section]:
-    """A square of 2 by 2 mm beside the axis, its temperature growing along it."""
-    at = (np.arange(10) + 0.5) * 2e-4
-    position = np.stack([place.ravel() for place in np.meshgrid(at, at)], axis=-1)
-    state = Section(0.0, END, position, np.zeros(100, int), {"temperature": position[:, 1]})
-    return Sections(("bar",), np.full((1, 2), 2e-4), mirrored, (), (state,)), state
-
-
 def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None:
-    sweep = fakes.holes(fixed={"plate_radius": 28e-3})
+    axes = Axis("speed", "m s-1", (2e3, 7e3)), Axis("plate_thickness", "m", (2e-3, 4e-3))
+    sweep = sweep_of(*axes, fixed={"plate_radius": 28e-3})
     catalogue = fakes.catalogue()
     catalogue = replace(catalogue, parameters={**catalogue.parameters, **fakes.declared_of("plate_radius")})
     files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue)

@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -30,14 +31,11 @@ from tests.studies.support.printed import Page, at, read_page
 
 SWEEPS = {
     "grid": fakes.holes(),
-    "craters": fakes.craters(),
     "zip": sweep_of(Axis("speed", "m s-1", (2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3)), combine="zip"),
     "words": sweep_of(Axis("projectile", None, ("al-1100-o", "copper-ofhc"))),
-    "no speed": sweep_of(Axis("plate_thickness", "m", (2e-3, 3e-3)), Axis("target.strength.A", "Pa", (9e7, 2e8))),
     "one run": sweep_of(Axis("speed", "m s-1", (5e3,))),
     "refined": fakes.refined_holes(),
     "offsets": fakes.refined_holes((16.0,)),
-    "mixed versions": fakes.holes(),
     "methods": sweep_of(fakes.METHODS, Axis("speed", "m s-1", (2e3, 3e3)), fixed=fakes.BY_BOTH),
 }
 Case = tuple[xr.Dataset, dict, Page]
@@ -46,9 +44,6 @@ Case = tuple[xr.Dataset, dict, Page]
 def cube_of(case: str) -> xr.Dataset:
     sweep = SWEEPS[case]
     outcomes = fakes.with_trouble(sweep) if case in ("grid", "refined") else fakes.results(sweep)
-    if case == "mixed versions":
-        run = sweep.runs()[0].run
-        outcomes[run.id] = fakes.of_version(outcomes[run.id], "hole_diameter", 7)
     none_through = (fakes.observed(5e3, 0.002, 0.0),)  # nothing is relative to it
     shots = {"grid": fakes.SHOTS, "refined": fakes.SHOTS, "one run": none_through}.get(case, ())
     return cube.build(sweep, outcomes, fakes.catalogue(sweep.scenario, shots))
@@ -59,19 +54,26 @@ def document_of(dataset: xr.Dataset) -> dict:
     return json.loads(report.as_json(report.document(dataset, compare(dataset))))
 
 
+@cache
+def made(case: str) -> tuple[xr.Dataset, dict, str]:
+    """Cube, document and page of a case."""
+    dataset = cube_of(case)
+    document = document_of(dataset)
+    return dataset, document, page.page(document)
+
+
 def test_document__has_each_of_its_keys_described() -> None:
     rows = (Path(__file__).parents[3] / "docs" / "report.md").read_text("utf-8")
     _, _, table = rows.partition("## report.json")
     first_cells = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
     described = re.findall("`(.+?)`", " ".join(first_cells))
-    assert sorted(described) == sorted(document_of(cube_of("one run")))
+    assert sorted(described) == sorted(made("one run")[1])
 
 
 @pytest.fixture(scope="module", params=SWEEPS)
 def case(request: pytest.FixtureRequest) -> Case:
-    dataset = cube_of(request.param)
-    document = document_of(dataset)
-    return dataset, document, read_page(page.page(document))
+    dataset, document, html = made(request.param)
+    return dataset, document, read_page(html)
 
 
 @pytest.mark.claim("report", "html-json-cube")
@@ -162,7 +164,7 @@ def test_runs__have_the_values_of_their_cells(case: Case) -> None:
 @pytest.mark.claim("cube", "failed-run-is-a-result")
 def test_failed_and_flagged_runs__are_named_with_their_reasons() -> None:
     """A run that fails is in the report with its reason."""
-    texts = {mark.text for mark in read_page(page.page(document_of(cube_of("grid")))).marks}
+    texts = {mark.text for mark in read_page(made("grid")[2]).marks}
     assert {
         "density = 3e4 at particle 17 of 'target', t = 1.2e-06 s, step 88",
         "cancelled by its user",
@@ -179,15 +181,14 @@ def test_text_of_a_user__cannot_become_markup() -> None:
     dataset.run_reason[:] = hostile
     html = page.page(document_of(dataset))
     assert "<script>alert" not in html
-    assert html.count("</script>") == page.page(document_of(cube_of("one run"))).count("</script>")
+    assert html.count("</script>") == made("one run")[2].count("</script>")
 
 
 @pytest.mark.claim("mend-again", "no-bar-of-a-single-grid")
 @pytest.mark.parametrize("case", ["one run", "offsets"])
 def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str) -> None:
     """No number of a single grid is printed with an error bar: page, report.json, figures and runs.csv have none."""
-    dataset = cube_of(case)
-    document = document_of(dataset)
+    dataset, document, html = made(case)
     for extreme in document["extremes"]:
         assert extreme["smallest_uncertainty"] is extreme["largest_uncertainty"] is None
     for shot in document["observations"]:
@@ -198,7 +199,7 @@ def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str)
                 assert {*series["uncertainty"]} == {None}, figure["name"]
     for quantity in (document["convergence"] or {"quantities": []})["quantities"]:
         assert {point["uncertainty"] for point in quantity["points"]} == {None}
-    verdict, _, rest = page.page(document).partition('<section id="figures">')
+    verdict, _, rest = html.partition('<section id="figures">')
     values = re.findall("<dl>.*?</dl>", verdict, re.DOTALL)[0]
     assert f"({MESH_UNKNOWN})" in values
     assert "±" not in values
@@ -219,7 +220,7 @@ def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
         "stated": 0.1,
     }
     few = {**group, "quantity": "crater_depth", "shots": 4, "bias": None, "scatter": None}
-    dataset = cube_of("one run").assign_attrs(compared_shots=json.dumps([group, few]))
+    dataset = made("one run")[0].assign_attrs(compared_shots=json.dumps([group, few]))
     document = document_of(dataset)
     assert document["verdict"]["shots"] == (
         "Bias of whipple itself beside published shots: hole diameter −7.5 to −3.1\u202f%, scatter 2.1\u202f% "
