@@ -10,7 +10,6 @@ from solver import simulation as simulation_module
 from solver.grid.debris import clear_debris
 from solver.problem import Problem, Retirement
 from solver.simulation import start
-from solver.state import Departed
 from tests.solver.bodies import ABOUT_AXIS, ROUND_OFF, after, assert_balanced, block, box, leaving, real_copper
 
 SPEED = 1000.0  # m/s
@@ -71,18 +70,6 @@ def test_departed__is_what_has_come_off_and_meets_nothing(
 
 
 # What it leaves
-
-
-def test_record__is_the_state_in_which_it_went() -> None:
-    before, retired = after(behind(), REORDERED), after(behind(), STEPS).departed
-    order = np.flatnonzero(before.body == 0)
-    order = order[np.argsort(before.particles.number[order])]
-    place = np.argsort(retired.number)
-    for name in set(Departed._fields) - {"time", "body"}:
-        expected = getattr(before.particles, name)[order]
-        np.testing.assert_array_equal(getattr(retired, name)[place], expected, name)
-    assert (retired.body == 0).all()
-    assert (retired.time == before.time).all()
 
 
 def test_balances__hold_with_what_was_retired() -> None:

@@ -10,7 +10,7 @@ from solver.problem import Face, Problem, clamp
 from solver.simulation import start
 from solver.state import empty_table, views
 from solver.steps.crossing import cross_faces
-from tests.solver.bodies import FREE, ROUND_OFF, SPACING, SYMMETRIC, assert_balanced, block, box, each_shape
+from tests.solver.bodies import FREE, SPACING, SYMMETRIC, assert_balanced, block, box, each_shape
 
 BOX = box(4, 4, 4)
 DT = 1e-8
@@ -47,25 +47,6 @@ def held(kind: Face, axis: int, side: int, *, momentum: Any = MOMENTUM, force: A
     nodes.state[field.closed.ghost] = 0.0
     field.close(DT, impulse)
     return field, impulse
-
-
-@each_axis
-@each_side
-@pytest.mark.parametrize("kind", [Face.FIXED, Face.SYMMETRIC])
-def test_face__holds_its_components_of_its_own_nodes_and_accounts_for_their_impulse(
-    kind: Face, axis: int, side: int
-) -> None:
-    field, impulse = held(kind, axis, side)
-    nodes, on_face, ghosts = field.nodes, field.closed.face, field.closed.ghost
-    slides = np.arange(3) != axis if kind == Face.SYMMETRIC else np.zeros(3, bool)
-    assert on_face.size == 7 * 7  # ghosts of the other faces included
-    assert not nodes.state[ghosts].any()
-    others = np.setdiff1d(np.arange(nodes.mass.size), [on_face, ghosts])
-    for vectors, loaded in ((nodes.momentum, MOMENTUM), (nodes.force, FORCE)):
-        assert (vectors[others] == loaded).all()
-        assert (vectors[on_face] == loaded * slides).all()
-    expected = -on_face.size * DT * FORCE * ~slides
-    assert np.allclose(impulse, expected, rtol=ROUND_OFF, atol=0.0)
 
 
 @pytest.mark.parametrize(

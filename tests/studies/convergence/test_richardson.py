@@ -3,13 +3,12 @@
 import math
 from collections.abc import Callable, Sequence
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from studies.cases.rows import Row, at_least, at_most
-from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit
+from studies.convergence.orders import FORMAL_ORDER, ORDERS
 from studies.convergence.richardson import (
     LEFT,
     SAFETY,
@@ -151,15 +150,6 @@ def test_two_grids__assume_first_order_and_a_factor_of_three() -> None:
 
 
 # --- what noise leaves open of the limit ------------------------------------------------------------
-
-
-def test_fit__is_that_of_weighted_least_squares() -> None:
-    spacings, values, uncertainties = (1.0, 1.5, 2.25), (20.0, 20.5, 20.1), (0.1, 0.3, 0.2)
-    result = fit(spacings, values, uncertainties, 1.0)
-    slope, limit = np.polyfit(spacings, values, 1, w=1.0 / np.array(uncertainties))
-    residuals = (np.array(values) - limit - slope * np.array(spacings)) / uncertainties
-    assert result.limit == pytest.approx(limit)
-    assert result.misfit == pytest.approx(float(np.linalg.norm(residuals)))
 
 
 @pytest.mark.parametrize(("spacings", "offsets"), LAYOUTS)

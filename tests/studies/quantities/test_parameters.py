@@ -62,20 +62,3 @@ def test_bound__of_an_angle_is_told_in_degrees(angle: str) -> None:
     finding = finding_of("angle", angle)
     assert finding.limit == "an angle from 0 deg to 75 deg"
     assert finding.cure in [f"the nearest allowed value is {end} deg" for end in (0, 75)]
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        ("count", 0.4),
-        ("count", 6.7),
-        ("count", "two"),
-        ("count", float("nan")),
-        ("share", 0.5),
-        ("share", float("inf")),
-        ("share", "some"),
-    ],
-)
-def test_cure__of_a_plain_number_is_itself_allowed(name: str, value: Any) -> None:
-    offer = finding_of(name, value).cure.split()[-1]
-    assert name in parse_parameters(Bounded, {name: offer})
