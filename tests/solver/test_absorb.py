@@ -84,11 +84,6 @@ def test_absorbed_energy__is_removed_to_round_off(shape: Any, changes: dict[str,
     assert_balanced(audit)
 
 
-def _fields(problem: Problem) -> Any:
-    stepper: Any = start(problem, threads=1).stepper
-    return stepper.fields
-
-
 @each_shape
 def test_dashpots__of_a_rim_have_its_area_per_radian(shape: Any) -> None:
     """R times the height, and half the radius squared at the back."""

@@ -14,39 +14,12 @@ from tests.solver.bodies import FREE, SPACING, SYMMETRIC, assert_balanced, block
 
 BOX = box(4, 4, 4)
 DT = 1e-8
-MOMENTUM, FORCE = np.array([1.0, 2.0, 3.0]), np.array([10e8, 20e8, 30e8])
 CLOSED_FACES = [Face.FIXED, Face.SYMMETRIC, Face.WALL]
 each_axis = pytest.mark.parametrize("axis", [0, 1, 2])
 each_side = pytest.mark.parametrize("side", [0, 1])
 
 
 # On nodes
-
-
-def field_with(kind: Face, axis: int, side: int) -> Field:
-    """The nodes of the box, one of whose faces is closed."""
-    faces = [[Face.FREE, Face.FREE] for _ in range(3)]
-    faces[axis][side] = kind
-    return field_of(*map(tuple, faces))
-
-
-def field_of(*faces: Any) -> Field:
-    """The nodes of the box between faces, all of them near a particle."""
-    body = block(BOX, (1.0, 1.0, 1.0), (3.0, 3.0, 3.0))
-    field = Field(Problem(BOX, (body,), faces, end_time=1.0), slice(0, 1), 1)
-    field.touched[:] = 1
-    return field
-
-
-def held(kind: Face, axis: int, side: int, *, momentum: Any = MOMENTUM, force: Any = FORCE) -> tuple[Field, np.ndarray]:
-    """All nodes but the ghosts of a face loaded alike, that face held; and the impulse that it gave."""
-    field, impulse = field_with(kind, axis, side), np.zeros(3)
-    nodes = field.nodes
-    nodes.mass[:] = 1.0
-    nodes.momentum[:], nodes.force[:] = momentum, force
-    nodes.state[field.closed.ghost] = 0.0
-    field.close(DT, impulse)
-    return field, impulse
 
 
 @pytest.mark.parametrize(
@@ -64,8 +37,15 @@ def held(kind: Face, axis: int, side: int, *, momentum: Any = MOMENTUM, force: A
 def test_wall__holds_what_still_approaches_at_the_end_of_the_step_and_never_pulls(
     side: int, momentum: float, force: float, left: float, pushes: bool
 ) -> None:
-    """The force is counted in momenta per step."""
-    field, impulse = held(Face.WALL, 2, side, momentum=(0.0, 0.0, momentum), force=(0.0, 0.0, force / DT))
+    """All nodes but the ghosts of the wall are loaded alike; the force is counted in momenta per step."""
+    body, impulse = block(BOX, (1.0, 1.0, 1.0), (3.0, 3.0, 3.0)), np.zeros(3)
+    faces = (FREE, FREE, (Face.FREE, Face.WALL) if side else (Face.WALL, Face.FREE))
+    field = Field(Problem(BOX, (body,), faces, end_time=1.0), slice(0, 1), 1)
+    field.touched[:] = 1
+    field.nodes.mass[:] = 1.0
+    field.nodes.momentum[:], field.nodes.force[:] = (0.0, 0.0, momentum), (0.0, 0.0, force / DT)
+    field.nodes.state[field.closed.ghost] = 0.0
+    field.close(DT, impulse)
     assert (field.nodes.momentum[field.closed.face, 2] == left).all()
     assert impulse[2] >= 0.0
     assert (impulse[2] > 0.0) == pushes
