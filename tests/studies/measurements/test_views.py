@@ -86,22 +86,6 @@ def test_view__tells_plate_from_projectile() -> None:
     assert value("hole_diameter", state) == value("hole_diameter", plate("axisymmetric"))
 
 
-@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
-def test_view__takes_no_debris_that_flies_past_the_rim_for_plate(kind: str) -> None:
-    """A jet from a slug in the hole to beyond the rim, six cells behind the plate."""
-    setting, particles = plate_of_particles(kind, slug=0.5 * HOLE)
-    behind = THICKNESS + 6.0 * CELL
-    rise, out = line(THICKNESS, behind), line(0.0, RADIUS)
-    across = np.concatenate([np.full_like(rise, 0.5 * PARTICLE), out])
-    depth = np.concatenate([rise, np.full_like(out, behind)])
-    nothing = np.zeros_like(across)
-    places = (across, depth, nothing) if kind == "axisymmetric" else (across, nothing, depth)
-    position = np.concatenate([particles.position, np.stack(places, axis=-1)])
-    state = view(setting, snapshot_of(particles_at(kind, position)))
-    whole = (state.radius > HOLE) & (state.depth < THICKNESS)
-    assert state.attached_target.tolist() == whole.tolist()
-
-
 # An oval hole beside the first touch, as an oblique shot makes it: half axes and shift
 LONG, SHORT, ASIDE = 10e-3, 7e-3, 5e-3
 AREA_DIAMETER = 2.0 * math.sqrt(LONG * SHORT)

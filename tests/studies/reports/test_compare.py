@@ -46,31 +46,11 @@ def of(subject: list[float], reference: list[float]) -> Statistics:
     return statistics(np.array(subject), References("simulation", np.array(reference), places))
 
 
-def test_statistics__are_those_of_subject_minus_reference() -> None:
-    entry = of([3.0, 6.0, 9.0], [2.0, 4.0, 6.0])
-    assert (entry.n, entry.relative_bias) == (3, 0.5)
-    assert entry.rms == pytest.approx(math.sqrt((1 + 4 + 9) / 3))
-    assert entry.largest is not None
-    assert (entry.largest.value, entry.largest.at) == (3.0, {"speed": 2.0})
-
-
 @pytest.mark.parametrize("residuals", [[-1.0, 2.0], [1.0, 2.1]])
 def test_statistics__have_no_mean_where_it_would_hide_the_residuals(residuals: list[float]) -> None:
     entry = of([10.0 + each for each in residuals], [10.0, 10.0])
     assert (entry.bias, entry.relative_bias) == (None, None)
     assert (entry.smallest, entry.greatest) == pytest.approx(residuals)
-
-
-def test_law__is_judged_where_it_answers_and_again_inside_its_range() -> None:
-    dataset = holes()
-    entry = residual(dataset, MAIDEN)
-    difference = dataset.hole_diameter_by_law.sel(hole_diameter_law=MAIDEN) - dataset.hole_diameter
-    inside = difference.sel(speed=[3e3, 4e3, 5e3])
-    assert entry.in_range is not None
-    assert (entry.everywhere.n, entry.in_range.n, entry.points) == (18, 9, 18)
-    assert entry.everywhere.rms == pytest.approx(float((difference**2).mean() ** 0.5))
-    assert entry.in_range.rms == pytest.approx(float((inside**2).mean() ** 0.5))
-    assert "inside its stated range (9 of 18 points)" in sentence(entry)
 
 
 @pytest.mark.parametrize(("flag", "compared"), [*((f, 0) for f in NOT_COMPARED), ("near_rim", 1)])
@@ -102,21 +82,6 @@ def test_law__that_is_drawn_only_enters_no_verdict_no_recommendation_and_no_aver
     assert several
     assert all(each.rms is None and each.relative_bias is None for each in several)
     assert all("drawn only" in sentence(each) for each in laws)
-
-
-# --- error bars that judge ------------------------------------------------------------------------
-
-
-def test_error_bar__judges_where_resolutions_show_the_mesh_error() -> None:
-    dataset = refined_holes()
-    entry = residual(dataset, "maiden_c")
-    difference = dataset.hole_diameter_by_law.sel(hole_diameter_law="maiden_c") - dataset.hole_diameter_converged
-    bars = dataset.hole_diameter_converged_uncertainty
-    assert entry.everywhere.rms == pytest.approx(float((difference**2).mean() ** 0.5))
-    assert (entry.everywhere.judged, entry.everywhere.converged) == (6, 3)
-    assert entry.everywhere.within == int((np.abs(difference) <= bars).sum())
-    assert entry.everywhere.bar == pytest.approx(float(bars.median()))
-    assert "(converged at 3 of 6 points); inside the error bar (median ±" in sentence(entry)
 
 
 # --- observations ---------------------------------------------------------------------------------

@@ -6,7 +6,6 @@ from statistics import mean, stdev
 import pytest
 
 from studies import materials
-from studies.quantities.findings import InvalidInput
 from studies.runs.run import Run, materials_of, resolve
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
@@ -99,15 +98,3 @@ def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> Non
     assert [point.coordinates for point in beside] == [{"screening": name} for name in SCREENS]
     assert [point.run.id for point in beside] == [each.run.id for each in screens if each.run]
     assert cost_of(sweep).runs == sweep.size + len(SCREENS)
-
-
-@pytest.mark.parametrize("model_part", ["stored", "screen", "none"])
-def test_document__keeps_the_model_part(model_part: str) -> None:
-    document = Sweep.parse({**DOCUMENT, "model_part": model_part}).document()
-    assert document.get("model_part", "stored") == model_part
-    sweep = Sweep.parse(document)
-    assert sweep.model_part == model_part
-    if model_part != "screen":
-        assert len([*sweep.every_run()]) == sweep.size == cost_of(sweep).runs
-    with pytest.raises(InvalidInput, match="stored, screen or none"):
-        Sweep.parse({**document, "model_part": "screened"})
