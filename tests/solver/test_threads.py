@@ -1,11 +1,7 @@
 """Work cut for threads covers everything once, and the cut does not show in the result."""
 
-import threading
-
 import pytest
 
-from solver.simulation import simulate
-from solver.state import Snapshot
 from solver.steps.threads import ThreadPool
 from tests.solver.bodies import after, assert_same_bits, each_kind, two_blocks
 
@@ -24,23 +20,6 @@ def test_pool__runs_every_share_and_passes_on_what_one_raises(threads: int) -> N
 
     with pytest.raises(ZeroDivisionError):
         ThreadPool(threads).run(fail, [1, 2])
-
-
-def test_simulate__ends_its_threads_when_an_error_still_holds_its_frame() -> None:
-    before = set(threading.enumerate())
-    threads: list[int] = []
-
-    def observe(snapshot: Snapshot) -> None:
-        threads.append(len(set(threading.enumerate()) - before))
-        if snapshot.step:
-            raise ZeroDivisionError
-
-    problem = two_blocks("axisymmetric", end_time=1e-8)
-    with pytest.raises(ZeroDivisionError) as held:
-        simulate(problem, observe, threads=3, shares=SHARES)
-    assert held.tb is not None
-    assert threads == [0, 3]
-    assert set(threading.enumerate()) <= before
 
 
 @pytest.mark.claim("speed", "same-bits")

@@ -28,13 +28,6 @@ speed [km/s], target, quantity, value [mm], uncertainty, source
 """
 
 
-WIDE = """\
-speed [km/s], hole_diameter [mm], hole_diameter_uncertainty [mm], crater_depth_over_diameter, source, note
-6, 19.0, 0.3, 0.5, x, in the afternoon
-5, , , 0.4, y,
-"""
-
-
 def refused(given: object) -> str:
     with pytest.raises(InvalidInput) as caught:
         read_observations(given, KNOWN)
@@ -46,17 +39,6 @@ def test_table__takes_units_from_header_or_cell() -> None:
     parameters: dict[str, Value] = {"speed": 6000.0, "target": "copper-ofhc"}
     assert first == Observation("hole_diameter", 0.019, 0.0003, "Ma (2005), Fig. 3.2", parameters)
     assert second == Observation("hole_diameter", 0.015, None, "own shot 17", {"speed": 2000.0})
-
-
-def test_wide_table__is_a_shot_a_quantity() -> None:
-    shots = read_observations(WIDE, KNOWN)
-    assert [(shot.quantity, shot.value, shot.uncertainty, shot.source) for shot in shots] == [
-        ("hole_diameter", 0.019, 0.0003, "x"),
-        ("crater_depth_over_diameter", 0.5, None, "x"),
-        ("crater_depth_over_diameter", 0.4, None, "y"),
-    ]
-    assert shots[1].note == "in the afternoon"
-    assert read_observations([shot.document(KNOWN) for shot in shots], KNOWN) == shots
 
 
 @pytest.mark.parametrize("scenario", ["taylor_bar", "thick_plate", "thin_plate"])

@@ -11,29 +11,12 @@ from solver.grid.shapes.linear import Linear
 from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
 from solver.matter.tensor import Jaumann, Unturned
 from solver.problem import Contact, Criterion, Damping, Retirement, Scheme
-from studies import materials
 from studies.quantities.parameters import declared
 from studies.quantities.recipes import IMPACT_RECIPES, RECIPES, ImpactRecipe, Recipe, RecipeName
 from studies.runs.execution import setting_of
-from studies.runs.run import Run, resolve
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics
 from studies.scenarios.parts.shot import ImpactShot
-
-COPPER = materials.load("copper-ofhc")
-GIVEN: dict[str, Any] = {
-    "speed": 4000.0,
-    "projectile_diameter": 8e-3,
-    "plate_thickness": 2e-3,
-    "plate_radius": 16e-3,
-    "projectile": "copper-ofhc",
-    "target": "copper-ofhc",
-    "cells_per_diameter": 8.0,
-}
-
-
-def asked(**changes: Any) -> Run:
-    return resolve("thin_plate", {**GIVEN, **changes}, {"projectile": COPPER, "target": COPPER})
-
+from tests.contracts.test_scenarios import asked
 
 # Recipes
 
@@ -65,9 +48,9 @@ def test_particles__are_what_is_stated_then_what_the_geometry_then_what_the_reci
     changes: dict[str, Any], axisymmetric: int, quarter: int
 ) -> None:
     for geometry, count in (("axisymmetric", axisymmetric), ("quarter", quarter)):
-        run = asked(geometry=geometry, **changes)
+        run = asked("thin_plate", geometry=geometry, **changes)
         assert run.parameters["particles_per_cell"] == count
-        assert run.id == asked(**{**changes, "geometry": geometry, "particles_per_cell": count}).id
+        assert run.id == asked("thin_plate", **{**changes, "geometry": geometry, "particles_per_cell": count}).id
 
 
 # What the solver gets
@@ -91,11 +74,11 @@ def test_particles__are_what_is_stated_then_what_the_geometry_then_what_the_reci
         ({"debris": "follow"}, "retirement", None),
         ({"recipe": "thesis"}, "retirement", None),
         # Five times in which 8 mm are flown at 4 km/s.
-        ({"debris": "retire"}, "retirement", Retirement(body=1, after=1e-5)),
+        ({"debris": "retire", "speed": 4000.0}, "retirement", Retirement(body=1, after=1e-5)),
     ],
 )
 def test_numerics__become_what_the_solver_takes(change: dict[str, Any], name: str, expected: object) -> None:
-    problem = setting_of(asked(**change)).problem
+    problem = setting_of(asked("thin_plate", **change)).problem
     assert getattr(problem, name) == expected
     assert type(getattr(problem, name)) is type(expected)
 
@@ -113,7 +96,9 @@ def flight(geometry: str) -> int:
 
 
 def test_offset__shifts_the_grid_along_the_flight_and_no_body(geometry: str) -> None:
-    aligned, shifted = (setting_of(asked(geometry=geometry, offset=offset)).problem for offset in (0.0, 0.25))
+    aligned, shifted = (
+        setting_of(asked("thin_plate", geometry=geometry, offset=offset)).problem for offset in (0.0, 0.25)
+    )
     shift = np.asarray(shifted.geometry.lower) - np.asarray(aligned.geometry.lower)
     expected = np.zeros(3)
     expected[flight(geometry)] = -0.25 * aligned.geometry.spacing

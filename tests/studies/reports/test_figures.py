@@ -11,12 +11,10 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.reports.compare import compare
-from studies.reports.drawing.charts import draw
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
 from studies.reports.publish import draw_figures
 from studies.sweeps.sweep import Sweep
 from tests.studies.support import fakes
-from tests.studies.support.fakes import sweep_of
 
 REFINED = fakes.refined_holes()
 PLAIN = fakes.holes()
@@ -143,12 +141,3 @@ def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folde
         panels = {panel.title for panel in figure.panels if panel.title}
         assert panels <= texts, figure.name
         assert any(figure.y.label in text for text in texts), figure.name
-
-
-@pytest.mark.parametrize("format", ["png", "pdf"])
-def test_draw__writes_the_format_of_the_ending(format: str, tmp_path: Path) -> None:
-    words = sweep_of(fakes.Axis("projectile", None, ("al-1100-o", "copper-ofhc")))
-    dataset = built(words)
-    file = draw(figures(dataset, compare(dataset))[0], tmp_path / f"words.{format}")
-    assert file.read_bytes()[:5] in (b"\x89PNG\r", b"%PDF-")
-    assert len(list(tmp_path.iterdir())) == 1

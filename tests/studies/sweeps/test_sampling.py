@@ -8,12 +8,11 @@ import numpy as np
 import pytest
 
 from studies.quantities.findings import InvalidInput
-from studies.reports import compare, report
 from studies.sweeps.cost import cost_of
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sampling import METHODS
 from studies.sweeps.sweep import Sweep
-from tests.studies.support.sized import HOLES, sized_cube
+from tests.studies.support.sized import HOLES
 
 SAMPLED: Mapping[str, Any] = {
     **HOLES,
@@ -86,19 +85,3 @@ def test_sample__that_is_wrong_is_refused_by_name(document: dict[str, Any], fiel
     with pytest.raises(InvalidInput) as refused:
         Sweep.parse(document)
     assert [finding for finding in refused.value.findings if finding.field == field and cure in finding.cure]
-
-
-def test_report__of_a_sample_has_a_verdict_and_a_scatter_over_each_axis() -> None:
-    document = changed(resolution=[16, 24, 32])
-    cube = sized_cube(document, lambda shot: 5e-3 + 1e-6 * shot.speed, "hole_diameter")
-    assert cube.hole_diameter.dims == ("run", "cells_per_diameter")
-    assert cube.speed.dims == cube.plate_thickness.dims == ("run",)
-    comparison = compare.compare(cube)
-    plain = report.document(cube, comparison)
-    assert plain["verdict"]["quantities"][0]["laws"]
-    figures = {figure["name"]: figure for figure in plain["figures"]}
-    for name in ("hole_diameter_laws", "hole_diameter_laws_over_plate_thickness"):
-        (panel,) = figures[name]["panels"]
-        simulated = next(each for each in panel["series"] if each["kind"] == "simulation")
-        assert len(simulated["x"]) == 16
-        assert not simulated["connected"]

@@ -6,7 +6,7 @@ from statistics import mean, stdev
 import pytest
 
 from studies import materials
-from studies.runs.run import Run, materials_of, resolve
+from studies.runs.run import Run, materials_of
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
     FAILURE,
@@ -18,6 +18,7 @@ from studies.sweeps.screening import (
     screens_of,
 )
 from studies.sweeps.sweep import Sweep
+from tests.contracts.test_scenarios import asked
 
 DOCUMENT = {
     "scenario": "thin_plate",
@@ -34,12 +35,8 @@ DOCUMENT = {
 }
 
 
-def run_of(material: str, **parameters: object) -> Run:
-    roles = dict.fromkeys(("projectile", "target"), materials.load(material))
-    fixed = {"speed": 5e3, "projectile_diameter": 8e-3, "plate_thickness": 2e-3}
-    grid = {"geometry": "axisymmetric", "cells_per_diameter": 8.0}
-    names = dict.fromkeys(roles, material)
-    return resolve("thin_plate", {**fixed, **grid, **names, **parameters}, roles)
+def run_of(material: str) -> Run:
+    return asked("thin_plate", projectile=material, target=material)
 
 
 def test_strength_deviation__is_that_of_published_strengths() -> None:

@@ -192,19 +192,6 @@ def test_parse__of_no_sweep_is_refused(document: Any) -> None:
     refused(document)
 
 
-def test_parse__tells_everything_at_once() -> None:
-    document = changed("fixed/target", "copper-ohfc")
-    document["fixed"]["projectile_shap"] = "sphere"
-    document["axes"]["speed"] = [6]
-    document["combine"] = "product"
-    document["resolution"] = "fine"
-    message = refused(document)
-    assert all(
-        field in message
-        for field in ("fixed.target", "fixed.projectile_shap", "axes.speed[0]", "combine", "resolution")
-    )
-
-
 PLACES = ["fixed", "axes", "axes/speed", "axes/speed/start", "fixed/target", "fixed/projectile_shape"]
 PLACES += ["fixed/target.strength.A", "fixed/particles_per_cell", "materials", "observations", "resolution"]
 PLACES += ["offsets", "accuracy"]
