@@ -13,7 +13,7 @@ from PIL import Image
 
 from studies.films.section import END, read_sections
 from studies.quantities.display import printed
-from studies.reports.pictures import MOST_FULL, MOST_RUNS
+from studies.reports import pictures
 from studies.reports.publish import publish_sweep
 from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
@@ -21,7 +21,6 @@ from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 
-MOST_BYTES = 8 << 20  # of a report
 Reported = tuple[dict, str]
 
 
@@ -73,17 +72,15 @@ def test_picture__that_is_missing_leaves_its_reason(report: Reported) -> None:
         assert reason in html
 
 
-def test_pictures__of_many_runs_are_of_some_and_the_report_stays_small(tmp_path: Path) -> None:
-    sweep = fakes.refined_holes(offsets=2)
+def test_pictures__of_many_runs_are_of_some_of_the_finest(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(pictures, "MOST_RUNS", 3)
+    sweep = fakes.refined_holes((16.0, 32.0), offsets=1)
     file = solved("thin_plate") / "sections.npz"
-    document, html = reported(sweep, tmp_path, {p.run.id: file for p in sweep.runs()})
+    document, _ = reported(sweep, tmp_path, {p.run.id: file for p in sweep.runs()})
     runs = document["pictures"]["runs"]
-    assert len(sweep.runs()) > MOST_RUNS >= len(runs)
+    assert len(runs) == 3
     assert document["pictures"]["left_out"] == len(sweep.runs()) - len(runs)
-    finest = max(fakes.CELLS)
-    assert {document["runs"][run["run"]]["at"]["cells_per_diameter"] for run in runs} == {finest}
-    assert sum(run["full"] for run in runs) == MOST_FULL
-    assert len(html.encode()) < MOST_BYTES
+    assert {document["runs"][run["run"]]["at"]["cells_per_diameter"] for run in runs} == {32.0}
 
 
 def test_page__embeds_pictures_that_can_be_opened(report: Reported) -> None:
