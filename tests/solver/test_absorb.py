@@ -15,6 +15,7 @@ from tests.solver.bodies import (
     DENSITY,
     FREE,
     OPEN,
+    ROUND_OFF,
     SHEAR_MODULUS,
     SOUND_SPEED,
     SPACING,
@@ -85,6 +86,27 @@ def test_absorbed_energy__is_removed_to_round_off(shape: Any, changes: dict[str,
 
 
 @each_shape
+def test_dashpots__of_a_quarter_are_those_of_the_whole(shape: Any) -> None:
+    """What ghosts hold at a mirror goes to the nodes inside; a node on it has half of the area."""
+    whole, quarter = box(14, 12, 12), box(14, 6, 6)
+    mirror = (SYMMETRIC[0], FREE[1])
+    body = block(whole, (2.0, 2.0, 2.0), (8.0, 10.0, 10.0))
+    part = block(quarter, (2.0, 0.0, 0.0), (8.0, 4.0, 4.0))
+    expected, place = _dashpots(whole, body, OPEN, shape, end(0, 8.0))
+    by_place = dict(zip(_cells(place - (0.0, 6e-3, 6e-3)), range(len(place)), strict=True))
+    got, place = _dashpots(quarter, part, (FREE, mirror, mirror), shape, end(0, 8.0))
+    cells = _cells(place)
+    assert any(cell[1:] == (0, 0) for cell in cells)
+    for i, cell in enumerate(cells):
+        inside = min(cell[1:]) >= 0
+        share = 0.5 ** cell[1:].count(0) if inside else 0.0
+        same = by_place[cell]
+        assert np.allclose(got.constant[i], share * expected.constant[same], rtol=ROUND_OFF)
+        if min(cell[1:]) > 0:
+            assert np.isclose(got.full[i], expected.full[same], rtol=ROUND_OFF)
+
+
+@each_shape
 def test_dashpots__of_a_rim_have_its_area_per_radian(shape: Any) -> None:
     """R times the height, and half the radius squared at the back."""
     geometry = box(8, 12)
@@ -99,3 +121,8 @@ def _dashpots(geometry: Any, body: Body, faces: Any, shape: Any, surface: Absorb
     problem = Problem(geometry, (body,), faces, end_time=1.0, shape=shape, absorbers=(surface,))
     made = dashpots(problem, surface, closed_nodes(geometry, faces, problem.clamp))
     return made, node_positions(geometry)[made.node]
+
+
+def _cells(place: np.ndarray) -> list[tuple[int, ...]]:
+    """Places of nodes counted in cells."""
+    return [tuple(cells) for cells in np.rint(place / SPACING).astype(int).tolist()]

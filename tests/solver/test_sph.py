@@ -10,8 +10,10 @@ import pytest
 from solver.errors import ProblemError
 from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing
 from solver.simulation import Simulation, start
+from solver.sph.artificial import tensile_part
 from solver.sph.smoothing import CubicSpline, WendlandC2, factor, height, slope
-from solver.state import S11, S22, S33
+from solver.state import DENSITY as DENSITY_ROW
+from solver.state import PRESSURE, S11, S12, S22, S23, S31, S33
 from studies.cases.rows import Row, at_least, at_most
 from tests.solver.bodies import DENSITY, FREE, SOUND_SPEED, SPACING, SYMMETRIC, assert_balanced, box, elastic_copper
 
@@ -145,6 +147,20 @@ def test_artificial_stress__slows_the_clumping_of_a_patch_that_is_pulled(compare
     without = pulled(0.0)
     compared(at_least("speed without artificial stress (m/s)", limit=1.0, got=without))
     compared(at_most("speed with 0.3 (m/s)", limit=without, got=pulled(0.3)))
+
+
+def test_artificial_stress__opposes_each_principal_stress_that_pulls() -> None:
+    turn = np.linalg.qr(np.random.default_rng(2).normal(size=(3, 3)))[0]
+    table = np.zeros((max(DENSITY_ROW, PRESSURE, S11, S22, S33, S12, S23, S31) + 1, 1))
+    stress = turn @ np.diag([3e9, -2e9, 1e9]) @ turn.T
+    pressure = -np.trace(stress) / 3.0
+    table[DENSITY_ROW], table[PRESSURE] = DENSITY, pressure
+    rows = (S11, S22, S33, S12, S23, S31)
+    places = ((0, 1, 2, 0, 1, 2), (0, 1, 2, 1, 2, 0))
+    table[rows, 0] = (stress + pressure * np.eye(3))[places]
+    expected = 0.3 * turn @ np.diag([3e9, 0.0, 1e9]) @ turn.T / DENSITY**2
+    got = tensile_part(Smoothing(CubicSpline(), tensile=0.3), table)
+    np.testing.assert_allclose(got[0], expected[places], rtol=1e-10, atol=1e-8)
 
 
 @pytest.mark.parametrize(

@@ -76,6 +76,12 @@ def flown(damping: Damping, fixed_dt: float, checkerboard: float) -> Simulation:
 
 
 @pytest.mark.parametrize("order", [1, 2])
+def test_damping__leaves_rigid_motion_alone(order: int) -> None:
+    velocity = flown(Damping(1e8, order), 1e-8, 0.0).particles.velocity
+    assert np.allclose(velocity, (100.0, 0.0, 0.0), rtol=0.0, atol=1e-9)
+
+
+@pytest.mark.parametrize("order", [1, 2])
 @pytest.mark.parametrize("fixed_dt", [1e-8, 2.5e-9])
 def test_damping__is_defined_per_time(order: int, fixed_dt: float) -> None:
     """Velocities that the nodes do not see decay as exp(-rate t), whatever the step."""

@@ -10,12 +10,16 @@ from solver.matter.eos import reference_sound_speed
 from solver.simulation import start
 from solver.state import Particles, Snapshot, empty_table, views
 from studies.measurements.bar import view as view_of_bar
+from studies.measurements.impact.opening import azimuthal_spread
 from studies.measurements.impact.view import ImpactView, view
 from tests.contracts.test_scenarios import asked as asked_small
 from tests.contracts.test_scenarios import built
 from tests.studies.measurements.states import (
+    BREADTH,
     CELL,
+    CRATER,
     DENSITY,
+    DEPTH,
     HOLE,
     OPENINGS,
     PARTICLE,
@@ -25,6 +29,7 @@ from tests.studies.measurements.states import (
     lattice,
     line,
     read,
+    scooped_half_space,
     setting_of_plate,
     snapshot_of,
     value,
@@ -86,6 +91,36 @@ def test_view__tells_plate_from_projectile() -> None:
     assert value("hole_diameter", state) == value("hole_diameter", plate("axisymmetric"))
 
 
+METALS = [DENSITY, 2700.0, 19300.0]
+
+
+def lined_crater(density: float, *, thick: float, thin: bool) -> ImpactView:
+    """A crater whose wall a projectile lines, as a solid or with a quarter of its particles."""
+    block = scooped_half_space(CRATER - thick)
+    lining = np.hypot(block.radius, block.depth) < CRATER
+    even = (np.floor(block.radius / PARTICLE) + np.floor(block.depth / PARTICLE)) % 4.0 == 0.0
+    left = ~lining | even if thin else np.ones_like(lining)
+    places = (block.radius[left], block.depth[left], np.zeros(left.sum()))
+    particles = particles_at("axisymmetric", np.stack(places, axis=-1))
+    body = lining[left].astype(np.int64)
+    particles.mass[body == 1] *= density / DENSITY
+    setting = setting_of_plate("axisymmetric", thickness=DEPTH, radius=BREADTH)
+    setting.problem.bodies = (*setting.problem.bodies, body_of("projectile", density))
+    return view(setting, Snapshot(0.0, 0, particles, body))
+
+
+@pytest.mark.parametrize("density", METALS)
+@pytest.mark.parametrize("thin", [False, True])
+@pytest.mark.parametrize("crater", ["crater_depth", "crater_diameter"])
+def test_crater__ends_where_half_of_the_space_is_filled_by_whatever_metal(
+    crater: str, thin: bool, density: float
+) -> None:
+    thick = 4.0 * CELL
+    reading = value(crater, lined_crater(density, thick=thick, thin=thin))
+    wanted = value(crater, scooped_half_space(CRATER if thin else CRATER - thick))
+    assert abs(reading - wanted) < 2.0 * PARTICLE
+
+
 # An oval hole beside the first touch, as an oblique shot makes it: half axes and shift
 LONG, SHORT, ASIDE = 10e-3, 7e-3, 5e-3
 AREA_DIAMETER = 2.0 * math.sqrt(LONG * SHORT)
@@ -107,6 +142,13 @@ def test_oblique_hole__is_that_of_its_area_and_its_shape_is_no_uncertainty() -> 
         reading = read(opening, state)
         assert abs(reading.value - AREA_DIAMETER) < off
         assert reading.parts["azimuth"] < 0.2 * CELL
+
+
+def test_azimuthal_spread__of_independent_sectors_is_the_standard_error_of_their_mean() -> None:
+    scatter, sectors = 0.1e-3, 20000
+    radii = HOLE + np.random.default_rng(0).normal(0.0, scatter, sectors)
+    expected = 2.0 * scatter / math.sqrt(sectors)
+    assert math.isclose(azimuthal_spread(radii), expected, rel_tol=0.03)
 
 
 # Settings and states of real runs

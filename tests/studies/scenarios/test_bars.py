@@ -72,6 +72,19 @@ def test_pulse__is_one_table_in_every_spelling(text: str) -> None:
     assert asked("elastic_bar", pressure=1e8, pulse=text).id == same.id
 
 
+@pytest.mark.parametrize("name", BARS)
+def test_square_bar__weighs_and_measures_what_was_asked_for(name: str) -> None:
+    run = asked(name, **SQUARE, bar_length=11.1e-3)
+    setting = built(run)
+    [bar] = setting.problem.bodies
+    side = float(str(run.parameters["bar_diameter"]))
+    quarter = 0.25 * bar.density * side**2 * 11.1e-3
+    assert math.isclose(bar.mass.sum(), quarter, rel_tol=ROUND_OFF)
+    # Every particle has the mass of its own box, which the lattice fills without a rest.
+    assert np.allclose(bar.mass, bar.density * math.prod(bar.spacing), rtol=ROUND_OFF)
+    check_sizes(name, setting, 11.1e-3, side)
+
+
 def test_histories__of_a_loaded_bar_sum_to_the_audited_energy_and_momentum(tmp_path: Any) -> None:
     run = asked("elastic_bar", speed=100.0, pressure=3e8, pulse=PULSE, gravity=1e6)
     result = execute(run, tmp_path, threads=1)
@@ -119,3 +132,13 @@ def test_pressed_bar__has_the_wave_of_one_dimension_by_every_method(tmp_path: An
         assert passing == pytest.approx({"velocity": velocity, "stress": stress}, rel=0.05), method
         # Mesh and particles in one body's place book one impulse.
         assert result.numbers["momentum_error"] < 1e-9, method
+
+
+def test_coupled_bar__has_the_mass_of_the_bar_and_is_one_in_its_measurements() -> None:
+    setting = built(asked("elastic_bar", method="sph-fem", **PRESSED))
+    elements, particles = setting.problem.bodies
+    whole = 8900.0 * 2e-3**2 * 20e-3
+    assert elements.mass.sum() + particles.mass.sum() == pytest.approx(whole, rel=ROUND_OFF)
+    view = scenarios.load("elastic_bar").parameters.view(setting, start(setting.problem, threads=1).snapshot())
+    assert measurements.load("rear_face_place").read(view).value == pytest.approx(20e-3)
+    assert measurements.load("middle_stress").read(view).value == 0.0
