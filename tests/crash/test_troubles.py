@@ -20,6 +20,7 @@ import xarray as xr
 
 from service.records.jobs import Cause, StoreUnavailable
 from service.store import Store
+from studies.cases.rows import Row, at_least, equal
 from studies.quantities.files import write_text
 from tests.claims.marked import in_full
 from tests.crash.support import inspection
@@ -28,7 +29,6 @@ from tests.crash.support.chained import FAILING
 from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
 from tests.crash.support.faults import KillMoment
 from tests.crash.support.serving import MARK
-from tests.rows import Row, at_least, equal
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import is_gone, wait_until
 

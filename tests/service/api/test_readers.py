@@ -14,10 +14,10 @@ import pytest
 from service.api.errors import ReaderLost, TooManyRequests
 from service.api.readers import Readers
 from service.api.reading import EstimatedSweep, Posted, ReadingLimits, Refusal, estimated, read
+from studies.cases.rows import Row, at_most
 from studies.quantities.findings import MOST_FINDINGS, MOST_SEARCHES
 from studies.sweeps.sweep import Sweep
 from tests.crash.support.costly_bodies import BODIES
-from tests.rows import Row, at_most
 from tests.service.support.api import LARGE_SWEEPS, SWEEP, sweep_of
 
 Use = Callable[[Readers], Awaitable[Any]]

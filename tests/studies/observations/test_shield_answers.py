@@ -11,6 +11,7 @@ import pytest
 from sklearn.linear_model import LogisticRegression
 
 from studies import materials
+from studies.cases.rows import Row, absolute, at_least, at_most, equal
 from studies.laws import InnerBumper, Shield, Shot
 from studies.observations.shields.answers import SHORT, answer
 from studies.observations.shields.judged import equations, margin, margins, range_of
@@ -27,7 +28,6 @@ from studies.observations.shields.probability import (
 from studies.observations.shields.shots import NEAR, ShieldShot, distances, published
 from studies.observations.shields.validation import MEAN, Predicted, brier, coverage, predict, reliability
 from studies.quantities.findings import InvalidInput
-from tests.rows import Row, absolute, at_least, at_most, equal
 
 SHOTS = published().shots
 ALUMINIUM = materials.load("al-6061-t6")

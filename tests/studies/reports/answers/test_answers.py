@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
+from studies.cases.rows import equal
 from studies.quantities.findings import InvalidInput
 from studies.reports.answers.answer import answers, document
 from studies.reports.answers.cube import cube_of
 from studies.reports.answers.question import read_question
-from tests.rows import equal
 
 PLATE = {
     "speed": "5.75 km/s",
