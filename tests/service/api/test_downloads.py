@@ -126,13 +126,6 @@ def test_sweep_file__of_an_unfinished_sweep_is_a_409_that_says_how_far_it_is(api
         assert "queued" in response.json()["detail"]
 
 
-def test_sweep_file__that_was_removed_by_hand_is_a_404(api: Api) -> None:
-    id = api.submit()
-    api.compute()
-    (api.settings.data / api.store.publications.files(id)[0].path).unlink()
-    assert api.http.get(f"/v1/sweeps/{id}/cube.nc").status_code == 404
-
-
 # --- runs ---------------------------------------------------------------------------------------------
 
 
@@ -151,11 +144,6 @@ def test_run_file__that_is_not_kept_is_a_404(shared_api: Api, addresses: Any, na
     response = shared_api.http.get(f"/v1/runs/{run}/files/{name}")
     assert response.status_code == 404
     assert response.headers["Content-Type"] == "application/problem+json"
-
-
-@pytest.mark.parametrize("path", ["files", "files/result.json", "log"])
-def test_run_file__of_no_run_is_a_404(api: Api, path: str) -> None:
-    assert api.http.get(f"/v1/runs/{'0' * 32}/{path}").status_code == 404
 
 
 def written_log(api: Api, lease: Lease, content: bytes) -> Path:

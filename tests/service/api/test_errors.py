@@ -1,17 +1,13 @@
 """Bad input gets a clear answer and stores nothing; every error is a problem document."""
 
 import json
-import logging
-import socket
 from typing import Any
-from urllib.parse import urlsplit
 
 import pytest
 
-from service.api.documents import pointer
 from service.api.routes.dependencies import LONGEST_BODY
 from service.records.jobs import StoreUnavailable
-from tests.service.support.api import SWEEP, Api, served, sweep_of, until
+from tests.service.support.api import SWEEP, Api, sweep_of
 
 JSON = {"Content-Type": "application/json"}
 YAML = {"Content-Type": "application/yaml"}
@@ -138,27 +134,6 @@ def test_store_that_is_away__is_a_503_to_be_tried_again(shared_api: Api, monkeyp
     response = shared_api.http.post("/v1/sweeps", json=SWEEP)
     assert is_problem(response, 503)
     assert response.headers["Retry-After"]
-
-
-def test_pointer__stops_where_the_document_ends() -> None:
-    document = {"axes": {"speed": [1], "a/b~": 2}}
-    assert pointer("axes.speed[7]", document) == "/axes/speed"
-    assert pointer("axes.a/b~", document) == "/axes/a~1b~0"
-    assert pointer("nothing", document) == ""
-    assert pointer("axes", None) == ""
-
-
-def test_body__that_ends_with_its_connection_is_no_failure_of_the_service(
-    shared_api: Api, caplog: pytest.LogCaptureFixture
-) -> None:
-    head = b"POST /v1/sweeps HTTP/1.1\r\nHost: 127.0.0.1\r\nContent-Type: application/json\r\n"
-    with caplog.at_level(logging.INFO), served(shared_api) as url:
-        place = urlsplit(url)
-        with socket.create_connection((place.hostname, place.port)) as connection:
-            connection.sendall(head + b'Content-Length: 1000\r\n\r\n{"name":')
-        until(lambda: any("POST /v1/sweeps" in line for line in caplog.messages), seconds=20)
-    assert [line for line in caplog.messages if "POST" in line] == ["POST /v1/sweeps 400"]
-    assert all(line.levelno < logging.WARNING and not line.exc_info for line in caplog.records)
 
 
 @pytest.mark.parametrize(

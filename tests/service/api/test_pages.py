@@ -73,20 +73,6 @@ def test_sweep__shows_the_first_sentences_of_the_verdict_with_the_report(api: Ap
     assert "<p>Rests on numerics.</p>" in done
 
 
-@pytest.mark.parametrize("content", [b'{"report_version": 1}', None])
-def test_sweep__without_a_verdict_shows_the_rest(api: Api, content: bytes | None) -> None:
-    page = f"/sweeps/{api.submit()}"
-    api.compute()
-    (report,) = api.settings.data.rglob("report.json")
-    size = report.stat().st_size
-    report.unlink()
-    if content is not None:
-        report.write_bytes(content.ljust(size))
-    done = api.http.get(page).text
-    assert "report.html" in done
-    assert "Use the law." not in done
-
-
 def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
     api.submit()
     assert "no run starts" not in api.http.get("/").text.lower()

@@ -130,26 +130,6 @@ def test_backup__while_the_service_writes_is_of_one_moment(harness: Harness, tmp
             assert all(sum(row.counts.values()) == row.planned for row in page)
 
 
-def test_backup__leaves_out_what_was_deleted_meanwhile(
-    harness: Harness, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    id = harness.store.sweeps.page().items[-1].id
-    folder = Artifacts(harness.settings.data).sweep_folder(id)
-    gone = len(harness.store.publications.files(id))
-    plain = module._copy_files
-
-    def delete_first(*given: object) -> object:
-        harness.store.sweeps.delete(id)
-        shutil.rmtree(folder)
-        return plain(*given)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(module, "_copy_files", delete_first)
-    done = back_up(harness.settings, tmp_path / "out", harness.store)
-    assert (done.removed, done.lost) == (gone, ())
-    settings = settings_in(tmp_path / "out", disk_reserve=0)
-    assert all_is_intact(settings)
-
-
 def test_backup__that_is_killed_leaves_the_earlier_one_whole(
     harness: Harness, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

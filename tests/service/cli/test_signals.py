@@ -110,38 +110,6 @@ def test_end_within__ends_a_process_that_hangs_and_no_other(seconds: float, then
     assert process.returncode == 0
 
 
-LINGERS = (
-    "import threading; from concurrent.futures import ThreadPoolExecutor\n"
-    "from service.cli.signals import handling_end_signals\n"
-    "threads = ThreadPoolExecutor(1)\n"
-    "threads.submit(threading.Event().wait)\n"
-    "with handling_end_signals(end_within={seconds}) as leaving:\n"
-    "    print('ready', flush=True)\n"
-    "    leaving.asked(wait=600)\n"
-    "threads.shutdown(wait=False, cancel_futures=True)\n"
-    "print('left')\n"
-    "{then}\n"
-)
-
-
-@pytest.mark.parametrize(("seconds", "then"), [(3.0, "pass"), (600, "leaving.go()")])
-def test_thread_that_goes_on__does_not_keep_the_process(seconds: float, then: str) -> None:
-    process = subprocess.Popen(
-        [sys.executable, "-u", "-c", LINGERS.format(seconds=seconds, then=then)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n"
-        process.terminate()
-        assert process.communicate(timeout=WAKE_SECONDS)[0] == "left\n"
-        assert process.returncode == 0
-    finally:
-        process.kill()
-
-
 GOES = (
     "import atexit, os, signal; from service.cli.signals import handling_end_signals\n"
     "atexit.register(print, 'in order')\n"

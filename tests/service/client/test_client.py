@@ -21,14 +21,6 @@ def client(url: str) -> Iterator[Client]:
         yield opened
 
 
-def test_client__without_an_address_asks_that_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("WHIPPLE_SERVICE", "http://127.0.0.1:8001")
-    assert Client().url == "http://127.0.0.1:8001"
-    assert Client("http://127.0.0.1:8002").url == "http://127.0.0.1:8002"
-    monkeypatch.delenv("WHIPPLE_SERVICE")
-    assert Client().url == "http://127.0.0.1:8000"
-
-
 def test_submit__takes_a_file_with_the_observations_beside_it(client: Client, tmp_path: Path) -> None:
     text = examples.text("smoke") + "\nobservations: shots.csv\n"
     (tmp_path / "smoke.yaml").write_text(text)
@@ -63,13 +55,6 @@ def test_fetch__of_a_damaged_file_leaves_nothing(shared_api: Api, client: Client
     assert not list(tmp_path.iterdir())
 
 
-def test_fetch__before_the_end_says_how_far_the_sweep_is(client: Client, tmp_path: Path) -> None:
-    handle = client.submit(sweep_of(axes={"speed": ["5.5 km/s"]}))
-    with pytest.raises(ServiceError, match="queued") as refused:
-        handle.fetch(tmp_path)
-    assert refused.value.status == 409
-
-
 def test_runs__come_from_every_page(shared_api: Api, client: Client) -> None:
     shared_api.compute()  # what other tests left in the queue
     axis = {"start": "1 km/s", "stop": "2.2 km/s", "step": "10 m/s"}
@@ -85,12 +70,6 @@ def test_client__without_a_service_says_what_to_start() -> None:
         client = Client(f"http://127.0.0.1:{nobody.getsockname()[1]}")
         with pytest.raises(Unreachable, match="whipple serve"):
             client.submit(SWEEP)
-
-
-@pytest.mark.parametrize("url", ["nonsense", "ftp://127.0.0.1", "http://[", ""])
-def test_client__with_a_wrong_address_says_so(url: str) -> None:
-    with pytest.raises(Unreachable), Client(url) as client:
-        client.submit(SWEEP)
 
 
 def test_notebook__shows_sweep_and_run_as_tables(shared_api: Api, client: Client) -> None:

@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -15,7 +14,7 @@ import pytest
 from pydantic import ByteSize
 
 from service.execution import dask, dask_worker
-from service.execution.dask import SchedulerConnection, probe
+from service.execution.dask import probe
 from service.records.jobs import Cause
 from service.settings import Settings
 from service.workers.attempt import Attempt, Away, Back, Ended
@@ -30,7 +29,6 @@ from tests.service.support.cluster import (
     checkpoint_step,
     environment,
     free_port,
-    parent_of,
     patiently,
     pid_of,
     running,
@@ -110,23 +108,6 @@ def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
     user.wait_for_slots(WORKERS)
 
 
-def test_worker_frozen__a_message_reaches_the_others(user: EngineUser, tmp_path: Path) -> None:
-    stopped, other = attempt_in(tmp_path, 1, "hang"), attempt_in(tmp_path, 2, seconds=1.0)
-    _, pid = user.begin(stopped, other)
-    frozen = parent_of(pid)
-    os.kill(frozen, signal.SIGSTOP)
-    try:
-        begin = time.monotonic()
-        for _ in range(3):
-            user.engine.stop([stopped.key, other.key])
-        assert time.monotonic() - begin < DEFAULT.answer
-        assert user.end_of(stopped).failure == "Stopped"
-    finally:
-        os.kill(frozen, signal.SIGCONT)
-    user.end_of(other)
-    user.wait_for_slots(WORKERS)
-
-
 # --- the service dies ----------------------------------------------------------------------------
 
 
@@ -164,28 +145,6 @@ def test_service_killed__the_next_one_follows_its_attempts(cluster: DaskCluster,
 # --- the scheduler goes away ---------------------------------------------------------------------
 
 
-def test_scheduler_killed__runs_leave_a_checkpoint_and_the_service_waits(tmp_path: Path) -> None:
-    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote()) as user:
-        [scheduler] = cluster.processes
-        workers = cluster.start_workers(1)
-        user.wait_for_slots(1)
-        attempt = attempt_in(tmp_path, seconds=20.0)
-        [pid] = user.begin(attempt)
-        patiently(lambda: user.progress_of(attempt))
-        workers.look()
-        scheduler.kill()
-        patiently(workers.is_gone)
-        assert is_gone(pid)
-        assert checkpoint_step(attempt) > 0
-        user.wait_for(Away)
-        assert user.engine.slots() == 0
-        cluster.start_scheduler()
-        cluster.start_workers(1)
-        user.wait_for_slots(1)
-        assert user.end_of(attempt).cause is Cause.LOST
-        assert user.compute(attempt_in(tmp_path, seconds=1.0))[0].cause is None
-
-
 def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(cluster: DaskCluster, tmp_path: Path) -> None:
     with serving(cluster.remote(), replace(DEFAULT, answer=2.0)) as user:
         frozen = cluster.processes[0].process.pid
@@ -203,21 +162,6 @@ def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(cluster: Das
         assert user.end_of(attempt).cause is None
         assert pid_of(attempt) == pid
         user.wait_for_slots(WORKERS)
-
-
-def test_follow__that_failed_can_be_asked_for_again(
-    user: EngineUser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(*_arguments: object) -> None:
-        raise ConnectionError("it went away just now")
-
-    attempt = attempt_in(tmp_path)
-    with monkeypatch.context() as patch:
-        patch.setattr(SchedulerConnection, "kept", refuse)
-        with pytest.raises(ConnectionError, match="just now"):
-            user.engine.follow(attempt.key)
-    user.engine.follow(attempt.key)
-    assert user.end_of(attempt).failure == "Gone"
 
 
 def test_no_worker_comes__attempts_that_wait_for_one_are_lost(
@@ -275,17 +219,6 @@ def test_worker_of_another_kind__gets_no_work_and_is_named(
     assert not {pid_of(attempt) for attempt in attempts} & other.descendants
     other.kill()
     patiently(lambda: workers() == before)
-
-
-def test_differences__name_the_versions_of_both_sides() -> None:
-    own = dask_worker.software()
-    assert {"whipple", "physics", "python", "numba", "numpy"} == own.keys()
-    assert f"physics={PHYSICS_VERSION} " in dask_worker.OFFER
-    assert dask_worker.differences(own) == ""
-    other = {**own, "physics": "0", "numba": "0.1"}
-    expected = f"physics 0, on the service {PHYSICS_VERSION}; numba 0.1, on the service {own['numba']}"
-    assert dask_worker.differences(other) == expected
-    assert "--preload" in dask_worker.differences(None)
 
 
 # --- trust ---------------------------------------------------------------------------------------

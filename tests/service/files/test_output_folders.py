@@ -81,13 +81,6 @@ def leave_report(folder: Path, held: dict[str, Any]) -> None:
 # --- sweep ------------------------------------------------------------------------------------------
 
 
-def test_run_sweep__refuses_the_folder_of_another_sweep_before_it_makes_anything(tmp_path: Path) -> None:
-    leave_report(tmp_path, document(name="first"))
-    with pytest.raises(InvalidInput, match="'first'"):
-        run_sweep(sweep_of(resolution=16), tmp_path)
-    assert [one.name for one in tmp_path.iterdir()] == ["report.json"]
-
-
 def test_run_sweep__into_the_folder_of_another_goes_by_its_store_and_replaces_on_request(tmp_path: Path) -> None:
     settings = settings_in(tmp_path / ".whipple", workers=1)
     asked = {**SWEEP, "axes": {"speed": ["3 km/s"]}}

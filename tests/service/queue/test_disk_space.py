@@ -61,18 +61,6 @@ def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(harness: Harne
     assert harness.dispatcher.blocked_reason() is harness.store.queue.status().blocked_reason is None
 
 
-def test_full_disk__the_run_is_queued_again_and_costs_nothing(harness: Harness, disk: Disk) -> None:
-    harness.submit(1)
-    for _ in range(3):
-        [ticket] = harness.tick()
-        disk.free = RESERVE - 1
-        harness.end(ticket, full())
-        harness.tick()
-        disk.free = RESERVE
-    assert len(harness.tick()) == 1
-    assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
-
-
 FULL, PLENTY = RESERVE - 1, 2 * RESERVE  # free bytes
 NO_SPACE, NO_QUOTA = os.strerror(errno.ENOSPC), os.strerror(errno.EDQUOT)
 

@@ -2,13 +2,11 @@
 
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
 from service.queue.dispatcher import OTHER_LEADER, Dispatcher
-from service.queue.leader import NO_WORKER
 from service.records.jobs import Cause, State, StoreUnavailable
 from service.workers.attempt import Attempt, Inbox
 from tests.service.support.fakes import RecordingEngine, failing, open_store, wait_until
@@ -96,28 +94,6 @@ def test_younger_term__is_reported_and_followed_by_another_term(
     assert (harness.run().state, harness.run().attempt) == (State.SUCCEEDED, 1)
 
 
-def test_younger_term__a_superseded_leader_stores_no_blocked_reason(harness: Harness) -> None:
-    harness.tick()
-    with closing(open_store(harness.settings)) as elsewhere:
-        elsewhere.terms.begin("another")
-    harness.engine.free = 0
-    harness.tick()
-    assert harness.dispatcher.blocked_reason() == NO_WORKER
-    assert harness.store.queue.status().blocked_reason is None
-
-
-def test_lead_lost_while_the_engine_starts__begins_no_term(harness: Harness) -> None:
-    def lose(_inbox: Inbox) -> RecordingEngine:
-        harness.terms.has_lost_lead, harness.terms.grants_lead = True, False
-        return RecordingEngine()
-
-    dispatcher = Dispatcher(harness.settings, harness.store, open_engine=lose, timings=AT_ONCE)
-    dispatcher.tick()
-    dispatcher.tick()
-    assert harness.store.queue.status().term == 0
-    assert not dispatcher.leads()
-
-
 # --- errors --------------------------------------------------------------------------------------
 
 
@@ -151,13 +127,6 @@ def test_thread__goes_on_after_errors(harness: Harness, caplog: pytest.LogCaptur
     wait_until(lambda: harness.engine.submitted)
     harness.dispatcher.close()
     assert not harness.dispatcher.is_alive()
-
-
-def test_alive__not_when_no_tick_has_succeeded_for_long(tmp_path: Path) -> None:
-    with open_harness(tmp_path, replace(AT_ONCE, stuck=0.0)) as harness:
-        harness.dispatcher.start()
-        assert not harness.dispatcher.is_alive()
-        harness.dispatcher.close()
 
 
 # --- leaving -------------------------------------------------------------------------------------

@@ -6,12 +6,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from unittest.mock import patch
 
 import pytest
 
 from service.files.disk_space import Space
-from service.queue.garbage_collection import FOLDERS_AT_ONCE, MOST_REMOVED, GarbageCollector
+from service.queue.garbage_collection import MOST_REMOVED, GarbageCollector
 from service.records.jobs import Cause, Keep, NotFound, State, StoreUnavailable
 from service.workers.attempt import Attempt
 from service.workers.timings import Timings
@@ -97,27 +96,6 @@ def test_attempt_under_way__stays_however_old_it_is(harness: Harness) -> None:
     assert half.is_file()
 
 
-def test_failed_attempt__keeps_its_log(harness: Harness) -> None:
-    [attempt] = harness.begin(1)
-    harness.compute(attempt)
-    harness.end_badly(attempt, Cause.ERROR)
-    harness.tick()
-    make_old(harness.settings.data / "runs")
-    collect(harness)
-    assert (Path(attempt.directory) / "log.txt").is_file()
-
-
-def test_file_of_a_row__stays_in_a_folder_that_does_not_count(harness: Harness) -> None:
-    lost, counted = lost_and_finished(harness)
-    [(id, last)] = harness.store.retention.last_attempts([run_id(0)]).items()
-    later = {id: replace(last, attempt=9, token="0123abcd")}
-    make_old(harness.settings.data / "runs")
-    with patch.object(harness.store.retention, "last_attempts", return_value=later):
-        collect(harness)
-    assert counted.is_dir()
-    assert not lost.exists()
-
-
 def test_unknown_folders__stay(harness: Harness) -> None:
     run = harness.artifacts.run_folder(run_id(77)) / "a1-c0ffee00"
     sweep = harness.artifacts.sweep_folder(run_id(78)) / "a1-c0ffee00"
@@ -152,17 +130,6 @@ def test_checkpoint__of_a_run_under_way_stays_without_old_temporary_files(harnes
     make_old(half)
     collect(harness)
     assert checkpoint.is_file()
-    assert not half.exists()
-
-
-@pytest.mark.parametrize("name", ["checkpoint.npz", "a2/result-0123.json"])
-def test_temporary_file__goes_after_a_while_when_the_disk_is_full(harness: Harness, name: str) -> None:
-    _, counted = lost_and_finished(harness)
-    half = temporary(counted.parent / name.replace("a2", counted.name))
-    collect(harness, reserve=FULL)
-    assert half.exists()
-    make_old(half, seconds=HOUR)
-    collect(harness, reserve=FULL)
     assert not half.exists()
 
 
@@ -266,14 +233,3 @@ def test_step__removes_so_many_folders_at_most(harness: Harness) -> None:
     removed = [before - after for before, after in pairwise(counts)]
     assert max(removed) == MOST_REMOVED
     assert sum(removed) == 2 * MOST_REMOVED
-
-
-def test_step__looks_at_a_batch_of_folders_together(harness: Harness) -> None:
-    for number in range(FOLDERS_AT_ONCE + 10):
-        harness.artifacts.run_folder(run_id(number)).mkdir(parents=True)
-    going = collector(harness, collection_step=0.0)
-    retention = harness.store.retention
-    with patch.object(retention, "last_attempts", wraps=retention.last_attempts) as asked:
-        going.step()
-        going.step()
-    assert [len(call.args[0]) for call in asked.call_args_list] == [FOLDERS_AT_ONCE, 10]

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from service.records.jobs import Cause, State, StoreUnavailable, SweepState
+from service.records.jobs import Cause, State, StoreUnavailable
 from service.workers.attempt import Attempt, Away, Back
 from tests.service.support.fakes import RecordingEngine, failing, run_id
 from tests.service.support.harness import Harness
@@ -49,21 +49,6 @@ def test_new_term__a_store_that_is_away_at_its_begin_loses_no_result(harness: Ha
         harness.tick()
     harness.tick()
     assert is_first_success(harness)
-
-
-def test_new_life__a_publication_is_made_again(harness: Harness) -> None:
-    id = harness.submit(1)
-    harness.end_well(harness.tick()[0])
-    [publication] = harness.tick()
-    harness.compute(publication)
-    engine = RecordingEngine()
-    successor = harness.successor(engine)
-    successor.tick()
-    [again] = engine.submitted
-    assert again.directory != publication.directory
-    harness.end_well(again)
-    successor.tick()
-    assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
 
 
 # --- an engine that outlives the service ---------------------------------------------------------
@@ -128,16 +113,6 @@ def test_foreign_attempt__of_ours_is_stopped_until_it_ends_and_those_of_others_g
 
 
 # --- a scheduler that is away --------------------------------------------------------------------
-
-
-def test_away__nothing_begins_and_the_reason_is_stored(harness: Harness) -> None:
-    harness.tick()
-    harness.send(Away(AWAY))
-    assert harness.begin(1) == []
-    assert harness.dispatcher.blocked_reason() == harness.store.queue.status().blocked_reason == AWAY
-    harness.send(Back())
-    assert len(harness.tick()) == 1
-    assert harness.store.queue.status().blocked_reason is None
 
 
 def test_away__costs_what_was_under_way_nothing(harness: Harness) -> None:

@@ -1,7 +1,6 @@
 """Endings become rows: results with all their files, another attempt by the budget of its cause, failures."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,7 @@ from service.queue.verification import VerifiedEnding
 from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable
 from service.workers.attempt import Attempt
 from tests.service.support.fakes import failing, run_id, runs_of
-from tests.service.support.harness import AT_ONCE, Harness, open_harness
+from tests.service.support.harness import Harness
 from tests.service.support.targets import FAKE
 
 
@@ -58,20 +57,6 @@ def test_result__the_engine_keeps_it_until_the_row_has_it(harness: Harness) -> N
     assert harness.run().state is State.SUCCEEDED
 
 
-def test_late_result__of_an_attempt_that_was_given_up_is_ignored(harness: Harness) -> None:
-    [old] = harness.begin(1)
-    harness.end_badly(old, Cause.LOST)
-    [new] = harness.tick()
-    harness.end_well(old)
-    harness.tick()
-    assert harness.run().state is State.RUNNING
-    harness.end_well(new)
-    harness.tick()
-    path = harness.run().path
-    assert path is not None
-    assert (harness.settings.data / path).parent == Path(new.directory)
-
-
 # --- publications and failures -------------------------------------------------------------------
 
 
@@ -98,18 +83,6 @@ def test_failure__registers_its_log(harness: Harness) -> None:
     place = folder.relative_to(harness.settings.data)
     assert harness.run().reason == f"because of error (log: {place}/log.txt)"
     assert harness.store.runs.file(run_id(0), "log.txt").size == len("Traceback")
-
-
-def test_failure__leaves_the_checkpoint_for_a_retry(harness: Harness) -> None:
-    id = harness.submit(1)
-    [attempt] = harness.tick()
-    checkpoint = checkpoint_of(harness)
-    harness.end_badly(attempt, Cause.TIME_LIMIT, checkpoint=7)
-    harness.end_well(harness.tick()[0])  # the publication
-    harness.tick()
-    assert checkpoint.is_file()
-    harness.store.sweeps.retry(id)
-    assert harness.tick()[0].checkpoint == str(checkpoint)
 
 
 @pytest.fixture
@@ -142,14 +115,6 @@ def test_ending_that_cannot_be_registered__holds_nobody_up_and_fails_in_the_end(
     assert (row.state, row.cause, row.failure) == (State.FAILED, Cause.ERROR, "RuntimeError")
     assert "an unexpected error" in str(row.reason)
     assert set(harness.engine.forgotten) == {attempt.key for attempt in attempts}
-
-
-def test_ending_that_cannot_be_registered__is_tried_again_after_a_while(tmp_path: Path, tried: list[Lease]) -> None:
-    with open_harness(tmp_path, replace(AT_ONCE, registration_retry=3600.0)) as harness:
-        harness.end_well(harness.begin(1)[0])
-        for _ in range(3):
-            harness.tick()
-    assert len(tried) == 1
 
 
 # --- trying again --------------------------------------------------------------------------------

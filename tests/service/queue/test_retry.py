@@ -4,7 +4,7 @@ import pytest
 
 from service.queue.retry import BUDGET, FREE_LOSSES, Backoff, decide
 from service.records.jobs import Cause, CrashCount
-from service.workers.timings import DEFAULT, Timings
+from service.workers.timings import DEFAULT
 from tests.service.support.rows import lease_of
 
 LEASE = lease_of()
@@ -57,13 +57,6 @@ def test_delay__doubles_to_a_longest_one() -> None:
     assert delays[FREE_LOSSES : FREE_LOSSES + 4] == [10.0, 20.0, 40.0, 80.0]
     assert set(delays[FREE_LOSSES + 6 :]) == {DEFAULT.backoff_longest}
     assert backoff.delayed() == (LEASE.id,)
-
-
-def test_delay__is_over_after_its_seconds() -> None:
-    backoff = Backoff(Timings(backoff_first=0.0))
-    for _ in range(FREE_LOSSES + 1):
-        backoff.lose(LEASE, None)
-    assert backoff.delayed() == ()
 
 
 def test_count__begins_anew_after_progress_or_another_ending() -> None:

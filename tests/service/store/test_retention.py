@@ -43,14 +43,6 @@ def test_drop__spares_files_that_a_sweep_demanded_meanwhile(store: Store) -> Non
     assert names(store) == ["result.json", "state.npz"]
 
 
-def test_forgotten_files__lower_the_retention_of_their_run(store: Store) -> None:
-    finished(store, STATE, FILM, keep=Keep.FILM)
-    for name, keep in (("film.npz", Keep.FINAL), ("state.npz", Keep.NUMBERS)):
-        store.retention.forget_files(RUN, [name])
-        assert store.runs.get(RUN).keep is keep
-    assert names(store) == ["result.json"]
-
-
 # --- results that stay -----------------------------------------------------------------------------
 
 
