@@ -1,15 +1,12 @@
 """The pages: what a person sees, and that nothing comes from another machine."""
 
 import re
-from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
 
 from service.api.errors import PROBLEMS
-from service.records.jobs import Submission
-from studies.sweeps.sweep import Sweep
-from tests.service.support.api import SWEEP, Api
+from tests.service.support.api import Api
 
 
 class Links(HTMLParser):
@@ -89,16 +86,6 @@ def test_sweeps__print_what_a_user_wrote_as_text(api: Api) -> None:
         page = api.http.get(path).text
         assert "<script" not in page
         assert "&lt;script&gt;" in page
-
-
-def test_sweeps__page_back_to_the_oldest(api: Api) -> None:
-    sweep = Sweep.parse(SWEEP)
-    for number in range(51):
-        api.store.sweeps.create(Submission(replace(sweep, title=f"sweep number {number}.")))
-    first = api.http.get("/").text
-    [older] = [address for address in Links(first).addresses if "cursor" in address]
-    assert "sweep number 0." not in first
-    assert "sweep number 0." in api.http.get(older).text
 
 
 def test_docs__list_every_operation_and_every_problem(shared_api: Api) -> None:

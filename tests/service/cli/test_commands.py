@@ -13,6 +13,7 @@ import pytest
 
 from service.cli import local
 from service.cli import validation as validation_commands
+from service.cli.commands import computing
 from service.records.jobs import SweepStatus
 from service.settings import Settings
 from studies import examples
@@ -149,6 +150,12 @@ def test_sweep__that_cannot_be_published_ends_with_1_and_the_reason(
     monkeypatch.setattr(local, "run_sweep", fail)
     assert run("sweep", smoke, "--out", tmp_path / "out") == 1
     assert capsys.readouterr().err == "whipple: no space left on device\n"
+
+
+def test_warm__that_fails_says_why(monkeypatch: pytest.MonkeyPatch, capsys: Capsys) -> None:
+    monkeypatch.setattr(computing, "KERNELS", ("-c", "raise SystemExit('no compiler')"))
+    assert run("warm") == 1
+    assert "no compiler" in capsys.readouterr().err
 
 
 def verified(monkeypatch: pytest.MonkeyPatch, *figures: float) -> None:

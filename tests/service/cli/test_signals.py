@@ -5,7 +5,6 @@ import os
 import signal
 import subprocess
 import sys
-import threading
 import time
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -58,23 +57,6 @@ def test_wish__is_noted_wherever_it_arrives(deliver: Callable[[], None]) -> None
         assert leaving.asked() is signal.SIGINT
 
 
-def test_wish__wakes_whoever_waits() -> None:
-    begin = time.monotonic()
-    with handling_end_signals() as leaving:
-        waiting = threading.Event()
-
-        def later() -> None:
-            waiting.wait()
-            interrupt()
-
-        other = threading.Thread(target=later)
-        other.start()
-        waiting.set()
-        assert leaving.asked(wait=10 * WAKE_SECONDS) is signal.SIGINT
-        other.join()
-    assert time.monotonic() - begin < WAKE_SECONDS
-
-
 def test_raise_if_requested__raises_what_ends_a_program() -> None:
     with handling_end_signals() as leaving:
         leaving.raise_if_requested()
@@ -108,21 +90,6 @@ def test_end_within__ends_a_process_that_hangs_and_no_other(seconds: float, then
     process.terminate()
     assert process.communicate()[0] == said
     assert process.returncode == 0
-
-
-GOES = (
-    "import atexit, os, signal; from service.cli.signals import handling_end_signals\n"
-    "atexit.register(print, 'in order')\n"
-    "with handling_end_signals() as leaving:\n"
-    "    os.kill(os.getpid(), signal.SIGTERM)\n"
-    "leaving.go()\n"
-    "print('not reached')\n"
-)
-
-
-def test_go__keeps_what_was_printed_and_what_was_registered_for_the_end() -> None:
-    answer = subprocess.run([sys.executable, "-c", GOES], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
-    assert (answer.returncode, answer.stdout) == (0, "in order\n")
 
 
 def test_ignored__stays_ignored() -> None:

@@ -15,7 +15,7 @@ from service.files.data_directory import DataInUse, holding
 from service.settings import Settings
 from service.store import Store
 from studies.quantities.findings import InvalidInput
-from tests.service.cli.test_run_sweep import document, settings_of
+from tests.service.cli.test_run_sweep import document
 
 ROOT = Path(__file__).parents[3]
 HOLD = (
@@ -84,13 +84,6 @@ def test_hard_link__is_refused_before_the_database_is_touched(
         begin(settings)
     assert list(settings.data.iterdir()) == [database]
     assert database.stat().st_size == 0
-
-
-def test_refusal__comes_before_the_database_is_touched(tmp_path: Path) -> None:
-    settings = settings_of(tmp_path)
-    with held_elsewhere(settings.data), pytest.raises(DataInUse):
-        run_sweep(document(), tmp_path, settings=settings)
-    assert [entry.name for entry in settings.data.iterdir()] == ["whipple.lock"]
 
 
 def test_postgresql__several_services_share_a_directory(tmp_path: Path) -> None:

@@ -129,19 +129,6 @@ def test_many_lost_results__are_named_and_none_is_forgotten(large: Harness, capl
     assert all(large.run(number).path for number in range(6))
 
 
-def test_many_lost_results__that_are_there_again_are_published(large: Harness) -> None:
-    files = [result_of(large, number) for number in range(6)]
-    content = [file.read_bytes() for file in files]
-    [again] = lose(large, shared(large, *range(6)), *range(6))
-    for file, was in zip(files, content, strict=True):
-        file.write_bytes(was)
-    large.end_well(again)
-    large.tick()
-    assert large.store.queue.status().blocked_reason is None
-    assert large.store.queue.status().states == {State.SUCCEEDED: 10}
-    assert [large.run(number).attempt for number in range(6)] == [1] * 6
-
-
 def test_many_lost_results__are_computed_again_when_people_allow_it(large: Harness) -> None:
     [again] = lose(large, shared(large, *range(6)), *range(6))
     large.store.queue.allow_forgetting(6)

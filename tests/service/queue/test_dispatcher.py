@@ -151,15 +151,6 @@ def test_close__queues_what_was_under_way_and_registers_what_ended(harness: Harn
     assert harness.store.leases.held() == ()
 
 
-def test_close__with_a_store_that_is_away_ends(harness: Harness) -> None:
-    harness.begin(1)
-    harness.dispatcher.start()
-    with failing(harness.store.leases, "requeue"):
-        harness.dispatcher.close()
-    assert harness.run().state is State.RUNNING  # the next life finds it
-    assert harness.engine.closed
-
-
 def test_submission__wakes_the_thread(tmp_path: Path) -> None:
     with open_harness(tmp_path, poll_seconds=3600.0) as harness:
         harness.dispatcher.start()

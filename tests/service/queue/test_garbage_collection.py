@@ -167,17 +167,6 @@ def test_final_state__stays_as_long_as_a_sweep_retains_it(harness: Harness, othe
     assert names >= {"result.json", "log.txt"}
 
 
-def test_final_state__of_a_collection_that_was_killed_after_the_row_goes_later(harness: Harness) -> None:
-    _, counted = lost_and_finished(harness)
-    harness.store.retention.forget_files(run_id(0), ["state.npz"])  # and then the process was killed
-    state = counted / "state.npz"
-    collect(harness)
-    assert state.is_file()
-    make_old(state)
-    collect(harness)
-    assert not state.exists()
-
-
 # --- sweeps and runs -----------------------------------------------------------------------------
 
 

@@ -73,18 +73,6 @@ def test_publication__gets_results_and_reasons(harness: Harness) -> None:
     assert publication.spec["document"] == harness.store.sweeps.document(id)
 
 
-def test_failure__registers_its_log(harness: Harness) -> None:
-    [attempt] = harness.begin(1)
-    folder = Path(attempt.directory)
-    folder.mkdir(parents=True)
-    (folder / "log.txt").write_text("Traceback")
-    harness.end_badly(attempt, Cause.ERROR)
-    harness.tick()
-    place = folder.relative_to(harness.settings.data)
-    assert harness.run().reason == f"because of error (log: {place}/log.txt)"
-    assert harness.store.runs.file(run_id(0), "log.txt").size == len("Traceback")
-
-
 @pytest.fixture
 def tried(monkeypatch: pytest.MonkeyPatch) -> list[Lease]:
     """Leases of the first run that could not be registered; the list is empty as long as nothing was tried."""
@@ -148,15 +136,3 @@ def test_lost__again_and_again_delays_the_run_but_no_other(harness: Harness) -> 
     assert (harness.run().state, harness.run().crashes) == (State.QUEUED, 0)
     assert checkpoint.read_text() == "7"
     assert [attempt.spec["materials"][FAKE] for attempt in harness.begin(2)] == [run_id(1)]
-
-
-def test_cancel__is_no_loss_however_often(harness: Harness) -> None:
-    harness.engine.free = 100
-    for _ in range(1 + FREE_LOSSES):
-        id = harness.submit(1)
-        [attempt] = [attempt for attempt in harness.tick() if attempt.kind is Kind.RUN]
-        harness.store.sweeps.cancel(id)
-        harness.end_badly(attempt, Cause.LOST)
-        harness.tick()
-        assert harness.run().state is State.CANCELLED
-    assert [attempt.kind for attempt in harness.begin(1)] == [Kind.RUN]

@@ -3,7 +3,7 @@
 import pytest
 
 from service.queue.retry import BUDGET, FREE_LOSSES, Backoff, decide
-from service.records.jobs import Cause, CrashCount
+from service.records.jobs import Cause
 from service.workers.timings import DEFAULT
 from tests.service.support.rows import lease_of
 
@@ -29,25 +29,6 @@ def test_budget__is_of_each_cause(cause: Cause, crashes: int, again: bool) -> No
     assert decision.again is again
     assert (decision.crashes is None) == (cause not in (Cause.CRASH, Cause.STALLED))
     assert set(BUDGET) == set(Cause)
-
-
-@pytest.mark.parametrize(
-    ("crash_step", "step", "crashes", "at"),
-    [
-        (None, None, 3, 0),
-        (None, 100, 1, 100),
-        (100, 100, 3, 100),
-        (100, 101, 1, 101),
-        (100, 50, 3, 100),
-        (100, None, 3, 100),
-    ],
-)
-def test_crashes__are_counted_anew_after_progress(
-    crash_step: int | None, step: int | None, crashes: int, at: int
-) -> None:
-    decision = decide(lease_of(crashes=2, crash_step=crash_step), Cause.CRASH, step)
-    assert decision.crashes == CrashCount(crashes, at)
-    assert decision.again == (crashes < 3)
 
 
 def test_delay__doubles_to_a_longest_one() -> None:

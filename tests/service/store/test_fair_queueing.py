@@ -54,15 +54,6 @@ def test_shares__are_of_cost(store: Store) -> None:
     assert of_the_first(leased(store, 44)) == pytest.approx(4, abs=ONE_RUN)
 
 
-def test_lost_run__comes_again_at_once(store: Store) -> None:
-    submit(store, 0, 10)
-    [first, *_] = lease_runs(store, 4)
-    store.leases.requeue(first, Cause.LOST, reason="")
-    assert leased(store, 1) == [0]
-    submit(store, 100, 5)  # which begins at the latest virtual time, not at that of the lost run
-    assert of_the_first(leased(store, 6)) == pytest.approx(3, abs=ONE_RUN)
-
-
 def test_retried_runs__queue_up_like_new_ones(store: Store) -> None:
     sweep = submit(store, 0, 6)
     for lease in lease_runs(store, 6):

@@ -2,10 +2,9 @@
 
 from datetime import timedelta
 
-import pytest
 import sqlalchemy as sa
 
-from service.records.jobs import NotFound, Scope
+from service.records.jobs import Scope
 from service.store import Store
 from service.store.tables import KEYS
 from tests.service.support.fakes import wait_until
@@ -22,18 +21,6 @@ def test_key__is_found_by_its_secret_which_is_stored_nowhere(store: Store) -> No
         [row] = reading.execute(sa.select(KEYS)).all()
     assert secret.removeprefix(row.prefix) not in str(row)
     assert len(secret) > len(row.prefix) + 32
-
-
-def test_revoked_key__is_useless(store: Store) -> None:
-    key, secret = store.keys.issue("ann", BOTH)
-    assert store.keys.any_usable()
-    revoked = store.keys.revoke(key.id)
-    assert store.keys.find(secret) is None
-    assert not store.keys.any_usable()
-    assert store.keys.revoke(key.id) == revoked
-    assert store.keys.all() == (revoked,)
-    with pytest.raises(NotFound, match="key"):
-        store.keys.revoke("another")
 
 
 def test_use_of_a_key__is_noted_once_a_minute_beside_other_writers(store: Store) -> None:
