@@ -4,15 +4,14 @@ import io
 import json
 import logging
 import warnings
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from service import logs
 from service.records.jobs import Kind
-from tests.service.support.api import Api, open_api
+from tests.service.support.api import Api
 from tests.service.support.fakes import run_id
 from tests.service.support.rows import lease_of
 
@@ -25,12 +24,6 @@ def lines() -> Lines:
     written = io.StringIO()
     logs.configure(written)
     return lambda: [json.loads(line) for line in written.getvalue().splitlines()]
-
-
-@pytest.fixture
-def api(tmp_path: Path) -> Iterator[Api]:
-    with open_api(tmp_path) as opened:
-        yield opened
 
 
 def of_requests(lines: Lines) -> list[dict[str, Any]]:

@@ -183,19 +183,6 @@ def test_log__of_a_run_that_is_computed_again_is_that_of_the_attempt(api: Api) -
     assert api.http.get(f"/v1/sweeps/{id}").json()["state"] == "succeeded"
 
 
-def test_log__that_grows_while_it_is_sent_has_the_length_that_was_announced(api: Api) -> None:
-    api.submit()
-    [lease] = api.store.leases.take(1, api.term())
-    log = written_log(api, lease, b"x" * 3_000_000)
-    with served(api) as url, httpx.stream("GET", f"{url}/v1/runs/{lease.id}/log", timeout=60) as response:
-        chunks = response.iter_bytes()
-        length = len(next(chunks))
-        with log.open("ab") as end:
-            end.write(b"y" * 1_000_000)
-        length += sum(map(len, chunks))
-    assert length == int(response.headers["Content-Length"]) == 3_000_000
-
-
 def test_file__that_no_longer_has_its_digest_is_not_served(api: Api) -> None:
     id = api.submit()
     api.compute()

@@ -55,12 +55,6 @@ def test_bad_sweep__is_refused_with_field_value_limit_and_cure(
     assert shared_api.http.get("/v1/sweeps").json()["items"] == []
 
 
-@pytest.mark.parametrize("number", ["NaN", "Infinity", "1e999", "-1e999", "1" * 5000])
-def test_number_that_is_none__is_refused(shared_api: Api, number: str) -> None:
-    text = json.dumps(SWEEP).replace('"resolution": 8', f'"resolution": {number}')
-    assert is_problem(shared_api.http.post("/v1/sweeps", content=text, headers=JSON), 422)
-
-
 @pytest.mark.parametrize("path", ["/v1/sweeps", "/v1/sweeps/estimate"])
 def test_malformed_json__is_refused_with_line_and_column(shared_api: Api, path: str) -> None:
     response = shared_api.http.post(path, content=b'{"name": "x",\n "axes": }', headers=JSON)
@@ -68,8 +62,10 @@ def test_malformed_json__is_refused_with_line_and_column(shared_api: Api, path: 
     assert response.json()["errors"][0]["value"] == "line 2, column 10"
 
 
+NUMBERS = ("NaN", "Infinity", "1e999", "-1e999", "1" * 5000)
 UNCLEAR = {
     "json": (
+        *(json.dumps(SWEEP).replace('"resolution": 8', f'"resolution": {number}').encode() for number in NUMBERS),
         *(b"", b"[]", b'{"name": "a", "name": "b"}', b"[" * 100_000, b"[" * 500 + b"]" * 500),
         *(b'{"name": "\\ud800"}', b'{"\\udfff": 1}', b'{"name": ["a\\u0000b"]}'),
     ),

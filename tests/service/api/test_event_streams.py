@@ -132,14 +132,6 @@ def test_history__has_the_same_events_in_pages(api: Api, ended: str) -> None:
     assert past == [content(event) for event in whole_stream(api, f"{ended}/events") if event.id is not None]
 
 
-def test_stream__behind_an_event_that_is_not_there_yet_begins_anew(api: Api, ended: str) -> None:
-    path = f"{ended}/events"
-    whole, last = whole_stream(api, path), api.store.events.last()
-    assert whole_stream(api, path, last=last) == whole[-1:]  # its end alone
-    for beyond in (last + 1, 10**17):  # seen before a backup was restored
-        assert whole_stream(api, path, last=beyond) == whole
-
-
 @pytest.mark.parametrize("last", ["x", "-1", "1" * 19, "²", "1.5"])
 def test_stream__behind_what_is_no_event_is_refused(api: Api, last: str) -> None:
     refused = api.http.get(f"/v1/sweeps/{api.submit()}/events", params={"after": last})

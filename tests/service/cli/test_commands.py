@@ -141,17 +141,6 @@ def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
         assert end in output
 
 
-def test_sweep__that_cannot_be_published_ends_with_1_and_the_reason(
-    smoke: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
-) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise local.PublicationFailed("no space left on device")
-
-    monkeypatch.setattr(local, "run_sweep", fail)
-    assert run("sweep", smoke, "--out", tmp_path / "out") == 1
-    assert capsys.readouterr().err == "whipple: no space left on device\n"
-
-
 def test_warm__that_fails_says_why(monkeypatch: pytest.MonkeyPatch, capsys: Capsys) -> None:
     monkeypatch.setattr(computing, "KERNELS", ("-c", "raise SystemExit('no compiler')"))
     assert run("warm") == 1

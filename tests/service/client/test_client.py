@@ -1,18 +1,17 @@
 """The client, against the real interface over a real connection."""
 
 import io
-import socket
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from service.client.client import Client, ServiceError, StillRunning, Unreachable
+from service.client.client import Client, ServiceError, StillRunning
 from service.client.html import RunDocument
 from studies import examples
 from studies.quantities.findings import InvalidInput
-from tests.service.support.api import SWEEP, Api, sweep_of
+from tests.service.support.api import Api, sweep_of
 
 
 @pytest.fixture(scope="module")
@@ -62,14 +61,6 @@ def test_runs__come_from_every_page(shared_api: Api, client: Client) -> None:
     assert [point["ordinal"] for point in handle.runs()] == list(range(121))
     shared_api.compute(failures=2)
     assert len(list(handle.runs("failed"))) == 2
-
-
-def test_client__without_a_service_says_what_to_start() -> None:
-    with socket.socket() as nobody:
-        nobody.bind(("127.0.0.1", 0))  # taken, and nobody listens
-        client = Client(f"http://127.0.0.1:{nobody.getsockname()[1]}")
-        with pytest.raises(Unreachable, match="whipple serve"):
-            client.submit(SWEEP)
 
 
 def test_notebook__shows_sweep_and_run_as_tables(shared_api: Api, client: Client) -> None:

@@ -1,6 +1,5 @@
 """The lock of a data directory, and of a database with several names."""
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -55,20 +54,6 @@ def test_second__is_refused_and_told_by_whom(tmp_path: Path) -> None:
         for second in (settings, linked):
             with pytest.raises(DataInUse, match=refusal), holding(second):
                 pass  # never reached
-
-
-def test_second__with_the_same_database_is_refused_too(tmp_path: Path) -> None:
-    (tmp_path / "link").symlink_to(tmp_path, target_is_directory=True)
-    one, other, third = (
-        Settings(data=tmp_path / "one", database_url=f"sqlite:///{tmp_path / 'shared.db'}"),
-        Settings(data=tmp_path / "two", database_url=f"sqlite:///{tmp_path / 'link/shared.db'}"),
-        Settings(data=tmp_path / "two", database_url=f"sqlite:///{tmp_path / 'one/whipple.db'}"),
-    )
-    for second in (other, third):
-        with holding(one), pytest.raises(DataInUse, match=str(os.getpid())), holding(second):
-            pass  # never reached
-    with holding(other), holding(Settings(data=tmp_path / "one")):
-        pass
 
 
 @pytest.mark.parametrize("begin", [serve, run_sweep_in])

@@ -111,15 +111,6 @@ def test_unknown_folders__stay(harness: Harness) -> None:
 # --- checkpoints and temporary files -------------------------------------------------------------
 
 
-def test_checkpoint__of_a_run_with_a_result_goes(harness: Harness) -> None:
-    _, counted = lost_and_finished(harness)
-    left = counted.parent / "checkpoint.npz", counted.parent / "checkpoint.film.npz"
-    for file in left:
-        file.write_text("7")
-    collect(harness)
-    assert not any(file.exists() for file in left)
-
-
 def test_checkpoint__of_a_run_under_way_stays_without_old_temporary_files(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     checkpoint = checkpoint_of(attempt)

@@ -1,13 +1,13 @@
-"""Sweeps: accepted, cancelled, retried, replaced and deleted; pages, points and tallies."""
+"""Sweeps and their runs: accepted, cancelled, retried, replaced, published; tallies and progress."""
 
 from contextlib import closing
 from dataclasses import replace
 
 import pytest
 
-from service.records.jobs import RESULT, Cause, Conflict, CrashCount, Keep, Stored, Submission, SweepState
+from service.records.jobs import RESULT, Cause, Conflict, CrashCount, Keep, Kind, Stored, Submission, SweepState
 from service.store import Store
-from tests.service.support.fakes import run_id, stored, sweep_of
+from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
 
 # --- submission ------------------------------------------------------------------------------------
@@ -164,3 +164,48 @@ def test_tally__is_read_again_when_another_sweep_queues_a_run(store: Store, data
         assert [service.sweeps.get(sweep).counts["queued"] for service in services] == [1, 1]
         finish_all(store)
         assert [service.sweeps.get(sweep).counts["succeeded"] for service in services] == [1, 1]
+
+
+# --- progress, publications and runs under way ------------------------------------------------------
+
+
+def test_progress__reaches_runs_and_sweep(store: Store) -> None:
+    sweep = store.sweeps.create(Submission(sweep_of(2))).id
+    leases = lease_runs(store, 2)
+    message = {"fraction": 0.5, "seconds": 3.0, "step": 9}
+    store.leases.record_progress([(leases[0], message)])
+    run = store.runs.get(leases[0].id)
+    assert (run.fraction, run.progress) == (0.5, message)
+    status = store.sweeps.get(sweep)
+    assert status.progress == pytest.approx(0.25)
+    # One and a half core seconds left at 6 s each, two side by side.
+    assert status.eta_seconds == pytest.approx(1.5 * 6.0 / 2)
+
+
+def test_publication__waits_for_the_last_run_and_comes_before_others(store: Store) -> None:
+    sweep = store.sweeps.create(Submission(sweep_of(6))).id
+    leases = lease_runs(store, 6)
+    for place in (5, 0, 3, 4):
+        assert store.leases.finish(leases[place], result())
+    store.leases.fail(leases[1], Cause.ERROR, failure="RuntimeError", reason="no")
+    store.sweeps.create(Submission(sweep_of(runs_of("fine", first=10)), priority=-100))
+    assert [lease.kind for lease in store.leases.take(1, TERM)] == [Kind.RUN]
+    assert store.leases.finish(leases[2], result())
+    assert store.sweeps.get(sweep).state is SweepState.PUBLISHING
+    store.sweeps.create(Submission(sweep_of(runs_of("fine", first=20)), priority=-100))
+    [publication] = store.leases.take(1, TERM)
+    assert publication.sweep_id == sweep
+    assert store.leases.publish(publication, [stored("cube.nc", "cube.nc")], seconds=1.0)
+    status = store.sweeps.get(sweep)
+    assert (status.state, status.counts["failed"]) == (SweepState.SUCCEEDED, 1)
+
+
+def test_runs_under_way__have_the_sweeps_that_wait_for_them(store: Store) -> None:
+    mine = store.sweeps.create(Submission(sweep_of(2))).id
+    theirs = store.sweeps.create(Submission(sweep_of(1))).id
+    shared, own = lease_runs(store, 2)
+    waiting = {run.id: set(sweeps) for run, sweeps in store.runs.under_way()}
+    assert waiting == {shared.id: {mine, theirs}, own.id: {mine}}
+    store.sweeps.cancel(theirs)
+    waiting = {run.id: set(sweeps) for run, sweeps in store.runs.under_way()}
+    assert waiting == {shared.id: {mine}, own.id: {mine}}

@@ -2,7 +2,6 @@
 
 import hashlib
 import threading
-import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from service.records.jobs import Cause, Kind, Result, Stored
 from service.settings import Settings
 from service.store import Store
 from studies.sweeps.sweep import Sweep
+from tests.service.support.fakes import wait_until
 
 ADDRESS = "http://127.0.0.1:8000"
 SWEEP: dict[str, Any] = {
@@ -173,17 +173,9 @@ def served(api: Api) -> Iterator[str]:
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
-        until(lambda: server.started, seconds=20)
+        wait_until(lambda: server.started)
         yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
     finally:
         api.http.app.state.event_streams.close()  # type: ignore[attr-defined]
         server.should_exit = True
         thread.join()
-
-
-def until(condition: Callable[[], bool], *, seconds: float) -> None:
-    """Wait for a condition; fails when it does not hold in time."""
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "it did not happen in time"
-        time.sleep(0.02)
