@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from service.client.client import Client, ServiceError, StillRunning
-from service.client.html import RunDocument
 from studies import examples
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import Api, sweep_of
@@ -76,16 +75,6 @@ def test_notebook__shows_sweep_and_run_as_tables(shared_api: Api, client: Client
     html = client.run(run_id)._repr_html_()
     for text in ("succeeded", "plate thickness", "2 mm", "3.7 km/s"):
         assert text in html, text
-
-
-def test_notebook__without_a_service_or_an_error_bar_says_so() -> None:
-    with Client("http://127.0.0.1:9", patience=0.0) as nowhere:
-        html = nowhere.sweep("0" * 32)._repr_html_()
-    assert "SweepHandle" in html
-    assert "whipple serve" in html
-    summary = {"measurements": {"hole_diameter": {"value": 0.0144444, "uncertainty": 2e-4}}}
-    html = RunDocument(id="1" * 32, scenario="thin_plate", summary=summary)._repr_html_()
-    assert "14.44 mm (mesh error unknown)" in html
 
 
 class _Terminal(io.StringIO):

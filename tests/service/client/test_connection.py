@@ -12,7 +12,7 @@ import xarray as xr
 
 from service.client import connection
 from service.client import remote_cube as remote
-from service.client.client import KEY_VARIABLE, Client, ServiceError, SweepHandle, Unreachable
+from service.client.client import Client, ServiceError, SweepHandle, Unreachable
 from service.records.jobs import Scope
 from studies.quantities.files import SWEEP_FILES
 from studies.quantities.findings import MissingExtra
@@ -142,27 +142,6 @@ def test_download__that_breaks_off_begins_again(shared_api: Api, url: str, tmp_p
     with Client(url, transport=Flaky(url, "behind", "", "behind")) as client:
         folder = client.sweep(id).fetch(tmp_path)
     assert {file.name for file in folder.iterdir()} == set(SWEEP_FILES)
-
-
-# --- keys -----------------------------------------------------------------------------------------
-
-
-def test_key__is_sent_with_every_request(monkeypatch: pytest.MonkeyPatch) -> None:
-    def asked(**options: Any) -> str | None:
-        received: list[httpx.Request] = []
-        transport = httpx.MockTransport(
-            lambda request: received.append(request) or httpx.Response(200, json={"items": []})  # type: ignore[func-returns-value]
-        )
-        with Client(transport=transport, **options) as client:
-            client.laws()
-        return received[0].headers.get("Authorization")
-
-    monkeypatch.delenv(KEY_VARIABLE, raising=False)
-    assert asked() is None
-    assert asked(key="whp_one") == "Bearer whp_one"
-    monkeypatch.setenv(KEY_VARIABLE, "whp_two")
-    assert asked() == "Bearer whp_two"
-    assert asked(key="whp_one") == "Bearer whp_one"
 
 
 # --- events ---------------------------------------------------------------------------------------

@@ -28,7 +28,6 @@ from tests.service.support.cluster import (
     attempt_in,
     checkpoint_step,
     environment,
-    free_port,
     patiently,
     pid_of,
     running,
@@ -230,12 +229,6 @@ def test_other_authority__the_scheduler_is_not_trusted(cluster: DaskCluster, tmp
     reason_of_away(other, "certificate verify failed")
     with pytest.raises(OSError, match="certificate verify failed"):
         probe(settings_of(other, tmp_path))
-
-
-def test_no_scheduler__is_reported_as_away(tmp_path: Path) -> None:
-    cluster = DaskCluster(tmp_path, free_port())
-    cluster.certify()
-    reason_of_away(cluster, "refused")
 
 
 def reason_of_away(cluster: DaskCluster, reason: str) -> None:

@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from service.queue.dispatcher import OTHER_LEADER, Dispatcher
+from service.queue.dispatcher import Dispatcher
 from service.records.jobs import Cause, State, StoreUnavailable
-from service.workers.attempt import Attempt, Inbox
+from service.workers.attempt import Inbox
 from tests.service.support.fakes import RecordingEngine, failing, open_store, wait_until
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
@@ -67,31 +67,6 @@ def test_lead_won_again__after_another_leader_stops_what_no_longer_counts(harnes
     harness.tick()
     assert harness.engine.stopped == [attempt.key]
     assert harness.store.queue.status().blocked_reason is None
-
-
-@pytest.fixture
-def superseded(harness: Harness) -> Attempt:
-    """An attempt that was under way when another program began a younger term."""
-    attempt, other = harness.begin(2)
-    harness.end_badly(other, Cause.LOST)
-    with closing(open_store(harness.settings)) as elsewhere:
-        elsewhere.terms.begin("another")
-    return attempt
-
-
-def test_younger_term__is_reported_and_followed_by_another_term(
-    harness: Harness, superseded: Attempt, caplog: pytest.LogCaptureFixture
-) -> None:
-    term = harness.store.queue.status().term
-    assert harness.tick() == []
-    [again] = harness.tick()
-    assert again.key != superseded.key
-    assert harness.store.queue.status().term == term + 1
-    assert caplog.messages.count(OTHER_LEADER) == 1
-    harness.end_well(superseded)  # which went on meanwhile
-    harness.tick()
-    assert (harness.engine.stopped, harness.engine.closed) == ([], [])
-    assert (harness.run().state, harness.run().attempt) == (State.SUCCEEDED, 1)
 
 
 # --- errors --------------------------------------------------------------------------------------

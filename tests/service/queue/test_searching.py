@@ -54,19 +54,6 @@ def test_search__submits_ordinary_runs_until_it_has_its_interval(harness: Harnes
     assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
 
 
-def test_search__computes_nothing_twice(harness: Harness) -> None:
-    first = submit(harness)
-    harness.end_well(searched(harness, [], []))
-    harness.tick()
-    again = submit(harness)
-    speeds = list[float]()
-    assert searched(harness, [], speeds).kind is Kind.PUBLISH
-    assert speeds == []
-    statuses = [harness.store.sweeps.get(id) for id in (first, again)]
-    assert [status.planned for status in statuses] == [7, 7]
-    assert statuses[1].new == 0
-
-
 def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried(harness: Harness) -> None:
     id, speeds = submit(harness), list[float]()
     begun = harness.tick()

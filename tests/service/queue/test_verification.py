@@ -13,7 +13,7 @@ import pytest
 
 from service.files.artifacts import Artifacts, describe
 from service.records.jobs import Cause, State, Stored
-from service.workers.attempt import Attempt, Ending
+from service.workers.attempt import Ending
 from tests.service.support.fakes import DEADLINE, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
@@ -24,25 +24,6 @@ def is_first_success(harness: Harness) -> bool:
     """Whether the first run has the result of its first attempt."""
     row = harness.run()
     return (row.state, row.attempt, row.crashes) == (State.SUCCEEDED, 1, 0)
-
-
-def end_with(harness: Harness, attempt: Attempt, answer: object) -> None:
-    """End an attempt with this as its result."""
-    harness.compute(attempt)
-    file = Path(attempt.directory) / "result.json"
-    file.write_text(json.dumps(answer))
-    harness.end(attempt, Ending(None, "", "", (describe(file),), 1.0))
-
-
-@pytest.mark.parametrize("answer", [[], {"state": "succeeded"}])
-def test_malformed_result__counts_as_a_crash(harness: Harness, answer: object) -> None:
-    harness.submit(1)
-    for _ in range(3):
-        end_with(harness, harness.tick()[0], answer)
-    harness.tick()
-    row = harness.run()
-    assert (row.state, row.cause) == (State.FAILED, Cause.CRASH)
-    assert "cannot be registered" in str(row.reason)
 
 
 def test_text__that_no_database_takes_is_made_legible(tmp_path: Path, database_url: str) -> None:

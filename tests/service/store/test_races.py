@@ -87,23 +87,6 @@ def test_idempotency__two_at_once_are_one_sweep(replicas: list[Store]) -> None:
     assert len(replicas[0].sweeps.page().items) == ROUNDS
 
 
-def test_finish__a_sweep_that_joins_meanwhile_is_published(replicas: list[Store]) -> None:
-    dispatcher, people, *_ = replicas
-    for number in range(ROUNDS):
-        runs = runs_of("fine", first=100 * number)
-        dispatcher.sweeps.create(Submission(sweep_of(runs)))
-        [lease] = [one for one in dispatcher.leases.take(9, TERM) if one.kind is Kind.RUN]
-        at_once(finishing(dispatcher, lease), submitting(people, runs))
-        check(dispatcher)
-        finish_all(dispatcher)
-    assert {row.state for row in dispatcher.sweeps.page().items} == {SweepState.SUCCEEDED}
-    assert set(attempts(dispatcher).values()) == {1}
-
-
-def finishing(store: Store, lease: Lease) -> Callable[[], object]:
-    return lambda: store.leases.finish(lease, result())
-
-
 def submitting(store: Store, runs: Sequence[FakeRun]) -> Callable[[], object]:
     return lambda: store.sweeps.create(Submission(sweep_of(runs)))
 
