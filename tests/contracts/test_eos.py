@@ -118,7 +118,7 @@ def asked(aspect: str) -> Any:
 
 @cache
 def made(name: str, **changes: float) -> Any:
-    """The example of a form; kept, because some integrate their isentrope."""
+    """The example of a form; kept, for making one may integrate its isentrope."""
     return FORMS[name].make(**{**EXAMPLES[name], **changes})
 
 

@@ -1,4 +1,4 @@
-"""Backup and restore: the same bits, while the service goes on; what was lost is said."""
+"""Backup and restore: the same bits, and what was lost is said."""
 
 import shutil
 import subprocess

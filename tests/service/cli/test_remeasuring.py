@@ -1,4 +1,4 @@
-"""``whipple remeasure``: values follow a changed definition, nothing is solved, and whatever dies loses nothing."""
+"""``whipple remeasure``: values follow a changed definition, nothing is solved, and an interruption loses nothing."""
 
 import json
 import shutil

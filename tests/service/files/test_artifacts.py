@@ -1,4 +1,4 @@
-"""Where files live, their checksums, and copies of them."""
+"""Where files live, their checksums, and that they reach the disk."""
 
 from dataclasses import replace
 from pathlib import Path

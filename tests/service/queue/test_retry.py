@@ -1,4 +1,4 @@
-"""Retry: budgets of causes, crashes at one checkpoint, and how long lost jobs are delayed."""
+"""Retry: budgets of causes, and how long lost jobs are delayed."""
 
 import pytest
 

@@ -1,4 +1,4 @@
-"""Verification of what attempts left: whether it is a result, in text that rows take, beside the ticks."""
+"""Verification of what attempts left: whether it is whole, in text that rows take, beside the ticks."""
 
 import errno
 import json

@@ -1,4 +1,4 @@
-"""API keys: shown once, stored as a digest, useless once revoked or expired."""
+"""API keys: shown once, stored as a digest, their use noted."""
 
 from datetime import timedelta
 
