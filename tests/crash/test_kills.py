@@ -25,7 +25,7 @@ from tests.service.support.targets import RUN_GATE
 
 SEED = int(os.environ.get("WHIPPLE_SEED", "20261121"))
 SOLVER = "tests.crash.support.solving"
-SHORT_WORK, FULL_WORK = Work(speeds=5, sweeps=2), Work(speeds=10, sweeps=19, targets=SOLVER)
+SHORT_WORK, FULL_WORK = Work(speeds=3, sweeps=2), Work(speeds=10, sweeps=19, targets=SOLVER)
 
 
 @dataclass(frozen=True)

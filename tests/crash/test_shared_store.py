@@ -23,7 +23,7 @@ from tests.service.support.fakes import wait_until
 
 # Four runs.
 WORK = Work(speeds=2, sweeps=1, targets="tests.service.support.targets", run_seconds=0.0)
-SLOW = replace(WORK, run_seconds=1.0)  # some are under way when the leader is frozen
+SLOW = replace(WORK, run_seconds=0.4)  # some are under way when the leader is frozen
 SHARED = Work(speeds=4, sweeps=1, run_seconds=0.3)
 ONE_WORKER = {"WHIPPLE_WORKERS": "1"}
 NOT_THERE = "the data directory is missing"
