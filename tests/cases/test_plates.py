@@ -23,7 +23,7 @@ from studies.cases.rows import Row, at_most, equal, relative
 from studies.cases.verification.conservation import CELLS_PER_DIAMETER
 from studies.convergence.richardson import Sample, converge
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, numerical_parts
-from studies.quantities.recipes import RECIPES
+from studies.quantities.numerical_defaults import RECIPES
 from studies.runs.execution import HOTTEST_SHARE_FLAG, execute
 from studies.runs.run import resolve
 

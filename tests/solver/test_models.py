@@ -20,7 +20,7 @@ from solver.problem import ArtificialViscosity
 from solver.simulation import start
 from studies.cases.solutions.detonation import TNT, Isentrope, chapman_jouguet
 from studies.cases.verification.chapman_jouguet import bar, explosive
-from studies.quantities.recipes import RECIPES
+from studies.quantities.numerical_defaults import RECIPES
 from tests.contracts.test_eos import made, pressure, shock
 from tests.solver.bodies import DENSITY, ROOM, SOUND_SPEED, SPACING, real_copper
 

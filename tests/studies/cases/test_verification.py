@@ -11,7 +11,7 @@ from solver.errors import ProblemError
 from studies.cases import verification
 from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative, reported
 from studies.cases.verification import VerificationCase
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 NAN = math.nan
 

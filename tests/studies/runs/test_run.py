@@ -12,7 +12,7 @@ from studies import materials
 from studies.materials import Material
 from studies.materials.schema import MEASURED_WITH, NOT_SIMULATED
 from studies.quantities.findings import InvalidInput
-from studies.quantities.recipes import RECIPES
+from studies.quantities.numerical_defaults import RECIPES
 from studies.runs.run import Run, resolve
 from studies.scenarios.parts.shot import WINDOW_PER_DIAMETER
 from tests.contracts.test_scenarios import SMALL

@@ -11,8 +11,8 @@ from solver.grid.shapes.linear import Linear
 from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
 from solver.matter.tensor import Jaumann, Unturned
 from solver.problem import Contact, Criterion, Damping, Retirement, Scheme
+from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES, ImpactRecipe, Recipe, RecipeName
 from studies.quantities.parameters import declared
-from studies.quantities.recipes import IMPACT_RECIPES, RECIPES, ImpactRecipe, Recipe, RecipeName
 from studies.runs.execution import setting_of
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics
 from studies.scenarios.parts.shot import ImpactShot
