@@ -65,7 +65,7 @@ def _states(material: Mapping[str, Any], path: str) -> bool:
 class Numerics:
     """Numerical parameters of every scenario; what is left out follows from ``recipe``.
 
-    The number of particles that is left out follows from the geometry first (``studies.quantities.numerical_defaults``).
+    The number of particles that is left out follows from the geometry first (``quantities.numerical_defaults``).
     """
 
     recipe: Annotated[RecipeName, Described("preset for the numerical parameters that are left out", label=True)] = (
