@@ -87,6 +87,7 @@ def test_cube__has_the_answers_over_the_axes() -> None:
         ({"target": "al-6061"}, "target"),
         ({"projectile_diameter": ["3 mm", "5"]}, "projectile_diameter[1]"),
         ({"stand_off": None}, "stand_off"),
+        ({"inner_thickness": "1 mm"}, "inner_stand_off"),
         (
             {"wall": "soft", "wall_yield_stress": None, "materials": {"soft": {"base": "lead", "yield_stresses": []}}},
             "wall",
