@@ -94,7 +94,7 @@ def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
     assert last is Back
     extra = cluster.start_workers(1)
     user.wait_for_slots(WORKERS + 1)
-    attempts = [attempt_in(tmp_path, number, seconds=4.0) for number in range(WORKERS + 1)]
+    attempts = [attempt_in(tmp_path, number, seconds=3.0) for number in range(WORKERS + 1)]
     user.begin(*attempts)
     extra.look()
     extra.process.send_signal(signal.SIGTERM)
@@ -120,7 +120,7 @@ def start_service(cluster: DaskCluster, attempts: list[Attempt]) -> "subprocess.
 
 
 def test_service_killed__the_next_one_follows_its_attempts(cluster: DaskCluster, tmp_path: Path) -> None:
-    short, long = attempt_in(tmp_path, 1), attempt_in(tmp_path, 2, seconds=4.0)
+    short, long = attempt_in(tmp_path, 1), attempt_in(tmp_path, 2, seconds=3.0)
     with start_service(cluster, [short, long]) as process:
         try:
             assert process.stdout is not None

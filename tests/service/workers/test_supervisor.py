@@ -138,7 +138,7 @@ def test_broken_worker__pauses_unless_it_is_asked_to_leave(tmp_path: Path) -> No
 
 
 def test_stall__ends_a_frozen_process_and_the_next_attempt_goes_on(tmp_path: Path) -> None:
-    attempt = replace(with_checkpoint(tmp_path, seconds=3.0), stall_seconds=1.0)
+    attempt = replace(with_checkpoint(tmp_path, seconds=2.0), stall_seconds=1.0)
     with under_way(attempt) as running:
         wait_until(lambda: running.progress)
         pid = running.pid()
@@ -208,7 +208,7 @@ def test_crash__with_a_fork_that_lives_on_is_noticed(tmp_path: Path) -> None:
 
 
 def test_kill__the_next_attempt_goes_on_from_the_last_checkpoint(tmp_path: Path) -> None:
-    with under_way(with_checkpoint(tmp_path, seconds=20.0)) as running:
+    with under_way(with_checkpoint(tmp_path, seconds=5.0)) as running:
         wait_until(lambda: running.progress)
         os.kill(running.pid(), signal.SIGKILL)
         step = running.end().checkpoint
