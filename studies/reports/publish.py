@@ -14,7 +14,7 @@ from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import MissingResult
 from studies.cubes.runs_table import runs_csv
-from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
+from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
 from studies.quantities.findings import Finding, InvalidInput
 from studies.reports import compare, report
 from studies.reports.figures import figures
@@ -26,7 +26,7 @@ def publish(
     directory: Path | str,
     sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
-    """Write ``cube.nc``, ``runs.csv``, ``report.html``, ``report.json`` into a folder; paths by name.
+    """Write ``cube.nc``, ``runs.csv``, ``runs-all.csv``, ``report.html``, ``report.json`` into a folder; paths by name.
 
     ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}``
     of a run that left none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its
@@ -47,11 +47,12 @@ def publish_sweep(
     from studies.reports.page import page  # with Matplotlib, which a partial cube need not load
 
     directory.mkdir(parents=True, exist_ok=True)
-    files = {name: directory / name for name in SWEEP_FILES}
+    files = {name: directory / name for name in (*SWEEP_FILES, ALL_RUNS_CSV)}
     cube.write(cube.build(sweep, results, catalogue), files[CUBE])
     with xr.open_dataset(files[CUBE]) as written:
         dataset = cube.with_computation(written, results)
         write_text(files[RUNS_CSV], runs_csv(dataset))
+        write_text(files[ALL_RUNS_CSV], runs_csv(dataset, every_column=True))
         document = report.document(dataset, compare.compare(dataset), sections)
     write_text(files[REPORT_JSON], report.as_json(document))
     write_text(files[REPORT_HTML], page(document, sections))

@@ -13,6 +13,7 @@ import typer
 from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
+    EveryColumn,
     Json,
     KeepOption,
     Laws,
@@ -66,6 +67,7 @@ def sweep(
     threads: Threads = None,
     law: Laws = None,
     keep: KeepOption = "final",
+    every_column: EveryColumn = False,
 ) -> None:
     """Compute a sweep on this machine, without a service. Repeated, it resumes.
 
@@ -83,7 +85,14 @@ def sweep(
         document = document_of(file, law)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
         status = compute(
-            document, file.stem, folder_of(out), overwrite=overwrite, threads=threads, keep=keep, ready=ready
+            document,
+            file.stem,
+            folder_of(out),
+            overwrite=overwrite,
+            threads=threads,
+            keep=keep,
+            every_column=every_column,
+            ready=ready,
         )
     raise typer.Exit(status)
 
@@ -175,6 +184,7 @@ def compute(
     overwrite: bool = False,
     threads: str | None = None,
     keep: str = "final",
+    every_column: bool = False,
     ready: "list[WarmProcess] | None" = None,
 ) -> int:
     """Compute a sweep into a folder, print the outcome, and return the exit status.
@@ -188,7 +198,14 @@ def compute(
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with showing_progress(name) as show:
         finished = run_sweep(
-            sweep, folder, progress=show, settings=settings, overwrite=overwrite, keep=keep, ready=ready
+            sweep,
+            folder,
+            progress=show,
+            settings=settings,
+            overwrite=overwrite,
+            keep=keep,
+            every_column=every_column,
+            ready=ready,
         )
     seconds = time.perf_counter() - begin
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {folder / 'report.html'}")

@@ -3,9 +3,11 @@
 import csv
 import json
 from dataclasses import replace
+from io import StringIO
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from matplotlib.figure import Figure
@@ -263,6 +265,16 @@ def test_table_of_runs__has_every_run_as_its_cell(written: xr.Dataset) -> None:
         cell = written.sel({heading.partition(" ")[0]: float(row[heading]) for heading in axes})
         np.testing.assert_equal(float(row["hole_diameter [m]"] or "nan"), cell.hole_diameter.item())
         assert row["run_id"] == cell.run_id.item()
+
+
+def test_table_of_runs__has_the_main_quantities_and_every_column_on_request(written: xr.Dataset) -> None:
+    narrow, whole = (pd.read_csv(StringIO(runs_csv(written, every_column=every))) for every in (False, True))
+    assert list(narrow) == [
+        *("run_id", "run_state", "run_flags", "speed [m s-1]", "cells_per_diameter", "offset"),
+        *("hole_diameter [m]", "hole_diameter_reading_uncertainty [m]", "hole_diameter_flags"),
+    ]
+    pd.testing.assert_frame_equal(whole[list(narrow)], narrow)
+    assert {"plate_thickness [m]", "run_reason", "audit_energy_drift"} < {*whole} - {*narrow}
 
 
 @pytest.mark.parametrize("name", measurements.names())

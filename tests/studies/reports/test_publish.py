@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES
+from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES
 from studies.quantities.measured import Measured
 from studies.reports import compare, page, report
 from studies.reports.publish import publish, publish_sweep
@@ -17,6 +17,7 @@ from studies.sweeps.sweep import Sweep
 from tests.studies.support import fakes
 from tests.studies.support.decks import appendix_deck
 
+PUBLISHED = (*SWEEP_FILES, ALL_RUNS_CSV)
 HOLES = {
     "name": "holes",
     "scenario": "thin_plate",
@@ -59,7 +60,7 @@ def outcomes(document: dict) -> dict[str, dict]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("out")
     files = publish(HOLES, json.loads(json.dumps(outcomes(HOLES))), folder / "holes")
-    assert files == {name: str(folder / "holes" / name) for name in SWEEP_FILES}
+    assert files == {name: str(folder / "holes" / name) for name in PUBLISHED}
     return folder / "holes"
 
 
@@ -86,8 +87,8 @@ def test_cube__has_the_same_bytes_whoever_computes_the_sweep(tmp_path: Path) -> 
         publish(HOLES, answers, tmp_path / str(number))
     first, second = (tmp_path / name / "cube.nc" for name in ("1", "2"))
     assert first.read_bytes() == second.read_bytes()
-    assert "3.25,1.0" in (tmp_path / "1" / "runs.csv").read_text()
-    assert "6.5,2.0" in (tmp_path / "2" / "runs.csv").read_text()
+    assert "3.25,1.0" in (tmp_path / "1" / ALL_RUNS_CSV).read_text()
+    assert "6.5,2.0" in (tmp_path / "2" / ALL_RUNS_CSV).read_text()
     assert "time (s)" in (tmp_path / "2" / "report.html").read_text()
 
 
@@ -128,4 +129,4 @@ def test_publish__again_replaces_what_was_there(tmp_path: Path) -> None:
     publish_sweep(sweep, fakes.results(sweep), tmp_path, fakes.catalogue())
     with xr.open_dataset(tmp_path / "cube.nc") as dataset:
         assert np.isfinite(dataset.hole_diameter).all()
-    assert {file.name for file in tmp_path.iterdir()} == set(SWEEP_FILES)
+    assert {file.name for file in tmp_path.iterdir()} == set(PUBLISHED)
