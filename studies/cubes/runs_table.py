@@ -38,9 +38,10 @@ def _first_names(dataset: xr.Dataset) -> list[str]:
 
 def _main_names(dataset: xr.Dataset) -> list[str]:
     """The variables that a person reads, of each run."""
-    of_quantity = (declared.VALUE, declared.UNCERTAINTY, declared.FLAGS)
+    of_quantity = (declared.VALUE, declared.UNCERTAINTY, declared.OVER_DIAMETER, declared.FLAGS)
     quantities = points.main_quantities(dataset)
-    return [*_first_names(dataset), *(each.named(name) for name in quantities for each in of_quantity)]
+    named = (each.named(name) for name in quantities for each in of_quantity if each.is_in(dataset, name))
+    return [*_first_names(dataset), *named]
 
 
 def _every_name(dataset: xr.Dataset) -> list[str]:

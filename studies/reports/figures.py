@@ -18,6 +18,7 @@ from studies.convergence.richardson import Convergence
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, Refined, main_quantities, places_of, refined, refinements_of
+from studies.cubes.variable import SYMBOLS
 from studies.quantities.units import readable
 from studies.reports import captions
 from studies.reports.compare import Comparison
@@ -33,11 +34,6 @@ Numbers = tuple[float | None, ...]
 
 MOST_HISTORIES = 8  # lines in one panel
 TREND_POINTS = 24  # points of the curve through the three finest resolutions
-SYMBOLS = {  # as the field writes them
-    "hole_diameter": "D/d",
-    "crater_depth": "p/d",
-    "crater_diameter": "D/d",
-}
 
 # Labels of series that have a look of their own.
 SIMULATION, OBSERVED, MISSING = "simulation", "observed", "run without a value"
