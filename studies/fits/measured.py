@@ -16,7 +16,6 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, comparable, places_of, points_of, simulated
 from studies.cubes.variable import variable_name
 from studies.laws import Shot
-from studies.quantities.files import CUBE
 from studies.quantities.findings import InvalidInput, nearest_cure, refusal
 from studies.quantities.parameters import declared
 from studies.quantities.units import parse_quantity
@@ -86,30 +85,6 @@ def _same(value: float | str, other: float | str) -> bool:
 
 
 # ---- from a cube ---------------------------------------------------------------------------------
-
-
-def cube_file(path: Path) -> Path:
-    """The file of a cube, from its own path or that of its folder; raises InvalidInput."""
-    from studies.sweeps.document import no_such_cube
-
-    file = path / CUBE if path.is_dir() else path
-    if not file.exists():
-        raise no_such_cube(file)
-    return file
-
-
-def open_cube(path: Path) -> xr.Dataset:
-    """The whole cube of a file, in memory; raises InvalidInput where it is none."""
-    file = cube_file(path)
-    try:
-        with xr.open_dataset(file) as dataset:
-            loaded = dataset.load()
-        if "quantities" not in loaded.attrs or "sweep" not in loaded.attrs:
-            raise ValueError("no sweep is in it")
-    except (OSError, ValueError) as error:
-        cure = f"give cube.nc of a sweep, or its folder: {error}"
-        raise refusal("CUBE", str(file), "the cube of a sweep", cure) from None
-    return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
 
 
 def source_of(dataset: xr.Dataset) -> str:

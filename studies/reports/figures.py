@@ -129,7 +129,7 @@ def against_laws(view: FigureView, name: str, observations: Sequence[MatchedObse
             piece.at,
             (
                 *_laws(view, name, piece),
-                *_simulation(view, name, piece),
+                *simulation(view, name, piece),
                 *_missing(view, name, piece),
                 *_observed(view, name, piece, observations),
             ),
@@ -162,7 +162,7 @@ def overlay(view: FigureView, name: str) -> Figure:
     series = [
         replace(points, kind="quantity", label=piece.title)
         for piece in view.slices
-        for points in _simulation(view, name, piece)
+        for points in simulation(view, name, piece)
     ]
     return Figure(
         name=f"{name}_overlay",
@@ -190,7 +190,7 @@ def companions(view: FigureView, name: str) -> Figure:
             tuple(
                 replace(points, kind="quantity", label=_words(other))
                 for other in [name, *others]
-                for points in _simulation(view, other, piece)
+                for points in simulation(view, other, piece)
             ),
         )
         for piece in view.slices
@@ -256,7 +256,8 @@ def _window(view: FigureView, cell: int, times: np.ndarray) -> Numbers:
     return judged_window(view.dataset, cell, float(times[known].max())) or ()
 
 
-def _simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
+def simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
+    """The points of a panel with their error bars; none where no run has a value."""
     values = view.succeeded(name)[piece.cells]
     if np.isfinite(values).any():
         norm = view.norm(name)[piece.cells]

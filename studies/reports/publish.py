@@ -13,9 +13,9 @@ import xarray as xr
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import MissingResult
+from studies.cubes.reading import open_cube
 from studies.cubes.runs_table import runs_csv
 from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
-from studies.quantities.findings import Finding, InvalidInput
 from studies.reports import compare, report
 from studies.reports.figures import figures
 
@@ -99,18 +99,6 @@ def draw_figures(cube_or_folder: Path, folder: Path, format: str) -> list[Path]:
     """
     from studies.reports.drawing.charts import draw
 
-    file = cube_or_folder / CUBE if cube_or_folder.is_dir() else cube_or_folder
-    try:
-        dataset = xr.open_dataset(file)
-    except (OSError, ValueError):
-        raise _no_cube(file, "not a NetCDF file that can be read") from None
-    with dataset:
-        if "quantities" not in dataset.attrs:
-            raise _no_cube(file, "a NetCDF file without the attributes of a cube")
-        drawn = figures(dataset, compare.compare(dataset))
+    dataset = open_cube(cube_or_folder)
+    drawn = figures(dataset, compare.compare(dataset))
     return [draw(each, folder / f"{each.name}.{format}") for each in drawn]
-
-
-def _no_cube(file: Path, problem: str) -> InvalidInput:
-    cure = "give the cube.nc of a sweep, or the folder of one"
-    return InvalidInput([Finding("cube", f"{file}: {problem}", "a cube of whipple", cure)])

@@ -87,8 +87,8 @@ def surrogate(
 ) -> None:
     """Interpolate the runs of a cube with an error, and say which axis matters. Needs the extra 'surrogate'."""
     from service.cli.console import print_json
+    from studies.cubes.reading import open_cube
     from studies.fits.indices import indices_of_surrogate
-    from studies.fits.measured import open_cube
     from studies.fits.surrogate import as_json as plain
     from studies.fits.surrogate import check_extra, main_quantity, surrogate_of
 
@@ -169,7 +169,8 @@ def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]
 def _measured(source: str, quantity: str | None, at: list[str]) -> "list[MeasuredShots]":
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
-    from studies.fits.measured import of_cube, of_table, open_cube, quantities_of
+    from studies.cubes.reading import open_cube
+    from studies.fits.measured import of_cube, of_table, quantities_of
     from studies.laws.fitting.forms import SIZES
 
     if source.endswith(".csv") or (source in observations.names() and not Path(source).exists()):

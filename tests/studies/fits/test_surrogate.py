@@ -13,8 +13,8 @@ from scipy.special import ndtr
 from service.cli.commands.computing import DEMO
 from service.cli.local import run_sweep
 from studies import examples
+from studies.cubes.reading import open_cube
 from studies.fits.indices import SobolIndex, indices_of, indices_of_surrogate
-from studies.fits.measured import open_cube
 from studies.fits.surrogate import (
     NUGGET,
     ComputedRuns,

@@ -463,5 +463,5 @@ def test_draw__writes_the_format_of_the_ending(format: str, tmp_path: Path) -> N
 
 def test_draw_figures__of_another_file_says_that_it_is_no_cube(tmp_path: Path) -> None:
     (tmp_path / "cube.nc").write_text("no")
-    with pytest.raises(InvalidInput, match="a cube of whipple"):
+    with pytest.raises(InvalidInput, match="the cube of a sweep"):
         draw_figures(tmp_path, tmp_path, "png")
