@@ -98,6 +98,34 @@ def sweep(
     raise typer.Exit(status)
 
 
+@app.command("continue")
+def continue_growing(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of `whipple sweep --out`.")],
+    threads: Threads = None,
+    keep: KeepOption = "final",
+    every_column: EveryColumn = False,
+) -> None:
+    """Compute the runs of a folder that were still growing at their latest end anew, with twice that end.
+
+    All other runs are kept, and cube and report are made again. Nothing goes on from a checkpoint: none is kept of a
+    run that has ended, and the latest end is part of what a run is. Repeated, it doubles the ends that were too early.
+    """
+    from service.cli.local import STORE_OF_FOLDER
+    from studies.cubes.growing import with_later_ends
+
+    if not (folder / STORE_OF_FOLDER).is_dir():
+        cure = "give the folder of a sweep that was computed on this machine"
+        raise InvalidInput([Finding("FOLDER", str(folder), "a folder of `whipple sweep --out`", cure)])
+    sweep, points = with_later_ends(folder)
+    if not points:
+        print(f"{sweep.name}: no run was still growing at its latest end")
+        return
+    print(f"{sweep.name}: {points} points get twice their latest end", flush=True)
+    raise typer.Exit(
+        compute(sweep.document(), sweep.name, folder, threads=threads, keep=keep, every_column=every_column)
+    )
+
+
 @app.command()
 def export(
     film: Annotated[Path, typer.Argument(metavar="FILM", help="film.npz of a run, or its folder.")],
