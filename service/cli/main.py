@@ -8,7 +8,7 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from service.cli.commands import catalogue, client, computing, decks, fitting, maintenance, serving, validating
+from service.cli.commands import catalogue, client, computing, decks, drawing, fitting, maintenance, serving, validating
 from service.cli.commands.options import FAILURE, INVALID
 from solver.errors import WhippleError
 from studies.quantities.findings import InvalidInput
@@ -22,6 +22,7 @@ app = typer.Typer(
 )
 PANELS = (
     ("On this machine, without a service", computing),
+    ("On this machine, without a service", drawing),
     ("On this machine, without a service", decks),
     ("On this machine, without a service", validating),
     ("Out of a cube", fitting),
