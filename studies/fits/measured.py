@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -36,7 +37,7 @@ class MeasuredShots:
     shots: tuple[Shot, ...]
     values: np.ndarray  # (points,) m
     errors: np.ndarray | None  # (points,) m, standard uncertainties; None where some are unknown
-    left_out: int = 0  # points without a value, or with a flag
+    left_out: Mapping[str, int] = field(default_factory=dict)  # other points, by reason
     units: Mapping[str, str | None] = field(default_factory=dict)  # of the axes; SI
 
     def read_place(self, texts: Sequence[str]) -> dict[str, float | str]:
@@ -109,10 +110,13 @@ def of_cube(dataset: xr.Dataset, quantity: str) -> MeasuredShots:
     shots, places = _shots(sweep, axes_of(points)), places_of(points)
     values = comparable(points, quantity).values.ravel()
     errors = simulated(points, quantity, cubes.UNCERTAINTY).values.ravel()
-    flagged = (reading.doubts(cubes.FLAGS.of(points, quantity)).values.ravel() != 0) | (
-        cubes.FLAGS_OF_RUN.of(points).values.ravel() != 0
-    )
-    kept = np.flatnonzero(np.isfinite(values) & (values > 0.0) & ~flagged)
+    own = reading.flag_words(reading.doubts(cubes.FLAGS.of(points, quantity)))
+    of_run = reading.flag_words(cubes.FLAGS_OF_RUN.of(points))
+    reasons = [
+        ", ".join(word.replace("_", " ") for word in (*mine, *others)) if value > 0.0 else "no value to compare"
+        for value, mine, others in zip(values, own, of_run, strict=True)
+    ]
+    kept = np.array([number for number, reason in enumerate(reasons) if not reason], int)
     return MeasuredShots(
         sweep.name,
         source_of(dataset),
@@ -121,7 +125,7 @@ def of_cube(dataset: xr.Dataset, quantity: str) -> MeasuredShots:
         tuple(shots[tuple(places[number].values())] for number in kept),
         values[kept],
         _all_known(errors[kept]),
-        len(values) - len(kept),
+        dict(Counter(filter(None, reasons)).most_common()),
         {axis: points[axis].attrs.get("units") for axis in axes_of(points)},
     )
 
