@@ -26,6 +26,7 @@ from service.cli.commands.options import (
     settings_of,
 )
 from solver.errors import WhippleError
+from studies.quantities.files import write_text
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
@@ -100,6 +101,10 @@ def sweep(
 @app.command("continue")
 def continue_growing(
     folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of `whipple sweep --out`.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Write the sweep (JSON), to submit it to a service."),
+    ] = None,
     threads: Threads = None,
     keep: KeepOption = "final",
     every_column: EveryColumn = False,
@@ -112,14 +117,18 @@ def continue_growing(
     from service.cli.local import STORE_OF_FOLDER
     from studies.cubes.growing import with_later_ends
 
-    if not (folder / STORE_OF_FOLDER).is_dir():
-        cure = "give the folder of a sweep that was computed on this machine"
+    if output is None and not (folder / STORE_OF_FOLDER).is_dir():
+        cure = "give the folder of a sweep that was computed on this machine; --output FILE is for those of a service"
         raise InvalidInput([Finding("FOLDER", str(folder), "a folder of `whipple sweep --out`", cure)])
     sweep, points = with_later_ends(folder)
     if not points:
         print(f"{sweep.name}: no run was still growing at its latest end")
         return
     print(f"{sweep.name}: {points} points get twice their latest end", flush=True)
+    if output is not None:
+        write_text(output, json.dumps(sweep.document(), indent=1, ensure_ascii=False) + "\n")
+        print(f"written: {output}; compute it with: whipple submit {output}")
+        return
     raise typer.Exit(
         compute(sweep.document(), sweep.name, folder, threads=threads, keep=keep, every_column=every_column)
     )

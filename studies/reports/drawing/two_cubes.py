@@ -12,6 +12,7 @@ import pandas as pd
 import xarray as xr
 
 from studies.cubes import reading
+from studies.cubes.long_texts import short_texts
 from studies.cubes.points import Place, axes_of, by_run, main_quantities, plain, points_of
 from studies.quantities.files import write_text
 from studies.quantities.findings import refusal
@@ -90,7 +91,7 @@ class TwoCubes:
 
 def two_cubes(first: Path, second: Path) -> TwoCubes:
     """Two cubes of files or folders; raises InvalidInput where they have no quantity or no axis in common."""
-    cubes = [reading.open_cube(each) for each in (first, second)]
+    cubes = [_with_short_texts(reading.open_cube(each)) for each in (first, second)]
     names = [str(json.loads(each.attrs["sweep"])["name"]) for each in cubes]
     if names[0] == names[1]:
         names = [f"{name} ({path})" for name, path in zip(names, (first, second), strict=True)]
@@ -136,6 +137,14 @@ def draw_two(cubes: TwoCubes, folder: Path, format: str) -> list[Path]:
         raise refusal("CUBES", " and ".join(cubes.names), "points or series that both cubes have", values)
     drawn = [draw(figure, folder / f"{figure.name}.{format}") for figure in figures]
     return [*drawn, write_text(folder / TABLE, pd.DataFrame(rows).to_csv(index=False, lineterminator="\n"))]
+
+
+def _with_short_texts(cube: xr.Dataset) -> xr.Dataset:
+    """A cube whose decks stand by first line and digest, which tell them apart as well."""
+    short = short_texts(cube)
+    long = [name for name, array in cube.coords.items() if array.dtype.kind in "OUT" and short]
+    shorten = np.vectorize(lambda text: short.get(text, text), otypes=[object])
+    return cube.assign_coords({name: cube[name].copy(data=shorten(cube[name].values)) for name in long})
 
 
 def _in_both(first: Sequence[str], second: Sequence[str]) -> list[str]:

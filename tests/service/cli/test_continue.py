@@ -31,8 +31,12 @@ def test_continue__computes_what_was_growing_with_twice_its_latest_end(
     assert run("sweep", file, "--out", out) == 0
     before = open_cube(out)
     assert before.stop_reason.values.tolist() == ["settled", "end_time"]
+    assert run("continue", out, "-o", tmp_path / "later.json") == 0
+    later = json.loads((tmp_path / "later.json").read_text())
+    assert later["ends"] == [{"speed": FAST, "end_time": "36 us"}]
     assert run("continue", out) == 0
     after = open_cube(out)
+    assert json.loads(after.attrs["sweep"]) == later
     assert after.stop_reason.values.tolist() == ["settled", "settled"]
     assert after.end_time.values.tolist() == pytest.approx([18e-6, 36e-6])
     assert after.run_id[0] == before.run_id[0]
