@@ -21,7 +21,12 @@ __all__ = ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"
 
 
 def run_sweep(
-    document: Mapping[str, Any] | str | Path, out: str | Path, *, overwrite: bool = False, keep: str = "final"
+    document: Mapping[str, Any] | str | Path,
+    out: str | Path,
+    *,
+    overwrite: bool = False,
+    keep: str = "final",
+    every_column: bool = False,
 ) -> Path:
     """Compute a sweep on this machine, without a server, and return the folder with its results.
 
@@ -29,16 +34,17 @@ def run_sweep(
     ``runs.csv``, ``report.html`` and ``report.json``; called again with the same folder, it resumes: values on the
     axes may have been added or removed. A folder that holds another sweep is refused, unless that
     is to be replaced (``overwrite``). ``keep`` selects the files kept for each run: ``numbers``, also the ``final``
-    state, or also the ``film``, which is then in ``runs/RUN/film.npz``. A bar shows the progress on a terminal and in
-    a notebook.
+    state, or also the ``film``, which is then in ``runs/RUN/film.npz``. ``runs.csv`` has the
+    columns that a person reads, or ``every_column``. A bar shows the progress on a terminal and in a notebook.
     """
     from service.cli.local import run_sweep
     from service.client.progress import is_watched, showing_progress
 
     if not is_watched():
-        return Path(run_sweep(document, Path(out), overwrite=overwrite, keep=keep))
+        return Path(run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column))
     with showing_progress(Path(out).name) as show:
-        return Path(run_sweep(document, Path(out), overwrite=overwrite, keep=keep, progress=show))
+        computed = run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column, progress=show)
+        return Path(computed)
 
 
 def open_cube(path: str | Path) -> "xarray.Dataset":

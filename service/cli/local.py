@@ -12,7 +12,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.cli.signals import EndRequest, handling_end_signals
-from service.files.artifacts import LOG, PART, Artifacts
+from service.files.artifacts import PART, Artifacts
 from service.files.data_directory import DataInUse, check_names, holding
 from service.files.output_folders import check_same, held_in
 from service.queue import data_identity as identity
@@ -21,7 +21,7 @@ from service.settings import Settings
 from service.store import Store, digest_of
 from service.workers.timings import DEFAULT, Timings
 from solver.errors import WhippleError
-from studies.quantities.files import FILM
+from studies.quantities.files import ALL_RUNS_CSV, FILM, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.reading import SweepLimits
@@ -67,6 +67,7 @@ def run_sweep(
     settings: Settings | None = None,
     overwrite: bool = False,
     keep: str = Keep.FINAL,
+    every_column: bool = False,
     ready: "list[WarmProcess] | None" = None,
 ) -> Finished:
     """Compute a sweep on this machine into the folder ``out``; repeated, it resumes.
@@ -74,10 +75,10 @@ def run_sweep(
     ``document`` is a mapping or the path of a YAML or JSON file. ``progress`` is called repeatedly with the
     status of the sweep. A folder that holds another sweep is refused, unless ``overwrite`` is set. ``keep``
     selects the files kept for each run: ``numbers``, also the ``final`` state, or also the ``film``, which is copied
-    to ``out/runs/RUN/film.npz``. ``ready`` are processes that were started before, for the first runs or the
-    publication. Raises InvalidInput, DataInUse, PublicationFailed. Ctrl-C and SIGTERM end it in order, as
-    KeyboardInterrupt and SystemExit;
-    interrupted runs continue from their checkpoints next time.
+    to ``out/runs/RUN/film.npz``. With ``every_column`` ``runs.csv`` has every column. ``ready`` are
+    processes that were started before, for the first runs or the publication. Raises InvalidInput, DataInUse,
+    PublicationFailed. Ctrl-C and SIGTERM end it in order, as KeyboardInterrupt and SystemExit; interrupted runs
+    continue from their checkpoints next time.
     """
     folder = Path(out)
     settings = settings or Settings(data=folder / STORE_OF_FOLDER)
@@ -102,7 +103,7 @@ def run_sweep(
                 status = _wait(store, dispatcher, id, progress, leaving)
             if status.state is SweepState.FAILED:
                 raise PublicationFailed(status.reason or "cube and report could not be made")
-            _copy_out(store, Artifacts(settings.data), id, folder)
+            _copy_out(store, Artifacts(settings.data), id, folder, every_column=every_column)
             if retention is Keep.FILM:
                 _copy_films(store, Artifacts(settings.data), id, folder)
         leaving.raise_if_requested()
@@ -204,14 +205,15 @@ def _wait(
         leaving.raise_if_requested(wait=max(PROGRESS_SECONDS, PROGRESS_PAUSE * seconds))
 
 
-def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path) -> None:
+def _copy_out(store: Store, artifacts: Artifacts, id: str, folder: Path, *, every_column: bool = False) -> None:
     """Copy cube and report to the output folder, replacing those of an earlier sweep."""
-    for file in store.publications.files(id):
-        if file.name != LOG:
-            # Parts of a copy that was killed.
-            for part in folder.glob(f".{file.name}.{PART}"):
-                part.unlink(missing_ok=True)
-            artifacts.copy_out(file, folder)
+    sources = {file.name: file for file in store.publications.files(id)}
+    for name in SWEEP_FILES:
+        # Parts of a copy that was killed.
+        for part in folder.glob(f".{name}.{PART}"):
+            part.unlink(missing_ok=True)
+        source = sources[ALL_RUNS_CSV if every_column and name == RUNS_CSV else name]
+        artifacts.copy_out(source, folder, name)
 
 
 def _copy_films(store: Store, artifacts: Artifacts, sweep_id: str, folder: Path) -> None:

@@ -14,6 +14,7 @@ from service.cli.commands import (
     client,
     computing,
     decks,
+    drawing,
     fitting,
     maintenance,
     serving,
@@ -32,6 +33,7 @@ app = typer.Typer(
 )
 PANELS = (
     ("On this machine, without a service", computing),
+    ("On this machine, without a service", drawing),
     ("On this machine, without a service", decks),
     ("On this machine, without a service", validating),
     ("Out of a cube", fitting),

@@ -16,7 +16,7 @@ from studies.cases.pages import write_case, write_index
 from studies.cases.rows import Verified, timed
 from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
 from studies.cases.verification import VerificationCase, verify
-from studies.fits.measured import open_cube
+from studies.cubes.reading import open_cube
 from studies.quantities.findings import nearest_cure, refusal
 
 STORE = STORE_OF_FOLDER

@@ -24,7 +24,7 @@ from service.client.connection import Connection, ServiceError, Unreachable
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import SweepStatus
 from solver.errors import WhippleError
-from studies.quantities.files import SWEEP_FILES
+from studies.quantities.files import RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
@@ -270,10 +270,11 @@ class SweepHandle:
 
     # --- files -----------------------------------------------------------------------------------
 
-    def fetch(self, out: str | Path, *, overwrite: bool = False) -> Path:
+    def fetch(self, out: str | Path, *, overwrite: bool = False, every_column: bool = False) -> Path:
         """Download cube and report into a folder, which is returned; raises ServiceError before they exist.
 
-        A folder that holds another sweep is refused (InvalidInput), unless ``overwrite`` is set.
+        A folder that holds another sweep is refused (InvalidInput), unless ``overwrite`` is set. With ``every_column``
+        ``runs.csv`` has every column.
         """
         folder = _folder(out)
         held = held_in(folder)
@@ -282,7 +283,8 @@ class SweepHandle:
         links = self._connection.json("GET", self._path)["links"]
         # A sweep of an earlier version may lack one of them; before there are any, the first request says why.
         for name in [name for name in SWEEP_FILES if name in links] or SWEEP_FILES:
-            self._connection.download(f"{self._path}/{name}", folder / name)
+            query = "?all=true" if every_column and name == RUNS_CSV else ""
+            self._connection.download(f"{self._path}/{name}{query}", folder / name)
         return folder
 
     def open_cube(self) -> "Dataset":

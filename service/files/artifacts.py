@@ -5,7 +5,8 @@
     DIR/whipple.db
     DIR/runs/<two digits>/<run id>/a<attempt>-<token>/   result.json, state.npz, film.npz, sections.npz, log.txt
     DIR/runs/<two digits>/<run id>/checkpoint.npz        of every attempt, while there is no result
-    DIR/sweeps/<sweep id>/a<attempt>-<token>/            cube.nc, runs.csv, report.html, report.json, log.txt
+    DIR/sweeps/<sweep id>/a<attempt>-<token>/            cube.nc, runs.csv, runs-all.csv, report.html,
+                                                         report.json, log.txt
 
 Each attempt writes into a folder of its own, so nothing is ever published in place: the row says which folder counts.
 Paths in rows are relative to DIR and made of ids that the service gave, never of text from users.
@@ -126,13 +127,13 @@ class Artifacts:
         """Content of a registered JSON file."""
         return json.loads(self.path(stored).read_bytes())
 
-    def copy_out(self, stored: Stored, folder: Path) -> Path:
-        """Copy a file into ``folder``, whole or not at all.
+    def copy_out(self, stored: Stored, folder: Path, name: str = "") -> Path:
+        """Copy a file into ``folder``, whole or not at all, under its own name by default.
 
         A copy, not a link: edits of it leave the registered file as it is.
         """
         source = self.path(stored)
-        return write_atomically(folder / stored.name, lambda part: shutil.copyfile(source, part))
+        return write_atomically(folder / (name or stored.name), lambda part: shutil.copyfile(source, part))
 
 
 def describe(file: Path) -> Stored:

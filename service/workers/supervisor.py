@@ -22,13 +22,13 @@ from service.workers.stall import StallClock
 from service.workers.timings import DEFAULT, Timings
 from service.workers.warm import RawMessage, Slot, WarmProcess
 from service.workers.warm_process import STATUS_MEMORY
-from studies.quantities.files import RESULT, SWEEP_FILES
+from studies.quantities.files import ALL_RUNS_CSV, RESULT, SWEEP_FILES
 
 SendProgress = Callable[[RawMessage], None]
 
 # What each kind of job must leave behind, and what it may.
 FILES = {Kind.RUN: (RESULT,), Kind.PUBLISH: SWEEP_FILES}
-MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (LOG,)}
+MORE_FILES = {Kind.RUN: OF_A_RUN[1:], Kind.PUBLISH: (ALL_RUNS_CSV, LOG)}
 
 MOST_STARTS = 3  # processes that may die before they accept the attempt
 BROKEN_MOUNT = frozenset({errno.EIO, errno.ESTALE, errno.EROFS, errno.ENOTCONN, errno.EHOSTDOWN})

@@ -36,7 +36,7 @@ from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
 from studies.cubes.cells import Cell, Layout, converge_points, definition_part, lay_out
 from studies.cubes.models import Assess, assessment
-from studies.cubes.variable import GROUPS, POINTS, RUNS, Quantity, Variable, variable_name
+from studies.cubes.variable import GROUPS, POINTS, RUNS, SYMBOLS, Quantity, Variable, variable_name
 from studies.laws import FITTED
 from studies.quantities.files import write_atomically
 from studies.quantities.measured import numerical_parts
@@ -249,6 +249,14 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
         converged = converge_points(layout, name)
         for variable in declared.OF_CONVERGENCE:
             yield _column(variable.filled(quantity), converged)
+    diameters = declared.EQUIVALENT_DIAMETER.values(layout.cells)
+    if name in SYMBOLS and np.isfinite(diameters).any():
+        yield declared.OVER_DIAMETER.filled(quantity), declared.VALUE.values(measured) / diameters, {}
+        if layout.refinements:
+            by_point = diameters.reshape(layout.runs_of_points.shape)[..., 0]
+            lengths, errors = (each.values(converged) for each in (declared.CONVERGED, declared.CONVERGED_UNCERTAINTY))
+            yield declared.CONVERGED_OVER_DIAMETER.filled(quantity), lengths / by_point, {}
+            yield declared.CONVERGED_UNCERTAINTY_OVER_DIAMETER.filled(quantity), errors / by_point, {}
 
 
 def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[Column]:

@@ -1,9 +1,11 @@
 """Reading of a cube: its quantities, versions, confidences and flags, and values for each run."""
 
+import hashlib
 import json
 import math
 from collections.abc import Sequence
 from contextlib import ExitStack
+from pathlib import Path
 from typing import Any, BinaryIO
 
 import numpy as np
@@ -12,6 +14,8 @@ from xarray import Dataset
 
 from studies.cubes.variable import Variable
 from studies.cubes.variables import EQUATION, LAW_CONFIDENCE
+from studies.quantities.files import CUBE
+from studies.quantities.findings import refusal
 from studies.quantities.measured import ERROR_UNKNOWN
 
 
@@ -67,6 +71,30 @@ def by_run(dataset: xr.Dataset, array: xr.DataArray) -> np.ndarray:
     Without xarray's alignment, which takes milliseconds: the variables of a cube share their coordinates.
     """
     return array.variable.set_dims(dict(dataset.run_state.sizes)).values
+
+
+def _cube_file(path: Path) -> Path:
+    """The file of a cube, from its own path or that of its folder; raises InvalidInput."""
+    from studies.sweeps.document import no_such_cube
+
+    file = path / CUBE if path.is_dir() else path
+    if not file.exists():
+        raise no_such_cube(file)
+    return file
+
+
+def open_cube(path: Path) -> xr.Dataset:
+    """The whole cube of a file, in memory; raises InvalidInput where it is none."""
+    file = _cube_file(path)
+    try:
+        with xr.open_dataset(file) as dataset:
+            loaded = dataset.load()
+        if "quantities" not in loaded.attrs or "sweep" not in loaded.attrs:
+            raise ValueError("no sweep is in it")
+    except (OSError, ValueError) as error:
+        cure = f"give cube.nc of a sweep, or its folder: {error}"
+        raise refusal("CUBE", str(file), "the cube of a sweep", cure) from None
+    return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
 
 
 def open_file(file: BinaryIO) -> Dataset:

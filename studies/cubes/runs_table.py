@@ -1,10 +1,13 @@
-"""The runs of a cube as a table: ``runs.csv``, one row a run, in SI with the unit of each column in its heading."""
+"""The runs of a cube as a table: ``runs.csv``, one row a run, in SI with the unit of each column in its heading.
+
+``runs-all.csv`` is the same table with every column.
+"""
 
 import numpy as np
 import pandas as pd
 import xarray as xr
 
-from studies.cubes import reading
+from studies.cubes import points, reading
 from studies.cubes import variables as declared
 from studies.cubes.long_texts import short_texts
 from studies.cubes.variable import Group
@@ -13,21 +16,37 @@ RUN_COLUMNS = (declared.RUN_ID, declared.RUN_STATE, declared.FLAGS_OF_RUN)
 GROUPS: tuple[Group, ...] = ("parameter", "result", "detail", "run", "audit")
 
 
-def runs_csv(dataset: xr.Dataset) -> str:
-    """The table as CSV: run, axes, results, their uncertainties and flags, the other parameters, audit.
+def runs_csv(dataset: xr.Dataset, *, every_column: bool = False) -> str:
+    """The table as CSV: run, axes, and value, uncertainty and flags of each main quantity.
 
-    Numbers have every digit; an empty cell has no value. States and flags are words, several separated by spaces. Laws
-    and converged values belong to points, not to runs: they are in the cube alone, and so is the full text of a deck.
+    With ``every_column`` also all other results, parts of uncertainties, other parameters and the audit. Numbers have
+    every digit; an empty cell has no value. States and flags are words, several separated by spaces. Laws and converged
+    values belong to points, not to runs: they are in the cube alone, and so is the full text of a deck.
     """
-    columns = {_heading(dataset, name): _column(dataset, name) for name in _names(dataset)}
+    columns = {
+        _heading(dataset, name): _column(dataset, name)
+        for name in (_every_name if every_column else _main_names)(dataset)
+    }
     return pd.DataFrame(columns).to_csv(index=False, lineterminator="\n")
 
 
-def _names(dataset: xr.Dataset) -> list[str]:
+def _first_names(dataset: xr.Dataset) -> list[str]:
+    """Identity, state and flags of a run, and its place on the axes."""
+    axes = (*str(dataset.attrs["axes"]).split(), *str(dataset.attrs["refinements"]).split())
+    return [*(variable.named() for variable in RUN_COLUMNS), *axes]
+
+
+def _main_names(dataset: xr.Dataset) -> list[str]:
+    """The variables that a person reads, of each run."""
+    of_quantity = (declared.VALUE, declared.UNCERTAINTY, declared.OVER_DIAMETER, declared.FLAGS)
+    quantities = points.main_quantities(dataset)
+    named = (each.named(name) for name in quantities for each in of_quantity if each.is_in(dataset, name))
+    return [*_first_names(dataset), *named]
+
+
+def _every_name(dataset: xr.Dataset) -> list[str]:
     """The variables with one value a run: identity, axes, results, then the rest by group."""
     runs = set(dataset.run_state.dims)
-    axes = [*str(dataset.attrs["axes"]).split(), *str(dataset.attrs["refinements"]).split()]
-    main = [variable.named() for variable in RUN_COLUMNS]
     of_runs = [
         str(name)
         for group in GROUPS
@@ -37,7 +56,7 @@ def _names(dataset: xr.Dataset) -> list[str]:
         and set(array.dims) <= runs
     ]
     results = [name for name in of_runs if dataset[name].attrs["group"] == "result"]
-    return list(dict.fromkeys([*main, *axes, *results, *of_runs]))
+    return list(dict.fromkeys([*_first_names(dataset), *results, *of_runs]))
 
 
 def _column(dataset: xr.Dataset, name: str) -> np.ndarray:

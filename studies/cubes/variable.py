@@ -17,6 +17,9 @@ Group = Literal["parameter", "result", "detail", "history", "run", "audit", "obs
 GROUPS: tuple[Group, ...] = get_args(Group)
 LONGEST_LABEL = 40  # characters of a long_name: longer ones are cut off beside an axis
 
+# Lengths that the field states over the diameter of the projectile, as it writes them.
+SYMBOLS = {"hole_diameter": "D/d", "crater_depth": "p/d", "crater_diameter": "D/d"}
+
 RUNS, POINTS = ("*",), ("@",)  # stand for the dimensions of the runs and of the points
 
 
@@ -63,6 +66,7 @@ class Variable:
             "words": quantity.name.replace("_", " "),
             "unit": quantity.unit,
             "meaning": quantity.meaning,
+            "symbol": SYMBOLS.get(quantity.name, f"{quantity.name}/d"),
         }
         return replace(
             self,

@@ -323,15 +323,20 @@ def _ends(values: Sequence[float]) -> tuple[float, float]:
 
 def as_json(fits: Sequence[FittedForm]) -> Mapping[str, object]:
     """Fits to one quantity as plain values, sizes in SI."""
-    done = [each for each in fits if each.solution is not None]
+    measured, done = fits[0].measured, [each for each in fits if each.solution is not None]
     differences = {
         id(fit): size for ranked in compared(done) for fit, size in zip(ranked.fits, ranked.differences, strict=True)
     }
     return {
-        "quantity": fits[0].measured.quantity,
-        "source": fits[0].measured.source,
-        "weighted": fits[0].measured.errors is not None,
-        "left_out": fits[0].measured.left_out,
+        "quantity": measured.quantity,
+        "source": measured.source,
+        "weighted": measured.errors is not None,
+        "points": [
+            {"at": dict(at), "value": value}
+            for at, value in zip(measured.places, measured.values.tolist(), strict=True)
+        ],
+        "left_out": sum(measured.left_out.values()),
+        "left_out_by_reason": dict(measured.left_out),
         "fits": [
             {"form": each.form.name, "reason": each.reason}
             if each.solution is None

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -16,7 +17,6 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, comparable, places_of, points_of, simulated
 from studies.cubes.variable import variable_name
 from studies.laws import Shot
-from studies.quantities.files import CUBE
 from studies.quantities.findings import InvalidInput, nearest_cure, refusal
 from studies.quantities.parameters import declared
 from studies.quantities.units import parse_quantity
@@ -37,7 +37,7 @@ class MeasuredShots:
     shots: tuple[Shot, ...]
     values: np.ndarray  # (points,) m
     errors: np.ndarray | None  # (points,) m, standard uncertainties; None where some are unknown
-    left_out: int = 0  # points without a value, or with a flag
+    left_out: Mapping[str, int] = field(default_factory=dict)  # other points, by reason
     units: Mapping[str, str | None] = field(default_factory=dict)  # of the axes; SI
 
     def read_place(self, texts: Sequence[str]) -> dict[str, float | str]:
@@ -88,30 +88,6 @@ def _same(value: float | str, other: float | str) -> bool:
 # ---- from a cube ---------------------------------------------------------------------------------
 
 
-def cube_file(path: Path) -> Path:
-    """The file of a cube, from its own path or that of its folder; raises InvalidInput."""
-    from studies.sweeps.document import no_such_cube
-
-    file = path / CUBE if path.is_dir() else path
-    if not file.exists():
-        raise no_such_cube(file)
-    return file
-
-
-def open_cube(path: Path) -> xr.Dataset:
-    """The whole cube of a file, in memory; raises InvalidInput where it is none."""
-    file = cube_file(path)
-    try:
-        with xr.open_dataset(file) as dataset:
-            loaded = dataset.load()
-        if "quantities" not in loaded.attrs or "sweep" not in loaded.attrs:
-            raise ValueError("no sweep is in it")
-    except (OSError, ValueError) as error:
-        cure = f"give cube.nc of a sweep, or its folder: {error}"
-        raise refusal("CUBE", str(file), "the cube of a sweep", cure) from None
-    return loaded.assign_attrs(digest=hashlib.sha256(file.read_bytes()).hexdigest())
-
-
 def source_of(dataset: xr.Dataset) -> str:
     """The name of the sweep of a cube, with the digest of the file where it is known."""
     text = f"cube of sweep {json.loads(dataset.attrs['sweep'])['name']}"
@@ -134,10 +110,13 @@ def of_cube(dataset: xr.Dataset, quantity: str) -> MeasuredShots:
     shots, places = _shots(sweep, axes_of(points)), places_of(points)
     values = comparable(points, quantity).values.ravel()
     errors = simulated(points, quantity, cubes.UNCERTAINTY).values.ravel()
-    flagged = (reading.doubts(cubes.FLAGS.of(points, quantity)).values.ravel() != 0) | (
-        cubes.FLAGS_OF_RUN.of(points).values.ravel() != 0
-    )
-    kept = np.flatnonzero(np.isfinite(values) & (values > 0.0) & ~flagged)
+    own = reading.flag_words(reading.doubts(cubes.FLAGS.of(points, quantity)))
+    of_run = reading.flag_words(cubes.FLAGS_OF_RUN.of(points))
+    reasons = [
+        ", ".join(word.replace("_", " ") for word in (*mine, *others)) if value > 0.0 else "no value to compare"
+        for value, mine, others in zip(values, own, of_run, strict=True)
+    ]
+    kept = np.array([number for number, reason in enumerate(reasons) if not reason], int)
     return MeasuredShots(
         sweep.name,
         source_of(dataset),
@@ -146,7 +125,7 @@ def of_cube(dataset: xr.Dataset, quantity: str) -> MeasuredShots:
         tuple(shots[tuple(places[number].values())] for number in kept),
         values[kept],
         _all_known(errors[kept]),
-        len(values) - len(kept),
+        dict(Counter(filter(None, reasons)).most_common()),
         {axis: points[axis].attrs.get("units") for axis in axes_of(points)},
     )
 

@@ -9,7 +9,7 @@ the samples.
 
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import asdict, dataclass, field
 from functools import cached_property
 from typing import Any
 
@@ -18,7 +18,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes.points import SUCCEEDED, axes_of, by_run, main_quantities, refinements_of, simulated
-from studies.cubes.variables import FLAGS
+from studies.cubes.variables import FLAGS, RUN_ID
 from studies.fits.measured import number_or_text, source_of
 from studies.laws.fitting.least_squares import CONFIDENCE
 from studies.quantities.findings import Finding, Findings, InvalidInput, MissingExtra, nearest_cure, refusal
@@ -27,6 +27,7 @@ from studies.quantities.parameters import Parameter, parse_value
 from studies.quantities.units import readable
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
+KERNEL = "straight line + Matern 5/2 with a length for each input + noise"
 SAMPLES = 200  # of lengths, size and noise
 FOLDS = 60  # the most processes of which each never had some runs
 BURN_IN = 20  # samples before these, which are left out: they remember where the first one began
@@ -72,9 +73,15 @@ class ComputedRuns:
     inputs: tuple[SurrogateInput, ...]
     places: np.ndarray  # (runs, inputs), SI
     values: np.ndarray  # (runs,), SI
-    not_used: Mapping[str, int] = field(default_factory=dict)  # other runs of the cube, by reason
     axes_not_used: Mapping[str, str] = field(default_factory=dict)  # reasons, by name
     too_coarse: int = 0  # runs whose grid is: they count, for what is predicted is a run
+    ids: tuple[str, ...] = ()  # of the runs
+    left_out: tuple[tuple[str, str], ...] = ()  # other runs of the cube: id and reason
+
+    @property
+    def not_used(self) -> dict[str, int]:
+        """How many other runs of the cube do not count, by reason; the most frequent one first."""
+        return dict(Counter(reason for _, reason in self.left_out).most_common())
 
     @property
     def scope(self) -> str:
@@ -139,7 +146,7 @@ def runs_of(dataset: xr.Dataset, quantity: str) -> ComputedRuns:
     """
     values = simulated(dataset, quantity).values.ravel()
     reasons = _reasons(dataset, quantity)
-    kept = reasons == ""
+    kept, ids = reasons == "", RUN_ID.of(dataset).values.ravel().astype(str)
     refinements = [name for name in refinements_of(dataset) if name != OFFSET]
     axes = [axis for axis in axes_of(dataset) if axis not in (RESOLUTION, OFFSET)]
     inputs, columns, axes_not_used = [], [], {}
@@ -153,7 +160,7 @@ def runs_of(dataset: xr.Dataset, quantity: str) -> ComputedRuns:
             raise refusal("CUBE", name, "axes of numbers", cure)
         if several and left == 1 and name in axes:
             got = f"{name}: one value in the {int(kept.sum())} of {len(kept)} runs that count"
-            lost = "; ".join(f"{count} {reason}" for reason, count in _counted(reasons))
+            lost = "; ".join(f"{count} {reason}" for reason, count in Counter(reasons[~kept]).most_common())
             cure = f"compute more points, or a sweep without this axis ({lost})"
             raise refusal("CUBE", got, "two values or more of each axis", cure)
         if left > 1:
@@ -175,9 +182,10 @@ def runs_of(dataset: xr.Dataset, quantity: str) -> ComputedRuns:
         tuple(inputs),
         np.column_stack(columns),
         values[kept],
-        dict(_counted(reasons)),
         axes_not_used,
         int((_flagged(dataset, quantity, TOO_COARSE) & kept).sum()),
+        tuple(ids[kept].tolist()),
+        tuple(zip(ids[~kept].tolist(), reasons[~kept].tolist(), strict=True)),
     )
 
 
@@ -190,10 +198,6 @@ def _reasons(dataset: xr.Dataset, quantity: str) -> np.ndarray:
     if reading.mixed_versions(dataset, quantity):
         reasons[reasons == ""] = "measured with several versions of the definition"
     return reasons
-
-
-def _counted(reasons: np.ndarray) -> list[tuple[str, int]]:
-    return Counter(reason for reason in reasons if reason).most_common()
 
 
 def _flagged(dataset: xr.Dataset, quantity: str, flag: str) -> np.ndarray:
@@ -241,6 +245,16 @@ class LeftOut:
 
 
 @dataclass(frozen=True)
+class SampledNumber:
+    """A number of the covariance: the median of its samples, and the ends of ``CONFIDENCE`` of them."""
+
+    name: str
+    median: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
 class Surrogate:
     """A Gaussian process for one quantity of a cube."""
 
@@ -282,6 +296,23 @@ class Surrogate:
         predicted = self._prediction(values, deviations)
         return LeftOut(predicted, predicted.values - self.runs.values)
 
+    @property
+    def lengths(self) -> list[SampledNumber]:
+        """The length of each input over which values bend, over the range of the input (cell sizes of resolutions)."""
+        samples = self._numbers[:, 1:-1].T
+        return [_sampled(each.name, column) for each, column in zip(self.runs.inputs, samples, strict=True)]
+
+    @property
+    def deviations(self) -> list[SampledNumber]:
+        """Standard deviations of what bends, and of the noise of a run; SI."""
+        samples = np.sqrt(self._numbers[:, [0, -1]]).T * self._scale[0]
+        return [_sampled(name, column) for name, column in zip(("bends", "noise"), samples, strict=True)]
+
+    @property
+    def _numbers(self) -> np.ndarray:
+        """Size, lengths and noise of each sample, (samples, inputs + 2)."""
+        return np.exp([process.parameters for process in self._mixture.processes])
+
     @cached_property
     def _mixture(self) -> "_Mixture":
         return _mixture_of(self.runs.scaled, self._standard)
@@ -319,6 +350,7 @@ class Surrogate:
 class _Process:
     """A Gaussian process with given lengths, size and noise."""
 
+    parameters: np.ndarray  # logarithms of size, lengths and noise
     kernel: Any  # of scikit-learn
     x: np.ndarray  # (runs, inputs), from 0 to 1
     factor: np.ndarray  # of the covariance of the runs: lower triangle of Cholesky
@@ -377,7 +409,7 @@ def _process(parameters: np.ndarray, x: np.ndarray, y: np.ndarray) -> _Process:
     bends = ConstantKernel(size) * Matern(np.array(lengths), nu=2.5)
     kernel = line + bends + WhiteKernel(noise)
     factor = np.linalg.cholesky(kernel(x) + NUGGET * np.eye(len(x)))
-    return _Process(kernel, x, factor, cho_solve((factor, True), y))
+    return _Process(parameters, kernel, x, factor, cho_solve((factor, True), y))
 
 
 def sampled_slices(logarithm: Callable[[np.ndarray], float], start: np.ndarray, bounds: np.ndarray) -> list[np.ndarray]:
@@ -407,6 +439,12 @@ def sampled_slices(logarithm: Callable[[np.ndarray], float], start: np.ndarray, 
         if number >= BURN_IN:
             samples.append(at)
     return samples
+
+
+def _sampled(name: str, samples: np.ndarray) -> SampledNumber:
+    outside = 50.0 * (1.0 - CONFIDENCE)
+    low, median, high = np.percentile(samples, (outside, 50.0, 100.0 - outside)).tolist()
+    return SampledNumber(name, median, low, high)
 
 
 def main_quantity(dataset: xr.Dataset, name: str | None) -> str:
@@ -443,21 +481,32 @@ def as_json(surrogate: Surrogate) -> Mapping[str, object]:
         "source": runs.source,
         "runs": len(runs.values),
         "runs_of_the_cube": len(runs.values) + sum(runs.not_used.values()),
-        "runs_not_used": [{"reason": reason, "runs": count} for reason, count in runs.not_used.items()],
+        "runs_not_used": [
+            {"reason": reason, "runs": count, "ids": [id for id, why in runs.left_out if why == reason]}
+            for reason, count in runs.not_used.items()
+        ],
         "axes_not_used": [{"name": name, "reason": reason} for name, reason in runs.axes_not_used.items()],
         "runs_too_coarse": runs.too_coarse,
         "inputs": [{"name": each.name, "unit": each.unit, "low": each.low, "high": each.high} for each in runs.inputs],
         "level": CONFIDENCE,
+        "covariance": {
+            "kernel": KERNEL,
+            "samples": SAMPLES,
+            "lengths_over_ranges": [asdict(each) for each in surrogate.lengths],
+            "deviations": [asdict(each) for each in surrogate.deviations],
+        },
         "left_out": {
             **_errors(left),
             "runs": [
                 {
+                    "run": id,
                     "at": dict(zip([each.name for each in runs.inputs], place, strict=True)),
                     "computed": value,
                     "predicted": predicted,
                     "interval": interval,
                 }
-                for place, value, predicted, interval in zip(
+                for id, place, value, predicted, interval in zip(
+                    runs.ids,
                     runs.places.tolist(),
                     runs.values.tolist(),
                     left.predicted.values.tolist(),

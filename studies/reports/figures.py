@@ -18,6 +18,7 @@ from studies.convergence.richardson import Convergence
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, Refined, main_quantities, places_of, refined, refinements_of
+from studies.cubes.variable import SYMBOLS
 from studies.quantities.units import readable
 from studies.reports import captions
 from studies.reports.compare import Comparison
@@ -44,11 +45,6 @@ Numbers = tuple[float | None, ...]
 
 MOST_HISTORIES = 8  # lines in one panel
 TREND_POINTS = 24  # points of the curve through the three finest resolutions
-SYMBOLS = {  # as the field writes them
-    "hole_diameter": "D/d",
-    "crater_depth": "p/d",
-    "crater_diameter": "D/d",
-}
 
 # Labels of series that have a look of their own.
 SIMULATION, OBSERVED, MISSING = "simulation", "observed", "run without a value"
@@ -146,7 +142,7 @@ def against_laws(view: FigureView, name: str, observations: Sequence[MatchedObse
             piece.at,
             (
                 *_laws(view, name, piece),
-                *_simulation(view, name, piece),
+                *simulation(view, name, piece),
                 *_missing(view, name, piece),
                 *_observed(view, name, piece, observations),
             ),
@@ -179,7 +175,7 @@ def overlay(view: FigureView, name: str) -> Figure:
     series = [
         replace(points, kind="quantity", label=piece.title)
         for piece in view.slices
-        for points in _simulation(view, name, piece)
+        for points in simulation(view, name, piece)
     ]
     return Figure(
         name=f"{name}_overlay",
@@ -207,7 +203,7 @@ def companions(view: FigureView, name: str) -> Figure:
             tuple(
                 replace(points, kind="quantity", label=_words(other))
                 for other in [name, *others]
-                for points in _simulation(view, other, piece)
+                for points in simulation(view, other, piece)
             ),
         )
         for piece in view.slices
@@ -273,7 +269,8 @@ def _window(view: FigureView, cell: int, times: np.ndarray) -> Numbers:
     return judged_window(view.dataset, cell, float(times[known].max())) or ()
 
 
-def _simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
+def simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
+    """The points of a panel with their error bars; none where no run has a value."""
     values = view.succeeded(name)[piece.cells]
     if np.isfinite(values).any():
         norm = view.norm(name)[piece.cells]

@@ -13,9 +13,9 @@ import xarray as xr
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import MissingResult
+from studies.cubes.reading import open_cube
 from studies.cubes.runs_table import runs_csv
-from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
-from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
 from studies.reports import compare, report
 from studies.reports.figures import figures
 
@@ -26,7 +26,7 @@ def publish(
     directory: Path | str,
     sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
-    """Write ``cube.nc``, ``runs.csv``, ``report.html``, ``report.json`` into a folder; paths by name.
+    """Write ``cube.nc``, ``runs.csv``, ``runs-all.csv``, ``report.html``, ``report.json`` into a folder; paths by name.
 
     ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}``
     of a run that left none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its
@@ -47,11 +47,12 @@ def publish_sweep(
     from studies.reports.page import page  # with Matplotlib, which a partial cube need not load
 
     directory.mkdir(parents=True, exist_ok=True)
-    files = {name: directory / name for name in SWEEP_FILES}
+    files = {name: directory / name for name in (*SWEEP_FILES, ALL_RUNS_CSV)}
     cube.write(cube.build(sweep, results, catalogue), files[CUBE])
     with xr.open_dataset(files[CUBE]) as written:
         dataset = cube.with_computation(written, results)
         write_text(files[RUNS_CSV], runs_csv(dataset))
+        write_text(files[ALL_RUNS_CSV], runs_csv(dataset, every_column=True))
         document = report.document(dataset, compare.compare(dataset), sections)
     write_text(files[REPORT_JSON], report.as_json(document))
     write_text(files[REPORT_HTML], page(document, sections))
@@ -98,18 +99,6 @@ def draw_figures(cube_or_folder: Path, folder: Path, format: str) -> list[Path]:
     """
     from studies.reports.drawing.charts import draw
 
-    file = cube_or_folder / CUBE if cube_or_folder.is_dir() else cube_or_folder
-    try:
-        dataset = xr.open_dataset(file)
-    except (OSError, ValueError):
-        raise _no_cube(file, "not a NetCDF file that can be read") from None
-    with dataset:
-        if "quantities" not in dataset.attrs:
-            raise _no_cube(file, "a NetCDF file without the attributes of a cube")
-        drawn = figures(dataset, compare.compare(dataset))
+    dataset = open_cube(cube_or_folder)
+    drawn = figures(dataset, compare.compare(dataset))
     return [draw(each, folder / f"{each.name}.{format}") for each in drawn]
-
-
-def _no_cube(file: Path, problem: str) -> InvalidInput:
-    cure = "give the cube.nc of a sweep, or the folder of one"
-    return InvalidInput([Finding("cube", f"{file}: {problem}", "a cube of whipple", cure)])

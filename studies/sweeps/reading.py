@@ -21,7 +21,7 @@ from studies.quantities.findings import (
     refusal,
     shown,
 )
-from studies.quantities.parameters import Parameter, declared, find, missing, parse_value, parse_values
+from studies.quantities.parameters import Parameter, Value, declared, find, missing, parse_value, parse_values
 from studies.quantities.units import exact_number
 from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import Axis, AxisReader, repeated
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 KEYS = (
     *("name", "title", "scenario", "fixed", "axes", "combine", "points", "seed", "resolution", "offsets", "accuracy"),
-    *("materials", "observations", "laws", "model_part"),
+    *("materials", "observations", "laws", "model_part", "ends"),
 )
 Combine = Literal["grid", "zip", "latin-hypercube", "sobol"]
 ModelPartChoice = Literal["stored", "screen", "none"]
@@ -45,6 +45,7 @@ MOST_OFFSETS = 32  # offsets of one resolution; more add nothing to a scatter
 
 Allowed = TypeVar("Allowed", bound=str)
 
+END = "end_time"  # the parameter that rows of "ends" set
 RESOLUTION = "cells_per_diameter"  # the parameter that the word "resolution" of a document sets
 OFFSET = "offset"  # and the one that the word "offsets" varies: position of the grid, in cells
 
@@ -107,6 +108,7 @@ class _DocumentReading:
         self._check_size(axes, combine, len(resolutions or (0.0,)) * offsets)
         self._check_search(axes, combine, resolutions, offsets)
         self._check_completeness()
+        ends = self._ends(terms, axes)
         table = self.document.get("observations")
         observations = None if table is None else self.findings.attempt(read_observations, table, terms)
         laws = self._laws(terms)
@@ -130,6 +132,7 @@ class _DocumentReading:
             "observations": observations or (),
             "laws": laws,
             "model_part": model_part,
+            "ends": ends,
             "max_particles": self.limits.max_particles,
             "accuracy": self.document.get("accuracy"),
         }
@@ -277,6 +280,30 @@ class _DocumentReading:
             return Axis(name, parameter.unit, search.start, search=search)
         reader = AxisReader(self.limits.max_values, terms.materials)
         return reader.read(parameter, name, values, field)
+
+    def _ends(self, terms: AllowedNames, axes: tuple[Axis, ...]) -> "tuple[tuple[Mapping[str, Value], float], ...]":
+        """Rows of points with a latest end of their own: the value of each axis, and the end."""
+        rows = self.document.get("ends")
+        if rows is None:
+            return ()
+        names = {axis.name for axis in axes}
+        limit = "a list of rows with a value of each axis and end_time"
+        if not isinstance(rows, list | tuple) or END in names or END not in terms.parameters:
+            self._refuse("ends", rows, f"{limit}, where end_time is a parameter and no axis", "leave it out")
+            return ()
+        ends = []
+        for place, row in enumerate(rows):
+            field = f"ends[{place}]"
+            if not isinstance(row, Mapping) or {*row} != {*names, END}:
+                self._refuse(field, row, limit, f"give {', '.join([*names, END])}")
+                continue
+            at = parse_values(terms.parameters, row, field, self.findings, materials=terms.materials)
+            end = at.pop(END, None)
+            if any(axis.search or at.get(axis.name) not in axis.values for axis in axes):
+                self._refuse(field, row, "values that stand on the axes, none of them searched", "leave it out")
+            elif isinstance(end, float):
+                ends.append((at, end))
+        return tuple(ends)
 
     def _check_search(
         self, axes: tuple[Axis, ...], combine: Combine, resolutions: tuple[float, ...], offsets: int

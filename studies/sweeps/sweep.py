@@ -6,6 +6,7 @@ import random
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
 from studies import materials as shipped
@@ -21,6 +22,7 @@ from studies.runs import run
 from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import Axis
 from studies.sweeps.reading import (
+    END,
     MOST_PARTICLES,
     OFFSET,
     RESOLUTION,
@@ -74,6 +76,8 @@ class Sweep:
     by_accuracy: tuple[str, ...] = field(default=(), compare=False)
     # Where the uncertainty of the models comes from: stored sensitivities, screening runs, or nowhere.
     model_part: ModelPartChoice = "stored"
+    # Points with a latest end of their own: the value of each axis, and the end (s). Their runs are ordinary ones.
+    ends: tuple[tuple[Mapping[str, Value], float], ...] = ()
     # Limit of the service, not of the user.
     max_particles: int = field(default=MOST_PARTICLES, compare=False)
 
@@ -173,6 +177,10 @@ class Sweep:
             "observations": [each.document(terms) for each in self.observations],
             "laws": [each.document() for each in self.laws],
             "model_part": None if self.model_part == "stored" else self.model_part,
+            "ends": [
+                {name: written(value, terms.parameters[name].unit) for name, value in {**at, END: end}.items()}
+                for at, end in self.ends
+            ],
         }
         return {key: value for key, value in document.items() if value not in (None, {}, [])}
 
@@ -327,6 +335,9 @@ class Sweep:
 
     def _run(self, coordinates: Mapping[str, Value]) -> "run.Run":
         values = {**self.fixed, **coordinates}
+        end = self._own_ends.get(self._key(coordinates))
+        if end is not None:
+            values[END] = end
         if len(self.resolutions) == 1:
             values[RESOLUTION] = self.resolutions[0]
         parameters = {name: value for name, value in values.items() if "." not in name}
@@ -334,6 +345,14 @@ class Sweep:
         resolved = run.resolve(self.scenario, parameters, materials)
         self._check_particles(resolved, materials)
         return resolved
+
+    @cached_property
+    def _own_ends(self) -> dict[tuple[Value, ...], float]:
+        return {self._key(at): end for at, end in self.ends}
+
+    def _key(self, coordinates: Mapping[str, Value]) -> tuple[Value, ...]:
+        """The point of coordinates: their values on the axes."""
+        return tuple(coordinates[axis.name] for axis in self.axes)
 
     def _materials_at(self, values: Mapping[str, Value]) -> dict[str, Material]:
         """The materials by role, with the constants among the values of a point."""

@@ -12,7 +12,7 @@ from service.api.routes.dependencies import AppArtifacts, AppPartialCubes, AppSt
 from service.files.artifacts import Artifacts
 from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
-from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV
+from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
 
@@ -53,11 +53,21 @@ def download_cube(
     router,
     f"/{RUNS_CSV}",
     (RUNS_CSV,),
-    "One row a run: parameters, results, uncertainties, flags and audit, in SI with units in the header",
+    "One row a run: axes, main quantities with uncertainty and flags, state, in SI with units in the header. With "
+    "`all=true` also all other results, parameters and the audit",
     operation_id="get_runs_csv",
 )
-def download_runs_csv(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
-    return send_file(request, _published(store, artifacts, id, RUNS_CSV, is_attachment=True))
+def download_runs_csv(
+    id: SweepId,
+    request: Request,
+    store: AppStore,
+    artifacts: AppArtifacts,
+    every_column: Annotated[bool, Query(alias="all", description="Return every column")] = False,
+) -> Response:
+    # A sweep that an earlier version published has one table, with every column.
+    has_all = every_column and store.sweeps.get_with_file(id, ALL_RUNS_CSV)[1] is not None
+    name = ALL_RUNS_CSV if has_all else RUNS_CSV
+    return send_file(request, _published(store, artifacts, id, name, is_attachment=True))
 
 
 @serves(

@@ -37,7 +37,8 @@ SWEEP_BODY: dict[str, Any] = {
             "`offsets` a number of sub-cell positions; `accuracy` sets both by name. `model_part` (`stored`, "
             "`screen` or `none`) says where the uncertainty of the models comes from; `laws` has the content of files "
             "that `whipple fit` wrote. `combine` is `grid`, `zip`, or for axes with `low` and `high` "
-            "`latin-hypercube` or `sobol`, of which `points` are sampled with a `seed`."
+            "`latin-hypercube` or `sobol`, of which `points` are sampled with a `seed`. `ends` has rows of points "
+            "with a latest end of their own: a value of each axis, and `end_time`."
         ),
         "content": {
             "application/json": {"schema": {"type": "object"}, "examples": example_sweeps()},

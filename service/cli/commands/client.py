@@ -13,6 +13,7 @@ from service.cli.commands.options import (
     LOCAL,
     SOME_FAILED,
     SUCCESS,
+    EveryColumn,
     Json,
     KeepOption,
     KeyFile,
@@ -129,11 +130,16 @@ def runs(
 
 @app.command()
 def fetch(
-    id: SweepArgument, out: Out, overwrite: Overwrite = False, url: Url = LOCAL, key_file: KeyFile = None
+    id: SweepArgument,
+    out: Out,
+    overwrite: Overwrite = False,
+    every_column: EveryColumn = False,
+    url: Url = LOCAL,
+    key_file: KeyFile = None,
 ) -> None:
     """Download cube and report of a sweep."""
     with client_of(url, key_file) as client:
-        folder = client.find_sweep(id).fetch(folder_of(out), overwrite=overwrite)
+        folder = client.find_sweep(id).fetch(folder_of(out), overwrite=overwrite, every_column=every_column)
     print(f"report: {folder / 'report.html'}")
 
 

@@ -1,4 +1,4 @@
-"""Sweeps on this machine, without a service; estimates, kernels, films."""
+"""Sweeps on this machine, without a service; estimates, kernels."""
 
 import json
 import subprocess
@@ -13,6 +13,7 @@ import typer
 from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
+    EveryColumn,
     Json,
     KeepOption,
     Laws,
@@ -25,6 +26,7 @@ from service.cli.commands.options import (
     settings_of,
 )
 from solver.errors import WhippleError
+from studies.quantities.files import write_text
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
@@ -68,6 +70,7 @@ def sweep(
     threads: Threads = None,
     law: Laws = None,
     keep: KeepOption = "final",
+    every_column: EveryColumn = False,
 ) -> None:
     """Compute a sweep on this machine, without a service. Repeated, it resumes.
 
@@ -85,46 +88,52 @@ def sweep(
         document = document_of(file, law)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
         status = compute(
-            document, file.stem, folder_of(out), overwrite=overwrite, threads=threads, keep=keep, ready=ready
+            document,
+            file.stem,
+            folder_of(out),
+            overwrite=overwrite,
+            threads=threads,
+            keep=keep,
+            every_column=every_column,
+            ready=ready,
         )
     raise typer.Exit(status)
 
 
-@app.command()
-def export(
-    film: Annotated[Path, typer.Argument(metavar="FILM", help="film.npz of a run, or its folder.")],
-    vtk: Annotated[Path, typer.Option(help="Folder for film.pvd and one VTU file per frame.")],
+@app.command("continue")
+def continue_growing(
+    folder: Annotated[Path, typer.Argument(metavar="FOLDER", help="Folder of `whipple sweep --out`.")],
+    output: Annotated[
+        Path | None,
+        typer.Option("-o", "--output", metavar="FILE", help="Write the sweep (JSON), to submit it to a service."),
+    ] = None,
+    threads: Threads = None,
+    keep: KeepOption = "final",
+    every_column: EveryColumn = False,
 ) -> None:
-    """Convert the film of a run to VTK files for ParaView."""
-    from studies.films.film_dataset import open_film
-    from studies.films.film_vtk import bodies, export_vtk
-    from studies.sweeps.document import no_such_file
+    """Compute the runs of a folder that were still growing at their latest end anew, with twice that end.
 
-    if not film.exists():
-        raise no_such_file(film, example="give the film.npz of a run that kept its film, or its folder")
-    with open_film(film) as opened:
-        listed = export_vtk(opened, folder_of(vtk))
-        names = ", ".join(f"{number} {name}" for number, name in enumerate(bodies(opened)) if name)
-        print(f"{opened.sizes['time']} frames, bodies {names}; open {listed}")
+    All other runs are kept, and cube and report are made again. Nothing goes on from a checkpoint: none is kept of a
+    run that has ended, and the latest end is part of what a run is. Repeated, it doubles the ends that were too early.
+    """
+    from service.cli.local import STORE_OF_FOLDER
+    from studies.cubes.growing import with_later_ends
 
-
-@app.command()
-def plot(
-    cube: Annotated[Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")],
-    out: Annotated[Path, typer.Option(help="Folder for the files, one for each figure.")] = Path(),
-    format: Annotated[str, typer.Option(metavar="png|svg|pdf", help="Format of the files.")] = "png",
-) -> None:
-    """Draw the figures of the report of a cube into files."""
-    from studies.reports.publish import FORMATS, draw_figures
-    from studies.sweeps.document import no_such_cube
-
-    formats = [name for name in FORMATS if name == format.lower()]
-    if not formats:
-        raise InvalidInput([Finding("--format", format, ", ".join(FORMATS), "write one of these")])
-    if not cube.exists():
-        raise no_such_cube(cube)
-    for file in draw_figures(cube, folder_of(out), formats[0]):
-        print(file)
+    if output is None and not (folder / STORE_OF_FOLDER).is_dir():
+        cure = "give the folder of a sweep that was computed on this machine; --output FILE is for those of a service"
+        raise InvalidInput([Finding("FOLDER", str(folder), "a folder of `whipple sweep --out`", cure)])
+    sweep, points = with_later_ends(folder)
+    if not points:
+        print(f"{sweep.name}: no run was still growing at its latest end")
+        return
+    print(f"{sweep.name}: {points} points get twice their latest end", flush=True)
+    if output is not None:
+        write_text(output, json.dumps(sweep.document(), indent=1, ensure_ascii=False) + "\n")
+        print(f"written: {output}; compute it with: whipple submit {output}")
+        return
+    raise typer.Exit(
+        compute(sweep.document(), sweep.name, folder, threads=threads, keep=keep, every_column=every_column)
+    )
 
 
 @app.command()
@@ -177,6 +186,7 @@ def compute(
     overwrite: bool = False,
     threads: str | None = None,
     keep: str = "final",
+    every_column: bool = False,
     ready: "list[WarmProcess] | None" = None,
 ) -> int:
     """Compute a sweep into a folder, print the outcome, and return the exit status.
@@ -190,7 +200,14 @@ def compute(
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with showing_progress(name) as show:
         finished = run_sweep(
-            sweep, folder, progress=show, settings=settings, overwrite=overwrite, keep=keep, ready=ready
+            sweep,
+            folder,
+            progress=show,
+            settings=settings,
+            overwrite=overwrite,
+            keep=keep,
+            every_column=every_column,
+            ready=ready,
         )
     seconds = time.perf_counter() - begin
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {folder / 'report.html'}")

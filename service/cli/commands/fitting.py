@@ -15,9 +15,12 @@ if TYPE_CHECKING:
     from studies.fits.fit import FittedForm
     from studies.fits.indices import InputIndices, SobolIndex
     from studies.fits.measured import MeasuredShots
-    from studies.fits.surrogate import Prediction, Surrogate
+    from studies.fits.surrogate import Prediction, SampledNumber, Surrogate
 
 app = typer.Typer()
+
+MOST_LISTED = 10  # runs that are left out
+SHORT_ID = 12  # digits of an id: enough for ``whipple fetch-run``
 
 QuantityOption = Annotated[
     str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")
@@ -87,8 +90,8 @@ def surrogate(
 ) -> None:
     """Interpolate the runs of a cube with an error, and say which axis matters. Needs the extra 'surrogate'."""
     from service.cli.console import print_json
+    from studies.cubes.reading import open_cube
     from studies.fits.indices import indices_of_surrogate
-    from studies.fits.measured import open_cube
     from studies.fits.surrogate import as_json as plain
     from studies.fits.surrogate import check_extra, main_quantity, surrogate_of
 
@@ -121,25 +124,35 @@ def surrogate(
 
 def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
     from service.cli.console import print_table
+    from studies.fits.surrogate import KERNEL, SAMPLES
     from studies.quantities.display import display_of, with_unit
 
     runs, left = made.runs, made.left_out
     shown = display_of(runs.unit)
     words, unit = runs.quantity.replace("_", " "), f" {shown.unit}" if shown.unit else ""
     print(f"{words}: {runs.scope}; {runs.source}")
+    for id, reason in runs.left_out[:MOST_LISTED]:
+        print(f"  left out: run {id[:SHORT_ID]}, {reason}")
+    if len(runs.left_out) > MOST_LISTED:
+        print(f"  left out: {len(runs.left_out) - MOST_LISTED} others; --json names all")
+    lengths = ", ".join(f"{each.name.replace('_', ' ')} {_range_of(each)}" for each in made.lengths)
+    bends, noise = (f"{_range_of(each, shown.factor)}{unit}" for each in made.deviations)
+    print(f"  kernel: {KERNEL}; {SAMPLES} samples, median and 95 % of them:")
+    print(f"  lengths over the range of the input: {lengths}; bends {bends}; noise {noise}")
     columns = [with_unit(each.name.replace("_", " "), each.unit) for each in runs.inputs]
     rows = [
         (
+            id[:SHORT_ID],
             *(f"{value * display_of(each.unit).factor:.6g}" for value, each in zip(place, runs.inputs, strict=True)),
             *(f"{value * shown.factor:.5g}" for value in numbers),
             "" if abs(numbers[1] - numbers[0]) <= numbers[2] else "outside",
         )
-        for place, *numbers in zip(
-            runs.places, runs.values, left.predicted.values, left.predicted.intervals, strict=True
+        for id, place, *numbers in zip(
+            runs.ids, runs.places, runs.values, left.predicted.values, left.predicted.intervals, strict=True
         )
     ]
     heading = with_unit("computed", runs.unit)
-    print_table((*columns, heading, "predicted without it", "± 95 %", ""), rows)
+    print_table(("run", *columns, heading, "predicted without it", "± 95 %", ""), rows)
     for what, each in (("run", left), ("point", made.points_left_out)):
         print(
             f"  each {what} left out once: rms error {each.rms * shown.factor:.3g}{unit}, largest "
@@ -151,6 +164,10 @@ def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
         ("axis", "by itself", "with interactions"),
         ((each.name, _index(each.first), _index(each.total)) for each in indices),
     )
+
+
+def _range_of(number: "SampledNumber", factor: float = 1.0) -> str:
+    return f"{number.median * factor:.2g} ({number.low * factor:.2g} to {number.high * factor:.2g})"
 
 
 def _index(index: "SobolIndex") -> str:
@@ -169,7 +186,8 @@ def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]
 def _measured(source: str, quantity: str | None, at: list[str]) -> "list[MeasuredShots]":
     """The points of a cube or a table; raises InvalidInput."""
     from studies import observations
-    from studies.fits.measured import of_cube, of_table, open_cube, quantities_of
+    from studies.cubes.reading import open_cube
+    from studies.fits.measured import of_cube, of_table, quantities_of
     from studies.laws.fitting.forms import SIZES
 
     if source.endswith(".csv") or (source in observations.names() and not Path(source).exists()):
@@ -202,7 +220,7 @@ def _print_fits(fits: "list[FittedForm]") -> None:
 
     measured = fits[0].measured
     weights = "weighted by their uncertainties" if measured.errors is not None else "equal weights"
-    left_out = f"; {measured.left_out} left out: no value, or a flag" if measured.left_out else ""
+    left_out = "".join(f"; {count} left out: {reason}" for reason, count in measured.left_out.items())
     words = measured.quantity.replace("_", " ")
     print(f"{words}: {len(measured.shots)} points, {weights}{left_out}\n  {measured.source}")
     differences = {

@@ -16,6 +16,9 @@ LOCAL = "http://127.0.0.1:8000"
 
 Out = Annotated[Path, typer.Option(help="Folder for cube.nc, runs.csv, report.html and report.json.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another sweep in the folder.")]
+EveryColumn = Annotated[
+    bool, typer.Option("--all", help="Write every column into runs.csv: all results, parameters and the audit too.")
+]
 Threads = Annotated[
     str | None,
     typer.Option(

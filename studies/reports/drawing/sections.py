@@ -46,7 +46,7 @@ class Gallery:
         with drawn_in_style():
             if full:
                 pixels = self._pixels(run, picture, frame, FULL - LEFT - RIGHT)
-                return as_svg(_full_size(picture, frame, pixels), "of-run full", picture["alt"], salt)
+                return as_svg(full_size(picture, frame, pixels), "of-run full", picture["alt"], salt)
             width = THUMBNAIL if picture["kind"] == "end" else SMALL
             pixels = self._pixels(run, picture, frame, width)
             return as_svg(_thumbnail(picture, frame, pixels, width), "of-run thumbnail", picture["alt"], salt)
@@ -96,12 +96,15 @@ def _thumbnail(picture: Mapping[str, Any], frame: Frame, pixels: np.ndarray, wid
     return drawing
 
 
-def _full_size(picture: Mapping[str, Any], frame: Frame, pixels: np.ndarray) -> Any:
-    """A picture with axes, in millimetres from the axis and from the original surface, and a colour bar."""
+def full_size(picture: Mapping[str, Any], frame: Frame, pixels: np.ndarray, above: float = ABOVE) -> Any:
+    """A picture with axes, in millimetres from the axis and from the original surface, and a colour bar.
+
+    Above it there is room of so many points.
+    """
     width = FULL - LEFT - RIGHT
     height = frame.height * width / frame.width
     tall = max(height, LOWEST)
-    drawing = canvas(FULL, ABOVE + tall + BELOW)
+    drawing = canvas(FULL, above + tall + BELOW)
     top = BELOW + tall
     axes = _section(drawing, picture, frame, pixels, (LEFT, top - height, width, height))
     factor = display_of("m").factor

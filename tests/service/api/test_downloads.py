@@ -12,7 +12,7 @@ import pytest
 
 from service.files.artifacts import Artifacts
 from service.records.jobs import Cause, Lease
-from tests.service.support.api import FILES, Api, served, sweep_of
+from tests.service.support.api import ALL_RUNS, FILES, Api, served, sweep_of
 
 STATE = bytes(range(256)) * 4096  # a megabyte: several chunks
 LOG = b"step 1\nstep 2\n\xc3\xa9\n"
@@ -32,13 +32,14 @@ def addresses(shared_api: Api) -> dict[str, tuple[str, bytes]]:
     api.compute()
     sweep = {name: (f"/v1/sweeps/{id}/{name}", content) for name, content in FILES.items()}
     return sweep | {
+        "runs-all.csv": (f"/v1/sweeps/{id}/runs.csv?all=true", ALL_RUNS["runs-all.csv"]),
         "state.npz": (f"/v1/runs/{run}/files/state.npz", STATE),
         "result.json": (f"/v1/runs/{run}/files/result.json", b"{}"),
         "log": (f"/v1/runs/{run}/log", LOG),
     }
 
 
-KINDS = (*FILES, "state.npz", "result.json", "log")
+KINDS = (*FILES, *ALL_RUNS, "state.npz", "result.json", "log")
 
 
 @pytest.fixture(params=KINDS)

@@ -9,6 +9,7 @@ from pydantic import ByteSize
 
 from service import execution
 from service.cli.doctor import CheckStatus, check_store, check_workers, examine
+from service.execution.protocol import Cluster
 from service.queue import data_identity as identity
 from service.settings import Settings
 from service.store import Store
@@ -72,7 +73,7 @@ def elsewhere(tmp_path: Path) -> Settings:
 def test_workers__on_an_engine_that_answers(
     elsewhere: Settings, monkeypatch: pytest.MonkeyPatch, workers: dict[str, str], status: CheckStatus
 ) -> None:
-    answer = execution.Cluster(ELSEWHERE, workers)
+    answer = Cluster(ELSEWHERE, workers)
     monkeypatch.setattr(execution, "probe", lambda _settings: answer)
     [result] = check_workers(elsewhere)
     assert result.status is status

@@ -13,7 +13,7 @@ from service.files.output_folders import check_same, held_in
 from studies.quantities.files import SWEEP_FILES
 from studies.quantities.findings import InvalidInput
 from studies.sweeps.sweep import Sweep
-from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of
+from tests.service.support.api import ALL_RUNS, FILES, SWEEP, Api, open_api, served, sweep_of
 from tests.service.support.command import run
 from tests.service.support.fakes import settings_in
 
@@ -112,4 +112,7 @@ def test_fetch__refuses_the_folder_of_another_sweep_and_replaces_on_request(api:
         assert run("fetch", id, "--out", out, "--url", url, "--overwrite") == 0
         leave_report(out, document(name="first"))
         client.sweep(id).fetch(out)  # the same sweep
+        assert (out / "runs.csv").read_bytes() == FILES["runs.csv"]
+        assert run("fetch", id, "--out", out, "--url", url, "--all") == 0
+        assert (out / "runs.csv").read_bytes() == ALL_RUNS["runs-all.csv"]
     assert {file.name for file in out.iterdir()} == set(SWEEP_FILES)

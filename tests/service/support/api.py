@@ -39,6 +39,7 @@ FILES = {
     "runs.csv": b"run_id\n",
     "report.json": b'{"report_version": 1, "verdict": {"summary": ["Use the law.", "Rests on numerics."]}}',
 }
+ALL_RUNS = {"runs-all.csv": b"run_id,solver_seconds [s]\n"}  # offered in place of runs.csv
 
 
 def sweep_of(**changes: Any) -> dict[str, Any]:
@@ -126,7 +127,7 @@ class Api:
                     self.store.leases.finish(claim, self.result(claim.id))
 
     def _files(self, name: str) -> list[Stored]:
-        return [self._stored(f"{name}/{file}", content) for file, content in FILES.items()]
+        return [self._stored(f"{name}/{file}", content) for file, content in {**FILES, **ALL_RUNS}.items()]
 
     def result(self, name: str) -> Result:
         numbers: dict[str, Any] = {"hole_diameter": {"value": 0.0148, "uncertainty": None, "flags": []}}

@@ -92,7 +92,7 @@ def test_points__are_those_of_the_cube_without_flags() -> None:
     flags[1] = 1
     points = of_cube(dataset.assign(run_flags=flags), "crater_depth")
     assert [shot.speed for shot in points.shots] == [3e3, 5e3, 6e3, 7e3, 8e3]
-    assert points.left_out == 1
+    assert points.left_out == {"under resolved": 1}
     assert points.at(points.read_place(["speed=5 km/s"])).values.tolist() == [5e-3]
 
 

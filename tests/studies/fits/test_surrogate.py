@@ -12,8 +12,8 @@ import xarray as xr
 from service.cli.commands.computing import DEMO
 from service.cli.local import run_sweep
 from studies.cases.rows import Row, at_least
+from studies.cubes.reading import open_cube
 from studies.fits.indices import SobolIndex, indices_of
-from studies.fits.measured import open_cube
 from studies.fits.surrogate import ComputedRuns, Surrogate, SurrogateInput, runs_of, surrogate_of
 from studies.laws import Shot
 from studies.quantities.findings import InvalidInput, MissingExtra
@@ -91,10 +91,15 @@ def test_surrogate__uses_runs_of_coarse_grids_and_says_which_it_leaves_out() -> 
             return "closed_on_axis"
         return "too_coarse" if shot.plate_thickness != 3e-3 else ""
 
-    runs = runs_of(sized_cube({**HOLES, "offsets": 2}, bent, "hole_diameter", flag), "hole_diameter")
+    cube = sized_cube({**HOLES, "offsets": 2}, bent, "hole_diameter", flag)
+    runs = runs_of(cube, "hole_diameter")
     assert [each.name for each in runs.inputs] == ["speed", "plate_thickness"]
     assert (len(runs.values), runs.not_used, runs.too_coarse) == (30, {"closed on axis": 6}, 20)
     assert list(runs.axes_not_used) == ["offset"]
+    every = cube.run_id.values.ravel().tolist()
+    closed = cube.run_id.sel(speed=3e3).values.ravel().tolist()
+    assert {*runs.left_out} == {(id, "closed on axis") for id in closed}
+    assert [*runs.ids] == [id for id in every if id not in closed]
     for text in ("30 of 36 runs", "6 left out: closed on axis", "axis offset left out", "20 of"):
         assert text in runs.scope
 
@@ -117,10 +122,19 @@ def test_command__prints_errors_indices_and_a_prediction(
     plain = json.loads(capsys.readouterr().out)
     assert len(plain["left_out"]["runs"]) == plain["runs"] == plain["runs_of_the_cube"] == 5
     assert plain["runs_not_used"] == plain["axes_not_used"] == []
+    assert [each["run"] for each in plain["left_out"]["runs"]] == cube.run_id.values[1:].tolist()
+    (length,), (bends, noise) = (plain["covariance"][name] for name in ("lengths_over_ranges", "deviations"))
+    assert length["name"] == "speed"
+    for number in (length, bends, noise):
+        assert 0.0 < number["low"] < number["median"] < number["high"]
     prediction = plain["prediction"]
     truth = 1e-3 * 5.5**0.6 + 3e-4 * np.sin(5.5)
     assert abs(prediction["value"] - truth) <= prediction["interval"]
     assert picture.stat().st_size > 1000
+    assert run("surrogate", str(tmp_path)) == 0
+    printed = capsys.readouterr().out
+    assert "Matern 5/2" in printed
+    assert cube.run_id.values[1][:12] in printed
     assert run("surrogate", str(tmp_path), "--quantity", "hole") == 2
 
 

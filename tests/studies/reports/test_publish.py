@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.quantities.files import CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES
+from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES
 from studies.quantities.measured import Measured
 from studies.reports import compare, page, report
 from studies.reports.publish import publish
@@ -16,6 +16,7 @@ from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
 from tests.studies.support.decks import appendix_deck
 
+PUBLISHED = (*SWEEP_FILES, ALL_RUNS_CSV)
 HOLES = {
     "name": "holes",
     "scenario": "thin_plate",
@@ -58,7 +59,7 @@ def outcomes(document: dict) -> dict[str, dict]:
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("out")
     files = publish(HOLES, json.loads(json.dumps(outcomes(HOLES))), folder / "holes")
-    assert files == {name: str(folder / "holes" / name) for name in SWEEP_FILES}
+    assert files == {name: str(folder / "holes" / name) for name in PUBLISHED}
     return folder / "holes"
 
 
@@ -81,8 +82,8 @@ def test_cube__has_the_same_bytes_whoever_computes_the_sweep(folder: Path, tmp_p
         answer.get("provenance", {}).update(seconds=6.5, threads=2, checkpoint="on from step 2")
     publish(HOLES, answers, tmp_path)
     assert (folder / "cube.nc").read_bytes() == (tmp_path / "cube.nc").read_bytes()
-    assert "6.5,2.0" in (tmp_path / "runs.csv").read_text()
-    assert "6.5,2.0" not in (folder / "runs.csv").read_text()
+    assert "6.5,2.0" in (tmp_path / ALL_RUNS_CSV).read_text()
+    assert "6.5,2.0" not in (folder / ALL_RUNS_CSV).read_text()
     assert "time (s)" in (tmp_path / "report.html").read_text()
 
 

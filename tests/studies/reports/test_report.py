@@ -204,7 +204,7 @@ def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str)
     assert f"({MESH_UNKNOWN})" in values
     assert "±" not in values
     assert f"each on one grid: {MESH_UNKNOWN}" in rest
-    stated = [name for name in runs_csv(dataset).partition("\n")[0].split(",") if "uncert" in name]
+    stated = [name for name in runs_csv(dataset, every_column=True).partition("\n")[0].split(",") if "uncert" in name]
     assert stated
     assert all("_reading_uncertainty" in name or "_uncertainty_" in name for name in stated)
 

@@ -1,0 +1,106 @@
+"""Files that other programs show: figures of cubes, and films as moving pictures and for ParaView."""
+
+import math
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from service.cli.commands.options import folder_of
+from studies.quantities.findings import Finding, InvalidInput
+
+app = typer.Typer()
+
+
+@app.command()
+def export(
+    film: Annotated[Path, typer.Argument(metavar="FILM", help="film.npz of a run, or its folder.")],
+    vtk: Annotated[Path, typer.Option(help="Folder for film.pvd and one VTU file per frame.")],
+) -> None:
+    """Convert the film of a run to VTK files for ParaView."""
+    from studies.films.film_dataset import open_film
+    from studies.films.film_vtk import bodies, export_vtk
+
+    if not film.exists():
+        raise _no_such_film(film)
+    with open_film(film) as opened:
+        listed = export_vtk(opened, folder_of(vtk))
+        names = ", ".join(f"{number} {name}" for number, name in enumerate(bodies(opened)) if name)
+        print(f"{opened.sizes['time']} frames, bodies {names}; open {listed}")
+
+
+@app.command()
+def film(
+    run: Annotated[Path, typer.Argument(metavar="RUN", help="film.npz of a run, or its folder.")],
+    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .gif, or .mp4 where ffmpeg is installed.")],
+    field: Annotated[
+        str, typer.Option(help="Colours: speed, pressure, temperature, plastic_strain or damage.")
+    ] = "speed",
+    fps: Annotated[int, typer.Option(min=1, max=60, help="Frames in a second.")] = 10,
+) -> None:
+    """Draw the film of a run as a GIF or an MP4: a section, coloured by a field, with one scale for all frames."""
+    from studies.films.film_dataset import open_film
+    from studies.reports.drawing.animation import animate
+
+    if not run.exists():
+        raise _no_such_film(run)
+    opened = open_film(run)
+    written = animate(opened, out, field, fps)
+    print(f"{opened.sizes['time']} frames: {written}")
+
+
+def _no_such_film(film: Path) -> InvalidInput:
+    from studies.sweeps.document import no_such_file
+
+    return no_such_file(film, example="give the film.npz of a run that kept its film, or its folder")
+
+
+@app.command()
+def plot(
+    cube: Annotated[Path, typer.Argument(metavar="CUBE", help="cube.nc of a sweep, or its folder.")],
+    other: Annotated[
+        Path | None, typer.Argument(metavar="[CUBE]", help="Another cube, to be drawn beside the first.")
+    ] = None,
+    out: Annotated[Path, typer.Option(help="Folder for the files, one for each figure.")] = Path(),
+    format: Annotated[str, typer.Option(metavar="png|svg|pdf", help="Format of the files.")] = "png",
+) -> None:
+    """Draw the figures of the report of a cube into files; of two cubes, the main figure with both.
+
+    Two cubes are compared at the points that both have, in a table that is also written, in SI, as differences.csv.
+    """
+    from studies.reports.publish import FORMATS, draw_figures
+
+    formats = [name for name in FORMATS if name == format.lower()]
+    if not formats:
+        raise InvalidInput([Finding("--format", format, ", ".join(FORMATS), "write one of these")])
+    files = draw_figures(cube, folder_of(out), formats[0]) if other is None else _compared(cube, other, out, formats[0])
+    for file in files:
+        print(file)
+
+
+def _compared(cube: Path, other: Path, out: Path, format: str) -> list[Path]:
+    """Print the differences of two cubes, and draw both into files."""
+    from service.cli.console import print_table
+    from studies.quantities.display import printed_in, with_unit
+    from studies.reports.drawing.two_cubes import draw_two, two_cubes
+    from studies.reports.view import title_of
+
+    both = two_cubes(cube, other)
+    files = draw_two(both, folder_of(out), format)
+    if both.others:
+        print(f"fixed and not the same: {'; '.join(' / '.join(words) for words in both.others.values())}")
+    dataset = both.views[0].dataset
+    rows = []
+    for each in both.differences():
+        values = [printed_in(value, each.scale.unit) for value in each.values]
+        share, bars = (
+            f"{value:{style}}" if math.isfinite(value) else ""
+            for value, style in ((each.relative, "+.1%"), (each.in_bars, "+.1f"))
+        )
+        at = title_of(dataset, each.at)
+        rows.append((with_unit(each.scale.label, each.scale.unit), at, *values, share, bars))
+    if rows:
+        print_table(("quantity", "at", *both.names, "difference", "in error bars"), rows)
+    else:
+        print("no point with a value is in both")
+    return files

@@ -1,0 +1,62 @@
+"""The film of a run as a moving picture: every frame, one scale, and a cure where a program is missing."""
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from PIL import Image, ImageSequence
+
+from studies.films.film_dataset import open_film
+from studies.films.film_section import sections_of
+from studies.runs.execution import execute
+from tests.service.support.command import run
+from tests.studies.runs.solved import asked
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    folder = tmp_path_factory.mktemp("run")
+    execute(asked("thin_plate"), folder, threads=1, film=True)
+    return folder
+
+
+def test_gif__has_every_frame_of_the_film(folder: Path, tmp_path: Path) -> None:
+    assert run("film", folder, tmp_path / "film.gif", "--field", "pressure", "--fps", 20) == 0
+    with Image.open(tmp_path / "film.gif") as film:
+        assert film.info["duration"] == 50  # ms
+        frames = [np.asarray(frame.convert("RGB")) for frame in ImageSequence.Iterator(film)]
+    assert len(frames) == open_film(folder).sizes["time"]
+    assert (frames[0] != frames[-1]).any()
+    assert [file.name for file in tmp_path.iterdir()] == ["film.gif"]
+
+
+def test_sections_of_a_film__have_the_particles_of_each_frame(folder: Path) -> None:
+    film = open_film(folder)
+    sections = sections_of(film)
+    assert sections.mirrored
+    shown = [len(state.position) for state in sections.states]
+    assert shown == np.isfinite(film.speed).sum("particle").values.tolist()
+    np.testing.assert_array_equal(sections.states[0].position, film.position[0, :, :2])
+
+
+@pytest.mark.parametrize(
+    ("out", "field", "message"),
+    [
+        ("film.mp4", "speed", "install ffmpeg"),
+        ("film.avi", "speed", ".gif or .mp4"),
+        ("film.gif", "temperatur", "'temperature'"),
+    ],
+)
+def test_film__that_cannot_be_drawn_is_refused_with_a_cure(
+    out: str,
+    field: str,
+    message: str,
+    folder: Path,
+    tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
+    capsys: pytest.CaptureFixture[str],
+) -> None:
+    monkeypatch.setenv("PATH", str(tmp_path))  # without ffmpeg
+    assert run("film", folder, tmp_path / out, "--field", field) == 2
+    assert message in capsys.readouterr().err
+    assert not list(tmp_path.iterdir())
