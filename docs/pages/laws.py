@@ -21,7 +21,7 @@ SHIELD_SPEEDS = [1e3 + 100.0 * step for step in range(131)]
 MOST_LINES = 7  # laws of one plot; of more, those are drawn that have a point inside their range
 
 
-def page() -> str:
+def pages() -> dict[str, str]:
     """docs/laws.md."""
     parts = [
         "# Laws\n",
@@ -40,7 +40,7 @@ def page() -> str:
         for law in laws.answering(quantity):
             parts += list(_section(law))
     parts += ["How to add a law: [how-to](how-to.md#a-law-of-your-own)."]
-    return "\n".join(parts) + "\n"
+    return {"laws.md": "\n".join(parts) + "\n"}
 
 
 def quantities() -> list[str]:

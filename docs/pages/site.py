@@ -1,11 +1,12 @@
 """A hook of mkdocs: README and its neighbours become pages, links lead to pages, and equations become MathML."""
 
+import posixpath
 import re
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
-PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
+PAGES = {"README.md": "start.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
 
 # Code, which is left alone, or an equation between dollar signs as GitHub has them.
 PARTS = re.compile(
@@ -20,27 +21,27 @@ def on_files(files: Any, config: Any) -> Any:
 
     for name, page in PAGES.items():
         text = (ROOT / name).read_text(encoding="utf-8")
-        files.append(File.generated(config, page, content=relinked(text, from_root=True)))
+        files.append(File.generated(config, page, content=relinked(text, "")))
     return files
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
     """Links and equations of a page."""
-    return with_equations(relinked(markdown))
+    return with_equations(relinked(markdown, posixpath.join("docs", posixpath.dirname(page.file.src_uri))))
 
 
-def relinked(markdown: str, *, from_root: bool = False) -> str:
-    """Links of a file of the project as links between pages; a file that is no page is left as its text."""
+def relinked(markdown: str, folder: str) -> str:
+    """Links of a file in a folder of the project as links between pages; a file that is no page is left as its text."""
+    within = posixpath.relpath(folder or "docs", "docs")  # README becomes a page of docs/
 
     def link(match: re.Match[str]) -> str:
         image, text, target = match.groups()
         file, mark, anchor = target.partition("#")
-        inside = not from_root and not file.startswith("../")
-        if inside or not file or "://" in target:
+        if not file or "://" in target:
             return match[0]
-        path = file.removeprefix("../")
+        path = posixpath.normpath(posixpath.join(folder, file))
         page = path.removeprefix("docs/") if path.startswith("docs/") else PAGES.get(path)
-        return f"{image}[{text}]({page}{mark}{anchor})" if page else text
+        return f"{image}[{text}]({posixpath.relpath(page, within)}{mark}{anchor})" if page else text
 
     return LINK.sub(link, markdown)
 

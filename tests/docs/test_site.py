@@ -7,12 +7,14 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from docs.pages import DOCS, accuracy, laws, measurements, shots, validation
+from docs.pages import DOCS, shots
+from docs.pages import measurements as drawn_measurements
 from docs.pages import site as hook
+from docs.pages.__main__ import PAGES
 from studies import measurements as measured
 
 ROOT = DOCS.parent
-MADE = {"accuracy": accuracy, "laws": laws, "measurements": measurements, "shots": shots, "validation": validation}
+MADE = {file: text for module in PAGES for file, text in module.pages().items()}
 LOADED = re.compile(r"""(?:src|href)=["'](https?:)?//""")  # of scripts, styles and pictures
 PATH = re.compile(r"`((?:solver|studies|service|tests|docs)/[\w/.-]+)`")
 
@@ -31,7 +33,7 @@ def site(tmp_path_factory: pytest.TempPathFactory) -> Path:
 def test_site__has_every_page_and_loads_nothing_from_a_network(site: Path) -> None:
     pages = {page.name for page in site.glob("*.html")}
     assert pages >= {f"{page.stem}.html" for page in DOCS.glob("*.md")} | {"index.html"}
-    for page in site.glob("*.html"):
+    for page in site.rglob("*.html"):
         head = re.findall(r"<(?:script|link|img)[^>]*>", page.read_text(encoding="utf-8"))
         assert not [element for element in head if LOADED.search(element)], page.name
 
@@ -45,7 +47,12 @@ def test_site__has_equations_as_mathml(site: Path) -> None:
 @pytest.mark.parametrize("name", MADE)
 def test_made_page__is_what_the_command_makes_now(name: str) -> None:
     """``python -m docs.pages`` writes them."""
-    assert (DOCS / f"{name}.md").read_text(encoding="utf-8") == MADE[name].page()
+    assert (DOCS / name).read_text(encoding="utf-8") == MADE[name]
+
+
+def test_made_pages__of_cases_that_are_gone_are_gone() -> None:
+    kept = {page.relative_to(DOCS).as_posix() for page in DOCS.glob("*/*.md")}
+    assert kept <= MADE.keys()
 
 
 def test_limits__have_the_bias_of_the_stored_shots() -> None:
@@ -54,12 +61,12 @@ def test_limits__have_the_bias_of_the_stored_shots() -> None:
 
 
 def test_drawings__have_a_name_for_every_measurement() -> None:
-    drawn = " ".join(measurements.drawings().values())
+    drawn = " ".join(drawn_measurements.drawings().values())
     for name in measured.names():
         assert re.search(rf"\b{name}\b", drawn), name
 
 
-@pytest.mark.parametrize("page", sorted(DOCS.glob("*.md")), ids=lambda page: page.name)
+@pytest.mark.parametrize("page", sorted(DOCS.rglob("*.md")), ids=lambda page: page.name)
 def test_pages__name_files_that_are_there(page: Path) -> None:
     for path in PATH.findall(page.read_text(encoding="utf-8")):
         assert (ROOT / path).exists(), path
@@ -67,7 +74,9 @@ def test_pages__name_files_that_are_there(page: Path) -> None:
 
 def test_links__of_files_outside_of_the_pages_lead_to_pages_or_are_text() -> None:
     text = "[a](docs/solver.md#x), [b](LICENSE), [c](CONTRIBUTING.md) and [d](https://e.org)"
-    assert hook.relinked(text, from_root=True) == ("[a](solver.md#x), b, [c](contributing.md) and [d](https://e.org)")
+    assert hook.relinked(text, "") == ("[a](solver.md#x), b, [c](contributing.md) and [d](https://e.org)")
+    text = "[a](../solver.md#x), ![b](../drawings/b.svg), [c](../../CONTRIBUTING.md), [d](d.md) and [e](#e)"
+    assert hook.relinked(text, "docs/verification") == text.replace("../../CONTRIBUTING", "../contributing")
 
 
 def test_shots__bias_and_scatter_are_those_of_the_table() -> None:
