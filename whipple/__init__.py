@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from service.client.client import Client
 
-__all__ = ["Client", "flag_words", "open_cube", "open_film", "run_sweep"]
+__all__ = ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"]
 
 
 def run_sweep(
@@ -56,6 +56,25 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
         return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key else {})
     file = Path(path)
     return xarray.open_dataset(file / "cube.nc" if file.is_dir() else file)
+
+
+def laws(**parameters: Any) -> "xarray.Dataset":
+    """What every published law says of a shot, or of many, without a run: values in SI over law and axes.
+
+    Parameters are those of ``whipple laws``, with units: ``speed="6 km/s"``, ``projectile``, ``projectile_diameter``,
+    ``target``; ``plate_thickness`` of a plate; ``stand_off`` and ``wall_thickness`` of a shield too. A list of values
+    makes an axis. Raises InvalidInput.
+
+    >>> import whipple
+    >>> shot = dict(projectile="al-2017-t4", projectile_diameter="5 mm", target="al-6061-t6", plate_thickness="2 mm")
+    >>> answer = whipple.laws(speed=["3 km/s", "6 km/s"], **shot)
+    >>> (1e3 * answer.hole_diameter.sel(law_of_hole_diameter="maiden_al")).round(2).values.tolist()
+    [8.16, 11.83]
+    """
+    from studies.answers.cube import cube_of
+    from studies.answers.question import read_question
+
+    return cube_of(read_question(parameters))
 
 
 def flag_words(flags: "xarray.DataArray") -> list[tuple[str, ...]]:

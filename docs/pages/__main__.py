@@ -4,9 +4,9 @@ import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
-from docs.pages import DOCS, accuracy, laws, measurements, shots, validation, verification
+from docs.pages import DOCS, accuracy, laws, measurements, shields, shots, validation, verification
 
-PAGES = (accuracy, laws, measurements, shots, validation, verification)
+PAGES = (accuracy, laws, measurements, shields, shots, validation, verification)
 COMPUTED = {"accuracy": verification, "shots": shots, "validation": validation}
 
 

@@ -1,6 +1,7 @@
 """docs/laws.md: formula, range, source and plot of every law that ships, from ``studies/laws``."""
 
 import importlib
+import math
 import pkgutil
 from collections.abc import Iterator, Mapping
 
@@ -15,7 +16,8 @@ DIAMETER = 8e-3  # m
 THICKNESS = 0.25  # over the diameter, of the plotted holes
 METALS = {"copper-ofhc": "copper on copper", "al-6061-t6": "aluminium on aluminium"}
 ALUMINIUM = {"al-6061-t6": METALS["al-6061-t6"]}
-# Of Fig. 4-4 of the handbook: bumper and wall of 6061-T6.
+# Of Fig. 4-4 of the handbook: plate, bumper and wall of 6061-T6.
+PLATE = 4.4e-3  # m
 SHIELD = Shield(1.2e-3, 3.2e-3, 0.1, 40.0 * KSI)
 SHIELD_SPEEDS = [1e3 + 100.0 * step for step in range(131)]
 MOST_LINES = 7  # laws of one plot; of more, those are drawn that have a point inside their range
@@ -34,7 +36,7 @@ def pages() -> dict[str, str]:
     for quantity in quantities():
         title = title_of(quantity)
         parts += [f"## {title}\n"]
-        over = "" if quantity == "critical_diameter" else f" over {_norm(quantity)}"
+        over = "" if _is_critical(quantity) else f" over {_norm(quantity)}"
         parts += [f"![{title}{over} against speed, by each law](drawings/laws-{quantity}.svg)\n"]
         parts += [_caption(quantity)]
         for law in laws.answering(quantity):
@@ -55,6 +57,11 @@ def title_of(quantity: str) -> str:
     return laws.UNMEASURED.get(quantity) or measurements.load(quantity).title
 
 
+def _is_critical(quantity: str) -> bool:
+    """Whether it is a diameter of the projectile, which is drawn in mm."""
+    return quantity.endswith("critical_diameter")
+
+
 def _norm(quantity: str) -> str:
     cube = laws.answering(quantity)[0].dimension == 3
     return "cube of the projectile diameter" if cube else "projectile diameter"
@@ -62,7 +69,9 @@ def _norm(quantity: str) -> str:
 
 def _caption(quantity: str) -> str:
     lines = "full lines are inside the range of the law, dotted ones outside"
-    if quantity == "critical_diameter":
+    if quantity == "plate_critical_diameter":
+        text = f"A plate of {1e3 * PLATE:g} mm of aluminium 6061-T6, that of Fig. 4-4 of NASA/TM-2009-214785; {lines}."
+    elif quantity == "critical_diameter":
         shield = "The shield of Fig. 4-4 of NASA/TM-2009-214785: bumper of 1.2 mm, 100 mm before a wall"
         text = f"{shield} of 3.2 mm, both of aluminium 6061-T6, at normal impact; {lines}."
     else:
@@ -72,18 +81,22 @@ def _caption(quantity: str) -> str:
     if quantity in laws.UNMEASURED:
         text += " No run measures this, so that no report compares it."
     drawn = {law.title for law in drawn_laws(quantity)}
-    listed = [law.title for law in laws.answering(quantity) if law.title not in drawn]
-    if listed:
-        text += f" Not drawn, because outside of their range: {', '.join(listed)}."
+    undrawn = [law.title for law in laws.answering(quantity) if law.title not in drawn]
+    if undrawn:
+        text += f" Not drawn, because outside of their range: {', '.join(undrawn)}."
     return text + "\n"
 
 
 def drawn_laws(quantity: str) -> list[Law]:
-    """The laws of a plot: all, or of many those that are inside their range somewhere in it."""
-    answering = laws.answering(quantity)
+    """The laws of a plot: all that have a value, or of many those that are inside their range somewhere in it."""
+    plotted = [shot for name in _panels(quantity) for shot in _shots(quantity, name)]
+    answering = [
+        law
+        for law in laws.answering(quantity)
+        if any(math.isfinite(law.evaluate(shot, law.variants(shot)[0]).value) for shot in plotted)
+    ]
     if len(answering) <= MOST_LINES:
         return answering
-    plotted = [shot for name in _panels(quantity) for shot in _shots(quantity, name)]
     return [law for law in answering if any(law.evaluate(shot, law.variants(shot)[0]).in_range for shot in plotted)]
 
 
@@ -124,22 +137,22 @@ def _panels(quantity: str) -> Mapping[str, str]:
 def _shots(quantity: str, name: str) -> list[Shot]:
     """The shots of a panel, in the order of their speeds."""
     material = materials.load(name)
-    critical = quantity == "critical_diameter"
+    plates = {"hole": THICKNESS * DIAMETER, "plate_critical_diameter": PLATE}
     return [
         Shot(
             speed=speed,
             projectile_diameter=DIAMETER,
-            plate_thickness=THICKNESS * DIAMETER if "hole" in quantity else None,
+            plate_thickness=next((plate for words, plate in plates.items() if words in quantity), None),
             projectile=material,
             target=material,
-            shield=SHIELD if critical else None,
+            shield=SHIELD if quantity == "critical_diameter" else None,
         )
-        for speed in (SHIELD_SPEEDS if critical else SPEEDS)
+        for speed in (SHIELD_SPEEDS if _is_critical(quantity) else SPEEDS)
     ]
 
 
 def _drawing(quantity: str) -> str:
-    critical = quantity == "critical_diameter"
+    critical = _is_critical(quantity)
     panels = []
     for name, title in _panels(quantity).items():
         shots = _shots(quantity, name)

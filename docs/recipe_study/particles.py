@@ -20,8 +20,8 @@ from statistics import median
 from typing import Any
 
 from docs.recipe_study.measure import OFFSETS, Figures, computed, hole, taylor
-from studies import examples
 from studies.quantities.recipes import RECIPES, Recipe
+from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 
 PROCESSES = 2

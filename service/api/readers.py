@@ -1,4 +1,4 @@
-"""The child processes that read the sweeps of requests: who gets one, and what happens when one ends.
+"""The child processes that read the documents of requests: who gets one, and what happens when one ends.
 
 ``service.api.reading`` is what they do. ``anyio.to_process`` starts them when they are needed, a new one in place of
 one that ended, and ends them with the event loop. They work for one request at a time of each API key, so that no
@@ -8,13 +8,13 @@ key keeps the others waiting; a request that finds no child in time is refused w
 from collections import Counter, defaultdict
 from collections.abc import AsyncIterator, Callable
 from contextlib import asynccontextmanager
+from typing import Any
 
 import anyio
 from anyio import CapacityLimiter, to_process
 
 from service.api.errors import ReaderLost, TooManyRequests
 from service.api.reading import USUAL, Posted, Read, ReadingLimits, Refusal, read_within_limits
-from studies.sweeps.sweep import Sweep
 
 SLOTS = 2  # children; the other cores belong to the runs
 WAIT_SECONDS = 10.0  # longest time that a request waits for a child
@@ -60,7 +60,7 @@ class Readers:
             for limiter in taken:
                 limiter.release_on_behalf_of(holder)
 
-    async def read(self, posted: Posted, part: Callable[[Sweep, Posted], Read]) -> Read | Refusal:
+    async def read(self, posted: Posted, part: Callable[[Any, Posted], Read]) -> Read | Refusal:
         """Read a body in a child; called within ``slot``. Raises ReaderLost."""
         try:
             with anyio.fail_after(self._wall):

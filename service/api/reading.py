@@ -1,10 +1,12 @@
-"""Sweeps of requests in a child process: read, priced and expanded, each within limits of time and memory.
+"""Documents of requests in a child process: sweeps, read, priced and expanded, and questions to laws, each within
+limits of time and memory.
 
 A body of some hundred bytes can ask for seconds of computing, for which the event loop must never wait. The children
 load neither the web framework nor the store: results go back as records.
 """
 
 import gc
+import json
 import math
 import os
 import resource
@@ -76,7 +78,7 @@ class _OutOfTime(BaseException):
     """The computing time of a sweep is over; no handler of other errors may catch it."""
 
 
-def read_within_limits(posted: Posted, part: Callable[[Sweep, Posted], Read], limits: ReadingLimits) -> Read | Refusal:
+def read_within_limits(posted: Posted, part: Callable[[Any, Posted], Read], limits: ReadingLimits) -> Read | Refusal:
     """Read a body within limits of time and memory."""
     os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
     # Ctrl-C is for the service, which ends its children.
@@ -106,23 +108,42 @@ def _too_large(limit: str) -> Refusal:
     return Refusal((Finding("document", f"more than {limit}", f"at most {limit}", cure),), {})
 
 
-def read(posted: Posted, part: Callable[[Sweep, Posted], Read]) -> Read | Refusal:
-    """Read a body and make something of its sweep."""
+def read(posted: Posted, part: Callable[[Any, Posted], Read]) -> Read | Refusal:
+    """Read a body and make something of its document."""
     document = None
     try:
         document = PARSERS[posted.media_type](posted.body)
-        return part(Sweep.parse(document, SweepLimits(max_runs=posted.max_runs)), posted)
+        return part(document, posted)
     except InvalidInput as error:
         fields = {finding.field for finding in error.findings}
         return Refusal(error.findings, {field: pointer(field, document) for field in fields})
 
 
-def expanded(sweep: Sweep, _posted: Posted) -> ExpandedSweep:
+def expanded(document: Any, posted: Posted) -> ExpandedSweep:
     """The sweep with its runs, to be stored."""
-    return expand(sweep, lambda run: estimate(run).core_seconds)
+    return expand(_sweep(document, posted), lambda run: estimate(run).core_seconds)
 
 
-def estimated(sweep: Sweep, posted: Posted) -> EstimatedSweep:
+def estimated(document: Any, posted: Posted) -> EstimatedSweep:
     """The cost of the sweep."""
+    sweep = _sweep(document, posted)
     cost = sweep_cost(sweep)
     return EstimatedSweep(sweep.scenario, cost, warnings_of(sweep), [*presets_of(sweep, posted.max_runs)])
+
+
+def _sweep(document: Any, posted: Posted) -> Sweep:
+    return Sweep.parse(document, SweepLimits(max_runs=posted.max_runs))
+
+
+def answered(document: Any, _posted: Posted) -> bytes:
+    """What laws and shots say of the shots of a question, as JSON."""
+    from studies.answers import answer, question
+
+    return json.dumps(answer.document(question.read_question(document)), ensure_ascii=False).encode()
+
+
+def answered_as_cube(document: Any, _posted: Posted) -> bytes:
+    """The same as NetCDF-4."""
+    from studies.answers import cube, question
+
+    return cube.netcdf(question.read_question(document))

@@ -23,8 +23,8 @@ from service.records.jobs import (
     SweepState,
     SweepStatus,
 )
-from studies import examples
 from studies.quantities.files import SWEEP_FILES
+from studies.sweeps import examples
 from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
 

@@ -8,7 +8,17 @@ from typing import Annotated, NoReturn
 
 import typer
 
-from service.cli.commands import catalogue, client, computing, decks, fitting, maintenance, serving, validating
+from service.cli.commands import (
+    answering,
+    catalogue,
+    client,
+    computing,
+    decks,
+    fitting,
+    maintenance,
+    serving,
+    validating,
+)
 from service.cli.commands.options import FAILURE, INVALID
 from solver.errors import WhippleError
 from studies.quantities.findings import InvalidInput
@@ -26,6 +36,7 @@ PANELS = (
     ("On this machine, without a service", validating),
     ("Out of a cube", fitting),
     ("What ships", catalogue),
+    ("Measured shots", answering),
     ("The service", serving),
     ("Requests to a service", client),
     ("Maintenance of a service", maintenance),

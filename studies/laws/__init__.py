@@ -21,7 +21,7 @@ from typing import Any
 from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
 from studies.laws._range import NO_RANGE, NOT_FOUND, OTHER_MATERIAL, Limit, Range
-from studies.laws._shot import Shield, Shot, shot_from, shot_of
+from studies.laws._shot import InnerBumper, Shield, Shot, shot_from, shot_of
 from studies.quantities.findings import nearest_cure, refusal
 
 __all__ = [
@@ -30,6 +30,7 @@ __all__ = [
     "NOT_FOUND",
     "NO_RANGE",
     "OTHER_MATERIAL",
+    "InnerBumper",
     "Law",
     "LawValue",
     "Limit",
@@ -48,6 +49,7 @@ UNMEASURED: Mapping[str, str] = {
     "spall_thickness": "Plate thickness below which the back face spalls",
     "detached_spall_thickness": "Plate thickness below which spall detaches",
     "perforation_thickness": "Plate thickness below which a plate is perforated",
+    "plate_critical_diameter": "Projectile diameter above which a plate is perforated",
     "critical_diameter": "Projectile diameter above which a Whipple shield fails",
 }
 ONE_FORM = ("",)  # the variants of a law that leaves no constant open

@@ -6,8 +6,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Shield, Shot
-from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, HANDBOOK, KILOMETRE_PER_SECOND, KSI
+from studies.laws import InnerBumper, Shield, Shot
+from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, KSI
 from studies.laws._range import Limit, Range, family
 
 FAST = 7.0  # km/s of the normal speed, from which the debris is molten
@@ -24,8 +24,11 @@ class HandbookShield:
     wall: float
     stand_off: float
     strength: float  # of the wall
+    wall_density: float
     bumper_density: float
     projectile_density: float
+    inner_bumper: float = 0.0  # thickness; 0: two walls
+    inner_stand_off: float = 0.0  # between the inner bumper and the wall
 
     def fast_diameter(self, normal_speed: float) -> float:
         """Critical diameter, cm, behind a bumper that shatters the projectile; km/s, from 7 on."""
@@ -55,14 +58,9 @@ class HandbookShield:
         return float(brentq(excess, 1e-6 * thick, thick, xtol=1e-12))
 
     def critical_diameter(self, speed: float, thin: "ThinBumper") -> float:
-        """Critical diameter, cm, at normal impact, with shatter at a speed that the bumper decides; km/s."""
-        slow = self._shatter_speed(thin)
-        if speed <= slow:
-            return thin.slow_diameter(speed)
-        if speed >= FAST:
-            return self.thin_bumper_diameter(speed, thin)
-        ends = thin.slow_diameter(slow), self.thin_bumper_diameter(FAST, thin)
-        return between_limbs(speed, slow, *ends)
+        """Critical diameter, cm, with shatter at a speed that the bumper decides; km/s of the normal speed."""
+        ends = self._shatter_speed(thin), FAST
+        return by_three_ranges(speed, ends, thin.slow_diameter, lambda fast: self.thin_bumper_diameter(fast, thin))
 
     def _shatter_speed(self, thin: "ThinBumper") -> float:
         """The speed, km/s, at which the projectile on the limb of strength breaks at the bumper; at most 7 km/s."""
@@ -78,7 +76,7 @@ class HandbookShield:
 class ThinBumper:
     """What an equation says of a bumper that may be too thin; cm and km/s."""
 
-    slow_diameter: Callable[[float], float]  # of a speed: the limb of whole projectiles
+    slow_diameter: Callable[[float], float]  # of a normal speed: the limb of whole projectiles
     shatter_speed: Callable[[float], float]  # of the bumper's thickness over the diameter
     wall_ratio: Callable[[float], float]  # of a diameter: the wall without a bumper over that behind a critical one
     critical_thickness: Callable[[float], float]  # of the stand-off, both over the diameter
@@ -86,25 +84,45 @@ class ThinBumper:
 
 def in_handbook_units(shield: Shield, bumper_density: float, projectile_density: float) -> HandbookShield:
     """A shield and two densities (kg/m3) at the door of the equations."""
+    inner = shield.inner_bumper or InnerBumper(0.0, 0.0)
     return HandbookShield(
         bumper=shield.bumper_thickness / CENTIMETRE,
         wall=shield.wall_thickness / CENTIMETRE,
         stand_off=shield.stand_off / CENTIMETRE,
+        inner_bumper=inner.thickness / CENTIMETRE,
+        inner_stand_off=inner.stand_off / CENTIMETRE,
         strength=shield.wall_yield_stress / KSI,
+        wall_density=(shield.wall_density or bumper_density) / GRAM_PER_CUBIC_CENTIMETRE,
         bumper_density=bumper_density / GRAM_PER_CUBIC_CENTIMETRE,
         projectile_density=projectile_density / GRAM_PER_CUBIC_CENTIMETRE,
     )
 
 
-def over_projectile(critical: Callable[[ArrayLike, float, float, Shield], NDArray]) -> Callable[[Shot, str], float]:
-    """The ratio of a law of normal impact, from its critical diameter by m/s, two densities in kg/m3 and the shield."""
+def over_projectile(critical: Callable[..., NDArray], oblique: bool = True) -> Callable[[Shot, str], float]:
+    """The ratio of a law, from its critical diameter by m/s, two densities in kg/m3, the shield and the obliquity.
+
+    Without ``oblique`` the equation is about normal impact and takes no obliquity.
+    """
 
     def ratio(shot: Shot, variant: str) -> float:
-        assert shot.shield is not None
-        diameter = critical(shot.speed, shot.target.density, shot.projectile.density, shot.shield)
+        lean = (shot.obliquity,) if oblique else ()
+        diameter = critical(shot.speed, shot.target.density, shot.projectile.density, shot.shield, *lean)
         return float(diameter / shot.projectile_diameter)
 
     return ratio
+
+
+def by_three_ranges(
+    speed: float, ends: tuple[float, float], slow: Callable[[float], float], fast: Callable[[float], float]
+) -> float:
+    """Critical diameter by the limbs below and above two speeds, and linear in the speed between their ends."""
+    low, high = ends
+    if speed <= low:
+        return slow(speed)
+    if speed >= high:
+        return fast(speed)
+    share = (speed - low) / (high - low)
+    return slow(low) + share * (fast(high) - slow(low))
 
 
 def in_metres(speed: ArrayLike, critical: Callable[[float], float]) -> NDArray:
@@ -113,23 +131,25 @@ def in_metres(speed: ArrayLike, critical: Callable[[float], float]) -> NDArray:
     return np.reshape([CENTIMETRE * critical(each) for each in np.ravel(speeds)], speeds.shape)
 
 
-def between_limbs(speed: float, slow: float, diameter_at_slow: float, diameter_at_fast: float) -> float:
-    """Critical diameter between the speed of shatter and 7 km/s, linear in the normal speed."""
-    share = (speed - slow) / (FAST - slow)
-    return diameter_at_slow + share * (diameter_at_fast - diameter_at_slow)
-
-
 def without_shield(shot: Shot, variant: str = "") -> str:
-    """Why a shot has no critical diameter; empty where it meets a shield."""
-    return "" if shot.shield else "the target is no Whipple shield"
+    """Why a shot has no critical diameter of two walls; empty where it meets a shield of two."""
+    if shot.shield is None:
+        return "the target is no Whipple shield"
+    return "the equation is for two walls, the shield has an inner bumper" if shot.shield.inner_bumper else ""
 
 
-def range_of(source: str) -> Range:
-    """Bumper and wall of aluminium."""
+def range_of(
+    source: str,
+    *limits: Limit,
+    fails: str = "perforated or with detached spall",
+    walls: Callable[[Shot], str] = without_shield,
+) -> Range:
+    """Bumper and wall of aluminium; ``fails`` says which wall has failed."""
     return Range(
         (
             family("aluminium", source),
-            Limit("a Whipple shield", "the equation is about bumper and wall", without_shield),
-            Limit("wall of aluminium; perforated or with detached spall", HANDBOOK),
+            Limit("a Whipple shield", "the equation is about bumper and wall", walls),
+            Limit(f"wall of aluminium; {fails}", source),
+            *limits,
         )
     )

@@ -5,8 +5,16 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from solver.units import Dimensionless, Metre, MetrePerSecond, Pascal, Radian
+from solver.units import Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
 from studies.materials import Material
+
+
+@dataclass(frozen=True)
+class InnerBumper:
+    """A second bumper of aluminium, between the first one and the wall."""
+
+    thickness: Metre
+    stand_off: Metre  # between the back of this bumper and the front of the wall
 
 
 @dataclass(frozen=True)
@@ -15,8 +23,10 @@ class Shield:
 
     bumper_thickness: Metre
     wall_thickness: Metre
-    stand_off: Metre  # between the back of the bumper and the front of the wall
+    stand_off: Metre  # between the back of the bumper and the front of what is next: the wall, or an inner bumper
     wall_yield_stress: Pascal
+    wall_density: KilogramPerCubicMetre | None = None  # None: that of the bumper
+    inner_bumper: InnerBumper | None = None  # None: two walls
 
 
 @dataclass(frozen=True)

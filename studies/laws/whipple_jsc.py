@@ -8,6 +8,7 @@ from studies.laws import Law, Shield
 from studies.laws._handbook import RYAN
 from studies.laws._shields import (
     FAST,
+    STEEPEST,
     HandbookShield,
     ThinBumper,
     in_handbook_units,
@@ -23,35 +24,42 @@ SHATTER, THICK_SHATTER, THICK = 1.436, 2.60, 0.16
 SPACIOUS = 30.0  # S/d from which a thinner bumper shatters the projectile
 
 
-def critical_diameter(speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield) -> NDArray:
-    """Smallest projectile, m, that perforates the wall or detaches spall at normal impact; broadcasts over the speed.
+def critical_diameter(
+    speed: ArrayLike, bumper_density: float, projectile_density: float, shield: Shield, obliquity: float = 0.0
+) -> NDArray:
+    """Smallest projectile, m, that perforates the wall or detaches spall; m/s, kg/m3, rad; broadcasts over the speed.
 
-    Speed in m/s, densities in kg/m3. Behind a bumper of at least a quarter of the diameter it is the equation of
+    Behind a bumper of at least a quarter of the diameter it is the equation of
     Christiansen (1993) from 7 km/s on, 0.3584 cm at 14 km/s in Fig. 4-4 of the handbook:
 
     >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
     >>> float((100.0 * critical_diameter(14e3, 2713.0, 2796.0, shield)).round(4))
     0.3584
     """
+    lean = min(obliquity, math.radians(STEEPEST))
+    cosine = math.cos(lean)
     matter = in_handbook_units(shield, bumper_density, projectile_density)
     thin = ThinBumper(
-        slow_diameter=lambda each: slow_diameter(matter, each, 0.0),
+        slow_diameter=lambda normal: slow_diameter(matter, normal / cosine, lean),
         shatter_speed=_shatter_speed,
-        wall_ratio=lambda diameter: _wall_ratio(matter, diameter),
+        wall_ratio=lambda diameter: _wall_ratio(matter, diameter, cosine),
         critical_thickness=lambda stand_off: 0.20 if stand_off >= SPACIOUS else 0.25,
     )
-    return in_metres(speed, lambda each: matter.critical_diameter(each, thin))
+    return in_metres(speed, lambda each: matter.critical_diameter(each * cosine, thin))
 
 
 def _shatter_speed(thickness: float) -> float:
     return THICK_SHATTER if thickness >= THICK else SHATTER * thickness ** (-1.0 / 3.0)
 
 
-def _wall_ratio(shield: HandbookShield, diameter: float) -> float:
-    """Wall without a bumper over the wall behind a critical one, at 7 km/s."""
+def _wall_ratio(shield: HandbookShield, diameter: float, cosine: float) -> float:
+    """Wall without a bumper over the wall behind a critical one, at a normal speed of 7 km/s.
+
+    The bare wall is that of the slow limb: cos(theta)^(5/3) v^(2/3) = cos(theta) v_n^(2/3).
+    """
     strength = shield.strength
     mass = shield.projectile_density * math.pi / 6.0 * diameter**3
-    bare = 0.6 * diameter ** (19.0 / 18.0) * shield.projectile_density**0.5 * FAST ** (2.0 / 3.0)
+    bare = 0.6 * cosine * diameter ** (19.0 / 18.0) * shield.projectile_density**0.5 * FAST ** (2.0 / 3.0)
     bare /= (strength / 40.0) ** 0.5
     densities = (shield.projectile_density * shield.bumper_density) ** (1.0 / 6.0)
     behind = 0.16 * diameter**0.5 * densities * mass ** (1.0 / 3.0) * FAST
@@ -63,13 +71,14 @@ LAW = Law(
     title="Christiansen, thin bumpers",
     quantity="critical_diameter",
     equation=(
-        "that of Christiansen (1993) with shatter from 1.436 (t_b/d)^(-1/3) km/s on (2.60 km/s from "
-        "t_b/d = 0.16) and F^(-2/3) from 7 km/s on, F = r - 2 x (r - 1) + x^2 (r - 1), "
+        "that of Christiansen (1993) with shatter from v_n = 1.436 (t_b/d)^(-1/3) km/s on (2.60 km/s from "
+        "t_b/d = 0.16) and F^(-2/3) from v_n = 7 km/s on, F = r - 2 x (r - 1) + x^2 (r - 1), "
         "x = (t_b/d)/(t_b/d)_crit < 1"
     ),
-    source=f"{RYAN}, 245, as coded in pyBLOSSUM, with the mass of a sphere",
+    source=f"{RYAN}, 245, Eqs. 30 to 32, with the walls of r as coded in pyBLOSSUM, and the mass of a sphere",
     confidence="verified",
     size_exponent=None,
+    largest_obliquity=math.radians(90.0),
     range=range_of(RYAN),
     ratio=over_projectile(critical_diameter),
     meaningless=without_shield,

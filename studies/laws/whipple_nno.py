@@ -4,16 +4,17 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Shield, Shot
+from studies.laws import Law, Shield
 from studies.laws._handbook import HANDBOOK
 from studies.laws._shields import (
     FAST,
     SIZE,
     STEEPEST,
     HandbookShield,
-    between_limbs,
+    by_three_ranges,
     in_handbook_units,
     in_metres,
+    over_projectile,
     range_of,
     without_shield,
 )
@@ -50,19 +51,12 @@ def slow_diameter(shield: HandbookShield, speed: float, obliquity: float) -> flo
 
 def _critical(shield: HandbookShield, speed: float, obliquity: float) -> float:
     cosine = math.cos(obliquity)
-    normal = speed * cosine
-    if normal <= SLOW:
-        return slow_diameter(shield, speed, obliquity)
-    if normal >= FAST:
-        return shield.fast_diameter(normal)
-    ends = slow_diameter(shield, SLOW / cosine, obliquity), shield.fast_diameter(FAST)
-    return between_limbs(normal, SLOW, *ends)
-
-
-def _ratio(shot: Shot, variant: str) -> float:
-    assert shot.shield is not None
-    diameter = critical_diameter(shot.speed, shot.target.density, shot.projectile.density, shot.shield, shot.obliquity)
-    return float(diameter / shot.projectile_diameter)
+    return by_three_ranges(
+        speed * cosine,
+        (SLOW, FAST),
+        lambda normal: slow_diameter(shield, normal / cosine, obliquity),
+        shield.fast_diameter,
+    )
 
 
 LAW = Law(
@@ -79,6 +73,6 @@ LAW = Law(
     size_exponent=None,
     largest_obliquity=math.radians(90.0),
     range=range_of(HANDBOOK),
-    ratio=_ratio,
+    ratio=over_projectile(critical_diameter),
     meaningless=without_shield,
 )

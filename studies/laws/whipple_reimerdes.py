@@ -72,7 +72,8 @@ LAW = Law(
     source=f"{SOURCE}, with 1.8 and r as coded in pyBLOSSUM, and the mass of a sphere",
     confidence="verified",
     size_exponent=None,
-    range=range_of(SOURCE),
-    ratio=over_projectile(critical_diameter),
+    # Table 1 of the paper: k is 1.8 for no perforation, and would be 2.2 for no detached spall.
+    range=range_of(SOURCE, fails="perforated (k = 1.8; no detached spall would be 2.2)"),
+    ratio=over_projectile(critical_diameter, oblique=False),
     meaningless=without_shield,
 )

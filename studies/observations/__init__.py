@@ -114,7 +114,7 @@ def read_observations(raw: object, allowed: AllowedNames, path: str = "observati
     """
     if isinstance(raw, str) and is_name(raw):
         raw = text(raw.strip())
-    rows = list(islice(_rows(raw, path), MOST_ROWS + 1))
+    rows = list(islice(rows_of(raw, path), MOST_ROWS + 1))
     if not rows:
         raise refusal(path, "no shot", "at least one row", "leave observations out")
     if len(rows) > MOST_ROWS:
@@ -131,7 +131,7 @@ def read_observations(raw: object, allowed: AllowedNames, path: str = "observati
     return tuple(read)
 
 
-def _rows(raw: object, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
+def rows_of(raw: object, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
     """Each row with its place: the line in a text, the position in a list."""
     if isinstance(raw, str):
         yield from _rows_of_text(raw, path)
@@ -181,7 +181,7 @@ def _observations(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> 
     cells: dict[str, Any] = {}
     for header, raw in row.items():
         try:
-            name, cell = _cell(header, raw, where)
+            name, cell = cell_of(header, raw, where)
             if name not in OWN_COLUMNS and not _is_measured(name, allowed):
                 cell = _parameter(name, cell, allowed, where)
             if name in cells:
@@ -221,7 +221,7 @@ def _missing(cells: Mapping[str, Any], measured: Sequence[str], where: str) -> I
         yield Finding(f"{where}: {measured[0]}", "nothing", "one measured quantity a row", cure)
 
 
-def _cell(header: object, raw: Any, where: str) -> tuple[str, Any]:
+def cell_of(header: object, raw: Any, where: str) -> tuple[str, Any]:
     """The name of a column, and a cell with the unit of the column beside a bare number."""
     match = _HEADER.fullmatch(header.strip()) if isinstance(header, str) else None
     unit = match[2].strip() if match and match[2] is not None else None

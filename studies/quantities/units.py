@@ -27,6 +27,9 @@ _QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*((
 # 2026-11-22) for the others only. The test compares each with pint.
 _FACTORS = {
     ("mm", "m"): Decimal("1e-3"),
+    ("cm", "m"): Decimal("1e-2"),
+    ("deg", "rad"): Decimal("0.01745329251994329576923690768"),
+    ("ksi", "Pa"): Decimal("6894757.293168361336722673443"),
     ("us", "s"): Decimal("1e-6"),
     ("km/s", "m s-1"): Decimal("1e3"),
     ("m/s", "m s-1"): Decimal(1),

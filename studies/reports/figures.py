@@ -26,7 +26,18 @@ from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, judged_w
 from studies.sweeps.reading import RESOLUTION
 
 SeriesKind = Literal[
-    "simulation", "law", "band", "observation", "missing", "history", "quantity", "run", "level", "trend", "limit"
+    "simulation",
+    "law",
+    "curve",
+    "band",
+    "observation",
+    "missing",
+    "history",
+    "quantity",
+    "run",
+    "level",
+    "trend",
+    "limit",
 ]
 Scales = Literal["shared", "own"]
 Numbers = tuple[float | None, ...]
@@ -41,6 +52,8 @@ SYMBOLS = {  # as the field writes them
 
 # Labels of series that have a look of their own.
 SIMULATION, OBSERVED, MISSING = "simulation", "observed", "run without a value"
+FAILED, HELD, THIS = "shot: the wall failed", "shot: the wall held", "this shot"
+CHANCES, EVEN_CHANCE = "10 to 90 % to fail, from all shots", "50 % to fail"
 ERROR_BAR = "value and error bar"
 LEVEL, MEAN, RUN = "resolution", "mean over offsets", "run at one offset"
 EXTRAPOLATED, TREND = "extrapolated", "curve of the order used"

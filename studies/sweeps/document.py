@@ -10,9 +10,9 @@ try:  # libyaml's, ten times faster
 except ImportError:
     from yaml import SafeLoader  # type: ignore[assignment]  # the same interface in Python
 
-from studies import examples
 from studies import observations as published
 from studies.quantities.findings import Finding, InvalidInput, nearest_cure, refusal, shown
+from studies.sweeps import examples
 
 MOST_BESIDE = 20  # files that are compared with the name of a missing one
 

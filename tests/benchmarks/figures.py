@@ -24,8 +24,8 @@ from unittest import mock
 from solver.jit import Bound
 from solver.problem.geometry import grid
 from solver.simulation import Simulation, simulate, start
-from studies import examples
 from studies.runs.execution import observer_of, setting_of
+from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.benchmarks import thesis
@@ -260,7 +260,7 @@ def demo() -> Figures:
 
 
 def _sweep(name: str, out: Path) -> list[str]:
-    file = ROOT / "studies" / "examples" / f"{name}.yaml"
+    file = ROOT / "studies" / "sweeps" / "examples" / f"{name}.yaml"
     return ["-m", "service", "sweep", str(file), "--out", str(out / name)]
 
 

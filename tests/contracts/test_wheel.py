@@ -43,7 +43,7 @@ def test_wheel__is_typed_and_has_its_data(wheel: Path) -> None:
     names = set(zipfile.ZipFile(wheel).namelist())
     for package in ("solver", "studies", "service", "whipple"):
         assert f"{package}/py.typed" in names
-    for data in ("studies/materials/copper-ofhc.toml", "studies/examples/holes.yaml"):
+    for data in ("studies/materials/copper-ofhc.toml", "studies/sweeps/examples/holes.yaml"):
         assert data in names
     assert not [name for name in names if name.startswith(("tests/", "docs/"))]
 

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from studies import examples
+from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from tests.crash.support.serving import ROOT, Service, serving
 from tests.service.support.cluster import family

@@ -9,6 +9,7 @@ from typing import Any
 from fastapi import APIRouter, Response
 from pydantic import BaseModel
 
+from service.api.routes.dependencies import NETCDF, AnswerOfLaws
 from service.api.schemas import CatalogueModel, Items, ScenarioModel
 from studies import laws, materials, scenarios
 from studies.quantities.recipes import IMPACT_RECIPES, RECIPES
@@ -16,6 +17,35 @@ from studies.sweeps.accuracy import ACCURACY
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])
 
+QUESTION: dict[str, Any] = {
+    "speed": ["3 km/s", "6 km/s"],
+    "projectile": "al-2017-t4",
+    "projectile_diameter": "5 mm",
+    "target": "al-6061-t6",
+    "plate_thickness": "1.2 mm",
+    "stand_off": "10 cm",
+    "wall_thickness": "3.2 mm",
+}
+QUESTION_BODY: dict[str, Any] = {
+    "requestBody": {
+        "required": True,
+        "description": (
+            "A shot at a block, at a plate (`plate_thickness`) or at a shield (`stand_off` and `wall_thickness` too). "
+            "A parameter may have several values: a list, or `start`, `stop` and `step`."
+        ),
+        "content": {
+            "application/json": {"schema": {"type": "object"}, "example": QUESTION},
+            "application/yaml": {"schema": {"type": "object"}},
+        },
+    }
+}
+QUESTION_ANSWER: dict[str, Any] = {
+    "description": "The answer to each shot, and what the catalogue says of each law",
+    "content": {
+        "application/json": {"schema": {"type": "object"}},
+        NETCDF: {"schema": {"type": "string", "format": "binary"}},
+    },
+}
 WRITING = threading.Lock()  # ``cache`` alone lets every thread that finds nothing write the catalogue
 Listing = Callable[[], BaseModel]
 
@@ -54,6 +84,15 @@ def list_materials() -> CatalogueModel:
 def list_laws() -> CatalogueModel:
     """Every law, with equation, source and range."""
     return CatalogueModel(items=[laws.load(name).describe() for name in laws.names()])
+
+
+@router.post("/laws/evaluate", openapi_extra=QUESTION_BODY, responses={200: QUESTION_ANSWER})
+def evaluate_laws(answer: AnswerOfLaws) -> Response:
+    """What every law says of a shot, or of many: value, whether it is in range, source, and the nearest shots.
+
+    Nothing is stored or run. With `Accept: application/x-netcdf` the answer is a cube.
+    """
+    return answer
 
 
 @written_once("/accuracies", CatalogueModel)

@@ -16,7 +16,17 @@ from service.api.errors import BadRequest, PayloadTooLarge, ServiceNotReady, Uns
 from service.api.event_streams import EventStreams
 from service.api.partial_cubes import PartialCubes
 from service.api.readers import Readers
-from service.api.reading import PARSERS, EstimatedSweep, Posted, Read, Refusal, estimated, expanded
+from service.api.reading import (
+    PARSERS,
+    EstimatedSweep,
+    Posted,
+    Read,
+    Refusal,
+    answered,
+    answered_as_cube,
+    estimated,
+    expanded,
+)
 from service.api.schemas import SweepChange
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
@@ -24,10 +34,10 @@ from service.records.jobs import PRIORITIES, Keep, Submission
 from service.settings import Settings
 from service.store import Store
 from studies.quantities.findings import Finding, InvalidInput, shown
-from studies.sweeps.sweep import Sweep
 
 LONGEST_BODY = 4 * 1024 * 1024  # bytes; ten thousand observations take about one million
 LONGEST_CHANGE = 128 * 1024  # bytes; a change is one number
+NETCDF = "application/x-netcdf"
 IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
 
 
@@ -95,9 +105,9 @@ RequestBody = Annotated[bytes, Depends(_body)]
 
 @asynccontextmanager
 async def _read(
-    request: Request, body: bytes, settings: Settings, part: Callable[[Sweep, Posted], Read]
+    request: Request, body: bytes, settings: Settings, part: Callable[[Any, Posted], Read]
 ) -> AsyncIterator[Read]:
-    """Read the sweep in the body in a child process, which stays taken during the block.
+    """Read the document in the body in a child process, which stays taken during the block.
 
     Raises InvalidInput with every error.
     """
@@ -119,6 +129,16 @@ async def _estimated(request: Request, body: RequestBody, settings: AppSettings)
 
 
 PostedEstimate = Annotated[EstimatedSweep, Depends(_estimated)]
+
+
+async def _answered(request: Request, body: RequestBody, settings: AppSettings) -> AsyncIterator[Response]:
+    """What laws say of the question in the body, in the format that the request accepts."""
+    as_cube = NETCDF in request.headers.get("accept", "")
+    async with _read(request, body, settings, answered_as_cube if as_cube else answered) as content:
+        yield Response(content, media_type=NETCDF if as_cube else "application/json")
+
+
+AnswerOfLaws = Annotated[Response, Depends(_answered)]
 
 
 def _change(request: Request, body: RequestBody) -> SweepChange:

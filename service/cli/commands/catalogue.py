@@ -1,6 +1,7 @@
 """The catalogue that ships: materials, laws and scenarios, as the API lists them; no service is needed."""
 
 from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
 from typing import Annotated, Any
 
 import typer
@@ -21,11 +22,43 @@ def materials(name: Name = None, as_json: Json = False) -> None:
     _show(name, as_json, shipped.names(), lambda each: shipped.load(each).document(), _list_materials, _show_material)
 
 
+def _quantity(flag: str, words: str) -> Any:
+    return typer.Option(flag, metavar="QUANTITY", help=words)
+
+
 @app.command()
-def laws(name: Name = None, as_json: Json = False) -> None:
-    """List the published laws, or the equation, source and range of one."""
+def laws(
+    name: Name = None,
+    at: Annotated[
+        Path | None, typer.Option(metavar="FILE", help="Ask every law about the shots of a file (YAML or JSON).")
+    ] = None,
+    speed: Annotated[str | None, _quantity("--speed", "Ask about a shot at this speed: 6 km/s.")] = None,
+    projectile: Annotated[str | None, typer.Option(metavar="MATERIAL", help="Material of the projectile.")] = None,
+    projectile_diameter: Annotated[str | None, _quantity("--diameter", "Diameter of the projectile: 5 mm.")] = None,
+    projectile_length: Annotated[str | None, _quantity("--length", "Length of a cylinder; none: a sphere.")] = None,
+    target: Annotated[str | None, typer.Option(metavar="MATERIAL", help="Plate, block, or bumper of a shield.")] = None,
+    plate_thickness: Annotated[str | None, _quantity("--thickness", "Of plate or bumper; none: a block.")] = None,
+    stand_off: Annotated[str | None, _quantity("--stand-off", "Between bumper and wall of a shield: 10 cm.")] = None,
+    wall_thickness: Annotated[str | None, _quantity("--wall-thickness", "Thickness of a shield's wall.")] = None,
+    wall: Annotated[str | None, typer.Option(metavar="MATERIAL", help="A shield's wall; none: as its bumper.")] = None,
+    obliquity: Annotated[str | None, _quantity("--obliquity", "Angle from the target's normal: 45 deg.")] = None,
+    out: Annotated[
+        Path | None, typer.Option(help="Write the answer: .html, .svg, .png or .pdf, or laws.nc of many shots.")
+    ] = None,
+    as_json: Json = False,
+) -> None:
+    """List the published laws, show one, or ask all of them about a shot: --at FILE, or --speed, --projectile, ..."""
     from studies import laws as shipped
 
+    names: tuple[str, ...] = ("speed", "projectile", "projectile_diameter", "projectile_length", "target")
+    names += ("plate_thickness", "stand_off", "wall_thickness", "wall", "obliquity")
+    options = locals()
+    given = {each: options[each] for each in names if options[each] is not None}
+    if at is not None or given:
+        from service.cli.commands.answering import print_answers
+
+        print_answers(at, given, out, as_json=as_json)
+        return
     _show(name, as_json, shipped.names(), lambda each: shipped.load(each).describe(), _list_laws, _show_law)
 
 

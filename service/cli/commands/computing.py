@@ -44,12 +44,14 @@ KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that 
 
 @app.command()
 def demo(out: Out = Path("demo"), threads: Threads = None, full: Full = False) -> None:
-    """Compute the example sweeps: holes in copper and aluminium, a measured crater, craters in copper."""
-    from studies import examples
+    """Ask laws and shots about a shield, and compute the example sweeps: holes, a measured crater, craters."""
+    from service.cli.commands.answering import print_example
+    from studies.sweeps import examples
     from studies.sweeps.document import read_yaml
 
     folder = folder_of(out)
     begin = time.perf_counter()
+    print_example(folder / "shield.html")
     names = FULL if full else DEMO
     documents = {name: read_yaml(examples.text(name), name) for name in names}
     _compile_kernels(list(documents.values()))
@@ -155,7 +157,7 @@ def warm(
     ] = None,
 ) -> None:
     """Compile the kernels of sweeps into the cache, before the first run needs them."""
-    from studies import examples
+    from studies.sweeps import examples
     from studies.sweeps.document import read_sweep_file, read_yaml
     from studies.sweeps.sweep import Sweep
 

@@ -53,7 +53,7 @@ class Marks:
             y = np.zeros(len(x))
         if series.window:
             self._shade(axes, x, y, scaled(series.window, self.figure.x), style)
-        if series.kind == "law" and series.connected:
+        if series.kind in ("law", "curve") and series.connected:
             _strokes(axes, x, y, series.in_range, style)
         elif look.stroke and series.connected:
             axes.plot(x, y, style.dash, color=style.colour, linewidth=look.stroke, zorder=LINES)
@@ -94,7 +94,7 @@ class Marks:
 
     def _name(self, series: Series, style: Style, look: Look) -> None:
         """Enter a series into the legend, and what its marks mean."""
-        if series.kind == "law" and _is_drawn_outside(series, series.y):
+        if series.kind in ("law", "curve") and _is_drawn_outside(series, series.y):
             self._name_outside()
         if any(is_open and not flags for is_open, flags in zip(series.flagged, series.doubts, strict=False)):
             self._enter(NO_MESH_ERROR, _entry(STYLES[NO_MESH_ERROR], stroke=0.0))

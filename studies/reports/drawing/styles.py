@@ -45,6 +45,11 @@ STYLES = {
     labels.MEAN: Style(INK, "o", 1),
     labels.RUN: Style(COLOURS[0], "o", 2, is_open=True),
     labels.OBSERVED: Style(CRIMSON, "D", 2, is_open=True),
+    labels.FAILED: Style(CRIMSON, "o", 2),
+    labels.HELD: Style(INK, "o", 3, is_open=True),
+    labels.THIS: Style(CRIMSON, "*", 1),
+    labels.CHANCES: Style(GREY, "s", 4),
+    labels.EVEN_CHANCE: Style(INK, "o", 5, dash="--"),
     labels.ERROR_BAR: Style(GREY, "s"),
     labels.EXTRAPOLATED: Style(COLOURS[1], "*"),
     labels.TREND: Style(COLOURS[1], "o", dash=":"),
@@ -79,6 +84,7 @@ LOOKS = {
     "run": Look(size=4.5),  # small and open, so that the mean and its bar stay in sight
     "limit": Look(size=9, clipped=False),
     "trend": Look(stroke=1.0),
+    "curve": Look(stroke=1.5),
 }
 
 

@@ -10,8 +10,8 @@ from fastapi.testclient import TestClient
 
 from service.api.access import SECURITY_HEADERS, check_binding
 from service.settings import Settings
-from studies import examples
 from studies.quantities.findings import InvalidInput
+from studies.sweeps import examples
 from tests.service.support.api import SWEEP, Api, open_api
 
 ROOT = Path(__file__).parents[3]

@@ -6,7 +6,7 @@ from typing import Any
 import pytest
 
 from service.store import Store
-from studies import examples
+from studies.sweeps import examples
 from studies.sweeps.accuracy import ACCURACY
 from tests.service.support.api import FILES, SWEEP, Api
 

@@ -12,7 +12,7 @@ import pytest
 from service.cli.console import SHORT_ID, print_event, print_table, say
 from service.client.client import KEY_VARIABLE, SweepEvent
 from service.records.jobs import Scope
-from studies import examples
+from studies.sweeps import examples
 from tests.service.support.api import FILES, Api, open_api, served, until
 from tests.service.support.command import run
 

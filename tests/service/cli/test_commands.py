@@ -18,8 +18,8 @@ from service.cli.commands import computing
 from service.cli.console import print_table
 from service.records.jobs import SweepStatus
 from service.settings import Settings
-from studies import examples
 from studies.cases import rows
+from studies.sweeps import examples
 from studies.sweeps.accuracy import ACCURACY
 from tests.service.support.api import FILES, Api
 from tests.service.support.command import run

@@ -10,8 +10,8 @@ import pytest
 
 from service.client.client import Client, ServiceError, StillRunning, Unreachable
 from service.client.html import RunDocument
-from studies import examples
 from studies.quantities.findings import InvalidInput
+from studies.sweeps import examples
 from tests.service.support.api import SWEEP, Api, sweep_of
 
 

@@ -12,7 +12,6 @@ from scipy.special import ndtr
 
 from service.cli.commands.computing import DEMO
 from service.cli.local import run_sweep
-from studies import examples
 from studies.fits.indices import SobolIndex, indices_of, indices_of_surrogate
 from studies.fits.measured import open_cube
 from studies.fits.surrogate import (
@@ -27,6 +26,7 @@ from studies.fits.surrogate import (
 )
 from studies.laws import Shot
 from studies.quantities.findings import InvalidInput, MissingExtra
+from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sampling import LATIN, SOBOL, Sampling
 from tests.rows import Row, at_least

@@ -9,15 +9,28 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies import examples, laws, materials
+from studies import laws, materials
 from studies.cubes.cube import build
 from studies.cubes.points import points_of
-from studies.laws import FITTED, Range, Shield, Shot, cour_palais, whipple_jsc, whipple_nno, whipple_reimerdes
+from studies.laws import (
+    FITTED,
+    InnerBumper,
+    Range,
+    Shield,
+    Shot,
+    cour_palais,
+    whipple_jsc,
+    whipple_nno,
+    whipple_nno_modified,
+    whipple_reimerdes,
+    whipple_srl,
+)
 from studies.laws._range import length_ratio
 from studies.laws.zhang_tan import hole_ratio, smallest_speed
 from studies.quantities.findings import InvalidInput
 from studies.reports.matched import matched_observations
 from studies.reports.verdict.evidence import evidence_of
+from studies.sweeps import examples
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep
 
@@ -29,6 +42,8 @@ TUNGSTEN = replace(OF_COPPER, projectile=materials.load("tungsten"))
 STEEP = math.radians(86.0)
 SHIELD = Shield(1.2e-3, 3.2e-3, 0.1, 276e6)
 DENSITIES = (2703.0, 2703.0)
+THREE_WALLS = replace(SHIELD, stand_off=0.05, inner_bumper=InnerBumper(1e-3, 0.05))
+TWO_WALLS = [law.name for law in laws.answering("critical_diameter") if law.name != "whipple_srl_three_walls"]
 
 # Law, shot, and words of the reason why it is out of range; none where it is inside.
 RANGES: list[tuple[str, Shot, str]] = [
@@ -55,7 +70,9 @@ RANGES: list[tuple[str, Shot, str]] = [
     ("strength_ln", OF_COPPER, "t/d = 0.25 is below 0.55"),
     ("cour_palais", replace(OF_ALUMINIUM, obliquity=math.pi / 3), ""),
     ("cour_palais", replace(OF_ALUMINIUM, obliquity=STEEP), "up to 85 deg"),
-    *((law.name, replace(OF_ALUMINIUM, shield=SHIELD), "") for law in laws.answering("critical_diameter")),
+    *((law, replace(OF_ALUMINIUM, shield=SHIELD), "") for law in TWO_WALLS),
+    ("whipple_srl_three_walls", replace(OF_ALUMINIUM, shield=THREE_WALLS), ""),
+    ("whipple_reimerdes", replace(OF_ALUMINIUM, shield=SHIELD, obliquity=0.5), "for normal impact"),
 ]
 # The same where the law has no value.
 MEANINGLESS: list[tuple[str, Shot, str]] = [
@@ -73,7 +90,9 @@ MEANINGLESS: list[tuple[str, Shot, str]] = [
         (law, SOFT, "the material al-2024-t3 states no Brinell hardness")
         for law in ("cour_palais", "herrmann_jones", "perforation_al")
     ),
-    *((law.name, OF_ALUMINIUM, "the target is no Whipple shield") for law in laws.answering("critical_diameter")),
+    *((law, OF_ALUMINIUM, "the target is no Whipple shield") for law in TWO_WALLS),
+    *((law, replace(OF_ALUMINIUM, shield=THREE_WALLS), "the shield has an inner bumper") for law in TWO_WALLS),
+    ("whipple_srl_three_walls", replace(OF_ALUMINIUM, shield=SHIELD), "no shield of two bumpers and a wall"),
 ]
 
 
@@ -185,7 +204,7 @@ def test_law__is_not_judged_by_the_shot_that_its_constant_is_fitted_to() -> None
 # ---- shields -------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("equation", [whipple_nno, whipple_jsc, whipple_reimerdes])
+@pytest.mark.parametrize("equation", [whipple_nno, whipple_nno_modified, whipple_jsc, whipple_reimerdes, whipple_srl])
 def test_critical_diameter__has_no_jump(equation: Any) -> None:
     speeds = np.linspace(1e3, 14e3, 5201)
     diameters = equation.critical_diameter(speeds, *DENSITIES, SHIELD)
@@ -201,10 +220,37 @@ def test_thin_bumper__stops_less_and_a_thick_one_as_much_as_by_christiansen(equa
         assert (mine < 0.9 * thick) if less else mine == pytest.approx(thick)
 
 
-def test_critical_diameter__beyond_65_degrees_is_that_at_65() -> None:
+@pytest.mark.parametrize("equation", [whipple_nno, whipple_nno_modified, whipple_jsc])
+def test_critical_diameter__beyond_65_degrees_is_that_at_65(equation: Any) -> None:
     oblique, steeper = (
-        whipple_nno.critical_diameter(9e3, *DENSITIES, SHIELD, math.radians(angle)) for angle in (65.0, 80.0)
+        equation.critical_diameter(9e3, *DENSITIES, SHIELD, math.radians(angle)) for angle in (65.0, 80.0)
     )
-    normal = whipple_nno.critical_diameter(9e3, *DENSITIES, SHIELD)
+    normal = equation.critical_diameter(9e3, *DENSITIES, SHIELD)
     assert oblique == steeper
     assert oblique > normal
+
+
+def test_oblique_impact__behind_a_thick_bumper_is_that_of_christiansen_from_7_km_s_of_the_normal_speed() -> None:
+    shield = replace(SHIELD, bumper_thickness=3e-3)
+    for angle in (0.0, 30.0, 60.0):
+        shot = 7.5e3 / math.cos(math.radians(angle)), *DENSITIES, shield, math.radians(angle)
+        assert whipple_jsc.critical_diameter(*shot) == pytest.approx(whipple_nno.critical_diameter(*shot))
+
+
+def test_modified_equation__joins_its_branches_and_takes_the_density_of_the_wall() -> None:
+    """k_h meets 1.35 at 0.126, and d grows with rho_w^(2/3)."""
+    bumpers = 1e-2 * 0.126 * 0.32 ** (2.0 / 3.0) * 10.0**0.5 * np.array([1.0 - 1e-9, 1.0, 2.0])
+    shields = [replace(SHIELD, bumper_thickness=bumper) for bumper in bumpers]
+    thin, thick, thicker = (whipple_nno_modified.critical_diameter(9e3, *DENSITIES, shield) for shield in shields)
+    assert thin == pytest.approx(thick, rel=1e-3)
+    assert thick == thicker
+    heavy = replace(shields[1], wall_density=8.0 * DENSITIES[0])
+    assert whipple_nno_modified.critical_diameter(9e3, *DENSITIES, heavy) == pytest.approx(4.0 * thick)
+
+
+def test_srl__takes_other_exponents_between_45_and_65_degrees() -> None:
+    """delta = 4/3 up to 45 deg and from 65 deg on, 5/4 between: at the same speed d cos^delta stays."""
+    normal = whipple_srl.critical_diameter(20e3, *DENSITIES, SHIELD)
+    for angle, exponent in ((45.0, 4.0 / 3.0), (50.0, 5.0 / 4.0), (65.0, 4.0 / 3.0)):
+        oblique = whipple_srl.critical_diameter(20e3, *DENSITIES, SHIELD, math.radians(angle))
+        assert oblique * math.cos(math.radians(angle)) ** exponent == pytest.approx(normal)

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq
 
 from studies import laws, materials
-from studies.laws import Shield, Shot, whipple_nno
+from studies.laws import InnerBumper, Shield, Shot, whipple_nno, whipple_nno_modified, whipple_srl
 from tests.rows import Row, at_most, equal
 
 # D/d by each law: metal, t/d, v in km/s, then the values. Computed apart from this code.
@@ -48,6 +48,23 @@ SHIELD = Shield(0.12e-2, 0.32e-2, 10e-2, 40.0 / 0.145038 * 1e6)
 SPHERE, SHEET = (
     PLAIN.with_value("density", density).with_value("eos.c0", 5100.0).with_value("brinell_hardness", 95.0)
     for density in (2796.0, 2713.0)
+)
+
+# The same shield, and one of three walls: 0.13 cm, 3.8 cm before 0.2 cm, 3.8 cm before 0.32 cm of 57 ksi. Computed
+# apart from this code.
+NEWER_SPEEDS = (1, 3, 5, 7, 10, 14)  # km/s
+NEWER = {
+    "whipple_nno_modified": ".5005 .2406 .3308 .4210 .3319 .2652",
+    "whipple_srl": ".3673 .1835 .2462 .3090 .2436 .1946",
+    "whipple_srl_three_walls": ".7906 .3950 .4343 .4737 .3734 .2984",
+}
+THREE_WALLS = Shield(0.13e-2, 0.32e-2, 3.8e-2, 57.0 / 0.145038 * 1e6, inner_bumper=InnerBumper(0.2e-2, 3.8e-2))
+# NASA/TM-2009-214785, Tables 4-7 and 4-8: spheres on three walls of aluminium, 7.6 cm in all, how it is split not
+# stated; outer and inner bumper, wall and diameter in cm, km/s, deg, whether the wall had a hole.
+THREE_WALL_SHOTS = (
+    (0.13, 0.2, 0.32, 0.71, 6.42, 45.0, True),
+    (0.1, 0.2, 0.32, 0.84, 11.03, 0.0, True),
+    (0.13, 0.2, 0.32, 0.67, 6.96, 45.0, False),
 )
 
 # D/d at 2 to 7 km/s, as printed: by law, t/d and variant, for copper; of the calibration of law 1-5 at t/d = 0.6, with
@@ -102,6 +119,33 @@ def test_laws__have_the_values_of_tables_computed_apart(compared: Callable[[Row]
     for name, expected, values in (("plate of 0.44 cm", PLATE, plate), ("Whipple shield", WHIPPLE, shield)):
         got = " ".join(f"{value:.4f}" for value in values)
         compared(equal(f"{name}: critical diameter (cm), 1 to 14 km/s", expected=expected, got=got))
+
+
+@pytest.mark.claim("door", "shield-vectors")
+def test_newer_equations__have_the_values_computed_apart(compared: Callable[[Row], None]) -> None:
+    """The equations of 2001 and 2008 have critical diameters that were computed apart, to four digits."""
+    formulas = (whipple_nno_modified, whipple_srl, whipple_srl)
+    for (name, printed), formula in zip(NEWER.items(), formulas, strict=True):
+        shield = THREE_WALLS if "three" in name else SHIELD
+        diameters = formula.critical_diameter(1e3 * np.array(NEWER_SPEEDS), SHEET.density, SPHERE.density, shield)
+        got = " ".join(f"{100.0 * diameter:.4f}"[1:] for diameter in diameters)
+        compared(equal(f"{name}: critical diameter (cm), 1 to 14 km/s", expected=printed, got=got))
+        shots = [Shot(1e3 * speed, 5e-3, 1e-3, SPHERE, SHEET, shield=shield) for speed in NEWER_SPEEDS]
+        answers = [laws.load(name).evaluate(shot).value for shot in shots]
+        assert answers == pytest.approx(diameters)
+
+
+def test_three_walls__that_were_holed_are_said_to_fail__and_one_that_held_too() -> None:
+    said = []
+    for outer, inner, wall, diameter, speed, angle, holed in THREE_WALL_SHOTS:
+        between = 0.5 * 7.6e-2
+        shield = Shield(
+            *(1e-2 * outer, 1e-2 * wall, between, THREE_WALLS.wall_yield_stress),
+            inner_bumper=InnerBumper(1e-2 * inner, between),
+        )
+        shot = 1e3 * speed, SHEET.density, SPHERE.density, shield, np.radians(angle)
+        said.append((bool(1e-2 * diameter > whipple_srl.critical_diameter(*shot)), holed))
+    assert said == [(True, True), (True, True), (True, False)]
 
 
 @pytest.mark.claim("laws", "thesis-laws-copper")

@@ -6,10 +6,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies import examples
 from studies.measurements.impact.view import ImpactView, view
 from studies.runs.execution import execute, setting_of
 from studies.runs.remeasure import load_state
+from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.rows import Row, absolute, at_most

@@ -4,8 +4,8 @@ from dataclasses import replace
 
 import pytest
 
-from studies import examples
 from studies.runs import run
+from studies.sweeps import examples
 from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.cost import MOST_LOOKED_AT, cost_of, presets_of, sweep_cost
 from studies.sweeps.document import read_yaml

@@ -2,8 +2,8 @@
 
 import pytest
 
-from studies import examples
 from studies.runs.run import Run
+from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.kernels import kinds_of
 from studies.sweeps.sweep import Sweep

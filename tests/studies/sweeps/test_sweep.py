@@ -15,10 +15,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond
-from studies import examples, materials
+from studies import materials
 from studies.quantities.findings import Finding, InvalidInput, nearest_cure, refusal
 from studies.quantities.parameters import MaterialName, declared
 from studies.scenarios import Size
+from studies.sweeps import examples
 from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import AxisReader
 from studies.sweeps.document import read_sweep_file, read_yaml

@@ -1,0 +1,168 @@
+"""Pictures of an answer: critical diameter of a shield, or hole of a plate, against speed, with every law and shot."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from studies import laws
+from studies.answers.answer import ask, nearest, of_target
+from studies.laws import Law, Shot
+from studies.observations.shields.probability import probability
+from studies.observations.shields.shots import ShieldShot, published
+from studies.reports.figures import CHANCES, EVEN_CHANCE, FAILED, HELD, OBSERVED, THIS, Figure, Panel, Series
+from studies.reports.view import Scale
+
+if TYPE_CHECKING:
+    from markupsafe import Markup
+
+SPEED = Scale("speed", "speed", "m s-1")
+SLOWEST, FASTEST = 1e3, 12e3  # m/s: of the curves, as far as the shots go
+POINTS = 45  # of a curve: every 250 m/s
+# A shield is like another where bumper, wall and distance are the same within a third or so, and the angle within 15
+# degrees: the root of the summed squares of ln ratios and of the angle in rad.
+LIKE = 0.4
+LOW, EVEN, HIGH = 0.1, 0.5, 0.9  # probabilities of failure that are drawn
+STEPS = 16  # of a bisection between the bounds: to a ten thousandth
+
+
+def picture(shot: Shot, target: str) -> Figure:
+    """The picture of an answer; a block has crater depth over diameter against speed."""
+    if target == "shield":
+        return _of_shield(shot)
+    name, symbol = ("hole_diameter", "D/d") if target == "plate" else ("crater_depth", "p/d")
+    diameter = shot.projectile_diameter
+    drawn = [_curve(law, shot, 1.0 / diameter) for law in _asked(name, shot)]
+    near = [each.shot for each in nearest(shot, target) if each.shot.quantity == name and each.shot.value is not None]
+    seen = Series(
+        "observation",
+        OBSERVED,
+        tuple(float(each.parameters["speed"] or 0.0) for each in near),
+        tuple((each.value or 0.0) / float(each.parameters["projectile_diameter"] or 1.0) for each in near),
+        notes=tuple(f"{each.source}; {each.confidence}" for each in near),
+    )
+    shots = (seen,) if near else ()
+    title = f"{symbol} against speed, {shot.projectile.name} on {shot.target.name}"
+    return Figure(
+        f"{name}_against_speed",
+        title,
+        f"Laws that cover this {target} at some speed; dotted outside their range.",
+        SPEED,
+        Scale("ratio", symbol, "1"),
+        (Panel(of_target(shot, target), {}, (*drawn, *shots)),),
+    )
+
+
+def _of_shield(shot: Shot) -> Figure:
+    like = like_shields(shot)
+    mine = Series("limit", THIS, (shot.speed,), (shot.projectile_diameter,))
+    return Figure(
+        "critical_diameter_against_speed",
+        "Diameter of the projectile above which the wall fails, against speed",
+        f"{len(like)} of {len(published().shots)} published shots are on shields like this one. "
+        "Lines: equations, dotted outside their range.",
+        SPEED,
+        Scale("critical_diameter", "diameter of the projectile", "m"),
+        (
+            Panel(
+                of_target(shot, "shield"),
+                {},
+                (
+                    *_chances(shot),
+                    *(_curve(law, shot, 1.0) for law in _asked("critical_diameter", shot)),
+                    *_outcomes(like),
+                    mine,
+                ),
+            ),
+        ),
+    )
+
+
+def like_shields(shot: Shot) -> list[ShieldShot]:
+    """The published shots on shields like that of a shot, at any speed and of any diameter."""
+    assert shot.shield is not None
+    mine = shot.shield
+
+    def apart(each: ShieldShot) -> float:
+        pairs = (
+            (each.bumper_thickness, mine.bumper_thickness),
+            (each.wall_thickness, mine.wall_thickness),
+            (each.stand_off, mine.stand_off),
+        )
+        return math.hypot(*(math.log(a / b) for a, b in pairs), each.obliquity - shot.obliquity)
+
+    return [each for each in published().shots if apart(each) <= LIKE]
+
+
+def _outcomes(shots: Sequence[ShieldShot]) -> Iterator[Series]:
+    for label, failed in ((FAILED, True), (HELD, False)):
+        of = [each for each in shots if each.is_perforated is failed]
+        if of:
+            yield Series(
+                "observation",
+                label,
+                tuple(each.speed for each in of),
+                tuple(each.projectile_diameter for each in of),
+                notes=tuple(f"{each.source} {each.shot}".strip() for each in of),
+            )
+
+
+def _asked(quantity: str, shot: Shot) -> list[Law]:
+    """The laws of a quantity that may judge and cover the shot at some speed."""
+    return [
+        law
+        for law in laws.answering(quantity)
+        if law.use == "verdict" and any(ask(replace(shot, speed=speed))(law).in_range for speed in _speeds())
+    ]
+
+
+def _curve(law: Law, shot: Shot, factor: float) -> Series:
+    said = [ask(replace(shot, speed=speed))(law) for speed in _speeds()]
+    values = tuple(None if math.isnan(each.value) else each.value * factor for each in said)
+    return Series("curve", law.title, _speeds(), values, in_range=tuple(each.in_range for each in said))
+
+
+def _chances(shot: Shot) -> Iterator[Series]:
+    """The diameters that fail with the drawn probabilities, as a band and its middle."""
+    low, even, high = (
+        [_diameter(replace(shot, speed=speed), chance) for speed in _speeds()] for chance in (LOW, EVEN, HIGH)
+    )
+    if any(each is not None for each in even):
+        inside = tuple(each is not None for each in even)
+        yield Series("band", CHANCES, _speeds(), low=tuple(low), high=tuple(high), in_range=inside)
+        yield Series("trend", EVEN_CHANCE, _speeds(), tuple(even))
+
+
+def _diameter(shot: Shot, chance: float) -> float | None:
+    """The diameter at which the wall fails with a probability, m; None where the shots do not say."""
+
+    def at(diameter: float) -> float:
+        said = probability(replace(shot, projectile_diameter=diameter))
+        return math.nan if said is None else said.value
+
+    below, above = shot.projectile_diameter / 20.0, shot.projectile_diameter * 20.0
+    if not at(below) < chance < at(above):
+        return None
+    for _ in range(STEPS):
+        middle = math.sqrt(below * above)
+        below, above = (middle, above) if at(middle) < chance else (below, middle)
+    return middle
+
+
+def _speeds() -> tuple[float, ...]:
+    return tuple(SLOWEST + (FASTEST - SLOWEST) * place / (POINTS - 1) for place in range(POINTS))
+
+
+def draw(figure: Figure, file: Path) -> Path:
+    """Draw the picture of an answer into a file, whose ending is its format: svg, png or pdf."""
+    from studies.reports.drawing import charts
+
+    return charts.draw(figure, file)
+
+
+def drawn_for_page(figure: Figure) -> "Markup":
+    """The picture as SVG in the widths of a page."""
+    from studies.reports.drawing import charts
+
+    return charts.of_page(figure, "answer")

@@ -1,0 +1,144 @@
+"""What a designer asks of a shield: does it hold, how sure is that, and what did real shots do."""
+
+import math
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from functools import cache
+from typing import Literal
+
+from solver.units import Metre
+from studies import laws
+from studies.laws import Shot
+from studies.observations.shields.judged import Judged, equations, judge
+from studies.observations.shields.probability import Probability, probability
+from studies.observations.shields.shots import NEAR, NearShot, ShieldShot, nearest, published
+from studies.quantities.findings import refusal
+
+# What the field calls the equations, in a sentence.
+SHORT: Mapping[str, str] = {
+    "whipple_nno": "NNO",
+    "whipple_nno_modified": "modNNO",
+    "whipple_jsc": "JSC",
+    "whipple_reimerdes": "Reimerdes",
+    "whipple_srl": "SRL",
+    "whipple_srl_three_walls": "SRL",
+}
+LISTED = 10  # nearest shots of an answer
+
+
+@dataclass(frozen=True)
+class Word:
+    """What an equation says of a shield and a projectile."""
+
+    law: str
+    says: Literal["holds", "fails", "outside"]
+    critical_diameter: Metre  # NaN where the equation has none
+    reason: str  # why the shot is outside the equation's range; empty inside
+
+    @property
+    def short(self) -> str:
+        """The equation's short name."""
+        return SHORT.get(self.law, laws.load(self.law).title)
+
+
+@dataclass(frozen=True)
+class ShieldAnswer:
+    """The probability that a wall is perforated, what each equation says, and the shots near it."""
+
+    probability: Probability | None  # None where no equation covers the shot, or the shield has three walls
+    words: tuple[Word, ...]
+    near: int  # number of shots within the distance NEAR
+    nearest: tuple[NearShot, ...]
+    judged: tuple[Judged, ...]  # each equation by the shots that are near
+    outside: tuple[str, ...]  # why the shield lies outside of all shots; empty inside
+
+    @property
+    def sentence(self) -> str:
+        """The answer in at most 20 words."""
+        if self.probability is None:
+            sure = f"no probability: {self.outside[0] if self.outside else 'no equation covers it'}"
+        else:
+            low, high = (f"{100.0 * each:.0f}" for each in (self.probability.low, self.probability.high))
+            where = ", outside all shots" if self.outside else ""
+            near = f"{self.near} {'shot' if self.near == 1 else 'shots'} near"
+            sure = f"{_percent(self.probability.value)} % ({low} to {high}) to fail{where}; {near}"
+        return "; ".join(filter(None, (sure, self._said()))) + "."
+
+    def _said(self) -> str:
+        """What the equations say, those of one word together; those outside their range are silent."""
+        groups = {says: [word.short for word in self.words if word.says == says] for says in ("holds", "fails")}
+        spoken = [(says, names) for says, names in groups.items() if names]
+        verbs = ("say " if len(names) > 1 else "says " for _, names in spoken[:1])
+        return ", ".join(f"{', '.join(names)} {next(verbs, '')}{says}" for says, names in spoken)
+
+
+def _percent(chance: float) -> str:
+    """A chance in per cent, which is never none and never certain."""
+    percent = 100.0 * chance
+    return "<1" if percent < 0.5 else ">99" if percent >= 99.5 else f"{percent:.0f}"
+
+
+def answer(shot: Shot, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
+    """All that equations and shots say about a shot on a shield; ``own`` shots join the published ones near it.
+
+    Raises InvalidInput where the target is no shield.
+    """
+    if shot.shield is None:
+        raise refusal("shield", "none", "a bumper before a wall", "give bumper, wall, stand-off and yield stress")
+    shots = (*published().shots, *own)
+    ordered = nearest(shot, shots, len(shots))
+    near = [each.shot for each in ordered if each.distance <= NEAR]
+    return ShieldAnswer(
+        probability=probability(shot),
+        words=tuple(_words(shot)),
+        near=len(near),
+        nearest=ordered[:LISTED],
+        judged=tuple(judge(law, near, "near") for law in equations()),
+        outside=tuple(_outside(shot)),
+    )
+
+
+def _words(shot: Shot) -> Iterator[Word]:
+    """What each equation says; one that is about another kind of shield is left out."""
+    for law in laws.answering("critical_diameter"):
+        if law.meaningless(shot, ""):
+            continue
+        value = law.evaluate(shot)
+        fails = shot.projectile_diameter > value.value
+        says: Literal["holds", "fails", "outside"] = "fails" if fails else "holds"
+        yield Word(law.name, says if value.in_range else "outside", value.value, value.reason)
+
+
+def _outside(shot: Shot) -> Iterator[str]:
+    """Why a shot on a shield is like none of the published ones."""
+    assert shot.shield is not None
+    if shot.shield.inner_bumper:
+        yield "all shots have two walls"
+    for role, material in (("projectile", shot.projectile), ("bumper", shot.target)):
+        if material.family != "aluminium":
+            yield f"the {role} is {material.family}, all shots are of aluminium"
+    for (name, unit), value in _ratios(shot).items():
+        low, high = _limits()[name]
+        if not low <= value <= high:
+            side, bound = ("below", low) if value < low else ("above", high)
+            yield f"{name} = {value:.3g}{unit} is {side} {bound:.3g}{unit}, the last of the shots"
+
+
+def _ratios(shot: Shot) -> dict[tuple[str, str], float]:
+    """What a shot is compared by with the range of the published ones, by name and unit."""
+    assert shot.shield is not None
+    return {
+        ("d/t_b", ""): shot.projectile_diameter / shot.shield.bumper_thickness,
+        ("S/d", ""): shot.shield.stand_off / shot.projectile_diameter,
+        ("t_w", " mm"): 1e3 * shot.shield.wall_thickness,
+        ("v", " km/s"): 1e-3 * shot.speed,
+        ("angle", " deg"): math.degrees(shot.obliquity),
+    }
+
+
+@cache
+def _limits() -> Mapping[str, tuple[float, float]]:
+    """The smallest and the largest of each ratio among the published shots."""
+    ratios = [_ratios(each.as_shot()) for each in published().shots]
+    columns = {name: [each[name, unit] for each in ratios] for name, unit in ratios[0]}
+    return {name: (min(column), max(column)) for name, column in columns.items()}

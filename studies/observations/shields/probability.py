@@ -1,0 +1,175 @@
+"""The probability that a shield's wall is perforated, from the margins of the equations, calibrated on the shots.
+
+The method, written down before its first fit:
+
+1. The margin of an equation is x = ln(d/d_c), with its critical diameter d_c for the shot.
+2. One curve an equation: logit P = a_r + b_r x + c theta, with an intercept and a slope for each range r of the normal
+   speed (below 3, 3 to 7, from 7 km/s) and one coefficient of the obliquity theta in rad. It has the greatest posterior
+   density with each shot of weight one, and priors that are normal about zero with standard deviations of 2.5 for a_r
+   and c and of 10 for b_r: so weak that they matter where a range has few shots.
+3. It is fitted to the published shots that the screening keeps and the equation's range covers.
+4. P of a shield is the mean of the curves of those equations whose range covers it: none is best everywhere.
+5. The interval holds what a laboratory that is not among these may find: of each curve expit(logit P -+ 1.96 s) with
+   s^2 = f' C f + tau^2, where C is the covariance of the constants (the inverse curvature at the maximum), f the terms
+   of the curve, and tau the standard deviation between laboratories: DerSimonian and Laird's (1986) estimate from an
+   offset of the logit for each laboratory (one step of Newton from none). Of several equations it is the mean of the
+   bounds.
+6. It is validated by leaving out each laboratory in turn, all its reports at once: fitted to the others, asked about
+   it. Each shot then has a prediction that has not seen its laboratory. Brier score over all shots, for the mean and
+   each equation; reliability: shots in ten bins of equal number by P, of each the mean of P less the share of failures;
+   intervals: in each laboratory left out its shots in the order of P are cut into groups of at least ten (fewer are one
+   group with nothing cut), of each of which the number of failures is inside or outside the middle 95 % of its
+   distribution, binomial about a logit that varies normally by the s of its shots.
+"""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, astuple, dataclass
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import expit
+
+from studies.laws import Law, Shot
+from studies.observations.shields.judged import RANGES, equations, margin, margins, range_of
+from studies.observations.shields.shots import ShieldShot, laboratory, published
+
+STORED = Path(__file__).with_name("fitted.json")
+# Standard deviations of the priors: intercepts, slopes, angle.
+PRIOR = np.array([2.5, 10.0] * len(RANGES) + [2.5])
+DEVIATE = 1.96  # of an interval of 95 %
+WIDEST = 20.0  # logarithm of a ratio of diameters: no chance is as low or as high as beyond it
+STEPS, STEP = 50, 1e-10  # of Newton's method: at most, and of the constants where it ends
+
+
+@dataclass(frozen=True)
+class Probability:
+    """A probability with the interval, at 95 %, that a laboratory not seen may find."""
+
+    value: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class Curve:
+    """The probability of failure as a function of an equation's margin."""
+
+    law: str
+    constants: tuple[float, ...]  # of ``terms``
+    covariance: tuple[tuple[float, ...], ...]
+    between: float  # standard deviation of the logit between laboratories
+    shots: int  # of the fit
+
+    def logits(self, of: NDArray) -> tuple[NDArray, NDArray]:
+        """The logit of each row of ``terms``, and its standard deviation in a laboratory that is not seen."""
+        variance = np.einsum("ni,ij,nj->n", of, np.array(self.covariance), of) + self.between**2
+        return of @ np.array(self.constants), np.sqrt(variance)
+
+    def probability(self, shot: Shot, margin: float) -> Probability:
+        """That the wall of a shot with a margin is perforated."""
+        logit, deviation = (float(each[0]) for each in self.logits(terms([margin], [shot])))
+        return Probability(*(float(expit(logit + k * deviation)) for k in (0.0, -DEVIATE, DEVIATE)))
+
+
+def terms(margins: Sequence[float], shots: Sequence[Shot | ShieldShot]) -> NDArray:
+    """What the constants multiply, a row a shot: one and the margin in the columns of its range, and the angle."""
+    rows = np.zeros((len(shots), len(PRIOR)))
+    for row, each, shot in zip(rows, margins, shots, strict=True):
+        place = 2 * range_of(shot.normal_speed)
+        row[place : place + 2] = 1.0, each
+        row[-1] = shot.obliquity
+    return rows
+
+
+def fit(law: str, of: NDArray, failed: NDArray, laboratories: Sequence[str]) -> Curve:
+    """The curve with the greatest posterior density for rows of ``terms``, their outcomes and laboratories."""
+    constants, prior = np.zeros(len(PRIOR)), np.diag(PRIOR**-2.0)
+    for _ in range(STEPS):
+        chance = expit(of @ constants)
+        curvature = of.T @ (of * (chance * (1.0 - chance))[:, np.newaxis]) + prior
+        step = np.linalg.solve(curvature, of.T @ (failed - chance) - prior @ constants)
+        constants = constants + step
+        if np.abs(step).max() < STEP:
+            break
+    covariance = np.linalg.inv(curvature)
+    between = _between(expit(of @ constants), failed, laboratories)
+    return Curve(law, tuple(constants.tolist()), tuple(map(tuple, covariance.tolist())), between, len(of))
+
+
+def _between(chance: NDArray, failed: NDArray, laboratories: Sequence[str]) -> float:
+    """Standard deviation of the logit between laboratories, DerSimonian and Laird (1986), Control. Clin. Trials 7, 177.
+
+    The offset of a laboratory is one Newton step from none: (failures - expected) / information.
+    """
+    names = np.array(laboratories)
+    groups = [names == name for name in np.unique(names)]
+    weights = np.array([float((chance * (1.0 - chance))[group].sum()) for group in groups])
+    offsets = np.array([float((failed - chance)[group].sum()) for group in groups]) / weights
+    mean = np.average(offsets, weights=weights)
+    excess = float(weights @ (offsets - mean) ** 2) - (len(groups) - 1)
+    return math.sqrt(max(0.0, excess / float(weights.sum() - (weights**2).sum() / weights.sum())))
+
+
+# --- the curves that ship --------------------------------------------------------------------------
+
+
+def fitted(law: Law, shots: Sequence[ShieldShot]) -> Curve:
+    """The curve of an equation for the shots that its range covers."""
+    pairs = [(each, shot) for each, shot in zip(margins(law, shots), shots, strict=True) if not math.isnan(each)]
+    covered = [shot for _, shot in pairs]
+    failed = np.array([shot.is_perforated for shot in covered], float)
+    return fit(law.name, terms([each for each, _ in pairs], covered), failed, [laboratory(shot) for shot in covered])
+
+
+def compute() -> dict[str, Any]:
+    """The curves of all equations for the published shots, as ``fitted.json`` has them."""
+    return {law.name: asdict(fitted(law, published().shots)) for law in equations()}
+
+
+@cache
+def curves() -> Mapping[str, Curve]:
+    """The curve of each equation, as stored."""
+    stored = json.loads(STORED.read_text(encoding="utf-8"))
+    return {name: Curve(**{**curve, "constants": tuple(curve["constants"])}) for name, curve in stored.items()}
+
+
+def probability(shot: Shot) -> Probability | None:
+    """That the wall of a shield is perforated; None where no equation's range covers the shot."""
+    each = [curve.probability(shot, x) for curve, x in _covering(shot)]
+    if not each:
+        return None
+    return Probability(*(sum(values) / len(each) for values in zip(*map(astuple, each), strict=True)))
+
+
+def diameter_at(shot: Shot, chance: float) -> float:
+    """The projectile's diameter, m, whose probability of failure is ``chance``, all else as in the shot; else NaN.
+
+    A margin is ln d less that of a critical diameter, which does not depend on d.
+    """
+    from scipy.optimize import brentq
+
+    covering = _covering(shot)
+    if not covering:
+        return math.nan
+
+    def excess(logarithm: float) -> float:
+        """Of the mean chance, where all margins are larger by a logarithm."""
+        chances = [curve.probability(shot, x + logarithm).value for curve, x in covering]
+        return sum(chances) / len(chances) - chance
+
+    return shot.projectile_diameter * math.exp(brentq(excess, -WIDEST, WIDEST, xtol=1e-9))
+
+
+def _covering(shot: Shot) -> list[tuple[Curve, float]]:
+    """The curves whose equations cover a shot, with its margins."""
+    pairs = ((curves()[law.name], margin(law, shot)) for law in equations())
+    return [(curve, x) for curve, x in pairs if not math.isnan(x)]
+
+
+if __name__ == "__main__":
+    STORED.write_text(json.dumps(compute(), indent=1) + "\n", encoding="utf-8")

@@ -1,0 +1,285 @@
+"""Shots on Whipple shields: those that ship, screened by stated rules, and the user's own; filters, and the nearest."""
+
+import csv
+import math
+from collections import Counter
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cache, lru_cache
+from importlib.resources import files
+from typing import Annotated, Any, Literal, get_args
+
+from solver.units import Described, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
+from studies import materials
+from studies.laws import Shield, Shot
+from studies.materials import Material
+from studies.observations import TO, cell_of, rows_of
+from studies.quantities.findings import Finding, Findings, refusal
+from studies.quantities.parameters import declared, find, parse_parameters, parse_value
+
+Outcome = Literal["perforated", "held"]  # of the wall
+OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
+PATH = "shots"
+FASTEST = 20e3  # m/s: no gun launches spheres faster
+STEEPEST = math.radians(90.0)
+DENSITY_APART = 0.02  # relative: alloys of one number differ by less
+SAME = 0.03  # relative: numbers of two reports about the same shot
+# kg/m3: by the beginning of the alloy's name, from the material table of pyBLOSSUM (material_data.csv).
+DENSITIES: Mapping[str, float] = {
+    **{"AA99.9%": 2700.0, "AA1100": 2710.0, "AA2017": 2800.0, "AA2024": 2770.0, "AA2219": 2840.0, "AA3003": 2730.0},
+    **{"AA5083": 2660.0, "AA5154": 2660.0, "AA5456": 2660.0, "AA6061": 2700.0, "AA7075": 2800.0, "Alclad 7075": 2800.0},
+}
+SIZES = ("projectile_diameter", "bumper_thickness", "wall_thickness", "stand_off", "speed")
+NEAR = 0.5  # of the distance: five sizes that differ by a quarter each
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShieldShot:
+    """A sphere that was shot at a shield of two aluminium walls, and whether the wall was perforated."""
+
+    projectile_density: Annotated[KilogramPerCubicMetre, Described("density of the projectile")]
+    projectile_diameter: Annotated[Metre, Described("diameter of the projectile")]
+    speed: Annotated[MetrePerSecond, Described("impact speed")]
+    obliquity: Annotated[Radian, Described("angle between the flight and the normal of the bumper")] = 0.0
+    bumper_density: Annotated[KilogramPerCubicMetre, Described("density of the bumper")]
+    bumper_thickness: Annotated[Metre, Described("thickness of the bumper")]
+    stand_off: Annotated[Metre, Described("distance between bumper and wall")]
+    wall_density: Annotated[KilogramPerCubicMetre, Described("density of the wall")]
+    wall_yield_stress: Annotated[Pascal, Described("yield stress of the wall")]
+    wall_thickness: Annotated[Metre, Described("thickness of the wall")]
+    outcome: Outcome
+    source: str = "own"  # a key of sources.csv, or what the user's table says
+    shot: str = ""  # its number in the source
+    projectile_material: str = ""
+    bumper_material: str = ""
+    wall_material: str = ""
+
+    @property
+    def is_perforated(self) -> bool:
+        """Whether the wall failed."""
+        return self.outcome == "perforated"
+
+    @property
+    def normal_speed(self) -> float:
+        """Component of the velocity along the bumper's normal, m/s."""
+        return self.speed * math.cos(self.obliquity)
+
+    @property
+    def shield(self) -> Shield:
+        """The shield."""
+        return Shield(
+            self.bumper_thickness, self.wall_thickness, self.stand_off, self.wall_yield_stress, self.wall_density
+        )
+
+    def as_shot(self) -> Shot:
+        """The shot as laws take it."""
+        return Shot(
+            speed=self.speed,
+            projectile_diameter=self.projectile_diameter,
+            plate_thickness=self.bumper_thickness,
+            projectile=_aluminium(self.projectile_material, self.projectile_density),
+            target=_aluminium(self.bumper_material, self.bumper_density),
+            obliquity=self.obliquity,
+            shield=self.shield,
+        )
+
+
+@dataclass(frozen=True)
+class Screening:
+    """Shots that are used, and how many each rule has left out."""
+
+    shots: tuple[ShieldShot, ...]
+    left_out: Mapping[str, int]  # by rule
+
+
+@dataclass(frozen=True)
+class NearShot:
+    """A shot with its distance from a shield and its projectile."""
+
+    shot: ShieldShot
+    distance: float
+
+
+# --- reading ---------------------------------------------------------------------------------------
+
+
+def read_shots(raw: object, path: str = PATH) -> tuple[ShieldShot, ...]:
+    """The shots of a user's CSV text or list of mappings; raises InvalidInput with every finding.
+
+    A column for each field of ``ShieldShot``, its unit in the header, "speed [km/s]", or beside each number; those with
+    a default may be left out, or empty. Numbers that are impossible are refused.
+    """
+    findings, shots = Findings(), list[ShieldShot]()
+    for where, row in rows_of(raw, path):
+        shot = findings.attempt(_read, row, where)
+        if shot is not None:
+            findings.extend(
+                Finding(where, reason, "a possible shot on aluminium walls", "correct the row, or remove it")
+                for reason in _impossible(shot)
+            )
+            shots.append(shot)
+    findings.check()
+    if not shots:
+        raise refusal(path, "no shot", "at least one row", f"give {', '.join(declared(ShieldShot))}")
+    return tuple(shots)
+
+
+@cache
+def published() -> Screening:
+    """The shots that ship, screened."""
+    text = files(__package__).joinpath("shots.csv").read_text(encoding="utf-8")
+    return screened([_read(row, where) for where, row in rows_of(text, PATH)])
+
+
+@cache
+def sources() -> Mapping[str, Mapping[str, str]]:
+    """Authors, year, title, publication, laboratory and note of each source, by its key."""
+    text = files(__package__).joinpath("sources.csv").read_text(encoding="utf-8")
+    return {row["source"]: row for row in csv.DictReader(text.splitlines())}
+
+
+def citation(source: str) -> str:
+    """A source in one line; the text itself where it is no key of sources.csv."""
+    row = sources().get(source)
+    if row is None:
+        return source
+    return ", ".join(part for part in (row["authors"], row["year"], row["title"], row["publication"]) if part)
+
+
+def laboratory(shot: ShieldShot) -> str:
+    """Where a shot was fired: of several reports one; the source where that is not known."""
+    return sources().get(shot.source, {}).get("laboratory", shot.source)
+
+
+def _read(row: Mapping[str, Any], where: str) -> ShieldShot:
+    findings, cells = Findings(), dict[str, Any]()
+    for header, raw in row.items():
+        pair = findings.attempt(cell_of, header, raw, where)
+        if pair is not None and pair[1] not in (None, ""):
+            cells[pair[0]] = pair[1]
+    findings.check()
+    texts = {name: str(cells[name]) for name in ("source", "shot") if name in cells}  # numbers of shots are names
+    values: dict[str, Any] = parse_parameters(ShieldShot, {**cells, **texts}, where)
+    return ShieldShot(**values)
+
+
+# --- screening -------------------------------------------------------------------------------------
+
+
+def screened(shots: Iterable[ShieldShot]) -> Screening:
+    """Shots without those that the rules leave out: impossible numbers, and the same shot in a second report.
+
+    A shot is published twice where another source has one of its number and its outcome, all of whose numbers are
+    within 3 %; the first is kept. Shots of one source that agree in everything but their number are repeats, and stay.
+    """
+    kept, left_out = list[ShieldShot](), Counter[str]()
+    by_number: dict[str, list[ShieldShot]] = {}
+    for shot in shots:
+        same_number = by_number.setdefault(shot.shot, [])
+        reasons = [*_impossible(shot), *("published twice" for other in same_number if _is_same(shot, other))]
+        if reasons:
+            left_out[reasons[0]] += 1
+            continue
+        kept.append(shot)
+        same_number.append(shot)
+    return Screening(tuple(kept), dict(left_out))
+
+
+def _impossible(shot: ShieldShot) -> list[str]:
+    """Why the numbers of a shot cannot be right."""
+    roles = ("projectile", "bumper", "wall")
+    unlike = [role for role in roles if _is_unlike(getattr(shot, f"{role}_material"), getattr(shot, f"{role}_density"))]
+    rules = {
+        "a size that is not positive": min(getattr(shot, name) for name in SIZES) <= 0.0,
+        "a yield stress that is not positive": shot.wall_yield_stress <= 0.0,
+        f"a speed above {FASTEST / 1e3:g} km/s": shot.speed > FASTEST,
+        "an obliquity that hits no plate": not 0.0 <= shot.obliquity < STEEPEST,
+        "a density unlike that of its material": bool(unlike),
+    }
+    return [reason for reason, broken in rules.items() if broken]
+
+
+def _is_unlike(material: str, density: float) -> bool:
+    known = next((value for name, value in DENSITIES.items() if material.startswith(name)), None)
+    return density <= 0.0 or (known is not None and not math.isclose(density, known, rel_tol=DENSITY_APART))
+
+
+def _is_same(shot: ShieldShot, other: ShieldShot) -> bool:
+    alike = shot.outcome == other.outcome and shot.source != other.source and shot.shot != ""
+    numbers = [field.name for field in fields(ShieldShot) if isinstance(getattr(shot, field.name), float)]
+    return alike and all(math.isclose(getattr(shot, name), getattr(other, name), rel_tol=SAME) for name in numbers)
+
+
+# --- finding ---------------------------------------------------------------------------------------
+
+
+def filtered(
+    shots: Iterable[ShieldShot],
+    within: Mapping[str, tuple[float, float]] | None = None,
+    equal: Mapping[str, str] | None = None,
+) -> tuple[ShieldShot, ...]:
+    """Shots whose numbers (SI) lie within bounds, inclusive, and whose texts begin with those given; by field."""
+    within, equal = within or {}, equal or {}
+    return tuple(
+        shot
+        for shot in shots
+        if all(low <= getattr(shot, name) <= high for name, (low, high) in within.items())
+        and all(getattr(shot, name).startswith(text) for name, text in equal.items())
+    )
+
+
+def read_filters(raw: Sequence[str]) -> tuple[dict[str, tuple[float, float]], dict[str, str]]:
+    """Bounds of numbers and beginnings of texts, as ``filtered`` takes them, of texts like "speed=6 km/s to 7 km/s".
+
+    Raises InvalidInput with every finding.
+    """
+    within, equal, findings = dict[str, tuple[float, float]](), dict[str, str](), Findings()
+    allowed = declared(ShieldShot)
+
+    def read(text: str) -> None:
+        name, _, value = (part.strip() for part in text.partition("="))
+        parameter = find(allowed, name, "where")
+        if parameter.unit is None:
+            equal[name] = value
+            return
+        low, _, high = value.partition(TO)
+        bounds = [parse_value(parameter, each, f"where.{name}") for each in (low, high or low)]
+        within[name] = (float(bounds[0] or 0.0), float(bounds[1] or 0.0))
+
+    for text in raw:
+        findings.attempt(read, text)
+    findings.check()
+    return within, equal
+
+
+def nearest(shot: Shot, shots: Sequence[ShieldShot], count: int) -> tuple[NearShot, ...]:
+    """The shots that are nearest to a shot on a shield, by their distance.
+
+    The distance is the root of the sum of squares of ln of the ratios of d, t_b, t_w, S and v, and of the difference of
+    the angles in rad. Logarithms, because the equations are products of powers, so that a ratio counts the same for a
+    foil as for a plate; no weights, because the equations do not agree on the powers. Densities and yield stresses are
+    left out: all is aluminium.
+    """
+    pairs = zip(shots, distances(shot, shots), strict=True)
+    near = (NearShot(each, distance) for each, distance in pairs)
+    return tuple(sorted(near, key=lambda each: each.distance)[:count])
+
+
+def distances(shot: Shot, shots: Sequence[ShieldShot]) -> list[float]:
+    """The distance of each shot from a shot on a shield."""
+    assert shot.shield is not None
+    mine = _place(shot.projectile_diameter, shot.shield, shot.speed, shot.obliquity)
+    return [
+        math.dist(mine, _place(each.projectile_diameter, each.shield, each.speed, each.obliquity)) for each in shots
+    ]
+
+
+def _place(diameter: float, shield: Shield, speed: float, obliquity: float) -> tuple[float, ...]:
+    sizes = diameter, shield.bumper_thickness, shield.wall_thickness, shield.stand_off, speed
+    return (*map(math.log, sizes), obliquity)
+
+
+@lru_cache(maxsize=256)
+def _aluminium(name: str, density: float) -> Material:
+    """Aluminium of a density: equations of shields read no other constant."""
+    return replace(materials.load("al-6061-t6"), name=name or "aluminium", density=density)

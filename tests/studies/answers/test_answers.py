@@ -1,0 +1,108 @@
+"""What laws and shots say of a shot without a run: the laws' own numbers, ranges, spread, and what is refused."""
+
+import math
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from studies.answers.answer import answers, document
+from studies.answers.cube import cube_of
+from studies.answers.question import read_question
+from studies.quantities.findings import InvalidInput
+from tests.rows import equal
+
+PLATE = {
+    "speed": "5.75 km/s",
+    "projectile": "al-2024-t3",
+    "projectile_diameter": "10 mm",
+    "target": "copper-ofhc",
+    "plate_thickness": "1.5 mm",
+}
+BLOCK = {"speed": "6 km/s", "projectile": "copper-ofhc", "projectile_diameter": "4.7 mm", "target": "copper-ofhc"}
+SHIELD = {
+    "speed": "7 km/s",
+    "projectile": "al-2017-t4",
+    "projectile_diameter": "5 mm",
+    "target": "al-6061-t6",
+    "plate_thickness": "1.2 mm",
+    "stand_off": "10 cm",
+    "wall_thickness": "3.2 mm",
+    "wall_yield_stress": "275.8 MPa",
+}
+
+
+@pytest.mark.parametrize("asked", [PLATE, BLOCK, SHIELD], ids=["plate", "block", "shield"])
+@pytest.mark.claim("door", "laws-without-a-run", says="Every law of a target says its own value and range of a shot.")
+def test_answer__is_what_each_law_says(asked: dict[str, Any], compared: Callable[..., None]) -> None:
+    question = read_question(asked)
+    [answer] = answers(question)
+    shot = question.shot(answer.parameters)
+    for quantity in answer.quantities:
+        for each in quantity.laws:
+            said = [each.law.evaluate(shot, variant) for variant in each.law.variants(shot)]
+            finite = [one.value for one in said if not math.isnan(one.value)]
+            if not finite:
+                assert math.isnan(each.value)
+                continue
+            compared(
+                equal(f"{each.law.name}: bounds (m)", expected=(min(finite), max(finite)), got=(each.low, each.high))
+            )
+            assert each.in_range == said[0].in_range
+        trusted = [each.value for each in quantity.laws if each.in_range and each.law.use == "verdict"]
+        if quantity.spread:
+            assert quantity.spread[0] <= min(trusted)
+            assert quantity.spread[1] >= max(trusted)
+        assert len(quantity.sentence().split()) <= 20
+    assert answer.target == question.target
+
+
+def test_nearest_shots__are_of_the_same_metals() -> None:
+    [answer] = answers(read_question(PLATE))
+    assert [each.shot.value for each in answer.shots] == [0.0212]
+    assert answer.shots[0].apart == pytest.approx(0.0, abs=1e-9)
+    [unlike] = answers(read_question({**PLATE, "target": "steel-304"}))
+    assert not unlike.shots
+
+
+def test_cube__has_the_answers_over_the_axes() -> None:
+    question = read_question({**SHIELD, "speed": ["3 km/s", "7 km/s"], "obliquity": ["0 deg", "45 deg"]})
+    cube = cube_of(question)
+    assert cube.critical_diameter.dims == ("law_of_critical_diameter", "speed", "obliquity")
+    for answer in answers(question):
+        at = cube.sel(speed=answer.parameters["speed"], obliquity=answer.parameters["obliquity"])
+        for each in answer.quantities[0].laws:
+            got = float(at.critical_diameter.sel(law_of_critical_diameter=each.law.name))
+            assert got == pytest.approx(each.value, nan_ok=True)
+    plain = document(question)
+    assert len(plain["items"]) == 4
+    assert plain["laws"]["whipple_nno"]["source"]
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"speed": "60 km/s"}, "speed"),
+        ({"projectle": "al-2017-t4"}, "projectle"),
+        ({"target": "al-6061"}, "target"),
+        ({"projectile_diameter": ["3 mm", "5"]}, "projectile_diameter[1]"),
+        ({"stand_off": None}, "stand_off"),
+        (
+            {"wall": "soft", "wall_yield_stress": None, "materials": {"soft": {"base": "lead", "yield_stresses": []}}},
+            "wall",
+        ),
+        ({"speed": {"start": "2 km/s", "stop": "12 km/s", "step": "1 m/s"}}, "speed"),
+        ({"materials": []}, "materials"),
+    ],
+)
+def test_question__that_cannot_be_asked_is_refused_by_field(change: dict[str, Any], field: str) -> None:
+    with pytest.raises(InvalidInput) as raised:
+        read_question({**SHIELD, **change})
+    assert field in [finding.field for finding in raised.value.findings]
+
+
+def test_question__knows_own_materials() -> None:
+    own = {"mine": {"base": "al-6061-t6", "title": "Mine", "brinell_hardness": {"value": 80, "unit": "1"}}}
+    question = read_question({**PLATE, "target": "mine", "materials": own})
+    [answer] = answers(question)
+    assert question.shot(answer.parameters).brinell_hardness == 80
