@@ -4,10 +4,10 @@ import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
-from docs.pages import DOCS, accuracy, laws, measurements, shields, shots, validation, verification
+from docs.pages import DOCS, accuracy, gallery, laws, measurements, shields, shots, validation, verification
 
-PAGES = (accuracy, laws, measurements, shields, shots, validation, verification)
-COMPUTED = {"accuracy": verification, "shots": shots, "validation": validation}
+PAGES = (accuracy, gallery, laws, measurements, shields, shots, validation, verification)
+COMPUTED = {"accuracy": verification, "gallery": gallery, "shots": shots, "validation": validation}
 
 
 def main(arguments: list[str]) -> None:

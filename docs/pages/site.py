@@ -1,5 +1,9 @@
-"""A hook of mkdocs: README and its neighbours become pages, links lead to pages, and equations become MathML."""
+"""A hook of mkdocs: README and its neighbours become pages, links lead to pages, equations become MathML.
 
+It writes the index of the search as a script too, so that the search works from disk.
+"""
+
+import json
 import posixpath
 import re
 from pathlib import Path
@@ -7,6 +11,7 @@ from typing import Any
 
 ROOT = Path(__file__).parents[2]
 PAGES = {"README.md": "start.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
+TABLES = ("verification/", "validation/")
 
 # Code, which is left alone, or an equation between dollar signs as GitHub has them.
 PARTS = re.compile(
@@ -28,6 +33,14 @@ def on_files(files: Any, config: Any) -> Any:
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
     """Links and equations of a page."""
     return with_equations(relinked(markdown, posixpath.join("docs", posixpath.dirname(page.file.src_uri))))
+
+
+def on_post_build(config: Any) -> None:
+    """The index of the search as a script, which a page from disk may load; without the tables of single cases."""
+    folder = Path(config["site_dir"]) / "search"
+    index = json.loads((folder / "search_index.json").read_text(encoding="utf-8"))
+    index["docs"] = [page for page in index["docs"] if not page["location"].startswith(TABLES)]
+    (folder / "search_index.js").write_text(f"const search_index = {json.dumps(index)};\n", encoding="utf-8")
 
 
 def relinked(markdown: str, folder: str) -> str:
