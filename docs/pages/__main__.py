@@ -4,10 +4,28 @@ import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
-from docs.pages import DOCS, accuracy, gallery, laws, measurements, shields, shots, validation, verification
+from docs.pages import (
+    DOCS,
+    accuracy,
+    api,
+    gallery,
+    laws,
+    measurements,
+    shields,
+    shots,
+    tutorial,
+    validation,
+    verification,
+)
 
-PAGES = (accuracy, gallery, laws, measurements, shields, shots, validation, verification)
-COMPUTED = {"accuracy": verification, "gallery": gallery, "shots": shots, "validation": validation}
+PAGES = (accuracy, api, gallery, laws, measurements, shields, shots, tutorial, validation, verification)
+COMPUTED = {
+    "accuracy": verification,
+    "gallery": gallery,
+    "shots": shots,
+    "tutorial": tutorial,
+    "validation": validation,
+}
 
 
 def main(arguments: list[str]) -> None:

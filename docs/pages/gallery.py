@@ -23,7 +23,8 @@ SHOWN = {
     "smoke": "Section of the debris (2",
     "taylor": "Section at the end",
 }
-WIDTH, LARGEST = 420, 60_000  # px of a photograph; bytes of its file
+SECTION_WIDTH, FIGURE_WIDTH = 420, 640  # px of the window
+LARGEST = 60_000  # bytes of a photograph
 # Styles and picture of a section of the last run.
 SECTION = """words => {
     const run = [...document.querySelectorAll("section.run")].at(-1);
@@ -50,7 +51,7 @@ def compute(directory: Path | None = None) -> None:
     from tests.crash.support.browser import chromium, opened
 
     def photograph(browser: Browser, report: Path, words: str, file: Path) -> None:
-        with opened(browser, report, WIDTH) as (page, _, _):
+        with opened(browser, report, SECTION_WIDTH if words else FIGURE_WIDTH) as (page, _, _):
             picture = page.locator("[data-plot]")
             if words:
                 styles, section = page.evaluate(SECTION, words)
