@@ -36,10 +36,12 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
 
 
 def on_post_build(config: Any) -> None:
-    """The index of the search as a script, which a page from disk may load; without the tables of single cases."""
+    """The index of the search as a script, which a page from disk may load: sections, without tables of single cases."""
     folder = Path(config["site_dir"]) / "search"
     index = json.loads((folder / "search_index.json").read_text(encoding="utf-8"))
-    index["docs"] = [page for page in index["docs"] if not page["location"].startswith(TABLES)]
+    index["docs"] = [
+        each for each in index["docs"] if "#" in each["location"] and not each["location"].startswith(TABLES)
+    ]
     (folder / "search_index.js").write_text(f"const search_index = {json.dumps(index)};\n", encoding="utf-8")
 
 

@@ -1,6 +1,6 @@
 // Search of the pages, in place of that of mkdocs, whose worker and fetch a browser refuses to a page from disk:
 // the index is a script, and is loaded when the search is first used.
-(function () {
+document.addEventListener("DOMContentLoaded", () => {
   const query = document.getElementById("mkdocs-search-query");
   const results = document.getElementById("mkdocs-search-results");
   let ready;
@@ -23,7 +23,11 @@
       this.ref("location");
       pages.forEach((page) => this.add(page));
     });
-    return (words) => index.search(words).map((found) => pages.get(found.ref));
+    // With all of the words, else with any of them.
+    return (words) => {
+      const all = index.search(words.map((word) => `+${word}`).join(" "));
+      return (all.length ? all : index.search(words.join(" "))).map((found) => pages.get(found.ref));
+    };
   }
 
   function shown(page) {
@@ -38,9 +42,9 @@
   query.addEventListener("input", async () => {
     ready ??= prepare();
     const search = await ready;
-    const words = query.value.trim().replace(/[^\p{L}\p{N}\s.]/gu, " ");
-    const pages = words.length > 2 ? search(words) : [];
+    const words = query.value.match(/[\p{L}\p{N}.]{2,}/gu) ?? [];
+    const pages = words.length ? search(words) : [];
     results.replaceChildren(...pages.slice(0, 30).map(shown));
-    if (words.length > 2 && !pages.length) results.textContent = results.dataset.noResultsText;
+    if (words.length && !pages.length) results.textContent = results.dataset.noResultsText;
   });
-})();
+});

@@ -12,6 +12,7 @@ from docs.pages import measurements as drawn_measurements
 from docs.pages import site as hook
 from docs.pages.__main__ import PAGES
 from studies import measurements as measured
+from tests.crash.support.browser import PATIENCE, WIDTHS, chromium, opened
 
 ROOT = DOCS.parent
 MADE = {file: text for module in PAGES for file, text in module.pages().items()}
@@ -36,6 +37,19 @@ def test_site__has_every_page_and_loads_nothing_from_a_network(site: Path) -> No
     for page in site.rglob("*.html"):
         head = re.findall(r"<(?:script|link|img)[^>]*>", page.read_text(encoding="utf-8"))
         assert not [element for element in head if LOADED.search(element)], page.name
+
+
+def test_search__finds_a_word_from_disk_in_a_browser(site: Path) -> None:
+    with chromium() as browser, opened(browser, site / "index.html", WIDTHS[-1]) as (page, _, _):
+        page.click('[data-bs-target="#mkdocs_search_modal"]')
+        page.fill("#mkdocs-search-query", "bumper")
+        link = page.locator("#mkdocs-search-results a").first
+        link.wait_for(timeout=PATIENCE)
+        href = link.get_attribute("href") or ""
+        text = (site / href.partition("#")[0]).read_text(encoding="utf-8")
+        assert "bumper" in text.lower()
+        page.fill("#mkdocs-search-query", "xyzzy")
+        page.get_by_text("No results found").wait_for(timeout=PATIENCE)
 
 
 def test_site__has_equations_as_mathml(site: Path) -> None:
