@@ -36,7 +36,7 @@ def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
 
 
 def on_post_build(config: Any) -> None:
-    """The index of the search as a script, which a page from disk may load: sections, without tables of single cases."""
+    """The index of the search as a script, which a page from disk may load: sections, without the tables of cases."""
     folder = Path(config["site_dir"]) / "search"
     index = json.loads((folder / "search_index.json").read_text(encoding="utf-8"))
     index["docs"] = [

@@ -8,6 +8,7 @@ import contextlib
 import io
 import json
 import os
+import re
 import tempfile
 from collections.abc import Iterator
 from pathlib import Path
@@ -17,6 +18,7 @@ from docs.pages import DOCS, MADE, RESULTS, keep
 
 NOTEBOOK = DOCS / "tutorial.ipynb"
 STORED = RESULTS / "tutorial.json"
+SILENCED = re.compile(r";(?=\s*(?:#.*)?\Z)")  # the value of the last line, of which a notebook prints nothing
 
 
 def compute(directory: Path | None = None) -> None:
@@ -48,8 +50,7 @@ def _executed(number: int, source: str, namespace: dict[str, Any]) -> dict[str, 
         if figure:
             pyplot.savefig(DOCS / "drawings" / figure, transparent=True, metadata={"Date": None})
             pyplot.close("all")
-    silenced = source.splitlines()[-1].partition("#")[0].rstrip().endswith(";")
-    if value is not None and not silenced:
+    if value is not None and not SILENCED.search(source):
         printed.write(value.to_string() if hasattr(value, "to_string") else repr(value))
     return {"output": printed.getvalue().replace(os.getcwd(), "."), "figure": figure}
 
@@ -77,7 +78,7 @@ def _parts() -> Iterator[str]:
             made = [MADE.format(source="`docs/tutorial.ipynb`")] if source.startswith("# ") else []
             yield "\n\n".join(filter(None, [title, *made, rest.strip()])) + "\n"
             continue
-        yield f"```python\n{source}\n```\n"
+        yield f"```python\n{SILENCED.sub('', source)}\n```\n"
         kept = next(outputs)
         if kept["output"]:
             yield f"```text\n{kept['output'].rstrip()}\n```\n"
