@@ -46,17 +46,9 @@ def _shots() -> Iterator[str]:
         f"which {failed} perforated the wall.\n"
     )
     yield (
-        "A table of your own has the same columns: the sizes, densities, yield stress and `outcome` (`perforated` or "
+        "`whipple shots` lists them, and those nearest to [your shield](does-my-shield-hold.md); `--own FILE` takes a "
+        "table of your own with the same columns: the sizes, densities, yield stress and `outcome` (`perforated` or "
         "`held`) are needed, `obliquity`, `source`, `shot` and the names of the materials are not.\n"
-    )
-    yield (
-        "```python\n"
-        "from studies.observations.shields.answers import answer\n"
-        "from studies.observations.shields.shots import nearest, published, read_shots\n\n"
-        "print(answer(shot).sentence)  # a studies.laws.Shot with a shield\n"
-        "nearest(shot, published().shots, 5)\n"
-        "answer(shot, own=read_shots(text))\n"
-        "```\n"
     )
     yield (
         "The distance of two shots is the root of the sum of squares of ln of the ratios of d, t_b, t_w, S and v, "
