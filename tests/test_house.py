@@ -19,9 +19,9 @@ from unittest.mock import patch
 import pytest
 import sqlalchemy as sa
 
+from studies.cases.rows import at_most, equal
 from tests import house
 from tests.crash.support.serving import serving
-from tests.rows import at_most, equal
 from tests.service.support.fakes import wait_until
 
 PRODUCT, TESTS = 48_000, 26_000  # lines

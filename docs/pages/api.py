@@ -16,9 +16,9 @@ MODULES: dict[str, tuple[str, ...]] = {
     "whipple": (),
     "service.client.client": ("SweepHandle",),
     "studies.laws": ("names", "load", "answering", "shot_from", "Shot", "Shield", "Law", "LawValue"),
-    "studies.answers.question": ("read_question", "Question", "ShotParameters"),
-    "studies.answers.answer": ("answers", "Answer"),
-    "studies.answers.cube": ("cube_of",),
+    "studies.reports.answers.question": ("read_question", "Question", "ShotParameters"),
+    "studies.reports.answers.answer": ("answers", "ShotAnswer", "QuantityAnswer", "LawAnswer"),
+    "studies.reports.answers.cube": ("cube_of",),
     "solver.simulation": ("simulate", "Outcome", "Snapshot"),
     "solver.problem": ("Problem", "Body", "Face", "StepRule", "ArtificialViscosity"),
 }

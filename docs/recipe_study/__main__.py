@@ -23,7 +23,7 @@ from docs.recipe_study.choice import (
 )
 from docs.recipe_study.measure import FINAL_CELLS, FINAL_SPEEDS, OFFSETS, final_hole, known, measured
 from docs.recipe_study.variants import Variant, scan, variants
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 PROCESSES = 2
 Results = dict[str, dict[str, Any]]

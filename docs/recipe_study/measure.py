@@ -15,7 +15,7 @@ from studies.cases.validation.taylor_bar import HALVED, MATERIAL, MEASURED, REFE
 from studies.cases.verification.contact import contact_and_rebound
 from studies.cases.verification.noh import gated_errors
 from studies.cases.verification.plate_impact import PAIRS, impact, states
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep

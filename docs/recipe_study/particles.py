@@ -20,7 +20,7 @@ from statistics import median
 from typing import Any
 
 from docs.recipe_study.measure import OFFSETS, Figures, computed, hole, taylor
-from studies.quantities.recipes import RECIPES, Recipe
+from studies.quantities.numerical_defaults import RECIPES, Recipe
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 

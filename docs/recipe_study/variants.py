@@ -5,7 +5,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from typing import Any
 
-from studies.quantities.recipes import RECIPES, Recipe
+from studies.quantities.numerical_defaults import RECIPES, Recipe
 
 # Both start from the same place; only the shape differs. Constants of viscosity between those of the codes below.
 BASE = Recipe(

@@ -137,13 +137,13 @@ def _sweep(document: Any, posted: Posted) -> Sweep:
 
 def answered(document: Any, _posted: Posted) -> bytes:
     """What laws and shots say of the shots of a question, as JSON."""
-    from studies.answers import answer, question
+    from studies.reports.answers import answer, question
 
     return json.dumps(answer.document(question.read_question(document)), ensure_ascii=False).encode()
 
 
 def answered_as_cube(document: Any, _posted: Posted) -> bytes:
     """The same as NetCDF-4."""
-    from studies.answers import cube, question
+    from studies.reports.answers import cube, question
 
     return cube.netcdf(question.read_question(document))

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field
 from typing import NoReturn
 
 from studies.quantities.findings import Finding, InvalidInput
-from studies.quantities.recipes import SchemeName
+from studies.quantities.numerical_defaults import SchemeName
 
 MOST_PARTICLES = 20_000_000
 MOST_NODES = 50_000_000

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies import laws, materials, observations, scenarios
+from studies import laws, observations, scenarios
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, comparable, places_of, points_of, simulated
@@ -213,6 +213,4 @@ def _read_table(text: str) -> tuple[Any, Sequence[observations.Observation]]:
 
 def _shot_of(observation: observations.Observation, scenario: Any) -> Shot:
     defaults = {name: each.default for name, each in declared(scenario.parameters).items()}
-    values = {**defaults, **observation.parameters}
-    roles = {role: materials.load(str(values[role])) for role in scenario.materials}
-    return laws.shot_from(values, roles)
+    return laws.shot_from({**defaults, **observation.parameters})

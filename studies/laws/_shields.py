@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cache
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -57,10 +58,11 @@ class HandbookShield:
             return thick
         return float(brentq(excess, 1e-6 * thick, thick, xtol=1e-12))
 
-    def critical_diameter(self, speed: float, thin: "ThinBumper") -> float:
-        """Critical diameter, cm, with shatter at a speed that the bumper decides; km/s of the normal speed."""
+    def critical_diameter(self, thin: "ThinBumper") -> Callable[[float], float]:
+        """Critical diameter, cm, of a normal speed, km/s, with shatter at a speed that the bumper decides."""
         ends = self._shatter_speed(thin), FAST
-        return by_three_ranges(speed, ends, thin.slow_diameter, lambda fast: self.thin_bumper_diameter(fast, thin))
+        fast = cache(lambda speed: self.thin_bumper_diameter(speed, thin))  # asked at its end by each speed below
+        return lambda speed: by_three_ranges(speed, ends, thin.slow_diameter, fast)
 
     def _shatter_speed(self, thin: "ThinBumper") -> float:
         """The speed, km/s, at which the projectile on the limb of strength breaks at the bumper; at most 7 km/s."""

@@ -2,11 +2,12 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 from typing import Any
 
 from solver.units import Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
-from studies.materials import Material
+from studies.materials import Material, load
 
 
 @dataclass(frozen=True)
@@ -71,19 +72,26 @@ class Shot:
         return self.plate_thickness / self.projectile_diameter
 
 
+@lru_cache(maxsize=256)
+def aluminium(density: float, name: str = "") -> Material:
+    """Aluminium of a density, kg/m3: equations of shields read no other constant of projectile and bumper."""
+    return replace(load("al-6061-t6"), name=name or "aluminium", density=density)
+
+
 def shot_of(run: Any) -> Shot:
     """The shot that a run (``studies.runs.run.Run``) computes."""
     materials = {role: Material.from_resolved(plain) for role, plain in run.materials.items()}
     return shot_from(run.parameters, materials)
 
 
-def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material]) -> Shot:
-    """The shot of a scenario's parameters (SI) and its materials by role.
+def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material] | None = None) -> Shot:
+    """The shot of a scenario's parameters (SI) and its materials by role; by default those that ship, by their names.
 
     KeyError where speed, projectile_diameter, projectile, target or a cylinder's length are missing
     or None.
     """
     values = {name: value for name, value in parameters.items() if value is not None}
+    materials = materials or {role: load(values[role]) for role in ("projectile", "target")}
     return Shot(
         speed=values["speed"],
         projectile_diameter=_equivalent_diameter(values),

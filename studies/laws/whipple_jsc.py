@@ -45,7 +45,8 @@ def critical_diameter(
         wall_ratio=lambda diameter: _wall_ratio(matter, diameter, cosine),
         critical_thickness=lambda stand_off: 0.20 if stand_off >= SPACIOUS else 0.25,
     )
-    return in_metres(speed, lambda each: matter.critical_diameter(each * cosine, thin))
+    critical = matter.critical_diameter(thin)
+    return in_metres(speed, lambda each: critical(each * cosine))
 
 
 def _shatter_speed(thickness: float) -> float:

@@ -41,7 +41,7 @@ def critical_diameter(speed: ArrayLike, bumper_density: float, projectile_densit
         wall_ratio=lambda diameter: _wall_ratio(matter, diameter),
         critical_thickness=lambda stand_off: CRITICAL,
     )
-    return in_metres(speed, lambda each: matter.critical_diameter(each, thin))
+    return in_metres(speed, matter.critical_diameter(thin))
 
 
 def _slow_diameter(shield: HandbookShield, speed: float) -> float:

@@ -1,4 +1,4 @@
-"""Observes a run: reads its measurements at each observation, and decides when they have settled."""
+"""Observes a run: reads its measurements at each observation, and ends it when they have settled."""
 
 import json
 import math
@@ -14,13 +14,10 @@ from studies import measurements
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
-from studies.quantities.measured import CLOSED_ON_AXIS, MESH_DETERMINED, TOO_COARSE, Measured
+from studies.quantities.measured import MESH_DETERMINED, TOO_COARSE, Measured
+from studies.runs import settling
 from studies.runs.results import Progress
 from studies.scenarios import Scenario, Setting, SetUp
-
-# A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
-# the share of the value.
-SETTLED_IN_CELLS = 0.25
 
 # Share of a run that this process must have computed before it estimates the time left: an observation or two.
 LEAST_SHARE = 0.02
@@ -89,19 +86,9 @@ class RunObserver:
         return {name: self.measured_as(name) for name in self.scenario.measurements}
 
     def growth(self, name: str) -> float:
-        """Range of a measurement within the last window; NaN before one has passed, and without a present value.
-
-        A length that was not there yet, as a hole, has grown from nothing.
-        """
-        # Observations are up to a step late; half of an interval leaves as many of them in every window.
-        begin = self.times[-1] - self.rate.window + 0.5 * self.rate.interval
-        earlier = [index for index, at in enumerate(self.times) if at <= begin]
-        if not earlier:
-            return math.nan
-        values = np.array([reading[name].value for reading in self.readings[earlier[-1] :]])
-        if self._is_judged(name):
-            values[:-1] = np.nan_to_num(values[:-1])
-        return float(np.ptp(values))
+        """Growth of a measurement within the last window; NaN where it has none."""
+        values = [reading[name].value for reading in self.readings]
+        return settling.growth(self.times, values, self.rate, from_nothing=self._is_judged(name))
 
     def _follow(self, measurement: Measurement) -> Reading:
         values = {name: np.array([reading[name].value for reading in self.readings]) for name in measurement.follows}
@@ -113,16 +100,8 @@ class RunObserver:
         return name in self.scenario.settles or is_length
 
     def _settled(self, name: str) -> bool:
-        """Two windows at least, and a range within the last one below a share of the value or a quarter of a cell.
-
-        A hole that a film still closes has not settled: its diameter leaps when the film has flown away.
-        """
-        reading = self.readings[-1][name]
-        if self.times[-1] < 2.0 * self.rate.window or CLOSED_ON_AXIS in reading.flags:
-            return False
-        share = self.rate.growth * abs(reading.value)
-        cells = SETTLED_IN_CELLS * self.setting.problem.geometry.spacing
-        return self.growth(name) < max(share, cells)
+        cell = self.setting.problem.geometry.spacing
+        return settling.has_settled(self.readings[-1][name], self.growth(name), self.times[-1], self.rate, cell)
 
     def measured_as(self, name: str) -> Measured:
         """The last reading of a measurement with its uncertainty, flags and history."""

@@ -14,8 +14,8 @@ from studies.decks.deck import Deck
 from studies.decks.problem import fixed_step, particles_per_cell, problem_of, signal_speed
 from studies.decks.reader import MOST_BYTES, read_deck
 from studies.quantities.findings import Finding
+from studies.quantities.numerical_defaults import RECIPES, RecipeName
 from studies.quantities.parameters import Choice, LongText
-from studies.quantities.recipes import RECIPES, RecipeName
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics, filled_from, tensions

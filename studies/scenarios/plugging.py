@@ -12,8 +12,8 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
 from studies.quantities.findings import Finding
+from studies.quantities.numerical_defaults import RECIPES
 from studies.quantities.parameters import Choice, MaterialName
-from studies.quantities.recipes import RECIPES
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
 from studies.scenarios.parts.coupled_plate import EVEN, coupled_plate, plate_size

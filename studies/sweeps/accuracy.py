@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from types import MappingProxyType
 
-from studies.quantities.recipes import FEW_PARTICLES
+from studies.quantities.numerical_defaults import FEW_PARTICLES
 
 
 @dataclass(frozen=True)

@@ -14,8 +14,8 @@ from studies.materials import Material
 from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
 from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.numerical_defaults import FEW_PARTICLES
 from studies.quantities.parameters import Value, declared
-from studies.quantities.recipes import FEW_PARTICLES
 from studies.quantities.units import round_quantity
 from studies.runs import run
 from studies.sweeps.accuracy import ACCURACY

@@ -9,9 +9,9 @@ from collections.abc import Callable
 
 import pytest
 
+from studies.cases.rows import Row, at_least, at_most, equal
 from tests.benchmarks import figures
 from tests.benchmarks.measure import BARS, SWEEP
-from tests.rows import Row, at_least, at_most, equal
 
 FASTER = {"axisymmetric_default": 6.0, "3d_linear": 4.0, "3d_spline": 4.5}
 NANOSECONDS = {

@@ -10,19 +10,16 @@ import pytest
 
 from studies.cases import validation
 from studies.cases.compared import ComparedReading
+from studies.cases.rows import Row, at_most, equal
 from studies.cubes import cube
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
-from tests.benchmarks import figures
-from tests.benchmarks.measure import BARS
-from tests.rows import Row, at_most, equal
 
 METHODS = ("mpm", "sph")
 # Cells per diameter, two particles in each and direction: the thesis' mesh, and twice 1.5 times as fine a one.
 GRIDS = (8, 12, 18)
 HOLES = {"hole_diameter": "hole", "hole_diameter_areal": "hole by areal density"}
-SIZE = "12k"  # of the bars whose steps are timed
 
 
 def document() -> dict[str, Any]:
@@ -69,10 +66,3 @@ def test_methods__have_holes_with_error_bars(compared: Callable[[Row], None], tm
             compared(Row(claim, "a value with its bar", value, math.isfinite(value) and bar is not None, bar=bar))
         (mpm, mpm_bar), (sph, sph_bar) = (reading.point for reading in readings)
         compared(Row(f"{says}: sph less mpm (mm)", "", sph - mpm, None, bar=math.hypot(mpm_bar, sph_bar)))
-
-
-@pytest.mark.claim("methods", "methods-speed", minutes=6.0)
-def test_methods__cost_what_is_shown(compared: Callable[[Row], None]) -> None:
-    """A step of smoothed particles, hexahedra and quadrilaterals costs what is shown, by one thread and by two."""
-    for name, got in figures.steps(f"{family}_{SIZE}" for family in ("3d_sph", *BARS)):
-        compared(Row(name, "", got, None))

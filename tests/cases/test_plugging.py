@@ -11,12 +11,12 @@ import numpy as np
 import pytest
 
 from studies import materials
+from studies.cases.rows import Row, at_most, equal, relative
 from studies.reports.limits import fitted_curve
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from studies.runs.run import resolve
 from studies.sweeps.search import LimitOutcome, Search, SearchVerdict, replay
-from tests.rows import Row, at_most, equal, relative
 
 DIAMETER = 20e-3  # m
 ROLES = {"projectile": "arne-elastic", "target": "weldox-460-e"}

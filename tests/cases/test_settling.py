@@ -13,12 +13,12 @@ import numpy as np
 import pytest
 
 from studies import materials, scenarios
+from studies.cases.rows import Row, at_least, at_most
 from studies.quantities.measured import Measured
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from studies.runs.run import resolve
 from tests.cases.test_robustness import COARSE, ORDINARY_SPEEDS, WORKERS, draws
-from tests.rows import Row, at_least, at_most
 
 # Of one seed some 45 measurements settle, and one of them is 2 %: three seeds tell 95 % from 93 %.
 SEEDS, RUNS = (20261122, 101, 102), 40

@@ -13,12 +13,12 @@ import pytest
 from service.cli.validation import STORE, selected, validated
 from service.settings import Settings
 from studies.cases import validation
+from studies.cases.rows import Row
 from studies.cases.validation import ValidationLevel
 from studies.cubes import cube
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
 from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
-from tests.rows import Row
 
 BY_COMMAND = "taylor-bar"  # a single run
 # Of a core: by particle-steps and 0.1 us each, measured 2026-11-23; of the others a guess.

@@ -22,8 +22,7 @@ from pathlib import Path
 
 import pytest
 
-from studies.cases.rows import Verified
-from tests.rows import Row, equal
+from studies.cases.rows import Row, Verified, equal
 
 TESTS = Path(__file__).parents[1]
 ROWS = pytest.StashKey[list[Verified]]()

@@ -77,7 +77,7 @@ def test_runs__end_once_with_their_files_in_so_many_processes(user: EngineUser, 
 
 
 def test_progress__has_the_last_checkpoint(user: EngineUser, tmp_path: Path) -> None:
-    attempt = attempt_in(tmp_path, seconds=2.0)
+    attempt = attempt_in(tmp_path, seconds=1.2)
     user.compute(attempt)
     progress = user.progress_of(attempt)[-1]
     assert progress["checkpoint"] == STEPS
@@ -89,7 +89,7 @@ def test_progress__has_the_last_checkpoint(user: EngineUser, tmp_path: Path) -> 
     [
         ("abort", {}, Cause.CRASH, "SIGABRT"),
         ("raise", {}, Cause.ERROR, "RuntimeError"),
-        ("deaf", {"seconds_limit": 4.0}, Cause.TIME_LIMIT, "TimeLimit"),
+        ("deaf", {"seconds_limit": 2.5}, Cause.TIME_LIMIT, "TimeLimit"),
         ("greedy", {"memory_limit": LIMIT}, Cause.MEMORY_LIMIT, "RuntimeError"),
         ("starved", {"memory_limit": LIMIT}, Cause.MEMORY_LIMIT, "SIGABRT"),
     ],
@@ -107,7 +107,7 @@ def test_kill__is_reported_and_the_neighbour_goes_on(
     place: Place, user: EngineUser, tmp_path: Path, victim: str
 ) -> None:
     killed = attempt_in(tmp_path, 1, seconds=20.0)
-    neighbour = attempt_in(tmp_path, 2, seconds=4.0)
+    neighbour = attempt_in(tmp_path, 2, seconds=2.0)
     pid, other = user.begin(killed, neighbour)
     os.kill(place.worker_of(pid) if victim == "worker" else pid, signal.SIGKILL)
     assert user.end_of(killed).cause is (place.worker_lost if victim == "worker" else Cause.CRASH)
@@ -119,7 +119,7 @@ def test_kill__is_reported_and_the_neighbour_goes_on(
 
 
 def test_stop__ends_that_attempt_alone(user: EngineUser, tmp_path: Path) -> None:
-    stopped, other = attempt_in(tmp_path, 1, "deaf"), attempt_in(tmp_path, 2, seconds=3.0)
+    stopped, other = attempt_in(tmp_path, 1, "deaf"), attempt_in(tmp_path, 2, seconds=1.5)
     pid, _ = user.begin(stopped, other)
     user.engine.stop([stopped.key])
     ending = user.end_of(stopped)

@@ -17,8 +17,8 @@ from solver.registry import entries
 from solver.state import empty_table, views
 from solver.steps.space import new_pack
 from solver.vectors import LANES
+from studies.cases.rows import Row, at_most, equal
 from tests.cases.fields import expansion_error, force_of_uniform_pressure, velocity_gradients
-from tests.rows import Row, at_most, equal
 from tests.solver.bodies import DENSITY, SPACING, Stencil, box, stencil, tabulated
 
 SHAPES = entries("solver.grid.shapes", "SHAPE")

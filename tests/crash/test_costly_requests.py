@@ -17,12 +17,12 @@ from service.api import middleware
 from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
+from studies.cases.rows import Row, absolute, at_least, at_most, equal
 from tests.claims.marked import in_full
 from tests.crash.support import altered_serve, clients
 from tests.crash.support.clients import LivenessProbe, probing
 from tests.crash.support.costly_bodies import BODIES, CostlyBody
 from tests.crash.support.serving import Service
-from tests.rows import Row, absolute, at_least, at_most, equal
 from tests.service.support.api import LARGE_SWEEPS, SWEEP
 
 IDLE = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets", "WHIPPLE_WORKERS": "1"}

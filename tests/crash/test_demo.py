@@ -13,13 +13,13 @@ import xarray as xr
 
 import whipple
 from service.cli.commands.computing import DEMO
+from studies.cases.rows import Row, at_least, at_most, equal
 from studies.cubes.points import refined
 from studies.cubes.reading import quantities_of
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from tests.crash.support.serving import ROOT
-from tests.rows import Row, at_least, at_most, equal
 
 FINE, SPEEDS = 64, ("2 km/s", "4 km/s", "6 km/s")  # twice the cells of the demo's finest grid
 

@@ -18,13 +18,13 @@ import yaml
 from service.files.artifacts import Artifacts, digest
 from service.records.jobs import Kind, State, SweepState, SweepStatus
 from service.store import Store
+from studies.cases.rows import equal
 from studies.quantities.files import RESULT
 from tests.crash.support import inline_service, inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.fault_points import POINTS, VARIABLE
 from tests.crash.support.inline_service import PUBLISHED
 from tests.crash.support.serving import ROOT, START_SECONDS, process_tree
-from tests.rows import equal
 
 WORK = Work(speeds=3, sweeps=1, thicknesses=1, run_seconds=0.1)
 KEY = {"Idempotency-Key": "the-only-one"}

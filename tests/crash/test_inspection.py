@@ -15,7 +15,7 @@ from service.files.artifacts import Artifacts, describe
 from service.records.jobs import Lease, Submission
 from service.store import Store
 from studies.quantities.files import RESULT
-from tests.crash.support.inspection import damaged, differences, half_files
+from tests.crash.support.inspection import differences, half_files
 from tests.service.support.fakes import sweep_of
 from tests.service.support.rows import lease_runs, result
 
@@ -89,12 +89,6 @@ def test_half_file__that_could_be_used_or_shown_is_listed(
 ) -> None:
     write(site.folders["running"] / RESULT, ANSWER)
     file = write(site.folders[place] / name, content)
-    assert site.half_files() == [str(file)]
-
-
-def test_file__that_was_registered_before_it_was_whole_is_a_half_file(site: InspectedStore) -> None:
-    file = site.register(site.running, HALF_ANSWER)
-    assert damaged(site.store, site.artifacts) == []  # it is what its row says
     assert site.half_files() == [str(file)]
 
 

@@ -13,19 +13,19 @@ import yaml
 
 from service.files.artifacts import Artifacts
 from service.records.jobs import Kind, State
+from studies.cases.rows import at_least, equal
 from tests.claims.marked import in_full
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.faults import Fault, KillMoment, Victim, draw_faults
 from tests.crash.support.serving import ROOT
-from tests.rows import at_least, equal
 from tests.service.support.cluster import family
 from tests.service.support.fakes import is_gone, open_store, settings_in, wait_until
 from tests.service.support.targets import RUN_GATE
 
 SEED = int(os.environ.get("WHIPPLE_SEED", "20261121"))
 SOLVER = "tests.crash.support.solving"
-SHORT_WORK, FULL_WORK = Work(speeds=5, sweeps=2), Work(speeds=10, sweeps=19, targets=SOLVER)
+SHORT_WORK, FULL_WORK = Work(speeds=3, sweeps=2), Work(speeds=10, sweeps=19, targets=SOLVER)
 
 
 @dataclass(frozen=True)

@@ -15,10 +15,10 @@ import pytest
 import xarray
 
 from service.files.artifacts import digest
+from studies.cases.rows import Row, equal
 from tests.claims.marked import in_full
 from tests.crash.support.blocks import Block, Reader, blocks_of, cloned, surroundings
 from tests.crash.support.serving import ROOT
-from tests.rows import Row, equal
 from tests.service.support.cluster import free_port
 from tests.service.support.databases import postgresql_server
 

@@ -7,9 +7,9 @@ import pytest
 from playwright.sync_api import Browser
 
 import whipple
+from studies.cases.rows import Row, at_most
 from studies.reports.publish import publish_sweep
 from tests.crash.support.browser import CHROMIUM, SCHEMES, WIDTHS, Scheme, chromium, look, opened, print_page, rows_of
-from tests.rows import Row, at_most, check
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 
@@ -72,12 +72,14 @@ def test_page__shows_every_picture_with_its_text(browser: Browser, report: Path)
 
 
 @pytest.mark.parametrize(("width", "scheme"), [*zip(WIDTHS, reversed(SCHEMES), strict=True)])
-def test_page__is_quiet_whole_and_accessible(browser: Browser, report: Path, width: int, scheme: Scheme) -> None:
-    check(rows_of(look(browser, report, width, scheme), f"{width} px, {scheme}"))
+def test_page__is_quiet_whole_and_accessible(
+    browser: Browser, report: Path, width: int, scheme: Scheme, compared: Callable[..., None]
+) -> None:
+    compared(*rows_of(look(browser, report, width, scheme), f"{width} px, {scheme}"))
 
 
-def test_page__prints_on_paper(browser: Browser, report: Path, tmp_path: Path) -> None:
-    check(print_page(browser, report, tmp_path / "report.pdf"))
+def test_page__prints_on_paper(browser: Browser, report: Path, tmp_path: Path, compared: Callable[..., None]) -> None:
+    compared(*print_page(browser, report, tmp_path / "report.pdf"))
 
 
 @pytest.mark.claim("report", "report-page", minutes=2.0)

@@ -54,9 +54,9 @@ def test_main_job__goes_from_submission_to_cube_and_report(tmp_path: Path) -> No
 
 @pytest.fixture(scope="module")
 def busy(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Service]:
-    """A service whose runs take a minute."""
+    """A service whose runs take longer than it has to leave."""
     data = tmp_path_factory.mktemp("busy") / "data"
-    with serving(data, **FAKE, WHIPPLE_TEST_SECONDS="60") as service:
+    with serving(data, **FAKE, WHIPPLE_TEST_SECONDS="40") as service:
         yield service
 
 
@@ -81,5 +81,5 @@ def test_sigterm__ends_the_service_in_time_and_leaves_no_process(busy: Service) 
         id = client.submit(SMOKE).id
         wait_until(lambda: client.sweep(id).status().counts["running"] > 0, seconds=START_SECONDS)
     started = family(busy.pid)
-    assert busy.leave() == 0  # in half of the time that the run takes, or it raises
+    assert busy.leave() == 0  # before the run would end, or it raises
     wait_until(lambda: all(map(is_gone, started)), seconds=LEAVE_SECONDS)

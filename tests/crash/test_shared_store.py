@@ -15,15 +15,15 @@ import httpx
 import pytest
 
 from service.records.jobs import State
+from studies.cases.rows import Row, at_most, equal
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.serving import Service, http
-from tests.rows import Row, at_most, equal
 from tests.service.support.fakes import wait_until
 
 # Four runs.
 WORK = Work(speeds=2, sweeps=1, targets="tests.service.support.targets", run_seconds=0.0)
-SLOW = replace(WORK, run_seconds=1.0)  # some are under way when the leader is frozen
+SLOW = replace(WORK, run_seconds=0.4)  # some are under way when the leader is frozen
 SHARED = Work(speeds=4, sweeps=1, run_seconds=0.3)
 ONE_WORKER = {"WHIPPLE_WORKERS": "1"}
 NOT_THERE = "the data directory is missing"

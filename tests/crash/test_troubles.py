@@ -20,6 +20,7 @@ import xarray as xr
 
 from service.records.jobs import Cause, StoreUnavailable
 from service.store import Store
+from studies.cases.rows import Row, at_least, equal
 from studies.quantities.files import write_text
 from tests.claims.marked import in_full
 from tests.crash.support import inspection
@@ -28,16 +29,15 @@ from tests.crash.support.chained import FAILING
 from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
 from tests.crash.support.faults import KillMoment
 from tests.crash.support.serving import MARK
-from tests.rows import Row, at_least, equal
 from tests.service.support.databases import postgresql_server
 from tests.service.support.fakes import is_gone, wait_until
 
-WORK = Work(speeds=4, sweeps=1, thicknesses=1, run_seconds=1.0)
+WORK = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=1.0)
 # Runs that are still computing when the disk is full, or the clock is set, however late that is.
 LONG = replace(WORK, run_seconds=3.0)
 NEIGHBOURS = replace(WORK, speeds=6, run_seconds=0.2)
 ONE_WORKER = {"WHIPPLE_WORKERS": "1"}  # each takes seconds of computing to start
-LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "15"}
+LIMITS = {"WHIPPLE_MEMORY_LIMIT": "1GiB", "WHIPPLE_RUN_SECONDS_LIMIT": "8"}
 FAILURES = {3000: ("greedy", Cause.MEMORY_LIMIT), 3100: ("deaf", Cause.TIME_LIMIT), 3200: ("abort", Cause.CRASH)}
 DISK, RESERVE = 128 << 20, 32 << 20  # bytes of a file system of its own, and what is to stay free
 LOOKS = 5  # turns of the dispatcher
@@ -124,7 +124,7 @@ def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Callable[...
     """A clock that is set back by a day, and forward again: nothing is lost, nothing stops."""
     clock = tmp_path / "clock"
     write_text(clock, "0")
-    with crash_test(LONG, tmp_path, settings=ONE_WORKER, program=(*BRIEF[:-1], str(clock))) as here:
+    with crash_test(replace(LONG, speeds=3), tmp_path, settings=ONE_WORKER, program=(*BRIEF[:-1], str(clock))) as here:
         ids = here.submit()
         for shift in (-DAY, DAY):
             here.wait_until_computing()

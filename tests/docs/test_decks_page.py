@@ -36,20 +36,6 @@ def test_commands__of_the_page_read_its_deck(
     assert point.run.parameters["contact"] == "bardenhagen"
 
 
-def test_command__names_the_line_of_an_unknown_macro(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "bad.mpm"
-    file.write_text(DECK.replace("endtime", "finish"))
-    assert run("deck", str(file)) == 2
-    assert "deck line 9" in capsys.readouterr().err
-
-
-def test_command__refuses_bytes_that_are_no_text(tmp_path: Path, capsys: pytest.CaptureFixture[str]) -> None:
-    file = tmp_path / "bad.mpm"
-    file.write_bytes(DECK.encode().replace(b"halves", b"h\xe4lften"))
-    assert run("deck", str(file)) == 2
-    assert "deck line 1" in capsys.readouterr().err
-
-
 def test_page__tells_of_every_material_and_refusal() -> None:
     for name in (*KINDS, *REFUSED):
         assert f"`{name}`" in TEXT, name

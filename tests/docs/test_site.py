@@ -3,13 +3,10 @@
 import re
 from pathlib import Path
 
-import numpy as np
 import pytest
-from scipy import stats
 
 from docs.pages import DOCS, shots
 from docs.pages import measurements as drawn_measurements
-from docs.pages import site as hook
 from docs.pages.__main__ import PAGES
 from studies import measurements as measured
 from tests.crash.support.browser import PATIENCE, WIDTHS, chromium, opened
@@ -84,31 +81,3 @@ def test_drawings__have_a_name_for_every_measurement() -> None:
 def test_pages__name_files_that_are_there(page: Path) -> None:
     for path in PATH.findall(page.read_text(encoding="utf-8")):
         assert (ROOT / path).exists(), path
-
-
-def test_links__of_files_outside_of_the_pages_lead_to_pages_or_are_text() -> None:
-    text = "[a](docs/solver.md#x), [b](LICENSE), [c](CONTRIBUTING.md) and [d](https://e.org)"
-    assert hook.relinked(text, "") == ("[a](solver.md#x), b, [c](contributing.md) and [d](https://e.org)")
-    text = "[a](../solver.md#x), ![b](../drawings/b.svg), [c](../../CONTRIBUTING.md), [d](d.md) and [e](#e)"
-    assert hook.relinked(text, "docs/verification") == text.replace("../../CONTRIBUTING", "../contributing")
-
-
-def test_shots__bias_and_scatter_are_those_of_the_table() -> None:
-    """By other means: scipy over the rows of the stored table."""
-    rows = shots.stored()["shots"]
-    text = (DOCS / "shots.md").read_text(encoding="utf-8")
-    for name, title in shots.TITLES.items():
-        for quantity in {row["quantity"] for row in rows if row["table"] == name}:
-            mine = [row for row in rows if (row["table"], row["quantity"]) == (name, quantity)]
-            pairs = np.array([[row[key] or np.nan for key in ("simulated", "observed")] for row in mine], float)
-            ratios = 100.0 * (pairs[:, 0] / pairs[:, 1] - 1.0)
-            compared = f"{np.isfinite(ratios).sum()} of {len(mine)}"
-            printed = f"| {title} | {measured.load(quantity).title} | {compared} |"
-            [line] = [line for line in text.splitlines() if line.startswith(printed)]
-            bias = line.split("|")[4].strip().replace("−", "-")
-            known = ratios[np.isfinite(ratios)]
-            if known.size < 5:
-                assert bias == "–"
-                continue
-            ends = stats.ttest_1samp(known, 0.0).confidence_interval(0.95)
-            assert [*map(float, bias.split(" to "))] == pytest.approx([*ends], abs=0.051)

@@ -4,15 +4,14 @@ import io
 import json
 import logging
 import warnings
-from collections.abc import Callable, Iterator
-from pathlib import Path
+from collections.abc import Callable
 from typing import Any
 
 import pytest
 
 from service import logs
 from service.records.jobs import Kind
-from tests.service.support.api import Api, open_api
+from tests.service.support.api import Api
 from tests.service.support.fakes import run_id
 from tests.service.support.rows import lease_of
 
@@ -27,12 +26,6 @@ def lines() -> Lines:
     return lambda: [json.loads(line) for line in written.getvalue().splitlines()]
 
 
-@pytest.fixture
-def api(tmp_path: Path) -> Iterator[Api]:
-    with open_api(tmp_path) as opened:
-        yield opened
-
-
 def of_requests(lines: Lines) -> list[dict[str, Any]]:
     return [line for line in lines() if line["logger"] == "service.api.middleware"]
 
@@ -45,12 +38,6 @@ def test_line__has_time_level_logger_and_message(lines: Lines) -> None:
     assert (line["message"], line["run"], line["sweep"]) == ("done", "7", "9")
 
 
-def test_line__is_one_whatever_its_text_holds(lines: Lines) -> None:
-    logging.getLogger("service").warning('a\nb\r\x1b[31m"%s', "\u2028{}")
-    [line] = lines()
-    assert line["message"] == 'a\nb\r\x1b[31m"\u2028{}'
-
-
 def test_line__of_an_attempt_names_its_run_or_sweep(lines: Lines) -> None:
     for lease in (lease_of(), lease_of(kind=Kind.PUBLISH, sweep_id="9")):
         extra = {**logs.about(lease), "secret": "whp_1"}  # which is no field of a line
@@ -60,16 +47,6 @@ def test_line__of_an_attempt_names_its_run_or_sweep(lines: Lines) -> None:
     assert (of_sweep["sweep"], of_sweep["attempt"]) == ("9", 1)
     assert not {"secret", "sweep"} & of_run.keys()
     assert not {"secret", "run"} & of_sweep.keys()
-
-
-def test_exception__keeps_its_trace_in_the_line(lines: Lines) -> None:
-    try:
-        raise ValueError("out of order")
-    except ValueError:
-        logging.getLogger("service").exception("it failed")
-    [line] = lines()
-    assert line["level"] == "error"
-    assert "out of order" in line["trace"]
 
 
 def test_others__are_heard_from_warnings_on(lines: Lines) -> None:
@@ -105,13 +82,6 @@ def test_request__that_fails_has_its_id_on_every_line(api: Api, lines: Lines, mo
     assert of_request[0]["message"] == "about to fail"
     assert any("out of order" in line.get("trace", "") for line in of_request)
     assert of_requests(lines)[-1]["status"] == 500
-
-
-def test_request__by_machines_every_few_seconds_is_no_line(api: Api, lines: Lines) -> None:
-    api.term()
-    for path in ("/livez", "/readyz", "/metrics"):
-        assert api.http.get(path).status_code == 200
-    assert of_requests(lines) == []
 
 
 def test_request__of_what_is_not_there_is_a_line_without_what_was_written(api: Api, lines: Lines) -> None:

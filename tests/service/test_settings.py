@@ -81,17 +81,6 @@ def test_engine__needs_its_certificates(certificates: dict[str, Any]) -> None:
     assert said == {"tls_key": "a PEM file, which the engine at tls://a:8786 requires"}
 
 
-def test_database__is_one_of_two() -> None:
-    assert refusals(database_url="mysql://a/b") == {"database_url": "a URL of one of these: sqlite, postgresql"}
-
-
-@pytest.mark.parametrize(
-    ("url", "several"), [(None, False), ("sqlite:////tmp/x.db", False), ("postgresql+psycopg://a/b", True)]
-)
-def test_replicas__only_with_postgresql(url: str | None, several: bool) -> None:
-    assert Settings(database_url=url).has_replicas is several
-
-
 @pytest.mark.parametrize(
     ("name", "value"),
     [
@@ -118,8 +107,3 @@ def test_threads__are_those_that_are_asked_for_or_the_free_workers(
     assert Settings().threads_of_a_run(workers=8, runs=2) == of_a_run
     assert Settings(threads=None).threads_of_a_run(workers=8, runs=3) == 2
     assert Settings(threads=None).threads_of_a_run(workers=1, runs=4) == 1
-
-
-def test_threads__one_on_machines_whose_cores_are_not_counted(certificates: dict[str, Any]) -> None:
-    elsewhere = Settings(engine="tls://scheduler.example.org:8786", **certificates)
-    assert elsewhere.threads_of_a_run(workers=8, runs=1) == 1

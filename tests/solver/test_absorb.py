@@ -1,12 +1,10 @@
 """Absorbing surfaces: the traction that they give, what leaves, and the energy that they remove."""
 
-from dataclasses import replace
 from typing import Any
 
 import numpy as np
 import pytest
 
-from solver.errors import ProblemError
 from solver.grid.absorb import Dashpots, absorber, dashpots
 from solver.grid.faces import closed_nodes
 from solver.grid.nodes import node_positions
@@ -49,11 +47,6 @@ def column(body_end: float, speed: float, **changes: Any) -> Problem:
     return Problem(geometry, (body,), faces, end_time=1.0, absorbers=absorbers, **changes)
 
 
-def test_absorber__has_the_impedances_of_its_matter() -> None:
-    """rho c of the two waves; the normal one is that of the axis."""
-    assert np.allclose(end(1, 3.0).impedance, (ACROSS, NORMAL, ACROSS), rtol=ROUND_OFF)
-
-
 @each_shape
 @pytest.mark.parametrize(("offset", "within"), [(0.0, 1e-6), (0.2, 0.03), (0.5, 1e-6)])
 def test_dashpots__answer_a_velocity_with_area_times_impedance(shape: Any, offset: float, within: float) -> None:
@@ -90,36 +83,6 @@ def test_absorbed_energy__is_removed_to_round_off(shape: Any, changes: dict[str,
     audit = after(column(8.0, -500.0, shape=shape, **changes), 60).audit()
     assert audit.removed_energy > 0.01
     assert_balanced(audit)
-
-
-def test_dashpots__let_thin_debris_through() -> None:
-    """A node with a fifth of its mass feels nothing."""
-    simulation = start(column(8.0, 1.0), threads=1)
-    simulation.particles.mass[:] *= 0.2
-    simulation.advance()
-    assert np.allclose(simulation.particles.velocity, (1.0, 0.0, 0.0), rtol=ROUND_OFF, atol=ROUND_OFF)
-    assert simulation.removed == 0.0
-
-
-def test_dashpots__hold_only_their_own_body() -> None:
-    """With contact another body at the same place is free."""
-    alone = column(8.0, 0.0, contact=Contact())
-    other = block(alone.geometry, (4.0, 0.0, 0.0), (8.0, 1.0, 1.0), name="free")
-    held, free = _fields(replace(alone, bodies=(*alone.bodies, other)))
-    assert [len(held.dashpots), len(free.dashpots)] == [1, 0]
-    [expected] = _fields(alone)
-    assert np.array_equal(held.dashpots[0].constant, expected.dashpots[0].constant)
-
-
-def _fields(problem: Problem) -> Any:
-    stepper: Any = start(problem, threads=1).stepper
-    return stepper.fields
-
-
-def test_absorber__without_a_surface_is_refused() -> None:
-    inside = replace(column(8.0, 0.0), absorbers=(end(0, 6.0),))
-    with pytest.raises(ProblemError, match=r"'block' has no surface at 0\.006 m on axis 0"):
-        start(inside, threads=1)
 
 
 @each_shape

@@ -17,7 +17,6 @@ from solver.checkpoints import (
     Checkpointing,
     CheckpointRefused,
     content_hash,
-    fingerprint,
     read_checkpoint,
     write_checkpoint,
 )
@@ -25,8 +24,7 @@ from solver.errors import Interrupted
 from solver.fem.elements import Hexahedron, Quadrilateral
 from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
 from solver.problem import Contact, Damping, Face, Problem, Retirement, Scheme
-from solver.simulation import CARRIED_NUMBERS, Outcome, simulate
-from solver.sph.step import ParticleStepper
+from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
 from tests.solver.bodies import ABOUT_AXIS, FREE, after, block, box, leaving, two_blocks
 from tests.solver.test_coupling import bar, pressing
@@ -198,32 +196,6 @@ def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(name: str, file
         file.unlink()
 
 
-@pytest.mark.parametrize("name", CARRIED_NUMBERS)
-def test_restart__would_differ_without_any_of_the_numbers_carried(
-    name: str, file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    """The comparison sees each of them: what is left out starts from its initial value again."""
-    problem = rubbing(end_time=0.5 * END, gravity=GRAVITY)
-    expected = Witness(file).run(problem)
-    stopped(problem, file)
-    others = tuple(other for other in CARRIED_NUMBERS if other != name)
-    monkeypatch.setattr(simulation_module, "CARRIED_NUMBERS", others)
-    assert not same_bits(Witness(file).run(problem), expected)
-
-
-def test_restart__again_and_again_ends_with_the_same_bits(file: Path) -> None:
-    problem = leaving("axisymmetric")
-    expected = Witness(file).run(problem)
-    for _ in range(expected.snapshot.step):
-        try:
-            outcome = Witness(file, leave_at=(13,)).run(problem)
-        except Interrupted:
-            continue
-        assert same_bits(outcome, expected)
-        return
-    raise AssertionError("the run never came to its end")
-
-
 @pytest.mark.claim("methods", "methods-speed")
 @pytest.mark.parametrize("name", ["outflow", "retired", *OF_OTHER_METHODS])
 def test_restart__with_other_threads_ends_with_the_same_bits(name: str, file: Path) -> None:
@@ -234,25 +206,6 @@ def test_restart__with_other_threads_ends_with_the_same_bits(name: str, file: Pa
     later = Witness(file)
     assert same_bits(later.run(problem, threads=2, shares=3), expected)
     assert later.steps == expected.snapshot.step - STOPPED
-
-
-def test_restart__of_smoothed_particles_would_differ_without_the_step_before(
-    file: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    problem = impact(end_time=2e-6)
-    expected = Witness(file).run(problem)
-    stopped(problem, file, 7)
-    monkeypatch.setattr(ParticleStepper, "take_over", lambda stepper, arrays: None)
-    assert not same_bits(Witness(file).run(problem), expected)
-
-
-def test_checkpoint__written_on_the_way_changes_no_bit(file: Path) -> None:
-    problem = blocks()
-    expected = simulate(problem, lambda _: None, interval=INTERVAL, threads=1)
-    assert same_bits(Witness(file).run(problem, seconds_between=0.0), expected)
-    later = Witness(file)
-    assert same_bits(later.run(problem), expected)
-    assert later.steps == 0
 
 
 # What is refused
@@ -294,17 +247,6 @@ def test_restart__refuses_another_physics_and_compiler(file: Path, monkeypatch: 
     assert starts_anew(blocks(), file).endswith("different cpu, physics")
 
 
-def test_fingerprint__names_what_decides_the_bits() -> None:
-    names = {"cpu", "cpu_features", "llvmlite", "numba", "numpy", "physics", "problem", "settings"}
-    assert set(fingerprint(blocks())) >= {*names, "solver"}
-
-
-def test_restart__refuses_a_damaged_file(file: Path) -> None:
-    stopped(blocks(), file)
-    file.write_bytes(file.read_bytes()[:-1])
-    assert starts_anew(blocks(), file).endswith("the file is damaged")
-
-
 def test_run__that_cannot_write_says_so_and_goes_on(tmp_path: Path) -> None:
     witness = Witness(tmp_path / "absent" / "run.checkpoint")
     assert witness.run(blocks(end_time=5e-8), seconds_between=0.0).stop == "end_time"
@@ -330,17 +272,6 @@ MARK = {"compiler": "one"}
 def written(file: Path) -> Path:
     write_checkpoint(file, MARK, SAMPLE)
     return file
-
-
-def test_file__gives_every_bit_back(written: Path) -> None:
-    content = read_checkpoint(written, MARK)
-    assert repr(content.numbers) == repr(SAMPLE.numbers)
-    assert list(content.arrays) == list(SAMPLE.arrays)
-    for name, array in SAMPLE.arrays.items():
-        assert content.arrays[name].shape == array.shape
-        assert content.arrays[name].dtype == array.dtype
-        assert content.arrays[name].tobytes() == array.tobytes()
-        assert content.arrays[name].flags.writeable
 
 
 def test_file__stays_alone_and_as_it_was_when_a_write_fails(written: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -393,8 +324,3 @@ def test_content__differs_with_every_part_of_a_problem() -> None:
     ]
     assert content_hash(blocks()) == content_hash(plain)
     assert len({content_hash(problem) for problem in (plain, *others)}) == 1 + len(others)
-
-
-def test_content__of_something_unknown_is_refused() -> None:
-    with pytest.raises(TypeError, match="dict"):
-        content_hash({"a": 1})

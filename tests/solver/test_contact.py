@@ -11,7 +11,7 @@ import pytest
 
 from solver.grid.shapes.gimp import Gimp
 from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
-from solver.problem import Contact, Criterion, Problem, Scheme
+from solver.problem import Contact, Criterion, Problem
 from solver.simulation import start
 from tests.solver.bodies import OPEN, ROUND_OFF, after, assert_balanced, block, box, each_kind, each_shape, two_blocks
 
@@ -67,15 +67,3 @@ def test_contact_at_the_gap__acts_when_the_faces_meet_and_accounts_for_what_it_r
     audit = simulation.audit()
     assert audit.removed_energy == audit.contact_energy > 0.0
     assert_balanced(audit)
-
-
-@pytest.mark.parametrize("scheme", [Scheme.USF, Scheme.USL])
-def test_contact__accounts_for_what_it_removes_in_schemes_that_do_not_map_back(scheme: Scheme) -> None:
-    """The sum drifts with the scheme as it does in one velocity field, and not by what contact removes."""
-    shape = QuadraticBSpline()
-    alone, apart = (
-        after(two_blocks("axisymmetric", shape=shape, contact=contact, scheme=scheme), STEPS).audit()
-        for contact in (None, Contact())
-    )
-    assert apart.contact_energy > 0.03
-    assert abs(apart.energy_drift - alone.energy_drift) < 0.03

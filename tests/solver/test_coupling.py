@@ -92,27 +92,6 @@ def test_half_a_block_at_a_plane_of_symmetry_moves_as_the_whole_one() -> None:
     np.testing.assert_allclose(one.velocity[mine], both.velocity[right], atol=1e-9 * np.abs(both.velocity).max())
 
 
-def test_nodes_beyond_the_reach_of_particles_change_nothing() -> None:
-    """They are left out of the neighbours, and what particles do is the same to round-off."""
-    long = bar(pressing)
-    far, mesh = lattice(Hexahedron(), LINE, LINE, np.arange(-20, 2 * CELLS + 1) * SPACING)
-    elements = replace(
-        long.bodies[0], position=far, velocity=np.zeros(3), mass=node_masses(mesh, far, DENSITY), mesh=mesh
-    )
-    made = [start(replace(long, bodies=(elements, long.bodies[1])), shares=2) for _ in range(2)]
-    made[1].stepper.particles._hide = lambda partition: None  # type: ignore[attr-defined]
-    for _ in range(5):
-        for each in made:
-            each.advance()
-    seen, every = (each.stepper.particles.measures[0] > 0.0 for each in made)  # type: ignore[attr-defined]
-    assert 0.2 * every.sum() < seen.sum() < 0.6 * every.sum()
-    scale = np.abs(made[1].particles.velocity).max()
-    for name in ("velocity", "position"):
-        np.testing.assert_allclose(
-            getattr(made[0].particles, name), getattr(made[1].particles, name), atol=1e-12 * scale
-        )
-
-
 def test_bodies_that_cannot_be_coupled_are_refused() -> None:
     problem = bar()
     elements, particles = problem.bodies

@@ -7,23 +7,10 @@ import numpy as np
 import pytest
 
 from solver import simulation as simulation_module
-from solver.errors import ProblemError
-from solver.grid.debris import clear_debris, flown, flown_on_grid
-from solver.problem import Body, Face, Problem, Retirement
+from solver.grid.debris import clear_debris
+from solver.problem import Problem, Retirement
 from solver.simulation import start
-from solver.state import NONE_DEPARTED, Departed
-from tests.solver.bodies import (
-    ABOUT_AXIS,
-    FREE,
-    OPEN,
-    ROUND_OFF,
-    after,
-    assert_balanced,
-    block,
-    box,
-    leaving,
-    real_copper,
-)
+from tests.solver.bodies import ABOUT_AXIS, ROUND_OFF, after, assert_balanced, block, box, leaving, real_copper
 
 SPEED = 1000.0  # m/s
 REORDERED = 50  # steps between reorderings here, so that short runs have some
@@ -49,13 +36,6 @@ def beside(low: Corner, high: Corner, velocity: tuple[float, float, float]) -> P
 def behind(**changes: Any) -> Problem:
     """A block that flies away behind the target."""
     return replace(beside((4.0, 17.0), (6.0, 19.0), (0.0, SPEED, 0.0)), **changes)
-
-
-def with_debris(**changes: Any) -> Problem:
-    """The block that flies away, changed."""
-    problem = behind()
-    debris: Body = replace(problem.bodies[0], **changes)
-    return replace(problem, bodies=(debris, problem.bodies[1]))
 
 
 def leaves(problem: Problem) -> bool:
@@ -89,53 +69,7 @@ def test_departed__is_what_has_come_off_and_meets_nothing(
     assert leaves(beside(low, high, velocity)) == goes
 
 
-def test_departed__goes_as_a_piece_or_not_at_all() -> None:
-    velocity = np.tile((0.0, SPEED, 0.0), (behind().bodies[0].mass.size, 1))
-    velocity[-1] = (0.0, -SPEED, 0.0)
-    assert not leaves(with_debris(velocity=velocity))
-
-
-def test_departed__spares_the_heaviest_piece_of_the_body_of_the_target() -> None:
-    """Whatever is heavier in another body."""
-    assert leaves(with_debris(mass=1e3 * behind().bodies[0].mass))
-
-
-@pytest.mark.parametrize(("across", "goes"), [(2.0 * SPEED, True), (0.0, False)])
-def test_departed__in_three_dimensions_flies_past_the_side_of_the_target(across: float, goes: bool) -> None:
-    geometry = box(8, 8, 20)
-    target = block(geometry, (1.0, 1.0, 8.0), (4.0, 7.0, 10.0), name="target")
-    debris = block(geometry, (1.0, 3.0, 14.0), (2.0, 4.0, 15.0), velocity=(across, 0.0, -SPEED))
-    rule = Retirement(body=1, after=0.0)
-    problem = Problem(geometry, (debris, target), OPEN, end_time=1.0, retirement=rule)
-    assert leaves(problem) == goes
-
-
-@pytest.mark.parametrize("rule", [Retirement(body=1, after=1.0), None])
-def test_debris__is_followed_before_its_time_and_without_a_rule(rule: Retirement | None) -> None:
-    simulation = after(behind(retirement=rule), STEPS)
-    assert simulation.departed.mass.size == NONE_DEPARTED.mass.size == 0
-    assert simulation.ledger.particles == 0
-
-
-@pytest.mark.parametrize("pair", [(Face.WALL, Face.FREE), (Face.SYMMETRIC, Face.SYMMETRIC)])
-def test_retirement__where_debris_may_come_back_is_refused(pair: tuple[Face, Face]) -> None:
-    with pytest.raises(ProblemError, match="follow it"):
-        behind(faces=(ABOUT_AXIS[0], pair, FREE))
-
-
 # What it leaves
-
-
-def test_record__is_the_state_in_which_it_went() -> None:
-    before, retired = after(behind(), REORDERED), after(behind(), STEPS).departed
-    order = np.flatnonzero(before.body == 0)
-    order = order[np.argsort(before.particles.number[order])]
-    place = np.argsort(retired.number)
-    for name in set(Departed._fields) - {"time", "body"}:
-        expected = getattr(before.particles, name)[order]
-        np.testing.assert_array_equal(getattr(retired, name)[place], expected, name)
-    assert (retired.body == 0).all()
-    assert (retired.time == before.time).all()
 
 
 def test_balances__hold_with_what_was_retired() -> None:
@@ -145,25 +79,6 @@ def test_balances__hold_with_what_was_retired() -> None:
     assert simulation.ledger.mass == pytest.approx(debris.mass.sum(), rel=ROUND_OFF)
     assert audit.outflow_energy == pytest.approx(1.0, rel=ROUND_OFF)
     assert_balanced(audit)
-
-
-def test_step__is_no_longer_that_of_debris_which_was_retired() -> None:
-    """The convective rule follows the fastest particle."""
-    rules = behind().retirement, None
-    retired, followed = (after(behind(retirement=rule), 3 * REORDERED).dt for rule in rules)
-    assert retired > followed
-
-
-def test_flown__is_straight_mirrored_at_the_axis_and_ends_at_the_edge() -> None:
-    problem = behind()
-    debris = Departed(*(field[:1] for field in after(problem, STEPS).departed))._replace(
-        time=np.array([1e-6]), position=np.array([[2e-3, 18e-3, 0.0]]), velocity=np.array([[-1000.0, 500.0, 0.0]])
-    )
-    # Places at 1, 2, 5 and 20 us: with the record, before the axis, beyond it and mirrored, off the grid of 12 mm.
-    expected = {1e-6: (2e-3, 18e-3), 2e-6: (1e-3, 18.5e-3), 5e-6: (2e-3, 20e-3)}
-    for time, place in expected.items():
-        np.testing.assert_allclose(flown_on_grid(problem, debris, time)[0, :2], place, rtol=ROUND_OFF)
-    assert np.isnan(flown_on_grid(problem, debris, 20e-6)).all()
 
 
 # What leaves by itself
@@ -186,13 +101,3 @@ def test_record__holds_what_leaves_the_grid_with_its_totals(kind: str) -> None:
     assert kinetic == pytest.approx(ledger.kinetic, rel=ROUND_OFF)
     assert (np.diff(departed.time) >= 0.0).all()
     assert kinetic == pytest.approx(sum(body.departed_kinetic for body in bodies), rel=ROUND_OFF)
-
-
-def test_record__of_what_left_lies_outside_the_grid_and_flies_on() -> None:
-    simulation = after(leaving("axisymmetric"), STEPS)
-    problem, departed = simulation.problem, simulation.departed
-    upper = problem.geometry.lower + problem.geometry.cells * problem.geometry.spacing
-    place = flown(problem, departed, simulation.time)
-    beyond = (place < problem.geometry.lower) | (place > upper)
-    assert beyond[:, :2].any(axis=1).all()
-    assert np.isnan(flown_on_grid(problem, departed, simulation.time)).all()

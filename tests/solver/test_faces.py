@@ -5,69 +5,21 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.grid.faces import CLOSED, OPEN, closed_nodes
-from solver.grid.nodes import node_positions
 from solver.grid.step import Field
 from solver.problem import Face, Problem, clamp
 from solver.simulation import start
 from solver.state import empty_table, views
 from solver.steps.crossing import cross_faces
-from tests.solver.bodies import FREE, ROUND_OFF, SPACING, SYMMETRIC, assert_balanced, block, box, each_shape
+from tests.solver.bodies import FREE, SPACING, SYMMETRIC, assert_balanced, block, box, each_shape
 
 BOX = box(4, 4, 4)
 DT = 1e-8
-MOMENTUM, FORCE = np.array([1.0, 2.0, 3.0]), np.array([10e8, 20e8, 30e8])
 CLOSED_FACES = [Face.FIXED, Face.SYMMETRIC, Face.WALL]
 each_axis = pytest.mark.parametrize("axis", [0, 1, 2])
 each_side = pytest.mark.parametrize("side", [0, 1])
 
 
 # On nodes
-
-
-def field_with(kind: Face, axis: int, side: int) -> Field:
-    """The nodes of the box, one of whose faces is closed."""
-    faces = [[Face.FREE, Face.FREE] for _ in range(3)]
-    faces[axis][side] = kind
-    return field_of(*map(tuple, faces))
-
-
-def field_of(*faces: Any) -> Field:
-    """The nodes of the box between faces, all of them near a particle."""
-    body = block(BOX, (1.0, 1.0, 1.0), (3.0, 3.0, 3.0))
-    field = Field(Problem(BOX, (body,), faces, end_time=1.0), slice(0, 1), 1)
-    field.touched[:] = 1
-    return field
-
-
-def held(kind: Face, axis: int, side: int, *, momentum: Any = MOMENTUM, force: Any = FORCE) -> tuple[Field, np.ndarray]:
-    """All nodes but the ghosts of a face loaded alike, that face held; and the impulse that it gave."""
-    field, impulse = field_with(kind, axis, side), np.zeros(3)
-    nodes = field.nodes
-    nodes.mass[:] = 1.0
-    nodes.momentum[:], nodes.force[:] = momentum, force
-    nodes.state[field.closed.ghost] = 0.0
-    field.close(DT, impulse)
-    return field, impulse
-
-
-@each_axis
-@each_side
-@pytest.mark.parametrize("kind", [Face.FIXED, Face.SYMMETRIC])
-def test_face__holds_its_components_of_its_own_nodes_and_accounts_for_their_impulse(
-    kind: Face, axis: int, side: int
-) -> None:
-    field, impulse = held(kind, axis, side)
-    nodes, on_face, ghosts = field.nodes, field.closed.face, field.closed.ghost
-    slides = np.arange(3) != axis if kind == Face.SYMMETRIC else np.zeros(3, bool)
-    assert on_face.size == 7 * 7  # ghosts of the other faces included
-    assert not nodes.state[ghosts].any()
-    others = np.setdiff1d(np.arange(nodes.mass.size), [on_face, ghosts])
-    for vectors, loaded in ((nodes.momentum, MOMENTUM), (nodes.force, FORCE)):
-        assert (vectors[others] == loaded).all()
-        assert (vectors[on_face] == loaded * slides).all()
-    expected = -on_face.size * DT * FORCE * ~slides
-    assert np.allclose(impulse, expected, rtol=ROUND_OFF, atol=0.0)
 
 
 @pytest.mark.parametrize(
@@ -85,48 +37,18 @@ def test_face__holds_its_components_of_its_own_nodes_and_accounts_for_their_impu
 def test_wall__holds_what_still_approaches_at_the_end_of_the_step_and_never_pulls(
     side: int, momentum: float, force: float, left: float, pushes: bool
 ) -> None:
-    """The force is counted in momenta per step."""
-    field, impulse = held(Face.WALL, 2, side, momentum=(0.0, 0.0, momentum), force=(0.0, 0.0, force / DT))
+    """All nodes but the ghosts of the wall are loaded alike; the force is counted in momenta per step."""
+    body, impulse = block(BOX, (1.0, 1.0, 1.0), (3.0, 3.0, 3.0)), np.zeros(3)
+    faces = (FREE, FREE, (Face.FREE, Face.WALL) if side else (Face.WALL, Face.FREE))
+    field = Field(Problem(BOX, (body,), faces, end_time=1.0), slice(0, 1), 1)
+    field.touched[:] = 1
+    field.nodes.mass[:] = 1.0
+    field.nodes.momentum[:], field.nodes.force[:] = (0.0, 0.0, momentum), (0.0, 0.0, force / DT)
+    field.nodes.state[field.closed.ghost] = 0.0
+    field.close(DT, impulse)
     assert (field.nodes.momentum[field.closed.face, 2] == left).all()
     assert impulse[2] >= 0.0
     assert (impulse[2] > 0.0) == pushes
-
-
-def test_fold__mirrors_what_ghosts_hold_and_keeps_mass() -> None:
-    field = field_with(Face.SYMMETRIC, 0, 0)
-    nodes, closed = field.nodes, field.closed
-    nodes.mass[closed.ghost], nodes.mass[closed.inner] = 0.25, 1.0
-    nodes.momentum[closed.ghost], nodes.force[closed.ghost] = MOMENTUM, FORCE
-    field.close(DT, np.zeros(3))
-    mirrored = np.array([-1.0, 1.0, 1.0])
-    assert (nodes.mass[closed.inner] == 1.25).all()
-    assert (nodes.momentum[closed.inner] == mirrored * MOMENTUM).all()
-    assert (nodes.force[closed.inner] == mirrored * FORCE).all()
-    assert not nodes.state[closed.ghost].any()
-
-
-def test_closed_faces__fold_a_corner_once_along_each_axis() -> None:
-    """What a particle leaves in the ghosts of a corner comes back into the body, turned round along each axis."""
-    field = field_of(SYMMETRIC, SYMMETRIC, SYMMETRIC)
-    nodes = field.nodes
-    nodes.mass[0], nodes.momentum[0] = 1.0, MOMENTUM  # the ghost of the lower corner
-    field.close(DT, np.zeros(3))
-    inside = (2 * 7 + 2) * 7 + 2
-    assert nodes.mass[inside] == nodes.mass.sum() == 1.0
-    assert (nodes.momentum[inside] == -MOMENTUM).all()
-    nodes.velocity[inside] = MOMENTUM
-    field.mirror()
-    assert (nodes.velocity[0] == -MOMENTUM).all()
-
-
-def test_mirror__gives_ghosts_the_velocity_of_the_mirrored_body() -> None:
-    field = field_with(Face.FIXED, 1, 1)
-    nodes, closed = field.nodes, field.closed
-    motions = (nodes.velocity, nodes.before, nodes.acceleration)
-    for vectors in motions:
-        vectors[closed.inner] = MOMENTUM
-    field.mirror()
-    assert all((vectors[closed.ghost] == -MOMENTUM).all() for vectors in motions)
 
 
 # On particles
@@ -193,12 +115,6 @@ def test_closed_face__puts_back_turns_round_and_accounts_for_it(kind: Face, plac
     assert impulse[0] == pytest.approx(2.0 * -2.0 * velocity)
 
 
-def test_wall__does_not_turn_round_what_already_comes_back() -> None:
-    particles, impulse, _ = past(Face.WALL, 0, 0)
-    assert particles.velocity[0, 0] == VELOCITY[0]
-    assert not impulse.any()
-
-
 @each_axis
 @each_side
 def test_symmetric_face__puts_the_mirror_image_in_the_place_of_a_particle(axis: int, side: int) -> None:
@@ -215,31 +131,6 @@ def test_axis__turns_the_shear_of_a_particle_that_crosses_it() -> None:
     assert particles.position[0, 0] > 0.0
     assert particles.velocity[0, 0] == -VELOCITY[0]
     assert particles.deviator[0, :4].tolist() == [*STRESS[:3], -STRESS[3]]
-
-
-@pytest.mark.parametrize("kind", [Face.FIXED, Face.WALL])
-def test_wall__leaves_the_stress_of_a_particle_that_it_turns_round(kind: Face) -> None:
-    """What hits a wall is no image: the same matter comes back."""
-    particles, *_ = past(kind, 1, 1)
-    assert (particles.deviator[0] == STRESS).all()
-
-
-@pytest.mark.parametrize("place", [-1e9, -7.0, 4.0, 4.0 + 1e-15, 12.0, 1e9])
-def test_closed_face__puts_back_inside_the_grid_from_anywhere(place: float) -> None:
-    faces = ((Face.FIXED, Face.FIXED), FREE, FREE)
-    particles, *_ = crossed(faces, (place, 2.0, 2.0), velocity=(0.0, 0.0, 0.0))
-    assert 0.0 <= particles.position[0, 0] < 4.0 * SPACING
-
-
-# Within a clamp
-
-
-@pytest.mark.parametrize("kind", CLOSED_FACES)
-def test_clamp__leaves_fixed_faces_free_beyond_it_and_others_closed(kind: Face) -> None:
-    closed = closed_nodes(BOX, ((kind, Face.FREE), FREE, FREE), GRIP)
-    place = node_positions(BOX)[closed.face, 1] / SPACING
-    inside = (place > 0.9) & (place < 2.1) | (kind != Face.FIXED)
-    assert (closed.closed == np.where(inside, CLOSED, OPEN)).all()
 
 
 # In a simulation

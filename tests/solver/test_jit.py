@@ -4,26 +4,22 @@ That every law is the same compiled, by eights and plain is a contract: ``tests/
 """
 
 import errno
-import fcntl
 import math
 import os
 import shutil
 import subprocess
 import sys
 from collections.abc import Callable
-from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 
-import numba
 import numpy as np
 import pytest
 
 from solver import jit
 from solver.jit import kernel
-from solver.matter.strength import yield_stress
 from solver.state import Particles
-from tests.rows import Row, equal
-from tests.solver.bodies import after, real_copper, two_blocks
+from studies.cases.rows import Row, equal
+from tests.solver.bodies import after, two_blocks
 
 ROOT = Path(__file__).parents[2]
 
@@ -54,11 +50,6 @@ def compiled_sum(values):
     return total, 1.0 / total
 
 
-def test_generic__has_no_text_for_a_record_of_another_kind() -> None:
-    with pytest.raises(KeyError):
-        yield_stress(real_copper(), 0.0, 1.0, 0.0)
-
-
 def test_kernel__sees_a_nan_and_fails_its_comparisons() -> None:
     assert compiled_is_nan(np.array([0.5, np.nan, np.nan, 2.0])) == (2, 3)
 
@@ -82,19 +73,6 @@ def copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     shutil.copytree(ROOT / "solver", copy, ignore=shutil.ignore_patterns("__pycache__"))
     monkeypatch.setattr(jit, "__file__", str(copy / "jit.py"))
     return copy
-
-
-def test_kernel__waits_for_the_process_that_compiles_it(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setattr(numba.config, "CACHE_DIR", str(tmp_path))
-    compiles = jit._compiled_once(lambda signature: f"code for {signature}", a_few_steps)
-    name = f"{a_few_steps.__module__}.{a_few_steps.__qualname__}.lock"
-    with ThreadPoolExecutor() as pool, (tmp_path / name).open("w") as held:
-        fcntl.flock(held, fcntl.LOCK_EX)
-        result = pool.submit(compiles, "float64")
-        with pytest.raises(TimeoutError):
-            result.result(timeout=0.3)
-        fcntl.flock(held, fcntl.LOCK_UN)
-        assert result.result(timeout=60.0) == "code for float64"
 
 
 @kernel
@@ -129,18 +107,6 @@ def test_cache__moves_with_the_text_of_the_solver_and_not_with_its_place(
     assert jit._cache_directory("processor") == names[0]
 
 
-def test_cache__moves_with_the_version_of_the_compiler_and_the_processor(monkeypatch: pytest.MonkeyPatch) -> None:
-    before = jit._cache_directory("processor")
-    assert jit._cache_directory("abacus") != before
-    monkeypatch.setattr(jit, "software", lambda: {"numba": "0.0"})
-    assert jit._cache_directory("processor") != before
-
-
-def test_cache__lies_where_the_environment_says(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:
-    monkeypatch.setenv("WHIPPLE_KERNEL_CACHE", str(tmp_path))
-    assert jit._cache_directory("processor").parent == tmp_path
-
-
 SECOND_CHECKOUT = """
 import numba.core.event
 with numba.core.event.install_recorder("numba:compile") as compiled:
@@ -170,22 +136,6 @@ def test_cache__serves_another_checkout(tmp_path: Path, compared: Callable[[Row]
     compared(equal("text of the solver", expected=str(tmp_path / "solver/__init__.py"), got=place))
     compared(equal("compilations", expected=0, got=int(compilations)))
     compared(equal("bits", expected="the same", got="the same" if there == position.tobytes().hex() else "others"))
-
-
-@pytest.mark.parametrize(
-    ("added", "level"),
-    [
-        ({"avx512f", "avx512bw", "avx512cd", "avx512dq", "avx512vl", "gfni"}, "x86-64-v4"),
-        ({"avx512f", "avx512cd"}, "x86-64-v3"),
-        (set(), "x86-64-v3"),
-    ],
-)
-def test_level__is_the_highest_that_a_processor_has(added: set[str], level: str) -> None:
-    haswell = {"avx", "avx2", "bmi", "bmi2", "f16c", "fma", "lzcnt", "movbe", "sse4.2"}
-    features = dict.fromkeys(haswell | added, True)
-    assert jit._level(features) == level
-    assert jit._level({**features, "fma": False}) is None
-    assert jit._level({"neon": True}) is None
 
 
 # Without the compiler

@@ -8,19 +8,14 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError, UnphysicalState
-from solver.grid.step import Partition
-from solver.matter.strength.perfectly_plastic import PerfectlyPlastic
-from solver.matter.tension.unlimited import UnlimitedTension
 from solver.problem import Problem, Scheme, Traction
-from solver.simulation import SORT_INTERVAL, Simulation, simulate, start
-from solver.state import NEW_X, NEW_Z, ROWS, Snapshot, reordered
+from solver.simulation import Simulation, simulate, start
+from solver.state import Snapshot
 from tests.solver.bodies import (
-    ABOUT_AXIS,
     DENSITY,
     OPEN,
     ROUND_OFF,
     SPACING,
-    UNBOUNDED,
     after,
     assert_balanced,
     assert_same_bits,
@@ -28,27 +23,12 @@ from tests.solver.bodies import (
     box,
     each_kind,
     each_shape,
-    elastic_copper,
     leaving,
-    real_copper,
     two_blocks,
 )
 
 each_scheme = pytest.mark.parametrize("scheme", list(Scheme))
 ELASTIC = block(box(4, 4), (1.0, 1.0), (3.0, 3.0))
-
-
-# Its memory
-
-
-@pytest.mark.parametrize("order", [[4, 0, 3, 1, 2], [3, 1], []])
-def test_reordered__takes_columns_in_the_memory_of_the_table(order: list[int]) -> None:
-    table = np.arange(ROWS * 5.0).reshape(ROWS, 5)
-    expected = table[:, order]
-    columns = reordered(table, np.array(order, np.int64))
-    assert np.array_equal(columns, expected)
-    assert columns.flags.c_contiguous
-    assert np.shares_memory(columns, table) or not order
 
 
 # What it refuses
@@ -136,46 +116,6 @@ def test_nan__in_any_field_ends_the_run_within_three_steps(field: str, scheme: S
     error_after(field, np.nan, scheme=scheme)
 
 
-def test_position_that_is_not_finite__is_seen_before_usf_sorts_by_it(monkeypatch: pytest.MonkeyPatch) -> None:
-    simulation = start(two_blocks("axisymmetric", scheme=Scheme.USF), threads=1)
-    stepper: Any = simulation.stepper
-    move = stepper._move
-
-    def astray(partition: Partition, dt: float, impulse: np.ndarray) -> tuple[float, float, float]:
-        removed = move(partition, dt, impulse)
-        partition.table[NEW_X : NEW_Z + 1, 7] = np.nan
-        return removed
-
-    monkeypatch.setattr(simulation.stepper, "_move", astray)
-    with pytest.raises(UnphysicalState, match="position = nan"):
-        simulation.advance()
-
-
-def test_unphysical_state__names_the_permanent_number_after_the_arrays_were_reordered() -> None:
-    simulation = after(two_blocks("axisymmetric"), SORT_INTERVAL + 1)
-    place = int(np.flatnonzero(simulation.particles.number == 23)[0])
-    assert place != 23
-    simulation.particles.energy[place] = np.nan
-    with pytest.raises(UnphysicalState) as caught:
-        simulation.advance()
-    assert caught.value.particle == 23
-
-
-@pytest.mark.parametrize(("rate", "share", "within"), [(1e6, 1.0 + 1e-6, True), (-1e6, 1.0 - 1e-6, False)])
-def test_limit__is_that_of_the_energy_which_the_particle_keeps(rate: float, share: float, within: bool) -> None:
-    """With USF the energy to come, on which expansion and compression have already worked."""
-    geometry = box(6, 6, 6)
-    body = block(geometry, (2.0, 2.0, 2.0), (4.0, 4.0, 4.0))
-    body = replace(body, velocity=rate * (body.position - 3.0 * SPACING))
-    simulation = start(Problem(geometry, (body,), OPEN, end_time=1e-6, scheme=Scheme.USF, fixed_dt=1e-9), threads=1)
-    simulation.particles.energy[7] = share * simulation.limits.energy
-    if within:
-        simulation.advance()
-    else:
-        with pytest.raises(UnphysicalState, match="specific internal energy"):
-            simulation.advance()
-
-
 # What leaves the grid
 
 
@@ -203,28 +143,6 @@ def test_outflow__is_in_the_ledger_from_the_step_in_which_it_leaves(kind: str, s
     assert (simulation.body[particles.alive == 1] == 0).all()
 
 
-@each_scheme
-def test_outflow__leaves_what_is_gone_as_it_was(scheme: Scheme) -> None:
-    """Until it is dropped it waits in a corner of the grid, and feels nothing of the matter there."""
-    geometry = box(6, 10)
-    bodies = (
-        block(geometry, (0.0, 0.0), (3.0, 2.0), name="corner"),
-        block(geometry, (1.0, 7.5), (4.0, 9.9), velocity=(0.0, 3000.0, 0.0), name="goes"),
-    )
-    problem = Problem(geometry, bodies, ABOUT_AXIS, end_time=1.0, scheme=scheme)
-    simulation = start(problem, threads=1)
-    simulation.particles.pressure[simulation.body == 0] = 1e9
-    steps_with_some_gone = 0
-    for _ in range(SORT_INTERVAL - 1):
-        gone = simulation.particles.alive == 0
-        before = [field[gone].copy() for field in simulation.particles]
-        simulation.advance()
-        for expected, field in zip(before, simulation.particles, strict=True):
-            assert np.array_equal(field[gone], expected)
-        steps_with_some_gone += int(gone.any())
-    assert steps_with_some_gone > 5
-
-
 def test_outflow__of_everything_is_an_error_with_a_cure() -> None:
     problem = leaving("axisymmetric")
     with pytest.raises(ProblemError, match="every particle has left the grid; enlarge"):
@@ -232,12 +150,6 @@ def test_outflow__of_everything_is_an_error_with_a_cure() -> None:
 
 
 # Steps and observations
-
-
-def test_fixed_dt__is_used_exactly() -> None:
-    simulation = after(two_blocks("axisymmetric", fixed_dt=1e-8), 20)
-    assert simulation.dt == simulation.smallest_step == 1e-8
-    assert simulation.time == pytest.approx(20 * 1e-8, rel=ROUND_OFF)
 
 
 def test_observer__sees_the_start_the_first_step_after_each_interval_and_the_end() -> None:
@@ -287,41 +199,3 @@ def test_simulate__keeps_mass_momentum_and_energy_to_round_off_in_an_impact(kind
     assert_same_bits(outcome.snapshot.particles, again.snapshot.particles)
     for body, before in zip(problem.bodies, bodies, strict=True):
         assert np.array_equal(body.position, before["position"])
-
-
-def test_body__of_another_matter_keeps_its_own_laws() -> None:
-    """Two bodies of different types side by side: each is updated by its own kernel."""
-    geometry = box(8, 8)
-    hard = elastic_copper()._replace(strength=PerfectlyPlastic(UNBOUNDED), tension=UnlimitedTension())
-    low, high = (0.0, 1.0), (3.0, 3.0)
-    bodies = (
-        block(geometry, low, high, velocity=(0.0, 500.0, 0.0), name="hard", matter=hard),
-        block(geometry, (0.0, 3.0), (3.0, 6.0), name="soft", matter=real_copper()),
-    )
-    outcome = simulate(Problem(geometry, bodies, ABOUT_AXIS, end_time=0.5e-6))
-    strain = outcome.snapshot.particles.plastic_strain
-    assert strain[outcome.snapshot.body == 0].max() == 0.0
-    assert strain[outcome.snapshot.body == 1].max() > 0.01
-
-
-# Velocities that differ from particle to particle
-
-
-def test_body__with_equal_velocities_moves_as_with_one_for_all() -> None:
-    """The same numbers in another form: the same first step, the same limits, the same bits."""
-    problem = two_blocks("axisymmetric")
-    flyer, plate = problem.bodies
-    each = np.tile(flyer.velocity, (flyer.mass.size, 1))
-    other = replace(problem, bodies=(replace(flyer, velocity=each), plate))
-    assert_same_bits(*(after(chosen, 20).particles for chosen in (problem, other)))
-
-
-def test_first_step__is_that_of_the_fastest_particle() -> None:
-    problem = two_blocks("axisymmetric")
-    flyer, plate = problem.bodies
-    each = np.zeros((flyer.mass.size, 3))
-    slow = replace(problem, bodies=(replace(flyer, velocity=each.copy()), plate))
-    each[3] = flyer.velocity
-    mixed = replace(problem, bodies=(replace(flyer, velocity=each), plate))
-    assert start(mixed).dt == start(problem).dt
-    assert start(mixed).dt < start(slow).dt

@@ -8,17 +8,13 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError
-from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing, Traction
-from solver.problem.geometry import Cartesian3D, grid
-from solver.simulation import Simulation, simulate, start
+from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing
+from solver.simulation import Simulation, start
 from solver.sph.artificial import tensile_part
-from solver.sph.neighbours import find_neighbours, sort_into_cells
 from solver.sph.smoothing import CubicSpline, WendlandC2, factor, height, slope
-from solver.sph.tables import HEAVY, LENGTH, RHO, new_memory, tables_of
 from solver.state import DENSITY as DENSITY_ROW
 from solver.state import PRESSURE, S11, S12, S22, S23, S31, S33
-from solver.vectors import LANES
-from tests.rows import Row, at_least, at_most
+from studies.cases.rows import Row, at_least, at_most
 from tests.solver.bodies import DENSITY, FREE, SOUND_SPEED, SPACING, SYMMETRIC, assert_balanced, box, elastic_copper
 
 ROUND_OFF = 1e-12  # of sums over a few hundred particles in some steps, relative
@@ -68,40 +64,6 @@ def test_smoothing_function__has_the_integral_1_and_its_own_slope(function: Any,
     assert factor(function, dimensions) * np.trapezoid(w * shell, q) == pytest.approx(1.0, rel=1e-7)
     inner = slice(1, -1)
     assert slope(function, dimensions, q)[inner] * q[inner] == pytest.approx(np.gradient(w, q)[inner], abs=1e-3)
-
-
-def test_neighbours__are_those_of_all_pairs_of_a_solid() -> None:
-    random = np.random.default_rng(7)
-    count = 200
-    tables = tables_of(new_memory(count + 1), count)
-    tables.place[:count, :3] = random.uniform(0.0, 1.0, (count, 3))
-    tables.place[:count, LENGTH] = random.uniform(0.03, 0.12, count)
-    tables.place[:count, HEAVY] = tables.other[:count, RHO] = 1.0
-    solid = random.integers(0, 2, count).astype(np.int32)
-    neighbours = np.zeros(count * count, np.int32)
-    first, stop = np.zeros((2, count), np.int64)
-    correction = np.zeros((count, 8))
-    find_neighbours(
-        Smoothing(CubicSpline()),
-        3,
-        sort_into_cells(tables.place, solid, count),
-        tables.place,
-        solid,
-        tables.other,
-        np.array([[0, count]]),
-        neighbours,
-        first,
-        stop,
-        correction,
-    )
-    place, length = tables.place[:count, :3], tables.place[:count, LENGTH]
-    for i in range(count):
-        apart = np.linalg.norm(place - place[i], axis=1)
-        near = (apart < length + length[i]) & (apart > 0.0)
-        expected = np.flatnonzero(near & (solid == solid[i]))
-        listed = neighbours[first[i] : stop[i]]
-        assert sorted(listed[listed < count]) == expected.tolist()
-        assert listed.size % LANES == 0
 
 
 @each_contact
@@ -201,11 +163,6 @@ def test_artificial_stress__opposes_each_principal_stress_that_pulls() -> None:
     np.testing.assert_allclose(got[0], expected[places], rtol=1e-10, atol=1e-8)
 
 
-def test_viscosity__that_does_not_heat_is_noticed_by_the_audit() -> None:
-    cold = Smoothing(CubicSpline(), viscosity=ArtificialViscosity(1.0, 2.0, heating=0.0))
-    assert advanced(impact(smoothing=cold)).audit().energy_drift < -1e-5
-
-
 @pytest.mark.parametrize(
     ("changes", "word"),
     [
@@ -218,29 +175,3 @@ def test_viscosity__that_does_not_heat_is_noticed_by_the_audit() -> None:
 def test_problem__that_smoothed_particles_do_not_compute_is_refused_by_name(changes: dict[str, Any], word: str) -> None:
     with pytest.raises(ProblemError, match=word):
         start(impact(**changes))
-
-
-def test_planes_of_symmetry__that_leave_no_room_for_images_are_refused() -> None:
-    narrow = grid(Cartesian3D, lower=(0.0, 0.0, 0.0), cells=(1, 12, 12), spacing=SPACING)
-    body = block("bar", (0, 0, 3), (1, 7, 7), 0.0)
-    problem = replace(impact(), geometry=narrow, bodies=(body,), faces=(SYMMETRIC, FREE, FREE))
-    with pytest.raises(ProblemError, match="narrow"):
-        start(problem)
-
-
-def test_traction__gives_its_impulse_and_work() -> None:
-    pressure, step, steps = 1e6, 5e-8, 20
-    load = Traction(0, 2, 1, np.array([0.0, 1.0]), np.full(2, pressure))
-    problem = replace(
-        impact(end_time=steps * step, fixed_dt=step, tractions=(load,)),
-        bodies=(block("bar", (0, 0, 2), (5, 5, 6), 0.0),),
-    )
-    outcome = simulate(problem)
-    p = outcome.snapshot.particles
-    momentum = float((p.mass * p.velocity[:, 2]).sum())
-    # Velocities live half a step before; the end is the same to the strain, 1e-5.
-    elapsed = outcome.snapshot.time - 0.5 * step
-    expected = -pressure * (5 * SPACING) ** 2 * elapsed
-    assert momentum == pytest.approx(expected, rel=1e-4)
-    assert outcome.audit.exchanged.worked > 0.0
-    assert_balanced(outcome.audit)

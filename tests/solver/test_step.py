@@ -27,15 +27,6 @@ from tests.solver.bodies import (
 STEPS = 60
 
 
-@each_shape
-def test_flight__of_particles_on_nodes_is_as_free_as_any(shape: Any) -> None:
-    geometry = box(8, 8, 12)
-    body = block(geometry, (2.25, 2.25, 2.25), (5.25, 5.25, 5.25), velocity=(0.0, 0.0, 6e3))
-    problem = Problem(geometry, (body,), OPEN, end_time=1.0, shape=shape)
-    assert (start(problem, threads=1).particles.position % SPACING == 0.0).any()
-    assert np.abs(after(problem, 3).particles.pressure).max() <= 1.0
-
-
 @pytest.mark.parametrize("name", ["linear", "quadratic-bspline"])
 @pytest.mark.parametrize("scheme", [Scheme.USF, Scheme.USL])
 def test_scheme__keeps_momentum_and_shows_its_energy(name: str, scheme: Scheme) -> None:
@@ -69,11 +60,6 @@ def test_damping__accounts_for_what_it_removes(kind: str, shape: Any, order: int
     axis = 2 if kind == "cartesian" else 1
     end = totals(simulation.particles).momentum[axis] + simulation.ledger.momentum[axis]
     assert end == pytest.approx(simulation.start.momentum[axis], rel=ROUND_OFF)
-
-
-def test_damping__of_second_order_removes_less_than_the_first() -> None:
-    first, second = (after(two_blocks("axisymmetric", damping=Damping(1e6, order)), STEPS).removed for order in (1, 2))
-    assert second < first
 
 
 def flown(damping: Damping, fixed_dt: float, checkerboard: float) -> Simulation:

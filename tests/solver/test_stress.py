@@ -8,24 +8,19 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.matter.eos.ideal_gas import IdealGas
 from solver.matter.eos.mie_grueneisen_cubic import mie_grueneisen_cubic
-from solver.matter.failure.plastic_strain import PlasticStrainLimit
 from solver.matter.laws import Matter
 from solver.matter.stress import PointState, advance
 from solver.matter.tensor import contract
 from solver.problem import ArtificialViscosity, Problem
-from solver.simulation import COUNTED, Counters, Simulation, start
+from solver.simulation import COUNTED, Simulation, start
 from tests.solver.bodies import (
     ABOUT_AXIS,
     CONSTANTS,
     DENSITY,
-    FREE,
     MELT,
     ROOM,
-    ROUND_OFF,
     SPACING,
-    SYMMETRIC,
     block,
     box,
     elastic_copper,
@@ -66,19 +61,6 @@ def test_energy_to_come__has_the_half_of_the_new_stress_on_top() -> None:
     assert math.isclose(present - new.energy, work, rel_tol=1e-9)
 
 
-def test_start__of_a_gas_has_the_pressure_of_its_energy() -> None:
-    gas = IdealGas(density=DENSITY, sound_speed=1e3, gamma=1.4, heat_capacity=717.0, temperature=ROOM)
-    energy = 1e6 / (1.4 * 0.4)  # J/kg, of c = 1 km/s
-    particles = cube(elastic_copper()._replace(eos=gas, shear_modulus=0.0), energy=energy).particles
-    assert particles.energy == pytest.approx(energy, rel=ROUND_OFF)
-    assert particles.pressure == pytest.approx(0.4 * DENSITY * energy, rel=ROUND_OFF)
-    assert particles.temperature == pytest.approx(ROOM, rel=ROUND_OFF)
-
-
-def test_counters__know_every_safeguard_that_a_share_counts() -> None:
-    assert set(COUNTED) == set(vars(Counters())) - {"reflected"}
-
-
 CUBIC = elastic_copper()._replace(eos=mie_grueneisen_cubic(**CONSTANTS))
 TANGENT = 1.0 + real_copper().eos.mu_tangent  # times the density
 
@@ -115,21 +97,3 @@ def test_counters__count_each_particle_on_which_a_safeguard_acts(
     assert counts == dict.fromkeys(expected, simulation.particles.mass.size)
     if "below_zero_kelvin" in expected:
         assert not simulation.particles.temperature.any()
-
-
-def test_reflected__counts_each_particle_that_a_face_puts_back() -> None:
-    problem = replace(cube(real_copper()).problem, faces=(ABOUT_AXIS[0], SYMMETRIC, FREE))
-    simulation = start(problem, threads=1)
-    simulation.particles.position[:2, 1] = -0.1 * SPACING
-    simulation.advance()
-    assert simulation.counters.reflected == 2
-
-
-def test_failed__counts_each_particle_once() -> None:
-    simulation = cube(real_copper()._replace(failure=PlasticStrainLimit(0.5)))
-    particles = simulation.particles
-    particles.plastic_strain[:4] = 0.6
-    particles.plastic_strain[4:9] = 0.4
-    for _ in range(3):
-        assert counted(simulation)["failed"] == 4
-    assert (simulation.particles.damage == 1.0).sum() == 4

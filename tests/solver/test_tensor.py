@@ -8,13 +8,10 @@ from hypothesis import strategies as st
 
 from solver.matter.tensor import (
     PlaneGradient,
-    added,
-    contract,
     deviator,
     equivalent_strain,
     equivalent_stress,
     rotated,
-    scaled,
     spin_increment,
     strain_increment,
     symmetric,
@@ -44,29 +41,11 @@ def norm(a: tuple[float, ...]) -> float:
     return float(np.linalg.norm(matrix(a)))
 
 
-@given(tensors, tensors)
-def test_contract__is_the_trace_of_the_product(a: tuple[float, ...], b: tuple[float, ...]) -> None:
-    expected = np.trace(matrix(a) @ matrix(b))
-    assert math.isclose(contract(a, b), expected, rel_tol=ROUND_OFF, abs_tol=norm(a) * norm(b) * ROUND_OFF)
-
-
 def test_equivalents__of_a_pull_and_of_shear_are_the_textbook_ones() -> None:
     """The pull itself, and root three times the shear stress."""
     assert math.isclose(equivalent_stress(deviator((6e8, 0.0, 0.0, 0.0, 0.0, 0.0), 6e8)), 6e8)
     assert math.isclose(equivalent_stress((0.0, 0.0, 0.0, 1e8, 0.0, 0.0)), math.sqrt(3.0) * 1e8)
     assert math.isclose(equivalent_strain((0.1, -0.05, -0.05, 0.0, 0.0, 0.0)), 0.1)
-
-
-@given(tensors)
-def test_deviator__has_no_trace(a: tuple[float, ...]) -> None:
-    rest = deviator(a, a[0] + a[1] + a[2])
-    assert abs(rest[0] + rest[1] + rest[2]) <= norm(a) * ROUND_OFF
-
-
-@given(tensors, tensors, st.floats(-10.0, 10.0))
-def test_added_and_scaled__act_on_each_component(a: tuple[float, ...], b: tuple[float, ...], factor: float) -> None:
-    assert np.array_equal(added(a, b, factor), np.array(a) + factor * np.array(b))
-    assert np.array_equal(scaled(a, factor), np.array(a) * factor)
 
 
 @given(gradients)

@@ -1,29 +1,12 @@
 """Work cut for threads covers everything once, and the cut does not show in the result."""
 
-import itertools
-import threading
-
-import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
-from solver.grid.step import shares_of
-from solver.simulation import MOST_SHARES, SHARE, shares_for, simulate, start, threads_for
-from solver.state import Snapshot
-from solver.steps.threads import ThreadPool, asked_threads, available_cores
+from solver.steps.threads import ThreadPool
 from tests.solver.bodies import after, assert_same_bits, each_kind, two_blocks
 
 STEPS = 60  # more than half of the way to the first reordering of the arrays
 SHARES = 4  # work for three threads
-
-
-@given(st.integers(0, 10_000), st.integers(1, 4), st.sampled_from([1, 7, 1024]))
-def test_ranges__cover_everything_once_from_multiples_of_the_grain(count: int, threads: int, grain: int) -> None:
-    ranges = ThreadPool(threads).ranges(count, grain)
-    assert len(ranges) <= threads
-    assert all(begin % grain == 0 for begin, _ in ranges)
-    assert [place for begin, end in ranges for place in range(begin, end)] == list(range(count))
 
 
 @pytest.mark.parametrize("threads", [1, 3])
@@ -37,78 +20,6 @@ def test_pool__runs_every_share_and_passes_on_what_one_raises(threads: int) -> N
 
     with pytest.raises(ZeroDivisionError):
         ThreadPool(threads).run(fail, [1, 2])
-
-
-@pytest.mark.parametrize(("text", "threads"), [(None, 1), ("2", 2), ("auto", available_cores())])
-def test_asked_threads__are_those_of_the_environment(
-    monkeypatch: pytest.MonkeyPatch, text: str | None, threads: int
-) -> None:
-    monkeypatch.delenv("WHIPPLE_THREADS", raising=False)
-    if text is not None:
-        monkeypatch.setenv("WHIPPLE_THREADS", text)
-    assert asked_threads() == threads
-
-
-@pytest.mark.parametrize(
-    ("particles", "asked", "threads"),
-    [
-        (2 * SHARE - 1, 2, 1),  # one share: there is nothing for a second thread
-        (2 * SHARE, 2, 2),
-        (2 * SHARE, 8, 2),
-        (100 * SHARE, 8, 8),
-        (100 * SHARE, 100, MOST_SHARES),
-        (100 * SHARE, 1, 1),
-    ],
-)
-def test_threads__are_no_more_than_find_work(particles: int, asked: int, threads: int) -> None:
-    assert threads_for(particles, asked) == threads
-
-
-def test_simulate__ends_its_threads_when_an_error_still_holds_its_frame() -> None:
-    before = set(threading.enumerate())
-    threads: list[int] = []
-
-    def observe(snapshot: Snapshot) -> None:
-        threads.append(len(set(threading.enumerate()) - before))
-        if snapshot.step:
-            raise ZeroDivisionError
-
-    problem = two_blocks("axisymmetric", end_time=1e-8)
-    with pytest.raises(ZeroDivisionError) as held:
-        simulate(problem, observe, threads=3, shares=SHARES)
-    assert held.tb is not None
-    assert threads == [0, 3]
-    assert set(threading.enumerate()) <= before
-
-
-@given(st.lists(st.integers(0, 3000), min_size=1, max_size=4), st.integers(1, 9))
-def test_shares__cover_the_particles_of_every_body_once(sizes: list[int], shares: int) -> None:
-    """In their order, and by less than two particles more in one share than in another."""
-    edges = np.cumsum([0, *sizes]).tolist()
-    ranges = list(itertools.pairwise(edges))
-    cut = shares_of(ranges, shares)
-    assert cut.shape == (shares, len(sizes), 2)
-    for body, (begin, end) in enumerate(ranges):
-        covered = [place for low, high in cut[:, body] for place in range(low, high)]
-        assert covered == list(range(begin, end))
-        assert np.ptp(cut[:, body, 1] - cut[:, body, 0]) <= 1
-
-
-@given(st.integers(1, 10_000_000))
-def test_shares__depend_on_the_number_of_particles_alone(particles: int) -> None:
-    """Never fewer than for fewer particles, a power of two, and none of them small."""
-    shares = shares_for(particles)
-    assert shares in [2**power for power in range(shares.bit_length())]
-    assert 1 <= shares <= MOST_SHARES
-    assert shares == 1 or particles >= shares * SHARE
-    assert shares_for(particles + 1) >= shares
-
-
-def test_simulation__has_the_shares_of_its_particles_or_as_many_as_asked_for() -> None:
-    problem = two_blocks("cartesian")
-    count = sum(body.mass.size for body in problem.bodies)
-    assert start(problem, threads=2).shares == shares_for(count)
-    assert start(problem, threads=1, shares=5).shares == 5
 
 
 @pytest.mark.claim("speed", "same-bits")

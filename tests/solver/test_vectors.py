@@ -5,8 +5,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given
-from hypothesis import strategies as st
 
 from solver.jit import device, kernel
 from solver.vectors import (
@@ -27,14 +25,12 @@ from solver.vectors import (
     maximum,
     minimum,
     nearest,
-    number,
     power,
     power_of_two,
     set_line,
     spread,
     sqrt,
     store,
-    store_whole,
     total,
     transposed,
     where,
@@ -164,23 +160,6 @@ def positive() -> np.ndarray:
     )
 
 
-@np.errstate(invalid="ignore")
-def test_elementary_functions__have_their_limits() -> None:
-    assert (log(1.0), log(math.inf), exp(0.0)) == (0.0, math.inf, 1.0)
-    assert power(0.0, 0.31) == power(0.0, 2.0) == 0.0
-    assert power(3.0, 0.0) == power(0.0, 0.0) == 1.0
-    for beyond, held in ((-1e9, -708.0), (-math.inf, -708.0), (1e9, 709.0)):
-        assert exp(beyond) == exp(held)
-
-
-def test_parts__make_the_number() -> None:
-    x = positive()
-    part, whole = fraction(x), exponent(x)
-    assert ((part >= 0.5) & (part < 1.0)).all()
-    inside = np.abs(whole) <= 1022.0
-    assert (part[inside] * power_of_two(whole[inside]) == x[inside]).all()
-
-
 @compiled_forms
 def test_elementary_functions__are_those_of_numpy_compiled_and_plain(compiled: Any) -> None:
     """Logarithm and exponential to two last places, powers to round-off of their logarithm, parts to the bit."""
@@ -196,32 +175,6 @@ def test_elementary_functions__are_those_of_numpy_compiled_and_plain(compiled: A
             assert (np.abs(values[row] - expected) <= places * LAST_PLACE * np.abs(expected)).all()
 
 
-# NaN
-
-
-@pytest.mark.filterwarnings("ignore:invalid value encountered in cast")
-@pytest.mark.parametrize(
-    ("x", "y", "nan"), [(math.nan, 1.0, [True, False, True, True]), (2.0, math.nan, [False, True, False, True])]
-)
-def test_nan__stays_visible_in_logarithm_exponential_and_powers(x: float, y: float, nan: list[bool]) -> None:
-    table = np.full((2, LANES), [[x], [y]])
-    assert np.isnan(elementary(x, y)[:4]).tolist() == nan
-    for compiled in (by_eights, one_by_one):
-        _, got = computed(compiled, table)
-        assert all(row.tolist() == nan for row in np.isnan(got[:4]).T)
-
-
-def test_nan__stays_visible_in_the_first_argument_of_a_bound() -> None:
-    """And passes through a choice; what is compared with it fails."""
-    nan = math.nan
-    assert np.isnan([minimum(nan, 1.0), maximum(nan, 1.0)]).all()
-    assert [minimum(1.0, nan), maximum(1.0, nan)] == [1.0, 1.0]
-    assert np.isnan(where(True, nan, 1.0))
-    assert where(nan <= nan, 1.0, 2.0) == where(nan > 0.0, 1.0, 2.0) == 2.0
-    assert not finite(nan)
-    assert not finite(math.inf)
-
-
 # Lanes and memory
 
 
@@ -235,42 +188,6 @@ def copied(table, out, row, place, count, mask, line_out):
     set_line(line_out, 0, values)
 
 
-@given(st.integers(0, 2), st.integers(0, 11), st.integers(-1, 10), st.integers(0, 2**LANES - 1))
-def test_load_and_store__touch_their_lanes_only(row: int, place: int, count: int, bits: int) -> None:
-    """What is masked is read as zero: NaN stands there, and beyond the last row nothing."""
-    count = min(count, 12 - place)
-    chosen = np.array([lane < count and bool(bits >> lane & 1) for lane in range(LANES)])
-    numbers = np.where(chosen, 1.0 + np.arange(LANES), 0.0)
-    table, expected = np.full((3, 12), math.nan), np.full((3, 12), 7.0)
-    places = place + np.flatnonzero(chosen)
-    table[row, places] = expected[row, places] = numbers[chosen]
-    for function in (copied, copied.py_func):
-        out, line_out = np.full((3, 12), 7.0), np.full((1, LANES), 7.0)
-        function(
-            table, out, row, place, count, np.array([[float(bits >> lane & 1) for lane in range(LANES)]]), line_out
-        )
-        assert same_bits(out, expected)
-        assert same_bits(line_out[0], numbers)
-
-
-@kernel
-def moved(table, places, out):
-    """Whole numbers, single numbers and lines."""
-    store_whole(places, 2, line(table, 1))
-    set_line(out, 0, line(table, 2))
-    out[1, 0] = number(table, 2, 5)
-
-
-def test_lines__and_whole_numbers_come_to_their_places() -> None:
-    table = np.floor(RNG.uniform(-1e9, 1e9, (3, LANES)))
-    for function in (moved, moved.py_func):
-        places, out = np.zeros(12, np.int64), np.zeros((2, LANES))
-        function(table, places, out)
-        assert places.tolist() == [0, 0, *table[1].astype(int).tolist(), 0, 0]
-        assert (out[0] == table[2]).all()
-        assert out[1, 0] == table[2, 5]
-
-
 @kernel
 def exchanged(table, out):
     """The eight lines of a table as columns."""
@@ -278,13 +195,6 @@ def exchanged(table, out):
     columns = transposed(*rows, line(table, 4), line(table, 5), line(table, 6), line(table, 7))
     for row in range(LANES):
         set_line(out, row, columns[row])
-
-
-@pytest.mark.parametrize("function", [exchanged, exchanged.py_func], ids=["compiled", "plain"])
-def test_transposed__exchanges_rows_and_columns(function: Any) -> None:
-    table, out = RNG.normal(size=(LANES, LANES)), np.zeros((LANES, LANES))
-    function(table, out)
-    assert (out == table.T).all()
 
 
 # Reductions
@@ -295,16 +205,6 @@ def reduced(table):
     """Largest and sum of a line, and whether anything of it is above zero."""
     values = line(table, 0)
     return largest(values), total(values), anywhere(values > 0.0), anywhere(~(values > 0.0))
-
-
-@given(st.lists(st.floats(-1e6, 1e6), min_size=LANES, max_size=LANES))
-def test_reductions__are_those_of_the_eight_numbers(values: list[float]) -> None:
-    above = [value > 0.0 for value in values]
-    for function in (reduced, reduced.py_func):
-        highest, sum_, some, others = function(np.array([values]))
-        assert highest == max(values)
-        assert math.isclose(sum_, math.fsum(values), rel_tol=1e-12, abs_tol=1e-8)
-        assert (bool(some), bool(others)) == (any(above), not all(above))
 
 
 @pytest.mark.claim("speed", "nan-seen")

@@ -12,7 +12,7 @@ from pydantic import BaseModel
 from service.api.routes.dependencies import NETCDF, AnswerOfLaws
 from service.api.schemas import CatalogueModel, Items, ScenarioModel
 from studies import laws, materials, scenarios
-from studies.quantities.recipes import IMPACT_RECIPES, RECIPES
+from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES
 from studies.sweeps.accuracy import ACCURACY
 
 router = APIRouter(prefix="/v1", tags=["catalogue"])

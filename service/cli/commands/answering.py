@@ -9,8 +9,8 @@ import typer
 from service.cli.commands.options import Json
 
 if TYPE_CHECKING:
-    from studies.answers.answer import Answer, LawAnswer, NearShot
-    from studies.answers.question import Question
+    from studies.reports.answers.answer import LawAnswer, NearObservation, ShotAnswer
+    from studies.reports.answers.question import Question
 
 app = typer.Typer()
 
@@ -70,8 +70,8 @@ def _shown(value: Any, unit: str) -> str:
 
 def _one_shield(at: Path) -> Any:
     """The shot at the shield of a file; raises InvalidInput where it asks about something else."""
-    from studies.answers.question import read_question
     from studies.quantities.findings import refusal
+    from studies.reports.answers.question import read_question
     from studies.sweeps.document import read_sweep_file
 
     question = read_question(read_sweep_file(at))
@@ -85,8 +85,8 @@ def _one_shield(at: Path) -> Any:
 def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, as_json: bool) -> None:
     """Ask every law about the shots of a file, with what the options change; raises InvalidInput."""
     from service.cli.console import print_json, say
-    from studies.answers.answer import answers, document
-    from studies.answers.question import read_question
+    from studies.reports.answers.answer import answers, document
+    from studies.reports.answers.question import read_question
     from studies.sweeps.document import read_sweep_file
 
     question = read_question({**(read_sweep_file(at) if at else {}), **given})
@@ -104,11 +104,11 @@ def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, a
 
 def _write(question: "Question", out: Path) -> Path:
     """The answer as a file, by the ending of its name; raises InvalidInput."""
-    from studies.answers.answer import answers
     from studies.quantities.findings import refusal
+    from studies.reports.answers.answer import answers
 
     if out.suffix == ".nc":
-        from studies.answers.cube import netcdf
+        from studies.reports.answers.cube import netcdf
 
         out.write_bytes(netcdf(question))
         return out
@@ -117,9 +117,9 @@ def _write(question: "Question", out: Path) -> Path:
     if question.axes:
         cure = "write laws.nc, or give each parameter one value"
         raise refusal("--out", str(out), "a page or a picture of one shot", cure)
-    from studies.answers.page import page
-    from studies.answers.picture import draw, picture
     from studies.quantities.files import write_text
+    from studies.reports.answers.page import page
+    from studies.reports.answers.picture import draw, picture
 
     [answer] = answers(question)
     shot = question.shot(question.fixed)
@@ -131,9 +131,9 @@ def _write(question: "Question", out: Path) -> Path:
 def print_example(page_file: Path) -> None:
     """Print what laws and shots say about the shield that ships, and write its page."""
     from service.cli.console import say
-    from studies.answers import EXAMPLE
-    from studies.answers.answer import answers, of_target
-    from studies.answers.question import read_question
+    from studies.reports.answers import EXAMPLE
+    from studies.reports.answers.answer import answers, of_target
+    from studies.reports.answers.question import read_question
     from studies.sweeps.document import read_yaml
 
     question = read_question(read_yaml(EXAMPLE.read_text(encoding="utf-8"), EXAMPLE.name))
@@ -142,11 +142,11 @@ def print_example(page_file: Path) -> None:
     _write(question, page_file)
 
 
-def _show_answer(answer: "Answer", varied: list[str]) -> None:
+def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
     from service.cli.console import print_table, say
-    from studies.answers.question import ShotParameters
     from studies.quantities.display import display_of
     from studies.quantities.parameters import declared
+    from studies.reports.answers.question import ShotParameters
 
     if varied:
         units = {name: each.unit for name, each in declared(ShotParameters).items()}
@@ -188,7 +188,7 @@ def _between(each: "LawAnswer", factor: float) -> str:
     return low if low == high else f"{low} to {high}"
 
 
-def _shot_row(near: "NearShot") -> tuple[str, ...]:
+def _shot_row(near: "NearObservation") -> tuple[str, ...]:
     from studies.quantities.display import printed_alone
 
     shot = near.shot

@@ -14,7 +14,7 @@ from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
 from solver.units import Metre, MetrePerSecond
 from studies.cases.setups.column import ColumnProfile, Plateau, Stretch, column, half_front, mirrored, profile
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 FLYER_CELLS = 100
 SPACING: Metre = 1e-4

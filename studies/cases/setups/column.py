@@ -17,7 +17,7 @@ from solver.problem.geometry import Cartesian3D, grid
 from solver.state import Snapshot
 from solver.units import JoulePerKilogram, KilogramPerCubicMetre, Metre, MetrePerSecond
 from studies.cases.setups.lattices import MIRRORS, lattice, middles
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 from studies.scenarios.parts.numerics import Numerics
 
 # Cells left out of a plateau at the interface or wall: start-up errors of the shock stay there.

@@ -12,8 +12,8 @@ from solver.simulation import Simulation, start
 from solver.state import Particles
 from studies import scenarios
 from studies.materials import load
+from studies.quantities.numerical_defaults import Recipe
 from studies.quantities.parameters import declared
-from studies.quantities.recipes import Recipe
 from studies.scenarios.parts.impact import ImpactSetting
 
 # Round-off of 50 steps: each adds a few units in the last place (1e-16), a stress is a small difference of large

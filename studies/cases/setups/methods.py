@@ -17,7 +17,7 @@ from solver.problem import Body, Problem, Smoothing
 from solver.problem.geometry import Cartesian3D, grid
 from solver.sph.smoothing import CubicSpline
 from studies.cases.rows import Row, zero
-from studies.quantities.recipes import RECIPES, Recipe
+from studies.quantities.numerical_defaults import RECIPES, Recipe
 
 LINE: Recipe = replace(RECIPES["whipple"], particles_per_cell=1)
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from solver.errors import WhippleError
 from studies.materials import load
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from studies.runs.run import resolve

@@ -20,7 +20,7 @@ from solver.errors import WhippleError
 from solver.registry import entries
 from studies.cases.rows import Row, Verified, timed
 from studies.quantities.findings import nearest_cure, refusal
-from studies.quantities.recipes import RECIPES, Recipe
+from studies.quantities.numerical_defaults import RECIPES, Recipe
 
 DEFAULT = RECIPES["whipple"]
 

@@ -23,7 +23,7 @@ from studies.cases.setups.matter import elastic
 from studies.cases.setups.runs import executed
 from studies.cases.solutions.waves import COPPER, strain_energy_density
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 from studies.runs.results import RunResult
 
 # ---- pulse and burst -----------------------------------------------------------------------------

@@ -14,7 +14,7 @@ from solver.simulation import Outcome, Simulation, simulate
 from studies.cases.rows import Row, at_least, at_most
 from studies.cases.setups.impacts import advanced, differing_values, impact_setting
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe, SchemeName
+from studies.quantities.numerical_defaults import Recipe, SchemeName
 
 # Past the first reordering of the particles (every 50 steps), so that a restart falls between two.
 STEPS = {"axisymmetric": 70, "quarter": 60}

@@ -20,7 +20,7 @@ from studies.cases.setups.column import ColumnProfile, Stretch, column, front, p
 from studies.cases.setups.matter import ROOM, matter_of
 from studies.cases.solutions.detonation import TNT, TaylorWave, chapman_jouguet, taylor_wave
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 LENGTH = 0.1  # m, of the bar
 CELLS = (400, 800, 1600)  # along it; the last is near the 2000 of the deck

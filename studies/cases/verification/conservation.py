@@ -20,7 +20,7 @@ from studies.cases.setups.matter import fluid
 from studies.cases.solutions.hugoniot import COPPER, shocked
 from studies.cases.verification import case
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 MATERIAL, RADIUS = "copper-ofhc", 28e-3  # m, of the plate
 

@@ -22,7 +22,7 @@ from studies.cases.setups.lattices import FREE, MIRRORS, lattice, lattice_body, 
 from studies.cases.setups.matter import elastic
 from studies.cases.solutions.waves import COPPER_BAR as BAR
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 CELLS, SPACING = 40, 1e-3  # of each bar; m
 LENGTH = CELLS * SPACING

@@ -30,7 +30,7 @@ from studies.cases.setups.matter import elastic
 from studies.cases.setups.methods import SPH
 from studies.cases.solutions.waves import Isotropic
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 SIDE, LENGTH, END_TIME = 5e-3, 0.1, 14e-6  # m, m, s
 MATTER = Isotropic(7830.0, 207e9, 0.3)

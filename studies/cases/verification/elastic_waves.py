@@ -21,7 +21,7 @@ from studies.cases.setups.matter import elastic
 from studies.cases.setups.methods import LINE, SMOOTHINGS, SPH, kept, meshed, smoothed
 from studies.cases.solutions.waves import COPPER, COPPER_BAR, Isotropic
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 SPEED = 1.0  # m/s: strains of 1e-4, so that the linear theory is exact to four digits
 PLANE = {"uniaxial strain, nu 0.35": COPPER, "bar, nu 0": COPPER_BAR}

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 
 from studies.cases.rows import Row
 from studies.cases.verification import case, elastic_waves, noh, patch, plate_impact, sod
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 
 @case(

@@ -15,7 +15,7 @@ from studies.cases.setups.matter import elastic
 from studies.cases.setups.runs import executed
 from studies.cases.solutions.waves import COPPER
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 SPACING = 1e-3  # m
 CELLS, ROOM = 120, 4  # of the column, and beside each end

@@ -28,7 +28,7 @@ from studies.cases.setups.matter import gas
 from studies.cases.setups.methods import LINE, kept, meshed, smoothed
 from studies.cases.solutions.gas import NOH_GAMMA, Noh
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 SOURCE = "Noh (1987), J. Comput. Phys. 72, 78; gamma 5/3"
 

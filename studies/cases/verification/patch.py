@@ -27,7 +27,7 @@ from studies.cases.setups.matter import elastic
 from studies.cases.setups.methods import COURANT, COURANT_OF_ELEMENTS, EIGHT_POINTS, ONE_POINT, SMOOTHINGS
 from studies.cases.solutions.waves import COPPER
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 SPACING, STEP = 1e-3, 1e-9  # m, s
 CELLS = {"cartesian": (16, 16, 16), "axisymmetric": (16, 16)}  # of the block

@@ -35,7 +35,7 @@ from studies.cases.solutions.hugoniot import (
     shocked,
 )
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 SOURCE = "Rankine and Hugoniot with Us = c0 + s up; the constants are cited in solutions/hugoniot.py"
 

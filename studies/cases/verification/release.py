@@ -12,7 +12,7 @@ from studies.cases.setups.column import INTERFACE_CELLS, OUTER_SHARE, ColumnProf
 from studies.cases.setups.matter import fluid
 from studies.cases.solutions.hugoniot import COPPER, Release, Shock, impedance_match, released
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 SPEEDS = (2e3, 4e3, 6e3)  # m/s
 FLYER_CELLS, TARGET_CELLS = 200, 100

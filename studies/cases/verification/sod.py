@@ -23,7 +23,7 @@ from studies.cases.setups.matter import gas
 from studies.cases.setups.methods import LINE, PLAIN, kept, meshed, smoothed
 from studies.cases.solutions.gas import SOD, SOD_GAMMA, riemann
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 SOURCE = "Sod (1978), J. Comput. Phys. 27, 1; exact solution: Toro (2009), section 4.2"
 

@@ -35,7 +35,7 @@ from studies.cases.setups.impacts import (
 )
 from studies.cases.verification import case
 from studies.measurements.impact.view import view
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 SPEED = float(SMALL["speed"])
 

@@ -29,7 +29,7 @@ from studies.cases.solutions.tillotson import (
 from studies.cases.verification import case
 from studies.cases.verification.plate_impact import DENSITY as DENSITY_ERROR
 from studies.cases.verification.plate_impact import PRESSURE, SHOCK_SPEED
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 # By impact speed (m/s), the shares of the density at rest at which the released point is looked at. Copper shocked at
 # 6 km/s stays condensed: thinner than at rest it is pulled, a matter of the tensile floor. At 15 it boils away.

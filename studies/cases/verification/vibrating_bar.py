@@ -20,7 +20,7 @@ from studies.cases.setups.column import Stretch, column
 from studies.cases.setups.matter import elastic
 from studies.cases.solutions.waves import Isotropic, Vibration, strain_energy_density
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 MATTER = Isotropic(1.0, 100.0, 0.0)
 LENGTH = 25.0  # m

@@ -18,7 +18,7 @@ from solver.matter.stress import PointState
 from studies.cases.rows import Row, absolute, at_most, relative
 from studies.cases.setups.matter import matter_of, sheared
 from studies.cases.verification import case
-from studies.quantities.recipes import Recipe
+from studies.quantities.numerical_defaults import Recipe
 
 DENSITY, SHEAR_MODULUS = 8930.0, 47.7e9  # of copper
 # The stress lies on the surface up to the solver's own tolerance of the plastic strain (1e-5 of the trial stress).

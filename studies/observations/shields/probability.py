@@ -70,6 +70,12 @@ class Curve:
         variance = np.einsum("ni,ij,nj->n", of, np.array(self.covariance), of) + self.between**2
         return of @ np.array(self.constants), np.sqrt(variance)
 
+    def chance(self, shot: Shot, margin: float) -> float:
+        """The probability alone."""
+        place = 2 * range_of(shot.normal_speed)
+        intercept, slope = self.constants[place : place + 2]
+        return float(expit(intercept + slope * margin + self.constants[-1] * shot.obliquity))
+
     def probability(self, shot: Shot, margin: float) -> Probability:
         """That the wall of a shot with a margin is perforated."""
         logit, deviation = (float(each[0]) for each in self.logits(terms([margin], [shot])))
@@ -146,8 +152,8 @@ def probability(shot: Shot) -> Probability | None:
     return Probability(*(sum(values) / len(each) for values in zip(*map(astuple, each), strict=True)))
 
 
-def diameter_at(shot: Shot, chance: float) -> float:
-    """The projectile's diameter, m, whose probability of failure is ``chance``, all else as in the shot; else NaN.
+def diameters_at(shot: Shot, chances: Sequence[float]) -> list[float]:
+    """The projectile's diameter, m, that fails with each of the chances, all else as in the shot; else NaN.
 
     A margin is ln d less that of a critical diameter, which does not depend on d.
     """
@@ -155,14 +161,14 @@ def diameter_at(shot: Shot, chance: float) -> float:
 
     covering = _covering(shot)
     if not covering:
-        return math.nan
+        return [math.nan] * len(chances)
 
-    def excess(logarithm: float) -> float:
+    def excess(logarithm: float, chance: float) -> float:
         """Of the mean chance, where all margins are larger by a logarithm."""
-        chances = [curve.probability(shot, x + logarithm).value for curve, x in covering]
-        return sum(chances) / len(chances) - chance
+        return sum(curve.chance(shot, x + logarithm) for curve, x in covering) / len(covering) - chance
 
-    return shot.projectile_diameter * math.exp(brentq(excess, -WIDEST, WIDEST, xtol=1e-9))
+    logarithms = [brentq(excess, -WIDEST, WIDEST, args=(chance,), xtol=1e-9) for chance in chances]
+    return [shot.projectile_diameter * math.exp(logarithm) for logarithm in logarithms]
 
 
 def _covering(shot: Shot) -> list[tuple[Curve, float]]:

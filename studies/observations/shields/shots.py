@@ -4,21 +4,19 @@ import csv
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields, replace
-from functools import cache, lru_cache
+from dataclasses import dataclass, fields
+from functools import cache
 from importlib.resources import files
 from typing import Annotated, Any, Literal, get_args
 
 from solver.units import Described, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
-from studies import materials
-from studies.laws import Shield, Shot
-from studies.materials import Material
+from studies.laws import Shield, Shot, aluminium
 from studies.observations import TO, cell_of, rows_of
 from studies.quantities.findings import Finding, Findings, refusal
 from studies.quantities.parameters import declared, find, parse_parameters, parse_value
 
-Outcome = Literal["perforated", "held"]  # of the wall
-OUTCOMES: tuple[Outcome, ...] = get_args(Outcome)
+WallOutcome = Literal["perforated", "held"]  # of the wall
+OUTCOMES: tuple[WallOutcome, ...] = get_args(WallOutcome)
 PATH = "shots"
 FASTEST = 20e3  # m/s: no gun launches spheres faster
 STEEPEST = math.radians(90.0)
@@ -47,7 +45,7 @@ class ShieldShot:
     wall_density: Annotated[KilogramPerCubicMetre, Described("density of the wall")]
     wall_yield_stress: Annotated[Pascal, Described("yield stress of the wall")]
     wall_thickness: Annotated[Metre, Described("thickness of the wall")]
-    outcome: Outcome
+    outcome: WallOutcome
     source: str = "own"  # a key of sources.csv, or what the user's table says
     shot: str = ""  # its number in the source
     projectile_material: str = ""
@@ -77,8 +75,8 @@ class ShieldShot:
             speed=self.speed,
             projectile_diameter=self.projectile_diameter,
             plate_thickness=self.bumper_thickness,
-            projectile=_aluminium(self.projectile_material, self.projectile_density),
-            target=_aluminium(self.bumper_material, self.bumper_density),
+            projectile=aluminium(self.projectile_density, self.projectile_material),
+            target=aluminium(self.bumper_density, self.bumper_material),
             obliquity=self.obliquity,
             shield=self.shield,
         )
@@ -158,8 +156,8 @@ def _read(row: Mapping[str, Any], where: str) -> ShieldShot:
         if pair is not None and pair[1] not in (None, ""):
             cells[pair[0]] = pair[1]
     findings.check()
-    texts = {name: str(cells[name]) for name in ("source", "shot") if name in cells}  # numbers of shots are names
-    values: dict[str, Any] = parse_parameters(ShieldShot, {**cells, **texts}, where)
+    cells |= {name: str(cells[name]) for name in ("source", "shot") if name in cells}  # numbers of shots are names
+    values: dict[str, Any] = parse_parameters(ShieldShot, cells, where)
     return ShieldShot(**values)
 
 
@@ -277,9 +275,3 @@ def distances(shot: Shot, shots: Sequence[ShieldShot]) -> list[float]:
 def _place(diameter: float, shield: Shield, speed: float, obliquity: float) -> tuple[float, ...]:
     sizes = diameter, shield.bumper_thickness, shield.wall_thickness, shield.stand_off, speed
     return (*map(math.log, sizes), obliquity)
-
-
-@lru_cache(maxsize=256)
-def _aluminium(name: str, density: float) -> Material:
-    """Aluminium of a density: equations of shields read no other constant."""
-    return replace(materials.load("al-6061-t6"), name=name or "aluminium", density=density)

@@ -13,7 +13,7 @@ from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from studies.quantities.findings import Finding
-from studies.quantities.recipes import FEW_PARTICLES, RECIPES
+from studies.quantities.numerical_defaults import FEW_PARTICLES, RECIPES
 from studies.scenarios import Materials, ObservationRate, Setting, SetUp, Size
 from studies.scenarios.parts.lattice import (
     SECTORS,

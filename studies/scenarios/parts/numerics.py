@@ -8,8 +8,8 @@ from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, PerSecond, Second, marked
 from studies.quantities.files import MOST_FRAMES
 from studies.quantities.findings import Finding
+from studies.quantities.numerical_defaults import FEW_PARTICLES, RECIPES, Recipe, RecipeName, SchemeName, StepRuleName
 from studies.quantities.parameters import Choice
-from studies.quantities.recipes import FEW_PARTICLES, RECIPES, Recipe, RecipeName, SchemeName, StepRuleName
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_on_grid, is_smoothed
 
@@ -65,7 +65,7 @@ def _states(material: Mapping[str, Any], path: str) -> bool:
 class Numerics:
     """Numerical parameters of every scenario; what is left out follows from ``recipe``.
 
-    The number of particles that is left out follows from the geometry first (``studies.quantities.recipes``).
+    The number of particles that is left out follows from the geometry first (``quantities.numerical_defaults``).
     """
 
     recipe: Annotated[RecipeName, Described("preset for the numerical parameters that are left out", label=True)] = (

@@ -6,8 +6,8 @@ from typing import Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Radian, Second
 from studies.quantities.findings import Finding
+from studies.quantities.numerical_defaults import IMPACT_RECIPES, DebrisName
 from studies.quantities.parameters import Choice, MaterialName
-from studies.quantities.recipes import IMPACT_RECIPES, DebrisName
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import ObservationRate
 from studies.scenarios.parts.matter import eos_forms

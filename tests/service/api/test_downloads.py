@@ -126,13 +126,6 @@ def test_sweep_file__of_an_unfinished_sweep_is_a_409_that_says_how_far_it_is(api
         assert "queued" in response.json()["detail"]
 
 
-def test_sweep_file__that_was_removed_by_hand_is_a_404(api: Api) -> None:
-    id = api.submit()
-    api.compute()
-    (api.settings.data / api.store.publications.files(id)[0].path).unlink()
-    assert api.http.get(f"/v1/sweeps/{id}/cube.nc").status_code == 404
-
-
 # --- runs ---------------------------------------------------------------------------------------------
 
 
@@ -151,11 +144,6 @@ def test_run_file__that_is_not_kept_is_a_404(shared_api: Api, addresses: Any, na
     response = shared_api.http.get(f"/v1/runs/{run}/files/{name}")
     assert response.status_code == 404
     assert response.headers["Content-Type"] == "application/problem+json"
-
-
-@pytest.mark.parametrize("path", ["files", "files/result.json", "log"])
-def test_run_file__of_no_run_is_a_404(api: Api, path: str) -> None:
-    assert api.http.get(f"/v1/runs/{'0' * 32}/{path}").status_code == 404
 
 
 def written_log(api: Api, lease: Lease, content: bytes) -> Path:
@@ -193,19 +181,6 @@ def test_log__of_a_run_that_is_computed_again_is_that_of_the_attempt(api: Api) -
     written_log(api, lease, b"once more\n")
     assert api.http.get(f"/v1/runs/{lease.id}/log").content == b"once more\n"
     assert api.http.get(f"/v1/sweeps/{id}").json()["state"] == "succeeded"
-
-
-def test_log__that_grows_while_it_is_sent_has_the_length_that_was_announced(api: Api) -> None:
-    api.submit()
-    [lease] = api.store.leases.take(1, api.term())
-    log = written_log(api, lease, b"x" * 3_000_000)
-    with served(api) as url, httpx.stream("GET", f"{url}/v1/runs/{lease.id}/log", timeout=60) as response:
-        chunks = response.iter_bytes()
-        length = len(next(chunks))
-        with log.open("ab") as end:
-            end.write(b"y" * 1_000_000)
-        length += sum(map(len, chunks))
-    assert length == int(response.headers["Content-Length"]) == 3_000_000
 
 
 def test_file__that_no_longer_has_its_digest_is_not_served(api: Api) -> None:

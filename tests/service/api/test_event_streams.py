@@ -72,17 +72,6 @@ def test_sweep__of_more_events_than_a_page_is_told_whole(api: Api, monkeypatch: 
     assert whole_stream(api, here) == whole
 
 
-def test_sweep__is_told_as_it_happens(api: Api) -> None:
-    id = api.submit()
-    with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
-        assert content(next(stream))["kind"] == "accepted"
-        api.compute()
-        rest = list(stream)
-    assert kinds(rest)[-1] == "published"
-    assert rest[-1].name == "end"
-    assert {content(event)["run_id"] for event in rest if event.name == "message"}
-
-
 def test_sweep__that_is_deleted_ends(api: Api) -> None:
     id = api.submit()
     with served(api) as url, listening(url, f"/v1/sweeps/{id}/events") as stream:
@@ -143,25 +132,11 @@ def test_history__has_the_same_events_in_pages(api: Api, ended: str) -> None:
     assert past == [content(event) for event in whole_stream(api, f"{ended}/events") if event.id is not None]
 
 
-def test_stream__behind_an_event_that_is_not_there_yet_begins_anew(api: Api, ended: str) -> None:
-    path = f"{ended}/events"
-    whole, last = whole_stream(api, path), api.store.events.last()
-    assert whole_stream(api, path, last=last) == whole[-1:]  # its end alone
-    for beyond in (last + 1, 10**17):  # seen before a backup was restored
-        assert whole_stream(api, path, last=beyond) == whole
-
-
 @pytest.mark.parametrize("last", ["x", "-1", "1" * 19, "²", "1.5"])
 def test_stream__behind_what_is_no_event_is_refused(api: Api, last: str) -> None:
     refused = api.http.get(f"/v1/sweeps/{api.submit()}/events", params={"after": last})
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["field"] == "Last-Event-ID"
-
-
-@pytest.mark.parametrize("path", ["/v1/sweeps/{}/events", "/v1/runs/{}/events", "/v1/runs/{}/history"])
-def test_stream__of_nothing_is_a_404(shared_api: Api, path: str) -> None:
-    assert shared_api.http.get(path.format("0" * 32)).status_code == 404
-    assert streams_of(shared_api).open == 0
 
 
 # --- their cost -----------------------------------------------------------------------------------

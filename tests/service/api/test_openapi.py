@@ -33,7 +33,7 @@ EXAMPLES, SEQUENCES = 4, 5  # of each operation, and of operations one after the
 THOROUGH = 60  # of both, for the claim
 STEPS = 10  # of a sequence
 SEEDS = 4  # at most, until the sequences have met every kind of answer
-ENDLESS = "/v1/queue/events"  # an answer that does not end; test_live.py listens to it
+ENDLESS = "/v1/queue/events"  # an answer that does not end; test_event_streams.py listens to it
 ENDED = 4  # sweeps that have ended when the tests begin
 SUBMIT, ESTIMATE = "POST /v1/sweeps", "POST /v1/sweeps/estimate"
 # A schema cannot say which sweeps there are, what a unit is, or that a state allows an order.

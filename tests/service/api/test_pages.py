@@ -1,15 +1,12 @@
 """The pages: what a person sees, and that nothing comes from another machine."""
 
 import re
-from dataclasses import replace
 from html.parser import HTMLParser
 
 import pytest
 
 from service.api.errors import PROBLEMS
-from service.records.jobs import Submission
-from studies.sweeps.sweep import Sweep
-from tests.service.support.api import SWEEP, Api
+from tests.service.support.api import Api
 
 
 class Links(HTMLParser):
@@ -73,20 +70,6 @@ def test_sweep__shows_the_first_sentences_of_the_verdict_with_the_report(api: Ap
     assert "<p>Rests on numerics.</p>" in done
 
 
-@pytest.mark.parametrize("content", [b'{"report_version": 1}', None])
-def test_sweep__without_a_verdict_shows_the_rest(api: Api, content: bytes | None) -> None:
-    page = f"/sweeps/{api.submit()}"
-    api.compute()
-    (report,) = api.settings.data.rglob("report.json")
-    size = report.stat().st_size
-    report.unlink()
-    if content is not None:
-        report.write_bytes(content.ljust(size))
-    done = api.http.get(page).text
-    assert "report.html" in done
-    assert "Use the law." not in done
-
-
 def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
     api.submit()
     assert "no run starts" not in api.http.get("/").text.lower()
@@ -103,16 +86,6 @@ def test_sweeps__print_what_a_user_wrote_as_text(api: Api) -> None:
         page = api.http.get(path).text
         assert "<script" not in page
         assert "&lt;script&gt;" in page
-
-
-def test_sweeps__page_back_to_the_oldest(api: Api) -> None:
-    sweep = Sweep.parse(SWEEP)
-    for number in range(51):
-        api.store.sweeps.create(Submission(replace(sweep, title=f"sweep number {number}.")))
-    first = api.http.get("/").text
-    [older] = [address for address in Links(first).addresses if "cursor" in address]
-    assert "sweep number 0." not in first
-    assert "sweep number 0." in api.http.get(older).text
 
 
 def test_docs__list_every_operation_and_every_problem(shared_api: Api) -> None:

@@ -1,18 +1,14 @@
 """The queue as a whole, health and what a monitor reads."""
 
 import re
-import shutil
 import threading
-from pathlib import Path
-from typing import Any
 
 import pytest
-import sqlalchemy as sa
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.api.routes import health
-from service.records.jobs import State, StoreUnavailable
-from tests.service.support.api import Api, open_api
+from service.records.jobs import StoreUnavailable
+from tests.service.support.api import Api
 from tests.service.support.fakes import DEADLINE
 
 # --- queue ----------------------------------------------------------------------------------------
@@ -33,33 +29,6 @@ def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
     assert (queue["leader"], queue["blocked_reason"]) == ("tests", not_ready(api)) == ("tests", api.engine.reason)
 
 
-def test_queue__counts_jobs_once_while_nothing_happens_and_anew_after_each_event(api: Api) -> None:
-    api.submit()
-    counted: list[str] = []
-
-    @sa.event.listens_for(api.store.database._engine, "before_cursor_execute")
-    def note(_c: Any, _cursor: Any, statement: str, *_rest: Any) -> None:
-        if "GROUP BY jobs.state" in statement:
-            counted.append(statement)
-
-    for _ in range(20):
-        assert api.store.queue.status().states[State.QUEUED] == 2
-    assert len(counted) <= 3  # another one every half a second
-    api.store.leases.take(1, api.term())
-    assert api.store.queue.status().states[State.RUNNING] == 1
-
-
-def test_pause__begins_no_runs_until_resume(api: Api) -> None:
-    api.submit()
-    paused, again = (api.http.post("/v1/queue/pause") for _ in range(2))
-    assert paused.status_code == 200
-    assert again.json()["paused"] == paused.json()["paused"] is not None
-    assert "resume" in paused.json()["links"]
-    assert api.store.leases.take(10, api.term()) == ()
-    assert api.http.post("/v1/queue/resume").json()["paused"] is None
-    assert len(api.store.leases.take(10, api.term())) == 2
-
-
 # --- health ---------------------------------------------------------------------------------------
 
 
@@ -78,31 +47,6 @@ def test_readyz__says_what_was_looked_at(api: Api) -> None:
     readiness = api.http.get("/readyz").json()
     assert readiness["status"] == "ready"
     assert set(readiness["checks"]) == {"store", "data", "disk", "leader", "workers"}
-
-
-def test_readyz__needs_a_store_that_can_be_written(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
-    def ping() -> None:
-        raise StoreUnavailable("the database is locked")
-
-    monkeypatch.setattr(api.store, "ping", ping)
-    assert "locked" in not_ready(api)
-
-
-def test_readyz__needs_a_data_directory(api: Api) -> None:
-    api.term()
-    hidden = api.settings.data.with_name("hidden")
-    api.settings.data.rename(hidden)
-    try:
-        assert "data directory" in not_ready(api)
-    finally:
-        shutil.rmtree(api.settings.data, ignore_errors=True)
-        hidden.rename(api.settings.data)
-
-
-def test_readyz__needs_the_disk_reserve(tmp_path: Path) -> None:
-    with open_api(tmp_path, disk_reserve=1 << 60) as api:
-        api.term()
-        assert "reserve" in not_ready(api)
 
 
 def test_readyz__takes_the_write_lock_once_a_second_and_waits_for_no_store(

@@ -3,11 +3,8 @@
 from contextlib import closing
 from typing import Any
 
-import pytest
-
 from service.store import Store
 from studies.sweeps import examples
-from studies.sweeps.accuracy import ACCURACY
 from tests.service.support.api import FILES, SWEEP, Api
 
 MORE = {**SWEEP, "axes": {"speed": ["6 km/s", "7 km/s"]}}
@@ -102,58 +99,3 @@ def test_estimate__counts_and_stores_nothing(api: Api) -> None:
     assert cost["core_seconds"] > 0
     assert cost["bytes"] > 0
     assert len(api.http.get("/v1/sweeps").json()["items"]) == 1
-
-
-@pytest.mark.parametrize("model_part", ["stored", "screen"])
-def test_estimate__shows_the_cost_at_each_accuracy(shared_api: Api, model_part: str) -> None:
-    sweep = {**SWEEP, "model_part": model_part}
-    presets = estimate(shared_api, sweep)["presets"]
-    assert [preset["name"] for preset in presets] == list(ACCURACY)
-    del sweep["resolution"]
-    for preset in presets:
-        asked = estimate(shared_api, {**sweep, "accuracy": preset["name"]})
-        for name in ("runs", "core_seconds", "bytes"):
-            assert preset[name] == pytest.approx(asked[name])
-
-
-def test_estimate__says_why_a_preset_is_not_offered(shared_api: Api) -> None:
-    thin = {**SWEEP, "fixed": {**SWEEP["fixed"], "plate_thickness": "0.1 mm"}, "resolution": 64}
-    draft = {preset["name"]: preset for preset in estimate(shared_api, thin)["presets"]}["draft"]
-    assert draft["core_seconds"] is None
-    assert "half a cell" in draft["reason"]
-
-
-# --- runs beside the points -----------------------------------------------------------------------
-
-
-def test_screening_runs__stand_beside_the_points_and_end_with_the_sweep(api: Api) -> None:
-    points = estimate(api, SWEEP)["runs"]
-    assert estimate(api, {**SWEEP, "model_part": "screen"})["runs"] == points + 4
-    here = f"/v1/sweeps/{api.submit(model_part='screen')}"
-    assert api.http.get(here).json()["planned"] == points + 4
-    rows = api.http.get(f"{here}/runs").json()["items"]
-    screens = [row["coordinates"] for row in rows if "screening" in row["coordinates"]]
-    names = ["stronger", "weaker", "failure", "equation of state"]
-    assert screens == [{"screening": name} for name in names]
-    api.http.post(f"{here}/cancel")
-    assert {row["state"] for row in api.http.get(f"{here}/runs").json()["items"]} == {"cancelled"}
-
-
-def test_points__have_a_run_at_each_resolution_and_offset(api: Api) -> None:
-    here = f"/v1/sweeps/{api.submit(resolution=[8, 16], offsets=3)}"
-    assert api.http.get(here).json()["planned"] == 12
-    points = api.http.get(f"{here}/runs").json()["items"]
-    assert points[1]["index"] == [0, 0, 1]
-    assert points[1]["coordinates"] == {"speed": 3000.0, "cells_per_diameter": 8.0, "offset": 0.333333333333}
-    document = api.http.get(f"{here}/document").json()
-    assert (document["resolution"], document["offsets"]) == ([8.0, 16.0], 3)
-
-
-def test_scenarios__tell_unit_bounds_default_and_meaning(shared_api: Api) -> None:
-    items = {item["name"]: item for item in shared_api.http.get("/v1/scenarios").json()["items"]}
-    assert {"thin_plate", "thick_plate"} <= set(items)
-    parameters = {item["name"]: item for item in items["thin_plate"]["parameters"]}
-    speed = parameters["speed"]
-    assert (speed["unit"], speed["required"], speed["minimum"] > 0) == ("m s-1", True, True)
-    assert parameters["projectile_shape"]["default"] == "sphere"
-    assert all(item["meaning"] for item in parameters.values())

@@ -1,8 +1,7 @@
-"""Backup and restore: the same bits, while the service goes on; what was lost is said."""
+"""Backup and restore: the same bits, and what was lost is said."""
 
 import shutil
 import subprocess
-import threading
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -105,49 +104,6 @@ def test_backup__again_copies_what_is_new_alone(harness: Harness, tmp_path: Path
         assert files_of(store, tmp_path / "out") == files_of(harness.store, harness.settings.data)
         identity.settle(restored, store)
         assert store.data_id() == harness.store.data_id()
-
-
-def test_backup__while_the_service_writes_is_of_one_moment(harness: Harness, tmp_path: Path) -> None:
-    stop = threading.Event()
-
-    def write() -> None:
-        number = 1000
-        while not stop.is_set():
-            harness.store.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * 20, first=number))))
-            number += 20
-
-    writing = threading.Thread(target=write)
-    writing.start()
-    try:
-        for number in range(3):
-            back_up(harness.settings, tmp_path / str(number), harness.store)
-    finally:
-        stop.set()
-        writing.join()
-    for number in range(3):
-        with closing(open_store(settings_in(tmp_path / str(number)))) as store:
-            page = store.sweeps.page(limit=1000).items
-            assert all(sum(row.counts.values()) == row.planned for row in page)
-
-
-def test_backup__leaves_out_what_was_deleted_meanwhile(
-    harness: Harness, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    id = harness.store.sweeps.page().items[-1].id
-    folder = Artifacts(harness.settings.data).sweep_folder(id)
-    gone = len(harness.store.publications.files(id))
-    plain = module._copy_files
-
-    def delete_first(*given: object) -> object:
-        harness.store.sweeps.delete(id)
-        shutil.rmtree(folder)
-        return plain(*given)  # type: ignore[arg-type]
-
-    monkeypatch.setattr(module, "_copy_files", delete_first)
-    done = back_up(harness.settings, tmp_path / "out", harness.store)
-    assert (done.removed, done.lost) == (gone, ())
-    settings = settings_in(tmp_path / "out", disk_reserve=0)
-    assert all_is_intact(settings)
 
 
 def test_backup__that_is_killed_leaves_the_earlier_one_whole(

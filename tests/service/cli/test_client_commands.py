@@ -13,8 +13,9 @@ from service.cli.console import SHORT_ID, print_event, print_table, say
 from service.client.client import KEY_VARIABLE, SweepEvent
 from service.records.jobs import Scope
 from studies.sweeps import examples
-from tests.service.support.api import FILES, Api, open_api, served, until
+from tests.service.support.api import FILES, Api, open_api, served
 from tests.service.support.command import run
+from tests.service.support.fakes import wait_until
 
 Capsys = pytest.CaptureFixture[str]
 DEADLINE = 60.0
@@ -50,7 +51,7 @@ def test_submit__waits_if_it_shall_and_ends_as_the_sweep_does(
     waiting = threading.Thread(target=lambda: ended.append(run("submit", file, "--wait")))
     before = len(shared_api.store.sweeps.page().items)
     waiting.start()
-    until(lambda: len(shared_api.store.sweeps.page().items) > before, seconds=DEADLINE)
+    wait_until(lambda: len(shared_api.store.sweeps.page().items) > before)
     shared_api.compute(failures=failures)
     waiting.join(DEADLINE)
     assert ended == [status]
@@ -64,7 +65,7 @@ def test_status__watches_what_happens_until_the_end(shared_api: Api, smoke: Path
     watching = threading.Thread(target=lambda: ended.append(run("status", id, "--watch")))
     watching.start()
     streams = shared_api.http.app.state.event_streams  # type: ignore[attr-defined]
-    until(lambda: streams.open > 0, seconds=DEADLINE)
+    wait_until(lambda: streams.open > 0)
     shared_api.compute()
     watching.join(DEADLINE)
     output = capsys.readouterr().out

@@ -1,6 +1,5 @@
 """The command line: exit status, words, and that no mistake of a user ends in a traceback."""
 
-import io
 import json
 import re
 import subprocess
@@ -15,7 +14,6 @@ import pytest
 from service.cli import local
 from service.cli import validation as validation_commands
 from service.cli.commands import computing
-from service.cli.console import print_table
 from service.records.jobs import SweepStatus
 from service.settings import Settings
 from studies.cases import rows
@@ -93,11 +91,6 @@ def test_estimate__prints_the_cost_at_each_accuracy_and_warnings(smoke: Path, ca
     assert json.loads(output.out)["runs"] == 2
 
 
-def test_command__that_is_incomplete_ends_with_2() -> None:
-    for arguments in (["sweep"], ["nonsense"], ["serve", "--port", "x"], ["fetch"]):
-        assert run(*arguments) == 2
-
-
 @pytest.mark.parametrize(
     ("arguments", "word"),
     [
@@ -146,17 +139,6 @@ def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
         assert "report.html" in output
         assert "  Use the law.\n  Rests on numerics.\n" in output
         assert end in output
-
-
-def test_sweep__that_cannot_be_published_ends_with_1_and_the_reason(
-    smoke: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: Capsys
-) -> None:
-    def fail(*_: object, **__: object) -> None:
-        raise local.PublicationFailed("no space left on device")
-
-    monkeypatch.setattr(local, "run_sweep", fail)
-    assert run("sweep", smoke, "--out", tmp_path / "out") == 1
-    assert capsys.readouterr().err == "whipple: no space left on device\n"
 
 
 def test_warm__that_fails_says_why(monkeypatch: pytest.MonkeyPatch, capsys: Capsys) -> None:
@@ -219,13 +201,6 @@ def test_catalogue__is_that_of_the_api_in_tables_with_units(
     assert f"did you mean '{name}'" in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("option", ["-h", "--help", "--version"])
-def test_option__that_every_command_line_has_is_there(capsys: Capsys, option: str) -> None:
-    assert run(option) == 0
-    output = capsys.readouterr().out
-    assert ("Requests to a service" in output) is (option != "--version")
-
-
 def test_missing_file__is_named_with_the_one_beside_it_or_an_example(
     smoke: Path, tmp_path: Path, capsys: Capsys
 ) -> None:
@@ -239,14 +214,3 @@ def test_missing_file__is_named_with_the_one_beside_it_or_an_example(
     assert "nothere: no such file" in output
     assert "the cube.nc of a sweep" in output
     assert "Examples" not in output
-
-
-def test_tables__cut_no_name_on_a_narrow_terminal(monkeypatch: pytest.MonkeyPatch) -> None:
-    class Terminal(io.StringIO):
-        def isatty(self) -> bool:
-            return True
-
-    monkeypatch.setenv("COLUMNS", "50")
-    name, terminal = "al-6061-t6-steinberg-guinan", Terminal()
-    print_table(("name", "title"), [(name, "Aluminium 6061-T6 " * 5)], file=terminal)
-    assert name in terminal.getvalue()

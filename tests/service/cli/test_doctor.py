@@ -44,14 +44,6 @@ def test_store__that_is_not_there_is_not_made(tmp_path: Path) -> None:
     assert [*tmp_path.iterdir()] == []
 
 
-def test_store__of_another_revision(settings: Settings) -> None:
-    with closing(Store.open(settings.url)) as store, store.database.writing() as writing:
-        writing.exec_driver_sql("UPDATE alembic_version SET version_num = '9999'")
-    [result] = check_store(settings)
-    assert result.status is CheckStatus.ERROR
-    assert "9999" in result.detail
-
-
 def test_store__that_is_another_one_or_none(settings: Settings, tmp_path: Path) -> None:
     identity.write(settings.data, "another")
     away = Settings(data=tmp_path, database_url="postgresql+psycopg://nobody@127.0.0.1:9/none")

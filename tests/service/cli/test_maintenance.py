@@ -93,14 +93,6 @@ def test_command__without_a_database_says_how_to_name_one(
     assert not data.exists()
 
 
-def test_command__of_another_revision_leaves_the_database_alone(store: Store, capsys: Capsys) -> None:
-    with store.database.writing() as writing:
-        writing.exec_driver_sql("UPDATE alembic_version SET version_num = '0001'")
-    assert run("keys", "create", "anna") == 1
-    assert "tables of revision 0001" in capsys.readouterr().err
-    assert store.keys.all() == ()
-
-
 # --- files that are away ---------------------------------------------------------------------------
 
 

@@ -1,4 +1,4 @@
-"""``whipple remeasure``: values follow a changed definition, nothing is solved, and whatever dies loses nothing."""
+"""``whipple remeasure``: values follow a changed definition, nothing is solved, and an interruption loses nothing."""
 
 import json
 import shutil
@@ -25,7 +25,7 @@ from studies import measurements
 from studies.quantities.files import RESULT, STATE
 from studies.sweeps.sweep import Sweep
 from tests.service.support.api import SWEEP
-from tests.service.support.changed_measurement import FAULT, MEASUREMENT, TODAY, VALUE, VERSION, raise_the_version
+from tests.service.support.changed_measurement import MEASUREMENT, TODAY, VALUE, VERSION, raise_the_version
 from tests.service.support.command import run
 from tests.service.support.fakes import wait_until
 
@@ -209,18 +209,6 @@ def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(solved: Sol
     assert solved.store.runs.file(first.run_id, RESULT) == file
     assert run("remeasure") == 0
     assert capsys.readouterr().out == "to measure again: 0 results of 0 sweeps; without a stored final state: 0\n"
-
-
-def test_child__that_dies_is_told_of_and_leaves_all_to_the_next_time(
-    solved: Solved, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setenv(FAULT, str(solved.settings.data / "died"))
-    assert run("remeasure") == 1
-    output = capsys.readouterr()
-    assert "a process that measures states died" in output.err
-    assert "changed: 0 results" in output.out
-    assert len(plan_of(solved.store).measurable) == 2
-    assert solved.is_intact()
 
 
 # --- beside a service ------------------------------------------------------------------------------

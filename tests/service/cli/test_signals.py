@@ -1,13 +1,11 @@
-"""Ctrl-C and SIGTERM are never lost, wherever in the program they arrive."""
+"""Ctrl-C and SIGTERM are never lost, and a process that hangs ends all the same."""
 
-import gc
 import os
 import signal
 import subprocess
 import sys
-import threading
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -24,26 +22,6 @@ def interrupt() -> None:
     time.sleep(0)  # an opportunity to run the handler
 
 
-class Finalizer:
-    """Something that is interrupted while it goes."""
-
-    def __del__(self) -> None:
-        interrupt()
-
-
-def by_finalizer() -> None:
-    Finalizer()
-
-
-def by_collector() -> None:
-    def collecting(_phase: str, _details: object) -> None:
-        gc.callbacks.remove(collecting)
-        interrupt()
-
-    gc.callbacks.append(collecting)
-    gc.collect()
-
-
 @pytest.fixture(autouse=True)
 def _as_before() -> Iterator[None]:
     before = {one: signal.getsignal(one) for one in ASKS}
@@ -51,28 +29,10 @@ def _as_before() -> Iterator[None]:
     assert {one: signal.getsignal(one) for one in ASKS} == before
 
 
-@pytest.mark.parametrize("deliver", [interrupt, by_finalizer, by_collector])
-def test_wish__is_noted_wherever_it_arrives(deliver: Callable[[], None]) -> None:
+def test_wish__is_noted() -> None:
     with handling_end_signals() as leaving:
-        deliver()
+        interrupt()
         assert leaving.asked() is signal.SIGINT
-
-
-def test_wish__wakes_whoever_waits() -> None:
-    begin = time.monotonic()
-    with handling_end_signals() as leaving:
-        waiting = threading.Event()
-
-        def later() -> None:
-            waiting.wait()
-            interrupt()
-
-        other = threading.Thread(target=later)
-        other.start()
-        waiting.set()
-        assert leaving.asked(wait=10 * WAKE_SECONDS) is signal.SIGINT
-        other.join()
-    assert time.monotonic() - begin < WAKE_SECONDS
 
 
 def test_raise_if_requested__raises_what_ends_a_program() -> None:
@@ -108,53 +68,6 @@ def test_end_within__ends_a_process_that_hangs_and_no_other(seconds: float, then
     process.terminate()
     assert process.communicate()[0] == said
     assert process.returncode == 0
-
-
-LINGERS = (
-    "import threading; from concurrent.futures import ThreadPoolExecutor\n"
-    "from service.cli.signals import handling_end_signals\n"
-    "threads = ThreadPoolExecutor(1)\n"
-    "threads.submit(threading.Event().wait)\n"
-    "with handling_end_signals(end_within={seconds}) as leaving:\n"
-    "    print('ready', flush=True)\n"
-    "    leaving.asked(wait=600)\n"
-    "threads.shutdown(wait=False, cancel_futures=True)\n"
-    "print('left')\n"
-    "{then}\n"
-)
-
-
-@pytest.mark.parametrize(("seconds", "then"), [(3.0, "pass"), (600, "leaving.go()")])
-def test_thread_that_goes_on__does_not_keep_the_process(seconds: float, then: str) -> None:
-    process = subprocess.Popen(
-        [sys.executable, "-u", "-c", LINGERS.format(seconds=seconds, then=then)],
-        cwd=ROOT,
-        stdout=subprocess.PIPE,
-        text=True,
-    )
-    try:
-        assert process.stdout is not None
-        assert process.stdout.readline() == "ready\n"
-        process.terminate()
-        assert process.communicate(timeout=WAKE_SECONDS)[0] == "left\n"
-        assert process.returncode == 0
-    finally:
-        process.kill()
-
-
-GOES = (
-    "import atexit, os, signal; from service.cli.signals import handling_end_signals\n"
-    "atexit.register(print, 'in order')\n"
-    "with handling_end_signals() as leaving:\n"
-    "    os.kill(os.getpid(), signal.SIGTERM)\n"
-    "leaving.go()\n"
-    "print('not reached')\n"
-)
-
-
-def test_go__keeps_what_was_printed_and_what_was_registered_for_the_end() -> None:
-    answer = subprocess.run([sys.executable, "-c", GOES], cwd=ROOT, stdout=subprocess.PIPE, text=True, check=False)
-    assert (answer.returncode, answer.stdout) == (0, "in order\n")
 
 
 def test_ignored__stays_ignored() -> None:

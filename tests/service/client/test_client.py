@@ -1,32 +1,22 @@
 """The client, against the real interface over a real connection."""
 
 import io
-import socket
 import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
-from service.client.client import Client, ServiceError, StillRunning, Unreachable
-from service.client.html import RunDocument
+from service.client.client import Client, ServiceError, StillRunning
 from studies.quantities.findings import InvalidInput
 from studies.sweeps import examples
-from tests.service.support.api import SWEEP, Api, sweep_of
+from tests.service.support.api import Api, sweep_of
 
 
 @pytest.fixture(scope="module")
 def client(url: str) -> Iterator[Client]:
     with Client(url) as opened:
         yield opened
-
-
-def test_client__without_an_address_asks_that_of_the_environment(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setenv("WHIPPLE_SERVICE", "http://127.0.0.1:8001")
-    assert Client().url == "http://127.0.0.1:8001"
-    assert Client("http://127.0.0.1:8002").url == "http://127.0.0.1:8002"
-    monkeypatch.delenv("WHIPPLE_SERVICE")
-    assert Client().url == "http://127.0.0.1:8000"
 
 
 def test_submit__takes_a_file_with_the_observations_beside_it(client: Client, tmp_path: Path) -> None:
@@ -63,13 +53,6 @@ def test_fetch__of_a_damaged_file_leaves_nothing(shared_api: Api, client: Client
     assert not list(tmp_path.iterdir())
 
 
-def test_fetch__before_the_end_says_how_far_the_sweep_is(client: Client, tmp_path: Path) -> None:
-    handle = client.submit(sweep_of(axes={"speed": ["5.5 km/s"]}))
-    with pytest.raises(ServiceError, match="queued") as refused:
-        handle.fetch(tmp_path)
-    assert refused.value.status == 409
-
-
 def test_runs__come_from_every_page(shared_api: Api, client: Client) -> None:
     shared_api.compute()  # what other tests left in the queue
     axis = {"start": "1 km/s", "stop": "2.2 km/s", "step": "10 m/s"}
@@ -77,20 +60,6 @@ def test_runs__come_from_every_page(shared_api: Api, client: Client) -> None:
     assert [point["ordinal"] for point in handle.runs()] == list(range(121))
     shared_api.compute(failures=2)
     assert len(list(handle.runs("failed"))) == 2
-
-
-def test_client__without_a_service_says_what_to_start() -> None:
-    with socket.socket() as nobody:
-        nobody.bind(("127.0.0.1", 0))  # taken, and nobody listens
-        client = Client(f"http://127.0.0.1:{nobody.getsockname()[1]}")
-        with pytest.raises(Unreachable, match="whipple serve"):
-            client.submit(SWEEP)
-
-
-@pytest.mark.parametrize("url", ["nonsense", "ftp://127.0.0.1", "http://[", ""])
-def test_client__with_a_wrong_address_says_so(url: str) -> None:
-    with pytest.raises(Unreachable), Client(url) as client:
-        client.submit(SWEEP)
 
 
 def test_notebook__shows_sweep_and_run_as_tables(shared_api: Api, client: Client) -> None:
@@ -106,16 +75,6 @@ def test_notebook__shows_sweep_and_run_as_tables(shared_api: Api, client: Client
     html = client.run(run_id)._repr_html_()
     for text in ("succeeded", "plate thickness", "2 mm", "3.7 km/s"):
         assert text in html, text
-
-
-def test_notebook__without_a_service_or_an_error_bar_says_so() -> None:
-    with Client("http://127.0.0.1:9", patience=0.0) as nowhere:
-        html = nowhere.sweep("0" * 32)._repr_html_()
-    assert "SweepHandle" in html
-    assert "whipple serve" in html
-    summary = {"measurements": {"hole_diameter": {"value": 0.0144444, "uncertainty": 2e-4}}}
-    html = RunDocument(id="1" * 32, scenario="thin_plate", summary=summary)._repr_html_()
-    assert "14.44 mm (mesh error unknown)" in html
 
 
 class _Terminal(io.StringIO):

@@ -1,7 +1,6 @@
 """The client when the connection breaks: what is sent again, what is told at once, and streams taken up again."""
 
 import json
-import socket
 import time
 from collections.abc import Iterator
 from pathlib import Path
@@ -11,10 +10,9 @@ import httpx
 import pytest
 import xarray as xr
 
-import whipple
 from service.client import connection
 from service.client import remote_cube as remote
-from service.client.client import KEY_VARIABLE, Client, ServiceError, SweepHandle, Unreachable
+from service.client.client import Client, ServiceError, SweepHandle, Unreachable
 from service.records.jobs import Scope
 from studies.quantities.files import SWEEP_FILES
 from studies.quantities.findings import MissingExtra
@@ -137,12 +135,6 @@ def test_refusal__is_not_asked_again(status: int) -> None:
     assert len(sent) == 1
 
 
-def test_page__of_another_program_is_told() -> None:
-    client, _ = scripted(httpx.Response(502, text="<html>bad gateway</html>"))
-    with pytest.raises(ServiceError, match="502"):
-        client.laws()
-
-
 def test_download__that_breaks_off_begins_again(shared_api: Api, url: str, tmp_path: Path) -> None:
     with Client(url) as client:
         id = client.submit(sweep_of(name="fetched")).id
@@ -150,27 +142,6 @@ def test_download__that_breaks_off_begins_again(shared_api: Api, url: str, tmp_p
     with Client(url, transport=Flaky(url, "behind", "", "behind")) as client:
         folder = client.sweep(id).fetch(tmp_path)
     assert {file.name for file in folder.iterdir()} == set(SWEEP_FILES)
-
-
-# --- keys -----------------------------------------------------------------------------------------
-
-
-def test_key__is_sent_with_every_request(monkeypatch: pytest.MonkeyPatch) -> None:
-    def asked(**options: Any) -> str | None:
-        received: list[httpx.Request] = []
-        transport = httpx.MockTransport(
-            lambda request: received.append(request) or httpx.Response(200, json={"items": []})  # type: ignore[func-returns-value]
-        )
-        with Client(transport=transport, **options) as client:
-            client.laws()
-        return received[0].headers.get("Authorization")
-
-    monkeypatch.delenv(KEY_VARIABLE, raising=False)
-    assert asked() is None
-    assert asked(key="whp_one") == "Bearer whp_one"
-    monkeypatch.setenv(KEY_VARIABLE, "whp_two")
-    assert asked() == "Bearer whp_two"
-    assert asked(key="whp_one") == "Bearer whp_one"
 
 
 # --- events ---------------------------------------------------------------------------------------
@@ -209,12 +180,6 @@ def test_stream__that_breaks_is_taken_up_where_it_was() -> None:
     assert [request.headers.get("Last-Event-ID") for request in sent] == [None, "2", "2", "2", "3"]
 
 
-def test_messages__of_several_lines_comments_and_unknown_words() -> None:
-    lines = [": hello", "", "data: one", "data: two", "colour: red", "", "event: x", "data", ""]
-    result = [(item.name, item.data) for item in connection.server_events(lines)]
-    assert result == [("message", "one\ntwo"), ("x", "")]
-
-
 # --- cubes from afar ------------------------------------------------------------------
 
 
@@ -234,12 +199,6 @@ def published(shared_api: Api, url: str, tmp_path: Path, monkeypatch: pytest.Mon
 def test_open_cube__reads_a_value_and_gives_the_connection_back(published: SweepHandle) -> None:
     with published.open_cube() as cube:
         assert cube.hole_diameter.sel(speed=6e3).item() == 0.2
-
-
-def test_open_cube__takes_an_address_too(published: SweepHandle) -> None:
-    address = f"{published.client.url}/v1/sweeps/{published.id}/cube.nc"
-    with whipple.open_cube(address) as cube:
-        assert cube.hole_diameter.sel(speed=3e3).item() == 0.1
 
 
 def test_open_cube__sends_the_key(shared_api: Api, published: SweepHandle, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -262,12 +221,3 @@ def test_open_cube__without_its_libraries_says_what_to_install(
     monkeypatch.setattr(remote, "import_module", missing)
     with pytest.raises(MissingExtra, match=r"pip install 'whipple\[remote\]'"):
         published.open_cube()
-
-
-def test_something__that_is_no_service_is_given_up() -> None:
-    with socket.socket() as deaf:
-        deaf.bind(("127.0.0.1", 0))
-        deaf.listen()
-        address = f"http://127.0.0.1:{deaf.getsockname()[1]}"
-        with Client(address, timeout=0.05, patience=0.1) as client, pytest.raises(Unreachable):
-            client.laws()

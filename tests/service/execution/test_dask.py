@@ -6,7 +6,6 @@ import os
 import signal
 import subprocess
 import sys
-import time
 from collections.abc import Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
@@ -15,7 +14,7 @@ import pytest
 from pydantic import ByteSize
 
 from service.execution import dask, dask_worker
-from service.execution.dask import SchedulerConnection, probe
+from service.execution.dask import probe
 from service.records.jobs import Cause
 from service.settings import Settings
 from service.workers.attempt import Attempt, Away, Back, Ended
@@ -29,8 +28,6 @@ from tests.service.support.cluster import (
     attempt_in,
     checkpoint_step,
     environment,
-    free_port,
-    parent_of,
     patiently,
     pid_of,
     running,
@@ -97,7 +94,7 @@ def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
     assert last is Back
     extra = cluster.start_workers(1)
     user.wait_for_slots(WORKERS + 1)
-    attempts = [attempt_in(tmp_path, number, seconds=5.0) for number in range(WORKERS + 1)]
+    attempts = [attempt_in(tmp_path, number, seconds=3.0) for number in range(WORKERS + 1)]
     user.begin(*attempts)
     extra.look()
     extra.process.send_signal(signal.SIGTERM)
@@ -107,23 +104,6 @@ def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
     [left] = [attempt for attempt, end in pairs if end.cause is Cause.LOST]
     assert checkpoint_step(left) > 0
     assert is_gone(pid_of(left))
-    user.wait_for_slots(WORKERS)
-
-
-def test_worker_frozen__a_message_reaches_the_others(user: EngineUser, tmp_path: Path) -> None:
-    stopped, other = attempt_in(tmp_path, 1, "hang"), attempt_in(tmp_path, 2, seconds=1.0)
-    _, pid = user.begin(stopped, other)
-    frozen = parent_of(pid)
-    os.kill(frozen, signal.SIGSTOP)
-    try:
-        begin = time.monotonic()
-        for _ in range(3):
-            user.engine.stop([stopped.key, other.key])
-        assert time.monotonic() - begin < DEFAULT.answer
-        assert user.end_of(stopped).failure == "Stopped"
-    finally:
-        os.kill(frozen, signal.SIGCONT)
-    user.end_of(other)
     user.wait_for_slots(WORKERS)
 
 
@@ -140,7 +120,7 @@ def start_service(cluster: DaskCluster, attempts: list[Attempt]) -> "subprocess.
 
 
 def test_service_killed__the_next_one_follows_its_attempts(cluster: DaskCluster, tmp_path: Path) -> None:
-    short, long = attempt_in(tmp_path, 1), attempt_in(tmp_path, 2, seconds=6.0)
+    short, long = attempt_in(tmp_path, 1), attempt_in(tmp_path, 2, seconds=3.0)
     with start_service(cluster, [short, long]) as process:
         try:
             assert process.stdout is not None
@@ -164,28 +144,6 @@ def test_service_killed__the_next_one_follows_its_attempts(cluster: DaskCluster,
 # --- the scheduler goes away ---------------------------------------------------------------------
 
 
-def test_scheduler_killed__runs_leave_a_checkpoint_and_the_service_waits(tmp_path: Path) -> None:
-    with running(tmp_path / "cluster", 0) as cluster, serving(cluster.remote()) as user:
-        [scheduler] = cluster.processes
-        workers = cluster.start_workers(1)
-        user.wait_for_slots(1)
-        attempt = attempt_in(tmp_path, seconds=20.0)
-        [pid] = user.begin(attempt)
-        patiently(lambda: user.progress_of(attempt))
-        workers.look()
-        scheduler.kill()
-        patiently(workers.is_gone)
-        assert is_gone(pid)
-        assert checkpoint_step(attempt) > 0
-        user.wait_for(Away)
-        assert user.engine.slots() == 0
-        cluster.start_scheduler()
-        cluster.start_workers(1)
-        user.wait_for_slots(1)
-        assert user.end_of(attempt).cause is Cause.LOST
-        assert user.compute(attempt_in(tmp_path, seconds=1.0))[0].cause is None
-
-
 def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(cluster: DaskCluster, tmp_path: Path) -> None:
     with serving(cluster.remote(), replace(DEFAULT, answer=2.0)) as user:
         frozen = cluster.processes[0].process.pid
@@ -203,21 +161,6 @@ def test_scheduler_frozen__is_away_and_its_attempts_are_found_again(cluster: Das
         assert user.end_of(attempt).cause is None
         assert pid_of(attempt) == pid
         user.wait_for_slots(WORKERS)
-
-
-def test_follow__that_failed_can_be_asked_for_again(
-    user: EngineUser, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def refuse(*_arguments: object) -> None:
-        raise ConnectionError("it went away just now")
-
-    attempt = attempt_in(tmp_path)
-    with monkeypatch.context() as patch:
-        patch.setattr(SchedulerConnection, "kept", refuse)
-        with pytest.raises(ConnectionError, match="just now"):
-            user.engine.follow(attempt.key)
-    user.engine.follow(attempt.key)
-    assert user.end_of(attempt).failure == "Gone"
 
 
 def test_no_worker_comes__attempts_that_wait_for_one_are_lost(
@@ -277,17 +220,6 @@ def test_worker_of_another_kind__gets_no_work_and_is_named(
     patiently(lambda: workers() == before)
 
 
-def test_differences__name_the_versions_of_both_sides() -> None:
-    own = dask_worker.software()
-    assert {"whipple", "physics", "python", "numba", "numpy"} == own.keys()
-    assert f"physics={PHYSICS_VERSION} " in dask_worker.OFFER
-    assert dask_worker.differences(own) == ""
-    other = {**own, "physics": "0", "numba": "0.1"}
-    expected = f"physics 0, on the service {PHYSICS_VERSION}; numba 0.1, on the service {own['numba']}"
-    assert dask_worker.differences(other) == expected
-    assert "--preload" in dask_worker.differences(None)
-
-
 # --- trust ---------------------------------------------------------------------------------------
 
 
@@ -297,12 +229,6 @@ def test_other_authority__the_scheduler_is_not_trusted(cluster: DaskCluster, tmp
     reason_of_away(other, "certificate verify failed")
     with pytest.raises(OSError, match="certificate verify failed"):
         probe(settings_of(other, tmp_path))
-
-
-def test_no_scheduler__is_reported_as_away(tmp_path: Path) -> None:
-    cluster = DaskCluster(tmp_path, free_port())
-    cluster.certify()
-    reason_of_away(cluster, "refused")
 
 
 def reason_of_away(cluster: DaskCluster, reason: str) -> None:

@@ -1,6 +1,5 @@
 """The lock of a data directory, and of a database with several names."""
 
-import os
 import subprocess
 import sys
 from collections.abc import Callable, Iterator
@@ -15,7 +14,7 @@ from service.files.data_directory import DataInUse, holding
 from service.settings import Settings
 from service.store import Store
 from studies.quantities.findings import InvalidInput
-from tests.service.cli.test_run_sweep import document, settings_of
+from tests.service.cli.test_run_sweep import document
 
 ROOT = Path(__file__).parents[3]
 HOLD = (
@@ -57,20 +56,6 @@ def test_second__is_refused_and_told_by_whom(tmp_path: Path) -> None:
                 pass  # never reached
 
 
-def test_second__with_the_same_database_is_refused_too(tmp_path: Path) -> None:
-    (tmp_path / "link").symlink_to(tmp_path, target_is_directory=True)
-    one, other, third = (
-        Settings(data=tmp_path / "one", database_url=f"sqlite:///{tmp_path / 'shared.db'}"),
-        Settings(data=tmp_path / "two", database_url=f"sqlite:///{tmp_path / 'link/shared.db'}"),
-        Settings(data=tmp_path / "two", database_url=f"sqlite:///{tmp_path / 'one/whipple.db'}"),
-    )
-    for second in (other, third):
-        with holding(one), pytest.raises(DataInUse, match=str(os.getpid())), holding(second):
-            pass  # never reached
-    with holding(other), holding(Settings(data=tmp_path / "one")):
-        pass
-
-
 @pytest.mark.parametrize("begin", [serve, run_sweep_in])
 def test_hard_link__is_refused_before_the_database_is_touched(
     tmp_path: Path, begin: Callable[[Settings], object]
@@ -84,13 +69,6 @@ def test_hard_link__is_refused_before_the_database_is_touched(
         begin(settings)
     assert list(settings.data.iterdir()) == [database]
     assert database.stat().st_size == 0
-
-
-def test_refusal__comes_before_the_database_is_touched(tmp_path: Path) -> None:
-    settings = settings_of(tmp_path)
-    with held_elsewhere(settings.data), pytest.raises(DataInUse):
-        run_sweep(document(), tmp_path, settings=settings)
-    assert [entry.name for entry in settings.data.iterdir()] == ["whipple.lock"]
 
 
 def test_postgresql__several_services_share_a_directory(tmp_path: Path) -> None:

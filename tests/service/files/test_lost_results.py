@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from dataclasses import replace
-from datetime import timedelta
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,6 @@ from service.records.jobs import Cause, Kind, State, Submission, SweepState
 from service.workers.attempt import Attempt
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
-from tests.service.support.targets import FAKE
 
 
 @pytest.fixture
@@ -88,22 +86,6 @@ def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(harness: 
     assert harness.store.sweeps.get(row.id).state is SweepState.SUCCEEDED
 
 
-def test_lost_result__of_a_cancelled_sweep_is_not_computed(harness: Harness) -> None:
-    row = harness.store.sweeps.create(Submission(sweep_of(2)))
-    tickets = harness.tick()
-    harness.end_well(next(one for one in tickets if one.spec["materials"] == {FAKE: run_id(0)}))
-    harness.tick()
-    harness.store.sweeps.cancel(row.id)
-    for ticket in tickets:
-        if ticket.spec["materials"] == {FAKE: run_id(1)}:
-            harness.end_badly(ticket, Cause.LOST)
-    [publication] = [one for one in harness.tick() if one.kind is Kind.PUBLISH]
-    result_of(harness, 0).unlink()
-    without_results(harness, publication, 0)
-    harness.publish()
-    assert harness.store.sweeps.get(row.id).state is SweepState.CANCELLED
-
-
 # --- limits ----------------------------------------------------------------------------------------
 
 
@@ -147,33 +129,8 @@ def test_many_lost_results__are_named_and_none_is_forgotten(large: Harness, capl
     assert all(large.run(number).path for number in range(6))
 
 
-def test_many_lost_results__that_are_there_again_are_published(large: Harness) -> None:
-    files = [result_of(large, number) for number in range(6)]
-    content = [file.read_bytes() for file in files]
-    [again] = lose(large, shared(large, *range(6)), *range(6))
-    for file, was in zip(files, content, strict=True):
-        file.write_bytes(was)
-    large.end_well(again)
-    large.tick()
-    assert large.store.queue.status().blocked_reason is None
-    assert large.store.queue.status().states == {State.SUCCEEDED: 10}
-    assert [large.run(number).attempt for number in range(6)] == [1] * 6
-
-
 def test_many_lost_results__are_computed_again_when_people_allow_it(large: Harness) -> None:
     [again] = lose(large, shared(large, *range(6)), *range(6))
     large.store.queue.allow_forgetting(6)
     assert len(lose(large, again, *range(6))) == 6
     assert large.store.queue.status().blocked_reason is None
-
-
-def test_few_lost_results__again_and_again_are_no_more_than_a_share_of_all(
-    large: Harness, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr("service.store.publications.AT_ONCE", timedelta(0))
-    assert len(lose(large, shared(large, 0, 1, 2), 0, 1, 2)) == 3
-    [again] = lose(large, shared(large, 4, 5, 6), 4, 5, 6)
-    assert again.kind is Kind.PUBLISH
-    assert "5 a day" in str(large.store.queue.status().blocked_reason)
-    monkeypatch.setattr("service.store.publications.MOST_OF_ALL", 1.2)  # of the five that are left
-    assert len(lose(large, again, 4, 5, 6)) == 3

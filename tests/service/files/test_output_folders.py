@@ -47,11 +47,6 @@ def test_same_sweep__may_go_on_in_its_folder(changes: dict[str, Any]) -> None:
     check_same(Path("out"), document(), document(**changes))
 
 
-def test_same_sweep__may_have_more_resolutions_and_offsets_if_it_has_several() -> None:
-    several = document(resolution=[8, 16], offsets=2)
-    check_same(Path("out"), several, document(resolution=[8, 16, 32], offsets=3))
-
-
 @pytest.mark.parametrize(("changes", "words"), ANOTHER.values(), ids=list(ANOTHER))
 def test_another_sweep__is_refused_and_both_are_named(changes: dict[str, Any], words: str) -> None:
     with pytest.raises(InvalidInput) as refused:
@@ -79,13 +74,6 @@ def leave_report(folder: Path, held: dict[str, Any]) -> None:
 
 
 # --- sweep ------------------------------------------------------------------------------------------
-
-
-def test_run_sweep__refuses_the_folder_of_another_sweep_before_it_makes_anything(tmp_path: Path) -> None:
-    leave_report(tmp_path, document(name="first"))
-    with pytest.raises(InvalidInput, match="'first'"):
-        run_sweep(sweep_of(resolution=16), tmp_path)
-    assert [one.name for one in tmp_path.iterdir()] == ["report.json"]
 
 
 def test_run_sweep__into_the_folder_of_another_goes_by_its_store_and_replaces_on_request(tmp_path: Path) -> None:

@@ -1,6 +1,5 @@
 """The id that data directory and database share, and what is done where they have two."""
 
-import shutil
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -9,11 +8,10 @@ import pytest
 
 from service.queue import data_identity as identity
 from service.queue.data_identity import WrongDirectory
-from service.records.jobs import Cause, State, Submission
+from service.records.jobs import Submission
 from service.settings import Settings
 from service.store import Store
 from studies.quantities.files import STATE
-from studies.quantities.findings import InvalidInput
 from tests.service.support.api import open_api
 from tests.service.support.fakes import settings_in, stored, sweep_of
 from tests.service.support.harness import Harness, open_harness
@@ -59,14 +57,6 @@ def test_settle__refuses_an_empty_directory_for_results_of_a_store_without_id(se
     identity.settle(settings, store)
 
 
-def test_settle__refuses_a_directory_that_is_not_there_and_makes_none(settings: Settings, store: Store) -> None:
-    identity.settle(settings, store)
-    shutil.rmtree(settings.data)
-    with pytest.raises(WrongDirectory, match=f"missing.*{store.data_id()}; mount the directory"):
-        identity.settle(settings, store)
-    assert not settings.data.exists()
-
-
 @pytest.mark.parametrize(("in_directory", "in_database"), [(None, True), (OTHER, False), (OTHER, True)])
 def test_settle__refuses_two_ids_until_the_directory_is_adopted(
     settings: Settings, store: Store, in_directory: str | None, in_database: bool
@@ -89,31 +79,7 @@ def test_settle__refuses_two_ids_until_the_directory_is_adopted(
     identity.settle(settings, store)
 
 
-def test_adopt__never_makes_a_directory(settings: Settings, store: Store) -> None:
-    with pytest.raises(InvalidInput, match="a folder that is there"):
-        identity.adopt(settings, store)
-    assert not settings.data.exists()
-
-
 # --- while the service runs ------------------------------------------------------------------------
-
-
-def test_directory_away__nobody_leads_until_it_is_back(harness: Harness, tmp_path: Path) -> None:
-    harness.submit(3)
-    first, second = harness.tick()
-    harness.settings.data.rename(tmp_path / "away")
-    harness.end_badly(first, Cause.ERROR, reason="No such file or directory")
-    assert harness.tick() == []
-    assert not harness.dispatcher.leads()
-    assert "is missing" in str(harness.dispatcher.blocked_reason())
-    assert not harness.settings.data.exists()
-
-    (tmp_path / "away").rename(harness.settings.data)
-    harness.end_badly(second, Cause.ERROR, reason="No such file or directory")
-    assert len(harness.tick()) == 2
-    assert (harness.dispatcher.leads(), harness.dispatcher.blocked_reason()) == (True, None)
-    assert {harness.run(number).state for number in range(3)} == {State.RUNNING, State.QUEUED}
-    assert (harness.engine.closed, harness.run().crashes) == ([], 0)
 
 
 def test_another_directory__in_its_place_gets_no_work(harness: Harness, tmp_path: Path) -> None:

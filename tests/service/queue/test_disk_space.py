@@ -3,17 +3,15 @@
 import errno
 import os
 from collections.abc import Iterator
-from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
-from typing import Any
 
 import pytest
 
 from service.files import disk_space as space
 from service.files.disk_space import Space
 from service.queue.retry import excuse_full_disk
-from service.records.jobs import Cause, State, StoreUnavailable
+from service.records.jobs import Cause
 from service.workers.attempt import Ending
 from tests.service.support.harness import Harness, open_harness
 
@@ -61,18 +59,6 @@ def test_reserve__nothing_is_begun_below_it_and_the_state_says_so(harness: Harne
     assert harness.dispatcher.blocked_reason() is harness.store.queue.status().blocked_reason is None
 
 
-def test_full_disk__the_run_is_queued_again_and_costs_nothing(harness: Harness, disk: Disk) -> None:
-    harness.submit(1)
-    for _ in range(3):
-        [ticket] = harness.tick()
-        disk.free = RESERVE - 1
-        harness.end(ticket, full())
-        harness.tick()
-        disk.free = RESERVE
-    assert len(harness.tick()) == 1
-    assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
-
-
 FULL, PLENTY = RESERVE - 1, 2 * RESERVE  # free bytes
 NO_SPACE, NO_QUOTA = os.strerror(errno.ENOSPC), os.strerror(errno.EDQUOT)
 
@@ -100,24 +86,6 @@ def test_full_disk__is_judged_by_the_room_at_the_end_of_the_attempt_or_now(
     disk.free = PLENTY if is_known else free_at_end
     ending = Ending(cause, "", reason, (), 1.0, free=free_at_end if is_known else None)
     assert excuse_full_disk(ending, Space(tmp_path, RESERVE)).cause is counts_as
-
-
-def test_full_disk__is_judged_once_however_long_the_store_is_away(
-    harness: Harness, disk: Disk, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def away(*_arguments: Any, **_words: Any) -> State | None:
-        raise StoreUnavailable("database or disk is full")
-
-    [ticket] = harness.begin(1)
-    disk.free = 0
-    harness.end(ticket, replace(full("no room"), free=0))
-    with monkeypatch.context() as patch:
-        patch.setattr(harness.store.leases, "requeue", away)
-        with pytest.raises(StoreUnavailable):
-            harness.tick()
-    disk.free = 2 * RESERVE
-    assert len(harness.tick()) == 1
-    assert (harness.run().state, harness.run().crashes) == (State.RUNNING, 0)
 
 
 def test_full_disk__after_it_nothing_is_begun_for_a_while(harness: Harness, monkeypatch: pytest.MonkeyPatch) -> None:

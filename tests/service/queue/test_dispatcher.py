@@ -2,15 +2,13 @@
 
 from collections.abc import Iterator
 from contextlib import closing
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
 
-from service.queue.dispatcher import OTHER_LEADER, Dispatcher
-from service.queue.leader import NO_WORKER
+from service.queue.dispatcher import Dispatcher
 from service.records.jobs import Cause, State, StoreUnavailable
-from service.workers.attempt import Attempt, Inbox
+from service.workers.attempt import Inbox
 from tests.service.support.fakes import RecordingEngine, failing, open_store, wait_until
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
@@ -71,53 +69,6 @@ def test_lead_won_again__after_another_leader_stops_what_no_longer_counts(harnes
     assert harness.store.queue.status().blocked_reason is None
 
 
-@pytest.fixture
-def superseded(harness: Harness) -> Attempt:
-    """An attempt that was under way when another program began a younger term."""
-    attempt, other = harness.begin(2)
-    harness.end_badly(other, Cause.LOST)
-    with closing(open_store(harness.settings)) as elsewhere:
-        elsewhere.terms.begin("another")
-    return attempt
-
-
-def test_younger_term__is_reported_and_followed_by_another_term(
-    harness: Harness, superseded: Attempt, caplog: pytest.LogCaptureFixture
-) -> None:
-    term = harness.store.queue.status().term
-    assert harness.tick() == []
-    [again] = harness.tick()
-    assert again.key != superseded.key
-    assert harness.store.queue.status().term == term + 1
-    assert caplog.messages.count(OTHER_LEADER) == 1
-    harness.end_well(superseded)  # which went on meanwhile
-    harness.tick()
-    assert (harness.engine.stopped, harness.engine.closed) == ([], [])
-    assert (harness.run().state, harness.run().attempt) == (State.SUCCEEDED, 1)
-
-
-def test_younger_term__a_superseded_leader_stores_no_blocked_reason(harness: Harness) -> None:
-    harness.tick()
-    with closing(open_store(harness.settings)) as elsewhere:
-        elsewhere.terms.begin("another")
-    harness.engine.free = 0
-    harness.tick()
-    assert harness.dispatcher.blocked_reason() == NO_WORKER
-    assert harness.store.queue.status().blocked_reason is None
-
-
-def test_lead_lost_while_the_engine_starts__begins_no_term(harness: Harness) -> None:
-    def lose(_inbox: Inbox) -> RecordingEngine:
-        harness.terms.has_lost_lead, harness.terms.grants_lead = True, False
-        return RecordingEngine()
-
-    dispatcher = Dispatcher(harness.settings, harness.store, open_engine=lose, timings=AT_ONCE)
-    dispatcher.tick()
-    dispatcher.tick()
-    assert harness.store.queue.status().term == 0
-    assert not dispatcher.leads()
-
-
 # --- errors --------------------------------------------------------------------------------------
 
 
@@ -153,13 +104,6 @@ def test_thread__goes_on_after_errors(harness: Harness, caplog: pytest.LogCaptur
     assert not harness.dispatcher.is_alive()
 
 
-def test_alive__not_when_no_tick_has_succeeded_for_long(tmp_path: Path) -> None:
-    with open_harness(tmp_path, replace(AT_ONCE, stuck=0.0)) as harness:
-        harness.dispatcher.start()
-        assert not harness.dispatcher.is_alive()
-        harness.dispatcher.close()
-
-
 # --- leaving -------------------------------------------------------------------------------------
 
 
@@ -180,15 +124,6 @@ def test_close__queues_what_was_under_way_and_registers_what_ended(harness: Harn
     assert (rows[1].attempt, rows[1].crashes) == (1, 0)
     assert set(harness.engine.forgotten) == {ended.key, left.key, stopped.key}
     assert harness.store.leases.held() == ()
-
-
-def test_close__with_a_store_that_is_away_ends(harness: Harness) -> None:
-    harness.begin(1)
-    harness.dispatcher.start()
-    with failing(harness.store.leases, "requeue"):
-        harness.dispatcher.close()
-    assert harness.run().state is State.RUNNING  # the next life finds it
-    assert harness.engine.closed
 
 
 def test_submission__wakes_the_thread(tmp_path: Path) -> None:

@@ -6,12 +6,11 @@ from collections.abc import Iterator
 from dataclasses import replace
 from itertools import pairwise
 from pathlib import Path
-from unittest.mock import patch
 
 import pytest
 
 from service.files.disk_space import Space
-from service.queue.garbage_collection import FOLDERS_AT_ONCE, MOST_REMOVED, GarbageCollector
+from service.queue.garbage_collection import MOST_REMOVED, GarbageCollector
 from service.records.jobs import Cause, Keep, NotFound, State, StoreUnavailable
 from service.workers.attempt import Attempt
 from service.workers.timings import Timings
@@ -97,27 +96,6 @@ def test_attempt_under_way__stays_however_old_it_is(harness: Harness) -> None:
     assert half.is_file()
 
 
-def test_failed_attempt__keeps_its_log(harness: Harness) -> None:
-    [attempt] = harness.begin(1)
-    harness.compute(attempt)
-    harness.end_badly(attempt, Cause.ERROR)
-    harness.tick()
-    make_old(harness.settings.data / "runs")
-    collect(harness)
-    assert (Path(attempt.directory) / "log.txt").is_file()
-
-
-def test_file_of_a_row__stays_in_a_folder_that_does_not_count(harness: Harness) -> None:
-    lost, counted = lost_and_finished(harness)
-    [(id, last)] = harness.store.retention.last_attempts([run_id(0)]).items()
-    later = {id: replace(last, attempt=9, token="0123abcd")}
-    make_old(harness.settings.data / "runs")
-    with patch.object(harness.store.retention, "last_attempts", return_value=later):
-        collect(harness)
-    assert counted.is_dir()
-    assert not lost.exists()
-
-
 def test_unknown_folders__stay(harness: Harness) -> None:
     run = harness.artifacts.run_folder(run_id(77)) / "a1-c0ffee00"
     sweep = harness.artifacts.sweep_folder(run_id(78)) / "a1-c0ffee00"
@@ -133,15 +111,6 @@ def test_unknown_folders__stay(harness: Harness) -> None:
 # --- checkpoints and temporary files -------------------------------------------------------------
 
 
-def test_checkpoint__of_a_run_with_a_result_goes(harness: Harness) -> None:
-    _, counted = lost_and_finished(harness)
-    left = counted.parent / "checkpoint.npz", counted.parent / "checkpoint.film.npz"
-    for file in left:
-        file.write_text("7")
-    collect(harness)
-    assert not any(file.exists() for file in left)
-
-
 def test_checkpoint__of_a_run_under_way_stays_without_old_temporary_files(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     checkpoint = checkpoint_of(attempt)
@@ -152,17 +121,6 @@ def test_checkpoint__of_a_run_under_way_stays_without_old_temporary_files(harnes
     make_old(half)
     collect(harness)
     assert checkpoint.is_file()
-    assert not half.exists()
-
-
-@pytest.mark.parametrize("name", ["checkpoint.npz", "a2/result-0123.json"])
-def test_temporary_file__goes_after_a_while_when_the_disk_is_full(harness: Harness, name: str) -> None:
-    _, counted = lost_and_finished(harness)
-    half = temporary(counted.parent / name.replace("a2", counted.name))
-    collect(harness, reserve=FULL)
-    assert half.exists()
-    make_old(half, seconds=HOUR)
-    collect(harness, reserve=FULL)
     assert not half.exists()
 
 
@@ -198,17 +156,6 @@ def test_final_state__stays_as_long_as_a_sweep_retains_it(harness: Harness, othe
     names = {file.name for file in harness.store.runs.files(run_id(0))}
     assert state.is_file() is ("state.npz" in names) is (other is not None)
     assert names >= {"result.json", "log.txt"}
-
-
-def test_final_state__of_a_collection_that_was_killed_after_the_row_goes_later(harness: Harness) -> None:
-    _, counted = lost_and_finished(harness)
-    harness.store.retention.forget_files(run_id(0), ["state.npz"])  # and then the process was killed
-    state = counted / "state.npz"
-    collect(harness)
-    assert state.is_file()
-    make_old(state)
-    collect(harness)
-    assert not state.exists()
 
 
 # --- sweeps and runs -----------------------------------------------------------------------------
@@ -266,14 +213,3 @@ def test_step__removes_so_many_folders_at_most(harness: Harness) -> None:
     removed = [before - after for before, after in pairwise(counts)]
     assert max(removed) == MOST_REMOVED
     assert sum(removed) == 2 * MOST_REMOVED
-
-
-def test_step__looks_at_a_batch_of_folders_together(harness: Harness) -> None:
-    for number in range(FOLDERS_AT_ONCE + 10):
-        harness.artifacts.run_folder(run_id(number)).mkdir(parents=True)
-    going = collector(harness, collection_step=0.0)
-    retention = harness.store.retention
-    with patch.object(retention, "last_attempts", wraps=retention.last_attempts) as asked:
-        going.step()
-        going.step()
-    assert [len(call.args[0]) for call in asked.call_args_list] == [FOLDERS_AT_ONCE, 10]

@@ -3,12 +3,10 @@
 from dataclasses import replace
 from pathlib import Path
 
-import pytest
-
 from service.queue.leader import NO_WORKER, REFUSED
-from service.records.jobs import Cause, Keep, Kind, State, StoreUnavailable
+from service.records.jobs import Cause, Keep, Kind, State
 from service.workers.attempt import ProgressMessage
-from tests.service.support.fakes import failing, run_id, runs_of
+from tests.service.support.fakes import run_id
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FakeRun
 
@@ -64,14 +62,6 @@ def test_attempt__has_a_folder_of_its_own_and_the_limits(tmp_path: Path) -> None
         assert (publication.kind, publication.checkpoint) == (Kind.PUBLISH, None)
 
 
-@pytest.mark.parametrize(("runs", "threads"), [(1, 4), (2, 2), (3, 1), (9, 1)])
-def test_threads__of_the_workers_are_shared_by_runs_that_begin_together(
-    harness: Harness, runs: int, threads: int
-) -> None:
-    harness.engine.free = 4
-    assert {attempt.threads for attempt in harness.begin(runs)} == {threads}
-
-
 # --- stopping and progress -----------------------------------------------------------------------
 
 
@@ -87,23 +77,6 @@ def test_cancel__is_asked_for_until_the_attempt_has_ended(harness: Harness) -> N
     harness.tick()
     assert harness.run().state is State.CANCELLED
     assert len(harness.engine.stopped) == 2
-
-
-def test_store_that_cannot_be_written__stopping_and_garbage_collection_go_on(harness: Harness) -> None:
-    deleted = harness.settings.data / "sweeps" / harness.submit(1)
-    harness.store.sweeps.cancel(deleted.name)
-    harness.store.sweeps.delete(deleted.name)
-    id = harness.submit(runs_of("fine", "fine", first=1))
-    ended, other = harness.tick()
-    deleted.mkdir(parents=True)
-    harness.store.sweeps.cancel(id)
-    harness.end_badly(ended, Cause.LOST)
-    harness.engine.free = 0
-    with failing(harness.store.leases, "requeue"), pytest.raises(StoreUnavailable):
-        harness.tick()
-    assert not deleted.exists()
-    assert harness.engine.stopped == [other.key]
-    assert harness.dispatcher.blocked_reason() == NO_WORKER
 
 
 def test_progress__is_written_at_intervals(tmp_path: Path) -> None:

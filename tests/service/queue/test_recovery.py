@@ -4,9 +4,9 @@ from pathlib import Path
 
 import pytest
 
-from service.records.jobs import Cause, State, StoreUnavailable, SweepState
+from service.records.jobs import Cause, State
 from service.workers.attempt import Attempt, Away, Back
-from tests.service.support.fakes import RecordingEngine, failing, run_id
+from tests.service.support.fakes import RecordingEngine, run_id
 from tests.service.support.harness import Harness
 
 AWAY = "the scheduler does not answer"
@@ -41,31 +41,6 @@ def test_new_life__registers_what_is_complete_and_queues_the_rest(harness: Harne
     assert harness.run(1).crashes == 0
 
 
-def test_new_term__a_store_that_is_away_at_its_begin_loses_no_result(harness: Harness) -> None:
-    [attempt] = harness.begin(1)
-    harness.end_well(attempt)
-    harness.terms.has_lost_lead = True
-    with failing(harness.store.leases, "held"), pytest.raises(StoreUnavailable):
-        harness.tick()
-    harness.tick()
-    assert is_first_success(harness)
-
-
-def test_new_life__a_publication_is_made_again(harness: Harness) -> None:
-    id = harness.submit(1)
-    harness.end_well(harness.tick()[0])
-    [publication] = harness.tick()
-    harness.compute(publication)
-    engine = RecordingEngine()
-    successor = harness.successor(engine)
-    successor.tick()
-    [again] = engine.submitted
-    assert again.directory != publication.directory
-    harness.end_well(again)
-    successor.tick()
-    assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
-
-
 # --- an engine that outlives the service ---------------------------------------------------------
 
 
@@ -82,19 +57,6 @@ def test_adoption__attempts_go_on_through_changes_of_leader(harness: Harness) ->
     assert is_first_success(harness)
     assert first.key in engine.forgotten
     assert len(engine.submitted) == 1  # in the free slot
-
-
-def test_adoption__of_a_run_that_is_being_cancelled_ends_it(harness: Harness) -> None:
-    id = harness.submit(1)
-    [attempt] = harness.tick()
-    harness.store.sweeps.cancel(id)
-    engine = RecordingEngine(under_way={attempt.key})
-    successor = harness.successor(engine)
-    successor.tick()
-    assert engine.stopped == [attempt.key]
-    harness.end_badly(attempt, Cause.LOST)
-    successor.tick()
-    assert harness.run().state is State.CANCELLED
 
 
 def lost(harness: Harness, attempt: Attempt) -> None:
@@ -128,16 +90,6 @@ def test_foreign_attempt__of_ours_is_stopped_until_it_ends_and_those_of_others_g
 
 
 # --- a scheduler that is away --------------------------------------------------------------------
-
-
-def test_away__nothing_begins_and_the_reason_is_stored(harness: Harness) -> None:
-    harness.tick()
-    harness.send(Away(AWAY))
-    assert harness.begin(1) == []
-    assert harness.dispatcher.blocked_reason() == harness.store.queue.status().blocked_reason == AWAY
-    harness.send(Back())
-    assert len(harness.tick()) == 1
-    assert harness.store.queue.status().blocked_reason is None
 
 
 def test_away__costs_what_was_under_way_nothing(harness: Harness) -> None:

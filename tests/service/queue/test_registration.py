@@ -1,7 +1,6 @@
 """Endings become rows: results with all their files, another attempt by the budget of its cause, failures."""
 
 from collections.abc import Callable
-from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -13,7 +12,7 @@ from service.queue.verification import VerifiedEnding
 from service.records.jobs import Cause, Kind, Lease, State, StoreUnavailable
 from service.workers.attempt import Attempt
 from tests.service.support.fakes import failing, run_id, runs_of
-from tests.service.support.harness import AT_ONCE, Harness, open_harness
+from tests.service.support.harness import Harness
 from tests.service.support.targets import FAKE
 
 
@@ -58,20 +57,6 @@ def test_result__the_engine_keeps_it_until_the_row_has_it(harness: Harness) -> N
     assert harness.run().state is State.SUCCEEDED
 
 
-def test_late_result__of_an_attempt_that_was_given_up_is_ignored(harness: Harness) -> None:
-    [old] = harness.begin(1)
-    harness.end_badly(old, Cause.LOST)
-    [new] = harness.tick()
-    harness.end_well(old)
-    harness.tick()
-    assert harness.run().state is State.RUNNING
-    harness.end_well(new)
-    harness.tick()
-    path = harness.run().path
-    assert path is not None
-    assert (harness.settings.data / path).parent == Path(new.directory)
-
-
 # --- publications and failures -------------------------------------------------------------------
 
 
@@ -86,30 +71,6 @@ def test_publication__gets_results_and_reasons(harness: Harness) -> None:
     assert (failure["path"], failure["state"]) == (None, "failed")
     assert failure["reason"].startswith("because of error")
     assert publication.spec["document"] == harness.store.sweeps.document(id)
-
-
-def test_failure__registers_its_log(harness: Harness) -> None:
-    [attempt] = harness.begin(1)
-    folder = Path(attempt.directory)
-    folder.mkdir(parents=True)
-    (folder / "log.txt").write_text("Traceback")
-    harness.end_badly(attempt, Cause.ERROR)
-    harness.tick()
-    place = folder.relative_to(harness.settings.data)
-    assert harness.run().reason == f"because of error (log: {place}/log.txt)"
-    assert harness.store.runs.file(run_id(0), "log.txt").size == len("Traceback")
-
-
-def test_failure__leaves_the_checkpoint_for_a_retry(harness: Harness) -> None:
-    id = harness.submit(1)
-    [attempt] = harness.tick()
-    checkpoint = checkpoint_of(harness)
-    harness.end_badly(attempt, Cause.TIME_LIMIT, checkpoint=7)
-    harness.end_well(harness.tick()[0])  # the publication
-    harness.tick()
-    assert checkpoint.is_file()
-    harness.store.sweeps.retry(id)
-    assert harness.tick()[0].checkpoint == str(checkpoint)
 
 
 @pytest.fixture
@@ -144,14 +105,6 @@ def test_ending_that_cannot_be_registered__holds_nobody_up_and_fails_in_the_end(
     assert set(harness.engine.forgotten) == {attempt.key for attempt in attempts}
 
 
-def test_ending_that_cannot_be_registered__is_tried_again_after_a_while(tmp_path: Path, tried: list[Lease]) -> None:
-    with open_harness(tmp_path, replace(AT_ONCE, registration_retry=3600.0)) as harness:
-        harness.end_well(harness.begin(1)[0])
-        for _ in range(3):
-            harness.tick()
-    assert len(tried) == 1
-
-
 # --- trying again --------------------------------------------------------------------------------
 
 
@@ -183,15 +136,3 @@ def test_lost__again_and_again_delays_the_run_but_no_other(harness: Harness) -> 
     assert (harness.run().state, harness.run().crashes) == (State.QUEUED, 0)
     assert checkpoint.read_text() == "7"
     assert [attempt.spec["materials"][FAKE] for attempt in harness.begin(2)] == [run_id(1)]
-
-
-def test_cancel__is_no_loss_however_often(harness: Harness) -> None:
-    harness.engine.free = 100
-    for _ in range(1 + FREE_LOSSES):
-        id = harness.submit(1)
-        [attempt] = [attempt for attempt in harness.tick() if attempt.kind is Kind.RUN]
-        harness.store.sweeps.cancel(id)
-        harness.end_badly(attempt, Cause.LOST)
-        harness.tick()
-        assert harness.run().state is State.CANCELLED
-    assert [attempt.kind for attempt in harness.begin(1)] == [Kind.RUN]

@@ -1,10 +1,10 @@
-"""Retry: budgets of causes, crashes at one checkpoint, and how long lost jobs are delayed."""
+"""Retry: budgets of causes, and how long lost jobs are delayed."""
 
 import pytest
 
 from service.queue.retry import BUDGET, FREE_LOSSES, Backoff, decide
-from service.records.jobs import Cause, CrashCount
-from service.workers.timings import DEFAULT, Timings
+from service.records.jobs import Cause
+from service.workers.timings import DEFAULT
 from tests.service.support.rows import lease_of
 
 LEASE = lease_of()
@@ -31,25 +31,6 @@ def test_budget__is_of_each_cause(cause: Cause, crashes: int, again: bool) -> No
     assert set(BUDGET) == set(Cause)
 
 
-@pytest.mark.parametrize(
-    ("crash_step", "step", "crashes", "at"),
-    [
-        (None, None, 3, 0),
-        (None, 100, 1, 100),
-        (100, 100, 3, 100),
-        (100, 101, 1, 101),
-        (100, 50, 3, 100),
-        (100, None, 3, 100),
-    ],
-)
-def test_crashes__are_counted_anew_after_progress(
-    crash_step: int | None, step: int | None, crashes: int, at: int
-) -> None:
-    decision = decide(lease_of(crashes=2, crash_step=crash_step), Cause.CRASH, step)
-    assert decision.crashes == CrashCount(crashes, at)
-    assert decision.again == (crashes < 3)
-
-
 def test_delay__doubles_to_a_longest_one() -> None:
     backoff = Backoff()
     delays = [backoff.lose(LEASE, None) for _ in range(FREE_LOSSES + 100)]
@@ -57,13 +38,6 @@ def test_delay__doubles_to_a_longest_one() -> None:
     assert delays[FREE_LOSSES : FREE_LOSSES + 4] == [10.0, 20.0, 40.0, 80.0]
     assert set(delays[FREE_LOSSES + 6 :]) == {DEFAULT.backoff_longest}
     assert backoff.delayed() == (LEASE.id,)
-
-
-def test_delay__is_over_after_its_seconds() -> None:
-    backoff = Backoff(Timings(backoff_first=0.0))
-    for _ in range(FREE_LOSSES + 1):
-        backoff.lose(LEASE, None)
-    assert backoff.delayed() == ()
 
 
 def test_count__begins_anew_after_progress_or_another_ending() -> None:

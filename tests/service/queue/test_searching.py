@@ -1,7 +1,5 @@
 """A search is one row of the queue, whose state is the results of its runs."""
 
-from contextlib import closing
-from pathlib import Path
 from typing import Any
 
 import pytest
@@ -9,8 +7,7 @@ import pytest
 from service.records.jobs import Cause, Kind, State, Submission, SweepState
 from service.workers.attempt import Attempt
 from studies.sweeps.sweep import Sweep
-from tests.service.support.fakes import open_store
-from tests.service.support.harness import Harness, open_harness
+from tests.service.support.harness import Harness
 from tests.service.support.targets import PERFORATES
 
 DOCUMENT: dict[str, Any] = {
@@ -55,34 +52,6 @@ def test_search__submits_ordinary_runs_until_it_has_its_interval(harness: Harnes
     harness.end_well(publication)
     harness.tick()
     assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
-
-
-def test_search__computes_nothing_twice(harness: Harness) -> None:
-    first = submit(harness)
-    harness.end_well(searched(harness, [], []))
-    harness.tick()
-    again = submit(harness)
-    speeds = list[float]()
-    assert searched(harness, [], speeds).kind is Kind.PUBLISH
-    assert speeds == []
-    statuses = [harness.store.sweeps.get(id) for id in (first, again)]
-    assert [status.planned for status in statuses] == [7, 7]
-    assert statuses[1].new == 0
-
-
-def test_search__goes_on_after_a_restart(tmp_path: Path) -> None:
-    with open_harness(tmp_path) as harness:
-        id, speeds = submit(harness), list[float]()
-        for _ in range(4):
-            for attempt in harness.tick():
-                speeds.append(speed(attempt))
-                harness.end_well(attempt)
-    with closing(open_store(harness.settings)) as store:
-        reborn = Harness(harness.settings, store)
-        # What was under way when the service ended is lost, and computed again.
-        harness.end_well(searched(reborn, [], speeds))
-        assert set(speeds) == set(BISECTION)
-        assert reborn.store.sweeps.get(id).counts["succeeded"] == 7
 
 
 def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried(harness: Harness) -> None:

@@ -1,4 +1,4 @@
-"""Verification of what attempts left: whether it is a result, in text that rows take, beside the ticks."""
+"""Verification of what attempts left: whether it is whole, in text that rows take, beside the ticks."""
 
 import errno
 import json
@@ -12,8 +12,8 @@ from pathlib import Path
 import pytest
 
 from service.files.artifacts import Artifacts, describe
-from service.records.jobs import Cause, Lease, State, Stored
-from service.workers.attempt import Attempt, Ending
+from service.records.jobs import Cause, State, Stored
+from service.workers.attempt import Ending
 from tests.service.support.fakes import DEADLINE, run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 
@@ -24,25 +24,6 @@ def is_first_success(harness: Harness) -> bool:
     """Whether the first run has the result of its first attempt."""
     row = harness.run()
     return (row.state, row.attempt, row.crashes) == (State.SUCCEEDED, 1, 0)
-
-
-def end_with(harness: Harness, attempt: Attempt, answer: object) -> None:
-    """End an attempt with this as its result."""
-    harness.compute(attempt)
-    file = Path(attempt.directory) / "result.json"
-    file.write_text(json.dumps(answer))
-    harness.end(attempt, Ending(None, "", "", (describe(file),), 1.0))
-
-
-@pytest.mark.parametrize("answer", [[], {"state": "succeeded"}])
-def test_malformed_result__counts_as_a_crash(harness: Harness, answer: object) -> None:
-    harness.submit(1)
-    for _ in range(3):
-        end_with(harness, harness.tick()[0], answer)
-    harness.tick()
-    row = harness.run()
-    assert (row.state, row.cause) == (State.FAILED, Cause.CRASH)
-    assert "cannot be registered" in str(row.reason)
 
 
 def test_text__that_no_database_takes_is_made_legible(tmp_path: Path, database_url: str) -> None:
@@ -111,32 +92,6 @@ def test_disk_that_fails__is_tried_again_and_costs_the_run_nothing(
     assert is_first_success(harness)
 
 
-@pytest.mark.parametrize("number", [errno.EIO, errno.ENOSPC])
-def test_disk_that_fails_for_long__counts_unless_the_shortage_is_our_own(
-    tmp_path: Path, checks: Checks, number: int
-) -> None:
-    with open_harness(tmp_path, NO_DOUBT) as harness:
-        harness.end_well(harness.begin(1)[0])
-        checks[run_id(0)] = fails(number)
-        harness.tick()
-        harness.tick()
-        counts = number == errno.EIO
-        assert (harness.run().attempt, harness.run().crashes) == (1 + counts, counts)
-
-
-def test_disk_that_fails__is_not_read_at_each_tick_and_holds_nobody_up(tmp_path: Path, checks: Checks) -> None:
-    with open_harness(tmp_path, replace(AT_ONCE, verification_retry=3600.0)) as harness:
-        for attempt in harness.begin(3):
-            harness.end_well(attempt)
-        tried = list[int]()
-        checks[run_id(0)] = fails(errno.ENOSPC, tried)
-        assert len(harness.tick()) == 1
-        harness.tick()
-        states = [harness.run(number).state for number in (0, 1)]
-        assert states == [State.RUNNING, State.SUCCEEDED]
-        assert len(tried) == 1
-
-
 @pytest.mark.parametrize("damage", ["{}", "", None])
 def test_damaged_result__is_computed_again_unless_the_disk_was_late(tmp_path: Path, damage: str | None) -> None:
     with open_harness(tmp_path, NO_DOUBT) as harness:
@@ -152,31 +107,6 @@ def test_damaged_result__is_computed_again_unless_the_disk_was_late(tmp_path: Pa
         assert again.directory != damaged.directory
         assert is_first_success(harness)
         assert harness.run(1).crashes == 1
-
-
-@pytest.mark.parametrize(("name", "counts"), [("log.txt", True), ("state.npz", False)])
-def test_lost_and_complete__counts_unless_more_than_its_log_is_written_to(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, name: str, counts: bool
-) -> None:
-    complete_files = Artifacts.complete_files
-
-    def write_after(artifacts: Artifacts, lease: Lease) -> tuple[Stored, ...]:
-        files = complete_files(artifacts, lease)
-        with (artifacts.attempt_directory(lease) / name).open("a") as file:
-            file.write("more")
-        return files
-
-    monkeypatch.setattr(Artifacts, "complete_files", write_after)
-    with open_harness(tmp_path, NO_DOUBT) as harness:
-        [attempt] = harness.begin(1)
-        harness.compute(attempt)
-        harness.end_badly(attempt, Cause.LOST)
-        harness.tick()
-        harness.tick()
-        assert is_first_success(harness) is counts
-        assert (harness.run().attempt, harness.run().crashes) == (1 if counts else 2, 0)
-        names = {file.name for file in harness.store.runs.files(run_id(0))}
-        assert names == ({"result.json", "state.npz"} if counts else set())
 
 
 # --- beside the ticks ----------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from service import migrations
 from service.records.jobs import Cause, StoreUnavailable, Submission
 from service.store import Store, connection
 from service.store.connection import Database
-from service.store.tables import REVISION, SWEEPS
+from service.store.tables import SWEEPS
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import runs_of, sweep_of, wait_until
 from tests.service.support.rows import finish_all
@@ -52,26 +52,6 @@ def test_connection__is_durable_and_waits_for_no_lock_for_ever(store: Store) -> 
     assert values == settings
 
 
-def test_reader__sees_one_moment(store: Store, database_url: str) -> None:
-    count = sa.select(sa.func.count()).select_from(SWEEPS)
-    with closing(Store.open(database_url)) as other, store.database.reading() as reading:
-        before = reading.execute(count).scalar()
-        other.sweeps.create(Submission(sweep_of(1)))
-        assert reading.execute(count).scalar() == before
-
-
-def test_writer__that_waits_too_long_for_another_process_changes_nothing(
-    database_url: str, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    monkeypatch.setattr(connection, "BUSY_MILLISECONDS", 50)
-    with closing(Store.open(database_url)) as store, closing(Store.open(database_url)) as other:
-        with other.database.writing():
-            with pytest.raises(StoreUnavailable, match="lock"):
-                store.sweeps.create(Submission(sweep_of(1)))
-            assert store.sweeps.page().items == ()  # reading goes on
-        assert store.sweeps.create(Submission(sweep_of(1))).planned == 1
-
-
 def test_writer__that_waits_too_long_for_another_thread_is_refused(
     store: Store, monkeypatch: pytest.MonkeyPatch
 ) -> None:
@@ -93,18 +73,6 @@ def test_writer__that_waits_too_long_for_another_thread_is_refused(
         done.set()
         thread.join()
     store.ping()
-
-
-def test_server__that_ends_the_connections_is_used_again(postgresql_url: str) -> None:
-    with closing(Store.open(postgresql_url)) as store:
-        store.sweeps.create(Submission(sweep_of(1)))
-        end = (
-            "SELECT pg_terminate_backend(pid) FROM pg_stat_activity "
-            "WHERE datname = current_database() AND pid <> pg_backend_pid()"
-        )
-        with closing(Store.open(postgresql_url)) as other, other.database.writing() as writing:
-            writing.execute(sa.text(end))
-        assert len(store.sweeps.page().items) == 1
 
 
 def test_database__that_cannot_be_used_is_unavailable(postgresql_url: str, tmp_path: Path) -> None:
@@ -134,11 +102,6 @@ def with_next_revision(folder: Path, more: str = "") -> str:
     copied = shutil.copytree(Path(migrations.__file__).parent, folder / "migrations")
     (copied / "versions" / "next.py").write_text(NEXT.format(more=more))
     return str(copied)
-
-
-def test_revision__of_the_tables_is_that_of_the_newest_migration(own_url: str) -> None:
-    with closing(Database(own_url)) as database:
-        assert database._revisions()[0] == REVISION
 
 
 def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> None:

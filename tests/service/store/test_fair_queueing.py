@@ -54,23 +54,6 @@ def test_shares__are_of_cost(store: Store) -> None:
     assert of_the_first(leased(store, 44)) == pytest.approx(4, abs=ONE_RUN)
 
 
-def test_finished_runs__delay_nothing(store: Store) -> None:
-    submit(store, 0, 50)
-    finish_all(store)
-    submit(store, 100, 3)
-    submit(store, 0, 51)  # its last point alone is new
-    assert 50 in leased(store, 2)
-
-
-def test_lost_run__comes_again_at_once(store: Store) -> None:
-    submit(store, 0, 10)
-    [first, *_] = lease_runs(store, 4)
-    store.leases.requeue(first, Cause.LOST, reason="")
-    assert leased(store, 1) == [0]
-    submit(store, 100, 5)  # which begins at the latest virtual time, not at that of the lost run
-    assert of_the_first(leased(store, 6)) == pytest.approx(3, abs=ONE_RUN)
-
-
 def test_retried_runs__queue_up_like_new_ones(store: Store) -> None:
     sweep = submit(store, 0, 6)
     for lease in lease_runs(store, 6):
@@ -83,13 +66,6 @@ def test_retried_runs__queue_up_like_new_ones(store: Store) -> None:
 
 
 # --- priorities ------------------------------------------------------------------------------------
-
-
-def test_smaller_priority__is_sooner(store: Store) -> None:
-    submit(store, 0, 2, priority=1)
-    submit(store, 10, 2)
-    submit(store, 20, 2, priority=-1)
-    assert leased(store, 6) == [20, 21, 10, 11, 0, 1]
 
 
 def test_shared_run__has_the_priority_of_the_most_urgent_sweep(store: Store) -> None:
@@ -107,14 +83,6 @@ def test_shared_run__has_the_priority_of_the_most_urgent_sweep(store: Store) -> 
     finish_all(store)
     with pytest.raises(Conflict, match="ended"):
         store.sweeps.set_priority(patient, 1)
-
-
-def test_priority_classes__have_virtual_times_of_their_own(store: Store) -> None:
-    submit(store, 0, 50)
-    submit(store, 100, 40, priority=-1)
-    leased(store, 40)
-    submit(store, 200, 50)
-    assert of_the_first(leased(store, 10)) == pytest.approx(5, abs=ONE_RUN)
 
 
 def test_moved_sweep__begins_at_the_virtual_time_of_its_new_class(store: Store) -> None:

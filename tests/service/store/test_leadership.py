@@ -7,8 +7,7 @@ from contextlib import ExitStack, closing
 import pytest
 import sqlalchemy as sa
 
-from service.records.jobs import StoreUnavailable
-from service.store import Store, connection
+from service.store import Store
 from tests.service.support.fakes import wait_until
 
 Replicas = tuple[Store, Store]
@@ -71,18 +70,6 @@ def test_lead__of_a_silent_service_ends(
         assert two.terms.lead("two:2") is None
         assert leading.holds()
     leading.close()
-
-
-def test_transaction__of_a_frozen_service_ends(replicas: Replicas, monkeypatch: pytest.MonkeyPatch) -> None:
-    timeout = {"idle_in_transaction_session_timeout": "500ms"}
-    monkeypatch.setattr(connection, "POSTGRESQL", connection.POSTGRESQL | timeout)
-    url = replicas[0].database.url.render_as_string(hide_password=False)
-    with closing(Store.open(url)) as frozen:
-        writing = frozen.database.writing()
-        writing.__enter__()
-        assert replicas[1].terms.begin("two:2") == 1
-        with pytest.raises(StoreUnavailable):
-            writing.__exit__(None, None, None)
 
 
 def test_lead__is_of_one_database(replicas: Replicas, postgresql_url: str) -> None:

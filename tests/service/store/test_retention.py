@@ -4,7 +4,7 @@ from datetime import UTC, datetime
 
 import pytest
 
-from service.records.jobs import Cause, Keep, State, Stored, Submission, SweepState
+from service.records.jobs import Cause, Keep, State, Stored, Submission
 from service.store import Store
 from tests.service.support.fakes import run_id, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result
@@ -43,27 +43,7 @@ def test_drop__spares_files_that_a_sweep_demanded_meanwhile(store: Store) -> Non
     assert names(store) == ["result.json", "state.npz"]
 
 
-def test_forgotten_files__lower_the_retention_of_their_run(store: Store) -> None:
-    finished(store, STATE, FILM, keep=Keep.FILM)
-    for name, keep in (("film.npz", Keep.FINAL), ("state.npz", Keep.NUMBERS)):
-        store.retention.forget_files(RUN, [name])
-        assert store.runs.get(RUN).keep is keep
-    assert names(store) == ["result.json"]
-
-
 # --- results that stay -----------------------------------------------------------------------------
-
-
-def test_missing_film__is_computed_for_the_sweep_that_demands_it(store: Store) -> None:
-    earlier = finished(store, STATE, keep=Keep.NUMBERS)
-    status = store.sweeps.create(Submission(sweep_of(1), keep=Keep.FILM))
-    assert (status.new, status.state) == (1, SweepState.QUEUED)
-    assert store.sweeps.get(earlier).state is SweepState.SUCCEEDED
-    [lease] = lease_runs(store, 1)
-    assert lease.keep is Keep.FILM
-    assert store.leases.finish(lease, result(STATE, FILM))
-    finish_all(store)
-    assert store.sweeps.create(Submission(sweep_of(1), keep=Keep.FILM)).new == 0
 
 
 def test_film__that_cannot_be_computed_leaves_the_result(store: Store) -> None:

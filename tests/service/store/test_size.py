@@ -27,7 +27,6 @@ from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
 
-pytestmark = pytest.mark.claim("queue", "size")
 LARGE, PART = 10_000, 100  # runs
 PARTS = 8  # sweeps of so many
 PAGE = 3  # statements, whatever the size
@@ -120,17 +119,6 @@ def test_accept__is_one_transaction_of_two_statements_more_for_each_thousand_run
     """10 000 runs are accepted in one transaction, of two statements more for each thousand."""
     assert filled.accepting["large"] == filled.accepting["small"] + 2 * ((LARGE - 1) // BATCH)
     assert filled.commits == 1
-
-
-def test_accept__joining_takes_a_few_more_whatever_the_size(store: Store) -> None:
-    counted = []
-    for number in (1, 1000):
-        store.sweeps.create(Submission(sweep_of(number)))
-        with statements(store) as sent:
-            joined = store.sweeps.create(Submission(sweep_of(number)))
-        assert (joined.new, joined.reused) == (0, number)
-        counted.append(len(sent))
-    assert counted[0] == counted[1]
 
 
 def _counts(filled: Filled) -> object:
@@ -302,13 +290,6 @@ def test_lease__is_read_through_its_index_in_its_order(filled: Filled) -> None:
     assert "TEMP B-TREE" not in plan
     assert "Sort Key: jobs" not in plan
     assert not whole_reads(plan)
-
-
-def test_finish__reads_a_few_rows_however_long_its_sweep(filled: Filled) -> None:
-    [lease] = filled.store.leases.take(1, TERM)
-    with plans(filled.store) as texts:
-        assert filled.store.leases.finish(lease, result())
-    assert [read for text in texts for read in whole_reads(text)] == []
 
 
 # A line of a plan that reads a whole table, or a whole index of it; SQLite says SEARCH of a part.

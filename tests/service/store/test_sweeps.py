@@ -1,40 +1,16 @@
-"""Sweeps: accepted, cancelled, retried, replaced and deleted; pages, points and tallies."""
+"""Sweeps and their runs: accepted, cancelled, retried, replaced, published; tallies and progress."""
 
 from contextlib import closing
 from dataclasses import replace
-from operator import attrgetter
-from typing import cast
 
 import pytest
 
-from service.records.jobs import (
-    RESULT,
-    Cause,
-    Conflict,
-    CrashCount,
-    Keep,
-    NotFound,
-    State,
-    Stored,
-    Submission,
-    SweepState,
-)
+from service.records.jobs import RESULT, Cause, Conflict, CrashCount, Keep, Kind, Stored, Submission, SweepState
 from service.store import Store
-from studies.quantities.findings import InvalidInput
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
-from tests.service.support.targets import FakeRun
-
-KEY = ("2b6f", "11" * 32)
 
 # --- submission ------------------------------------------------------------------------------------
-
-
-def test_run__that_is_twice_in_a_sweep_is_computed_once(store: Store) -> None:
-    status = store.sweeps.create(Submission(sweep_of([FakeRun(run_id(1)), FakeRun(run_id(1))])))
-    assert (status.planned, status.new) == (2, 1)
-    finish_all(store)
-    assert store.sweeps.get(status.id).counts["succeeded"] == 2
 
 
 def test_accident__is_computed_again_and_a_verdict_is_not(store: Store) -> None:
@@ -49,34 +25,10 @@ def test_accident__is_computed_again_and_a_verdict_is_not(store: Store) -> None:
     assert (again.crashes, again.crash_step) == (0, None)  # with a fresh budget
 
 
-def test_failed_transaction__leaves_nothing(store: Store) -> None:
-    """The digest cannot be stored, which shows when every other row is written."""
-    broken = ("key", cast(str, object()))
-    with pytest.raises(Exception, match=r"(?i)bind|adapt|support"):
-        store.sweeps.create(Submission(sweep_of(3), idempotency=broken))
-    assert store.sweeps.page().items == ()
-    assert store.queue.status().states == {}
-
-
-def test_digest__finds_the_same_sweep(store: Store) -> None:
-    status = store.sweeps.create(Submission(sweep_of(2)))
-    assert store.sweeps.find(sweep_of(2).digest) == status
-    assert store.sweeps.find(sweep_of(3).digest) is None
-
-
 def test_shared_run__keeps_the_most_that_a_sweep_demands(store: Store) -> None:
     for runs, keep in ((2, Keep.FINAL), (1, Keep.FILM), (2, Keep.NUMBERS)):
         store.sweeps.create(Submission(sweep_of(runs), keep=keep))
     assert [store.runs.get(run_id(number)).keep for number in (0, 1)] == [Keep.FILM, Keep.FINAL]
-
-
-def test_same_key__is_the_same_sweep_for_each_owner(store: Store) -> None:
-    status = store.sweeps.create(Submission(sweep_of(2), owner="ann", idempotency=KEY))
-    finish_all(store)
-    again = store.sweeps.create(Submission(sweep_of(2), owner="ann", idempotency=KEY))
-    assert again == store.sweeps.get(status.id)
-    other = store.sweeps.create(Submission(sweep_of(2), owner="bob", idempotency=KEY))
-    assert other.id != status.id
 
 
 # --- cancel ----------------------------------------------------------------------------------------
@@ -173,69 +125,6 @@ def test_publication__of_an_earlier_result_no_longer_counts(store: Store) -> Non
     assert [lease.sweep_id for lease in store.leases.take(9, TERM)] == [sweep]
 
 
-# --- delete ----------------------------------------------------------------------------------------
-
-
-def test_delete__takes_only_sweeps_that_have_ended(store: Store) -> None:
-    sweep = store.sweeps.create(Submission(sweep_of(1))).id
-    with pytest.raises(Conflict):
-        store.sweeps.delete(sweep)
-    finish_all(store)
-    store.sweeps.delete(sweep)
-    assert store.runs.get(run_id(0)).state is State.SUCCEEDED
-    assert store.retention.deleted_sweeps([sweep, run_id(77)]) == {sweep}
-
-
-@pytest.mark.parametrize(
-    "method", ["sweeps.get", "sweeps.cancel", "sweeps.retry", "sweeps.delete", "runs.get", "runs.files"]
-)
-def test_unknown_id__is_not_found(store: Store, method: str) -> None:
-    with pytest.raises(NotFound):
-        attrgetter(method)(store)(run_id(77))
-
-
-# --- queries ---------------------------------------------------------------------------------------
-
-
-def test_sweeps__are_paged_youngest_first_and_filtered_by_state(store: Store) -> None:
-    done = store.sweeps.create(Submission(sweep_of(1))).id
-    finish_all(store)
-    cancelled = store.sweeps.create(Submission(sweep_of(runs_of("fine", first=10)))).id
-    store.sweeps.cancel(cancelled)
-    queued = store.sweeps.create(Submission(sweep_of(runs_of("fine", first=20)))).id
-    first = store.sweeps.page(limit=2)
-    rest = store.sweeps.page(limit=2, cursor=first.next_cursor)
-    ids = [status.id for page in (first, rest) for status in page.items]
-    assert (ids, rest.next_cursor) == ([queued, cancelled, done], None)
-    expected = {SweepState.SUCCEEDED: [done], SweepState.CANCELLED: [cancelled], SweepState.QUEUED: [queued]}
-    for state in SweepState:
-        of_state = [status.id for status in store.sweeps.page(state=state).items]
-        assert of_state == expected.get(state, [])
-
-
-def test_points__are_paged_in_the_order_of_the_sweep(store: Store) -> None:
-    sweep = store.sweeps.create(Submission(sweep_of(5))).id
-    first = store.sweeps.points(sweep, limit=3)
-    rest = store.sweeps.points(sweep, limit=3, cursor=first.next_cursor)
-    points = [*first.items, *rest.items]
-    assert [point.index for point in points] == [(0,), (1,), (2,), (3,), (4,)]
-    assert points[2].coordinates == {"speed": 2000.0}
-    assert rest.next_cursor is None
-    [lease] = lease_runs(store, 1)
-    store.leases.fail(lease, Cause.CRASH, failure="SIGSEGV", reason="died")
-    [point] = store.sweeps.points(sweep, state=State.FAILED).items
-    assert (point.run.id, point.run.reason) == (lease.id, "died")
-
-
-@pytest.mark.parametrize("cursor", ["", "x", "-1", "1; drop table", "9" * 30, "٣"])
-def test_cursor__that_no_page_gave_is_refused(store: Store, cursor: str) -> None:
-    sweep = store.sweeps.create(Submission(sweep_of(1))).id
-    with pytest.raises(InvalidInput, match="cursor"):
-        store.sweeps.page(cursor=cursor)
-    with pytest.raises(InvalidInput, match="cursor"):
-        store.sweeps.points(sweep, cursor=cursor)
-
-
 # --- tallies ---------------------------------------------------------------------------------------
 
 
@@ -275,3 +164,48 @@ def test_tally__is_read_again_when_another_sweep_queues_a_run(store: Store, data
         assert [service.sweeps.get(sweep).counts["queued"] for service in services] == [1, 1]
         finish_all(store)
         assert [service.sweeps.get(sweep).counts["succeeded"] for service in services] == [1, 1]
+
+
+# --- progress, publications and runs under way ------------------------------------------------------
+
+
+def test_progress__reaches_runs_and_sweep(store: Store) -> None:
+    sweep = store.sweeps.create(Submission(sweep_of(2))).id
+    leases = lease_runs(store, 2)
+    message = {"fraction": 0.5, "seconds": 3.0, "step": 9}
+    store.leases.record_progress([(leases[0], message)])
+    run = store.runs.get(leases[0].id)
+    assert (run.fraction, run.progress) == (0.5, message)
+    status = store.sweeps.get(sweep)
+    assert status.progress == pytest.approx(0.25)
+    # One and a half core seconds left at 6 s each, two side by side.
+    assert status.eta_seconds == pytest.approx(1.5 * 6.0 / 2)
+
+
+def test_publication__waits_for_the_last_run_and_comes_before_others(store: Store) -> None:
+    sweep = store.sweeps.create(Submission(sweep_of(6))).id
+    leases = lease_runs(store, 6)
+    for place in (5, 0, 3, 4):
+        assert store.leases.finish(leases[place], result())
+    store.leases.fail(leases[1], Cause.ERROR, failure="RuntimeError", reason="no")
+    store.sweeps.create(Submission(sweep_of(runs_of("fine", first=10)), priority=-100))
+    assert [lease.kind for lease in store.leases.take(1, TERM)] == [Kind.RUN]
+    assert store.leases.finish(leases[2], result())
+    assert store.sweeps.get(sweep).state is SweepState.PUBLISHING
+    store.sweeps.create(Submission(sweep_of(runs_of("fine", first=20)), priority=-100))
+    [publication] = store.leases.take(1, TERM)
+    assert publication.sweep_id == sweep
+    assert store.leases.publish(publication, [stored("cube.nc", "cube.nc")], seconds=1.0)
+    status = store.sweeps.get(sweep)
+    assert (status.state, status.counts["failed"]) == (SweepState.SUCCEEDED, 1)
+
+
+def test_runs_under_way__have_the_sweeps_that_wait_for_them(store: Store) -> None:
+    mine = store.sweeps.create(Submission(sweep_of(2))).id
+    theirs = store.sweeps.create(Submission(sweep_of(1))).id
+    shared, own = lease_runs(store, 2)
+    waiting = {run.id: set(sweeps) for run, sweeps in store.runs.under_way()}
+    assert waiting == {shared.id: {mine, theirs}, own.id: {mine}}
+    store.sweeps.cancel(theirs)
+    waiting = {run.id: set(sweeps) for run, sweeps in store.runs.under_way()}
+    assert waiting == {shared.id: {mine}, own.id: {mine}}

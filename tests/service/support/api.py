@@ -2,7 +2,6 @@
 
 import hashlib
 import threading
-import time
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
 from dataclasses import dataclass
@@ -19,6 +18,7 @@ from service.records.jobs import Cause, Kind, Result, Stored
 from service.settings import Settings
 from service.store import Store
 from studies.sweeps.sweep import Sweep
+from tests.service.support.fakes import wait_until
 
 ADDRESS = "http://127.0.0.1:8000"
 SWEEP: dict[str, Any] = {
@@ -65,12 +65,11 @@ LARGE_SWEEPS = {
 class FakeDispatcher:
     """Computes nothing; says what it is told to say."""
 
-    alive: bool = True
     reason: str | None = None
     slots: int | None = 2
 
     def is_alive(self) -> bool:
-        return self.alive
+        return True
 
     def leads(self) -> bool:
         return self.slots is not None
@@ -112,14 +111,13 @@ class Api:
         assert response.status_code == 202, response.text
         return response.json()["id"]
 
-    def compute(self, *, failures: int = 0, publish: bool = True) -> None:
+    def compute(self, *, failures: int = 0) -> None:
         """Do what is in the queue: runs end well, the first few fail, publications are made."""
         term = self.term()
         while claims := self.store.leases.take(100, term):
             for claim in claims:
                 if claim.kind is Kind.PUBLISH:
-                    if publish:
-                        self.store.leases.publish(claim, self._files(claim.id), seconds=0.1)
+                    self.store.leases.publish(claim, self._files(claim.id), seconds=0.1)
                 elif failures > 0:
                     failures -= 1
                     arguments = "density = 3e4 at particle 17 of 'target'"
@@ -173,17 +171,9 @@ def served(api: Api) -> Iterator[str]:
     thread = threading.Thread(target=server.run)
     thread.start()
     try:
-        until(lambda: server.started, seconds=20)
+        wait_until(lambda: server.started)
         yield f"http://127.0.0.1:{server.servers[0].sockets[0].getsockname()[1]}"
     finally:
         api.http.app.state.event_streams.close()  # type: ignore[attr-defined]
         server.should_exit = True
         thread.join()
-
-
-def until(condition: Callable[[], bool], *, seconds: float) -> None:
-    """Wait for a condition; fails when it does not hold in time."""
-    deadline = time.monotonic() + seconds
-    while not condition():
-        assert time.monotonic() < deadline, "it did not happen in time"
-        time.sleep(0.02)

@@ -10,7 +10,6 @@ from studies.measurements import Reading
 MEASUREMENT, VALUE = "hole_diameter", 0.0123
 TODAY = measurements.load(MEASUREMENT).version
 VERSION = TODAY + 1
-FAULT = "WHIPPLE_TEST_FAULT"  # name of a file: a process of ``changed_targets`` dies once
 
 
 def raise_the_version() -> None:

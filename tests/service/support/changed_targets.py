@@ -4,22 +4,15 @@ Importing it changes the definition (``tests.service.support.changed_measurement
 solved any more: a run that is asked for all the same fails, and says so.
 """
 
-import os
-from pathlib import Path
 from typing import Any
 
 from studies.reports.publish import publish
 from studies.runs.run import Run
-from tests.service.support.changed_measurement import FAULT, raise_the_version
+from tests.service.support.changed_measurement import raise_the_version
 
 __all__ = ["Run", "execute", "publish"]
 
 raise_the_version()
-
-mark = os.environ.get(FAULT)
-if mark and not Path(mark).exists():
-    Path(mark).touch()
-    os.abort()
 
 
 def execute(run: Run, *_: Any, **__: Any) -> None:

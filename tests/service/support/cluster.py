@@ -103,12 +103,6 @@ class ShellProcess:
                 os.kill(pid, signal.SIGKILL)
         self.process.wait(60)
 
-    def kill_alone(self) -> None:
-        """Kill -9 the process itself."""
-        self.look()
-        self.process.kill()
-        self.process.wait(60)
-
     def is_gone(self) -> bool:
         """Whether nothing is left of it and of all that it was seen to have started."""
         return all(is_gone(pid) for pid in self.descendants | {self.process.pid})

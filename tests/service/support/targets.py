@@ -1,8 +1,8 @@
 """Stands in for ``studies.runs.execution`` and ``studies.reports.publish``: runs that behave as their parameters say.
 
 A run is ``fine`` by default. It can also return a ``verdict``, ``abort`` the interpreter (the first ``crashes`` times),
-``raise`` (also because its disk is ``stale``), ``hang``, be ``busy`` (for a second, without reading messages), ``spin``
-(compute for three seconds), ``deaf`` (hang with the interpreter blocked), ``silent`` (return without a result),
+``raise`` (also because its disk is ``stale``), ``hang``, be ``busy`` (for a second, without reading messages),
+``deaf`` (hang with the interpreter blocked), ``silent`` (return without a result),
 ``greedy`` (take memory without end, or so many ``mebibytes``) or ``starved`` (the same, in a library that aborts),
 ``litter`` (start a process of its own, then hang), ``orphan`` (fork, then crash), print ``noise``, ``roar`` (print so
 many ``mebibytes``), or ``soil`` the process that computes it. Each leaves its process id in ``pid`` in its folder.
@@ -222,12 +222,6 @@ def _deaf(run: FakeRun, directory: Path) -> None:
 
 def _busy(run: FakeRun, directory: Path) -> None:
     time.sleep(1)
-
-
-def _spin(run: FakeRun, directory: Path) -> None:
-    end = time.monotonic() + 3
-    while time.monotonic() < end:
-        pass
 
 
 def _greedy(run: FakeRun, directory: Path) -> None:

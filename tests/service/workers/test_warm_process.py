@@ -94,12 +94,6 @@ def test_state__of_one_attempt_does_not_reach_the_next(tmp_path: Path) -> None:
     assert os.readlink(f"/proc/{after['process']}/cwd") == "/"
 
 
-def test_log__that_cannot_be_written_hides_no_error(tmp_path: Path) -> None:
-    (tmp_path / "a1-token").mkdir()
-    (tmp_path / "a1-token" / "log.txt").symlink_to("/dev/full")
-    assert supervise(attempt_at(tmp_path, "raise")).failure == "RuntimeError"
-
-
 def test_run__of_another_version_fails_and_its_reason_names_the_cure(tmp_path: Path) -> None:
     """The content of a run gives another id under another physics, or under other defaults."""
     spec = resolve("elastic_bar", {}, {}).as_json()
@@ -159,11 +153,3 @@ def test_stdin__its_end_ends_the_process(tmp_path: Path, has_attempt: bool) -> N
             wait_until((tmp_path / "a1-token" / "pid").is_file)
         process.stdin.close()
         assert process.wait(60) == warm_process.STATUS_ORPHAN
-
-
-def test_parent_side__loads_neither_web_nor_database_nor_solver() -> None:
-    program = (
-        "import sys, service.workers.supervisor; "
-        "print([m for m in ('fastapi', 'sqlalchemy', 'distributed', 'numpy') if m in sys.modules])"
-    )
-    assert subprocess.check_output([sys.executable, "-c", program], cwd=ROOT, text=True) == "[]\n"

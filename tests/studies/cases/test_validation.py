@@ -1,6 +1,5 @@
 """Validation cases: sweeps of each level, published numbers, rows and pages."""
 
-import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
@@ -11,9 +10,7 @@ from studies.cases import validation, verification
 from studies.cases.compared import ComparedReading, Line, Picture, PublishedNumber, against, compared
 from studies.cases.pages import draw, write_case, write_index
 from studies.cases.rows import Row, Verified, reported
-from studies.cases.validation import LEVELS, ValidationCase, shape_coefficient
-from studies.laws.maiden_c import hole_ratio
-from studies.materials import load
+from studies.cases.validation import LEVELS, ValidationCase
 from studies.quantities.measured import Measured
 from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
@@ -31,15 +28,6 @@ def test_case__has_sweeps_at_each_level(name: str) -> None:
         sizes = [Sweep.parse(document).size for document in case.documents(level).values()]
         assert sizes
         assert all(sizes)
-
-
-def test_published__has_the_numbers_of_the_table_and_who_found_them() -> None:
-    numbers = validation.numbers_of("table_3_3", "thick_plate")
-    depths = {each.by: each.value for each in numbers if each.shot.quantity == "crater_depth"}
-    assert depths["experiment"] == 14e-3
-    assert depths["MPM3D without contact"] == 14e-3
-    assert depths["SPH"] == pytest.approx(17.3e-3)
-    assert len(numbers) == 14
 
 
 def depth_of(cells: float) -> float:
@@ -74,16 +62,6 @@ def test_rows__gate_the_mesh_of_the_source_and_report_the_converged_value(cube: 
     assert rows_of(cube, 6e3)[0].verdict == "FAIL"
 
 
-def test_rows__without_a_value_fail(cube: Any) -> None:
-    empty = cube.assign(crater_depth=cube.crater_depth * math.nan)
-    assert rows_of(empty, 5e3)[0].verdict == "FAIL"
-
-
-def test_rows__of_a_place_that_the_cube_lacks_are_refused(cube: Any) -> None:
-    with pytest.raises(KeyError, match="speed"):
-        ComparedReading(cube, "crater_depth", {"speed": 5.1e3}).on(5.0)
-
-
 def cube_of(document: Any, values: Mapping[str, Callable[[Mapping[str, Any]], float]]) -> Any:
     """The cube of a sweep with made-up values by quantity, as functions of the coordinates."""
     from studies.cubes import cube as cubes
@@ -97,41 +75,6 @@ def cube_of(document: Any, values: Mapping[str, Callable[[Mapping[str, Any]], fl
         }
         results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=measurements)
     return cubes.build(sweep, results)
-
-
-def test_readings__of_zipped_axes_are_those_of_their_point() -> None:
-    document = validation.load("shape-coefficient").documents("quick")["craters"]
-    shapes = {"steel-4340": 0.9, "copper-ofhc": 0.6, "al-6061-t6": 0.3}
-    cube = cube_of(document, {"crater_depth_over_diameter": lambda at: shapes[at["projectile"]]})
-    name, pair = "crater_depth_over_diameter", {"projectile": "al-6061-t6", "target": "steel-4340"}
-    assert ComparedReading(cube, name, {**pair, "speed": 6e3}).on() == 0.3
-    with pytest.raises(KeyError, match="no point"):
-        ComparedReading(cube, name, {**pair, "target": "copper-ofhc", "speed": 6e3}).on()
-    for like, holds in ((0.6, 1), (0.2, 0)):
-        shapes["copper-ofhc"] = like
-        cube = cube_of(document, {name: lambda at: shapes[at["projectile"]]})
-        said = [row.got[-9:] for row in shape_coefficient.CASE.rows("quick", {"craters": cube})]
-        assert said == ["1 of 1 so", f"{holds} of 1 so", "1 of 1 so"]
-
-
-def test_verdict_on_a_law__has_its_mean_and_its_trend() -> None:
-    """Holes from which Maiden's law differs by 2 % for each km/s."""
-
-    def hole(at: Mapping[str, Any]) -> float:
-        law = 8e-3 * float(hole_ratio(at["speed"], 0.2, load("copper-ofhc").sound_speed))
-        return law / (1.0 + 0.02 * at["speed"] / 1e3)
-
-    document = validation.load("hole-laws").documents("quick")["copper-0.2"]
-    cubes = {"copper-0.2": cube_of(document, {"hole_diameter": hole})}
-    rows = list(validation.load("hole-laws").rows("quick", cubes))
-    assert [row.verdict for row in rows[:2]] == ["PASS", "PASS"]
-    (maiden,) = (row for row in rows if "Maiden (sound speed)" in row.claim)
-    assert maiden.got == pytest.approx(2.0 * (2.0 + 4.5 + 7.0) / 3.0)
-    assert maiden.others["n"] == "3 of 3"
-    assert maiden.others["per km/s"] == "+2.0 ± 0.0 %"
-    (printed,) = (row for row in rows if "Maiden (aluminium)" in row.claim)
-    assert printed.got == "no judged point"
-    assert "calibrated on aluminium" in printed.others["outside: 3"]
 
 
 def test_picture__has_each_grid_ours_and_theirs(cube: Any) -> None:

@@ -3,14 +3,13 @@
 import math
 from collections.abc import Callable, Sequence
 
-import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit, observed_order
+from studies.cases.rows import Row, at_least, at_most
+from studies.convergence.orders import FORMAL_ORDER, ORDERS
 from studies.convergence.richardson import (
-    COVERAGE,
     LEFT,
     SAFETY,
     SAFETY_UNOBSERVED,
@@ -19,9 +18,7 @@ from studies.convergence.richardson import (
     Sample,
     converge,
     converge_series,
-    levels_of,
 )
-from tests.rows import Row, at_least, at_most
 from tests.studies.convergence.series import LAYOUTS, curves, widths
 
 HALVING = (1.0, 2.0, 4.0)
@@ -37,11 +34,6 @@ def series(order: float, spacings: Sequence[float], error: float = ERROR) -> lis
 def alone(*values: float) -> Convergence:
     """Values on meshes that are halved, the finest first, one offset each."""
     return converge(Sample(2.0**place, value) for place, value in enumerate(values))
-
-
-def shifted(*levels: Sequence[float]) -> Convergence:
-    """The same with several offsets each."""
-    return converge(Sample(2.0**place, value) for place, level in enumerate(levels) for value in level)
 
 
 # --- known order ------------------------------------------------------------------------------------
@@ -78,30 +70,6 @@ def test_published_example__of_celik_et_al_2008_table_1(
     assert round(result.order, 2) == order
     assert round(result.extrapolated, 4) == limit
     assert round(result.gci, 3) == index
-
-
-def test_published_example__that_oscillates_is_not_extrapolated() -> None:
-    values = (6.0042, 5.9624, 6.0909)  # Celik et al. (2008), Table 1, third column
-    result = converge(map(Sample, (1.0, 2.0, 4.286), values))
-    assert result.verdict == "oscillatory"
-    assert math.isnan(result.extrapolated)
-
-
-@given(
-    st.floats(0.55, 1.95),
-    st.floats(1.1, 4.0),
-    st.floats(1.1, 4.0),
-    st.floats(-1.0, 1.0).filter(lambda error: abs(error) > 1e-3),
-)
-def test_order__is_found_for_any_ratios(order: float, first: float, second: float, error: float) -> None:
-    spacings = (1.0, first, first * second)
-    values = [error * h**order for h in spacings]
-    assert observed_order(spacings, values) == pytest.approx(order, rel=1e-6)
-
-
-def test_order__of_the_logarithm_is_zero() -> None:
-    # f = ln h is the limit of (h^p - 1)/p for p to 0: it has no value at h = 0.
-    assert observed_order(UNEVEN, [math.log(h) for h in UNEVEN]) == pytest.approx(0.0, abs=1e-9)
 
 
 def test_order__above_the_formal_one_is_reported_and_not_used() -> None:
@@ -146,29 +114,6 @@ def test_grids_without_noise__that_do_not_converge_have_the_index_of_the_two_fin
     assert math.isnan(result.gci)
 
 
-def test_oscillation_within_the_scatter__costs_the_scatter_alone() -> None:
-    calm = shifted((19.9, 20.0, 20.1), (19.8, 20.0, 20.2), (19.6, 20.0, 20.4))
-    turning = shifted((19.9, 20.0, 20.1), (19.9, 20.1, 20.3), (19.65, 20.05, 20.45))
-    noise = 0.1 / math.sqrt(3.0)
-    assert calm.mesh == pytest.approx(COVERAGE * noise)
-    assert calm.mesh < turning.mesh < 1.5 * calm.mesh
-    assert calm.offsets == turning.offsets == pytest.approx(noise)
-
-
-@pytest.mark.parametrize("count", [2, 3])
-@pytest.mark.parametrize("value", [20.0, 0.0])
-def test_equal_values__leave_what_noise_hides_and_without_noise_nothing(value: float, count: int) -> None:
-    noisy = converge(Sample(2.0**place, value, sub_cell=0.1) for place in range(count))
-    # Of three grids: noise of 0.1, 0.05 and 0.025 cells, of which a cell of the finest has the root mean square.
-    share = math.sqrt((0.1**2 + 0.05**2 + 0.025**2) / 3.0)
-    mesh = 0.1 if count == 2 else COVERAGE * share
-    assert noisy.mesh == pytest.approx(mesh)
-    assert noisy.uncertainty == pytest.approx(math.hypot(mesh, 0.1))
-    silent = alone(*[value] * count)
-    assert math.isnan(silent.mesh)
-    assert math.isnan(silent.uncertainty)
-
-
 # --- a worse verdict has no smaller bar -----------------------------------------------------------
 
 RATIOS = st.floats(1.3, 3.0)  # Celik et al. (2008) ask for more than 1.3
@@ -192,63 +137,7 @@ def test_error_bar__covers_the_limit_of_a_power_law(
     assert abs(result.value - limit) <= result.mesh * (1.0 + FOUND) + FOUND
 
 
-@given(st.floats(-100.0, 100.0), RATIOS, RATIOS)
-def test_error_bar__without_convergence_is_as_wide_as_that_of_the_assumed_order(
-    coarse: float, first: float, second: float
-) -> None:
-    converged = converge(power_law(1.0, (first, second), ERROR))
-    assert converged.verdict == "converging"
-    spacings, values = (1.0, first, first * second), (LIMIT, LIMIT + ERROR, LIMIT + coarse)
-    result = converge(map(Sample, spacings, values))
-    assert result.verdict == "converging" or result.mesh >= converged.mesh
-
-
-@given(st.floats(1.0, 2.0), RATIOS, st.floats(0.0, 2.0), st.floats(0.0, 2.0))
-def test_error_bar__of_grids_that_noise_hides_never_shrinks_when_noise_grows(
-    order: float, ratio: float, quieter: float, louder: float
-) -> None:
-    samples = power_law(order, (ratio, ratio), ERROR)
-    quiet, noisy = (
-        converge(Sample(s.spacing, s.value, sub_cell=(5.0 + noise) * s.spacing) for s in samples)
-        for noise in sorted((quieter, louder))
-    )
-    assert noisy.mesh >= quiet.mesh * (1.0 - FOUND)
-    assert noisy.uncertainty >= quiet.uncertainty * (1.0 - FOUND)
-
-
 # --- noise ----------------------------------------------------------------------------------------
-
-
-def test_scatter__above_a_difference_hides_the_order() -> None:
-    quiet = shifted((20.1, 20.0, 19.9), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
-    assert quiet.verdict == "converging"
-    noisy = shifted((20.6, 20.0, 19.4), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
-    assert noisy.verdict == "not in the asymptotic range"
-    assert "scatter over offsets" in noisy.reason
-    assert noisy.value == pytest.approx(20.0)
-
-
-def test_one_offset__has_the_noise_that_its_measurement_states() -> None:
-    values = (20.0, 20.5, 21.5)
-    loud, quiet = (
-        converge(Sample(2.0**place, value, noise) for place, value in enumerate(values)) for noise in (0.6, 0.4)
-    )
-    assert quiet.verdict == "converging"
-    assert loud.verdict == "not in the asymptotic range"
-    assert "within the uncertainty of a single run" in loud.reason
-
-
-def test_one_offset_among_several__is_judged_by_what_it_states() -> None:
-    several = [Sample(1.0, value, sub_cell=0.6) for value in (19.9, 20.1)]
-    result = converge([*several, Sample(2.0, 20.5, sub_cell=0.6), Sample(4.0, 21.5, sub_cell=0.6)])
-    assert result.verdict == "not in the asymptotic range"
-    assert result.offsets == pytest.approx(0.1 / math.sqrt(2.0))
-
-
-def test_one_offset__without_a_statement_is_called_that() -> None:
-    assert "state no uncertainty for their position" in alone(20.0, 20.5, 21.5).reason
-    stated = converge(Sample(h, LIMIT + ERROR * h, sub_cell=0.1) for h in HALVING)
-    assert "state no uncertainty" not in stated.reason
 
 
 def test_two_grids__assume_first_order_and_a_factor_of_three() -> None:
@@ -260,33 +149,7 @@ def test_two_grids__assume_first_order_and_a_factor_of_three() -> None:
     assert math.isnan(result.extrapolated)
 
 
-def test_single_grid__says_nothing_about_the_mesh() -> None:
-    result = converge([Sample(1.0, 20.0, sub_cell=0.3, rest=0.4)])
-    assert (result.verdict, result.value) == ("single grid", 20.0)
-    assert math.isnan(result.mesh)
-    assert result.uncertainty == pytest.approx(0.5)
-
-
 # --- what noise leaves open of the limit ------------------------------------------------------------
-
-
-@given(st.floats(0.5, 2.0), RATIOS, RATIOS, st.lists(st.floats(0.1, 10.0), min_size=3, max_size=3))
-def test_fit__of_the_order_of_a_power_law_is_its_limit(
-    order: float, first: float, second: float, uncertainties: list[float]
-) -> None:
-    spacings = (1.0, first, first * second)
-    result = fit(spacings, [LIMIT + ERROR * h**order for h in spacings], uncertainties, order)
-    assert result.limit == pytest.approx(LIMIT)
-    assert result.misfit == pytest.approx(0.0, abs=FOUND)
-
-
-def test_fit__is_that_of_weighted_least_squares() -> None:
-    spacings, values, uncertainties = (1.0, 1.5, 2.25), (20.0, 20.5, 20.1), (0.1, 0.3, 0.2)
-    result = fit(spacings, values, uncertainties, 1.0)
-    slope, limit = np.polyfit(spacings, values, 1, w=1.0 / np.array(uncertainties))
-    residuals = (np.array(values) - limit - slope * np.array(spacings)) / uncertainties
-    assert result.limit == pytest.approx(limit)
-    assert result.misfit == pytest.approx(float(np.linalg.norm(residuals)))
 
 
 @pytest.mark.parametrize(("spacings", "offsets"), LAYOUTS)
@@ -337,22 +200,6 @@ def test_series__of_one_order_is_extrapolated_with_it() -> None:
     assert "the observed order 1.4 of the series" in points[0].reason
 
 
-def test_series__has_the_mean_order_and_bars_that_hold_what_each_point_shows() -> None:
-    orders = (1.0, 1.5, 1.9)
-    points = converge_series(series(order, HALVING) for order in orders)
-    assert [point.order for point in points] == pytest.approx([sum(orders) / 3.0] * 3)
-    assert all(abs(point.value - LIMIT) <= point.mesh * (1.0 + FOUND) for point in points)
-
-
-def test_series__with_a_point_that_fits_its_order_within_noise_is_extrapolated() -> None:
-    calm = [Sample(h, LIMIT + ERROR * h, sub_cell=0.02 * h) for h in HALVING]
-    turning = [Sample(h, LIMIT + d, sub_cell=0.02 * h) for h, d in zip(HALVING, (0.03, 0.04, 0.02), strict=True)]
-    assert converge(turning).verdict == "not in the asymptotic range"
-    points = converge_series([calm, turning, calm])
-    assert {point.rule for point in points} == {"extrapolated with p = 1"}
-    assert "fits its values within their noise" in points[1].reason
-
-
 @pytest.mark.parametrize(
     "bad",
     [
@@ -370,44 +217,7 @@ def test_series__with_a_point_that_cannot_be_extrapolated_has_the_finest_values(
     assert repr(points[1]) == repr(converge(bad))  # a repr, because NaN is not NaN
 
 
-def test_series__that_mostly_does_not_converge_has_the_finest_values() -> None:
-    noisy = [Sample(h, LIMIT + 0.01 * h, sub_cell=0.1 * h) for h in HALVING]
-    points = converge_series([series(1.0, HALVING), noisy, noisy])
-    assert {point.rule for point in points} == {"finest grid"}
-    assert "2 of 3 points of the series do not converge" in points[0].reason
-
-
-def test_series__ignores_points_without_a_value_or_without_a_difference() -> None:
-    none, same = [Sample(1.0, math.nan)], [Sample(h, LIMIT) for h in HALVING]
-    points = converge_series([series(1.0, HALVING), none, same])
-    assert [point.verdict for point in points][:2] == ["converging", "no value"]
-    assert (points[0].value, points[2].value) == pytest.approx((LIMIT, LIMIT))
-    assert points[0].rule == points[2].rule == "extrapolated with p = 1"
-
-
-def test_two_grids__of_little_difference_in_size_hide_an_error_in_their_noise() -> None:
-    result = converge([Sample(1.0, 20.0, 0.3), Sample(1.1, 20.0, 0.3)])
-    assert result.mesh == pytest.approx(0.3 / 0.1)
-
-
 # --- parts of the error bar -------------------------------------------------------------------------
-
-
-@pytest.mark.parametrize(
-    ("values", "scatter"),
-    [((1.0, 3.0), 1.0), ((1.0, 2.5, 3.0), 1.0), ((1.0, 2.0, 3.0, 6.0), math.sqrt((4.0 + 1.0 + 0.0 + 9.0) / 3.0))],
-)
-def test_scatter__is_half_the_range_of_few_and_the_deviation_of_more(values: Sequence[float], scatter: float) -> None:
-    (level,) = levels_of(Sample(1.0, value) for value in values)
-    assert level.value == pytest.approx(sum(values) / len(values))
-    assert level.scatter == pytest.approx(scatter)
-
-
-def test_offsets__take_the_place_of_what_a_single_run_cannot_see() -> None:
-    single = converge([Sample(1.0, 20.0, sub_cell=0.3)])
-    several = converge([Sample(1.0, 20.0, sub_cell=0.3), Sample(1.0, 20.2, sub_cell=0.3)])
-    assert single.offsets == pytest.approx(0.3)
-    assert several.offsets == pytest.approx(0.1 / math.sqrt(2.0))
 
 
 def test_uncertainty__is_the_root_of_the_squares_of_its_parts() -> None:
@@ -419,31 +229,6 @@ def test_uncertainty__is_the_root_of_the_squares_of_its_parts() -> None:
 
 
 # --- failed runs ------------------------------------------------------------------------------------
-
-
-def test_failed_offset__is_left_out_and_counted() -> None:
-    result = shifted((20.0, math.nan, 20.2), (20.6, 20.5, 20.4), (21.6, 21.5, 21.4))
-    assert result.value == pytest.approx(result.extrapolated)
-    assert result.levels[0].value == pytest.approx(20.1)
-    assert (result.levels[0].values, result.levels[0].runs) == (2, 3)
-    assert "1 of 3 offsets without a value" in result.reason
-
-
-def test_failed_resolution__leaves_the_others_and_says_so() -> None:
-    result = alone(math.nan, 20.0, 20.5, 21.5)
-    assert result.verdict == "converging"
-    assert "1 of 4 resolutions without a value; the finest among them" in result.reason
-    assert alone(20.0, math.nan, 21.5).verdict == "two grids"
-    assert alone(math.nan, math.nan, 21.5).verdict == "single grid"
-
-
-def test_lost_offset__does_not_make_the_noise_smaller() -> None:
-    whole, lost, alike = (
-        levels_of(Sample(1.0, value, sub_cell=0.5) for value in values)[0].noise
-        for values in ((20.0, 20.3, 20.6), (20.0, 20.3, math.nan), (20.3, 20.3, math.nan))
-    )
-    assert whole == pytest.approx(0.3)
-    assert lost == alike == 0.5
 
 
 @pytest.mark.parametrize(("offsets", "runs"), [(0, 4), (2, 7)])
@@ -459,18 +244,6 @@ def test_grid_or_offset_without_anything_to_measure__contradicts_the_others(offs
     assert math.isnan(result.mesh)
     assert math.isnan(result.extrapolated)
     assert f"1 of {runs} runs found nothing to measure" in result.reason
-
-
-def test_quality_flags__are_named_with_the_resolutions_that_have_them() -> None:
-    flagged = [
-        Sample(h, LIMIT + ERROR * h, quality_flags=quality_flags)
-        for h, quality_flags in ((1.0, ()), (2.0, ("late",)), (4.0, ("late", "coarse")), (8.0, ("odd",)))
-    ]
-    result = converge(flagged)
-    assert result.verdict == "converging"
-    assert "late at the second and the third of the resolutions that count" in result.reason
-    assert "coarse at the third of the resolutions that count" in result.reason
-    assert "odd" not in result.reason  # the fourth decides nothing
 
 
 @pytest.mark.parametrize("values", [(), (math.nan,), (math.nan, math.inf)])

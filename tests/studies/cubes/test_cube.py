@@ -8,17 +8,14 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from matplotlib.figure import Figure
 
-from studies import laws, measurements, scenarios
-from studies.cubes import cube, variables
+from studies import laws
+from studies.cubes import cube
 from studies.cubes.runs_table import runs_csv
-from studies.cubes.variable import GROUPS, LONGEST_LABEL, Quantity, Variable
+from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from studies.cubes.variables import STATES
 from studies.quantities.measured import MESH_DETERMINED
-from studies.quantities.parameters import declared
 from studies.sweeps.axes import Axis
-from studies.sweeps.screening import CONTRIBUTIONS
 from tests.studies.support import compliance, fakes
 from tests.studies.support.fakes import sweep_of
 
@@ -52,29 +49,6 @@ def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
     assert "hole_diameter_areal_definition_part" not in dataset
 
 
-def test_grid__a_numeric_axis_ascends_in_whatever_order_it_was_given() -> None:
-    sweep = sweep_of(Axis("speed", "m s-1", (5e3, 2e3, 3e3)))
-    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
-    assert list(dataset.speed.values) == [2e3, 3e3, 5e3]
-    ids = {point.coordinates["speed"]: point.run.id for point in sweep.runs()}
-    assert [dataset.run_id.sel(speed=speed).item() for speed in ids] == list(ids.values())
-
-
-def test_zip__runs_are_the_dimension_and_axes_lie_along_it() -> None:
-    dataset = cube.build(ZIP, fakes.results(ZIP), fakes.catalogue())
-    assert dataset.hole_diameter.dims == ("run",)
-    assert list(dataset.speed.values) == [5e3, 2e3, 3e3]
-    assert "speed" in dataset.coords
-
-
-def test_axis__of_names_selects_by_name_and_of_a_material_constant_has_a_cf_name() -> None:
-    dataset = cube.build(WORDS, fakes.results(WORDS), fakes.catalogue())
-    assert np.isfinite(dataset.hole_diameter.sel(projectile="copper-ofhc", speed=3e3))
-    sweep = sweep_of(Axis("target.strength.A", "Pa", (9e7, 2e8)))
-    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
-    assert dataset.target_strength_A.attrs["units"] == "Pa"
-
-
 @pytest.mark.claim("cube", "failed-run-is-a-result")
 def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouched() -> None:
     """A run that fails is NaN with state and reason in the cube; its neighbours are untouched."""
@@ -92,12 +66,6 @@ def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouch
     xr.testing.assert_identical(
         hurt.hole_diameter.sel(speed=slice(4e3, None)), whole.hole_diameter.sel(speed=slice(4e3, None))
     )
-
-
-def test_missing_run__has_a_state_of_its_own() -> None:
-    dataset = cube.build(fakes.holes(), {}, fakes.catalogue())
-    assert (dataset.run_state == STATES.index("missing")).all()
-    assert dataset.hole_diameter.isnull().all()
 
 
 def test_flags__are_bits_with_meanings() -> None:
@@ -119,16 +87,6 @@ def test_laws__answer_as_themselves_with_range_and_reason() -> None:
                 np.testing.assert_equal(float(cell.hole_diameter_by_law), answer.value)
                 assert bool(cell.hole_diameter_by_law_in_range) == answer.in_range
                 assert cell.hole_diameter_by_law_reason.item() == answer.reason
-
-
-def test_observations__reach_the_cube_with_what_the_laws_say() -> None:
-    dataset = holes(observations=fakes.SHOTS)
-    assert dataset.sizes["observation"] == len(fakes.SHOTS)
-    assert float(dataset.hole_diameter_observed[0]) == fakes.SHOTS[0].value
-    assert np.isnan(dataset.hole_diameter_observed_uncertainty[2])
-    answers = dataset.hole_diameter_by_law_at_observation.sel(hole_diameter_observed_law="maiden_al")
-    assert fakes.SHOTS[0].shot is not None
-    assert float(answers[0]) == fakes.HOLE_LAWS[0].evaluate(fakes.SHOTS[0].shot, "").value
 
 
 def test_histories__are_thinned_padded_and_keep_both_ends() -> None:
@@ -164,42 +122,11 @@ def test_histories__of_bodies_lie_over_body_and_time() -> None:
     assert kinetic.isel(speed=1).isnull().all()
 
 
-def test_histories__of_bodies_have_their_place_by_name_in_runs_of_other_bodies() -> None:
-    sweep = fakes.holes()
-    outcomes = fakes.results(sweep)
-    one, other = (point.run.id for point in sweep.runs()[:2])
-    for run, energies in ((one, {"bar": 5.0, "wall": 6.0}), (other, {"rim": 8.0, "bar": 7.0})):
-        histories = {"time": [0.0], "bodies": [*energies]}
-        kinetic = [[energy] for energy in energies.values()]
-        histories |= {"kinetic_energy": kinetic}
-        outcomes[run] = replace(outcomes[run], histories=histories)
-    dataset = cube.build(sweep, outcomes, fakes.catalogue())
-    assert dataset.body.values.tolist() == ["bar", "wall", "rim"]
-    first = dataset.body_kinetic_energy_history.isel(speed=0, sample=0)
-    np.testing.assert_array_equal(first[:2], [[5.0, 6.0, np.nan], [7.0, np.nan, 8.0]])
-
-
-def test_shared_parameter__is_a_scalar() -> None:
-    dataset = holes()
-    assert dataset.projectile_diameter.dims == dataset.equivalent_diameter.dims == ()
-    assert float(dataset.equivalent_diameter) == fakes.DIAMETER
-
-
-def test_undeclared_number__stays_out_and_is_named() -> None:
-    sweep = fakes.holes()
-    outcomes = fakes.results(sweep)
-    first = sweep.runs()[0].run.id
-    outcomes[first] = replace(outcomes[first], numbers={"moon_phase": 0.5})
-    dataset = cube.build(sweep, outcomes, fakes.catalogue())
-    assert "audit_moon_phase" not in dataset
-    assert dataset.attrs["undeclared_numbers"] == "moon_phase"
-
-
 @pytest.mark.claim("cube", "cube-is-cf")
-@pytest.mark.parametrize("case", ["grid", "zip", "words", "refined", "offsets", "nothing"])
+@pytest.mark.parametrize("case", ["grid", "zip", "words", "refined", "nothing"])
 def test_file__opens_as_it_was_built_and_passes_the_cf_checker(tmp_path: Path, case: str) -> None:
     """compliance-checker finds no error against CF-1.11, and the file has what was built."""
-    sweeps = {"zip": ZIP, "words": WORDS, "refined": fakes.refined_holes(), "offsets": fakes.refined_holes((16.0,))}
+    sweeps = {"zip": ZIP, "words": WORDS, "refined": fakes.refined_holes()}
     sweep = sweeps.get(case, fakes.holes())
     outcomes = {} if case == "nothing" else fakes.results(sweep)
     shots = fakes.SHOTS if case in ("grid", "refined") else ()
@@ -263,75 +190,6 @@ def test_table_of_runs__has_every_run_as_its_cell(written: xr.Dataset) -> None:
         cell = written.sel({heading.partition(" ")[0]: float(row[heading]) for heading in axes})
         np.testing.assert_equal(float(row["hole_diameter [m]"] or "nan"), cell.hole_diameter.item())
         assert row["run_id"] == cell.run_id.item()
-
-
-@pytest.mark.parametrize("name", measurements.names())
-def test_label__of_every_variable_of_a_measurement_is_short(name: str) -> None:
-    measurement = measurements.load(name)
-    quantity = Quantity(name, measurement.unit, measurement.meaning)
-    parts = [variables.uncertainty_part(part) for part in ("azimuth", "growth", "resolution")]
-    every = [each for each in vars(variables).values() if isinstance(each, Variable)]
-    contributions = [variables.model_contribution(name) for name in CONTRIBUTIONS]
-    for variable in (*every, *parts, *contributions):
-        filled = variable.filled(quantity)
-        assert len(filled.long_name) <= LONGEST_LABEL, filled
-        assert filled.meaning in (filled.long_name, filled.comment)
-
-
-@pytest.mark.parametrize("name", scenarios.names())
-def test_label__of_every_parameter_of_a_scenario_is_short(name: str) -> None:
-    for parameter in declared(scenarios.load(name).parameters).values():
-        variable = variables.observed_parameter(parameter)
-        assert len(variable.long_name) <= LONGEST_LABEL, variable
-
-
-def test_plot__labels_its_axes_in_words_and_units(tmp_path: Path) -> None:
-    sweep = fakes.holes()
-    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
-    figure = Figure()
-    axes = figure.subplots(1, 2)
-    dataset.hole_diameter.sel(plate_thickness=2e-3).plot(ax=axes[0])
-    assert axes[0].get_xlabel() == "speed [m s-1]"
-    assert axes[0].get_ylabel() == "hole diameter [m]"
-    dataset.hole_diameter_history.isel(speed=0, plate_thickness=0).plot(x="history_time", ax=axes[1])
-    assert axes[1].get_xlabel() == "time [s]"
-    assert axes[1].get_ylabel() == "hole diameter, history [m]"
-
-
-def test_history__of_a_value_that_was_read_again_stands_at_its_time() -> None:
-    sweep = fakes.holes()
-    outcomes = fakes.results(sweep)
-    run = sweep.runs()[0].run.id
-    measured = outcomes[run].measurements
-    time = measured["hole_diameter"].history["time"][-1]
-    again = replace(measured["hole_diameter"], history={"time": [time], "value": [0.01]})
-    both = {**measured, "hole_diameter": again}
-    outcomes[run] = replace(outcomes[run], measurements=both)
-    history = cube.build(sweep, outcomes, fakes.catalogue()).hole_diameter_history[0, 0]
-    assert history.sel(sample=history.history_time == time).item() == 0.01
-    assert int(history.count()) == 1
-
-
-def test_cf_checker__sees_what_is_wrong(tmp_path: Path) -> None:
-    dataset = holes()
-    dataset["hole_diameter"].attrs["units"] = "furlongs per thaler"
-    assert compliance.complaints(cube.write(dataset, tmp_path / "cube.nc")) != []
-
-
-def test_distribution__lies_over_its_bins() -> None:
-    sweep = fakes.holes()
-    outcomes = fakes.results(sweep)
-    run = sweep.runs()[0].run.id
-    name = "mass_over_velocity_and_angle"
-    values = np.arange(30.0 * 36.0).reshape(30, 36)
-    stored = {name: {"version": 1, "values": values.tolist()}}
-    outcomes[run] = replace(outcomes[run], distributions=stored)
-    dataset = cube.build(sweep, outcomes, fakes.catalogue())
-    first = dataset[name].isel(speed=0, plate_thickness=0)
-    assert first.dims == ("relative_speed", "angle_of_flight")
-    np.testing.assert_array_equal(first, values)
-    assert float(dataset.relative_speed[1]) == pytest.approx(0.075)
-    assert dataset[name].isel(speed=1).isnull().all()
 
 
 @pytest.mark.parametrize(("grids", "flagged"), [((16.0,), True), ((16.0, 32.0), True), (fakes.CELLS, False)])

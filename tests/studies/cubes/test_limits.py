@@ -1,22 +1,14 @@
-"""The cube of a search: the limits, and every value that was tried."""
+"""The report of a search: its limits, and the curves of residual velocities."""
 
 import json
-import math
 from pathlib import Path
-from typing import Any
 
-import numpy as np
 import pytest
-import xarray as xr
 
-from studies.cubes import cube
-from studies.cubes.cells import MissingResult
-from studies.cubes.limits import VERDICTS
 from studies.quantities.measured import Measured
 from studies.reports.publish import publish_sweep
 from studies.runs.results import RunResult
 from studies.runs.run import Run
-from studies.sweeps.search import SearchVerdict
 from studies.sweeps.sweep import Sweep
 
 SWEEP = Sweep.parse(
@@ -33,94 +25,24 @@ EXACT = {"blunt": 180.0, "conical": 290.0}  # m/s
 A, P = 0.8, 2.3  # of the residual velocities
 
 
-def residual(speed: float, limit: float) -> float:
-    return A * (speed**P - limit**P) ** (1.0 / P) if speed > limit else 0.0
+def result_of(run: Run) -> RunResult:
+    speed, limit = float(run.parameters["speed"] or 0.0), EXACT[str(run.parameters["nose"])]
+    residual = A * (speed**P - limit**P) ** (1.0 / P) if speed > limit else 0.0
+    values = {"perforated": float(speed >= limit), "residual_velocity": residual}
+    measured = {name: Measured(x, 1.0, {}, (), {"time": [1e-4], "value": [x]}, 1) for name, x in values.items()}
+    return RunResult(run.id, "succeeded", measurements=measured, numbers={}, stop="end_time")
 
 
-def measured(value: float) -> Measured:
-    return Measured(value, 1.0, {}, (), {"time": [0.0, 1e-4], "value": [None, value]}, 1)
+def test_report__states_limits_and_residual_velocities(tmp_path: Path) -> None:
+    results: dict[str, RunResult] = {}
 
-
-def result_of(run: Run, exact: dict[str, float]) -> RunResult:
-    speed, limit = float(run.parameters["speed"] or 0.0), exact[str(run.parameters["nose"])]
-    values = {"perforated": float(speed >= limit), "residual_velocity": residual(speed, limit)}
-    measurements = {name: measured(value) for name, value in values.items()}
-    return RunResult(run.id, "succeeded", measurements=measurements, numbers={}, stop="end_time")
-
-
-def results_of(exact: dict[str, float], *, failing: float | None = None) -> dict[str, Any]:
-    """The results that a search of these limits leaves, whose runs at a speed failed."""
-    results: dict[str, Any] = {}
-
-    def outcome_of(run: Run) -> bool | None:
-        if run.parameters["speed"] == failing:
-            results[run.id] = MissingResult("crashed", "it crashed")
-            return None
-        results[run.id] = result_of(run, exact)
-        return results[run.id].measurements["perforated"].value > 0.5
+    def outcome_of(run: Run) -> bool:
+        results[run.id] = result_of(run)
+        return results[run.id].measurements["perforated"].value == 1.0
 
     SWEEP.limits(outcome_of)
-    return results
-
-
-def test_limits__stand_over_the_points_of_the_other_axes() -> None:
-    dataset = cube.build(SWEEP, results_of(EXACT))
-    assert dataset.limit_nose.values.tolist() == ["blunt", "conical"]
-    for at, exact in enumerate(EXACT.values()):
-        assert dataset.limit_lower[at] < exact <= dataset.limit_upper[at]
-        assert dataset.limit_upper[at] - dataset.limit_lower[at] <= 20.0
-        assert dataset.limit[at] == 0.5 * (dataset.limit_lower[at] + dataset.limit_upper[at])
-        assert VERDICTS[int(dataset.limit_verdict[at])] is SearchVerdict.BRACKETED
-    assert dataset.limit.attrs["units"] == "m s-1"
-    assert (dataset.limit.attrs["limit_of"], dataset.limit.attrs["axis"]) == ("perforated", "speed")
-
-
-def test_runs_of_a_search__are_all_there_with_their_values() -> None:
-    dataset = cube.build(SWEEP, results_of(EXACT))
-    assert dataset.sizes["run"] == int(dataset.limit_runs.sum())
-    blunt = dataset.nose == "blunt"
-    assert (dataset.perforated[blunt] == (dataset.speed[blunt] >= EXACT["blunt"])).all()
-    assert "limit_of" in json.loads(dataset.attrs["search"])["axes"]["speed"]
-
-
-def test_limit__that_is_not_bracketed_has_a_reason_and_no_number() -> None:
-    dataset = cube.build(SWEEP, results_of({"blunt": 500.0, "conical": 290.0}))
-    assert math.isnan(dataset.limit[0])
-    assert VERDICTS[int(dataset.limit_verdict[0])] is SearchVerdict.NOT_BRACKETED
-    assert "0 at 100 m/s and 0 at 400 m/s" in str(dataset.limit_reason[0].item())
-    assert math.isfinite(dataset.limit[1])
-
-
-def test_failed_run__keeps_its_row_and_widens_the_interval() -> None:
-    dataset = cube.build(SWEEP, results_of(EXACT, failing=175.0))
-    states = dataset.run_state.values[dataset.speed.values == 175.0]
-    assert (states == 2).all()  # crashed
-    assert dataset.limit_lower[0] < EXACT["blunt"] <= dataset.limit_upper[0]
-
-
-def test_search_under_way__says_so() -> None:
-    runs = SWEEP.runs()
-    dataset = cube.build(SWEEP, {runs[0].run.id: result_of(runs[0].run, EXACT)})
-    assert {VERDICTS[int(each)] for each in dataset.limit_verdict} == {SearchVerdict.UNFINISHED}
-    assert dataset.sizes["run"] == len(runs)
-
-
-@pytest.fixture(scope="module")
-def published(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    folder = tmp_path_factory.mktemp("search")
-    publish_sweep(SWEEP, results_of(EXACT), folder)
-    return folder
-
-
-def test_file__opens_in_plain_xarray(published: Path) -> None:
-    with xr.open_dataset(published / "cube.nc") as dataset:
-        assert np.isfinite(dataset.limit).all()
-        assert dataset.limit.dims == ("search",)
-        assert dataset.residual_velocity.dims == ("run",)
-
-
-def test_report__states_limits_and_residual_velocities(published: Path) -> None:
-    report = json.loads((published / "report.json").read_text())
+    publish_sweep(SWEEP, results, tmp_path)
+    report = json.loads((tmp_path / "report.json").read_text())
     rows = {row["at"]["nose"]: row for row in report["limits"]["rows"]}
     for nose, exact in EXACT.items():
         assert rows[nose]["lower"] < exact <= rows[nose]["upper"]
@@ -129,5 +51,4 @@ def test_report__states_limits_and_residual_velocities(published: Path) -> None:
     assert blunt["a"]["value"] == pytest.approx(A, rel=1e-4)
     assert blunt["p"]["value"] == pytest.approx(P, rel=1e-4)
     assert blunt["v_bl"]["value"] == pytest.approx(EXACT[blunt["at"]["nose"]], rel=1e-4)
-    page = (published / "report.html").read_text()
-    assert "Recht" in page
+    assert "Recht" in (tmp_path / "report.html").read_text()

@@ -1,6 +1,5 @@
 """The model part in a cube: stored, screened, or not assessed with a reason."""
 
-import json
 from typing import Any
 
 import numpy as np
@@ -9,7 +8,6 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
-from studies.cubes.models import STORED
 from studies.reports import report
 from studies.reports.compare import compare
 from studies.runs.results import RunResult
@@ -66,15 +64,6 @@ def test_screened__is_the_share_of_each_value_and_no_point_of_the_cube() -> None
     assert contributions_in(dataset) == pytest.approx(expected)
 
 
-def test_screened__without_a_screening_run_names_it() -> None:
-    dataset = built("screen", {name: ANSWERS[name] for name in (STRONGER, WEAKER)})
-    np.testing.assert_allclose(dataset.hole_diameter_model_part, 0.01 * HOLE)
-    reason = str(dataset.hole_diameter_model_part_reason.values.flat[0])
-    assert "failure not assessed, equation of state not assessed" in reason
-    assert "failure: its screening run has no value" in reason
-    assert contributions_in(dataset) == {STRENGTH: pytest.approx(0.01), FAILURE: None, EOS: None}
-
-
 @pytest.mark.parametrize(
     ("model_part", "screens", "reason"),
     [
@@ -87,24 +76,6 @@ def test_not_assessed__is_nan_with_the_reason(model_part: str, screens: dict[str
     assert np.isnan(dataset.hole_diameter_model_part).all()
     assert set(contributions_in(dataset).values()) == {None}
     assert str(dataset.hole_diameter_model_part_reason.values.flat[0]).startswith(reason)
-
-
-def test_stored__is_that_of_scenario_and_family() -> None:
-    classes = {(each["scenario"], each["family"]): each for each in json.loads(STORED.read_text())}
-    shares = classes["thin_plate", "copper"]["quantities"]["hole_diameter"]
-    dataset = built("stored")
-    assert contributions_in(dataset) == shares
-    expected = HOLE * np.linalg.norm(list(shares.values()))
-    np.testing.assert_allclose(dataset.hole_diameter_model_part, expected)
-    assert "python -m docs.model_part" in str(dataset.hole_diameter_model_part_reason.values.flat[0])
-
-
-def test_stored__of_a_class_that_nobody_computed_is_not_assessed() -> None:
-    fixed = {**DOCUMENT["fixed"], "projectile": "lead", "target": "lead"}  # type: ignore[dict-item]
-    dataset = built("stored", fixed=fixed)
-    assert np.isnan(dataset.hole_diameter_model_part).all()
-    reason = str(dataset.hole_diameter_model_part_reason.values.flat[0])
-    assert reason == "not assessed: nothing is stored for hole_diameter of thin_plate in lead"
 
 
 @pytest.mark.claim("mend-again", "model-part-from-elsewhere")

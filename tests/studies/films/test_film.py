@@ -1,6 +1,5 @@
 """The film of a run: its frames, its bound, and its frames over a restart."""
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -10,10 +9,8 @@ import pytest
 from solver.errors import Interrupted
 from solver.problem import Problem
 from solver.simulation import simulate, start
-from solver.state import Snapshot, records
+from solver.state import Snapshot
 from studies.films import film
-from studies.films.film import Film
-from studies.quantities.findings import InvalidInput
 from studies.runs.execution import execute, observer_of
 from studies.runs.results import RunControl
 from studies.runs.run import Run
@@ -83,73 +80,6 @@ def test_film__has_frames_of_every_particle_from_the_first_to_the_last_state(who
     assert int(whole["stride"]) == 1
 
 
-def test_film__has_a_bounded_number_of_frames_evenly_in_time() -> None:
-    problem = replace(small_problem(), end_time=1000.0)
-    shown = Film(problem)
-    for state in states(1001):
-        if state.time >= shown.due or state.time == 1000.0:
-            shown.add(state)
-    assert len(shown.times) <= MOST
-    assert (shown.times[0], shown.times[-1]) == (0.0, 1000.0)
-    assert max(np.diff(shown.times)) <= 1000.0 / film.FRAMES + 1.0
-
-
-def test_film__has_its_own_interval_which_changes_neither_run_nor_numbers(tmp_path: Path) -> None:
-    usual = asked("elastic_bar")
-    end = float(usual.parameters["end_time"])  # type: ignore[arg-type]
-    often = asked("elastic_bar", film_interval=end / 200.0)
-    assert often.id == usual.id
-    results = [
-        execute(run, tmp_path / name, threads=1, film=name == "often")
-        for name, run in (("usual", usual), ("often", often))
-    ]
-    times = read(tmp_path / "often" / "film.npz")["time"]
-    assert 190 < times.size <= 201
-    assert (np.diff(times) > 0.0).all()
-    assert results[0].measurements == results[1].measurements
-    states = [read(tmp_path / name / "state.npz") for name in ("usual", "often")]
-    for name in states[0]:
-        assert states[0][name].tobytes() == states[1][name].tobytes(), name
-
-
-def test_film_interval__of_less_than_a_thousandth_of_the_run_is_refused() -> None:
-    with pytest.raises(InvalidInput, match="film_interval"):
-        asked("elastic_bar", film_interval=1e-12)
-
-
-def test_film__shows_retired_debris_on_its_straight_way() -> None:
-    problem = small_problem()
-    [state] = states(1)
-    particles, gone = state.particles, np.array([3, 5])
-    particles.velocity[gone] = (0.0, 100.0, 0.0)
-    retired = records(0.0, particles, state.body, gone)
-    particles.alive[gone] = 0
-    shown = Film(problem)
-    time = 0.1 * problem.geometry.spacing / 100.0
-    shown.add(state._replace(time=time, departed=retired))
-    frame = shown.frames[0]
-    moved = retired.position + np.array([0.0, 100.0 * time, 0.0])
-    np.testing.assert_allclose(frame[retired.number, :3], moved, rtol=1e-6)
-    assert (frame[retired.number, 3] == 100.0).all()
-    np.testing.assert_allclose(frame[retired.number, 5], retired.temperature)
-    shown.add(state._replace(time=1.0, departed=retired))
-    assert np.isnan(shown.frames[1][retired.number]).all()
-
-
-def test_film__of_a_large_run_shows_some_particles_and_stays_small(tmp_path: Path) -> None:
-    shown = Film(small_problem(), most_bytes=50_000)
-    [state] = states(1)
-    for number in range(MOST):
-        shown.add(state._replace(time=float(number)))
-    shown.save(tmp_path / "film.npz")
-    plain = read(tmp_path / "film.npz")
-    assert plain["stride"] > 1
-    np.testing.assert_array_equal(plain["number"] % plain["stride"], 0)
-    assert np.isfinite(plain["position"]).all()
-    fields = ("position", *film.SCALARS)
-    assert sum(plain[name].nbytes for name in fields) <= 50_000
-
-
 # --- over a break --------------------------------------------------------------------------------
 
 
@@ -160,31 +90,3 @@ def test_resume__gives_the_film_of_a_run_that_never_stopped(run: Run, whole: dic
     assert resumed.keys() == whole.keys()
     for name, values in whole.items():
         np.testing.assert_array_equal(resumed[name], values)
-
-
-@pytest.mark.parametrize("damage", ["missing", "torn"])
-def test_resume__without_earlier_frames_marks_the_film_as_incomplete(
-    run: Run, whole: dict[str, Any], tmp_path: Path, damage: str
-) -> None:
-    checkpoint = broken_off(run, tmp_path)
-    before = tmp_path / "checkpoint.film.npz"
-    frames = read(before)["time"].size
-    if damage == "missing":
-        before.unlink()
-    else:
-        before.write_bytes(before.read_bytes()[:100])
-    execute(run, tmp_path, threads=1, checkpoint=checkpoint, film=True)
-    resumed = read(tmp_path / "film.npz")
-    assert not resumed["whole"]
-    assert resumed["time"][0] > whole["time"][frames - 1]
-    np.testing.assert_array_equal(resumed["position"][-1], whole["position"][-1])
-
-
-def test_full_disk__leaves_the_frames_out_and_writes_the_checkpoint(
-    run: Run, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
-) -> None:
-    def full(*_: Any, **__: Any) -> None:
-        raise OSError("no space left on device")
-
-    monkeypatch.setattr(Film, "save", full)
-    assert broken_off(run, tmp_path).is_file()

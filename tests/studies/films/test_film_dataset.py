@@ -6,7 +6,6 @@ from pathlib import Path
 import meshio
 import numpy as np
 import pytest
-import xarray as xr
 
 import whipple
 from solver.state import Snapshot
@@ -51,13 +50,6 @@ def test_open_film__has_time_particle_and_body_with_their_units(folder: Path) ->
     with np.load(folder / "film.npz") as saved:
         np.testing.assert_array_equal(film.temperature, saved["temperature"])
         np.testing.assert_array_equal(film.position[0, 7:9], saved["position"][0, 7:9])
-
-
-def test_open_film__can_be_kept_as_netcdf(folder: Path) -> None:
-    film = whipple.open_film(folder)
-    film.to_netcdf(folder / "film.nc")
-    with xr.open_dataset(folder / "film.nc") as kept:
-        xr.testing.assert_identical(kept.load(), film.load())
 
 
 @pytest.mark.parametrize("content", [None, b"", b"PK no zip", b"text"])

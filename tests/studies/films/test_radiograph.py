@@ -2,7 +2,6 @@
 
 import math
 from dataclasses import replace
-from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -11,9 +10,8 @@ import pytest
 from solver.problem import Problem
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid, impact_axis
 from solver.simulation import start
-from solver.state import Departed, Snapshot
+from solver.state import Snapshot
 from studies.films.radiograph import Radiograph, radiograph
-from studies.films.section import SectionOptions, SectionRecorder, read_sections
 from tests.solver.bodies import ABOUT_AXIS, DENSITY, FREE, SYMMETRIC, real_copper
 from tests.solver.bodies import block as block_of
 
@@ -62,26 +60,3 @@ def test_radiograph__of_a_ball_is_the_chord_through_it(taken: tuple[Radiograph, 
     chord = 2.0 * DENSITY * np.sqrt(np.maximum(RADIUS**2 - away**2, 0.0))
     np.testing.assert_allclose(shown.density[inside], chord[inside], rtol=0.08)
     assert shown.density[inside].mean() == pytest.approx(chord[inside].mean(), rel=0.01)
-
-
-def test_radiograph__sees_what_departed_where_it_has_flown() -> None:
-    problem, snapshot, whole = ball("axisymmetric")
-    particles = snapshot.particles
-    last = {name: getattr(particles, name).copy() for name in Departed._fields if name not in ("body", "time")}
-    gone = Departed(body=snapshot.body, time=np.zeros(snapshot.body.size), **last)
-    empty = particles._replace(alive=np.zeros_like(particles.alive))
-    left = snapshot._replace(particles=empty, departed=gone)
-    here = radiograph(problem, snapshot, pixel=PIXEL, whole=whole)
-    np.testing.assert_array_equal(radiograph(problem, left, pixel=PIXEL, whole=whole).density, here.density)
-
-
-def test_radiograph__comes_back_from_the_file_of_sections(tmp_path: Path) -> None:
-    problem, snapshot, whole = ball("axisymmetric")
-    recorder = SectionRecorder(problem, SectionOptions(pixel=PIXEL, whole=whole), 1.0)
-    recorder.end(snapshot)
-    recorder.save(tmp_path / "sections.npz")
-    read = read_sections(tmp_path / "sections.npz").radiograph
-    expected = radiograph(problem, snapshot, pixel=PIXEL, whole=whole)
-    assert read is not None
-    assert (read.origin, read.pixel) == (expected.origin, expected.pixel)
-    np.testing.assert_allclose(read.density, expected.density, rtol=1e-6)

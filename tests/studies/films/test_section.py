@@ -6,16 +6,12 @@ import numpy as np
 import pytest
 
 from solver.errors import Interrupted
-from solver.simulation import start
-from solver.state import records
 from studies.films import section
-from studies.films.section import END, SectionOptions, SectionRecorder, Sections, read_sections
-from studies.runs.execution import execute, observer_of
+from studies.films.section import END, Sections, read_sections
+from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
 from studies.runs.results import RunControl
 from studies.runs.run import Run
-from tests.contracts.test_scenarios import asked as asked_small
-from tests.contracts.test_scenarios import built
 from tests.studies.runs.solved import asked, solved
 
 QUANTISED = 1.0 / section.STEPS  # of the box of all positions
@@ -49,53 +45,6 @@ def test_section__at_the_end_is_the_final_state(scenario: str) -> None:
     np.testing.assert_allclose(end.fields["speed"], speed, rtol=HALF_PRECISION, atol=1e-6)
 
 
-def test_section__of_each_moment_is_the_nearest_observation() -> None:
-    sections, end = end_of(solved("thin_plate"))
-    interval = observer_of(asked("thin_plate")).rate.interval
-    assert sections.moments == pytest.approx((4e-6, 8e-3 / 3e3 * 4))
-    for moment, at in enumerate(sections.moments):
-        kept = sections.at(moment)
-        assert (kept is not None) == (at < end.time + 0.5 * interval)
-        assert kept is None or abs(kept.time - at) <= 0.5 * interval
-
-
-def test_section__of_three_dimensions_is_the_layer_beside_the_plane() -> None:
-    problem = observer_of(asked("taylor_bar", geometry="quarter")).setting.problem
-    recorder = SectionRecorder(problem, SectionOptions(), interval=1.0)
-    recorder.end(start(problem, threads=1).snapshot())
-    [body], [state] = problem.bodies, recorder.states
-    layer = body.position[body.position[:, 1] < body.spacing[1]]
-    assert 0 < len(layer) < len(body.position)
-    np.testing.assert_array_equal(state.position, layer[:, [0, 2]])
-
-
-def test_section__of_a_fine_lattice_is_thinned_evenly() -> None:
-    problem = observer_of(asked("taylor_bar")).setting.problem
-    count = problem.bodies[0].mass.size
-    recorder = SectionRecorder(problem, SectionOptions(), interval=1.0, most=count // 3)
-    recorder.end(start(problem, threads=1).snapshot())
-    [state] = recorder.states
-    rows = np.unique(state.position[:, 1])
-    assert len(state.position) < 0.4 * count
-    np.testing.assert_allclose(np.diff(rows), 2.0 * problem.bodies[0].spacing[1], rtol=1e-6)
-
-
-def test_section__shows_retired_debris_on_its_straight_way() -> None:
-    problem = observer_of(asked("taylor_bar")).setting.problem
-    snapshot = start(problem, threads=1).snapshot()
-    particles, gone = snapshot.particles, np.array([3, 5])
-    particles.velocity[gone] = (0.0, 100.0, 0.0)
-    retired = records(0.0, particles, snapshot.body, gone)
-    particles.alive[gone] = 0
-    time = 0.1 * problem.geometry.spacing / 100.0
-    recorder = SectionRecorder(problem, SectionOptions(), interval=1.0)
-    recorder.end(snapshot._replace(time=time, departed=retired))
-    [state] = recorder.states
-    moved = retired.position[:, :2] + np.array([0.0, 100.0 * time])
-    np.testing.assert_allclose(state.position[retired.number], moved, rtol=1e-9)
-    assert np.isnan(state.fields["pressure"][retired.number]).all()
-
-
 def test_sections__of_a_resumed_run_are_those_of_one_that_never_stopped(tmp_path: Path) -> None:
     run, left = asked("thin_plate", end_time=12e-6), tmp_path / "left"
     whole = sections_of(run, tmp_path / "whole")
@@ -121,19 +70,3 @@ def test_sections__of_a_resumed_run_are_those_of_one_that_never_stopped(tmp_path
 def sections_of(run: Run, folder: Path, checkpoint: Path | None = None) -> Sections:
     execute(run, folder, threads=1, checkpoint=checkpoint)
     return read_sections(folder / "sections.npz")
-
-
-def test_section__shows_elements_by_points_inside_them() -> None:
-    """At the start they fill the plate around its particles, in the plane and within reach alone."""
-    small = {"geometry": "quarter", "method": "sph-fem", "cells_per_diameter": 10.0}
-    setting = built(asked_small("plugging", **small, plate_radius=60e-3, gap=4e-3))
-    recorder = SectionRecorder(setting.problem, SectionOptions(reach=40e-3), interval=1e-6)
-    recorder.end(start(setting.problem, threads=1).snapshot())
-    end = recorder.states[0]
-    across, along = end.position[end.body == 0].T
-    assert across.min() == pytest.approx(21e-3)
-    assert 40e-3 < across.max() < 52e-3
-    np.testing.assert_allclose(np.unique(along.round(9)), 2e-3 * np.arange(6) + 1e-3)
-    assert np.diff(np.unique(across.round(9))).max() < 1.5 * 2e-3
-    particles = end.position[end.body == 2]
-    assert len(particles) == 11 * 7

@@ -7,15 +7,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from studies import laws, materials
-from studies.fits import fit as fitting
-from studies.fits.fit import FittedForm, fit, fits_of, forms_of, verdicts
+from studies import materials
+from studies.cases.rows import Row, equal
+from studies.fits.fit import FittedForm, fit, fits_of, verdicts
 from studies.fits.measured import MeasuredShots, of_cube, of_table
 from studies.laws import Shot
 from studies.laws.fitting.forms import FORMS, LENGTHS, Form, columns_of, dimension_of
-from studies.laws.fitting.least_squares import NotIdentified, linear
-from tests.rows import Row, equal
-from tests.studies.support.sized import CRATERS, HOLES, sized_cube
+from tests.studies.support.sized import CRATERS, sized_cube
 
 COPPER = materials.load("copper-ofhc")
 ROUND_OFF = 1e-9  # relative: of an iteration to near round-off, with constants of twelve digits
@@ -59,18 +57,6 @@ def test_fit__is_that_of_the_law_which_it_becomes(form: Form) -> None:
         assert answer.in_range
 
 
-def test_fit__shows_published_laws_of_its_form_beside() -> None:
-    points = of_cube(sized_cube(HOLES, lambda shot: 2e-3 + 1e-3 * shot.speed**0.3, "hole_diameter"), "hole_diameter")
-    published = {each.form.name: each.published for each in fits_of(points)}
-    stated = {law.title: law.constants for law in published["maiden"]}
-    # Ma (2005), Eq. 1-3; the general form has 2.40 / C with C in km/s.
-    assert stated["Maiden (aluminium)"] == pytest.approx((0.45, 0.90, 2 / 3), rel=1e-6)
-    assert stated["Maiden (sound speed)"] == pytest.approx((2.40 / 3.94, 0.90, 2 / 3), rel=1e-6)
-    powers = {law.title: law.constants[1:] for law in published["thickness"]}
-    assert powers["Nysmith and Denardo"] == pytest.approx((0.5, 0.45))
-    assert powers["Lundeberg, Stern and Bristow"] == pytest.approx((1 / 3, 1 / 3))
-
-
 def test_fit__intervals_hold_the_truth_in_95_of_100() -> None:
     rng, form = np.random.default_rng(18), FORMS["power"]
     points = exact(form)
@@ -81,27 +67,6 @@ def test_fit__intervals_hold_the_truth_in_95_of_100() -> None:
         held += exponent.low <= TRUE["n"] <= exponent.high
     # Three standard deviations of a binomial share.
     assert held / trials == pytest.approx(0.95, abs=3 * math.sqrt(0.95 * 0.05 / trials))
-
-
-def test_fit__weights_points_by_their_uncertainties() -> None:
-    form = FORMS["linear"]
-    points = exact(form)
-    wrong = points.values.copy()
-    wrong[0] *= 1.5
-    errors = np.full(len(wrong), 1e-5)
-    errors[0] = 1.0
-    weighted = fit(replace(points, values=wrong, errors=errors), form)
-    assert weighted.constants["a"].value == pytest.approx(TRUE["a"], rel=1e-6)
-    assert fit(replace(points, values=wrong), form).constants["a"].value < 0.9 * TRUE["a"]
-
-
-def test_fit__of_fewer_points_than_constants_and_two_is_none() -> None:
-    form = FORMS["power"]
-    points = exact(form)
-    for count in (0, 1, 3):
-        few = fit(measured(points.values[:count], points.shots[:count], "crater_depth"), form)
-        assert few.reason == f"not fitted: {count} points, 2 constants take 4 or more"
-    assert fit(measured(points.values[:4], points.shots[:4], "crater_depth"), form).solution
 
 
 @pytest.mark.parametrize(
@@ -121,32 +86,6 @@ def test_fit__says_why_a_form_is_not_fitted(name: str, change: dict, reason: str
     assert reason in fit(points, FORMS[name]).reason
 
 
-def test_fit__of_mixed_materials_is_none() -> None:
-    points = exact(FORMS["power"])
-    mixed = (replace(points.shots[0], target=materials.load("al-2024-t3")), *points.shots[1:])
-    assert "materials" in fit(replace(points, shots=mixed), FORMS["power"]).reason
-
-
-def test_linear__refuses_columns_that_depend_on_each_other() -> None:
-    x = np.linspace(1.0, 2.0, 9)
-    with pytest.raises(NotIdentified):
-        linear([x, 2.0 * x + 1.0, np.ones(9)], x)
-
-
-def test_comparison__decides_where_the_curvature_is_measured() -> None:
-    points = exact(FORMS["power"])
-    (ranked,) = fitting.compared(fits_of(points))
-    assert ranked.fits[0].form.name == "power"
-    assert verdicts(fits_of(points))[0].startswith("The points favour power")
-
-
-def test_comparison__does_not_decide_between_forms_within_the_scatter() -> None:
-    points = exact(FORMS["linear"])
-    rng = np.random.default_rng(5)
-    noisy = replace(points, values=points.values * (1 + 0.2 * rng.standard_normal(6)))
-    assert verdicts(fits_of(noisy))[0].startswith("The points do not decide")
-
-
 def test_points__are_those_of_the_cube_without_flags() -> None:
     dataset = sized_cube(CRATERS, lambda shot: 1e-6 * shot.speed, "crater_depth")
     flags = dataset.run_flags.copy()
@@ -155,11 +94,6 @@ def test_points__are_those_of_the_cube_without_flags() -> None:
     assert [shot.speed for shot in points.shots] == [3e3, 5e3, 6e3, 7e3, 8e3]
     assert points.left_out == 1
     assert points.at(points.read_place(["speed=5 km/s"])).values.tolist() == [5e-3]
-
-
-def test_forms__cover_every_quantity_of_a_law() -> None:
-    for quantity in {laws.load(name).quantity for name in laws.names()} - set(laws.UNMEASURED):
-        assert forms_of(quantity), quantity
 
 
 # Constants in mm and km/s, and root of the mean square in mm, as printed: the first three digits, two of the last.

@@ -8,28 +8,18 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from scipy.special import ndtr
 
 from service.cli.commands.computing import DEMO
 from service.cli.local import run_sweep
-from studies.fits.indices import SobolIndex, indices_of, indices_of_surrogate
+from studies.cases.rows import Row, at_least
+from studies.fits.indices import SobolIndex, indices_of
 from studies.fits.measured import open_cube
-from studies.fits.surrogate import (
-    NUGGET,
-    ComputedRuns,
-    Surrogate,
-    SurrogateInput,
-    _process,
-    runs_of,
-    sampled_slices,
-    surrogate_of,
-)
+from studies.fits.surrogate import ComputedRuns, Surrogate, SurrogateInput, runs_of, surrogate_of
 from studies.laws import Shot
 from studies.quantities.findings import InvalidInput, MissingExtra
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sampling import LATIN, SOBOL, Sampling
-from tests.rows import Row, at_least
 from tests.service.support.command import run
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
 
@@ -56,17 +46,6 @@ def test_surrogate__meets_the_runs_within_their_intervals(surrogate: Surrogate) 
     assert (np.abs(predicted.values - surrogate.runs.values) <= predicted.intervals).all()
     at_runs, between = predicted.intervals.max(), surrogate.predict(np.array([[5500.0]])).intervals
     assert at_runs < between[0]
-
-
-def test_slices__sample_a_density_between_bounds() -> None:
-    samples = np.array(sampled_slices(lambda at: -0.5 * float(at @ at), np.zeros(2), np.array([[-9.0, 9.0]] * 2)))
-    assert samples.mean() == pytest.approx(0.0, abs=0.2)
-    assert (samples < 1.0).mean() == pytest.approx(ndtr(1.0), abs=0.08)
-
-
-def test_indices__of_the_only_axis_are_one(surrogate: Surrogate) -> None:
-    (index,) = indices_of_surrogate(surrogate)
-    assert (index.name, index.first.value, index.total.value) == ("speed", 1.0, 1.0)
 
 
 # Ishigami and Homma (1990) with a = 7, b = 0.1. With V = a^2/8 + b pi^4/5 + b^2 pi^8/18 + 1/2: S1 = (1 + b pi^4/5)^2 /
@@ -106,32 +85,6 @@ def test_indices__have_intervals_that_hold_the_exact_ones(compared: Callable[[Ro
     compared(at_least("share inside", limit=COVERED[0], got=inside))
 
 
-def test_process__has_the_likelihood_and_the_predictions_of_scikit_learn() -> None:
-    from sklearn.gaussian_process import GaussianProcessRegressor
-
-    rng = np.random.default_rng(2)
-    x, y, there = rng.random((9, 2)), rng.standard_normal(9), rng.random((4, 2))
-    for parameters in (np.log([0.5, 0.3, 2.0, 1e-3]), np.log([2.0, 1.0, 0.2, 0.1])):
-        process = _process(parameters, x, y)
-        library = GaussianProcessRegressor(process.kernel, optimizer=None, alpha=NUGGET).fit(x, y)
-        constant = 0.5 * len(y) * np.log(2.0 * np.pi)
-        likelihood = library.log_marginal_likelihood_value_ + constant
-        assert process.likelihood(y) == pytest.approx(likelihood, rel=ROUND_OFF)
-        values, deviations = library.predict(there, return_std=True)
-        assert process.means(there) == pytest.approx(values, rel=ROUND_OFF)
-        assert process.deviations(there) == pytest.approx(deviations, rel=ROUND_OFF)
-
-
-def test_surrogate__without_numbers_or_runs_is_refused(cube: xr.Dataset) -> None:
-    metals = {**CRATERS["axes"], "target": ["copper-ofhc", "al-2024-t3"]}
-    words = {**CRATERS, "fixed": {**CRATERS["fixed"]}, "axes": metals}
-    del words["fixed"]["target"]
-    with pytest.raises(InvalidInput, match="axes of numbers"):
-        runs_of(sized_cube(words, bent, "crater_depth"), "crater_depth")
-    with pytest.raises(InvalidInput, match="4 runs or more for 1"):
-        runs_of(cube.isel(speed=[0, 1, 2]), "crater_depth")
-
-
 def test_surrogate__uses_runs_of_coarse_grids_and_says_which_it_leaves_out() -> None:
     def flag(shot: Shot) -> str:
         if shot.speed < 3.5e3:
@@ -144,15 +97,6 @@ def test_surrogate__uses_runs_of_coarse_grids_and_says_which_it_leaves_out() -> 
     assert list(runs.axes_not_used) == ["offset"]
     for text in ("30 of 36 runs", "6 left out: closed on axis", "axis offset left out", "20 of"):
         assert text in runs.scope
-
-
-def test_surrogate__of_runs_that_have_lost_an_axis_is_refused() -> None:
-    cube = sized_cube(
-        HOLES, bent, "hole_diameter", lambda shot: "closed_on_axis" if shot.plate_thickness != 3e-3 else ""
-    )
-    with pytest.raises(InvalidInput, match="6 of 18 runs that count") as refused:
-        runs_of(cube, "hole_diameter")
-    assert "12 closed on axis" in str(refused.value)
 
 
 def test_place__is_read_with_units_and_inside_the_runs() -> None:

@@ -15,7 +15,6 @@ from studies.cubes.points import points_of
 from studies.laws import (
     FITTED,
     InnerBumper,
-    Range,
     Shield,
     Shot,
     cour_palais,
@@ -25,9 +24,7 @@ from studies.laws import (
     whipple_reimerdes,
     whipple_srl,
 )
-from studies.laws._range import length_ratio
 from studies.laws.zhang_tan import hole_ratio, smallest_speed
-from studies.quantities.findings import InvalidInput
 from studies.reports.matched import matched_observations
 from studies.reports.verdict.evidence import evidence_of
 from studies.sweeps import examples
@@ -105,25 +102,9 @@ def test_law__says_why_a_shot_is_out_of_its_range(name: str, shot: Shot, words: 
     assert math.isnan(answer.value) == ((name, shot, words) in MEANINGLESS)
 
 
-def test_load__of_an_unknown_law_gives_the_nearest() -> None:
-    with pytest.raises(InvalidInput, match="maiden_al"):
-        laws.load("maiden_all")
-
-
-def test_range__may_state_projectiles_of_its_own() -> None:
-    rods = Range((), projectile=length_ratio(10.0, math.inf, "Tate (1967)"))
-    assert rods.reasons(replace(OF_COPPER, length_ratio=50.0)) == []
-    assert rods.reasons(OF_COPPER) == ["projectile L/d = 1 is below 10 (Tate (1967))"]
-
-
 def test_zhang_tan__meets_the_projectile_at_its_smallest_speed() -> None:
     assert float(hole_ratio(smallest_speed(0.25), 0.25)) == pytest.approx(1.0, rel=1e-12)
     assert math.isnan(float(hole_ratio(900.0, 0.25)))
-
-
-def test_strength_ln__has_a_variant_for_each_stated_yield_stress() -> None:
-    variants = laws.load("strength_ln").variants(OF_COPPER)
-    assert list(variants) == ["Y = 240 MPa", "Y = 157 MPa", "Y = 120 MPa", "Y = 90 MPa"]
 
 
 def test_cour_palais__takes_the_normal_speed_and_another_exponent_for_dense_projectiles() -> None:
@@ -135,39 +116,7 @@ def test_cour_palais__takes_the_normal_speed_and_another_exponent_for_dense_proj
     assert dense / like == pytest.approx(4.0 ** (2.0 / 3.0))
 
 
-@pytest.mark.parametrize(("metal", "depth", "second"), [("al", "cour_palais", 2.2), ("ti", "cour_palais_ti", 2.4)])
-def test_plate__is_perforated_below_the_thickness_at_which_spall_detaches(
-    metal: str, depth: str, second: float
-) -> None:
-    target = replace(ALUMINIUM, family="titanium") if metal == "ti" else ALUMINIUM
-    shot = replace(OF_ALUMINIUM, speed=6.5e3, target=target)
-    answers = [laws.load(f"{limit}_{metal}").evaluate(shot) for limit in ("perforation", "detached_spall", "spall")]
-    assert all(answer.in_range for answer in answers)
-    crater = laws.load(depth).evaluate(shot).value
-    assert [answer.value for answer in answers] == pytest.approx([1.8 * crater, second * crater, 3.0 * crater])
-
-
 # ---- shots ---------------------------------------------------------------------------------------
-
-
-def shot_of_parameters(**parameters: Any) -> Shot:
-    fixed = {"speed": 6e3, "projectile_diameter": 2e-3}
-    return laws.shot_from({**fixed, **parameters}, {"projectile": COPPER, "target": COPPER})
-
-
-def test_shot_from__takes_the_length_of_a_cylinder_over_its_own_diameter() -> None:
-    rod = shot_of_parameters(projectile_shape="cylinder", projectile_length=100e-3)
-    assert rod.length_ratio == pytest.approx(50.0)
-    assert shot_of_parameters(projectile_shape="sphere", projectile_length=None).length_ratio == 1.0
-
-
-@pytest.mark.parametrize(
-    "absent",
-    [{"projectile_shape": "cylinder", "projectile_length": None}, {"projectile_diameter": None}, {"speed": None}],
-)
-def test_shot_from__without_a_number_it_needs_is_no_shot(absent: dict[str, Any]) -> None:
-    with pytest.raises(KeyError):
-        shot_of_parameters(**absent)
 
 
 def test_shot_of__takes_the_equivalent_sphere_of_a_cylinder() -> None:

@@ -2,7 +2,6 @@
 
 import dataclasses
 import math
-from itertools import permutations
 from typing import Any
 
 import numpy as np
@@ -10,65 +9,14 @@ import pytest
 
 from solver.simulation import start
 from solver.state import Departed, Snapshot
-from studies.measurements.cloud import DISTRIBUTIONS, FEW_PARTICLES, connected, exceeded, view
+from studies.measurements.cloud import DISTRIBUTIONS, view
 from studies.measurements.cloud import SPEEDS as SPEEDS_OF_BINS
 from studies.quantities.measured import DEFINITION
 from tests.contracts.test_scenarios import asked, built
-from tests.studies.measurements.states import (
-    BALLS,
-    CELL,
-    CENTRE_SPEED,
-    CLOUD_SPEED,
-    DENSITY,
-    EXPANSION,
-    MELTING,
-    ROUND_OFF,
-    TENTH,
-    cloud,
-    expanding_ball,
-    read,
-    two_balls,
-    value,
-)
+from tests.studies.measurements.states import BALLS, CLOUD_SPEED, DENSITY, MELTING, ROUND_OFF, read, two_balls, value
 
 MASSES = [float(two_balls().mass[two_balls().projectile == first].sum()) for first in (True, False)]
 SPEEDS = [speed for _, _, speed in BALLS]
-
-
-@pytest.mark.parametrize(("gap", "pieces"), [(CELL, 1), (2.0 * CELL, 2)])
-def test_connected__joins_cells_that_touch_at_a_corner(gap: float, pieces: int) -> None:
-    cell = np.floor(np.array([[0.0, 0.0, 0.0], [gap, gap, -gap]]) / CELL).astype(np.int64)
-    assert np.unique(connected(cell)).size == pieces
-
-
-def test_connected__agrees_with_labels_of_the_whole_grid() -> None:
-    from scipy import ndimage
-
-    cell = np.random.default_rng(3).integers(0, 12, (300, 3))
-    occupied = np.zeros((12, 12, 12), bool)
-    occupied[tuple(cell.T)] = True
-    label, pieces = ndimage.label(occupied, np.ones((3, 3, 3)))
-    mine = connected(cell - 5)
-    pairs = {(int(a), int(b)) for a, b in zip(mine, label[tuple(cell.T)], strict=True)}
-    assert len(pairs) == np.unique(mine).size == pieces > 1
-
-
-def test_exceeded__does_not_depend_on_the_order_of_equal_values() -> None:
-    """Where heavy and light particles have equal values, and the share ends between two values."""
-    values, mass = np.array([1.0, 1.0, 2.0, 2.0]), np.array([1.0, 3.0, 1.0, 3.0])
-    orders = [list(order) for order in permutations(range(4))]
-    found = {exceeded(values[order], mass[order], 0.5) for order in orders}
-    assert found == {1.75}
-
-
-def test_part_of_the_definition__is_half_of_what_matter_on_the_plate_makes() -> None:
-    """The second ball hangs together with the plate: without it the first alone would count."""
-    state = two_balls()
-    state = dataclasses.replace(state, plate=~state.projectile)
-    mass = read("mass_behind", state).parts
-    assert mass[DEFINITION] == pytest.approx(0.5 * MASSES[1], rel=ROUND_OFF)
-    tip = read("tip_velocity_percent", state).parts
-    assert tip[DEFINITION] == pytest.approx(0.5 * (SPEEDS[1] - SPEEDS[0]), rel=ROUND_OFF)
 
 
 @pytest.mark.parametrize(("excess", "share"), [(-1e3, 0.0), (50e3, 0.25), (200e3, 1.0), (1e6, 1.0)])
@@ -86,30 +34,12 @@ def test_melted_share__follows_the_lever_rule(excess: float, share: float) -> No
     assert parts[DEFINITION] == pytest.approx(0.5 * (share - liquid), abs=ROUND_OFF)
 
 
-def test_tip__of_fewer_particles_than_its_share_is_flagged() -> None:
-    few = cloud(np.array([[0.0, 0.0, 0.02 + 1e-3 * i] for i in range(50)]), np.zeros((50, 3)))
-    assert FEW_PARTICLES in read("tip_velocity_percent", few).flags
-
-
 def test_distribution__has_all_mass_outside_the_plate_in_the_bins_of_its_flight() -> None:
     mass = DISTRIBUTIONS["mass_over_velocity_and_angle"].read(two_balls())
     expected = np.zeros_like(mass)
     for amount, speed in zip(MASSES, SPEEDS, strict=True):
         expected[int(speed / CLOUD_SPEED / SPEEDS_OF_BINS.width), 0] += amount
     np.testing.assert_allclose(mass, expected, rtol=ROUND_OFF)
-
-
-def test_distribution__of_an_expanding_ball_is_that_of_its_slices() -> None:
-    """Without a speed of its centre the mass below a speed v is that of the ball of radius v over the expansion."""
-    state = expanding_ball()
-    state = dataclasses.replace(state, axial_velocity=state.axial_velocity - CENTRE_SPEED)
-    mass = DISTRIBUTIONS["mass_over_velocity_and_angle"].read(state)
-    assert mass.sum() == pytest.approx(state.mass.sum(), rel=ROUND_OFF)
-    speeds = SPEEDS_OF_BINS.width * CLOUD_SPEED * np.arange(1, 4)
-    below = np.cumsum(mass.sum(axis=1))[:3]
-    radii = np.cbrt(below / (DENSITY * 4.0 / 3.0 * math.pi))
-    np.testing.assert_allclose(radii, speeds / EXPANSION, atol=TENTH)
-    assert mass[:, : mass.shape[1] // 2].sum() == pytest.approx(0.5 * mass.sum(), rel=0.01)
 
 
 # The view
@@ -120,15 +50,6 @@ def touching(request: pytest.FixtureRequest) -> tuple[Any, Snapshot]:
     """A projectile that touches its plate."""
     setting = built(asked("debris_cloud", geometry=request.param))
     return setting, start(setting.problem).snapshot()
-
-
-def test_view__of_the_touch_has_the_whole_projectile_before_the_plate(touching: tuple[Any, Snapshot]) -> None:
-    setting, snapshot = touching
-    before, mass = view(*touching), DENSITY * math.pi / 6.0 * setting.projectile_diameter**3
-    assert value("mass_before", before) == pytest.approx(mass, rel=ROUND_OFF)
-    assert value("momentum_before", before) == pytest.approx(mass * setting.speed, rel=ROUND_OFF)
-    assert value("mass_behind", before) == 0.0
-    assert before.plate.sum() == (snapshot.body == 1).sum()
 
 
 def through(setting: Any, snapshot: Snapshot, time: float) -> Snapshot:

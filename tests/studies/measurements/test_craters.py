@@ -6,13 +6,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from studies.cases.rows import Row, absolute, at_most
 from studies.measurements.impact.view import ImpactView, view
 from studies.runs.execution import execute, setting_of
 from studies.runs.remeasure import load_state
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
-from tests.rows import Row, absolute, at_most
 from tests.studies.measurements.states import CELL, CRATER, WALLS, cratered, value
 
 TENTH = 0.1  # of a cell, on each side

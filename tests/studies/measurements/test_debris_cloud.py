@@ -1,21 +1,19 @@
 """The debris cloud of Ma (2005), section 3.1.2: 3 mm of copper, 6.6 km/s, 9 us."""
 
 import math
-import time
 from collections.abc import Callable
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from solver.simulation import start
 from studies import materials, measurements
+from studies.cases.rows import Row, absolute, at_most, equal
 from studies.convergence.richardson import Sample, converge
 from studies.quantities.measured import DEFINITION, Measured, numerical_parts
-from studies.runs.execution import execute, setting_of
+from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
 from studies.runs.run import Run, resolve
-from tests.rows import Row, absolute, at_most, equal
 
 GRIDS = (16.0, 32.0, 64.0)  # cells across the projectile: 6, 12 and 24 through the plate
 SPEED, DIAMETER, THICKNESS = 6600.0, 8e-3, 3e-3
@@ -74,31 +72,3 @@ def on_grids(name: str, grids: list[Measured]) -> Row:
     definition = "" if part is None else f", definition {part:.2g}"
     got = f"{values}; {point.value:.4g}{error} ({point.verdict}){definition}"
     return Row(f"{kind.title} ({kind.unit}) on {', '.join(map('{:g}'.format, GRIDS))} cells; converged", "", got, None)
-
-
-ROOM = (4.0, 50.0)  # grid before and behind the plate, projectile diameters
-STEPS, ROUNDS = 150, 3
-DEARER = 1.25  # at most, for sixty times as many nodes; process times differ by a tenth on a busy machine
-
-
-def cost(room: float) -> tuple[int, float]:
-    """Nodes of the grid of the case with some room around the plate, and the time of a particle-step (s)."""
-    problem = setting_of(asked(24.0, uprange=room, downrange=room, beyond_edge=0.5 * room)).problem
-    simulation = start(problem, threads=1)
-    for _ in range(STEPS):
-        simulation.advance()
-    begin = time.process_time()
-    for _ in range(STEPS):
-        simulation.advance()
-    passed = time.process_time() - begin
-    return int(problem.geometry.nodes.prod()), passed / STEPS / simulation.particles.mass.size
-
-
-@pytest.mark.claim("clouds", "empty-grid", minutes=1.0)
-def test_empty_grid__costs_no_time(compared: Callable[[Row], None]) -> None:
-    """A step of the debris cloud on a grid with sixty times as many nodes takes no more than a quarter longer."""
-    timed = [[cost(room) for room in ROOM] for _ in range(ROUNDS)]
-    (few, small), (many, large) = (min(each) for each in zip(*timed, strict=True))
-    compared(Row("nodes, and nanoseconds of a particle-step", "", f"{few}, {1e9 * small:.1f}", None))
-    compared(Row("the same on the larger grid", "", f"{many}, {1e9 * large:.1f}", None))
-    compared(at_most("ratio of the times", limit=DEARER, got=large / small))

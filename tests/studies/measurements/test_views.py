@@ -1,7 +1,6 @@
 """Views turn the arrays of the solver into the states that measurements read, in every geometry."""
 
 import math
-from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -9,14 +8,10 @@ import pytest
 
 from solver.matter.eos import reference_sound_speed
 from solver.simulation import start
-from solver.state import Departed, Particles, Snapshot, empty_table, views
-from studies import measurements, scenarios
+from solver.state import Particles, Snapshot, empty_table, views
 from studies.measurements.bar import view as view_of_bar
 from studies.measurements.impact.opening import azimuthal_spread
 from studies.measurements.impact.view import ImpactView, view
-from studies.measurements.plug import _flying_with, _pieces
-from studies.runs.execution import observer_of
-from studies.runs.remeasure import load_state
 from tests.contracts.test_scenarios import asked as asked_small
 from tests.contracts.test_scenarios import built
 from tests.studies.measurements.states import (
@@ -29,7 +24,6 @@ from tests.studies.measurements.states import (
     OPENINGS,
     PARTICLE,
     RADIUS,
-    ROUND_OFF,
     THICKNESS,
     body_of,
     lattice,
@@ -40,7 +34,6 @@ from tests.studies.measurements.states import (
     snapshot_of,
     value,
 )
-from tests.studies.runs.solved import asked, solved
 
 
 def plate(kind: str, *, hole: float = HOLE, slug: float = 0.0) -> ImpactView:
@@ -80,49 +73,11 @@ def test_opening__is_the_same_in_a_quarter_and_about_the_axis(opening: str) -> N
     assert abs(flat - 2.0 * HOLE) < 2.0 * PARTICLE
 
 
-@pytest.mark.parametrize("kind", ["quarter", "half"])
-def test_clear_hole__is_that_of_the_teeth_of_a_saw(kind: str) -> None:
-    """Two teeth in each sector of a plate in three dimensions, 1 mm high in the lower half of its thickness."""
-    teeth, hole = 1e-3, HOLE
-    setting, particles = plate_of_particles(kind, hole=hole - teeth)
-    x, y, depth = particles.position.T
-    gap = (np.floor(np.degrees(np.arctan2(y, x)) / 2.5) % 2.0 == 0.0) | (depth < 0.5 * THICKNESS)
-    left = ~gap | (np.hypot(x, y) > hole)
-    state = view(setting, snapshot_of(particles_at(kind, particles.position[left])))
-    assert abs(value("hole_diameter", state) - 2.0 * (hole - teeth)) < 2.0 * PARTICLE
-    assert abs(value("hole_diameter_areal", state) - 2.0 * hole) < CELL
-
-
-def test_quarter__has_the_scatter_of_its_sectors_as_a_part_of_the_uncertainty() -> None:
-    quarter = plate("quarter")
-    assert quarter.sectors == 9
-    assert 0.0 < read("hole_diameter", quarter).parts["azimuth"] < CELL
-    assert read("hole_diameter", plate("axisymmetric")).parts["azimuth"] == 0.0
-
-
-@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
-def test_view__weighs_each_sector_per_radian(kind: str) -> None:
-    state = plate(kind, hole=0.0)
-    # A square plate in three dimensions: only what lies within the round one compares.
-    inside = state.radius < RADIUS - CELL
-    sums = np.bincount(state.sector[inside], state.mass[inside])
-    expected = 0.5 * DENSITY * THICKNESS * (RADIUS - CELL) ** 2
-    assert sums.mean() == pytest.approx(expected, rel=0.02)
-
-
 @pytest.mark.parametrize(("free_cells", "touching"), [(0, True), (1, False)])
 def test_view__takes_neighbouring_cells_for_contact_and_no_others(free_cells: int, touching: bool) -> None:
     edge = (math.floor(HOLE / CELL) - free_cells) * CELL  # where the last cell of the slug ends
     state = plate("axisymmetric", slug=edge)
     assert state.attached_target.all() == touching
-
-
-def test_view__leaves_out_what_has_left_the_grid() -> None:
-    setting, particles = plate_of_particles("axisymmetric")
-    particles.alive[:7] = 0
-    state = view(setting, snapshot_of(particles))
-    assert state.radius.size == particles.mass.size - 7
-    assert np.array_equal(state.depth, particles.position[7:, 1])
 
 
 def test_view__tells_plate_from_projectile() -> None:
@@ -136,42 +91,6 @@ def test_view__tells_plate_from_projectile() -> None:
     assert value("hole_diameter", state) == value("hole_diameter", plate("axisymmetric"))
 
 
-@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
-def test_view__takes_no_debris_that_flies_past_the_rim_for_plate(kind: str) -> None:
-    """A jet from a slug in the hole to beyond the rim, six cells behind the plate."""
-    setting, particles = plate_of_particles(kind, slug=0.5 * HOLE)
-    behind = THICKNESS + 6.0 * CELL
-    rise, out = line(THICKNESS, behind), line(0.0, RADIUS)
-    across = np.concatenate([np.full_like(rise, 0.5 * PARTICLE), out])
-    depth = np.concatenate([rise, np.full_like(out, behind)])
-    nothing = np.zeros_like(across)
-    places = (across, depth, nothing) if kind == "axisymmetric" else (across, nothing, depth)
-    position = np.concatenate([particles.position, np.stack(places, axis=-1)])
-    state = view(setting, snapshot_of(particles_at(kind, position)))
-    whole = (state.radius > HOLE) & (state.depth < THICKNESS)
-    assert state.attached_target.tolist() == whole.tolist()
-
-
-@pytest.mark.parametrize("drift", [-5.5, 5.5])
-def test_view__finds_a_rim_that_has_drifted(drift: float) -> None:
-    """As one does that nothing holds."""
-    setting, particles = plate_of_particles("axisymmetric", slug=2e-3)
-    particles.position[:, 1] += drift * CELL
-    state = view(setting, snapshot_of(particles))
-    assert state.attached_target.tolist() == (state.radius > HOLE).tolist()
-
-
-@pytest.mark.parametrize(("side", "absorbs"), [(0, False), (1, True)])
-@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
-def test_view__knows_a_back_that_absorbs(kind: str, side: int, absorbs: bool) -> None:
-    setting, particles = plate_of_particles(kind)
-    rim = SimpleNamespace(body=0, axis=0, side=1)
-    face = SimpleNamespace(body=0, axis=1 if kind == "axisymmetric" else 2, side=side)
-    setting.problem.absorbers = (rim, face)
-    assert view(setting, snapshot_of(particles)).back_absorbs == absorbs
-
-
-# Metals of a projectile in a target of ``DENSITY``: the same, aluminium and tungsten.
 METALS = [DENSITY, 2700.0, 19300.0]
 
 
@@ -225,27 +144,6 @@ def test_oblique_hole__is_that_of_its_area_and_its_shape_is_no_uncertainty() -> 
         assert reading.parts["azimuth"] < 0.2 * CELL
 
 
-@pytest.mark.parametrize("opening", OPENINGS)
-def test_oblique_hole__is_the_same_wherever_it_lies(opening: str) -> None:
-    """The walk in from the rim begins elsewhere, and so its samples lie elsewhere."""
-    first, second = (value(opening, oval_hole(aside=cells * CELL)) for cells in (0.0, 10.0))
-    assert abs(first - second) < 0.01 * CELL
-
-
-def test_normal_hole__is_seen_from_the_first_touch() -> None:
-    """Whatever scatter has done to it: nothing but an oblique flight moves a hole."""
-    state = oval_hole(oblique=False)
-    assert state.target_radius == RADIUS
-    assert abs(state.radius.min() - (LONG - ASIDE)) < PARTICLE
-
-
-@pytest.mark.parametrize("hole", [0.0, RADIUS - ASIDE])
-def test_oblique_shot__without_a_hole_within_the_rim_is_seen_from_the_first_touch(hole: float) -> None:
-    setting, particles = plate_of_particles("half", hole=hole, middle=ASIDE)
-    setting.problem.bodies[0].velocity[0] = 1.0
-    assert view(setting, snapshot_of(particles)).target_radius == RADIUS
-
-
 def test_azimuthal_spread__of_independent_sectors_is_the_standard_error_of_their_mean() -> None:
     scatter, sectors = 0.1e-3, 20000
     radii = HOLE + np.random.default_rng(0).normal(0.0, scatter, sectors)
@@ -256,49 +154,9 @@ def test_azimuthal_spread__of_independent_sectors_is_the_standard_error_of_their
 # Settings and states of real runs
 
 
-@pytest.mark.parametrize("scenario", ["debris_cloud", "taylor_bar", "elastic_bar", "plate_impact"])
-def test_view__of_a_run_does_not_depend_on_the_order_of_particles(scenario: str) -> None:
-    """Each particle is known by its number, whatever body and lattice it is of."""
-    chosen, setting = scenarios.load(scenario), observer_of(asked(scenario)).setting
-    end, random = load_state(solved(scenario) / "state.npz"), np.random.default_rng(0)
-    order, late = (random.permutation(size) for size in (end.body.size, end.departed.mass.size))
-    shuffled = end._replace(
-        particles=Particles(*(field[order] for field in end.particles)),
-        body=end.body[order],
-        departed=Departed(*(field[late] for field in end.departed)),
-    )
-    expected, got = (
-        {
-            name: measurements.load(name).read(chosen.parameters.view(setting, snapshot)).value
-            for name in chosen.measurements
-            if not measurements.load(name).follows
-        }
-        for snapshot in (end, shuffled)
-    )
-    assert np.isfinite(list(expected.values())).any()
-    assert got == pytest.approx(expected, rel=1e-10, nan_ok=True)
-
-
 def bar_at_start(geometry: str, **changes: Any) -> tuple[Any, Snapshot]:
     setting = built(asked_small("elastic_bar", geometry=geometry, **changes))
     return setting, start(setting.problem, threads=1).snapshot()
-
-
-@pytest.mark.parametrize("load", [{"gravity": -9.81}, {"pressure": -1e8, "pulse": "0 us 1, 1 us 0"}])
-def test_view_of_a_bar__knows_its_loads(load: dict[str, Any]) -> None:
-    assert not view_of_bar(*bar_at_start("quarter")).is_loaded
-    square = {"section": "square", "bar_length": 20e-3}
-    assert view_of_bar(*bar_at_start("quarter", speed=0.0, **square, **load)).is_loaded
-
-
-@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
-def test_view_of_a_bar__leaves_out_what_has_left_the_grid(geometry: str) -> None:
-    setting, snapshot = bar_at_start(geometry)
-    assert math.isclose(value("rebound_momentum", view_of_bar(setting, snapshot)), -1.0, rel_tol=ROUND_OFF)
-    snapshot.particles.alive[snapshot.particles.number == snapshot.body.size - 1] = 0
-    state = view_of_bar(setting, snapshot)
-    assert state.mass.size == snapshot.body.size - 1
-    assert read("final_length", state).flags == ("lost_particles",)
 
 
 def test_view_of_a_bar__has_the_elastic_energy_of_uniaxial_stress() -> None:
@@ -313,17 +171,3 @@ def test_view_of_a_bar__has_the_elastic_energy_of_uniaxial_stress() -> None:
     snapshot.particles.deviator[:, :2] = -stress / 3.0
     expected = 0.5 * stress**2 / young / body.density
     assert np.allclose(view_of_bar(setting, snapshot).strain_energy, expected, rtol=1e-4, atol=0.0)
-
-
-def test_failed_matter__joins_nothing_and_flies_with_the_plug() -> None:
-    """A row of cells: plug, two failed particles of which one stays behind, plate up to its rim."""
-    cell = np.stack([np.arange(8), np.zeros(8, int), np.zeros(8, int)], axis=1)
-    whole = np.array([1, 1, 1, 0, 0, 1, 1, 1], bool)
-    rim, mass = cell[:, 0] == 7, np.ones(8)
-    attached, core = _pieces(cell, mass, whole, rim)
-    assert np.flatnonzero(core).tolist() == [0, 1, 2]
-    assert np.flatnonzero(attached).tolist() == [5, 6, 7]
-    velocity = np.array([100.0, 100.0, 100.0, 60.0, 90.0, 0.0, 0.0, 0.0])
-    assert np.flatnonzero(_flying_with(cell, mass, velocity, core, ~whole)).tolist() == [3]
-    velocity[3] = 40.0
-    assert not _flying_with(cell, mass, velocity, core, ~whole).any()

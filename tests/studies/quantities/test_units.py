@@ -1,17 +1,14 @@
 """Units at the door: exact, finite, of the right dimension, or refused with a cure."""
 
 import re
-import subprocess
-import sys
 from decimal import Decimal
 
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from studies.quantities import units as quantities
 from studies.quantities.findings import InvalidInput
-from studies.quantities.units import Bounds, parse_quantity, readable, round_quantity
+from studies.quantities.units import parse_quantity, readable, round_quantity
 
 UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1", "rad"]
 
@@ -21,21 +18,15 @@ UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1", "rad"]
     [
         ("6 km/s", "m s-1", "6000"),
         ("6km/s", "m s-1", "6000"),
-        ("6 km s^-1", "m s-1", "6000"),
-        ("6 km·s⁻¹", "m s-1", "6000"),
         ("1 rad", "rad", "1"),
-        ("5 mrad", "rad", "0.005"),
         (" 2.4 mm ", "m", "0.0024"),
         ("2.4e-3 m", "m", "0.0024"),
-        ("30 us", "s", "0.00003"),
         ("30 µs", "s", "0.00003"),
         ("100 MPa", "Pa", "1e8"),
         ("8.93 g/cm3", "kg m-3", "8930"),
-        ("8930 kg m-3", "kg m-3", "8930"),
         ("383 J/(kg K)", "J kg-1 K-1", "383"),
         ("20 degC", "K", "293.15"),
         ("1 1/s", "s-1", "1"),
-        (0.31, "1", "0.31"),
         ("0.31", "1", "0.31"),
     ],
 )
@@ -47,36 +38,25 @@ def test_parse_quantity__is_exact(text: object, unit: str, value: str) -> None:
     ("given", "unit", "word"),
     [
         (6, "m s-1", "write '6 km/s' or '6 m/s'"),
-        ("6", "m s-1", "write '6 km/s' or '6 m/s'"),
         ("2 kg", "m s-1", "speed"),
         ("2 kg", "m", "length"),
         ("2 furlong/moon", "m s-1", "not a known unit"),
         ("2 M", "m", "length"),
         ("6,1 km/s", "m s-1", "speed"),
-        ("nan m", "m", "length"),
-        ("inf m", "m", "length"),
         ("1e999 m", "m", "finite"),
-        ("9**9**9 m", "m", "length"),
         ("1 m**9**9", "m", "not a known unit"),
         ("__import__('os')", "m", "length"),
         ("1 m" + " " * 200, "m", "length"),
         (float("nan"), "m", "finite"),
-        (float("inf"), "m s-1", "finite"),
-        ("1e999", "m", "finite"),
         ("30", "rad", "an angle with its unit"),
         ("30 percent", "rad", "an angle with its unit"),
-        ("300 ppm", "rad", "an angle with its unit"),
-        ("1 sr", "rad", "an angle with its unit"),
         ("1 mm/mm", "rad", "an angle with its unit"),
         ("30 deg", "1", "plain number"),
         ("30 rad/s", "s-1", "rate"),
         (float("nan"), "1", "finite"),
-        (float("inf"), "1", "finite"),
         ("0.5 mm", "1", "plain number"),
         (True, "1", "plain number"),
-        (True, "m", "length"),
         (None, "m", "length"),
-        ([1], "m", "length"),
         ({"value": 1}, "1", "plain number"),
     ],
 )
@@ -88,27 +68,6 @@ def test_parse_quantity__refuses_with_a_cure(given: object, unit: str, word: str
     assert word in str(finding)
     assert finding.cure
     assert len(finding.value) <= 60
-
-
-@pytest.mark.parametrize(
-    ("given", "bounds", "cure"),
-    [
-        (6, Bounds(100.0, 2e4), "write '6 km/s'"),
-        (150, Bounds(100.0, 2e4), "write '150 m/s'"),
-        (1e9, Bounds(100.0, 2e4), "write for example '1 km/s'"),
-        ("2 kg", Bounds(100.0, 500.0), "write for example '100 m/s'"),
-    ],
-)
-def test_parse_quantity__proposes_allowed_values_alone(given: object, bounds: Bounds, cure: str) -> None:
-    with pytest.raises(InvalidInput) as caught:
-        parse_quantity(given, "m s-1", "fixed.speed", bounds)
-    assert caught.value.findings[0].cure == cure
-
-
-@pytest.mark.parametrize("unit", ["1", "m"])
-def test_parse_quantity__refuses_an_integer_too_long_to_print(unit: str) -> None:
-    with pytest.raises(InvalidInput):
-        parse_quantity(10**5000, unit, "field")
 
 
 @given(st.floats(1e-9, 1e15), st.sampled_from(UNITS))
@@ -126,29 +85,3 @@ def test_parse_quantity__takes_the_cure_that_it_offers(given: object, unit: str)
     assert offers
     for offer in offers:
         assert parse_quantity(offer, unit, "field").is_finite()
-
-
-def test_round_quantity__gives_zero_no_sign() -> None:
-    assert str(round_quantity(-0.0)) == "0.0"
-
-
-@pytest.mark.parametrize(("unit_text", "unit"), quantities._FACTORS)
-def test_factors__of_usual_units_are_those_of_pint(unit_text: str, unit: str) -> None:
-    assert quantities._conversion(unit_text, unit) == (quantities._FACTORS[unit_text, unit], Decimal(0))
-
-
-def test_import__of_quantities_leaves_pint_for_the_first_unusual_unit() -> None:
-    parsed = "import studies.materials as kind; [kind.load(name) for name in kind.names()]"
-    code = f"import sys; {parsed}; assert 'pint' not in sys.modules"
-    subprocess.run([sys.executable, "-c", code], check=True)
-
-
-def test_parse_quantity__loads_no_arrays_of_other_libraries() -> None:
-    """And leaves them to be loaded by those who want them."""
-    code = (
-        "import sys; from studies.quantities.units import parse_quantity; parse_quantity('6 mi/h', 'm s-1', 'speed')\n"
-        "heavy = {'dask', 'distributed', 'xarray', 'pandas', 'uncertainties'} & set(sys.modules)\n"
-        "assert 'pint' in sys.modules and not heavy, heavy\n"
-        "import dask.base"
-    )
-    subprocess.run([sys.executable, "-c", code], check=True)

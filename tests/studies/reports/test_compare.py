@@ -1,6 +1,5 @@
 """Residuals: their statistics by hand, their ranges, which error bars judge, and their sentences."""
 
-import json
 import math
 from dataclasses import replace
 from typing import Any
@@ -10,14 +9,10 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.laws import DRAWN_ONLY, Range, Shot
-from studies.laws._range import family
+from studies.laws import DRAWN_ONLY
 from studies.quantities.measured import NOT_COMPARED
 from studies.reports.compare import (
-    ONLY_SIMULATION,
     UNJUDGED_BY_OBSERVATION,
-    UNJUDGED_LAW,
-    UNJUDGED_SIMULATION,
     References,
     Residual,
     Statistics,
@@ -51,58 +46,11 @@ def of(subject: list[float], reference: list[float]) -> Statistics:
     return statistics(np.array(subject), References("simulation", np.array(reference), places))
 
 
-def test_statistics__are_those_of_subject_minus_reference() -> None:
-    entry = of([3.0, 6.0, 9.0], [2.0, 4.0, 6.0])
-    assert (entry.n, entry.relative_bias) == (3, 0.5)
-    assert entry.rms == pytest.approx(math.sqrt((1 + 4 + 9) / 3))
-    assert entry.largest is not None
-    assert (entry.largest.value, entry.largest.at) == (3.0, {"speed": 2.0})
-
-
 @pytest.mark.parametrize("residuals", [[-1.0, 2.0], [1.0, 2.1]])
 def test_statistics__have_no_mean_where_it_would_hide_the_residuals(residuals: list[float]) -> None:
     entry = of([10.0 + each for each in residuals], [10.0, 10.0])
     assert (entry.bias, entry.relative_bias) == (None, None)
     assert (entry.smallest, entry.greatest) == pytest.approx(residuals)
-
-
-def test_statistics__over_no_points_is_n_0_and_no_number() -> None:
-    assert of([math.nan, 1.0], [1.0, math.nan]) == Statistics(0)
-
-
-def test_statistics__nothing_is_relative_to_zero() -> None:
-    entry = of([1.0, 3.0], [0.0, 2.0])
-    assert (entry.n, entry.bias, entry.relative_bias) == (2, 1.0, 0.5)
-    assert of([1.0], [0.0]).relative_bias is None
-
-
-def test_law__is_judged_where_it_answers_and_again_inside_its_range() -> None:
-    dataset = holes()
-    entry = residual(dataset, MAIDEN)
-    difference = dataset.hole_diameter_by_law.sel(hole_diameter_law=MAIDEN) - dataset.hole_diameter
-    inside = difference.sel(speed=[3e3, 4e3, 5e3])
-    assert entry.in_range is not None
-    assert (entry.everywhere.n, entry.in_range.n, entry.points) == (18, 9, 18)
-    assert entry.everywhere.rms == pytest.approx(float((difference**2).mean() ** 0.5))
-    assert entry.in_range.rms == pytest.approx(float((inside**2).mean() ** 0.5))
-    assert "inside its stated range (9 of 18 points)" in sentence(entry)
-
-
-def test_law__without_a_point_in_its_range_says_n_0() -> None:
-    entry = residual(holes(), "strength_ln/Y = 240 MPa")
-    assert entry.everywhere.n == 18
-    assert entry.in_range == Statistics(0)
-    assert "no point lies inside its stated range" in sentence(entry)
-
-
-def test_law__is_counted_where_it_has_a_meaning_and_the_run_succeeded() -> None:
-    dataset = holes()
-    answers = dataset.hole_diameter_by_law.sel(hole_diameter_law="zhang_tan")
-    answered = residual(dataset, "zhang_tan").everywhere.n
-    assert answered == int(np.isfinite(answers).sum()) < 18
-    run = fakes.holes().runs()[0].run
-    late = replace(fakes.result(run), state="failed", reason="late")
-    assert residual(holes(**{run.id: late}), "maiden_c").everywhere.n == 17
 
 
 @pytest.mark.parametrize(("flag", "compared"), [*((f, 0) for f in NOT_COMPARED), ("near_rim", 1)])
@@ -136,87 +84,7 @@ def test_law__that_is_drawn_only_enters_no_verdict_no_recommendation_and_no_aver
     assert all("drawn only" in sentence(each) for each in laws)
 
 
-@pytest.mark.parametrize(("word", "stated"), [("cross-checked", True), ("read", False)])
-def test_verdict__says_which_laws_are_recalled(word: str, stated: bool) -> None:
-    (quantity,) = compare(with_confidence(word)).verdict.quantities
-    laws = [law for law in quantity.laws if law.subject != "simulation"]
-    assert laws
-    assert all(("recalled, cross-checked" in law.sentence) == stated for law in laws)
-    assert ("recalled, cross-checked" in quantity.recommendation) == stated
-    assert not quantity.drawn
-
-
-def test_verdict__lists_laws_for_other_materials_in_one_sentence() -> None:
-    of_glass = Range((family("glass", "a source"),))
-    sweep = fakes.holes()
-    laws = tuple(
-        fakes.law(name, "hole_diameter", lambda shot, variant: 2.5, title=f"title of {name}", range=of_glass)
-        for name in ("first", "second")
-    )
-    catalogue = replace(fakes.catalogue(), laws=(*fakes.HOLE_LAWS, *laws))
-    (quantity,) = compare(cube.build(sweep, fakes.results(sweep), catalogue)).verdict.quantities
-    assert quantity.unjudged[-1] == ("For targets of other materials: title of first; title of second.")
-    assert not any("glass" in text for text in quantity.unjudged)
-
-
-def test_quantity__whose_runs_mix_versions_of_its_definition_gets_no_verdict() -> None:
-    sweep = fakes.holes()
-    run = sweep.runs()[0].run
-    old = fakes.of_version(fakes.result(run), "hole_diameter", 7)
-    dataset = holes(*fakes.SHOTS, **{run.id: old})
-    comparison = compare(dataset)
-    for each in comparison.residuals:
-        if "simulation" in (each.reference, each.subject):
-            assert (each.quantity, each.everywhere) == ("hole_diameter", Statistics(0))
-    assert all(shot.simulation is None for shot in comparison.observations)
-    assert list(comparison.mixed) == ["hole_diameter"]
-    assert "versions 1 and 7" in comparison.mixed["hole_diameter"]
-    # Neither another quantity nor one old version throughout is mixed.
-    other = fakes.of_version(fakes.result(run), "hole_diameter_areal", 7)
-    assert list(compare(holes(**{run.id: other})).mixed) == ["hole_diameter_areal"]
-    every = {id: fakes.of_version(r, "hole_diameter", 7) for id, r in fakes.results(sweep).items()}
-    comparison = compare(holes(**every))
-    assert comparison.mixed == {}
-    assert comparison.residuals[0].everywhere.n == 18
-
-
-# --- error bars that judge ------------------------------------------------------------------------
-
-
-def test_error_bar__judges_where_resolutions_show_the_mesh_error() -> None:
-    dataset = refined_holes()
-    entry = residual(dataset, "maiden_c")
-    difference = dataset.hole_diameter_by_law.sel(hole_diameter_law="maiden_c") - dataset.hole_diameter_converged
-    bars = dataset.hole_diameter_converged_uncertainty
-    assert entry.everywhere.rms == pytest.approx(float((difference**2).mean() ** 0.5))
-    assert (entry.everywhere.judged, entry.everywhere.converged) == (6, 3)
-    assert entry.everywhere.within == int((np.abs(difference) <= bars).sum())
-    assert entry.everywhere.bar == pytest.approx(float(bars.median()))
-    assert "(converged at 3 of 6 points); inside the error bar (median ±" in sentence(entry)
-
-
-@pytest.mark.parametrize("offsets", [1, fakes.OFFSETS])
-def test_error_bar__of_a_single_grid_judges_nothing(offsets: int) -> None:
-    sweep = fakes.refined_holes((16.0,), offsets)
-    dataset = cube.build(sweep, fakes.results(sweep), fakes.catalogue())
-    entry = residual(dataset, "maiden_c")
-    assert (entry.everywhere.n, entry.everywhere.judged, entry.everywhere.bar) == (6, 0, None)
-    assert sentence(entry).endswith(f"{UNJUDGED_LAW}.")
-
-
-def test_sentence__names_the_direction_of_the_number_that_it_prints() -> None:
-    # Law 20.5 and 0.5 mm against 20 and 0.8 mm: 0.1 mm larger, 17.5 % smaller.
-    apart = Statistics(2, bias=1e-4, rms=1.0, relative_bias=-0.175, relative_smallest=-0.2, relative_rms=1.0)
-    entry = Residual("hole_diameter", "m", "law", "a law", "simulation", apart, apart, points=2)
-    assert "17.5\u202f% smaller than the simulation" in sentence(entry)
-
-
 # --- observations ---------------------------------------------------------------------------------
-
-
-def test_statement__says_whether_the_reference_is_a_simulation_alone() -> None:
-    assert compare(holes()).statement == ONLY_SIMULATION
-    assert "observed shots that the sweep brought" in compare(holes(*fakes.SHOTS)).statement
 
 
 def test_observation__judges_a_law_by_its_own_error_bar() -> None:
@@ -239,39 +107,3 @@ def test_observation__judges_the_simulation_by_both_error_bars_together() -> Non
     assert entry.everywhere.bias == pytest.approx(bias)
     assert entry.everywhere.bar == pytest.approx(bar)
     assert (entry.everywhere.within, entry.in_range) == (1, None)
-
-
-def test_observation__does_not_judge_the_simulation_where_either_error_is_unknown() -> None:
-    no_error = refined_holes(fakes.observed(2e3, 2e-3, 13e-3, None))
-    no_mesh = holes(fakes.observed(4e3, 3e-3, 17.9e-3))
-    for dataset in (no_error, no_mesh):
-        entry = residual(dataset, "simulation", "observation")
-        assert entry.everywhere.judged == 0
-        assert UNJUDGED_SIMULATION in sentence(entry)
-
-
-def test_observation__of_another_material_adds_no_constants_to_the_laws_of_the_runs() -> None:
-    def variants(shot: Shot) -> tuple[str, ...]:
-        return ("Y = 345 MPa",) if shot.speed == 4321.0 else ("Y = 90 MPa",)
-
-    law = fakes.law("strength", "hole_diameter", lambda shot, variant: 2.0, variants=variants)
-    sweep, shot = fakes.holes(), fakes.observed(4321.0, 2e-3, 15e-3)
-    catalogue = replace(fakes.catalogue(observations=(shot,)), laws=(law,))
-    residuals = compare(cube.build(sweep, fakes.results(sweep), catalogue)).residuals
-    assert [(each.subject, each.reference) for each in residuals] == [
-        ("strength/Y = 90 MPa", "simulation"),
-        ("simulation", "observation"),
-        ("strength/Y = 345 MPa", "observation"),
-    ]
-
-
-@pytest.mark.parametrize(("target", "judged"), [("copper", 0), ("aluminium", 1)])
-def test_observation__of_another_material_than_all_runs_judges_nothing(target: str, judged: int) -> None:
-    dataset = holes(fakes.observed(4e3, 3e-3, 17.9e-3))
-    words = json.loads(dataset.attrs["vocabulary"])
-    words["parameters"] = [*words["parameters"], "target"]
-    dataset = dataset.assign_coords(target="aluminium").assign(observation_target=("observation", [target]))
-    comparison = compare(dataset.assign_attrs(vocabulary=json.dumps(words)))
-    assert len(comparison.observations) == 1
-    against = [each for each in comparison.residuals if each.reference == "observation"]
-    assert bool(against) == bool(judged)

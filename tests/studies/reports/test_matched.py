@@ -57,23 +57,6 @@ def test_interpolation__of_a_quadratic_has_the_error_of_its_chord(speeds: tuple[
     assert how == "linear between neighbouring runs; the error bar includes the interpolation error"
 
 
-@pytest.mark.parametrize("speeds", [(2.0, 7.0), (1.0, 2.0, 7.0)])
-def test_interpolation__of_the_two_thirds_law_is_inside_its_bar(speeds: tuple[float, ...]) -> None:
-    def two_thirds(speed: np.ndarray) -> np.ndarray:
-        return 2.28 * (speed / 3.94) ** (2.0 / 3.0)
-
-    value, bar, _ = interpolate(grid(two_thirds, speed=speeds), "depth", {"speed": 4.5})
-    true = float(two_thirds(np.array(4.5)))
-    assert 1.0 - value / true == pytest.approx(0.0375, abs=5e-4)
-    assert abs(value - true) <= bar
-
-
-@pytest.mark.parametrize(("speed", "share"), [(4.5, 1.0), (3.25, 0.75), (5.75, 0.75)])
-def test_interpolation__between_two_values_has_up_to_half_their_difference(speed: float, share: float) -> None:
-    dataset = grid(lambda speed: 10.0 * speed, speed=(2.0, 7.0))
-    assert interpolate(dataset, "depth", {"speed": speed})[1] == pytest.approx(25.0 * share)
-
-
 @pytest.mark.parametrize(
     ("speeds", "lost", "bar"),
     [(CUBIC, (), 9.0 / 4.0), (CUBIC, (4.0,), 6.0 / 4.0), ((2.0, 3.0, 4.0), (4.0,), 19.0 / 2.0)],
@@ -96,28 +79,9 @@ def test_interpolation__along_two_axes_has_the_errors_of_both_chords() -> None:
     assert along_speed_alone[1] == pytest.approx(0.5 * 1.5)
 
 
-def test_interpolation__adds_to_the_error_bars_of_the_runs_as_a_root_of_squares() -> None:
-    dataset = grid(lambda speed: speed**2, 1.0, speed=(1.0, 2.0, 4.0))
-    assert interpolate(dataset, "depth", {"speed": 2.5})[1] == pytest.approx(math.hypot(1.0, 0.75))
-
-
-def test_interpolation__gives_no_error_bar_where_the_runs_have_none() -> None:
-    value, bar, how = interpolate(grid(cubic, math.nan, speed=CUBIC), "depth", {"speed": 2.5})
-    assert math.isfinite(value)
-    assert math.isnan(bar)
-    assert how == "linear between neighbouring runs"
-
-
 def test_shot_on_a_run__has_the_value_and_the_error_bar_of_the_run() -> None:
     at = {"speed": 2.0, "plate_thickness": 3.0}
     assert interpolate(grid(bowl, 0.25, **AXES), "depth", at) == (37.0, 0.25, "computed")
-
-
-@pytest.mark.parametrize(("flag", "compared"), [(1, False), (2, True)])
-def test_shot_on_a_run__that_closed_on_its_axis_is_not_compared(flag: int, compared: bool) -> None:
-    dataset = grid(lambda speed: speed, speed=(1.0, 2.0))
-    dataset["depth_flags"][0] = flag
-    assert math.isfinite(interpolate(dataset, "depth", {"speed": 1.0})[0]) == compared
 
 
 @pytest.mark.parametrize(

@@ -50,8 +50,3 @@ def test_methods__without_a_mesh_error_say_that_nothing_is_known() -> None:
     document = methods_of(dataset, compare(dataset).points)
     assert document is not None
     assert "lack the mesh" in document["quantities"][0]["sentences"][0]
-
-
-def test_methods__of_a_single_one_are_none() -> None:
-    dataset = cube_of(sweep_of(SPEED), 1.0)
-    assert methods_of(dataset, compare(dataset).points) is None

@@ -2,6 +2,7 @@
 
 import json
 import re
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -15,13 +16,11 @@ from studies.quantities.display import (
     MESH_UNKNOWN,
     digits,
     display_of,
-    kind_of,
     printed,
     printed_alone,
     printed_beside,
     printed_in,
 )
-from studies.quantities.units import DISPLAY_UNITS
 from studies.reports import page, report
 from studies.reports.compare import compare
 from studies.reports.drawing.charts import chart
@@ -32,14 +31,11 @@ from tests.studies.support.printed import Page, at, read_page
 
 SWEEPS = {
     "grid": fakes.holes(),
-    "craters": fakes.craters(),
     "zip": sweep_of(Axis("speed", "m s-1", (2e3, 3e3)), Axis("plate_thickness", "m", (2e-3, 3e-3)), combine="zip"),
     "words": sweep_of(Axis("projectile", None, ("al-1100-o", "copper-ofhc"))),
-    "no speed": sweep_of(Axis("plate_thickness", "m", (2e-3, 3e-3)), Axis("target.strength.A", "Pa", (9e7, 2e8))),
     "one run": sweep_of(Axis("speed", "m s-1", (5e3,))),
     "refined": fakes.refined_holes(),
     "offsets": fakes.refined_holes((16.0,)),
-    "mixed versions": fakes.holes(),
     "methods": sweep_of(fakes.METHODS, Axis("speed", "m s-1", (2e3, 3e3)), fixed=fakes.BY_BOTH),
 }
 Case = tuple[xr.Dataset, dict, Page]
@@ -48,9 +44,6 @@ Case = tuple[xr.Dataset, dict, Page]
 def cube_of(case: str) -> xr.Dataset:
     sweep = SWEEPS[case]
     outcomes = fakes.with_trouble(sweep) if case in ("grid", "refined") else fakes.results(sweep)
-    if case == "mixed versions":
-        run = sweep.runs()[0].run
-        outcomes[run.id] = fakes.of_version(outcomes[run.id], "hole_diameter", 7)
     none_through = (fakes.observed(5e3, 0.002, 0.0),)  # nothing is relative to it
     shots = {"grid": fakes.SHOTS, "refined": fakes.SHOTS, "one run": none_through}.get(case, ())
     return cube.build(sweep, outcomes, fakes.catalogue(sweep.scenario, shots))
@@ -61,19 +54,26 @@ def document_of(dataset: xr.Dataset) -> dict:
     return json.loads(report.as_json(report.document(dataset, compare(dataset))))
 
 
+@cache
+def made(case: str) -> tuple[xr.Dataset, dict, str]:
+    """Cube, document and page of a case."""
+    dataset = cube_of(case)
+    document = document_of(dataset)
+    return dataset, document, page.page(document)
+
+
 def test_document__has_each_of_its_keys_described() -> None:
     rows = (Path(__file__).parents[3] / "docs" / "report.md").read_text("utf-8")
     _, _, table = rows.partition("## report.json")
     first_cells = [line.split("|")[1] for line in table.splitlines() if line.startswith("| `")]
     described = re.findall("`(.+?)`", " ".join(first_cells))
-    assert sorted(described) == sorted(document_of(cube_of("one run")))
+    assert sorted(described) == sorted(made("one run")[1])
 
 
 @pytest.fixture(scope="module", params=SWEEPS)
 def case(request: pytest.FixtureRequest) -> Case:
-    dataset = cube_of(request.param)
-    document = document_of(dataset)
-    return dataset, document, read_page(page.page(document))
+    dataset, document, html = made(request.param)
+    return dataset, document, read_page(html)
 
 
 @pytest.mark.claim("report", "html-json-cube")
@@ -110,17 +110,6 @@ def test_page__every_text_is_the_one_in_the_document(case: Case) -> None:
     texts = [mark for mark in shown.marks if mark.value is None]
     printed_texts = [mark for mark in texts if mark.path != "/provenance/sweep"]
     assert {mark.text == at(document, mark.path) for mark in printed_texts} == {True}
-
-
-@pytest.mark.parametrize(("name", "is_long"), [("grid", True), ("methods", False)])
-def test_page__has_the_main_figure_under_the_headline_and_long_lists_folded(name: str, is_long: bool) -> None:
-    html = page.page(document_of(cube_of(name)))
-    headline, figure, laws, section = (
-        html.index(text) for text in ('class="recommendation"', 'data-plot="0"', 'class="bands"', 'id="figures"')
-    )
-    assert headline < figure < laws < section
-    assert html.count('data-plot="0"') == 1
-    assert ("Each law, band by band" in html) == is_long
 
 
 def test_page__has_no_digit_of_its_own_and_loads_nothing(case: Case) -> None:
@@ -172,37 +161,10 @@ def test_runs__have_the_values_of_their_cells(case: Case) -> None:
             np.testing.assert_equal(np.nan if value is None else value, float(cell[name]))
 
 
-def test_mesh_statement__says_whether_the_mesh_error_is_known(case: Case) -> None:
-    dataset, document, shown = case
-    refined = "cells_per_diameter" in dataset.dims
-    assert ("squares of mesh error" in document["mesh"]) == refined
-    judged = {
-        row["everywhere"]["judged"] > 0
-        for row in document["residuals"]
-        if row["reference"] == "simulation" and row["everywhere"]["n"]
-    }
-    assert judged <= {refined}
-    assert refined or not judged or "mesh error unknown" in shown.unmarked
-
-
-def test_convergence__has_the_values_of_each_resolution(case: Case) -> None:
-    dataset, document, _ = case
-    if not dataset.attrs["refinements"]:
-        assert document["convergence"] is None
-        return
-    (holes,) = [each for each in document["convergence"]["quantities"] if each["quantity"] == "hole_diameter"]
-    for row in holes["points"]:
-        cell = dataset.sel(row["at"])
-        assert row["value"] == float(cell.hole_diameter_converged)
-        assert (row["extrapolated"] is None) == (row["verdict"] != "converging")
-        means = np.atleast_1d(cell.hole_diameter.where(cell.run_state == 0).mean("offset"))
-        np.testing.assert_allclose([level["value"] for level in row["levels"]], means)
-
-
 @pytest.mark.claim("cube", "failed-run-is-a-result")
 def test_failed_and_flagged_runs__are_named_with_their_reasons() -> None:
     """A run that fails is in the report with its reason."""
-    texts = {mark.text for mark in read_page(page.page(document_of(cube_of("grid")))).marks}
+    texts = {mark.text for mark in read_page(made("grid")[2]).marks}
     assert {
         "density = 3e4 at particle 17 of 'target', t = 1.2e-06 s, step 88",
         "cancelled by its user",
@@ -219,21 +181,14 @@ def test_text_of_a_user__cannot_become_markup() -> None:
     dataset.run_reason[:] = hostile
     html = page.page(document_of(dataset))
     assert "<script>alert" not in html
-    assert html.count("</script>") == page.page(document_of(cube_of("one run"))).count("</script>")
-
-
-def test_page__is_made_of_a_sweep_that_fixes_nothing() -> None:
-    document = document_of(cube_of("one run"))
-    del document["provenance"]["sweep"]["fixed"]
-    assert "<dt>Fixed</dt>" in page.page(document)
+    assert html.count("</script>") == made("one run")[2].count("</script>")
 
 
 @pytest.mark.claim("mend-again", "no-bar-of-a-single-grid")
 @pytest.mark.parametrize("case", ["one run", "offsets"])
 def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str) -> None:
     """No number of a single grid is printed with an error bar: page, report.json, figures and runs.csv have none."""
-    dataset = cube_of(case)
-    document = document_of(dataset)
+    dataset, document, html = made(case)
     for extreme in document["extremes"]:
         assert extreme["smallest_uncertainty"] is extreme["largest_uncertainty"] is None
     for shot in document["observations"]:
@@ -244,7 +199,7 @@ def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str)
                 assert {*series["uncertainty"]} == {None}, figure["name"]
     for quantity in (document["convergence"] or {"quantities": []})["quantities"]:
         assert {point["uncertainty"] for point in quantity["points"]} == {None}
-    verdict, _, rest = page.page(document).partition('<section id="figures">')
+    verdict, _, rest = html.partition('<section id="figures">')
     values = re.findall("<dl>.*?</dl>", verdict, re.DOTALL)[0]
     assert f"({MESH_UNKNOWN})" in values
     assert "±" not in values
@@ -252,12 +207,6 @@ def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str)
     stated = [name for name in runs_csv(dataset).partition("\n")[0].split(",") if "uncert" in name]
     assert stated
     assert all("_reading_uncertainty" in name or "_uncertainty_" in name for name in stated)
-
-
-def test_template__refuses_a_number_without_a_format() -> None:
-    template = page.environment().from_string("{{ report.n }}")
-    with pytest.raises(TypeError, match="without a format"):
-        template.render(report=page.Node({"n": 3.5}))
 
 
 def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
@@ -271,7 +220,7 @@ def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
         "stated": 0.1,
     }
     few = {**group, "quantity": "crater_depth", "shots": 4, "bias": None, "scatter": None}
-    dataset = cube_of("one run").assign_attrs(compared_shots=json.dumps([group, few]))
+    dataset = made("one run")[0].assign_attrs(compared_shots=json.dumps([group, few]))
     document = document_of(dataset)
     assert document["verdict"]["shots"] == (
         "Bias of whipple itself beside published shots: hole diameter −7.5 to −3.1\u202f%, scatter 2.1\u202f% "
@@ -284,36 +233,3 @@ def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
     document = document_of(dataset.assign_attrs(compared_shots="[]"))
     assert document["verdict"]["shots"].startswith("No published shot")
     assert '"#published"' not in page.page(document)
-
-
-def test_table_of_residuals__says_how_many_points_lie_inside_the_error_bar() -> None:
-    document = document_of(cube_of("refined"))
-    html = page.page(document)
-    marks = {mark.path: mark.text for mark in read_page(html).marks}
-    references = set()
-    for number, row in enumerate(document["residuals"]):
-        for group in ("everywhere", "in_range"):
-            if row[group] and row[group]["judged"]:
-                references.add(row["reference"])
-                place = f"/residuals/{number}/{group}"
-                for key, kind in (
-                    ("within", "count"),
-                    ("judged", "count"),
-                    ("bar", "length"),
-                    ("relative_bar", "share_spread"),
-                ):
-                    assert marks[f"{place}/{key}"] == printed(row[group][key], kind)
-    assert references == {"simulation", "observation"}
-    _, _, residuals = html.partition('<section id="residuals">')
-    row = re.search(r"<tr><td class=\"word\">[^\n]*maiden_c.*?</tr>", residuals, re.DOTALL)
-    assert row is not None
-    assert row[0].count("<td") == 2 + 6
-
-
-@pytest.mark.parametrize("unit", [*DISPLAY_UNITS, "kg", "J"])
-def test_number__with_the_unit_of_its_heading_is_the_value(unit: str) -> None:
-    value = 0.0123
-    text = printed(value, kind_of(unit)).replace("\u202f", "")
-    if "\u00b7" not in text:
-        assert float(text) == pytest.approx(value * display_of(unit).factor, rel=1e-3)
-    assert printed(value, kind_of(unit, residual=True)).startswith("+")

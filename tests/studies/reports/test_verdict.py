@@ -128,15 +128,6 @@ def test_law_of_known_difference__gets_its_words(
         assert ("numerically" in json.dumps(quantity)) == ("numerically" in bands[0])
 
 
-def test_published_scatter_of_a_law__is_part_of_its_joint_uncertainty() -> None:
-    for factor, scatter, says in (
-        (1.05, 0.06, "numerically to 7 %"),
-        (1.2, 0.3, "agrees within the joint uncertainty of up to ±37 % (20 % more)"),
-    ):
-        (band,) = stated(lambda v, factor=factor: factor, scatter=scatter)[0]
-        assert band == f"from 2 to 7 km/s: {says}".replace(" %", "\u202f%")
-
-
 @pytest.mark.claim("report", "verdict-words")
 def test_single_point__is_called_one() -> None:
     """One point, and a law without a stated range, are called that."""

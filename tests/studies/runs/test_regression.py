@@ -14,9 +14,9 @@ import pytest
 
 from solver import PHYSICS_VERSION
 from studies import scenarios
+from studies.cases.rows import Row, equal
 from studies.quantities.parameters import declared
 from studies.runs.remeasure import definitions
-from tests.rows import Row, equal
 from tests.studies.runs.regression import CASES, FILE, RELATIVE, computed, run_of
 
 COMMAND = "python -m tests.studies.runs.regression"

@@ -10,7 +10,6 @@ import pytest
 from solver import simulation
 from studies import measurements
 from studies.measurements import Measurement, Reading
-from studies.quantities.measured import TOO_COARSE
 from studies.runs import execution
 from studies.runs.remeasure import NEEDS_SOLVING, definitions, load_state, outdated, remeasure
 from studies.runs.results import RunResult
@@ -68,12 +67,6 @@ def test_reading__of_a_stored_state_gives_the_same_bits_as_the_solver_did(scenar
         assert (NEEDS_SOLVING in now.flags, "still_growing" in now.flags) == (True, False)
 
 
-def test_reading__of_a_stored_state_on_too_coarse_a_grid_has_no_error_bar(patched: Patch) -> None:
-    patched("hole_diameter", read=lambda _: Reading(0.01, {"resolution": 2e-3}))
-    after = again("thin_plate").measurements["hole_diameter"]
-    assert (after.uncertainty, after.flags) == (None, (NEEDS_SOLVING, TOO_COARSE))
-
-
 def test_nothing__changed_leaves_the_result_as_it_is() -> None:
     before = result_in("thin_plate")
     assert remeasure(asked("thin_plate"), before, Path("nowhere"), by=WHO) is before
@@ -91,16 +84,6 @@ def test_definition__that_changed_gives_its_values_and_the_rest_stays(patched: P
     assert entry == f"hole_diameter {VERSION} to {VERSION + 1} by {WHO}"
     assert after.provenance == before.provenance
     assert replace(after, measurements={}) == replace(before, measurements={})
-
-
-def test_provenance__tells_every_time(patched: Patch) -> None:
-    patched("hole_diameter")
-    once = again("thin_plate")
-    patched("hole_diameter")
-    twice = again("thin_plate", once)
-    first = f"hole_diameter {VERSION} to {VERSION + 1} by {WHO}"
-    second = f"hole_diameter {VERSION + 1} to {VERSION + 2} by {WHO}"
-    assert twice.provenance["remeasured"] == f"{first}; {second}"
 
 
 @pytest.mark.parametrize("scenario", ["elastic_bar", "plate_impact"])
@@ -121,30 +104,3 @@ def test_follower__is_read_off_the_stored_histories_unless_what_it_follows_chang
     assert kept.flags == (*before.flags, NEEDS_SOLVING)
     assert result.measurements[followed].version == 2
     assert outdated(scenario, result.as_json()["measurements"]) == ()
-
-
-def test_measurement__that_is_new_is_read_too(patched: Patch) -> None:
-    whole = result_in("thin_plate")
-    less = {name: each for name, each in whole.measurements.items() if name != "hole_diameter"}
-    after = again("thin_plate", replace(whole, measurements=less))
-    assert after.measurements["hole_diameter"].value == whole.measurements["hole_diameter"].value
-    assert list(after.measurements) == list(whole.measurements)
-    assert after.provenance["remeasured"] == f"hole_diameter nothing to {VERSION} by {WHO}"
-
-
-def test_outdated__names_what_has_another_version(patched: Patch) -> None:
-    stored = {name: {"version": version} for name, version in definitions("thin_plate").items()}
-    assert outdated("thin_plate", stored) == ()
-    patched("hole_diameter")
-    assert outdated("thin_plate", stored) == ("hole_diameter",)
-    assert outdated("thin_plate", {}) == tuple(definitions("thin_plate"))
-
-
-def test_state__that_is_none_is_refused(patched: Patch, tmp_path: Path) -> None:
-    patched("hole_diameter")
-    run, before, file = asked("thin_plate"), result_in("thin_plate"), tmp_path / "state.npz"
-    with pytest.raises(FileNotFoundError):
-        remeasure(run, before, file, by=WHO)
-    file.write_bytes(b"half of a state")
-    with pytest.raises(ValueError, match="pickle"):
-        remeasure(run, before, file, by=WHO)

@@ -13,11 +13,9 @@ from studies import materials, measurements, scenarios
 from studies.runs.execution import execute
 from studies.runs.run import resolve
 from studies.scenarios.parts.loading import read_pulse
-from studies.sweeps.sweep import Sweep
 from tests.contracts.test_scenarios import BARS, DIAMETER, ROUND_OFF, asked, built
 
 PULSE = "0 us 0, 0.5 us 1, 10 us 1, 10.5 us 0"
-LONG: dict[str, Any] = {"bar_length": 20e-3}
 SQUARE: dict[str, Any] = {"section": "square", "geometry": "quarter"}
 
 
@@ -74,26 +72,6 @@ def test_pulse__is_one_table_in_every_spelling(text: str) -> None:
     assert asked("elastic_bar", pressure=1e8, pulse=text).id == same.id
 
 
-@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
-@pytest.mark.parametrize("name", BARS)
-def test_loads__press_the_end_away_from_the_wall_towards_it(name: str, geometry: str) -> None:
-    loading = {"pressure": 1e8, "pulse": PULSE, "gravity": 10.0, "geometry": geometry}
-    problem = built(asked(name, **LONG, **loading)).problem
-    [load], axis = problem.tractions, 1 if geometry == "axisymmetric" else 2
-    assert (load.body, load.axis, load.side) == (0, axis, 1)
-    assert np.array_equal(load.pressure, [0.0, 1e8, 1e8, 0.0])
-    assert problem.gravity[axis] == -10.0
-    assert sum(map(abs, problem.gravity)) == 10.0
-
-
-def test_pressure__without_a_course_stays_on_to_the_end() -> None:
-    problem = built(asked("elastic_bar", pressure=1e8)).problem
-    [load] = problem.tractions
-    assert load.time[0] == 0.0
-    assert load.time[-1] > problem.end_time
-    assert np.array_equal(load.pressure, [1e8, 1e8])
-
-
 @pytest.mark.parametrize("name", BARS)
 def test_square_bar__weighs_and_measures_what_was_asked_for(name: str) -> None:
     run = asked(name, **SQUARE, bar_length=11.1e-3)
@@ -105,19 +83,6 @@ def test_square_bar__weighs_and_measures_what_was_asked_for(name: str) -> None:
     # Every particle has the mass of its own box, which the lattice fills without a rest.
     assert np.allclose(bar.mass, bar.density * math.prod(bar.spacing), rtol=ROUND_OFF)
     check_sizes(name, setting, 11.1e-3, side)
-
-
-def test_sweep__varies_the_amplitude_of_a_pulse() -> None:
-    document = {
-        "name": "pulses",
-        "scenario": "elastic_bar",
-        "fixed": {"speed": "0 m/s", "pulse": PULSE, "gravity": "-9.81 m/s2"},
-        "axes": {"pressure": ["0 Pa", "0.1 GPa", "-200 MPa"]},
-    }
-    sweep = Sweep.parse(document)
-    assert Sweep.parse(sweep.document()).runs() == sweep.runs()
-    peaks = [[load.pressure[1] for load in built(point.run).problem.tractions] for point in sweep.runs()]
-    assert peaks == [[], [1e8], [-2e8]]
 
 
 def test_histories__of_a_loaded_bar_sum_to_the_audited_energy_and_momentum(tmp_path: Any) -> None:

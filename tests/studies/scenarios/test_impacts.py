@@ -2,12 +2,8 @@
 
 import math
 
-import numpy as np
 import pytest
 
-from solver.problem import ArtificialViscosity, Smoothing
-from solver.problem.geometry import impact_axis
-from solver.sph.smoothing import CubicSpline
 from studies import materials
 from studies.runs.run import materials_of
 from studies.scenarios.plate_impact import CROSSED, shocks
@@ -36,34 +32,9 @@ def test_impact__weighs_what_its_bodies_weigh(name: str, changes: Changes) -> No
     assert math.isclose(target.mass.sum(), target.density * face * setting.thickness, rel_tol=ROUND_OFF)
 
 
-@each_corner
-def test_impact__has_the_projectile_in_front_of_the_target(name: str, changes: Changes) -> None:
-    setting = built(asked(name, **changes))
-    axis = impact_axis(setting.problem.geometry)
-    projectile, target = setting.problem.bodies
-    assert projectile.position[:, axis].max() < 0.0 < target.position[:, axis].min()
-    assert target.position[:, axis].max() < setting.thickness
-    assert np.flatnonzero(projectile.velocity).tolist() == [axis]
-    assert projectile.velocity[axis] == setting.speed
-    assert not target.velocity.any()
-
-
 # The method of a plate
 
 SPH = {"geometry": "quarter", "method": "sph"}
-
-
-def test_sph__smooths_the_particles_of_the_grid_and_follows_debris() -> None:
-    one, other = (built(asked("thin_plate", **{**SPH, "method": method})).problem for method in ("sph", "mpm"))
-    assert one.smoothing == Smoothing(CubicSpline())
-    assert other.smoothing is one.retirement is None
-    for mine, theirs in zip(one.bodies, other.bodies, strict=True):
-        assert (mine.position == theirs.position).all()
-
-
-def test_sph__has_the_viscosity_of_pairs_unless_it_is_stated() -> None:
-    stated = built(asked("thin_plate", **SPH, viscosity_linear=0.1)).problem.smoothing
-    assert stated.viscosity == ArtificialViscosity(0.1, 2.0)
 
 
 # Plate on plate
@@ -77,15 +48,6 @@ def test_plates__weigh_what_their_column_weighs(geometry: str) -> None:
     for plate, thickness in zip(built(run).problem.bodies, (4e-3, 6e-3), strict=True):
         mass = plate.density * section * thickness
         assert math.isclose(plate.mass.sum(), mass, rel_tol=ROUND_OFF)
-
-
-@pytest.mark.parametrize("geometry", ["axisymmetric", "quarter"])
-def test_plates__layers_are_counted_from_where_they_meet(geometry: str) -> None:
-    setting = built(asked("plate_impact", geometry=geometry))
-    axis = impact_axis(setting.problem.geometry)
-    place = np.concatenate([plate.position[:, axis] for plate in setting.problem.bodies])
-    width = setting.problem.bodies[0].spacing[axis]
-    assert np.allclose(np.abs(place), (setting.layer + 0.5) * width)
 
 
 # Shock states of reference copper (8930 kg/m3, 3940 m/s, 1.489) at half the impact speed, from the jump conditions.

@@ -6,7 +6,6 @@ from typing import Any
 
 import pytest
 
-from solver.matter.eos.linear_elastic import LinearElastic
 from solver.matter.failure.johnson_cook import ModifiedJohnsonCookDamage
 from solver.matter.failure.none import NoFailure
 from solver.matter.failure.plastic_strain import PlasticStrainLimit
@@ -16,7 +15,7 @@ from solver.matter.tension.recoverable import RecoverableTension
 from solver.matter.tension.unlimited import UnlimitedTension
 from studies import materials
 from studies.scenarios import Materials
-from studies.scenarios.parts.matter import Fracture, check_constants, check_eos, matter
+from studies.scenarios.parts.matter import Fracture, check_constants, matter
 
 COPPER = materials.load("copper-ofhc")
 THESIS = materials.load("copper-thesis-plastic")  # no spall strength
@@ -35,37 +34,6 @@ def test_matter__has_the_constants_of_the_material() -> None:
     assert made.failure == NoFailure()
     assert matter(PRESSED).strength == SteinbergGuinan(*STEINBERG)
     assert matter(COPPER, thermal_softening=False).melt_temperature == math.inf
-
-
-@pytest.mark.parametrize("name", ["copper-ofhc", "copper-ofhc-tillotson"])
-def test_elastic__takes_the_stated_bulk_modulus_of_a_material_of_any_kind(name: str) -> None:
-    material = materials.load(name)
-    assert check_eos("elastic", {"target": material}) == []
-    eos = matter(material, eos_form="elastic").eos
-    assert (eos.bulk_modulus, eos.heat_capacity) == (material.elastic.bulk_modulus, 383.0)
-    assert matter(material).eos != eos
-
-
-def test_material__without_an_equation_of_state_is_elastic() -> None:
-    made = dataclasses.replace(COPPER, eos=materials.Model("linear-elastic", {}))
-    assert isinstance(matter(made).eos, LinearElastic)
-    assert made.sound_speed == math.sqrt(made.elastic.bulk_modulus / made.density)
-    assert made.with_value("elastic.bulk_modulus", 150e9).elastic.bulk_modulus == 150e9
-    assert materials.Material.from_resolved(made.resolved()) == made
-
-
-def test_bulk_modulus__is_part_of_a_run_where_it_acts() -> None:
-    stiff = dataclasses.replace(COPPER, elastic=dataclasses.replace(COPPER.elastic, bulk_modulus=150e9))
-    for form, differs in (("hugoniot", False), ("cubic", False), ("elastic", True)):
-        soft, hard = (materials.simulated(one.resolved(), eos_form=form) for one in (COPPER, stiff))
-        assert (soft != hard) == differs
-
-
-def test_cubic__is_refused_where_its_curve_turns_down() -> None:
-    soft = COPPER.with_value("eos.s", 0.9)
-    assert check_eos("hugoniot", {"target": soft}) == []
-    [finding] = check_eos("cubic", {"target": soft})
-    assert "s = 0.9" in finding.limit
 
 
 @pytest.mark.parametrize(
@@ -116,15 +84,3 @@ def test_damage__breaks_the_materials_that_state_its_constants() -> None:
     assert DAMAGE.of(ARNE) == NoFailure()
     expected = (0.0705, 1.732, -0.54, -0.0123, 0.0, 5e-4, 0.3, 0.0)
     assert DAMAGE.of(WELDOX) == ModifiedJohnsonCookDamage(*expected)
-
-
-def test_damage__is_refused_where_a_material_states_a_part_of_its_constants() -> None:
-    [finding] = DAMAGE.check({"target": WELDOX.with_value("fracture.D2", None)})
-    assert "set target.fracture.D2" in finding.cure
-
-
-def test_fracture__is_part_of_a_resolved_material_where_it_is_stated() -> None:
-    assert "fracture" not in COPPER.resolved()
-    assert materials.Material.from_resolved(WELDOX.resolved()) == WELDOX
-    assert materials.Material.from_resolved(COPPER.resolved()) == COPPER
-    assert WELDOX.resolved() != WELDOX.with_value("fracture.D1", 0.1).resolved()

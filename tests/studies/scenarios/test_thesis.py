@@ -20,11 +20,11 @@ from typing import Any
 
 import pytest
 
+from studies.cases.rows import Row, relative
 from studies.materials import load
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from studies.runs.run import resolve
-from tests.rows import Row, relative
 
 THREADS = 2
 SPEEDS = (2, 6)  # km/s

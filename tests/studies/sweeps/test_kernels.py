@@ -18,8 +18,3 @@ def runs_of(example: str, **fixed: str) -> list[Run]:
 @pytest.mark.parametrize(("example", "kinds"), [("holes", 1), ("craters", 1), ("taylor", 2)])
 def test_kinds__are_those_of_geometry_choices_and_laws(example: str, kinds: int) -> None:
     assert len(kinds_of(runs_of(example))) == kinds
-
-
-def test_kinds__of_another_recipe_are_others() -> None:
-    both = runs_of("smoke") + runs_of("smoke", recipe="thesis")
-    assert [run.parameters["shape"] for run in kinds_of(both)] == ["quadratic-bspline", "linear"]

@@ -6,11 +6,9 @@ from statistics import mean, stdev
 import pytest
 
 from studies import materials
-from studies.quantities.findings import InvalidInput
-from studies.runs.run import Run, materials_of, resolve
+from studies.runs.run import Run, materials_of
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
-    EOS,
     FAILURE,
     SCREENS,
     STRENGTH_DEVIATION,
@@ -20,6 +18,7 @@ from studies.sweeps.screening import (
     screens_of,
 )
 from studies.sweeps.sweep import Sweep
+from tests.contracts.test_scenarios import asked
 
 DOCUMENT = {
     "scenario": "thin_plate",
@@ -36,12 +35,8 @@ DOCUMENT = {
 }
 
 
-def run_of(material: str, **parameters: object) -> Run:
-    roles = dict.fromkeys(("projectile", "target"), materials.load(material))
-    fixed = {"speed": 5e3, "projectile_diameter": 8e-3, "plate_thickness": 2e-3}
-    grid = {"geometry": "axisymmetric", "cells_per_diameter": 8.0}
-    names = dict.fromkeys(roles, material)
-    return resolve("thin_plate", {**fixed, **grid, **names, **parameters}, roles)
+def run_of(material: str) -> Run:
+    return asked("thin_plate", projectile=material, target=material)
 
 
 def test_strength_deviation__is_that_of_published_strengths() -> None:
@@ -84,15 +79,6 @@ def test_failure__is_switched_on_and_off() -> None:
     assert back.id == run_of("copper-ofhc").id
 
 
-def test_equation_of_state__is_that_of_a_material_with_the_same_strength() -> None:
-    screen = {each.name: each for each in screens_of(run_of("copper-ofhc"))}[EOS]
-    assert screen.run is not None
-    assert screen.run.id == run_of("copper-ofhc-tillotson").id
-    alone = {each.name: each for each in screens_of(run_of("al-2024-t3"))}[EOS]
-    assert alone.run is None
-    assert "al-2024-t3" in alone.reason
-
-
 def test_contributions__are_half_the_gap_of_strengths_and_the_change_over_root_three() -> None:
     answers = {STRONGER: 19.0, WEAKER: 21.0, FAILURE: 20.0 + math.sqrt(3.0)}
     told = contributions_of(20.0, answers)
@@ -109,15 +95,3 @@ def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> Non
     assert [point.coordinates for point in beside] == [{"screening": name} for name in SCREENS]
     assert [point.run.id for point in beside] == [each.run.id for each in screens if each.run]
     assert cost_of(sweep).runs == sweep.size + len(SCREENS)
-
-
-@pytest.mark.parametrize("model_part", ["stored", "screen", "none"])
-def test_document__keeps_the_model_part(model_part: str) -> None:
-    document = Sweep.parse({**DOCUMENT, "model_part": model_part}).document()
-    assert document.get("model_part", "stored") == model_part
-    sweep = Sweep.parse(document)
-    assert sweep.model_part == model_part
-    if model_part != "screen":
-        assert len([*sweep.every_run()]) == sweep.size == cost_of(sweep).runs
-    with pytest.raises(InvalidInput, match="stored, screen or none"):
-        Sweep.parse({**document, "model_part": "screened"})

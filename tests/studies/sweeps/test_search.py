@@ -60,15 +60,6 @@ def test_search__gives_the_interval_of_outcomes_that_are_not_monotone(
     assert limit.next is None
 
 
-@pytest.mark.parametrize("failed", [150.0, 137.5])
-def test_failed_run__widens_the_interval(failed: float) -> None:
-    limit = searched(lambda speed: None if speed == failed else speed >= 136.0)
-    assert limit.verdict is SearchVerdict.BRACKETED
-    assert limit.lower < 136.0 <= limit.upper
-    assert limit.upper - limit.lower > SEARCH.tolerance or failed == 150.0
-    assert len(limit.tried) <= SEARCH.most_tries
-
-
 def test_search__goes_on_from_results_alone() -> None:
     """Each try follows from those before, whoever asks."""
     done: dict[float, bool] = {}
@@ -84,12 +75,6 @@ def test_search__goes_on_from_results_alone() -> None:
     assert order[:3] == [100.0, 150.0, 200.0]
     assert limit == searched(lambda speed: speed >= 171.0)
     assert sorted(order) == list(limit.tried)
-
-
-def test_unfinished_run__keeps_the_search_where_it_is() -> None:
-    limit = searched(lambda speed: "running" if speed == 175.0 else speed >= 171.0)
-    assert limit.verdict is SearchVerdict.UNFINISHED
-    assert limit.tried == (100.0, 150.0, 175.0, 200.0)
 
 
 def test_sweep__searches_each_point_of_the_other_axes() -> None:

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from studies.answers.answer import Answer, answers
-from studies.answers.question import Question
+from studies.reports.answers.answer import ShotAnswer, answers
+from studies.reports.answers.question import Question
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -56,7 +56,7 @@ def cube_of(question: Question) -> "xr.Dataset":
     return xr.Dataset(variables, coordinates, {"title": f"Published laws about a {question.target}"})
 
 
-def _by_law(every: Sequence[Answer], place: int, law: str) -> list[Any]:
+def _by_law(every: Sequence[ShotAnswer], place: int, law: str) -> list[Any]:
     """A law's answers to every shot, in the order of the shots."""
     return [next(each for each in answer.quantities[place].laws if each.law.name == law) for answer in every]
 

@@ -7,18 +7,24 @@ from functools import cache
 from typing import Any
 
 from studies import laws, observations, scenarios
-from studies.answers.question import Question
 from studies.laws import OTHER_MATERIAL, UNMEASURED, Law, Shot
 from studies.observations import UNKNOWN_ALLOY, Observation
 from studies.observations.shields.answers import ShieldAnswer
 from studies.observations.shields.answers import answer as answer_of_shield
 from studies.quantities.display import digits, display_of
 from studies.quantities.units import readable
+from studies.reports.answers.question import Question
 from studies.sweeps.reading import vocabulary
 
 # What laws predict of each kind of target. A shield's bumper is a plate.
 QUANTITIES: Mapping[str, tuple[str, ...]] = {
-    "plate": ("hole_diameter", "perforation_thickness", "detached_spall_thickness", "spall_thickness"),
+    "plate": (
+        "hole_diameter",
+        "plate_critical_diameter",
+        "perforation_thickness",
+        "detached_spall_thickness",
+        "spall_thickness",
+    ),
     "block": ("crater_depth", "crater_diameter", "crater_volume", "perforation_thickness", "spall_thickness"),
     "shield": ("critical_diameter", "hole_diameter"),
 }
@@ -97,7 +103,7 @@ class QuantityAnswer:
 
 
 @dataclass(frozen=True)
-class NearShot:
+class NearObservation:
     """A published shot near that of a question."""
 
     shot: Observation
@@ -120,13 +126,13 @@ class NearShot:
 
 
 @dataclass(frozen=True)
-class Answer:
+class ShotAnswer:
     """What laws and shots say of one shot."""
 
     parameters: Mapping[str, Any]  # of the shot, SI
     target: str  # "plate", "block" or "shield"
     quantities: tuple[QuantityAnswer, ...]
-    shots: tuple[NearShot, ...]  # on plates and blocks
+    shots: tuple[NearObservation, ...]  # on plates and blocks
     shield: ShieldAnswer | None  # whether it holds, and the shots near it
 
     def describe(self) -> dict[str, Any]:
@@ -156,16 +162,16 @@ def document(question: Question) -> dict[str, Any]:
     }
 
 
-def answers(question: Question) -> Iterator[Answer]:
+def answers(question: Question) -> Iterator[ShotAnswer]:
     """The answer to each shot of a question, the last axis fastest."""
     for point in question.points():
         yield answer(question.shot(point), question.target, point)
 
 
-def answer(shot: Shot, target: str, parameters: Mapping[str, Any]) -> Answer:
+def answer(shot: Shot, target: str, parameters: Mapping[str, Any]) -> ShotAnswer:
     """The answer to one shot."""
     of_shield = answer_of_shield(shot) if shot.shield else None
-    return Answer(parameters, target, tuple(_quantities(shot, target)), tuple(nearest(shot, target)), of_shield)
+    return ShotAnswer(parameters, target, tuple(_quantities(shot, target)), tuple(nearest(shot, target)), of_shield)
 
 
 def _quantities(shot: Shot, target: str) -> Iterator[QuantityAnswer]:
@@ -207,7 +213,7 @@ def of_target(shot: Shot, target: str) -> str:
 # --- published shots --------------------------------------------------------------------------------
 
 
-def nearest(shot: Shot, target: str, count: int = NEAREST) -> list[NearShot]:
+def nearest(shot: Shot, target: str, count: int = NEAREST) -> list[NearObservation]:
     """The published shots of the same metals nearest to one: by speed, diameter and thickness over diameter."""
     near = []
     for each in _published(target):
@@ -218,7 +224,7 @@ def nearest(shot: Shot, target: str, count: int = NEAREST) -> list[NearShot]:
             ratios = [speed / shot.speed, diameter / shot.projectile_diameter]
             if shot.plate_thickness and p.get("plate_thickness"):
                 ratios.append(float(p["plate_thickness"] or 0.0) / diameter / shot.thickness_ratio)
-            near.append(NearShot(each, math.hypot(*map(math.log, ratios))))
+            near.append(NearObservation(each, math.hypot(*map(math.log, ratios))))
     return sorted(near, key=lambda each: each.apart)[:count]
 
 

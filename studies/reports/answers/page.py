@@ -7,15 +7,15 @@ from typing import Any
 from jinja2 import Environment, FunctionLoader, StrictUndefined
 
 from studies import laws
-from studies.answers.answer import Answer, of_target
-from studies.answers.picture import drawn_for_page, picture
 from studies.laws import Shot
 from studies.observations.shields.shots import citation
 from studies.quantities.display import NONE, digits, display_of, printed_alone
+from studies.reports.answers.answer import ShotAnswer, of_target
+from studies.reports.answers.picture import drawn_for_page, picture
 from studies.reports.figures import Figure
 
 
-def page(answer: Answer, shot: Shot) -> str:
+def page(answer: ShotAnswer, shot: Shot) -> str:
     """One HTML file that needs no network."""
     drawn: Figure = picture(shot, answer.target)
     return (
@@ -60,7 +60,7 @@ def _share(share: Any) -> str:
 @cache
 def _environment() -> Environment:
     def source(name: str) -> str:
-        return files("studies.answers").joinpath("templates", name).read_text(encoding="utf-8")
+        return files("studies.reports.answers").joinpath("templates", name).read_text(encoding="utf-8")
 
     loader = FunctionLoader(source)
     return Environment(loader=loader, autoescape=True, undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True)

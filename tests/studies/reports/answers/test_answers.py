@@ -6,11 +6,11 @@ from typing import Any
 
 import pytest
 
-from studies.answers.answer import answers, document
-from studies.answers.cube import cube_of
-from studies.answers.question import read_question
+from studies.cases.rows import equal
 from studies.quantities.findings import InvalidInput
-from tests.rows import equal
+from studies.reports.answers.answer import answers, document
+from studies.reports.answers.cube import cube_of
+from studies.reports.answers.question import read_question
 
 PLATE = {
     "speed": "5.75 km/s",
@@ -87,6 +87,7 @@ def test_cube__has_the_answers_over_the_axes() -> None:
         ({"target": "al-6061"}, "target"),
         ({"projectile_diameter": ["3 mm", "5"]}, "projectile_diameter[1]"),
         ({"stand_off": None}, "stand_off"),
+        ({"inner_thickness": "1 mm"}, "inner_stand_off"),
         (
             {"wall": "soft", "wall_yield_stress": None, "materials": {"soft": {"base": "lead", "yield_stresses": []}}},
             "wall",

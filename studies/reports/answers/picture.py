@@ -7,10 +7,10 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studies import laws
-from studies.answers.answer import ask, nearest, of_target
 from studies.laws import Law, Shot
-from studies.observations.shields.probability import probability
+from studies.observations.shields.probability import diameters_at
 from studies.observations.shields.shots import ShieldShot, published
+from studies.reports.answers.answer import ask, nearest, of_target
 from studies.reports.figures import CHANCES, EVEN_CHANCE, FAILED, HELD, OBSERVED, THIS, Figure, Panel, Series
 from studies.reports.view import Scale
 
@@ -23,8 +23,7 @@ POINTS = 45  # of a curve: every 250 m/s
 # A shield is like another where bumper, wall and distance are the same within a third or so, and the angle within 15
 # degrees: the root of the summed squares of ln ratios and of the angle in rad.
 LIKE = 0.4
-LOW, EVEN, HIGH = 0.1, 0.5, 0.9  # probabilities of failure that are drawn
-STEPS = 16  # of a bisection between the bounds: to a ten thousandth
+DRAWN = (0.1, 0.5, 0.9)  # probabilities of failure
 
 
 def picture(shot: Shot, target: str) -> Figure:
@@ -124,30 +123,13 @@ def _curve(law: Law, shot: Shot, factor: float) -> Series:
 
 
 def _chances(shot: Shot) -> Iterator[Series]:
-    """The diameters that fail with the drawn probabilities, as a band and its middle."""
-    low, even, high = (
-        [_diameter(replace(shot, speed=speed), chance) for speed in _speeds()] for chance in (LOW, EVEN, HIGH)
-    )
-    if any(each is not None for each in even):
-        inside = tuple(each is not None for each in even)
+    """The diameters that fail with the drawn probabilities, as a band and its middle; none without an equation."""
+    each = [diameters_at(replace(shot, speed=speed), DRAWN) for speed in _speeds()]
+    low, even, high = ([None if math.isnan(d) else d for d in column] for column in zip(*each, strict=True))
+    inside = tuple(d is not None for d in even)
+    if any(inside):
         yield Series("band", CHANCES, _speeds(), low=tuple(low), high=tuple(high), in_range=inside)
         yield Series("trend", EVEN_CHANCE, _speeds(), tuple(even))
-
-
-def _diameter(shot: Shot, chance: float) -> float | None:
-    """The diameter at which the wall fails with a probability, m; None where the shots do not say."""
-
-    def at(diameter: float) -> float:
-        said = probability(replace(shot, projectile_diameter=diameter))
-        return math.nan if said is None else said.value
-
-    below, above = shot.projectile_diameter / 20.0, shot.projectile_diameter * 20.0
-    if not at(below) < chance < at(above):
-        return None
-    for _ in range(STEPS):
-        middle = math.sqrt(below * above)
-        below, above = (middle, above) if at(middle) < chance else (below, middle)
-    return middle
 
 
 def _speeds() -> tuple[float, ...]:

@@ -3,12 +3,12 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import product
+from itertools import permutations, product
 from typing import Annotated, Any
 
 from solver.units import Described, Metre, MetrePerSecond, Pascal, Radian
 from studies import materials as shipped
-from studies.laws import Shield, Shot, shot_from
+from studies.laws import InnerBumper, Shield, Shot, shot_from
 from studies.materials import Material, read_own
 from studies.quantities.findings import Finding, Findings, refusal
 from studies.quantities.parameters import MaterialName, Parameter, Value, declared, find, join, missing, parse_value
@@ -17,6 +17,7 @@ from studies.sweeps.axes import Axis, AxisReader
 MOST_SHOTS = 2_000  # of one question: the laws of a shield take a millisecond for each
 OWN_MATERIALS = "materials"  # the key beside the parameters, as in a sweep
 WALL = ("wall_thickness", "stand_off")  # a shield has both
+INNER = ("inner_thickness", "inner_stand_off")  # a second bumper has both
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -40,6 +41,13 @@ class ShotParameters:
     wall_thickness: Annotated[Metre | None, Described("thickness of a shield's wall", 1e-6, 1.0)] = None
     stand_off: Annotated[
         Metre | None, Described("distance from the back of a shield's bumper to the front of its wall", 1e-6, 10.0)
+    ] = None
+    inner_thickness: Annotated[
+        Metre | None,
+        Described("thickness of a second bumper between the first and the wall; omitted for none", 1e-6, 1.0),
+    ] = None
+    inner_stand_off: Annotated[
+        Metre | None, Described("distance from the back of the second bumper to the wall", 1e-6, 10.0)
     ] = None
     wall_yield_stress: Annotated[
         Pascal | None, Described("yield stress of a shield's wall; by default the first that its material states", 1e6)
@@ -84,11 +92,14 @@ class Question:
     def _shield(self, given: Mapping[str, Any]) -> Shield | None:
         if "wall_thickness" not in given:
             return None
+        inner = [given.get(name) for name in INNER]
         return Shield(
             bumper_thickness=given["plate_thickness"],
             wall_thickness=given["wall_thickness"],
             stand_off=given["stand_off"],
             wall_yield_stress=given.get("wall_yield_stress") or _yield_stress(self._wall(given), given),
+            wall_density=self._wall(given).density,
+            inner_bumper=InnerBumper(*inner) if None not in inner else None,
         )
 
     def _wall(self, given: Mapping[str, Any]) -> Material:
@@ -162,7 +173,12 @@ def _missing(document: Mapping[str, Any], parameters: Mapping[str, Parameter]) -
     for parameter in parameters.values():
         if parameter.required and parameter.name not in document:
             yield missing(parameter)
-    about_wall = [name for name in (*WALL, "wall", "wall_yield_stress") if document.get(name) is not None]
+    for one, other in permutations(INNER):
+        if document.get(one) is not None and document.get(other) is None:
+            yield Finding(
+                other, "nothing", f"a second bumper has {' and '.join(INNER)}", f"give it, or leave {one} out"
+            )
+    about_wall = [name for name in (*WALL, *INNER, "wall", "wall_yield_stress") if document.get(name) is not None]
     if about_wall:
         for name in ("plate_thickness", *WALL):
             if document.get(name) is None:
