@@ -9,12 +9,14 @@ name of file; and a line in ``__main__``.
 
 import json
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
+FEWEST = 3  # rows that stand below one with their place
 MADE = "<!-- made by `python -m docs.pages` from {source} -->\n"
 
 
@@ -22,6 +24,16 @@ def table(header: list[str], rows: list[list[str]]) -> str:
     """A table of Markdown."""
     lines = [header, ["---"] * len(header), *rows]
     return "\n".join(f"| {' | '.join(cells)} |" for cells in lines) + "\n"
+
+
+def by_place(rows: Sequence[list[str]]) -> Iterator[list[str]]:
+    """Rows whose first cells begin alike, up to their last colon, below a row with that beginning alone."""
+    for place, mine in groupby(rows, lambda row: row[0].rpartition(": ")[0]):
+        group = list(mine)
+        if place and len(group) >= FEWEST:
+            yield [f"**{place}**", *[""] * (len(group[0]) - 1)]
+            group = [[what.removeprefix(f"{place}: "), *rest] for what, *rest in group]
+        yield from group
 
 
 def keep(document: dict[str, Any], file: Path) -> None:

@@ -13,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import DOCS, MADE, RESULTS, cell, counted, keep, sentence, table
+from docs.pages import DOCS, MADE, RESULTS, by_place, cell, counted, keep, sentence, table
 from solver import PHYSICS_VERSION
 from studies.cases import validation
 from studies.cases.pages import HEADERS, cells
@@ -117,7 +117,7 @@ def _page(name: str, made: str) -> str:
             parts += [
                 *([] if chosen == name else [f"## Level {_place(chosen)[1]}\n"]),
                 *(f"![{_title(file)}](../drawings/{file})\n" for file in kept["pictures"]),
-                table(list(HEADERS), [_row(row) for row in kept["rows"]]),
+                table(list(HEADERS), list(by_place([_row(row) for row in kept["rows"]]))),
             ]
     return "\n".join(parts)
 

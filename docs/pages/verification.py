@@ -5,7 +5,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, cell, counted, keep, sentence, table
+from docs.pages import MADE, RESULTS, by_place, cell, counted, keep, sentence, table
 from solver import PHYSICS_VERSION
 from studies.cases import verification
 from studies.quantities.display import NONE, digits
@@ -87,7 +87,7 @@ def _page(name: str, rows: list[dict[str, Any]], made: str) -> str:
     case = verification.load(name)
     header = ["compared", "expected", "computed", "error", "tolerance", "verdict"]
     text = f"{sentence(case.says)} Source: {case.source}.\n"
-    return "\n".join([f"# {name}\n", made, text, table(header, [_row(row) for row in rows])])
+    return "\n".join([f"# {name}\n", made, text, table(header, list(by_place([_row(row) for row in rows])))])
 
 
 def drawings() -> dict[str, str]:
