@@ -90,7 +90,7 @@ def pages() -> dict[str, str]:
         parts += [f"## {name}\n"]
         if name in SHOWN:
             parts += [f"![{_document(name)['title']}]({FOLDER}/{name}.png)\n"]
-        parts += [f"{says}\n"]
+        parts += [f"**{_document(name)['title']}.** {says}\n"]
     parts += ["## Pictures of other pages\n"]
     for file, page, says in OTHERS:
         parts += [f"[![{says}]({file})]({page})\n", f"{says}\n"]
