@@ -32,8 +32,8 @@ def pages() -> dict[str, str]:
         "Published formulas that a report compares with the simulation. `D` is the diameter of a hole, `p` the depth "
         "of a crater from the original surface, `d` the diameter of the sphere with the projectile's volume, `t` the "
         "thickness of the plate, `v` the impact speed. A law outside its range still answers, and is flagged; where "
-        "its formula means nothing, it has no value. In brackets behind a limit stands its source, where that is not the "
-        "law's, and `not checked` where a shot does not tell whether it is met.\n",
+        "its formula means nothing, it has no value. In brackets behind a limit stands its source, where that is not "
+        "the law's, and `not checked` where a shot does not tell whether it is met.\n",
     ]
     for quantity in quantities():
         title = title_of(quantity)

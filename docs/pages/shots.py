@@ -251,7 +251,7 @@ def _by_source(rows: Rows) -> str:
 
 
 def _rows(rows: Rows) -> str:
-    """Each shot; parameters that all of them share stand in the table's file."""
+    """Each shot, below its source; parameters that all of them share stand in the table's file."""
     varied = [
         name
         for name in rows[0]["parameters"]
@@ -261,10 +261,14 @@ def _rows(rows: Rows) -> str:
     units = {each.name: each.unit for each in declared(scenarios.load(scenario).parameters).values()}
     header = [
         *(_headed(name, units[name]) for name in varied),
-        "quantity", "observed / mm", f"simulated / mm{_meshes(rows)}", "difference / %", "source", "note",
+        "quantity", "observed / mm", f"simulated / mm{_meshes(rows)}", "difference / %", "note",
     ]  # fmt: skip
-    lines = []
+    lines: list[list[str]] = []
+    source = ""
     for row in rows:
+        if row["source"] != source:
+            source = row["source"]
+            lines.append([f"**{source}**", *[""] * (len(header) - 1)])
         at = [_shown(row["parameters"].get(name), units[name]) for name in varied]
         uncertainty = row["uncertainty"]
         observed = " to ".join(map(_millimetres, row.get("bounds") or (row["observed"],)))
@@ -275,7 +279,7 @@ def _rows(rows: Rows) -> str:
             simulated = with_bar(simulated, _millimetres(row["numerical_uncertainty"]))
         flags = [f"`{flag}`" for flag in row["flags"]]
         note = "; ".join(filter(None, [row["note"], *flags]))
-        lines.append([*at, _title(row["quantity"]), observed, simulated, percent(ratio(row)), row["source"], note])
+        lines.append([*at, _title(row["quantity"]), observed, simulated, percent(ratio(row)), note])
     return table(header, lines)
 
 

@@ -9,6 +9,9 @@ from pathlib import Path
 import pytest
 
 from docs.pages import DOCS
+from studies import laws
+from studies.observations.shields.judged import equations, judge
+from studies.observations.shields.shots import published
 
 BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
 
@@ -34,3 +37,14 @@ def test_page__shows_the_output_of_its_commands(name: str, tmp_path: Path) -> No
                 assert any(printed.startswith(line) for printed in output), line
                 shown += 1
     assert shown > 3
+
+
+def test_page_of_the_shield__has_the_counts_of_the_published_shots() -> None:
+    text = " ".join((DOCS / "does-my-shield-hold.md").read_text(encoding="utf-8").split())
+    shots = published().shots
+    careful = judge(laws.load("whipple_srl"), shots, "all")
+    best = max(judge(law, shots, "all").right.value for law in equations())
+    assert f"{len(shots)} published shots" in text
+    assert f"{100.0 * careful.unsafe.value:.1f} % of the shots were said to hold and did not" in text
+    assert f"{100.0 * careful.careful.value:.0f} % were said to fail and held" in text
+    assert f"The best equation is right in {100.0 * best:.0f} % of the shots" in text
