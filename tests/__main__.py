@@ -48,7 +48,7 @@ PYTEST = ("pytest", "-q", "--durations=5")
 TESTS = {
     "crashes": [f"tests/crash/test_{name}.py" for name in ("kills", "troubles", "shared_store", "fault_points")],
     "store": [f"tests/service/{room}" for room in ("execution", "queue", "store", "workers")],
-    "api": [f"tests/service/{room}" for room in ("api", "cli", "client", "files", "records")],
+    "api": [f"tests/service/{room}" for room in ("api", "cli", "client", "files")],
     "doors": ["tests/crash", "tests/docs"],
     "solver": ["tests/contracts", "tests/solver"],
 }

@@ -25,7 +25,7 @@ def test_import__of_the_worker_loads_neither_web_nor_store_and_to_compute_no_dat
 def test_whipple__offers_the_public_names_and_no_more() -> None:
     import whipple
 
-    assert dir(whipple) == ["Client", "flag_words", "open_cube", "open_film", "run_sweep"]
+    assert dir(whipple) == ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"]
     with pytest.raises(AttributeError, match="open_cube"):
         whipple.open_qube  # noqa: B018
 

@@ -92,14 +92,14 @@ class Question:
     def _shield(self, given: Mapping[str, Any]) -> Shield | None:
         if "wall_thickness" not in given:
             return None
-        inner = [given.get(name) for name in INNER]
+        inner = [float(given[name]) for name in INNER if name in given]
         return Shield(
             bumper_thickness=given["plate_thickness"],
             wall_thickness=given["wall_thickness"],
             stand_off=given["stand_off"],
             wall_yield_stress=given.get("wall_yield_stress") or _yield_stress(self._wall(given), given),
             wall_density=self._wall(given).density,
-            inner_bumper=InnerBumper(*inner) if None not in inner else None,
+            inner_bumper=InnerBumper(*inner) if len(inner) == len(INNER) else None,
         )
 
     def _wall(self, given: Mapping[str, Any]) -> Material:
