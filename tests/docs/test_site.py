@@ -2,17 +2,17 @@
 
 import re
 from pathlib import Path
+from types import ModuleType
 
 import pytest
 
-from docs.pages import DOCS, shots
+from docs.pages import DOCS, shots, validation, verification
 from docs.pages import measurements as drawn_measurements
 from docs.pages.__main__ import PAGES
 from studies import measurements as measured
 from tests.crash.support.browser import PATIENCE, WIDTHS, chromium, opened
 
 ROOT = DOCS.parent
-MADE = {file: text for module in PAGES for file, text in module.pages().items()}
 LOADED = re.compile(r"""(?:src|href)=["'](https?:)?//""")  # of scripts, styles and pictures
 PATH = re.compile(r"`((?:solver|studies|service|tests|docs)/[\w/.-]+)`")
 
@@ -55,15 +55,16 @@ def test_site__has_equations_as_mathml(site: Path) -> None:
     assert "$" not in re.sub(r"<(script|code|pre).*?</\1>", "", text, flags=re.DOTALL)
 
 
-@pytest.mark.parametrize("name", MADE)
-def test_made_page__is_what_the_command_makes_now(name: str) -> None:
+@pytest.mark.parametrize("module", PAGES, ids=lambda module: module.__name__.rpartition(".")[2])
+def test_made_pages__are_what_the_command_makes_now(module: ModuleType) -> None:
     """``python -m docs.pages`` writes them."""
-    assert (DOCS / name).read_text(encoding="utf-8") == MADE[name]
+    for name, text in module.pages().items():
+        assert (DOCS / name).read_text(encoding="utf-8") == text, name
 
 
 def test_made_pages__of_cases_that_are_gone_are_gone() -> None:
     kept = {page.relative_to(DOCS).as_posix() for page in DOCS.glob("*/*.md")}
-    assert kept <= MADE.keys()
+    assert kept <= verification.pages().keys() | validation.pages().keys()
 
 
 def test_limits__have_the_bias_of_the_stored_shots() -> None:
