@@ -1,8 +1,7 @@
 """The pages of docs/ that a command makes, from what the project ships and from results that were computed once.
 
-``python -m docs.pages`` writes all of them, in seconds. ``python -m docs.pages compute NAME`` computes the results behind
-a page anew, into ``docs/results/``: seconds (``tutorial``), minutes (``gallery``) or hours (``shots``, ``accuracy``,
-``validation``).
+``python -m docs.pages`` writes all of them, in seconds. ``python -m docs.pages compute NAME`` computes the results
+behind a page anew, in seconds (``tutorial``), minutes (``gallery``) or hours (``shots``, ``accuracy``, ``validation``).
 
 How to add a page: a module here that offers ``pages()``, Markdown by name of file in docs/, and ``drawings()``, SVG by
 name of file; and a line in ``__main__``.

@@ -35,7 +35,7 @@ TABLES = {
     "craters": ("thick_plate", "draft"),
     "holes": ("thin_plate", "standard"),
 }
-# The published blocks were as good as without end: an absorbing one is within 0.2 % of that (docs/accuracy.md).
+# The published blocks were as good as without end: an absorbing one is within 0.2 % of that (absorbing-block).
 FIXED = {"craters": {"edges": "absorbing"}}
 TITLES = {
     "taylor-bars-copper-ofhc": "Taylor bars, OFHC copper",
