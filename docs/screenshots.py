@@ -30,8 +30,8 @@ ROWS = {"holes": "Copper sphere of 8 mm on a copper plate", "craters": "Copper c
 def main(demo: Path) -> None:
     """Write both pictures."""
     with chromium() as browser:
-        _shrink(_holes(browser, demo / "holes" / "report.html"))
-        _shrink(_gallery(browser, demo))
+        shrink(_holes(browser, demo / "holes" / "report.html"))
+        shrink(_gallery(browser, demo))
 
 
 def _holes(browser: Browser, report: Path) -> Path:
@@ -60,7 +60,7 @@ def _gallery(browser: Browser, demo: Path) -> Path:
     return file
 
 
-def _shrink(file: Path) -> None:
+def shrink(file: Path) -> None:
     """Reduce the colours of a picture, so that the file is small."""
     with Image.open(file) as picture:
         small = picture.convert("RGB").quantize(COLOURS, dither=Image.Dither.NONE)

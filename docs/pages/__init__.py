@@ -1,19 +1,22 @@
 """The pages of docs/ that a command makes, from what the project ships and from results that were computed once.
 
-``python -m docs.pages`` writes all of them, in seconds. ``python -m docs.pages compute shots`` (or ``accuracy``)
-computes the results behind a page anew, into ``docs/results/``; that takes minutes to hours.
+``python -m docs.pages`` writes all of them, in seconds. ``python -m docs.pages compute NAME`` computes the results
+behind a page anew, in seconds (``tutorial``), minutes (``gallery``) or hours (``shots``, ``accuracy``, ``validation``).
 
-How to add a page: a module here that offers ``page()``, its Markdown, and ``drawings()``, its SVG by name of file; and
-a line in ``__main__``.
+How to add a page: a module here that offers ``pages()``, Markdown by name of file in docs/, and ``drawings()``, SVG by
+name of file; and a line in ``__main__``.
 """
 
 import json
 import re
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
+FEWEST = 3  # rows that stand below one with their place
 MADE = "<!-- made by `python -m docs.pages` from {source} -->\n"
 
 
@@ -23,6 +26,16 @@ def table(header: list[str], rows: list[list[str]]) -> str:
     return "\n".join(f"| {' | '.join(cells)} |" for cells in lines) + "\n"
 
 
+def by_place(rows: Sequence[list[str]]) -> Iterator[list[str]]:
+    """Rows whose first cells begin alike, up to their last colon, below a row with that beginning alone."""
+    for place, mine in groupby(rows, lambda row: row[0].rpartition(": ")[0]):
+        group = list(mine)
+        if place and len(group) >= FEWEST:
+            yield [f"**{place}**", *[""] * (len(group[0]) - 1)]
+            group = [[what.removeprefix(f"{place}: "), *rest] for what, *rest in group]
+        yield from group
+
+
 def keep(document: dict[str, Any], file: Path) -> None:
     """Write results, each innermost object on a line of its own."""
     text = json.dumps(document, indent=1, ensure_ascii=False)
@@ -30,3 +43,19 @@ def keep(document: dict[str, Any], file: Path) -> None:
     lines = innermost.sub(lambda match: re.sub(r"\n\s*", " ", match[0]), text)
     file.parent.mkdir(exist_ok=True)
     file.write_text(lines + "\n", encoding="utf-8")
+
+
+def sentence(words: str) -> str:
+    """Words as a sentence."""
+    return f"{words[0].upper()}{words[1:]}."
+
+
+def cell(text: str) -> str:
+    """A text in a table of Markdown."""
+    return text.replace("|", "\\|")
+
+
+def counted(rows: Sequence[Mapping[str, Any]]) -> str:
+    """How many of the gates of compared rows hold."""
+    gates = [row["passed"] for row in rows if row["passed"] is not None]
+    return f"{sum(gates)} of {len(gates)}" if gates else "no"

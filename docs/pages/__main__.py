@@ -4,13 +4,28 @@ import sys
 from argparse import ArgumentParser
 from pathlib import Path
 
-from docs.pages import DOCS, accuracy, laws, measurements, shields, shots, validation
+from docs.pages import (
+    DOCS,
+    accuracy,
+    api,
+    gallery,
+    laws,
+    measurements,
+    shields,
+    shots,
+    tutorial,
+    validation,
+    verification,
+)
 
-PAGES = {
-    **{"accuracy": accuracy, "laws": laws, "measurements": measurements},
-    **{"shields": shields, "shots": shots, "validation": validation},
+PAGES = (accuracy, api, gallery, laws, measurements, shields, shots, tutorial, validation, verification)
+COMPUTED = {
+    "accuracy": verification,
+    "gallery": gallery,
+    "shots": shots,
+    "tutorial": tutorial,
+    "validation": validation,
 }
-COMPUTED = {"accuracy": accuracy, "shots": shots, "validation": validation}
 
 
 def main(arguments: list[str]) -> None:
@@ -19,8 +34,10 @@ def main(arguments: list[str]) -> None:
     if asked.command:
         # A directory of the computation, which then resumes, and names of cases.
         COMPUTED[asked.name].compute(*map(Path, asked.rest))
-    for name, module in PAGES.items():
-        (DOCS / f"{name}.md").write_text(module.page(), encoding="utf-8")
+    for module in PAGES:
+        for file, text in module.pages().items():
+            (DOCS / file).parent.mkdir(exist_ok=True)
+            (DOCS / file).write_text(text, encoding="utf-8")
         for file, text in module.drawings().items():
             (DOCS / "drawings" / file).write_text(text, encoding="utf-8")
     limits = DOCS / "limits.md"

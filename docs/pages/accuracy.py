@@ -1,102 +1,114 @@
-"""docs/accuracy.md: how accurate the solver is, from verification and validation results that were computed once."""
+"""docs/accuracy.md: how accurate the solver is, on one page, from the results behind the pages of shots and cases."""
 
-import json
-from importlib.metadata import version
-from pathlib import Path
+import math
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from docs.pages import MADE, RESULTS, keep, shots, table
-from solver import PHYSICS_VERSION
-from studies.cases import verification
+from docs.pages import MADE, counted, shots, table, validation, verification
 from studies.quantities.display import NONE, digits
 
-STORED = RESULTS / "verification.json"
-COMMAND = "python -m docs.pages compute accuracy"
-
-
-def compute(directory: Path | None = None) -> None:
-    """Every verification case with the default recipe, into ``docs/results/verification.json``.
-
-    A directory keeps the rows of each case, so that an interrupted computation goes on.
-    """
-    cases = {name: _rows_of(name, directory) for name in verification.names()}
-    document = {"command": COMMAND, "version": version("whipple"), "physics_version": PHYSICS_VERSION, "cases": cases}
-    keep(document, STORED)
-
-
-def _rows_of(name: str, directory: Path | None) -> list[dict[str, Any]]:
-    kept = None if directory is None else directory / f"{name}.json"
-    if kept is not None and kept.exists():
-        rows: list[dict[str, Any]] = json.loads(kept.read_text(encoding="utf-8"))
-        return rows
-    rows = [verified.row.as_json() for verified in verification.verify([name])]
-    if kept is not None:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        kept.write_text(json.dumps(rows), encoding="utf-8")
-    return rows
-
-
-def stored() -> dict[str, Any]:
-    """The results as they were computed."""
-    document: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
-    return document
-
-
-def page() -> str:
-    """docs/accuracy.md."""
-    document = stored()
-    absent = [f"`{name}`" for name in verification.names() if name not in document["cases"]]
-    longer = f" Longer cases, which the table does not have: {', '.join(absent)}." if absent else ""
-    parts = [
-        "# How accurate is it\n",
-        MADE.format(source=f"`docs/results/{STORED.name}` and `studies/observations/{shots.STORED.name}`"),
-        "Three kinds of evidence: problems with an exact answer (here), [published shots](shots.md), and the error "
-        "bar of each result, from its own resolutions and offsets (`accuracy: standard` or `fine`).\n",
-        "## Against experiments\n",
-        shots.summary(shots.stored()["shots"]),
-        "## Against exact answers\n",
-        f"Computed by `{document['command']}` with version {document['version']} (physics version "
-        f"{document['physics_version']}) and the default recipe. `whipple validate verification` prints every row; a "
-        "row that is reported has no gate. The largest share is the largest error over its tolerance." + longer + "\n",
-        table(
-            ["case", "states", "rows", "passed", "reported", "largest share of a tolerance"],
-            [_summary(name, rows) for name, rows in document["cases"].items()],
+# Quantity and target of the cases that stand in one row; a case that none names has a row of its own.
+PUBLISHED = (
+    ("hole diameter", "plates of copper and aluminium", ("thesis-holes", "aluminium-holes", "hole-laws")),
+    ("crater depth and diameter", "blocks of copper", ("table-3-3", "table-3-4", "shape-coefficient")),
+    ("length and diameters of a bar", "copper on a wall", ("taylor-bar",)),
+    ("debris: momentum, shape, melt", "plates of copper", ("debris-clouds", "melted-projectile")),
+    ("time at the wall, energy", "elastic bar", ("elastic-bar",)),
+)
+EXACT = (
+    (
+        *("pressure, density, speed of shocks", "plates of eight metals, 2 to 6 km/s and beyond"),
+        ("plate-impact", "plate-impact-all", "velocity-boost", "release", "sph-plate-impact", "sph-plate-impact-box"),
+    ),
+    (
+        *("strong shocks, detonation", "gases and TNT"),
+        ("sod", "noh-plane-axis", "noh-point", "chapman-jouguet", "sph-sod", "sph-noh"),
+    ),
+    (
+        *("elastic waves", "bars, columns, blocks that absorb"),
+        (
+            *("elastic-waves", "vibrating-bar", "loads", "absorbing", "absorbing-block"),
+            *("coupled-bar", "finite-elements", "sph-elastic-waves"),
         ),
+    ),
+    ("contact of bodies", "bars, spheres, walls", ("bar-contact", "contact", "contact-gap")),
+    ("energy, momentum", "impacts", ("energy", "momentum")),
+    ("stress of a point", "models of materials", ("johnson-cook", "steinberg-guinan", "tillotson", "rotation")),
+    (
+        *("the same numbers", "threads, restarts, mirror, scale, place"),
+        ("bits", "mirror", "similarity", "grid-shift", "quarter-hole"),
+    ),
+    ("uniform states", "patches", ("patch", "sph-patch")),
+)
+Rows = Sequence[Mapping[str, Any]]
+
+
+def pages() -> dict[str, str]:
+    """docs/accuracy.md."""
+    header = ["quantity", "target", "beside", "how accurate", "tables"]
+    sources = ("docs/results/", f"studies/observations/{shots.STORED.name}")
+    rows = [*_shots(), *_cases(PUBLISHED, _published(), "published numbers"), *_cases(EXACT, _exact(), "exact answer")]
+    text = [
+        "# How accurate is it\n",
+        MADE.format(source=" and ".join(f"`{source}`" for source in sources)),
+        "Bias is the mean of simulation / shot − 1, as an interval of 95 %; scatter its standard deviation. A gate is "
+        "a tolerance that was stated before the run; the other rows are reported, among them the values without a "
+        "mesh beside published numbers. Differences are relative to the number beside. Your own result has its own "
+        "error bar ([how fine is fine enough](../README.md#how-fine-is-fine-enough)).\n",
+        table(header, rows),
+        "All tables: [shots](shots.md), [published problems](validation.md), [exact answers](verification.md). What no "
+        "table covers: [limits](limits.md).\n",
     ]
-    for name, rows in document["cases"].items():
-        case = verification.load(name)
-        parts += [
-            f"### {name}\n",
-            f"{case.says[0].upper()}{case.says[1:]}. Source: {case.source}.\n",
-            table(["compared", "expected", "computed", "error", "tolerance", "verdict"], [_row(row) for row in rows]),
-        ]
-    return "\n".join(parts)
+    return {"accuracy.md": "\n".join(text)}
+
+
+def _shots() -> Iterator[list[str]]:
+    for title, quantity, rows in shots.grouped(shots.stored()["shots"]):
+        count, bias, scatter = shots.cells(rows)
+        ratios = sorted(ratio for ratio in map(shots.ratio, rows) if not math.isnan(ratio))
+        ends = dict.fromkeys(map(shots.percent, ratios[:1] + ratios[-1:]))
+        few = f"too few for a bias: {' to '.join(ends)} %"
+        result = few if bias == NONE else f"bias {bias} %, scatter {scatter} %"
+        anchor = title.lower().replace(",", "").replace(" ", "-")
+        yield [quantity.lower(), title, f"{count} of {len(rows)} shots", result, f"[shots](shots.md#{anchor})"]
+
+
+def _published() -> dict[str, tuple[str, Rows]]:
+    """Page and rows of each published problem, on the finest grids."""
+    cases = validation.stored()["cases"]
+    return {name: (f"validation/{name}.md", kept["rows"]) for name, kept in cases.items() if "/" not in name}
+
+
+def _exact() -> dict[str, tuple[str, Rows]]:
+    """Page and rows of each case with an exact answer."""
+    return {name: (f"verification/{name}.md", rows) for name, rows in verification.stored()["cases"].items()}
+
+
+def _cases(
+    groups: Sequence[tuple[str, str, Sequence[str]]], cases: Mapping[str, tuple[str, Rows]], beside: str
+) -> Iterator[list[str]]:
+    named = {name for _, _, names in groups for name in names}
+    for quantity, target, names in (*groups, *((name, "", (name,)) for name in cases if name not in named)):
+        mine = [name for name in names if name in cases]
+        rows = [row for name in mine for row in cases[name][1]]
+        links = ", ".join(f"[{name}]({cases[name][0]})" for name in mine)
+        yield [quantity, target, beside, f"{counted(rows)} gates held{_differences(rows)}", links]
+
+
+def _differences(rows: Rows) -> str:
+    """The largest relative differences from numbers, of gated rows and of reported ones."""
+    texts = []
+    for word, mine in (
+        ("gated", [row for row in rows if row["passed"] is not None]),
+        ("reported", [row for row in rows if row["passed"] is None]),
+    ):
+        pairs = [(row["got"], row["expected"]) for row in mine if row["expected"]]
+        ratios = [got / expected for got, expected in pairs if isinstance(got, float) and isinstance(expected, float)]
+        if ratios:
+            texts.append(f"{word} to {digits(100.0 * max(abs(ratio - 1.0) for ratio in ratios), 2)} %")
+    return f"; differences {', '.join(texts)}" if texts else ""
 
 
 def drawings() -> dict[str, str]:
     """None of its own."""
     return {}
-
-
-def _summary(name: str, rows: list[dict[str, Any]]) -> list[str]:
-    verdicts = [row["verdict"] for row in rows]
-    shares = [row["error"] / row["tolerance"] for row in rows if row["tolerance"] and row["error"] is not None]
-    return [
-        f"[{name}](#{name})",
-        verification.load(name).says,
-        str(len(rows)),
-        str(verdicts.count("PASS")),
-        str(verdicts.count("REPORT")),
-        f"{100.0 * max(shares):.0f} %" if shares else NONE,
-    ]
-
-
-def _row(row: dict[str, Any]) -> list[str]:
-    cells = [row["claim"], *(_shown(row[key]) for key in ("expected", "got", "error", "tolerance"))]
-    return [cell.replace("|", "\\|") for cell in (*cells, row["verdict"].lower())]
-
-
-def _shown(value: Any) -> str:
-    if isinstance(value, float):
-        return digits(value, 4)
-    return NONE if value in (None, "") else str(value)

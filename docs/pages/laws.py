@@ -4,10 +4,11 @@ import importlib
 import math
 import pkgutil
 from collections.abc import Iterator, Mapping
+from functools import partial
 
-from docs.pages import MADE, plots, table
+from docs.pages import MADE, plots
 from studies import laws, materials, measurements
-from studies.laws import Law, Shield, Shot
+from studies.laws import NOT_FOUND, Law, Limit, Shield, Shot
 from studies.laws._handbook import KSI
 from studies.materials.schema import CONFIDENCES
 
@@ -23,7 +24,7 @@ SHIELD_SPEEDS = [1e3 + 100.0 * step for step in range(131)]
 MOST_LINES = 7  # laws of one plot; of more, those are drawn that have a point inside their range
 
 
-def page() -> str:
+def pages() -> dict[str, str]:
     """docs/laws.md."""
     parts = [
         "# Laws\n",
@@ -31,7 +32,8 @@ def page() -> str:
         "Published formulas that a report compares with the simulation. `D` is the diameter of a hole, `p` the depth "
         "of a crater from the original surface, `d` the diameter of the sphere with the projectile's volume, `t` the "
         "thickness of the plate, `v` the impact speed. A law outside its range still answers, and is flagged; where "
-        "its formula means nothing, it has no value.\n",
+        "its formula means nothing, it has no value. In brackets behind a limit stands its source, where that is not "
+        "the law's, and `not checked` where a shot does not tell whether it is met.\n",
     ]
     for quantity in quantities():
         title = title_of(quantity)
@@ -42,7 +44,7 @@ def page() -> str:
         for law in laws.answering(quantity):
             parts += list(_section(law))
     parts += ["How to add a law: [how-to](how-to.md#a-law-of-your-own)."]
-    return "\n".join(parts) + "\n"
+    return {"laws.md": "\n".join(parts) + "\n"}
 
 
 def quantities() -> list[str]:
@@ -108,10 +110,17 @@ def _section(law: Law) -> Iterator[str]:
     known = CONFIDENCES.get(law.confidence, law.confidence)
     use = "" if law.use == "verdict" else f" Use: {law.use}."
     yield f"Source: {law.source}. Equation: {known}.{use} Published scatter: {scatter}.\n"
-    yield table(
-        ["range", "source of the limit", "checked for each shot"],
-        [[limit.words, limit.source, "yes" if limit.machine_checked else "no"] for limit in law.range.every],
-    )
+    yield f"Range: {'; '.join(map(partial(_limit, law), law.range.every))}.\n"
+
+
+def _limit(law: Law, limit: Limit) -> str:
+    """A limit, with its source where that is another one than the law's."""
+    derived = not limit.is_published and limit.source != NOT_FOUND
+    notes = [
+        *([] if derived or limit.source in law.source else [limit.source]),
+        *([] if limit.machine_checked else ["not checked"]),
+    ]
+    return f"{limit.words} ({', '.join(notes)})" if notes else limit.words
 
 
 def file_of(law: Law) -> str:

@@ -16,7 +16,7 @@ SCENARIOS = {
 }  # fmt: skip
 
 
-def page() -> str:
+def pages() -> dict[str, str]:
     """docs/measurements.md."""
     parts = [
         "# Measurements\n",
@@ -35,7 +35,7 @@ def page() -> str:
                 f"**`{name}`** ({unit}, version {each.version}): {each.title}. "
                 f"{each.meaning[0].upper()}{each.meaning[1:]}.\n"
             ]
-    return "\n".join(parts)
+    return {"measurements.md": "\n".join(parts)}
 
 
 def drawings() -> dict[str, str]:

@@ -15,9 +15,9 @@ from studies.observations.shields.validation import MEAN, Predicted, brier, cove
 COLLECTION = "https://github.com/shannonjryan/pyBLOSSUM"
 
 
-def page() -> str:
+def pages() -> dict[str, str]:
     """docs/shields.md."""
-    return "\n".join([*_shots(), *_judged(), *_probability(), *_sources()]) + "\n"
+    return {"shields.md": "\n".join([*_shots(), *_judged(), *_probability(), *_sources()]) + "\n"}
 
 
 def drawings() -> dict[str, str]:
@@ -46,17 +46,9 @@ def _shots() -> Iterator[str]:
         f"which {failed} perforated the wall.\n"
     )
     yield (
-        "A table of your own has the same columns: the sizes, densities, yield stress and `outcome` (`perforated` or "
+        "`whipple shots` lists them, and those nearest to [your shield](does-my-shield-hold.md); `--own FILE` takes a "
+        "table of your own with the same columns: the sizes, densities, yield stress and `outcome` (`perforated` or "
         "`held`) are needed, `obliquity`, `source`, `shot` and the names of the materials are not.\n"
-    )
-    yield (
-        "```python\n"
-        "from studies.observations.shields.answers import answer\n"
-        "from studies.observations.shields.shots import nearest, published, read_shots\n\n"
-        "print(answer(shot).sentence)  # a studies.laws.Shot with a shield\n"
-        "nearest(shot, published().shots, 5)\n"
-        "answer(shot, own=read_shots(text))\n"
-        "```\n"
     )
     yield (
         "The distance of two shots is the root of the sum of squares of ln of the ratios of d, t_b, t_w, S and v, "

@@ -35,7 +35,7 @@ TABLES = {
     "craters": ("thick_plate", "draft"),
     "holes": ("thin_plate", "standard"),
 }
-# The published blocks were as good as without end: an absorbing one is within 0.2 % of that (docs/accuracy.md).
+# The published blocks were as good as without end: an absorbing one is within 0.2 % of that (absorbing-block).
 FIXED = {"craters": {"edges": "absorbing"}}
 TITLES = {
     "taylor-bars-copper-ofhc": "Taylor bars, OFHC copper",
@@ -161,7 +161,7 @@ def _row(name: str, shot: observations.Observation) -> dict[str, Any]:
 # ---- printed -------------------------------------------------------------------------------------
 
 
-def page() -> str:
+def pages() -> dict[str, str]:
     """docs/shots.md."""
     document = stored()
     shots = document["shots"]
@@ -189,7 +189,7 @@ def page() -> str:
     for name in TABLES:
         mine = [row for row in shots if row["table"] == name]
         parts += [f"## {TITLES[name]}\n", _by_source(mine), _rows(mine)]
-    return "\n".join(parts)
+    return {"shots.md": "\n".join(parts)}
 
 
 def limit() -> str:
@@ -206,26 +206,32 @@ def summary(shots: Rows) -> str:
     """Bias and scatter of each table and quantity."""
     header = ["shots of", "quantity", "shots", "bias / %", "scatter / %", "contradictory left out"]
     rows = []
-    for name in TABLES:
-        mine = [row for row in shots if row["table"] == name]
-        for quantity in dict.fromkeys(row["quantity"] for row in mine):
-            every = [row for row in mine if row["quantity"] == quantity]
-            sound = [row for row in every if DOUBTFUL not in row["note"]]
-            count, bias, scatter = _cells(sound)
-            compared, *others = _cells(every)
-            rest = f"{count} shots: {bias}, {scatter}" if count != compared else NONE
-            rows.append([TITLES[name], _title(quantity), f"{compared} of {len(every)}", *others, rest])
+    for title, quantity, every in grouped(shots):
+        sound = [row for row in every if DOUBTFUL not in row["note"]]
+        count, bias, scatter = cells(sound)
+        compared, *others = cells(every)
+        rest = f"{count} shots: {bias}, {scatter}" if count != compared else NONE
+        rows.append([title, quantity, f"{compared} of {len(every)}", *others, rest])
     return table(header, rows)
 
 
-def _cells(rows: Rows) -> list[str]:
+def grouped(shots: Rows) -> Iterator[tuple[str, str, Rows]]:
+    """The shots of each table and quantity, with the titles of both."""
+    for name in TABLES:
+        mine = [row for row in shots if row["table"] == name]
+        for quantity in dict.fromkeys(row["quantity"] for row in mine):
+            yield TITLES[name], _title(quantity), [row for row in mine if row["quantity"] == quantity]
+
+
+def cells(rows: Rows) -> list[str]:
+    """Number of compared shots, bias and scatter in percent."""
     count, bias, scatter = bias_and_scatter(rows)
     if bias is None or scatter is None:
         return [str(count), NONE, NONE]
-    return [str(count), " to ".join(map(_percent, bias)), decimals(100.0 * scatter, 1)]
+    return [str(count), " to ".join(map(percent, bias)), decimals(100.0 * scatter, 1)]
 
 
-def _percent(value: float) -> str:
+def percent(value: float) -> str:
     return NONE if math.isnan(value) else signed(100.0 * value, 1)
 
 
@@ -240,12 +246,12 @@ def _by_source(rows: Rows) -> str:
     lines = []
     for source, quantity in sources:
         mine = [row for row in rows if (row["source"], row["quantity"]) == (source, quantity)]
-        lines.append([source, _title(quantity), *_cells(mine)])
+        lines.append([source, _title(quantity), *cells(mine)])
     return table(["source", "quantity", "shots", "bias / %", "scatter / %"], lines)
 
 
 def _rows(rows: Rows) -> str:
-    """Each shot; parameters that all of them share stand in the table's file."""
+    """Each shot, below its source; parameters that all of them share stand in the table's file."""
     varied = [
         name
         for name in rows[0]["parameters"]
@@ -255,10 +261,14 @@ def _rows(rows: Rows) -> str:
     units = {each.name: each.unit for each in declared(scenarios.load(scenario).parameters).values()}
     header = [
         *(_headed(name, units[name]) for name in varied),
-        "quantity", "observed / mm", f"simulated / mm{_meshes(rows)}", "difference / %", "source", "note",
+        "quantity", "observed / mm", f"simulated / mm{_meshes(rows)}", "difference / %", "note",
     ]  # fmt: skip
-    lines = []
+    lines: list[list[str]] = []
+    source = ""
     for row in rows:
+        if row["source"] != source:
+            source = row["source"]
+            lines.append([f"**{source}**", *[""] * (len(header) - 1)])
         at = [_shown(row["parameters"].get(name), units[name]) for name in varied]
         uncertainty = row["uncertainty"]
         observed = " to ".join(map(_millimetres, row.get("bounds") or (row["observed"],)))
@@ -269,7 +279,7 @@ def _rows(rows: Rows) -> str:
             simulated = with_bar(simulated, _millimetres(row["numerical_uncertainty"]))
         flags = [f"`{flag}`" for flag in row["flags"]]
         note = "; ".join(filter(None, [row["note"], *flags]))
-        lines.append([*at, _title(row["quantity"]), observed, simulated, _percent(ratio(row)), row["source"], note])
+        lines.append([*at, _title(row["quantity"]), observed, simulated, percent(ratio(row)), note])
     return table(header, lines)
 
 

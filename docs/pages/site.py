@@ -1,11 +1,17 @@
-"""A hook of mkdocs: README and its neighbours become pages, links lead to pages, and equations become MathML."""
+"""A hook of mkdocs: README and its neighbours become pages, links lead to pages, equations become MathML.
 
+It writes the index of the search as a script too, so that the search works from disk.
+"""
+
+import json
+import posixpath
 import re
 from pathlib import Path
 from typing import Any
 
 ROOT = Path(__file__).parents[2]
-PAGES = {"README.md": "index.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
+PAGES = {"README.md": "start.md", "CONTRIBUTING.md": "contributing.md", "CHANGELOG.md": "changelog.md"}
+TABLES = ("verification/", "validation/")
 
 # Code, which is left alone, or an equation between dollar signs as GitHub has them.
 PARTS = re.compile(
@@ -20,27 +26,37 @@ def on_files(files: Any, config: Any) -> Any:
 
     for name, page in PAGES.items():
         text = (ROOT / name).read_text(encoding="utf-8")
-        files.append(File.generated(config, page, content=relinked(text, from_root=True)))
+        files.append(File.generated(config, page, content=relinked(text, "")))
     return files
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:
     """Links and equations of a page."""
-    return with_equations(relinked(markdown))
+    return with_equations(relinked(markdown, posixpath.join("docs", posixpath.dirname(page.file.src_uri))))
 
 
-def relinked(markdown: str, *, from_root: bool = False) -> str:
-    """Links of a file of the project as links between pages; a file that is no page is left as its text."""
+def on_post_build(config: Any) -> None:
+    """The index of the search as a script, which a page from disk may load: sections, without the tables of cases."""
+    folder = Path(config["site_dir"]) / "search"
+    index = json.loads((folder / "search_index.json").read_text(encoding="utf-8"))
+    index["docs"] = [
+        each for each in index["docs"] if "#" in each["location"] and not each["location"].startswith(TABLES)
+    ]
+    (folder / "search_index.js").write_text(f"const search_index = {json.dumps(index)};\n", encoding="utf-8")
+
+
+def relinked(markdown: str, folder: str) -> str:
+    """Links of a file in a folder of the project as links between pages; a file that is no page is left as its text."""
+    within = posixpath.relpath(folder or "docs", "docs")  # README becomes a page of docs/
 
     def link(match: re.Match[str]) -> str:
         image, text, target = match.groups()
         file, mark, anchor = target.partition("#")
-        inside = not from_root and not file.startswith("../")
-        if inside or not file or "://" in target:
+        if not file or "://" in target:
             return match[0]
-        path = file.removeprefix("../")
+        path = posixpath.normpath(posixpath.join(folder, file))
         page = path.removeprefix("docs/") if path.startswith("docs/") else PAGES.get(path)
-        return f"{image}[{text}]({page}{mark}{anchor})" if page else text
+        return f"{image}[{text}]({posixpath.relpath(page, within)}{mark}{anchor})" if page else text
 
     return LINK.sub(link, markdown)
 

@@ -1,4 +1,5 @@
-"""docs/validation.md: published problems on three grids beside experiments and other codes, computed once.
+"""docs/validation.md and a page for each published problem, on three grids beside experiments and other codes,
+computed once.
 
 A case that is another model on the mesh of its source, as the half model of a block, may stand there twice.
 """
@@ -12,7 +13,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import DOCS, MADE, RESULTS, keep, table
+from docs.pages import DOCS, MADE, RESULTS, by_place, cell, counted, keep, sentence, table
 from solver import PHYSICS_VERSION
 from studies.cases import validation
 from studies.cases.pages import HEADERS, cells
@@ -76,14 +77,15 @@ def stored() -> dict[str, Any]:
     return document
 
 
-def page() -> str:
-    """docs/validation.md."""
+def pages() -> dict[str, str]:
+    """The list of the cases, and a page for each."""
     document = stored()
+    made = MADE.format(source=f"`docs/results/{STORED.name}`")
     absent = [f"`{name}`" for name in validation.names() if name not in document["cases"]]
     longer = f" Not computed for this page: {', '.join(absent)}." if absent else ""
     parts = [
-        "# Validation\n",
-        MADE.format(source=f"`docs/results/{STORED.name}`"),
+        "# Published problems\n",
+        made,
         "Published problems, each computed as an ordinary sweep, with experiments and other codes beside. "
         "`whipple validate CASE --level quick|thesis|fine` computes one anew. A gate belongs to the mesh of the "
         "source; the value without a mesh stands beside it with its error bar, because part of a published "
@@ -93,16 +95,30 @@ def page() -> str:
         "dimensions; without `hole-laws` and `shape-coefficient`.\n",
         f"Computed by `{document['command']}` with version {document['version']} (physics version "
         f"{document['physics_version']}), level `{LEVEL}`.{longer}\n",
+        table(["case", "states", "rows", "gates held"], [_summary(*each) for each in document["cases"].items()]),
     ]
-    for chosen, kept in document["cases"].items():
-        name, level = _place(chosen)
-        case = validation.load(name)
-        heading = [f"## {name}\n", f"{case.says[0].upper()}{case.says[1:]}. Source: {case.source}.\n"]
-        parts += [
-            *(heading if level == LEVEL else [f"### {name}, level {level}\n"]),
-            *(f"![{_title(file)}](drawings/{file})\n" for file in kept["pictures"]),
-            table(list(HEADERS), [_row(row) for row in kept["rows"]]),
-        ]
+    cases = [name for name in document["cases"] if _place(name)[1] == LEVEL]
+    return {"validation.md": "\n".join(parts), **{f"validation/{name}.md": _page(name, made) for name in cases}}
+
+
+def _summary(chosen: str, kept: dict[str, Any]) -> list[str]:
+    name, level = _place(chosen)
+    states = validation.load(name).says if level == LEVEL else f"the same, level {level}"
+    anchor = "" if level == LEVEL else f"#level-{level}"
+    return [f"[{chosen}](validation/{name}.md{anchor})", states, str(len(kept["rows"])), counted(kept["rows"])]
+
+
+def _page(name: str, made: str) -> str:
+    """A case at the level ``fine``, and below it at others."""
+    case, cases = validation.load(name), stored()["cases"]
+    parts = [f"# {name}\n", made, f"{sentence(case.says)} Source: {case.source}.\n"]
+    for chosen, kept in cases.items():
+        if _place(chosen)[0] == name:
+            parts += [
+                *([] if chosen == name else [f"## Level {_place(chosen)[1]}\n"]),
+                *(f"![{_title(file)}](../drawings/{file})\n" for file in kept["pictures"]),
+                table(list(HEADERS), list(by_place([_row(row) for row in kept["rows"]]))),
+            ]
     return "\n".join(parts)
 
 
@@ -117,4 +133,4 @@ def drawings() -> dict[str, str]:
 
 def _row(row: dict[str, Any]) -> list[str]:
     kept = {name: value for name, value in row.items() if name != "verdict"}
-    return [cell.replace("|", "\\|") for cell in cells(Row(**kept))]
+    return [cell(each) for each in cells(Row(**kept))]

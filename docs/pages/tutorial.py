@@ -1,0 +1,91 @@
+"""docs/tutorial.md: the cells of the notebook with what they print and draw, executed once.
+
+``python -m docs.pages compute tutorial`` executes them in an empty folder, in seconds.
+"""
+
+import ast
+import contextlib
+import io
+import json
+import os
+import re
+import tempfile
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from docs.pages import DOCS, MADE, RESULTS, keep
+
+NOTEBOOK = DOCS / "tutorial.ipynb"
+STORED = RESULTS / "tutorial.json"
+SILENCED = re.compile(r";(?=\s*(?:#.*)?\Z)")  # the value of the last line, of which a notebook prints nothing
+
+
+def compute(directory: Path | None = None) -> None:
+    """What each cell prints, into ``docs/results/tutorial.json``, and the figure that it draws, into docs/drawings."""
+    import matplotlib
+
+    matplotlib.use("svg")
+    namespace: dict[str, Any] = {}
+    with tempfile.TemporaryDirectory() as temporary, contextlib.chdir(directory or temporary):
+        cells = [_executed(number, source, namespace) for number, source in enumerate(_code())]
+    keep({"cells": cells}, STORED)
+
+
+def _executed(number: int, source: str, namespace: dict[str, Any]) -> dict[str, str]:
+    """Output of a cell: what it prints, the value of its last line, and the name of its figure."""
+    from matplotlib import pyplot, rc_context
+
+    from studies.cases.pages import STYLE
+
+    *statements, last = ast.parse(source).body
+    printed, value = io.StringIO(), None
+    with contextlib.redirect_stdout(printed), rc_context(STYLE):
+        exec(compile(ast.Module(statements, []), "cell", "exec"), namespace)
+        if isinstance(last, ast.Expr):
+            value = eval(compile(ast.Expression(last.value), "cell", "eval"), namespace)
+        else:
+            exec(compile(ast.Module([last], []), "cell", "exec"), namespace)
+        figure = f"tutorial-{number}.svg" if pyplot.get_fignums() else ""
+        if figure:
+            pyplot.savefig(DOCS / "drawings" / figure, transparent=True, metadata={"Date": None})
+            pyplot.close("all")
+    if value is not None and not SILENCED.search(source):
+        printed.write(value.to_string() if hasattr(value, "to_string") else repr(value))
+    return {"output": printed.getvalue().replace(os.getcwd(), "."), "figure": figure}
+
+
+def _cells() -> list[dict[str, Any]]:
+    cells: list[dict[str, Any]] = json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
+    return cells
+
+
+def _code() -> list[str]:
+    return ["".join(cell["source"]) for cell in _cells() if cell["cell_type"] == "code"]
+
+
+def pages() -> dict[str, str]:
+    """docs/tutorial.md."""
+    return {"tutorial.md": "\n".join(_parts())}
+
+
+def _parts() -> Iterator[str]:
+    outputs = iter(json.loads(STORED.read_text(encoding="utf-8"))["cells"])
+    for cell in _cells():
+        source = "".join(cell["source"])
+        if cell["cell_type"] == "markdown":
+            title, _, rest = source.partition("\n\n")
+            made = [MADE.format(source="`docs/tutorial.ipynb`")] if source.startswith("# ") else []
+            yield "\n\n".join(filter(None, [title, *made, rest.strip()])) + "\n"
+            continue
+        yield f"```python\n{SILENCED.sub('', source)}\n```\n"
+        kept = next(outputs)
+        if kept["output"]:
+            yield f"```text\n{kept['output'].rstrip()}\n```\n"
+        if kept["figure"]:
+            yield f"![What the cell draws](drawings/{kept['figure']})\n"
+
+
+def drawings() -> dict[str, str]:
+    """None: the figures are kept as they were drawn."""
+    return {}
