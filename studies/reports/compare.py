@@ -153,6 +153,7 @@ def compare(cube: xr.Dataset) -> Comparison:
             axes_in(points),
             unlike,
             published_shots(cube),
+            "finest run" if refinements_of(cube) else "run",
         ),
         mixed=unlike,
     )

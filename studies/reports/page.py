@@ -115,6 +115,8 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
         .render(
             report=Node(report),
             mesh_unknown=MESH_UNKNOWN,
+            opening_figure=charts.opening(figure_of(report["figures"][0])) if report["figures"] else "",
+            opening_picture=_opening_picture(Node(report)),
             draw=lambda run, picture, *, full: gallery.picture(bare(run), bare(picture), full=full),
             setup=lambda document: setup_sketch(bare(document)),
             growth=lambda run: growth_sketch(bare(run.growth), f"growth-{bare(run.run)}"),
@@ -145,6 +147,18 @@ def _sweep_text(node: Node) -> Markup:
 def _heading(name: Any, unit: Any) -> str:
     """A name as a column heading, with the unit that people read."""
     return with_unit(bare(name).replace("_", " "), bare(unit) or "1")
+
+
+def _opening_picture(report: Node) -> tuple[Node, Node] | None:
+    """The run in full size at the end of the axes, and the picture of its end; None without any."""
+    shown = [
+        (run, picture)
+        for run in report.pictures.runs
+        for picture in run.pictures
+        if bare(run.full) and bare(picture.kind) == "end" and not bare(picture.missing)
+    ]
+    last = [each for each in shown if each[0] is shown[-1][0]]
+    return last[0] if last else None
 
 
 def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node]:

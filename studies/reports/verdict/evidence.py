@@ -29,6 +29,8 @@ StatedWord = Literal["trusted", "numerically", "within", "agrees", "under", "ove
 TRUST = 0.10
 # Parts of an error bar that no run states by itself; each is a variable of the cube where it was assessed.
 DEFINITION, MODEL, SCATTER = "definition", "model", "scatter"
+# Confidences of shots that judge by themselves; others are doubtful.
+FIRST_HAND = ("", "read", "verified", "user")
 NO_SIZE = "nothing is relative to a value of zero"
 UNSTATED = "a limit of its source is not met"
 # Why a point without a value judges nothing, by the state of its run.
@@ -73,6 +75,7 @@ class JudgedPoint:
     tests: bool = False
     outside: str = ""  # why it is outside the range of the law, or the law has no answer
     unjudged: str = ""  # why nothing is judged here: no value, or a flag
+    doubtful: bool = False  # whether the reference is a shot that nobody here read in its source
 
     @property
     def residual(self) -> float:
@@ -127,8 +130,14 @@ class Subject:
     no_range: str = ""  # NO_RANGE of a law whose source states no range; else empty
 
     @property
+    def full_title(self) -> str:
+        """The title with the variant."""
+        variant = self.name.partition("/")[2]
+        return f"{self.title} ({variant})" if variant else self.title
+
+    @property
     def caveat(self) -> str:
-        """What a verdict says of the law by its confidence."""
+        """What was not checked of the law, by its confidence."""
         return CAVEATS.get(self.confidence, "")
 
     @property
@@ -321,6 +330,7 @@ class _Quantity:
                         shot.uncertainty is not None,
                         "" if law.outside[number] == FITTED else law.outside[number],
                         FITTED if law.outside[number] == FITTED else "" if shot.value else NO_SIZE,
+                        shot.confidence not in FIRST_HAND,
                     )
                     for number, shot in enumerate(shots)
                 ),
@@ -345,6 +355,7 @@ class _Quantity:
             known and shot.uncertainty is not None,
             outside=away if away.startswith((ELSEWHERE, BEYOND_AXES)) else "",
             unjudged=away or ("" if shot.value else NO_SIZE),
+            doubtful=shot.confidence not in FIRST_HAND,
         )
 
     def _shaped(self, values: ArrayLike) -> xr.DataArray:

@@ -41,7 +41,7 @@ class Exponent:
     at: Place  # values of the other axes
     n: int
     reference: float
-    interval: float  # half length
+    interval: float  # half length, of the scatter about the power and the error bars of the points together
     law: float
 
 
@@ -104,12 +104,15 @@ def exponents_of(points: Sequence[JudgedPoint], axes: Sequence[AxisOfSweep]) -> 
                 continue
             power = (np.ones(len(x)), np.log(x))
             reference, law = (linear(power, np.log(column)) for column in y.T)
+            # The slope is sum of (x - mean) y / sum of (x - mean)^2: so much of it are the error bars of y.
+            leverage = power[1] - power[1].mean()
+            barred = np.linalg.norm(leverage * [point.bar for point in mine]) / (leverage**2).sum()
             at = {name: value for name, value in zip(others, key, strict=True) if value is not None}
             yield Exponent(
                 axis.name,
                 at,
                 len(mine),
                 float(reference.constants[1]),
-                float(reference.intervals[1]),
+                float(np.hypot(reference.intervals[1], barred)),
                 float(law.constants[1]),
             )

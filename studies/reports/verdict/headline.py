@@ -1,0 +1,429 @@
+"""The headline: in at most ``MOST_WORDS`` words the law to use, where, how far it is off, how sure that is, by what.
+
+The rules were written down before any headline was looked at; docs/report.md has them for readers. Measured shots that
+are known at first hand judge alone where there are any; else the simulation; doubtful shots say something only where
+neither does, and then no law is recommended. A law stands on the widest stretch of neighbouring values of the abscissa
+without a point at which it is too low or too high (``JudgedPoint.word``), if the stretch has half of its judged points
+or more and the law may be used there, or is untested; else on all of them.
+"""
+
+from collections import Counter
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
+from itertools import groupby
+from typing import Any, Literal
+
+from studies.quantities.display import display_of, is_round_off, kind_of, printed_beside
+from studies.reports.verdict.bands import BandValue, abscissa_of, columns_of
+from studies.reports.verdict.evidence import TRUST, AxisOfSweep, Evidence, JudgedPoint, Subject
+from studies.reports.verdict.stated import Row
+from studies.reports.verdict.texts import capital, difference, joined, number_of, share, unit_of, words
+from studies.reports.verdict.trends import Exponent, exponents_of
+
+MOST_WORDS = 20
+# No law is recommended where a larger share of the tested points has a difference beyond the joint uncertainty: one in
+# five is what a few outliers may be, and the intervals of standard uncertainties leave out more by themselves.
+REJECTING = 0.2
+MOST_NAMED = 3  # laws that tie and are named
+MOST_ROWS = 8  # laws of the table beside the headline
+ROUNDING = 1e-6  # an exponent that differs by less is the same
+
+Judge = Literal["shots", "simulation", "doubtful"]
+# From best to worst. "use": most points are tested, at most ``REJECTING`` of them reject, no difference and no joint
+# uncertainty is above ``TRUST``. "wide": the same, and the joint uncertainty is above it. "untested": close or
+# covered, and most points have no error bar that is a test.
+Grade = Literal["use", "wide", "untested", "rejected", "far", "refuted"]
+STANDS: Sequence[Grade] = ("use", "wide", "untested")
+CHECKED: Mapping[Judge, str] = {"simulation": "simulation only", "shots": "shots", "doubtful": "doubtful shots"}
+VERDICTS: Mapping[Grade, str] = {
+    "use": "use",
+    "wide": f"agrees, its error bars are wider than {share(TRUST)}",
+    "untested": "untested",
+    "rejected": "no",
+    "far": "no",
+    "refuted": "no: its exponent is refuted",
+}
+
+
+@dataclass(frozen=True)
+class Standing:
+    """A law over some values of the abscissa, by the points that judge it there."""
+
+    law: str  # label
+    name: str  # short
+    grade: Grade
+    values: tuple[BandValue, ...]  # of the abscissa, with judged points
+    points: tuple[JudgedPoint, ...]
+    elsewhere: tuple[JudgedPoint, ...]  # its other judged points
+
+    @property
+    def tested(self) -> list[JudgedPoint]:
+        return [point for point in self.points if point.tests]
+
+    @property
+    def rejecting(self) -> int:
+        """Tested points with a difference beyond the joint uncertainty."""
+        return sum(abs(point.residual) > point.bar for point in self.tested)
+
+    @property
+    def worst(self) -> float:
+        return max(abs(point.residual) for point in self.points)
+
+    @property
+    def bar(self) -> float:
+        """The largest joint uncertainty that is a test; 0 where none is."""
+        return max((point.bar for point in self.tested), default=0.0)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """What the headline on a quantity says, and its table."""
+
+    text: str
+    recommends: bool
+    rows: tuple[Row, ...]
+
+
+def judged(evidence: Evidence, axes: Sequence[AxisOfSweep], name: str = "") -> Judged | None:
+    """The headline on a quantity, which begins with ``name``; None where no point judges a law."""
+    judge = _judge(evidence)
+    if judge is None:
+        return None
+    standings = sorted(_standings(evidence, judge, axes), key=_rank)
+    checked = _checked(evidence, judge, standings[0])
+    texts = _texts(standings, judge, checked, axes)
+    if name:
+        texts = [*(f"{name} {text}" for text in texts), *texts]
+    rows = (row for each in standings for row in _rows(each, judge, checked, axes))
+    recommends = judge != "doubtful" and standings[0].grade in ("use", "wide")
+    return Judged(capital(shortest(texts)), recommends, tuple(rows)[:MOST_ROWS])
+
+
+def shortest(texts: Sequence[str]) -> str:
+    """The first text with at most ``MOST_WORDS`` words, else the last one."""
+    return next((text for text in texts if len(text.split()) <= MOST_WORDS), texts[-1])
+
+
+# ---- which points judge --------------------------------------------------------------------------
+
+
+def _judge(evidence: Evidence) -> Judge | None:
+    every: Sequence[Judge] = ("shots", "simulation", "doubtful")
+    return next((judge for judge in every if any(_points(law, judge) for law in _laws(evidence))), None)
+
+
+def _laws(evidence: Evidence) -> list[Subject]:
+    return [each for each in evidence.subjects if each.name != "simulation" and not each.drawn_only]
+
+
+def _points(law: Subject, judge: Judge) -> list[JudgedPoint]:
+    """The points of a law by which it is judged; none of a law against another reference."""
+    if law.reference != ("simulation" if judge == "simulation" else "observation"):
+        return []
+    return [point for point in law.points if point.state == "judged" and point.doubtful == (judge == "doubtful")]
+
+
+def _standings(evidence: Evidence, judge: Judge, axes: Sequence[AxisOfSweep]) -> Iterator[Standing]:
+    laws = [law for law in _laws(evidence) if _points(law, judge)]
+    titles = Counter(law.full_title for law in laws)
+    names = short_names({law.name: law.full_title if titles[law.full_title] == 1 else law.name for law in laws})
+    for law in laws:
+        points = _points(law, judge)
+        # Where shots are too few for an exponent, that of the simulation counts.
+        exponents = list(exponents_of(points, axes)) or [
+            exponent
+            for other in _laws(evidence)
+            if other.name == law.name
+            for exponent in exponents_of(_points(other, "simulation"), axes)
+        ]
+        refuted = any(map(is_refuted, exponents))
+        columns = columns_of(points, abscissa_of(axes))
+        stretch = _stretch(columns)
+        inside = [point for several in stretch.values() for point in several]
+        if 2 * len(inside) < len(points) or _grade(inside, refuted) not in STANDS:
+            stretch, inside = columns, points
+        elsewhere = tuple(point for value in columns if value not in stretch for point in columns[value])
+        grade = _grade(inside, refuted)
+        yield Standing(law.name, names[law.name], grade, tuple(stretch), tuple(inside), elsewhere)
+
+
+def _stretch(columns: Mapping[BandValue, list[JudgedPoint]]) -> dict[BandValue, list[JudgedPoint]]:
+    """The neighbouring values without a point that contradicts a law, with the most points."""
+    runs = groupby(columns, key=lambda value: any(point.word in ("under", "over") for point in columns[value]))
+    free = [{value: columns[value] for value in run} for contradicted, run in runs if not contradicted]
+    return max(free, key=lambda run: sum(map(len, run.values())), default={})
+
+
+def is_refuted(exponent: Exponent) -> bool:
+    """Whether the exponent of a law is outside of the interval of that of its reference."""
+    return abs(exponent.law - exponent.reference) > exponent.interval + ROUNDING
+
+
+def _grade(points: Sequence[JudgedPoint], refuted: bool) -> Grade:
+    tested = [point for point in points if point.tests]
+    if refuted:
+        return "refuted"
+    if any(point.word in ("under", "over") for point in points):
+        return "far"
+    if sum(abs(point.residual) > point.bar for point in tested) > REJECTING * len(tested):
+        return "rejected"
+    if 2 * len(tested) <= len(points):
+        return "untested"
+    return "use" if all(point.word == "close" for point in points) else "wide"
+
+
+def _rank(law: Standing) -> tuple[Any, ...]:
+    """Laws that may be used first, of these those with the most points; of others the nearest."""
+    if law.grade in STANDS:
+        return STANDS.index(law.grade), -len(law.points), law.worst
+    return len(STANDS) + (law.grade == "refuted"), law.worst
+
+
+def _ties(standings: Sequence[Standing]) -> list[Standing]:
+    """The first law and those that the judge does not tell from it: of the same grade at the same points, with worst
+    differences that are nearer to each other than the joint uncertainty, or than ``TRUST`` where none is known.
+    """
+    first = standings[0]
+    places = [point.at for point in first.points]
+    return [
+        law
+        for law in standings
+        if law.grade == first.grade
+        and [point.at for point in law.points] == places
+        and abs(law.worst - first.worst) <= (first.bar or TRUST)
+    ]
+
+
+# ---- words ---------------------------------------------------------------------------------------
+
+
+def _texts(standings: Sequence[Standing], judge: Judge, checked: str, axes: Sequence[AxisOfSweep]) -> list[str]:
+    """The headline from its longest to its shortest form."""
+    first = standings[0]
+    place = _place(first.values, axes)
+    gives = difference([point.residual for point in first.points])
+    if judge == "doubtful":
+        return [f"{place}: trust none; {first.name} is {gives}, against {checked} alone."]
+    if first.grade == "refuted":
+        every = "the exponent of every law" if len(standings) > 1 else "the exponent of its one law"
+        return [f"{place}: trust none; {every} is refuted; {checked}."]
+    if first.grade in ("rejected", "far"):
+        nearest = "nearest " if first.worst == min(law.worst for law in standings) else ""
+        reject = f", {first.rejecting} of {len(first.tested)} points reject" if first.rejecting else ""
+        return [f"{place}: trust none; {nearest}{first.name}, {gives}{why}; {checked}." for why in (reject, "")]
+    ties = _ties(standings)
+    gives = difference([point.residual for law in ties for point in law.points])
+    bar = share(max(law.bar for law in ties))
+    if len(ties) == 1:
+        names, verb = [first.name, first.law], "agrees"
+    else:
+        listed = _listed([law.name for law in ties], "or" if first.grade == "use" else "and")
+        names, verb = [listed, f"{_count(len(ties))} laws"][len(ties) > MOST_NAMED :], "agree"
+    elsewhere = f"; elsewhere {difference([point.residual for point in first.elsewhere])}" if first.elsewhere else ""
+    ends = [f"{elsewhere}; {checked}", f"; {checked}"] if len(ties) == 1 else [f"; {checked}"]
+    if first.grade == "untested":
+        by = f"one mesh, {checked}" if judge == "simulation" else f"{checked} without error bars"
+        return [f"{place}: untested; {name}, {gives}; {by}." for name in names]
+    forms = ["use {}, {gives}, ±{bar}"] if first.grade == "use" else ["{} {verb} only to ±{bar}: {gives}"]
+    forms.append("{}, {gives}, ±{bar}")
+    texts = [form.format(name, gives=gives, bar=bar, verb=verb) for form in forms for name in names]
+    return [f"{place}: {text}{end}." for text in texts for end in ends]
+
+
+def _checked(evidence: Evidence, judge: Judge, first: Standing) -> str:
+    """By what the laws were judged: "simulation only", "3 shots", "one doubtful shot"."""
+    if judge != "simulation":
+        count = max(len(_points(law, judge)) for law in _laws(evidence))
+        noun = "doubtful shot" if judge == "doubtful" else "shot"
+        return f"{_count(count)} {noun}{'s' * (count > 1)}"
+    doubtful = [point for law in _laws(evidence) if law.name == first.law for point in _points(law, "doubtful")]
+    if not doubtful:
+        return CHECKED[judge]
+    against = any(point.word in ("under", "over") for point in doubtful)
+    return "simulation; a doubtful shot disagrees" if against else "simulation, a doubtful shot"
+
+
+def _count(count: int) -> str:
+    return {1: "one", 2: "two", 3: "three"}.get(count, str(count))
+
+
+def _listed(names: Sequence[str], last: str) -> str:
+    return joined(names) if last == "and" else joined(names).replace(" and ", " or ") if len(names) > 1 else names[0]
+
+
+def _place(values: Sequence[BandValue], axes: Sequence[AxisOfSweep]) -> str:
+    """Values of the abscissa: "2-7 km/s", "plate thickness 2-3 mm"."""
+    axis = abscissa_of(axes)
+    known = [value for value in values if value is not None]
+    name = "" if axis.name == "speed" else f"{words(axis.name)} "
+    if not known:
+        return f"without a {words(axis.name)}"
+    if axis.unit is None:
+        return f"{name}{joined(list(map(str, known)))}" if len(known) < MOST_NAMED else f"{len(known)} {name.strip()}s"
+    return f"{name}{spanned(*(number_of(end, axis.unit) for end in (known[0], known[-1])))}{unit_of(axis.unit)}"
+
+
+def spanned(low: str, high: str) -> str:
+    """Two printed numbers as a range: "2-7", and one where they are the same.
+
+    >>> spanned("2", "7"), spanned("6", "6"), spanned("−1", "2")
+    ('2-7', '6', '−1 to 2')
+    """
+    if low == high:
+        return low
+    return f"{low} to {high}" if "−" in low + high else f"{low}-{high}"
+
+
+def short_names(titles: Mapping[str, str]) -> dict[str, str]:
+    """Each title up to its first comma, bracket or "and", where no other title begins so.
+
+    >>> short_names({"l": "Lundeberg, Stern and Bristow", "m": "Maiden (aluminium)", "c": "Maiden (sound speed)"})
+    {'l': 'Lundeberg', 'm': 'Maiden (aluminium)', 'c': 'Maiden (sound speed)'}
+    """
+    begins = Counter(map(_beginning, titles.values()))
+    return {
+        label: short if begins[short := _beginning(title)] == 1 else title for label, title in titles.items()
+    }
+
+
+def _beginning(title: str) -> str:
+    for mark in (" (", ",", " and "):
+        title = title.partition(mark)[0]
+    return title
+
+
+def _rows(law: Standing, judge: Judge, checked: str, axes: Sequence[AxisOfSweep]) -> Iterator[Row]:
+    """The numbers of a law where it stands, and elsewhere."""
+    yield _row(law, law.values, law.points, VERDICTS[law.grade], judge, checked, axes)
+    if law.elsewhere:
+        values = tuple(columns_of(law.elsewhere, abscissa_of(axes)))
+        yield _row(law, values, law.elsewhere, VERDICTS["far"], judge, checked, axes)
+
+
+def _row(
+    law: Standing,
+    values: Sequence[BandValue],
+    points: Sequence[JudgedPoint],
+    verdict: str,
+    judge: Judge,
+    checked: str,
+    axes: Sequence[AxisOfSweep],
+) -> Row:
+    here = Standing(law.law, law.name, law.grade, tuple(values), tuple(points), ())
+    residuals = [point.residual for point in points]
+    unknown = "mesh error unknown" if judge == "simulation" else "no error stated"
+    return Row(
+        law.name,
+        _place(values, axes),
+        min(residuals),
+        max(residuals),
+        here.bar if here.tested else None,
+        len(points),
+        here.rejecting,
+        len(here.tested),
+        difference(residuals),
+        f"±{share(here.bar)}" if here.tested else unknown,
+        checked,
+        "doubtful shots judge nothing alone" if judge == "doubtful" else verdict,
+    )
+
+
+# ---- where no law is judged ----------------------------------------------------------------------
+
+
+def why_none(every: Sequence[Evidence], run: str) -> str:
+    """Why no law of any quantity is judged; empty where there is no law. ``run`` is the name of a point."""
+    with_laws = [each for each in every if each.subjects]
+    if not with_laws:
+        return ""
+    first = next((each for each in with_laws if _laws(each)), None)
+    if first is None:
+        (drawn, *_) = with_laws[0].subjects
+        return f"No verdict: the laws of {words(with_laws[0].quantity)} are {drawn.drawn_only}."
+    points = [point for law in _laws(first) if law.reference == "simulation" for point in law.points]
+    inside = [point for point in points if not point.outside]
+    if not inside:
+        return f"No verdict: no {run} is inside the range of a law."
+    reasons = list(dict.fromkeys(point.unjudged for point in inside))
+    flags = dict.fromkeys(flag for flags in first.flagged for flag in flags)
+    if all(first.flagged):
+        common = [flag for flag in flags if all(flag in each for each in first.flagged)]
+        listed = _flags(common) or _flags(list(flags))
+        return shortest([f"No verdict: every {run} is flagged as {listed}.", f"No verdict: every {run} is flagged."])
+    if len(reasons) == 1 and len(inside) == len(points):
+        return f"No verdict: {reasons[0].replace('the run', f'every {run}')}."
+    kinds = ["flagged" if reason.startswith("flagged") else reason for reason in reasons]
+    listed = _listed(list(dict.fromkeys(kinds)), "or")
+    return shortest(
+        [
+            f"No verdict: where a law has a range, {listed}.",
+            f"No verdict: every {run} in the range of a law failed or is flagged.",
+        ]
+    )
+
+
+def _flags(flags: Sequence[str]) -> str:
+    """Flags as people write them: "under-resolved", "still growing"."""
+    return joined([words(flag).replace("under resolved", "under-resolved") for flag in flags])
+
+
+def of_values(extremes: Sequence[Mapping[str, Any]], flagged: str = "") -> str:
+    """The main numbers of a sweep without a law: the first of each kind of quantity, as many as there are words for."""
+    kinds: dict[str, Mapping[str, Any]] = {}
+    for each in extremes:
+        ends = (each["smallest"], each["largest"])
+        again = any(ends == (other["smallest"], other["largest"]) for other in kinds.values())
+        if not again and not (each["unit"] == "1" and any(ends) and all(map(is_round_off, ends))):
+            kinds.setdefault(each["quantity"].partition(" ")[0], each)
+    values = [_value(each) for each in kinds.values()]
+    known = any(each["smallest_uncertainty"] is not None for each in extremes)
+    ends = [*([f"; {flagged}"] if flagged else []), ""]
+    ends = [f"{'' if known else '; mesh error unknown'}{end}" for end in ends]
+    texts = [f"{capital(', '.join(values[:count]))}{end}." for count in range(3, 0, -1) for end in ends]
+    return shortest(texts) if values else "No verdict: no run has a value."
+
+
+def _value(extreme: Mapping[str, Any]) -> str:
+    unit, name = extreme["unit"], extreme["quantity"].removesuffix(" percent")
+    ends = {extreme["smallest"], extreme["largest"]}
+    if unit == "1" and ends <= {0.0, 1.0}:  # an outcome
+        return f"{name} in {'every run' if ends == {1.0} else 'no run' if ends == {0.0} else 'some runs'}"
+    low, high = (
+        printed_beside(extreme[end], kind_of(unit), extreme[f"{end}_uncertainty"]) for end in ("smallest", "largest")
+    )
+    shown = display_of(unit).unit
+    return f"{name} {spanned(low, high)}{f' {shown}' if shown else ''}"
+
+
+def of_limits(limits: Mapping[str, Any]) -> str:
+    """The limits of a search: "Perforated from speed 183 m/s (180 to 186)"."""
+    unit = display_of(limits["unit"]).unit
+    known = [row for row in limits["rows"] if row["limit"] is not None]
+    if not known:
+        return f"No verdict: the search for {words(limits['of'])} found no limit."
+    low, high = (number_of(pick(row["limit"] for row in known), limits["unit"]) for pick in (min, max))
+    text = f"{capital(words(limits['of']))} from {limits['axis']} {spanned(low, high)} {unit}"
+    if len(known) > 1:
+        return f"{text} ({len(known)} limits)."
+    ends = (number_of(known[0][end], limits["unit"]) for end in ("lower", "upper"))
+    return f"{text}, between {' and '.join(ends)} {unit}."
+
+
+def of_methods(methods: Mapping[str, Any]) -> str:
+    """What the methods change of the first quantity that all of them have: "Contact time by fem 3 % low ..."."""
+    for quantity in methods["quantities"]:
+        rows = [row for row in quantity["rows"] if row["relative"] is not None]
+        if rows:
+            others = list(dict.fromkeys(row["method"] for row in rows))
+            gives = difference([row["relative"] for row in rows])
+            joint = [row["joint"] / abs(row["reference"]) for row in rows if row["joint"] is not None]
+            bar = f"±{share(max(joint))}" if joint else "mesh error unknown"
+            return shortest(
+                [
+                    f"{capital(quantity['label'])} by {joined(others)}: {gives}, beside {methods['first']}; {bar}.",
+                    f"{capital(quantity['label'])}: {gives}, beside {methods['first']}; {bar}.",
+                ]
+            )
+    return ""
+
+
