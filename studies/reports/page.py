@@ -134,7 +134,7 @@ def figure_of(plain_figure: dict[str, Any]) -> Figure:
         Panel(**{**panel, "series": tuple(Series(**series) for series in panel["series"])})
         for panel in plain_figure["panels"]
     )
-    scales = {axis: Scale(**plain_figure[axis]) for axis in ("x", "y")}
+    scales = {axis: Scale(**plain_figure[axis]) for axis in ("x", "y", "z") if plain_figure[axis]}
     return Figure(**{**plain_figure, **scales, "panels": panels})
 
 

@@ -10,6 +10,7 @@ from markupsafe import Markup
 from studies.quantities.files import write_atomically
 from studies.reports.drawing.canvas import as_file, as_svg, canvas, drawn_in_style
 from studies.reports.drawing.layout import WIDTHS, Grid, prepare
+from studies.reports.drawing.maps import map_chart
 from studies.reports.drawing.marks import Marks
 from studies.reports.drawing.styles import FLAGGED, styles_of
 from studies.reports.figures import Figure, Panel
@@ -27,6 +28,8 @@ def chart(figure: Figure, width: float = WIDTHS["wide"], panels: Sequence[Panel]
     ``panels`` are those to draw where one drawing does not hold the whole figure; axes are those of the figure.
     """
     panels = figure.panels if panels is None else panels
+    if figure.z is not None:
+        return map_chart(figure, width, panels)
     marks = Marks(figure, styles_of(figure))
     grid = Grid(figure, panels, width)
     drawing = canvas(width, grid.height)

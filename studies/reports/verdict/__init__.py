@@ -60,13 +60,14 @@ def _of_quantity(evidence: Evidence, axes: Sequence[AxisOfSweep], name: str) -> 
         of_law(subject, axes, has_model=evidence.has_model) for subject in evidence.subjects if not subject.drawn_only
     )
     judged = headline.judged(evidence, axes, name)
+    order = list(dict.fromkeys([*(judged.order if judged else ()), *(law.subject for law in laws)]))
     return _Ranked(
         judged is not None and judged.recommends,
         QuantityVerdict(
             evidence.quantity,
             judged.text if judged else "",
             judged.rows if judged else (),
-            tuple(sorted(laws, key=lambda law: (law.reference, not law.judged, *_rank(law)))),
+            tuple(sorted(laws, key=lambda law: (law.reference, not law.judged, order.index(law.subject)))),
             texts.outside_texts([law for law in laws if not law.judged]),
             texts.drawn_texts(evidence.subjects),
         ),
@@ -82,11 +83,6 @@ def _names(quantities: Sequence[str]) -> dict[str, str]:
     """
     shared = {name.partition("_")[0] for name in quantities}
     return {name: texts.words(name.partition("_")[2] if len(shared) == 1 else name) for name in quantities}
-
-
-def _rank(law: LawVerdict) -> tuple[int, float]:
-    """The place among laws of one reference: close at most points, then nearest."""
-    return -law.close, max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
 
 
 def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = False) -> LawVerdict:
@@ -106,7 +102,6 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         bands=tuple(_stated(band, axes, subject.reference, is_simulation) for band in bands_of(subject.points, axes)),
         points=len(subject.points),
         judged=len(judged),
-        close_points=frozenset(number for number, point in enumerate(subject.points) if point.word == "close"),
         smallest=float(residuals.min()) if judged else None,
         largest=float(residuals.max()) if judged else None,
         average=float(residuals.mean()) if judged and not uneven else None,

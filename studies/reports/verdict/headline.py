@@ -82,6 +82,7 @@ class Judged:
     text: str
     recommends: bool
     rows: tuple[Row, ...]
+    order: tuple[str, ...]  # labels of the laws, the first one first
 
 
 def judged(evidence: Evidence, axes: Sequence[AxisOfSweep], name: str = "") -> Judged | None:
@@ -96,7 +97,8 @@ def judged(evidence: Evidence, axes: Sequence[AxisOfSweep], name: str = "") -> J
         texts = [*(f"{name} {text}" for text in texts), *texts]
     rows = (row for each in standings for row in _rows(each, judge, checked, axes))
     recommends = judge != "doubtful" and standings[0].grade in ("use", "wide")
-    return Judged(capital(shortest(texts)), recommends, tuple(rows)[:MOST_ROWS])
+    order = tuple(each.law for each in standings)
+    return Judged(capital(shortest(texts)), recommends, tuple(rows)[:MOST_ROWS], order)
 
 
 def shortest(texts: Sequence[str]) -> str:

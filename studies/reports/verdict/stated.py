@@ -55,7 +55,6 @@ class LawVerdict:
     bands: tuple[StatedBand, ...]
     points: int
     judged: int  # points inside the range with a value and without a flag
-    close_points: frozenset[int]  # numbers of the points at which it is close
     smallest: float | None  # residual over the reference, of the judged points
     largest: float | None
     average: float | None  # None where it would hide what the residuals do
@@ -66,11 +65,6 @@ class LawVerdict:
     each: tuple[StatedPoint, ...]
     sentence: str = ""
     details: tuple[str, ...] = ()  # sentences on residuals, exponents and error bars
-
-    @property
-    def close(self) -> int:
-        """Number of points at which it is close."""
-        return len(self.close_points)
 
 
 @dataclass(frozen=True)
@@ -98,7 +92,7 @@ class QuantityVerdict:
     quantity: str
     headline: str  # empty where no point judges a law
     rows: tuple[Row, ...]  # the numbers behind it
-    laws: tuple[LawVerdict, ...]  # against observations first, and those that are close at most points
+    laws: tuple[LawVerdict, ...]  # against observations first, in the order of the headline
     unjudged: tuple[str, ...]  # sentences on the laws that no point can judge
     drawn: tuple[str, ...]  # sentences on the laws that enter no verdict
 
@@ -115,8 +109,4 @@ class Verdict:
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for the report."""
-        plain = asdict(self)
-        for quantity in plain["quantities"]:
-            for law in quantity["laws"]:
-                law["close"] = len(law.pop("close_points"))
-        return {**plain, "terms": [{"word": word, "meaning": text} for word, text in self.terms]}
+        return {**asdict(self), "terms": [{"word": word, "meaning": text} for word, text in self.terms]}

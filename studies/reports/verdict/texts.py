@@ -247,8 +247,8 @@ def agreement_text(law: LawVerdict, has_model: bool) -> str:
     if has_model or law.inside == law.tested or law.subject == "simulation" or law.reference == "observation":
         return f"{text}."
     return (
-        f"{text}; nobody measured the error of the models at all of these points, so a difference outside of it does "
-        "not refute the law."
+        f"{text}; the error of the models was not measured at all of these points, and may be larger than the joint "
+        "uncertainty says."
     )
 
 
