@@ -117,7 +117,7 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
             mesh_unknown=MESH_UNKNOWN,
             opening_figure=charts.opening(figure_of(report["figures"][0])) if report["figures"] else "",
             opening_picture=_opening_picture(Node(report)),
-            draw=lambda run, picture, *, full: gallery.picture(bare(run), bare(picture), full=full),
+            draw=lambda run, picture, **how: gallery.picture(bare(run), bare(picture), **how),
             setup=lambda document: setup_sketch(bare(document)),
             growth=lambda run: growth_sketch(bare(run.growth), f"growth-{bare(run.run)}"),
             colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),

@@ -31,7 +31,7 @@ TRUST = 0.10
 DEFINITION, MODEL, SCATTER = "definition", "model", "scatter"
 # Confidences of shots that judge by themselves; others are doubtful.
 FIRST_HAND = ("", "read", "verified", "user")
-NO_SIZE = "nothing is relative to a value of zero"
+NO_SIZE = "has the value zero, to which nothing is relative"
 UNSTATED = "a limit of its source is not met"
 # Why a point without a value judges nothing, by the state of its run.
 UNJUDGED_STATES = {

@@ -91,6 +91,8 @@ def judged(evidence: Evidence, axes: Sequence[AxisOfSweep], name: str = "") -> J
     if judge is None:
         return None
     standings = sorted(_standings(evidence, judge, axes), key=_rank)
+    ties = _ties(standings)
+    standings = [*ties, *(each for each in standings if each not in ties)]
     checked = _checked(evidence, judge, standings[0])
     texts = _texts(standings, judge, checked, axes)
     if name:
@@ -212,6 +214,7 @@ def _texts(standings: Sequence[Standing], judge: Judge, checked: str, axes: Sequ
     if first.grade in ("rejected", "far"):
         nearest = "nearest " if first.worst == min(law.worst for law in standings) else ""
         reject = f", {first.rejecting} of {len(first.tested)} points reject" if first.rejecting else ""
+        reject = reject.replace("1 of 1 points reject", "the one point rejects")
         return [f"{place}: trust none; {nearest}{first.name}, {gives}{why}; {checked}." for why in (reject, "")]
     ties = _ties(standings)
     gives = difference([point.residual for law in ties for point in law.points])
@@ -352,16 +355,9 @@ def why_none(every: Sequence[Evidence], run: str) -> str:
         common = [flag for flag in flags if all(flag in each for each in first.flagged)]
         listed = _flags(common) or _flags(list(flags))
         return shortest([f"No verdict: every {run} is flagged as {listed}.", f"No verdict: every {run} is flagged."])
-    if len(reasons) == 1 and len(inside) == len(points):
-        return f"No verdict: {reasons[0].replace('the run', f'every {run}')}."
-    kinds = ["flagged" if reason.startswith("flagged") else reason for reason in reasons]
-    listed = _listed(list(dict.fromkeys(kinds)), "or")
-    return shortest(
-        [
-            f"No verdict: where a law has a range, {listed}.",
-            f"No verdict: every {run} in the range of a law failed or is flagged.",
-        ]
-    )
+    kinds = ["is flagged" if reason.startswith("flagged") else reason.removeprefix("the run ") for reason in reasons]
+    every = f"No verdict: every {run} in the range of a law"
+    return shortest([f"{every} {_listed(sorted(set(kinds)), 'or')}.", f"{every} failed or is flagged."])
 
 
 def _flags(flags: Sequence[str]) -> str:

@@ -113,13 +113,14 @@ def test_page__every_text_is_the_one_in_the_document(case: Case) -> None:
 
 
 @pytest.mark.parametrize(("name", "is_long"), [("grid", True), ("methods", False)])
-def test_page__has_the_main_figure_under_the_headline_and_long_lists_folded(name: str, is_long: bool) -> None:
+def test_page__opens_with_headline_figure_and_numbers_and_folds_the_rest(name: str, is_long: bool) -> None:
     html = page.page(document_of(cube_of(name)))
-    headline, figure, laws, section = (
-        html.index(text) for text in ('class="recommendation"', 'data-plot="0"', 'class="bands"', 'id="figures"')
-    )
-    assert headline < figure < laws < section
-    assert html.count('data-plot="0"') == 1
+    parts = ('class="headline"', 'data-plot="opening"', 'class="numbers"', 'id="laws"', 'class="bands"', 'id="figures"')
+    places = [html.index(f"{part}") for part in parts]
+    assert places == sorted(places)
+    opening, _, rest = html.partition("</section>")
+    assert "<details" not in opening
+    assert re.sub("<details class=.section.*?</summary>.*?</details>", "", rest, flags=re.DOTALL).count("<h2") == 0
     assert ("Each law, band by band" in html) == is_long
 
 
@@ -244,11 +245,11 @@ def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str)
                 assert {*series["uncertainty"]} == {None}, figure["name"]
     for quantity in (document["convergence"] or {"quantities": []})["quantities"]:
         assert {point["uncertainty"] for point in quantity["points"]} == {None}
-    verdict, _, rest = page.page(document).partition('<section id="figures">')
-    values = re.findall("<dl>.*?</dl>", verdict, re.DOTALL)[0]
+    html = page.page(document)
+    values = re.findall("<dl>.*?</dl>", html.partition('id="about"')[2], re.DOTALL)[0]
     assert f"({MESH_UNKNOWN})" in values
     assert "±" not in values
-    assert f"each on one grid: {MESH_UNKNOWN}" in rest
+    assert f"each on one grid: {MESH_UNKNOWN}" in html
     stated = [name for name in runs_csv(dataset).partition("\n")[0].split(",") if "uncert" in name]
     assert stated
     assert all("_reading_uncertainty" in name or "_uncertainty_" in name for name in stated)
@@ -280,7 +281,7 @@ def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
     )
     html = page.page(document)
     assert '<a href="#published">' in html
-    assert '<section id="published">' in html
+    assert 'id="published">' in html
     document = document_of(dataset.assign_attrs(compared_shots="[]"))
     assert document["verdict"]["shots"].startswith("No published shot")
     assert '"#published"' not in page.page(document)
@@ -304,7 +305,7 @@ def test_table_of_residuals__says_how_many_points_lie_inside_the_error_bar() -> 
                 ):
                     assert marks[f"{place}/{key}"] == printed(row[group][key], kind)
     assert references == {"simulation", "observation"}
-    _, _, residuals = html.partition('<section id="residuals">')
+    _, _, residuals = html.partition('id="residuals">')
     row = re.search(r"<tr><td class=\"word\">[^\n]*maiden_c.*?</tr>", residuals, re.DOTALL)
     assert row is not None
     assert row[0].count("<td") == 2 + 6
