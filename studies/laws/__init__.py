@@ -65,8 +65,8 @@ FITTED = "a constant of the law is fitted to this shot"
 PRINTED = 0.005  # relative: tables print two to three digits
 # What a verdict says was not checked of a law, and by whom.
 CAVEATS: Mapping[str, str] = {
-    "cross-checked": "the authors of whipple recalled the equation from memory and compared it with independent numbers; "
-    "they did not read the paper"
+    "cross-checked": "the authors of whipple recalled the equation from memory and compared it with independent "
+    "numbers; they did not read the paper"
 }
 
 

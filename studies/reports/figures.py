@@ -36,7 +36,18 @@ from studies.reports.view import (
 from studies.sweeps.reading import RESOLUTION
 
 SeriesKind = Literal[
-    "simulation", "law", "band", "observation", "missing", "history", "quantity", "run", "level", "trend", "limit", "map"
+    "simulation",
+    "law",
+    "band",
+    "observation",
+    "missing",
+    "history",
+    "quantity",
+    "run",
+    "level",
+    "trend",
+    "limit",
+    "map",
 ]
 Scales = Literal["shared", "own"]
 Numbers = tuple[float | None, ...]
@@ -393,7 +404,13 @@ def _maps(
         reference = np.where(view.compared(name) == 0.0, np.nan, view.compared(name))
         title, cells = pieces[0]
         laws = [
-            _map(view, other, law.label, cells, np.array(law.y, float) / (reference[cells] / view.norm(name)[cells]) - 1.0)
+            _map(
+                view,
+                other,
+                law.label,
+                cells,
+                np.array(law.y, float) / (reference[cells] / view.norm(name)[cells]) - 1.0,
+            )
             for law in _laws(view, name, Slice(title, {}, cells, connected=False))
             if law.kind == "law" and any(law.in_range)
         ]

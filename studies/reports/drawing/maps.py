@@ -55,7 +55,9 @@ def map_chart(figure: Figure, width: float, panels: Sequence[Panel]) -> Any:
         axes.tick_params(axis="y", labelleft=column == 0)
         if column == 0:
             axes.set_ylabel(with_unit(figure.y.label, figure.y.unit))
-    bar = drawing.add_axes(((width - RIGHT + BAR_GAP) / width, BELOW / height, BAR / width, (height - ABOVE - BELOW) / height))
+    bar = drawing.add_axes(
+        ((width - RIGHT + BAR_GAP) / width, BELOW / height, BAR / width, (height - ABOVE - BELOW) / height)
+    )
     drawing.colorbar(drawn, cax=bar, format=_percent if is_signed else number)
     label = with_unit(figure.z.label, None if is_signed else figure.z.unit)
     bar.set_ylabel("\n".join(wrap(label, int((height - ABOVE - BELOW) / LETTER))))

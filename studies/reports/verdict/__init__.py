@@ -112,7 +112,7 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         each=tuple(_stated_point(point, subject.reference, is_simulation) for point in subject.points),
     )
     details = (texts.residual_text(law), texts.exponents_text(law), texts.agreement_text(law, has_model))
-    return replace(law, sentence=texts.sentence(law), details=tuple(filter(None, details)))
+    return replace(law, details=tuple(filter(None, details)))
 
 
 def _stated_point(point: JudgedPoint, reference: Reference, is_simulation: bool) -> StatedPoint:

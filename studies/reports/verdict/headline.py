@@ -286,9 +286,7 @@ def short_names(titles: Mapping[str, str]) -> dict[str, str]:
     {'l': 'Lundeberg', 'm': 'Maiden (aluminium)', 'c': 'Maiden (sound speed)'}
     """
     begins = Counter(map(_beginning, titles.values()))
-    return {
-        label: short if begins[short := _beginning(title)] == 1 else title for label, title in titles.items()
-    }
+    return {label: short if begins[short := _beginning(title)] == 1 else title for label, title in titles.items()}
 
 
 def _beginning(title: str) -> str:
@@ -423,5 +421,3 @@ def of_methods(methods: Mapping[str, Any]) -> str:
                 ]
             )
     return ""
-
-

@@ -63,7 +63,6 @@ class LawVerdict:
     tested: int  # judged points whose uncertainty is a test
     inside: int  # of these, points with the difference inside the joint uncertainty
     each: tuple[StatedPoint, ...]
-    sentence: str = ""
     details: tuple[str, ...] = ()  # sentences on residuals, exponents and error bars
 
 

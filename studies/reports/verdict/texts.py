@@ -1,4 +1,4 @@
-"""The verdict on a law in words: its bands, what an average would hide, the definitions of the words, printed numbers."""
+"""The verdict on a law in words: its bands, what an average would hide, definitions of the words, printed numbers."""
 
 import re
 from collections.abc import Mapping, Sequence
@@ -118,15 +118,6 @@ def listed(reasons: Sequence[tuple[str, int]]) -> str:
 
 
 # ---- laws ----------------------------------------------------------------------------------------
-
-
-def sentence(law: LawVerdict) -> str:
-    """The verdict on a law as a sentence."""
-    name = title(law)
-    parts = [f"{band.where} {band.says}" for band in law.bands]
-    if not parts:
-        return f"{name}: nothing to compare."
-    return f"{name}, against {OF[law.reference]}: {'; '.join(parts)}."
 
 
 def residual_text(law: LawVerdict) -> str:
@@ -261,7 +252,7 @@ def terms() -> tuple[tuple[str, str], ...]:
     return (
         (
             "low, high",
-            "difference of the law from its reference, over the reference: \"8 % low to 2 % high\" is the range of all "
+            'difference of the law from its reference, over the reference: "8 % low to 2 % high" is the range of all '
             "points that judge.",
         ),
         (

@@ -16,7 +16,6 @@ from studies.cubes import cube
 from studies.quantities.measured import Measured
 from studies.reports import report
 from studies.reports.compare import compare
-from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
 from studies.sweeps.document import read_yaml
 from tests.rows import equal
@@ -45,7 +44,9 @@ def law(name: str, factor: Numbers, **changes: Any) -> Any:
     return fakes.law(name, NAME, given, **changes)
 
 
-def document_of(laws: list[Any], *axes: Axis, bar: float = 0.002, mesh: bool = True, shots: Any = (), spoiled: Any = {}) -> Any:
+def document_of(
+    laws: list[Any], *axes: Axis, bar: float = 0.002, mesh: bool = True, shots: Any = (), spoiled: Any = None
+) -> Any:
     """Report and cube of made-up holes, on one grid or on three that agree; ``spoiled`` are changes by run number."""
     sweep = fakes.sweep_of(*axes, resolutions=fakes.CELLS if mesh else (20.0,), model_part="none")
     results = {}
@@ -54,7 +55,7 @@ def document_of(laws: list[Any], *axes: Axis, bar: float = 0.002, mesh: bool = T
         value = ratio(at["speed"], at["plate_thickness"]) * fakes.DIAMETER
         measured = Measured(value, bar * value, {"resolution": bar * value}, (), {}, 1)
         result = replace(fakes.result(point.run), measurements={NAME: measured})
-        results[point.run.id] = replace(result, **spoiled.get(number, {}))
+        results[point.run.id] = replace(result, **(spoiled or {}).get(number, {}))
     catalogue = fakes.catalogue(observations=shots)
     catalogue = replace(catalogue, laws=tuple(laws), quantities={NAME: catalogue.quantities[NAME]})
     dataset = cube.build(sweep, results, catalogue)
@@ -90,20 +91,32 @@ FLAG: dict[str, Any] = {"flags": ("under_resolved",)}
 @pytest.mark.parametrize(
     ("said", "laws", "options"),
     [
-        ("2-7 km/s: use Lundeberg, no difference, ±0.4 %; simulation only.", [exact("l", title="Lundeberg, Stern")], {}),
+        (
+            "2-7 km/s: use Lundeberg, no difference, ±0.4 %; simulation only.",
+            [exact("l", title="Lundeberg, Stern")],
+            {},
+        ),
         ("2-7 km/s: use Hill, 5 % low, ±7 %; simulation only.", [exact("h", 0.95, title="Hill")], {"bar": 0.03}),
         (
             "2-7 km/s: trust none; nearest Hill, 5 % low, 6 of 6 points reject; simulation only.",
             [exact("h", 0.95, title="Hill")],
             {},
         ),
-        ("2-7 km/s: Hill agrees only to ±18 %: 5 % low; simulation only.", [exact("h", 0.95, title="Hill")], {"bar": 0.08}),
+        (
+            "2-7 km/s: Hill agrees only to ±18 %: 5 % low; simulation only.",
+            [exact("h", 0.95, title="Hill")],
+            {"bar": 0.08},
+        ),
         (
             "2-7 km/s: use Eta or Hill, 5 % low to 3 % high, ±7 %; simulation only.",
             [exact("h", 0.95, title="Hill"), exact("e", 1.03, title="Eta")],
             {"bar": 0.03},
         ),
-        ("2-7 km/s: untested; Hill, 5 % low; one mesh, simulation only.", [exact("h", 0.95, title="Hill")], {"mesh": False}),
+        (
+            "2-7 km/s: untested; Hill, 5 % low; one mesh, simulation only.",
+            [exact("h", 0.95, title="Hill")],
+            {"mesh": False},
+        ),
         (
             "2-6 km/s: use Hill, no difference, ±7 %; elsewhere 12 % low; simulation only.",
             [law("h", lambda speed, _: 0.88 if speed > 6e3 else 1.0, title="Hill")],
@@ -124,7 +137,11 @@ FLAG: dict[str, Any] = {"flags": ("under_resolved",)}
             [exact("h", title="Hill", range=fakes.within(8.0, 9.0))],
             {},
         ),
-        ("4 km/s: use Hill, 4 % low, ±5 %; one shot.", [exact("h", 1.0, title="Hill")], {"shots": (shot(1.04, uncertainty=0.05),)}),
+        (
+            "4 km/s: use Hill, 4 % low, ±5 %; one shot.",
+            [exact("h", 1.0, title="Hill")],
+            {"shots": (shot(1.04, uncertainty=0.05),)},
+        ),
         (
             "4 km/s: trust none; nearest Hill, 23 % low, the one point rejects; one shot.",
             [exact("h", title="Hill")],
@@ -148,7 +165,7 @@ FLAG: dict[str, Any] = {"flags": ("under_resolved",)}
     ],
 )
 def test_headline__of_known_laws(said: str, laws: list[Any], options: dict[str, Any]) -> None:
-    """Headlines of laws whose difference is known: which law where, how far off, how sure, and by what it was checked."""
+    """Of laws whose difference is known: which law where, how far off, how sure, and by what it was checked."""
     assert headline(laws, SPEED, **options) == said
 
 
@@ -165,7 +182,9 @@ def made_up(seed: int) -> tuple[dict[str, Any], xr.Dataset]:
         laws.append(
             law(
                 f"law_{number}",
-                lambda speed, _, offset=offset, slope=slope, sign=sign: 1 + sign * (offset + slope * (speed / 4500 - 1)),
+                lambda speed, _, offset=offset, slope=slope, sign=sign: (
+                    1 + sign * (offset + slope * (speed / 4500 - 1))
+                ),
                 title=TITLES[number],
                 range=fakes.within(some((0.0, 3.5)), some((5.5, 99.0))),
                 scatter=some((None, None, 0.05)),
@@ -197,12 +216,16 @@ def test_headline__of_made_up_sweeps_is_true(compared: Callable[..., None]) -> N
         document, dataset = made_up(seed)
         wrong = untruths(document, dataset)
         compared(equal(f"{seed}: {document['headline']}", expected="true", got="; ".join(wrong) or "true"))
-        opened |= {word for word in ("use", "only to", "trust none", "untested", "No verdict") if word in document["headline"]}
+        opened |= {
+            word for word in ("use", "only to", "trust none", "untested", "No verdict") if word in document["headline"]
+        }
     compared(equal("kinds of headlines among them", expected=5, got=len(opened)))
 
 
 @pytest.mark.claim("door", "headline", minutes=60.0)
-@pytest.mark.parametrize("name", ["holes", "aluminium", "sphere", "craters", "oblique", "plate", "bar", "taylor", "smoke"])
+@pytest.mark.parametrize(
+    "name", ["holes", "aluminium", "sphere", "craters", "oblique", "plate", "bar", "taylor", "smoke"]
+)
 def test_headline__of_the_sweeps_that_ship_is_true(name: str, tmp_path: Path, compared: Callable[..., None]) -> None:
     """Of each demo and example the headline has at most 20 words and is true by the numbers of the same cube."""
     folder = whipple.run_sweep(read_yaml(examples.text(name), name), tmp_path, keep="numbers")

@@ -202,8 +202,7 @@ def _untruths(text: str, quantity: Mapping[str, Any], every: Sequence[Judged]) -
     by_law: dict[str, list[Judged]] = {}
     for point in mine:
         by_law.setdefault(point.law, []).append(point)
-    alone = {law: points for law, points in by_law.items()}
-    refuted = {law: is_refuted(_exponents(law, alone[law], every)) for law in by_law}
+    refuted = {law: is_refuted(_exponents(law, points, every)) for law, points in by_law.items()}
     standing = {law: _at(groups["place"], points) for law, points in by_law.items()}
     if groups.get("names") is None:
         if not all(refuted.values()):
@@ -269,12 +268,20 @@ def _labels(names: str, laws: Sequence[Mapping[str, Any]], rows: Sequence[Mappin
         count = {"two": 2, "three": 3}.get(counted[1]) or int(counted[1])
         named = list(dict.fromkeys(row["law"] for row in rows))[:count]
     else:
-        named = [row["law"] for row in rows if re.search(rf"(^|, | or | and ){re.escape(row['law'])}(, | or | and |$)", names)]
-        named = [name for name in named if not any(name != other and name in other and names == other for other in named)]
+        named = [
+            row["law"]
+            for row in rows
+            if re.search(rf"(^|, | or | and ){re.escape(row['law'])}(, | or | and |$)", names)
+        ]
+        named = [
+            name for name in named if not any(name != other and name in other and names == other for other in named)
+        ]
     judged = [law for law in laws if law["subject"] != "simulation" and law["judged"]]
     found = []
     for name in dict.fromkeys(named or [names]):
         mine = [law["subject"] for law in judged if name in (law["subject"], law["title"])]
-        mine = mine or [law["subject"] for law in judged if f"{law['title']} ({law['subject'].partition('/')[2]})" == name]
+        mine = mine or [
+            law["subject"] for law in judged if f"{law['title']} ({law['subject'].partition('/')[2]})" == name
+        ]
         found.append((mine or [law["subject"] for law in judged if law["title"].startswith(name)])[0])
     return found
