@@ -37,7 +37,7 @@ STANDS: Sequence[Grade] = ("use", "wide", "untested")
 CHECKED: Mapping[Judge, str] = {"simulation": "simulation only", "shots": "shots", "doubtful": "doubtful shots"}
 VERDICTS: Mapping[Grade, str] = {
     "use": "use",
-    "wide": f"agrees, its error bars are wider than {share(TRUST)}",
+    "wide": "agrees, wide bars",
     "untested": "untested",
     "rejected": "no",
     "far": "no",
