@@ -37,7 +37,7 @@ def map_chart(figure: Figure, width: float, panels: Sequence[Panel]) -> Any:
     is_signed = figure.z.name == "residual"
     reach = max(-low, high)
     norm = Normalize(-reach, reach) if is_signed else Normalize(low, high)
-    drawn = None
+    drawn: Any = None
     for place, panel in enumerate(panels):
         row, column = divmod(place, columns)
         bottom = height - (row + 1) * (ABOVE + tall + BELOW) + BELOW

@@ -34,7 +34,9 @@ def verdict(
     values); None where nothing is known of them. ``run`` is what a point is called.
     """
     if unlike := [texts.words(each.quantity) for each in evidence if each.quantity in mixed]:
-        return Verdict(f"No verdict: runs measured {texts.joined(unlike[:3])} by different definitions.")
+        return Verdict(
+            f"No verdict: runs measured {texts.joined(unlike[:3])} by different definitions; remeasure them."
+        )
     names = _names([each.quantity for each in evidence]) if len(evidence) > 1 else {}
     quantities = [_of_quantity(each, axes, names.get(each.quantity, "")) for each in evidence if each.subjects]
     # The first quantity for which a law is recommended, else the first that has a judged law.

@@ -9,7 +9,7 @@ or more and the law may be used there, or is untested; else on all of them.
 
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import Any, Literal
 
@@ -34,7 +34,6 @@ Judge = Literal["shots", "simulation", "doubtful"]
 # covered, and most points have no error bar that is a test.
 Grade = Literal["use", "wide", "untested", "rejected", "far", "refuted"]
 STANDS: Sequence[Grade] = ("use", "wide", "untested")
-CHECKED: Mapping[Judge, str] = {"simulation": "simulation only", "shots": "shots", "doubtful": "doubtful shots"}
 VERDICTS: Mapping[Grade, str] = {
     "use": "use",
     "wide": "agrees, wide bars",
@@ -93,19 +92,22 @@ def judged(evidence: Evidence, axes: Sequence[AxisOfSweep], name: str = "") -> J
     standings = sorted(_standings(evidence, judge, axes), key=_rank)
     ties = _ties(standings)
     standings = [*ties, *(each for each in standings if each not in ties)]
-    checked = _checked(evidence, judge, standings[0])
-    texts = _texts(standings, judge, checked, axes)
+    checked = {each.law: _checked(evidence, judge, each.law) for each in standings}
+    texts = _texts(standings, judge, checked[standings[0].law], axes)
+    # Labels of laws are one word; titles of a user's own may be long.
+    texts += _texts([replace(each, name=each.law) for each in standings], judge, checked[standings[0].law], axes)
     if name:
         texts = [*(f"{name} {text}" for text in texts), *texts]
-    rows = (row for each in standings for row in _rows(each, judge, checked, axes))
+    rows = (row for each in standings for row in _rows(each, judge, checked[each.law], axes))
     recommends = judge != "doubtful" and standings[0].grade in ("use", "wide")
     order = tuple(each.law for each in standings)
     return Judged(capital(shortest(texts)), recommends, tuple(rows)[:MOST_ROWS], order)
 
 
 def shortest(texts: Sequence[str]) -> str:
-    """The first text with at most ``MOST_WORDS`` words, else the last one."""
-    return next((text for text in texts if len(text.split()) <= MOST_WORDS), texts[-1])
+    """The first text with at most ``MOST_WORDS`` words; where none has so few, the beginning of the last one."""
+    short = (text for text in texts if len(text.split()) <= MOST_WORDS)
+    return next(short, f"{' '.join(texts[-1].split()[:MOST_WORDS])}…")
 
 
 # ---- which points judge --------------------------------------------------------------------------
@@ -220,7 +222,7 @@ def _texts(standings: Sequence[Standing], judge: Judge, checked: str, axes: Sequ
     gives = difference([point.residual for law in ties for point in law.points])
     bar = share(max(law.bar for law in ties))
     if len(ties) == 1:
-        names, verb = [first.name, first.law], "agrees"
+        names, verb = [first.name], "agrees"
     else:
         listed = _listed([law.name for law in ties], "or" if first.grade == "use" else "and")
         names, verb = [listed, f"{_count(len(ties))} laws"][len(ties) > MOST_NAMED :], "agree"
@@ -235,17 +237,16 @@ def _texts(standings: Sequence[Standing], judge: Judge, checked: str, axes: Sequ
     return [f"{place}: {text}{end}." for text in texts for end in ends]
 
 
-def _checked(evidence: Evidence, judge: Judge, first: Standing) -> str:
-    """By what the laws were judged: "simulation only", "3 shots", "one doubtful shot"."""
+def _checked(evidence: Evidence, judge: Judge, label: str) -> str:
+    """By what a law was judged: "simulation only", "3 shots", "one doubtful shot"."""
+    laws = [law for law in _laws(evidence) if law.name == label]
+    doubtful = [point for law in laws for point in _points(law, "doubtful")]
     if judge != "simulation":
-        count = max(len(_points(law, judge)) for law in _laws(evidence))
-        noun = "doubtful shot" if judge == "doubtful" else "shot"
-        return f"{_count(count)} {noun}{'s' * (count > 1)}"
-    doubtful = [point for law in _laws(evidence) if law.name == first.law for point in _points(law, "doubtful")]
-    if not doubtful:
-        return CHECKED[judge]
-    against = any(point.word in ("under", "over") for point in doubtful)
-    return "simulation; a doubtful shot disagrees" if against else "simulation, a doubtful shot"
+        count = sum(len(_points(law, judge)) for law in laws)
+        return f"{_count(count)} {'doubtful ' * (judge == 'doubtful')}shot{'s' * (count > 1)}"
+    if any(point.word in ("under", "over") for point in doubtful):
+        return "simulation; a doubtful shot disagrees"
+    return "simulation, a doubtful shot" if doubtful else "simulation only"
 
 
 def _count(count: int) -> str:
@@ -253,7 +254,8 @@ def _count(count: int) -> str:
 
 
 def _listed(names: Sequence[str], last: str) -> str:
-    return joined(names) if last == "and" else joined(names).replace(" and ", " or ") if len(names) > 1 else names[0]
+    """ "a", "a or b", "a, b or c"."""
+    return f" {last} ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
 def _place(values: Sequence[BandValue], axes: Sequence[AxisOfSweep]) -> str:
@@ -297,38 +299,25 @@ def _beginning(title: str) -> str:
 
 def _rows(law: Standing, judge: Judge, checked: str, axes: Sequence[AxisOfSweep]) -> Iterator[Row]:
     """The numbers of a law where it stands, and elsewhere."""
-    yield _row(law, law.values, law.points, VERDICTS[law.grade], judge, checked, axes)
-    if law.elsewhere:
-        values = tuple(columns_of(law.elsewhere, abscissa_of(axes)))
-        yield _row(law, values, law.elsewhere, VERDICTS["far"], judge, checked, axes)
-
-
-def _row(
-    law: Standing,
-    values: Sequence[BandValue],
-    points: Sequence[JudgedPoint],
-    verdict: str,
-    judge: Judge,
-    checked: str,
-    axes: Sequence[AxisOfSweep],
-) -> Row:
-    here = Standing(law.law, law.name, law.grade, tuple(values), tuple(points), ())
-    residuals = [point.residual for point in points]
     unknown = "mesh error unknown" if judge == "simulation" else "no error stated"
-    return Row(
-        law.name,
-        _place(values, axes),
-        min(residuals),
-        max(residuals),
-        here.bar if here.tested else None,
-        len(points),
-        here.rejecting,
-        len(here.tested),
-        difference(residuals),
-        f"±{share(here.bar)}" if here.tested else unknown,
-        checked,
-        "doubtful shots judge nothing alone" if judge == "doubtful" else verdict,
-    )
+    rest = replace(law, points=law.elsewhere, grade="far")
+    for here, where in ((law, _place(law.values, axes)), (rest, "elsewhere")):
+        if here.points:
+            residuals = [point.residual for point in here.points]
+            yield Row(
+                law=law.name,
+                where=where,
+                smallest=min(residuals),
+                largest=max(residuals),
+                bar=here.bar if here.tested else None,
+                points=len(here.points),
+                rejecting=here.rejecting,
+                tested=len(here.tested),
+                difference=difference(residuals),
+                uncertainty=f"±{share(here.bar)}" if here.tested else unknown,
+                against=checked,
+                verdict="doubtful shots judge nothing alone" if judge == "doubtful" else VERDICTS[here.grade],
+            )
 
 
 # ---- where no law is judged ----------------------------------------------------------------------
@@ -336,31 +325,25 @@ def _row(
 
 def why_none(every: Sequence[Evidence], run: str) -> str:
     """Why no law of any quantity is judged; empty where there is no law. ``run`` is the name of a point."""
-    with_laws = [each for each in every if each.subjects]
+    with_laws = [each for each in every if _laws(each)]
     if not with_laws:
-        return ""
-    first = next((each for each in with_laws if _laws(each)), None)
-    if first is None:
-        (drawn, *_) = with_laws[0].subjects
-        return f"No verdict: the laws of {words(with_laws[0].quantity)} are {drawn.drawn_only}."
-    points = [point for law in _laws(first) if law.reference == "simulation" for point in law.points]
-    inside = [point for point in points if not point.outside]
-    if not inside:
-        return f"No verdict: no {run} is inside the range of a law."
-    reasons = list(dict.fromkeys(point.unjudged for point in inside))
-    flags = dict.fromkeys(flag for flags in first.flagged for flag in flags)
-    if all(first.flagged):
-        common = [flag for flag in flags if all(flag in each for each in first.flagged)]
-        listed = _flags(common) or _flags(list(flags))
-        return shortest([f"No verdict: every {run} is flagged as {listed}.", f"No verdict: every {run} is flagged."])
-    kinds = ["is flagged" if reason.startswith("flagged") else reason.removeprefix("the run ") for reason in reasons]
-    every = f"No verdict: every {run} in the range of a law"
-    return shortest([f"{every} {_listed(sorted(set(kinds)), 'or')}.", f"{every} failed or is flagged."])
-
-
-def _flags(flags: Sequence[str]) -> str:
-    """Flags as people write them: "under-resolved", "still growing"."""
-    return joined([words(flag).replace("under resolved", "under-resolved") for flag in flags])
+        drawn = [(words(each.quantity), law.drawn_only) for each in every for law in each.subjects if law.drawn_only]
+        return f"No verdict: the laws of {drawn[0][0]} are {drawn[0][1]}." if drawn else ""
+    for evidence in with_laws:
+        unjudged = {point.unjudged for law in _laws(evidence) for point in law.points if not point.outside}
+        if unjudged and all(evidence.flagged):
+            flags = list(dict.fromkeys(flag for flags in evidence.flagged for flag in flags))
+            common = [flag for flag in flags if all(flag in each for each in evidence.flagged)]
+            listed = _listed([words(flag) for flag in common or flags], "and" if common else "or")
+            listed = listed.replace("under resolved", "under-resolved")
+            return shortest(
+                [f"No verdict: every {run} is flagged as {listed}.", f"No verdict: every {run} is flagged."]
+            )
+        if unjudged:
+            kinds = {"is flagged" if why.startswith("flagged") else why.removeprefix("the run ") for why in unjudged}
+            whole = f"No verdict: every {run} in the range of a law"
+            return shortest([f"{whole} {_listed(sorted(kinds), 'or')}.", f"{whole} failed or is flagged."])
+    return f"No verdict: no {run} is inside the range of a law."
 
 
 def of_values(extremes: Sequence[Mapping[str, Any]], flagged: str = "") -> str:
@@ -373,9 +356,9 @@ def of_values(extremes: Sequence[Mapping[str, Any]], flagged: str = "") -> str:
             kinds.setdefault(each["quantity"].partition(" ")[0], each)
     values = [_value(each) for each in kinds.values()]
     known = any(each["smallest_uncertainty"] is not None for each in extremes)
-    ends = [*([f"; {flagged}"] if flagged else []), ""]
-    ends = [f"{'' if known else '; mesh error unknown'}{end}" for end in ends]
-    texts = [f"{capital(', '.join(values[:count]))}{end}." for count in range(3, 0, -1) for end in ends]
+    unknown = "" if known else "; mesh error unknown"
+    notes = [f"{unknown}; {flagged}", unknown] if flagged else [unknown]
+    texts = [f"{capital(', '.join(values[:count]))}{note}." for count in range(3, 0, -1) for note in notes]
     return shortest(texts) if values else "No verdict: no run has a value."
 
 

@@ -191,7 +191,7 @@ def test_mixed_versions_of_a_measurement__judge_nothing() -> None:
         return fakes.of_version(result, NAME, 1 + next(versions) % 2)
 
     verdict = document_of(lambda v: 1.0, change=versioned)["verdict"]
-    assert verdict["headline"] == "No verdict: runs measured hole diameter by different definitions."
+    assert verdict["headline"] == "No verdict: runs measured hole diameter by different definitions; remeasure them."
     assert not verdict["quantities"]
 
 

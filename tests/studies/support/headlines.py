@@ -96,7 +96,7 @@ def _cells(cells: xr.Dataset, points: xr.Dataset) -> Iterator[dict[str, Any]]:
     axes = [axis for axis in str(points.attrs["axes"]).split() if axis in points]
     for place in np.ndindex(*points.run_state.shape):
         cell = cells.isel(dict(zip(dims, place, strict=True)))
-        numbers = {key: cell[key].item() for key in cells}
+        numbers = {str(key): cell[key].item() for key in cells}
         yield numbers | {axis: cell[axis].item() for axis in axes if axis in cell.coords}
 
 
