@@ -227,6 +227,25 @@ def test_headline__of_made_up_sweeps_is_true(compared: Callable[..., None]) -> N
     compared(equal("kinds of headlines among them", expected=5, got=len(opened)))
 
 
+@pytest.mark.parametrize(
+    ("said", "lie"),
+    [
+        ("5 % low", "9 % low"),
+        ("±7 %", "±3 %"),
+        ("2-7", "2-5"),
+        ("use Hill", "trust none; Hill"),
+        ("simulation", "one shot"),
+    ],
+)
+def test_untruths__are_found(said: str, lie: str) -> None:
+    law_of = law("h", lambda speed, _: 0.95 if speed > 5e3 else 0.97, title="Hill")
+    document, dataset = document_of([law_of], SPEED, bar=0.03)
+    text = document["headline"].replace("\u202f", " ")
+    assert untruths(document, dataset) == []
+    assert said in text
+    assert untruths({**document, "headline": text.replace(said, lie)}, dataset)
+
+
 @pytest.mark.claim("door", "headline", minutes=60.0)
 @pytest.mark.parametrize(
     "name", ["holes", "aluminium", "sphere", "craters", "oblique", "plate", "bar", "taylor", "smoke"]

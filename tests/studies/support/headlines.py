@@ -181,10 +181,57 @@ def untruths(document: Mapping[str, Any], cube: xr.Dataset) -> list[str]:
         return [f"{len(text.split())} words: {text}"]
     laws = document["verdict"]["quantities"]
     every = {each["quantity"]: judged_in(cube, each["quantity"]) for each in laws}
-    if text.startswith("No verdict") or not laws:
+    text = text.replace("\u202f", " ")
+    if text.startswith("No verdict"):
         return [f"a law is judged: {text}"] if any(every.values()) else []
-    wrong = [] if any(every.values()) else [f"nothing judges a law: {text}"]
-    return wrong or list(_untruths(text.replace("\u202f", " "), laws[0], every[laws[0]["quantity"]]))
+    if document["methods"] and " beside " in text:
+        return list(_of_methods(text, cube))
+    if not laws and not document["limits"]:
+        return list(_of_values(text, cube))
+    wrong = [] if any(every.values()) or document["limits"] else [f"nothing judges a law: {text}"]
+    return wrong or list(_untruths(text, laws[0], every[laws[0]["quantity"]])) if laws else wrong
+
+
+def _of_values(text: str, cube: xr.Dataset) -> Iterator[str]:
+    """Values of quantities beside those of the points that succeeded."""
+    points = points_of(cube)
+    stated = [part for part in text.rstrip(".").partition(";")[0].split(", ") if not part.endswith("run")]
+    for part in stated:
+        words = re.match(r"(.+?) (−?\d[\d ]*[\d.·⁻⁰-⁹¹²³]*)(?:(?:-| to )(−?[\d.·⁻⁰-⁹¹²³ ]+))? ?(\D.*)?$", part)
+        names = (
+            []
+            if words is None
+            else [words[1].lower().replace(" ", "_"), f"{words[1].lower().replace(' ', '_')}_percent"]
+        )
+        name = next((name for name in names if name in points), None)
+        if words is None or name is None:
+            yield f"unknown quantity: {part}"
+            continue
+        values = points[name].where(points.run_state == 0) * display_of(points[name].attrs["units"]).factor
+        said = [_number(words[2]), _number(words[3] or words[2])]
+        if not np.allclose(said, [float(values.min()), float(values.max())], rtol=6e-3, atol=6e-4):
+            yield f"another value: {part}, not {float(values.min())} to {float(values.max())}"
+
+
+def _number(text: str) -> float:
+    """A printed number: "−1.2", "48 260", "9.5·10⁻⁴"."""
+    raised = str.maketrans("−⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "--0123456789")
+    return float(text.replace(" ", "").translate(raised).replace("·10", "e"))
+
+
+def _of_methods(text: str, cube: xr.Dataset) -> Iterator[str]:
+    """What methods change beside the first one."""
+    said = re.match(rf"(.+?)(?: by .+?)?: ({DIFFERENCE}), beside (\S+);", text)
+    name = "" if said is None else said[1].lower().replace(" ", "_")
+    if said is None or name not in cube:
+        yield f"unknown form: {text}"
+        return
+    values = cube[name].where(cube.run_state == 0)
+    by_method = {str(method): values.isel({values.dims[0]: place}) for place, method in enumerate(cube.method.values)}
+    shares = [float(value / by_method[said[3]]) - 1.0 for method, value in by_method.items() if method != said[3]]
+    residuals = [Judged("", "", {}, 1.0 + share, 1.0, 0.0, False) for share in shares if math.isfinite(share)]
+    if not agrees(said[2], residuals):
+        yield f"the difference is another: {text}, {shares}"
 
 
 def _untruths(text: str, quantity: Mapping[str, Any], every: Sequence[Judged]) -> Iterator[str]:
