@@ -15,6 +15,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemBytecodeCache, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
+from studies.materials.schema import CONFIDENCES
 from studies.quantities.display import (
     MESH_UNKNOWN,
     display_alone,
@@ -117,6 +118,7 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
         .render(
             report=Node(report),
             mesh_unknown=MESH_UNKNOWN,
+            confidences=CONFIDENCES,
             opening_figure=opening,
             opening_drawing=charts.opening(every[opening]) if every else "",
             opening_picture=_opening_picture(Node(report)),

@@ -5,7 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 from studies.quantities.display import NARROW_SPACE, decimals, digits, signed
-from studies.reports.verdict.evidence import DEFINITION, FIRST_HAND, MODEL, Evidence
+from studies.reports.verdict.evidence import DEFINITION, FIRST_HAND, MESH, MODEL, Evidence
 from studies.reports.verdict.texts import capital, joined, plural, words
 
 MOST_GROUPS = 3  # groups of published shots
@@ -32,11 +32,11 @@ def _unchecked(evidence: Evidence) -> Iterator[str]:
             yield f"{plural(count, 'shot')} of {sum(evidence.shots.values())} is doubtful ({confidence})"
     if evidence.points:
         parts, points = evidence.parts, plural(evidence.points, "point")
-        if parts.get("mesh error", 0) < evidence.points:
-            yield f"the mesh error is unknown at {evidence.points - parts.get('mesh error', 0)} of {points}"
-        if not parts.get(DEFINITION):
+        if unknown := evidence.points - parts[MESH]:
+            yield f"the mesh error is unknown at {unknown} of {points}"
+        if not parts[DEFINITION]:
             yield "nobody assessed how much another definition of the measured quantity would change it"
-        if parts.get(MODEL, 0) < evidence.points:
+        if parts[MODEL] < evidence.points:
             yield "nobody assessed what other material data and models would change"
         elif evidence.distant:
             yield (
