@@ -38,7 +38,7 @@ from studies.reports.figures import figures
 from studies.reports.limits import limits_of, residual_curves, residual_figure
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
-from studies.reports.verdict import headline
+from studies.reports.verdict import openings
 from studies.sweeps.reading import OFFSET, RESOLUTION
 from studies.sweeps.screening import CONTRIBUTIONS
 
@@ -138,12 +138,12 @@ def _headline(report: Mapping[str, Any]) -> str:
     if text := report["verdict"].pop("headline"):
         return str(text)
     if report["limits"]:
-        return headline.of_limits(report["limits"])
-    if report["methods"] and (text := headline.of_methods(report["methods"])):
+        return openings.of_limits(report["limits"])
+    if report["methods"] and (text := openings.of_methods(report["methods"])):
         return text
     flagged = report["overview"]["flagged"]
     share = "every run" if flagged == len(report["runs"]) else f"{flagged} of {len(report['runs'])} runs"
-    return headline.of_values(report["extremes"], f"{share} flagged" if flagged else "")
+    return openings.of_values(report["extremes"], f"{share} flagged" if flagged else "")
 
 
 def _overview(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:

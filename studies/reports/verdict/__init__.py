@@ -2,7 +2,7 @@
 
 A pure function of the ``evidence``, which is read from a cube of points: the same numbers give the same words.
 ``bands`` groups the points, ``trends`` fits what an average would hide, ``texts`` has every word with its definition,
-``headline`` the few words that come first, ``summary`` what was not checked.
+``headline`` the few words that come first (``openings`` where there is no law), ``summary`` what was not checked.
 """
 
 from collections.abc import Mapping, Sequence

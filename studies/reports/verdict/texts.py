@@ -12,6 +12,7 @@ from studies.reports.verdict.evidence import TRUST, AxisOfSweep, Reference, Stat
 from studies.reports.verdict.stated import LawVerdict
 from studies.reports.verdict.trends import UNEVEN, Exponent, Trend
 
+MOST_WORDS = 20  # of a headline
 MOST_SLICES = 3  # combinations of other axes that a band lists
 MOST_REASONS = 3
 SIMPLE = 1e-6  # an exponent this close to a fraction of small numbers is that fraction
@@ -377,3 +378,20 @@ def joined(parts: Sequence[str]) -> str:
     if len(parts) < 2:
         return "".join(parts)
     return f"{', '.join(parts[:-1])} and {parts[-1]}"
+
+
+def shortest(texts: Sequence[str]) -> str:
+    """The first text with at most ``MOST_WORDS`` words; where none has so few, the beginning of the last one."""
+    short = (text for text in texts if len(text.split()) <= MOST_WORDS)
+    return next(short, f"{' '.join(texts[-1].split()[:MOST_WORDS])}…")
+
+
+def spanned(low: str, high: str) -> str:
+    """Two printed numbers as a range: "2-7", and one where they are the same.
+
+    >>> spanned("2", "7"), spanned("6", "6"), spanned("−1", "2")
+    ('2-7', '6', '−1 to 2')
+    """
+    if low == high:
+        return low
+    return f"{low} to {high}" if "−" in low + high else f"{low}-{high}"

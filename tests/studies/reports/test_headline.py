@@ -17,6 +17,7 @@ from studies.cubes import cube
 from studies.quantities.measured import Measured
 from studies.reports import report
 from studies.reports.compare import compare
+from studies.reports.verdict import openings
 from studies.sweeps.axes import Axis
 from studies.sweeps.document import read_yaml
 from tests.rows import equal
@@ -268,6 +269,25 @@ def test_headline__of_a_cloud_opens_with_its_numbers() -> None:
             ("cloud radius", "m", 0.01495, 0.01523),
         )
     ]
-    text = report.headline.of_values([each | {"largest_uncertainty": None} for each in extremes], "every run flagged")
+    text = openings.of_values([each | {"largest_uncertainty": None} for each in extremes], "every run flagged")
     assert text == "Tip velocity 2.243-2.595 km/s, cloud radius 14.95-15.23 mm; mesh error unknown; every run flagged."
     assert len(text.split()) <= MOST_WORDS
+
+
+@pytest.mark.parametrize(
+    ("limits", "said"),
+    [
+        ([0.183], "Perforated from speed 0.183 km/s, between 0.18 and 0.186 km/s."),
+        ([0.183, 0.25], "Perforated from speed 0.183-0.25 km/s (2 limits)."),
+        ([None], "No verdict: the search for perforated found no limit."),
+    ],
+)
+def test_headline__of_a_search_is_its_limit(limits: list[float | None], said: str) -> None:
+    rows = [{"limit": each and 1e3 * each, "lower": 180.0, "upper": 186.0} for each in limits]
+    assert openings.of_limits({"axis": "speed", "of": "perforated", "unit": "m s-1", "rows": rows}) == said
+
+
+def test_headline__of_a_user_s_own_law_with_a_long_title_has_twenty_words() -> None:
+    title = " ".join(["the", "very", "long", "title", "of", "a"] * 4)
+    document, _ = document_of([exact("own_law", 0.95, title=title)], SPEED, bar=0.03)
+    assert document["headline"].replace("\u202f", " ") == "2-7 km/s: use own_law, 5 % low, ±7 %; simulation only."

@@ -111,7 +111,7 @@ def _by_shots(points: xr.Dataset, name: str) -> Iterator[Judged]:
         row = points.isel(observation=shot.observation)
         observed = float(row[f"{name}_observed"])
         stated = float(row[f"{name}_observed_uncertainty"])
-        judge = "shots" if str(row.observation_confidence.item()) in FIRST_HAND else "doubtful"
+        judge = "shots" if shot.confidence in FIRST_HAND else "doubtful"
         for number, label in enumerate(labels):
             answer = float(row[at_shots].values[number])
             inside = row[f"{at_shots}_in_range"].values[number] == 1
