@@ -228,13 +228,15 @@ def _texts(standings: Sequence[Standing], judge: Judge, checked: str, axes: Sequ
     else:
         listed = _listed([law.name for law in ties], "or" if first.grade == "use" else "and")
         names, verb = [listed, f"{_count(len(ties))} laws"][len(ties) > MOST_NAMED :], "agree"
-    elsewhere = f"; elsewhere {difference([point.residual for point in first.elsewhere])}" if first.elsewhere else ""
-    ends = [f"{elsewhere}; {checked}", f"; {checked}"] if len(ties) == 1 else [f"; {checked}"]
     if first.grade == "untested":
-        by = f"one mesh, {checked}" if judge == "simulation" else f"{checked} without error bars"
-        return [f"{place}: untested; {name}, {gives}; {by}." for name in names]
-    forms = ["use {}, {gives}, ±{bar}"] if first.grade == "use" else ["{} {verb} only to ±{bar}: {gives}"]
-    forms.append("{}, {gives}, ±{bar}")
+        checked = f"one mesh, {checked}" if judge == "simulation" else f"{checked} without error bars"
+        forms = ["untested; {}, {gives}"]
+    else:
+        forms = ["use {}, {gives}, ±{bar}" if first.grade == "use" else "{} {verb} only to ±{bar}: {gives}"]
+        forms.append("{}, {gives}, ±{bar}")
+    ends = [f"; {checked}"]
+    if len(ties) == 1 and first.elsewhere:
+        ends.insert(0, f"; elsewhere {difference([point.residual for point in first.elsewhere])}; {checked}")
     texts = [form.format(name, gives=gives, bar=bar, verb=verb) for form in forms for name in names]
     return [f"{place}: {text}{end}." for text in texts for end in ends]
 
