@@ -27,14 +27,13 @@ from studies.reports.verdict.texts import (
     unit_of,
     words,
 )
-from studies.reports.verdict.trends import Exponent, exponents_of
+from studies.reports.verdict.trends import exponents_of
 
 # No law is recommended where a larger share of the tested points has a difference beyond the joint uncertainty: one in
 # five is what a few outliers may be, and the intervals of standard uncertainties leave out more by themselves.
 REJECTING = 0.2
 MOST_NAMED = 3  # laws that tie and are named
 MOST_ROWS = 8  # laws of the table beside the headline
-ROUNDING = 1e-6  # an exponent that differs by less is the same
 
 Judge = Literal["shots", "simulation", "doubtful"]
 # From best to worst. "use": most points are tested, at most ``REJECTING`` of them reject, no difference and no joint
@@ -144,7 +143,7 @@ def _standings(evidence: Evidence, judge: Judge, axes: Sequence[AxisOfSweep]) ->
             if other.name == law.name
             for exponent in exponents_of(_points(other, "simulation"), axes)
         ]
-        refuted = any(map(is_refuted, exponents))
+        refuted = any(exponent.is_refuted for exponent in exponents)
         columns = columns_of(points, abscissa_of(axes))
         stretch = _stretch(columns)
         inside = [point for several in stretch.values() for point in several]
@@ -160,11 +159,6 @@ def _stretch(columns: Mapping[BandValue, list[JudgedPoint]]) -> dict[BandValue, 
     runs = groupby(columns, key=lambda value: any(point.word in ("under", "over") for point in columns[value]))
     free = [{value: columns[value] for value in run} for contradicted, run in runs if not contradicted]
     return max(free, key=lambda run: sum(map(len, run.values())), default={})
-
-
-def is_refuted(exponent: Exponent) -> bool:
-    """Whether the exponent of a law is outside of the interval of that of its reference."""
-    return abs(exponent.law - exponent.reference) > exponent.interval + ROUNDING
 
 
 def _grade(points: Sequence[JudgedPoint], refuted: bool) -> Grade:

@@ -146,8 +146,7 @@ def _trend(trend: Trend | None) -> str:
     ]
     if lost:
         texts.append(f"none beyond its interval along {joined([words(slope.axis) for slope in lost])}")
-    share = f"{100.0 * CONFIDENCE:.0f}{NARROW_SPACE}%"
-    return f"linear trend over {trend.n} points: {' and '.join(texts)} ({share} interval)"
+    return f"linear trend over {trend.n} points: {' and '.join(texts)} ({share(CONFIDENCE)} interval)"
 
 
 def _per(unit: str) -> str:
@@ -159,7 +158,10 @@ def exponents_text(law: LawVerdict) -> str:
     texts = []
     for axis in dict.fromkeys(each.axis for each in law.exponents):
         mine = [each for each in law.exponents if each.axis == axis]
-        texts.append(f"of {words(axis)} {_exponents(mine)} in {OF[law.reference]} against {_of_law(mine)} in the law")
+        text = f"of {words(axis)} {_exponents(mine)} in {OF[law.reference]} against {_of_law(mine)} in the law"
+        refuted = sum(each.is_refuted for each in mine)
+        fits = f" in {refuted} of {len(mine)} fits" if len(mine) > 1 else ""
+        texts.append(f"{text}, which is refuted{fits}" if refuted else text)
     return f"Exponents fitted to the same points: {'; '.join(texts)}." if texts else ""
 
 

@@ -12,6 +12,7 @@ from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint
 
 # Beyond this ratio of the largest to the smallest residual an average hides what the residuals do.
 UNEVEN = 2.0
+ROUNDING = 1e-6  # exponents that differ by less are the same
 FEWEST = 3  # values of an axis to which an exponent is fitted: fewer leave no scatter to judge it by
 
 
@@ -43,6 +44,11 @@ class Exponent:
     reference: float
     interval: float  # half length, of the scatter about the power and the error bars of the points together
     law: float
+
+    @property
+    def is_refuted(self) -> bool:
+        """Whether that of the law is outside of the interval of that of the reference."""
+        return abs(self.law - self.reference) > self.interval + ROUNDING
 
 
 def is_uneven(residuals: np.ndarray) -> bool:
