@@ -38,7 +38,8 @@ def _holes(browser: Browser, report: Path) -> Path:
     """The first figure of a report: simulation and laws."""
     file = DOCS / "holes.png"
     with opened(browser, report, WIDTH) as (page, _, _):
-        page.locator("[data-plot]").first.screenshot(path=file)
+        page.evaluate("location.hash = '#figures'")  # which unfolds it
+        page.locator("[data-plot='0']").screenshot(path=file)
     return file
 
 

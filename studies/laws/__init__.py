@@ -66,8 +66,11 @@ DESCRIBED = (
 # Why a law is not judged by a measured shot.
 FITTED = "a constant of the law is fitted to this shot"
 PRINTED = 0.005  # relative: tables print two to three digits
-# A verdict states these words with the law.
-CAVEATS: Mapping[str, str] = {"cross-checked": "recalled, cross-checked"}
+# What a verdict says was not checked of a law, and by whom.
+CAVEATS: Mapping[str, str] = {
+    "cross-checked": "the authors of whipple recalled the equation from memory and compared it with independent "
+    "numbers; they did not read the paper"
+}
 
 
 @dataclass(frozen=True)

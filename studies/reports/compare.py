@@ -20,7 +20,6 @@ from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, comparable, error_bars, places_of, points_of, refined, refinements_of
 from studies.laws import DRAWN_ONLY, NO_RANGE
-from studies.quantities.display import display_of, of_share, printed_in
 from studies.reports.matched import MatchedObservation, matched_observations
 from studies.reports.verdict import Verdict, verdict
 from studies.reports.verdict.evidence import Reference, axes_in, evidence_of, without_range
@@ -40,13 +39,6 @@ MIXED = (
     "The runs of this sweep measured {} by versions {} of its definition, which give different numbers: nothing is "
     "compared with it. `whipple remeasure` reads the stored final states again by the present definition."
 )
-# Why no error bar judges a residual.
-UNJUDGED_LAW = ", whose mesh error is unknown, so its error bar cannot test the law"
-UNJUDGED_SIMULATION = (
-    "; the mesh error of the simulation or the error of the observation is unknown, so error bars "
-    "are no test of the simulation"
-)
-UNJUDGED_BY_OBSERVATION = ", which has no error bar"
 
 
 @dataclass(frozen=True)
@@ -113,7 +105,7 @@ class Comparison:
         return {
             "verdict": self.verdict.as_json(),
             "statement": self.statement,
-            "residuals": [{**asdict(each), "sentence": sentence(each)} for each in self.residuals],
+            "residuals": [asdict(each) for each in self.residuals],
             "observations": [asdict(each) for each in self.observations],
             "mixed": [{"quantity": name, "sentence": text} for name, text in self.mixed.items()],
         }
@@ -153,6 +145,7 @@ def compare(cube: xr.Dataset) -> Comparison:
             axes_in(points),
             unlike,
             published_shots(cube),
+            "finest run" if refinements_of(cube) else "run",
         ),
         mixed=unlike,
     )
@@ -334,86 +327,6 @@ def _of_laws(
             drawn_only=drawn_only,
             no_range=NO_RANGE if str(label) in rangeless else "",
         )
-
-
-# ---- sentences -----------------------------------------------------------------------------------
-
-
-def sentence(residual: Residual) -> str:
-    """A residual as a sentence: difference, number of points, and how many lie inside the error bar."""
-    quantity = residual.quantity.replace("_", " ")
-    subject = "the simulation" if residual.subject == "simulation" else residual.title
-    variant = residual.subject.partition("/")[2]
-    subject += f" ({variant})" if variant else ""
-    subject = subject[:1].upper() + subject[1:]
-    subject += f", drawn only ({residual.drawn_only})" if residual.drawn_only else ""
-    everywhere, inside = residual.everywhere, residual.in_range
-    if not everywhere.n:
-        return f"{subject}: no point to compare."
-    if inside is None:
-        return f"{subject} gives a {quantity} {_difference(everywhere, residual)}."
-    limits = "the limits that are quoted for it" if residual.no_range else "its stated range"
-    subject += f" ({residual.no_range})" if residual.no_range else ""
-    if not inside.n:
-        return (
-            f"{subject}: no point lies inside {limits}; outside of it, its {quantity} is "
-            f"{_difference(everywhere, residual)}."
-        )
-    share = "all" if inside.n == residual.points else f"{inside.n} of {residual.points}"
-    return f"{subject}, inside {limits} ({share} points), gives a {quantity} {_difference(inside, residual)}."
-
-
-def _difference(summary: Statistics, residual: Residual) -> str:
-    """Mean difference, or its range where a mean would hide it, and whether error bars cover it."""
-    # The direction is that of the number that is printed: the mean of ratios may have the other sign.
-    relative = summary.relative_smallest is not None
-    text = f"{_size(summary, residual.unit, relative)} than {_reference(summary, residual)}"
-    if not summary.judged:
-        return text + _why_unjudged(residual)
-    bar = summary.relative_bar if relative else summary.bar
-    median = "" if bar is None else _length(bar, residual.unit, relative)
-    bars = "the error bars of both together" if residual.in_range is None else "the error bar"
-    plural = "s" if summary.judged > 1 else ""
-    return f"{text}; inside {bars} (median ± {median}) at {summary.within} of {summary.judged} point{plural}"
-
-
-def _size(summary: Statistics, unit: str, relative: bool) -> str:
-    """The mean difference and its direction; the two ends of the differences where there is no mean."""
-    mean = summary.relative_bias if relative else summary.bias
-    if mean is not None:
-        return ("on average " if summary.n > 1 else "") + _directed(mean, unit, relative)
-    low = summary.relative_smallest if relative else summary.smallest
-    high = summary.relative_greatest if relative else summary.greatest
-    assert low is not None
-    assert high is not None
-    return f"{_directed(low, unit, relative)} to {_directed(high, unit, relative)}"
-
-
-def _directed(residual: float, unit: str, relative: bool) -> str:
-    """A residual as people say it: "3.2 % smaller"."""
-    return f"{_length(abs(residual), unit, relative)} {'larger' if residual > 0 else 'smaller'}"
-
-
-def _length(value: float, unit: str, relative: bool) -> str:
-    return of_share(value) if relative else f"{printed_in(value, unit)} {display_of(unit).unit}"
-
-
-def _reference(summary: Statistics, residual: Residual) -> str:
-    """The observation; or the simulation, and at how many points it has converged."""
-    if residual.reference == "observation":
-        return "the observed value"
-    if summary.converged is None:
-        return "the simulation"
-    if summary.converged == summary.n:
-        return "the converged simulation"
-    return f"the simulation (converged at {summary.converged or 'none'} of {summary.n} points)"
-
-
-def _why_unjudged(residual: Residual) -> str:
-    """The reason why no error bar judges."""
-    if residual.reference == "simulation":
-        return UNJUDGED_LAW
-    return UNJUDGED_SIMULATION if residual.subject == "simulation" else UNJUDGED_BY_OBSERVATION
 
 
 def _nan(value: float | None) -> float:

@@ -17,13 +17,23 @@ from studies.convergence.orders import FORMAL_ORDER
 from studies.convergence.richardson import Convergence
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, Refined, main_quantities, places_of, refined, refinements_of
+from studies.cubes.points import Place, Refined, axes_of, by_run, main_quantities, places_of, refined, refinements_of
 from studies.cubes.variable import SYMBOLS
 from studies.quantities.units import readable
 from studies.reports import captions
 from studies.reports.compare import Comparison
 from studies.reports.matched import MatchedObservation
-from studies.reports.view import MOST_PANELS, FigureView, Scale, Slice, judged_window, spread, title_of, views_of
+from studies.reports.view import (
+    MOST_PANELS,
+    FigureView,
+    Scale,
+    Slice,
+    judged_window,
+    second_axis,
+    spread,
+    title_of,
+    views_of,
+)
 from studies.sweeps.reading import RESOLUTION
 
 SeriesKind = Literal[
@@ -39,11 +49,13 @@ SeriesKind = Literal[
     "level",
     "trend",
     "limit",
+    "map",
 ]
 Scales = Literal["shared", "own"]
 Numbers = tuple[float | None, ...]
 
 MOST_HISTORIES = 8  # lines in one panel
+MOST_MAPS = 6  # panels of a map
 TREND_POINTS = 24  # points of the curve through the three finest resolutions
 
 # Labels of series that have a look of their own.
@@ -66,6 +78,7 @@ class Series:
     uncertainty: Numbers = ()  # half length of the error bar
     low: Numbers = ()  # of a band
     high: Numbers = ()
+    z: Numbers = ()  # of a map: what its colours say; y is then its other axis
     in_range: tuple[bool, ...] = ()  # of a law
     flagged: tuple[bool, ...] = ()  # of a simulation: drawn open
     doubts: tuple[str, ...] = ()  # of a simulation: the flags of each point in words, "" without any
@@ -95,6 +108,7 @@ class Figure:
     y: Scale
     panels: tuple[Panel, ...]
     scales: Scales = "shared"  # own: each about its own middle, all as high in per cent
+    z: Scale | None = None  # of a map
 
     def as_json(self) -> dict[str, Any]:
         """The figure as plain objects."""
@@ -106,6 +120,8 @@ def figures(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
     points = comparison.points
     views, names = views_of(points), main_quantities(points)
     view = views[0]
+    if (other := second_axis(view)) is not None:
+        return tuple(_maps(view, other, names, comparison.observations))
     drawn = [
         *(against_laws(view, name, comparison.observations) for name in names),
         *(scatter(other, name, comparison.observations) for name in names for other in views[1:]),
@@ -273,7 +289,7 @@ def simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     """The points of a panel with their error bars; none where no run has a value."""
     values = view.succeeded(name)[piece.cells]
     if np.isfinite(values).any():
-        norm = view.norm(name)[piece.cells]
+        norm, doubts = view.norm(name)[piece.cells], view.doubts(name)
         bars = view.error_bars(name)[piece.cells]
         yield Series(
             "simulation",
@@ -282,7 +298,7 @@ def simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
             numbers(values / norm),
             uncertainty=numbers(bars / norm),
             flagged=tuple(view.is_open(name)[piece.cells].tolist()),
-            doubts=tuple(view.doubts(name)[cell] for cell in piece.cells),
+            doubts=tuple(doubts[cell] for cell in piece.cells),
             connected=piece.connected,
         )
 
@@ -362,6 +378,78 @@ def _meets(value: float | str | None, other: float | str) -> bool:
     if value is None or isinstance(value, str) or isinstance(other, str):
         return value == other
     return math.isclose(value, other, rel_tol=captions.NEAR)
+
+
+# ---- maps -----------------------------------------------------------------------------------------
+
+
+def _maps(
+    view: FigureView, other: Scale, names: Sequence[str], observations: Sequence[MatchedObservation]
+) -> Iterator[Figure]:
+    """Each quantity over two axes, what laws differ from it by, and growth of some runs."""
+    for name in names:
+        about: dict[str, Any] = {"x": view.abscissa, "y": other}
+        over = f"over {view.abscissa.label} and {other.label}"
+        pieces = list(_pieces(view, other.name))
+        values = view.succeeded(name) / view.norm(name)
+        panels = [_map(view, other, title, cells, values) for title, cells in spread(pieces, MOST_MAPS)]
+        if not any(panel.series for panel in panels):
+            continue
+        left_out = len(pieces) - len(panels)
+        caption = f"Colours say {_words(name)}; a run without a value has none." + (
+            f" {left_out} further combinations of the other axes are in the cube." if left_out else ""
+        )
+        title = f"{_words(name).capitalize()} {over}"
+        yield Figure(f"{name}_map", title, caption, panels=tuple(panels), z=view.scale_of(name), **about)
+        reference = np.where(view.compared(name) == 0.0, np.nan, view.compared(name))
+        title, cells = pieces[0]
+        laws = [
+            _map(
+                view,
+                other,
+                law.label,
+                cells,
+                np.array(law.y, float) / (reference[cells] / view.norm(name)[cells]) - 1.0,
+            )
+            for law in _laws(view, name, Slice(title, {}, cells, connected=False))
+            if law.kind == "law" and any(law.in_range)
+        ]
+        if laws := [panel for panel in laws if panel.series][:MOST_MAPS]:
+            yield Figure(
+                f"{name}_residuals_map",
+                f"Law minus simulation, relative: {_words(name)} {over}",
+                "Red: the law gives more than the simulation; blue: less. Answers outside of the range of a law too."
+                + (f" At {title}." if title else ""),
+                panels=tuple(laws),
+                z=Scale("residual", "(law − simulation) / simulation", "1"),
+                **about,
+            )
+        if cubes.HISTORY.is_in(view.dataset, name):
+            whole = replace(view, slices=(Slice("", {}, np.arange(len(view.x)), connected=False),))
+            yield growth(whole, name)
+
+
+def _map(view: FigureView, other: Scale, title: str, cells: np.ndarray, values: np.ndarray) -> Panel:
+    """A panel of some points, with values of all points or of these."""
+    mine = values if len(values) == len(cells) else values[cells]
+    if not np.isfinite(mine).any():
+        return Panel(title, {}, ())
+    y = by_run(view.dataset, other.name)[cells]
+    x = tuple(view.x[cell] for cell in cells)
+    return Panel(title, {}, (Series("map", title, x, numbers(y), z=numbers(mine), connected=False),))
+
+
+def _pieces(view: FigureView, other: str) -> Iterator[tuple[str, np.ndarray]]:
+    """The points that share every axis but two, with a title; all of a list, whose points share hardly any."""
+    others = [axis for axis in axes_of(view.dataset) if axis not in (view.abscissa.name, other)]
+    if "run" in view.dataset.dims or not others:
+        yield "", np.arange(len(view.x))
+        return
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    for cell, place in enumerate(places_of(view.dataset)):
+        groups.setdefault(tuple(place[axis] for axis in others), []).append(cell)
+    for key, cells in groups.items():
+        yield title_of(view.dataset, dict(zip(others, key, strict=True))), np.array(cells)
 
 
 # ---- residuals -----------------------------------------------------------------------------------

@@ -6,7 +6,7 @@ number its value in full.
 """
 
 import json
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files as resources
 from pathlib import Path
@@ -15,6 +15,7 @@ from typing import Any
 from jinja2 import Environment, FileSystemBytecodeCache, FunctionLoader, StrictUndefined
 from markupsafe import Markup
 
+from studies.materials.schema import CONFIDENCES
 from studies.quantities.display import (
     MESH_UNKNOWN,
     display_alone,
@@ -106,7 +107,9 @@ def _only_marked(value: Any) -> Any:
 
 def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> str:
     """A document as one HTML file that needs no network; ``sections`` are files by run id, for the pictures."""
-    drawings = [charts.of_page(figure_of(each), f"figure-{number}") for number, each in enumerate(report["figures"])]
+    every = [figure_of(each) for each in report["figures"]]
+    drawings = [charts.of_page(figure, f"figure-{number}") for number, figure in enumerate(every)]
+    opening = _opening_figure(every)
     files = {run["number"]: (sections or {}).get(run["id"]) for run in report["runs"]}
     gallery = Gallery({number: file for number, file in files.items() if file})
     return (
@@ -115,7 +118,11 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
         .render(
             report=Node(report),
             mesh_unknown=MESH_UNKNOWN,
-            draw=lambda run, picture, *, full: gallery.picture(bare(run), bare(picture), full=full),
+            confidences=CONFIDENCES,
+            opening_figure=opening,
+            opening_drawing=charts.opening(every[opening]) if every else "",
+            opening_picture=_opening_picture(Node(report)),
+            draw=lambda run, picture, **how: gallery.picture(bare(run), bare(picture), **how),
             setup=lambda document: setup_sketch(bare(document)),
             growth=lambda run: growth_sketch(bare(run.growth), f"growth-{bare(run.run)}"),
             colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
@@ -132,7 +139,7 @@ def figure_of(plain_figure: dict[str, Any]) -> Figure:
         Panel(**{**panel, "series": tuple(Series(**series) for series in panel["series"])})
         for panel in plain_figure["panels"]
     )
-    scales = {axis: Scale(**plain_figure[axis]) for axis in ("x", "y")}
+    scales = {axis: Scale(**plain_figure[axis]) for axis in ("x", "y", "z") if plain_figure[axis]}
     return Figure(**{**plain_figure, **scales, "panels": panels})
 
 
@@ -145,6 +152,28 @@ def _sweep_text(node: Node) -> Markup:
 def _heading(name: Any, unit: Any) -> str:
     """A name as a column heading, with the unit that people read."""
     return with_unit(bare(name).replace("_", " "), bare(unit) or "1")
+
+
+def _opening_figure(figures: Sequence[Figure]) -> int:
+    """The number of the first figure that compares something or shows a course: the point of a run does neither."""
+
+    def says(figure: Figure) -> bool:
+        series = [series for panel in figure.panels for series in panel.series]
+        return any(each.kind in ("law", "band", "observation") or len(each.x) > 1 for each in series)
+
+    return next((number for number, figure in enumerate(figures) if says(figure)), 0)
+
+
+def _opening_picture(report: Node) -> tuple[Node, Node] | None:
+    """The run in full size at the end of the axes, and the picture of its end; None without any."""
+    shown = [
+        (run, picture)
+        for run in report.pictures.runs
+        for picture in run.pictures
+        if bare(run.full) and bare(picture.kind) == "end" and not bare(picture.missing)
+    ]
+    last = [each for each in shown if each[0] is shown[-1][0]]
+    return last[0] if last else None
 
 
 def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node]:

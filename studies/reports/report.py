@@ -38,6 +38,7 @@ from studies.reports.figures import figures
 from studies.reports.limits import limits_of, residual_curves, residual_figure
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
+from studies.reports.verdict import openings
 from studies.sweeps.reading import OFFSET, RESOLUTION
 from studies.sweeps.screening import CONTRIBUTIONS
 
@@ -51,7 +52,8 @@ from studies.sweeps.screening import CONTRIBUTIONS
 # 9: methods side by side
 # 10: the rule by which a value was extrapolated or not; "numerically" in place of "trusted" beside a simulation; no
 # error bar without the mesh error; bias as an interval
-REPORT_VERSION = 10
+# 11: a headline of at most twenty words with its table; what was not checked; bands with differences and uncertainty
+REPORT_VERSION = 11
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
@@ -93,6 +95,7 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],
         "scenario": {"name": dataset.attrs["scenario"], "title": dataset.attrs["scenario_title"]},
+        "headline": "",
         "verdict": compared.pop("verdict"),
         "overview": _overview(runs),
         "mesh": _mesh(dataset),
@@ -117,6 +120,7 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
         "materials": _materials(dataset),
         "provenance": _provenance(dataset),
     }
+    report["headline"] = _headline(report)
     shortened: dict[str, Any] = with_short_texts(report, short_texts(dataset))
     return shortened
 
@@ -127,6 +131,19 @@ def as_json(report: dict[str, Any]) -> str:
 
 
 # ---- what the document says ----------------------------------------------------------------------
+
+
+def _headline(report: Mapping[str, Any]) -> str:
+    """What the report opens with: the verdict on laws, else the limit of a search, what methods change, or values."""
+    if text := report["verdict"].pop("headline"):
+        return str(text)
+    if report["limits"]:
+        return openings.of_limits(report["limits"])
+    if report["methods"] and (text := openings.of_methods(report["methods"])):
+        return text
+    flagged = report["overview"]["flagged"]
+    share = "every run" if flagged == len(report["runs"]) else f"{flagged} of {len(report['runs'])} runs"
+    return openings.of_values(report["extremes"], f"{share} flagged" if flagged else "")
 
 
 def _overview(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:

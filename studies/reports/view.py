@@ -22,6 +22,7 @@ ONLY_DRAWN = " (drawn only)"  # end of the titles of laws that enter no verdict
 ALIKE = 2e-3  # lines that differ by less, relative, lie on each other
 MOST_PANELS = 12  # panels of a figure; further panels are in the cube
 WINDOW = "settled_window"  # the parameter: time over which growth is judged
+MOST_POINTS = 150  # in curves; more, over two axes of numbers, are maps
 PREFERRED = "speed"  # the abscissa where the sweep varies it
 
 Item = TypeVar("Item")
@@ -200,6 +201,20 @@ def view_of(dataset: xr.Dataset, abscissa: str = "") -> FigureView:
         shown,
         len(slices) - len(shown),
     )
+
+
+def second_axis(view: FigureView) -> Scale | None:
+    """The other axis of maps: of those with numbers the one with most values; None of few points or of one axis."""
+    dataset = view.dataset
+    counts = {
+        axis: len(np.unique(dataset[axis].values))
+        for axis in axes_of(dataset)
+        if axis != view.abscissa.name and dataset[axis].dtype.kind == "f"
+    }
+    if len(view.x) <= MOST_POINTS or view.abscissa.unit is None or max(counts.values(), default=1) < 2:
+        return None
+    name = max(counts, key=lambda axis: counts[axis])
+    return Scale(name, name.replace("_", " "), dataset[name].attrs.get("units"))
 
 
 def _slices(dataset: xr.Dataset, places: Sequence[Place], abscissa: str) -> list[Slice]:

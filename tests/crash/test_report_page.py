@@ -7,9 +7,20 @@ import pytest
 from playwright.sync_api import Browser
 
 import whipple
-from studies.cases.rows import Row, at_most
+from studies.cases.rows import Row, at_most, equal
 from studies.reports.publish import publish_sweep
-from tests.crash.support.browser import CHROMIUM, SCHEMES, WIDTHS, Scheme, chromium, look, opened, print_page, rows_of
+from tests.crash.support.browser import (
+    CHROMIUM,
+    HEIGHT,
+    SCHEMES,
+    WIDTHS,
+    Scheme,
+    chromium,
+    look,
+    opened,
+    print_page,
+    rows_of,
+)
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 
@@ -76,6 +87,46 @@ def test_page__is_quiet_whole_and_accessible(
     browser: Browser, report: Path, width: int, scheme: Scheme, compared: Callable[..., None]
 ) -> None:
     compared(*rows_of(look(browser, report, width, scheme), f"{width} px, {scheme}"))
+
+
+# Lower ends of what is seen first, px: headline, figure and picture.
+FIRST = """() => [".headline", ".sides svg.chart", ".sides svg.of-run"].map(kind => Math.max(
+    ...[...document.querySelectorAll(kind)].map(each => each.getBoundingClientRect().bottom)))"""
+SHEET = (703, 1032)  # what margins of 12 mm leave of A4, px at 96 to the inch
+
+
+@pytest.mark.claim("door", "first-screen")
+@pytest.mark.parametrize("width", WIDTHS)
+def test_page__shows_headline_figure_and_picture_on_the_first_screen(
+    browser: Browser, report: Path, width: int, compared: Callable[[Row], None]
+) -> None:
+    """The first screen of a report, 400 or 1400 px wide and 900 high, has its headline, main figure and a picture."""
+    with opened(browser, report, width) as (page, _, _):
+        ends = page.evaluate(FIRST)
+    for what, end in zip(("headline", "figure", "picture"), ends, strict=True):
+        compared(at_most(f"{width} px: end of the {what} (px)", limit=HEIGHT, got=end))
+    compared(Row(f"{width} px: each is there", "above 0", str(ends), all(end > 0 for end in ends)))
+
+
+@pytest.mark.claim("door", "first-sheet")
+def test_page__prints_the_opening_on_one_sheet_and_then_the_rest(
+    browser: Browser, report: Path, compared: Callable[[Row], None]
+) -> None:
+    """Headline, figure, picture and numbers are one sheet of A4; what is folded on the screen begins on the next."""
+    with opened(browser, report, max(WIDTHS)) as (page, _, _):
+        folded = page.evaluate("document.querySelectorAll('details.section[open]').length")
+        page.set_viewport_size({"width": SHEET[0], "height": SHEET[1]})
+        page.emulate_media(media="print")
+        page.evaluate("dispatchEvent(new Event('beforeprint'))")
+        height, after, closed = page.evaluate(
+            """() => [document.querySelector(".opening").getBoundingClientRect().bottom,
+                getComputedStyle(document.querySelector(".opening")).breakAfter,
+                document.querySelectorAll("details.section:not([open])").length]"""
+        )
+    compared(at_most("height of the opening on paper (px)", limit=SHEET[1], got=height))
+    compared(
+        equal("open on the screen, closed on paper, break after", expected=(0, 0, "page"), got=(folded, closed, after))
+    )
 
 
 def test_page__prints_on_paper(browser: Browser, report: Path, tmp_path: Path, compared: Callable[..., None]) -> None:

@@ -3,7 +3,7 @@
 import json
 import re
 import threading
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping
 from functools import cache
 from typing import Annotated, Any
 
@@ -46,13 +46,13 @@ def show_sweeps(store: AppStore, cursor: Annotated[str | None, Query()] = None) 
 
 @router.get("/sweeps/{id}")
 def show_sweep(id: SweepId, store: AppStore, artifacts: AppArtifacts) -> str:
-    """A sweep with the first sentences of its report's verdict."""
+    """A sweep with the headline of its report."""
     row, names = store.sweeps.get_with_files(id)
     _, report = store.sweeps.get_with_file(id, REPORT_JSON)
     return _rendered(
         "sweep.html",
         sweep=SweepModel.of(row, names),
-        verdict=_verdict(artifacts, report),
+        headline=_headline(artifacts, report),
         refresh=None if row.is_terminal else REFRESH_SECONDS,
     )
 
@@ -62,12 +62,11 @@ def problem_page(problem: Mapping[str, Any]) -> str:
     return _rendered("problem.html", problem=problem)
 
 
-def _verdict(artifacts: Artifacts, report: Stored | None) -> Sequence[str]:
-    """The first sentences of a report; none without a report, or in one of an early version."""
+def _headline(artifacts: Artifacts, report: Stored | None) -> str:
+    """The headline of a report; empty without a report, or in one of an early version."""
     if report is None or not artifacts.is_there(report):
-        return ()
-    sentences: Sequence[str] = artifacts.read_json(report).get("verdict", {}).get("summary", ())
-    return sentences
+        return ""
+    return str(artifacts.read_json(report).get("headline", ""))
 
 
 @docs_router.get("/docs")

@@ -211,17 +211,16 @@ def compute(
         )
     seconds = time.perf_counter() - begin
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {folder / 'report.html'}")
-    for line in _verdict(folder):
-        print(f"  {line}")
+    if headline := _headline(folder):
+        print(f"  {headline}")
     has_all = finished.counts["succeeded"] == finished.sweep.planned
     return SUCCESS if has_all else SOME_FAILED
 
 
-def _verdict(folder: Path) -> Sequence[str]:
-    """The first sentences of the verdict of a report; none where an earlier version made the report."""
+def _headline(folder: Path) -> str:
+    """The headline of a report; empty where an earlier version made the report."""
     report = json.loads((folder / "report.json").read_text("utf-8"))
-    lines: Sequence[str] = report.get("verdict", {}).get("summary", ())
-    return lines
+    return str(report.get("headline", ""))
 
 
 def _compile_kernels(sweeps: Sequence[Mapping[str, Any]]) -> None:

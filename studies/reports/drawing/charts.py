@@ -10,11 +10,14 @@ from markupsafe import Markup
 from studies.quantities.files import write_atomically
 from studies.reports.drawing.canvas import as_file, as_svg, canvas, drawn_in_style
 from studies.reports.drawing.layout import WIDTHS, Grid, prepare
+from studies.reports.drawing.maps import map_chart
 from studies.reports.drawing.marks import Marks
 from studies.reports.drawing.styles import FLAGGED, styles_of
 from studies.reports.figures import Figure, Panel
 
 PANELS = 6  # in one drawing of a page, so that it fits a sheet of A4
+# The drawings with which a page opens, in the widths of its two columns and of a telephone, and their panels.
+OPENING = {"wide": (520.0, 2), "narrow": (WIDTHS["narrow"], 1)}
 MOST_LETTERS = 44  # in a line of the legend: as many as fit a telephone
 LEGEND_COLUMNS = 3  # at most
 
@@ -25,6 +28,8 @@ def chart(figure: Figure, width: float = WIDTHS["wide"], panels: Sequence[Panel]
     ``panels`` are those to draw where one drawing does not hold the whole figure; axes are those of the figure.
     """
     panels = figure.panels if panels is None else panels
+    if figure.z is not None:
+        return map_chart(figure, width, panels)
     marks = Marks(figure, styles_of(figure))
     grid = Grid(figure, panels, width)
     drawing = canvas(width, grid.height)
@@ -59,6 +64,15 @@ def of_page(figure: Figure, name: str) -> Markup:
             as_svg(chart(figure, width, panels), f"chart {kind}", figure.title, f"{name}-{number}-{kind}")
             for number, panels in enumerate(pieces)
             for kind, width in WIDTHS.items()
+        )
+
+
+def opening(figure: Figure) -> Markup:
+    """The drawings with which a page opens: the first panels alone, as many as stand side by side."""
+    with drawn_in_style():
+        return Markup("").join(
+            as_svg(chart(figure, width, figure.panels[:count]), f"chart {kind}", figure.title, f"opening-{kind}")
+            for kind, (width, count) in OPENING.items()
         )
 
 

@@ -39,10 +39,10 @@ class Gallery:
         self._read: tuple[int, Sections] | None = None
         self._nearest: dict[tuple[Any, ...], np.ndarray] = {}
 
-    def picture(self, run: int, picture: Mapping[str, Any], *, full: bool) -> Markup:
-        """A picture of the document, in full or as a thumbnail."""
+    def picture(self, run: int, picture: Mapping[str, Any], *, full: bool, place: str = "") -> Markup:
+        """A picture of the document, in full or as a thumbnail, at a place of the page that is none of the usual."""
         frame = Frame(**picture["frame"])
-        salt = f"{run}-{picture['moment']}-{picture['field']}-{full}"
+        salt = f"{run}-{picture['moment']}-{picture['field']}-{full}{place}"
         with drawn_in_style():
             if full:
                 pixels = self._pixels(run, picture, frame, FULL - LEFT - RIGHT)

@@ -2,18 +2,18 @@
 
 A pure function of the ``evidence``, which is read from a cube of points: the same numbers give the same words.
 ``bands`` groups the points, ``trends`` fits what an average would hide, ``texts`` has every word with its definition,
-``summary`` the few sentences that come first.
+``headline`` the few words that come first (``openings`` where there is no law), ``summary`` what was not checked.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from studies.cubes.reading import finite
 from studies.laws import OTHER_MATERIAL
-from studies.reports.verdict import summary, texts
+from studies.reports.verdict import headline, summary, texts
 from studies.reports.verdict.bands import Band, bands_of
 from studies.reports.verdict.evidence import AxisOfSweep, Evidence, JudgedPoint, Reference, Subject, beside
 from studies.reports.verdict.stated import LawVerdict, QuantityVerdict, StatedBand, StatedPoint, Verdict
@@ -25,49 +25,66 @@ def verdict(
     axes: Sequence[AxisOfSweep],
     mixed: Mapping[str, str],
     published: Sequence[Mapping[str, Any]] | None = None,
+    run: str = "run",
 ) -> Verdict:
     """The verdict on the quantities of a sweep.
 
     ``mixed`` has the quantities whose runs mix versions of the definition, each with a sentence: their values do not
     compare, so there is no verdict. ``published`` has the groups of published shots (``ComparedShots`` as plain
-    values); None where nothing is known of them.
+    values); None where nothing is known of them. ``run`` is what a point is called.
     """
-    if mixed_mains := [text for name, text in mixed.items() if name in {each.quantity for each in evidence}]:
-        reason = " ".join(["No verdict.", *mixed_mains])
-        return Verdict(reason, (reason,))
-    every = [_of_quantity(each, axes) for each in evidence]
-    quantities = sorted(
-        (verdict for verdict, each in zip(every, evidence, strict=True) if each.subjects),
-        key=lambda verdict: bool(verdict.reason),
+    if unlike := [texts.words(each.quantity) for each in evidence if each.quantity in mixed]:
+        return Verdict(
+            f"No verdict: runs measured {texts.joined(unlike[:3])} by different definitions; remeasure them."
+        )
+    names = _names([each.quantity for each in evidence]) if len(evidence) > 1 else {}
+    quantities = [_of_quantity(each, axes, names.get(each.quantity, "")) for each in evidence if each.subjects]
+    # The first quantity for which a law is recommended, else the first that has a judged law.
+    quantities.sort(key=lambda each: (not each.recommends, not each.verdict.headline))
+    stated = tuple(each.verdict for each in quantities)
+    first = stated[0].headline if stated else ""
+    return Verdict(
+        first or headline.why_none(evidence, run),
+        stated,
+        summary.unchecked([each for each in evidence if each.subjects]),
+        summary.shots_text(published),
+        texts.terms(),
     )
-    without = summary.without_recommendation({each.quantity: each.reason for each in every if each.reason})
-    compared = [each for each in evidence if each.subjects]
-    rests, bars = summary.rests_text(compared), summary.bars_text(compared)
-    shots = summary.shots_text(published)
-    lines = (*(each.recommendation for each in quantities), without, rests, shots)
-    return Verdict("", tuple(filter(None, lines)), tuple(quantities), without, rests, bars, shots, texts.terms())
 
 
-def _of_quantity(evidence: Evidence, axes: Sequence[AxisOfSweep]) -> QuantityVerdict:
+class _Ranked(NamedTuple):
+    recommends: bool
+    verdict: QuantityVerdict
+
+
+def _of_quantity(evidence: Evidence, axes: Sequence[AxisOfSweep], name: str) -> _Ranked:
     laws = tuple(
         of_law(subject, axes, has_model=evidence.has_model) for subject in evidence.subjects if not subject.drawn_only
     )
-    sentences = summary.recommendation(evidence.quantity, laws)
-    return QuantityVerdict(
-        evidence.quantity,
-        " ".join(sentences),
-        sentences,
-        summary.why_no_law(evidence, laws),
-        tuple(sorted(laws, key=lambda law: (law.reference, not law.judged, *_rank(law)))),
-        texts.outside_texts([law for law in laws if not law.judged]),
-        texts.drawn_texts(evidence.subjects),
-        summary.flag_sentences(evidence),
+    judged = headline.judged(evidence, axes, name)
+    order = list(dict.fromkeys([*(judged.order if judged else ()), *(law.subject for law in laws)]))
+    return _Ranked(
+        judged is not None and judged.recommends,
+        QuantityVerdict(
+            evidence.quantity,
+            judged.text if judged else "",
+            judged.rows if judged else (),
+            tuple(sorted(laws, key=lambda law: (law.reference, not law.judged, order.index(law.subject)))),
+            texts.outside_texts([law for law in laws if not law.judged]),
+            texts.drawn_texts(evidence.subjects),
+        ),
     )
 
 
-def _rank(law: LawVerdict) -> tuple[int, float]:
-    """The place among laws of one reference: close at most points, then nearest."""
-    return -law.close, max(abs(law.smallest or 0.0), abs(law.largest or 0.0))
+def _names(quantities: Sequence[str]) -> dict[str, str]:
+    """What a headline calls each quantity: without a first word that all share.
+
+    >>> _names(["crater_depth", "crater_volume"]), _names(["final_length", "crater_depth"])
+    ({'crater_depth': 'depth', 'crater_volume': 'volume'}, {'final_length': 'final length', \
+'crater_depth': 'crater depth'})
+    """
+    shared = {name.partition("_")[0] for name in quantities}
+    return {name: texts.words(name.partition("_")[2] if len(shared) == 1 else name) for name in quantities}
 
 
 def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = False) -> LawVerdict:
@@ -87,7 +104,6 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         bands=tuple(_stated(band, axes, subject.reference, is_simulation) for band in bands_of(subject.points, axes)),
         points=len(subject.points),
         judged=len(judged),
-        close_points=frozenset(number for number, point in enumerate(subject.points) if point.word == "close"),
         smallest=float(residuals.min()) if judged else None,
         largest=float(residuals.max()) if judged else None,
         average=float(residuals.mean()) if judged and not uneven else None,
@@ -98,7 +114,7 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         each=tuple(_stated_point(point, subject.reference, is_simulation) for point in subject.points),
     )
     details = (texts.residual_text(law), texts.exponents_text(law), texts.agreement_text(law, has_model))
-    return replace(law, sentence=texts.sentence(law), details=tuple(filter(None, details)))
+    return replace(law, details=tuple(filter(None, details)))
 
 
 def _stated_point(point: JudgedPoint, reference: Reference, is_simulation: bool) -> StatedPoint:
@@ -127,7 +143,7 @@ def _stated(band: Band, axes: Sequence[AxisOfSweep], reference: Reference, is_si
         judged=len(band.judged),
         smallest=min(residuals, default=None),
         largest=max(residuals, default=None),
-        limit=band.limit,
+        uncertainty=max((point.bar for point in band.judged), default=None),
         beyond=band.beyond,
         untested=band.untested,
         unjudged=tuple(f"{reason} ({count})" for reason, count in band.unjudged),

@@ -43,11 +43,6 @@ class Band:
         return [point.residual for point in counted if point.residual == point.residual]
 
     @property
-    def limit(self) -> float:
-        """The largest difference or joint uncertainty of the judged points."""
-        return max((max(abs(point.residual), point.bar) for point in self.judged), default=0.0)
-
-    @property
     def untested(self) -> int:
         """Judged points whose uncertainty is no test."""
         return sum(not point.tests for point in self.judged)
@@ -86,7 +81,7 @@ def bands_of(points: Sequence[JudgedPoint], axes: Sequence[AxisOfSweep]) -> tupl
     if not points:
         return ()
     abscissa = abscissa_of(axes)
-    columns = _columns(points, abscissa)
+    columns = columns_of(points, abscissa)
     order = list(columns)
     bands: list[Band] = []
     for word, stretch in groupby(order, key=lambda value: _common(columns[value])):
@@ -105,7 +100,7 @@ def abscissa_of(axes: Sequence[AxisOfSweep]) -> AxisOfSweep:
     return [*preferred, *numeric, *axes][0]
 
 
-def _columns(points: Sequence[JudgedPoint], abscissa: AxisOfSweep) -> dict[BandValue, list[JudgedPoint]]:
+def columns_of(points: Sequence[JudgedPoint], abscissa: AxisOfSweep) -> dict[BandValue, list[JudgedPoint]]:
     """The points at each value of the abscissa; numbers ascend."""
     columns: dict[BandValue, list[JudgedPoint]] = {}
     for point in points:

@@ -27,9 +27,11 @@ StatedWord = Literal["trusted", "numerically", "within", "agrees", "under", "ove
 # The largest difference and joint uncertainty of a point that is close: a tenth, by convention and whatever the
 # numbers are.
 TRUST = 0.10
-# Parts of an error bar that no run states by itself; each is a variable of the cube where it was assessed.
-DEFINITION, MODEL, SCATTER = "definition", "model", "scatter"
-NO_SIZE = "nothing is relative to a value of zero"
+# Parts of an error bar of which a verdict says whether they are known; a run states neither of the last two.
+MESH, DEFINITION, MODEL = "mesh error", "definition", "model"
+# Confidences of shots that judge by themselves; others are doubtful.
+FIRST_HAND = ("", "read", "verified", "user")
+NO_SIZE = "has the value zero, to which nothing is relative"
 UNSTATED = "a limit of its source is not met"
 # Why a point without a value judges nothing, by the state of its run.
 UNJUDGED_STATES = {
@@ -43,13 +45,6 @@ UNJUDGED_STATES = {
     "pending": "the run has not begun",
     "missing": "the run left no result",
     "other": "the run did not succeed",
-}
-# The parts that a run states, as people call them.
-PARTS = {
-    "resolution": "position on the grid",
-    "azimuth": "scatter around the edge",
-    "growth": "growth at the end of the run",
-    "particles": "number of particles in a cell",
 }
 
 
@@ -73,6 +68,7 @@ class JudgedPoint:
     tests: bool = False
     outside: str = ""  # why it is outside the range of the law, or the law has no answer
     unjudged: str = ""  # why nothing is judged here: no value, or a flag
+    doubtful: bool = False  # whether the reference is a shot that nobody here read in its source
 
     @property
     def residual(self) -> float:
@@ -127,8 +123,14 @@ class Subject:
     no_range: str = ""  # NO_RANGE of a law whose source states no range; else empty
 
     @property
+    def full_title(self) -> str:
+        """The title with the variant."""
+        variant = self.name.partition("/")[2]
+        return f"{self.title} ({variant})" if variant else self.title
+
+    @property
     def caveat(self) -> str:
-        """What a verdict says of the law by its confidence."""
+        """What was not checked of the law, by its confidence."""
         return CAVEATS.get(self.confidence, "")
 
     @property
@@ -143,7 +145,7 @@ class Evidence:
 
     quantity: str
     subjects: tuple[Subject, ...]  # against observations first
-    parts: Mapping[str, int]  # parts of the error bars, each with the points that have it; none without a subject
+    parts: Mapping[str, int]  # of error bars, each with the number of points that have it; none without a subject
     points: int  # points with a value
     flagged: tuple[tuple[str, ...], ...]  # the flags of each point and of its run
     has_scatter: bool  # whether the published scatter of any law is known
@@ -151,15 +153,6 @@ class Evidence:
     # Points outside of the speeds and t/d at which their model part was measured, and the largest factor of it.
     distant: int = 0
     distance: float = 1.0
-
-    @property
-    def flags(self) -> Mapping[str, int]:
-        """Points by flag."""
-        return Counter(flag for flags in self.flagged for flag in flags)
-
-    @property
-    def all_points(self) -> int:
-        return len(self.flagged)
 
     @property
     def has_model(self) -> bool:
@@ -230,19 +223,9 @@ class _Quantity:
         return simulated(self.points, name, cubes.VALUE).values.ravel()
 
     def parts(self) -> dict[str, int]:
-        """Each part with the number of points that have it."""
-        counts = {"mesh error": self.tests()}
-        offsets = cubes.OFFSETS_PART
-        if offsets.is_in(self.points, self.name):
-            counts["scatter over offsets"] = offsets.of(self.points, self.name).values.ravel() > 0.0
-        for part, words in PARTS.items():
-            variable = cubes.uncertainty_part(part)
-            if variable.is_in(self.points, self.name):
-                counts[words] = variable.of(self.points, self.name).values.ravel() > 0.0
-        for part in (DEFINITION, MODEL):
-            counts[part] = np.isfinite(self.assessed[part])
-        valued = np.isfinite(self.values)
-        return {part: int((has & valued).sum()) for part, has in counts.items()}
+        """The number of points with a value that have each part."""
+        has = {MESH: self.tests(), **{part: np.isfinite(sizes) for part, sizes in self.assessed.items()}}
+        return {part: int((known & np.isfinite(self.values)).sum()) for part, known in has.items()}
 
     def distances(self) -> np.ndarray:
         """Factors (points,) by which points with a value are outside of where their model part was measured, or 1."""
@@ -321,6 +304,7 @@ class _Quantity:
                         shot.uncertainty is not None,
                         "" if law.outside[number] == FITTED else law.outside[number],
                         FITTED if law.outside[number] == FITTED else "" if shot.value else NO_SIZE,
+                        shot.confidence not in FIRST_HAND,
                     )
                     for number, shot in enumerate(shots)
                 ),
@@ -345,6 +329,7 @@ class _Quantity:
             known and shot.uncertainty is not None,
             outside=away if away.startswith((ELSEWHERE, BEYOND_AXES)) else "",
             unjudged=away or ("" if shot.value else NO_SIZE),
+            doubtful=shot.confidence not in FIRST_HAND,
         )
 
     def _shaped(self, values: ArrayLike) -> xr.DataArray:

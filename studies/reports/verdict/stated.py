@@ -15,7 +15,7 @@ class StatedBand:
 
     word: StatedWord
     where: str  # "from 6 km/s"
-    says: str  # "numerically to 6 %"
+    says: str  # "meets the simulation: 1 % low to 2 % high, ±7 %"
     abscissa: str
     values: tuple[BandValue, ...]  # of the abscissa, SI
     slices: tuple[Place, ...]  # values of the other axes; empty for all
@@ -23,7 +23,7 @@ class StatedBand:
     judged: int
     smallest: float | None  # residual
     largest: float | None
-    limit: float  # largest difference or joint uncertainty of the judged points
+    uncertainty: float | None  # largest joint uncertainty of the judged points; None where none is judged
     beyond: int  # judged points with a difference beyond the joint uncertainty
     untested: int  # judged points at which error bars are no test
     unjudged: tuple[str, ...]  # why points of the band are not judged
@@ -38,7 +38,7 @@ class StatedPoint:
     reference: float | None
     difference: float | None  # over the reference
     word: StatedWord
-    says: str  # "numerically", "under-predicts"
+    says: str  # "meets the simulation", "too low"
     untested: str  # "mesh error unknown"; empty where the uncertainty is a test
 
 
@@ -49,13 +49,12 @@ class LawVerdict:
     subject: str
     title: str
     reference: Reference
-    caveat: str  # "recalled, cross-checked"; empty where the law was read in a source
+    caveat: str  # what was not checked of it; empty where the law was read in a source
     no_range: str  # "no range stated by its source"; empty where one is
     other_material: bool  # whether every point is outside its range because of the material of the target
     bands: tuple[StatedBand, ...]
     points: int
     judged: int  # points inside the range with a value and without a flag
-    close_points: frozenset[int]  # numbers of the points at which it is close
     smallest: float | None  # residual over the reference, of the judged points
     largest: float | None
     average: float | None  # None where it would hide what the residuals do
@@ -64,13 +63,25 @@ class LawVerdict:
     tested: int  # judged points whose uncertainty is a test
     inside: int  # of these, points with the difference inside the joint uncertainty
     each: tuple[StatedPoint, ...]
-    sentence: str = ""
     details: tuple[str, ...] = ()  # sentences on residuals, exponents and error bars
 
-    @property
-    def close(self) -> int:
-        """Number of points at which it is close."""
-        return len(self.close_points)
+
+@dataclass(frozen=True)
+class NumberRow:
+    """A law of the table beside the headline, with its numbers over the reference."""
+
+    law: str
+    where: str
+    smallest: float
+    largest: float
+    bar: float | None  # largest joint uncertainty; None where none is a test
+    points: int
+    rejecting: int
+    tested: int
+    difference: str  # "8 % low to 2 % high"
+    uncertainty: str  # "±9 %", or "mesh error unknown"
+    against: str
+    verdict: str
 
 
 @dataclass(frozen=True)
@@ -78,32 +89,23 @@ class QuantityVerdict:
     """The verdict on all laws of one quantity."""
 
     quantity: str
-    recommendation: str  # empty where no point judges anything
-    sentences: tuple[str, ...]  # of it
-    reason: str  # why no law is recommended; empty where one is
-    laws: tuple[LawVerdict, ...]  # against observations first, and those that are close at most points
+    headline: str  # empty where no point judges a law
+    rows: tuple[NumberRow, ...]  # the numbers behind it
+    laws: tuple[LawVerdict, ...]  # against observations first, in the order of the headline
     unjudged: tuple[str, ...]  # sentences on the laws that no point can judge
     drawn: tuple[str, ...]  # sentences on the laws that enter no verdict
-    flags: tuple[str, ...]  # sentences
 
 
 @dataclass(frozen=True)
 class Verdict:
     """The verdict on a sweep."""
 
-    reason: str  # why there is none; empty where there is one
-    summary: tuple[str, ...]  # the sentences that come first, or the reason alone
-    quantities: tuple[QuantityVerdict, ...] = ()  # with a law or an observation; judged ones first
-    without_recommendation: str = ""  # a sentence on all quantities without a law to recommend
-    rests: str = ""  # what the judgement rests on
-    bars: str = ""  # what the error bars hold
+    headline: str  # empty where no law predicts anything
+    quantities: tuple[QuantityVerdict, ...] = ()  # with a law or an observation; that of the headline first
+    unchecked: tuple[str, ...] = ()  # sentences: what was not checked, and by whom
     shots: str = ""  # how whipple itself does beside published shots
     terms: tuple[tuple[str, str], ...] = ()  # each word with its definition
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for the report."""
-        plain = asdict(self)
-        for quantity in plain["quantities"]:
-            for law in quantity["laws"]:
-                law["close"] = len(law.pop("close_points"))
-        return {**plain, "terms": [{"word": word, "meaning": text} for word, text in self.terms]}
+        return {**asdict(self), "terms": [{"word": word, "meaning": text} for word, text in self.terms]}

@@ -1,8 +1,7 @@
-"""The verdict on a law in words: its bands, what an average would hide, and the definitions of the words."""
+"""The verdict on a law in words: its bands, what an average would hide, definitions of the words, printed numbers."""
 
-import math
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
 from studies.cubes.points import Place
@@ -13,6 +12,7 @@ from studies.reports.verdict.evidence import TRUST, AxisOfSweep, Reference, Stat
 from studies.reports.verdict.stated import LawVerdict
 from studies.reports.verdict.trends import UNEVEN, Exponent, Trend
 
+MOST_WORDS = 20  # of a headline
 MOST_SLICES = 3  # combinations of other axes that a band lists
 MOST_REASONS = 3
 SIMPLE = 1e-6  # an exponent this close to a fraction of small numbers is that fraction
@@ -21,16 +21,15 @@ SAME = 5e-4  # a difference that rounds to 0.0 %
 OF = {"simulation": "the simulation", "observation": "the observed shots"}
 NONE_AT_ALL = "no difference"
 OF_POINTS: Mapping[StatedWord, str] = {
-    "trusted": "trusted",
-    "numerically": "numerically",
-    "within": f"within {100.0 * TRUST:.0f}{NARROW_SPACE}%",
-    "agrees": "agrees within the joint uncertainty",
-    "under": "under-predicts",
-    "over": "over-predicts",
+    "trusted": "holds",
+    "numerically": "meets the simulation",
+    "within": "close",
+    "agrees": "covered by wide error bars",
+    "under": "too low",
+    "over": "too high",
     "outside": "outside its range",
     "unjudged": "not judged",
 }
-BEYOND = "beyond the joint uncertainty"
 UNTESTED = {
     ("simulation", False): "mesh error unknown",
     ("observation", False): "the shots state no uncertainty",
@@ -42,34 +41,19 @@ UNTESTED = {
 
 
 def word_of(band: Band, reference: Reference, is_simulation: bool) -> str:
-    """How a law does in a band: "numerically to 6 %", "under-predicts by 16 to 25 %"."""
-    if band.stated == "trusted":
-        return f"{beside(reference, band.stated)} to {at_most(band.limit)}"
-    if band.stated == "within":
-        reasons = [BEYOND + _at(band.beyond, len(band.judged))] if band.beyond else []
-        if band.untested:
-            reasons.append(untested(band.untested, len(band.judged), reference, is_simulation))
-        return f"within {at_most(band.limit)} ({', '.join(reasons)})"
-    if band.word in ("under", "over"):
-        return f"{band.word}-predicts by {spread(map(abs, band.residuals))}"
-    if band.word == "agrees":
-        bar = at_most(max(point.bar for point in band.judged))
-        gives = difference(band.residuals)
-        if band.untested:
-            why = untested(band.untested, len(band.judged), reference, is_simulation)
-            return f"not judged: error bars of up to ±{bar} cover the difference ({gives}), but {why}"
-        return f"agrees within the joint uncertainty of up to ±{bar} ({gives})"
+    """How a law does in a band: "meets the simulation: 1 % low to 2 % high, ±7 %", "too low: 16 to 25 % low"."""
     if band.word == "unjudged":
         return f"not judged: {listed(band.unjudged)}"
-    if is_simulation:
-        return f"not simulated: {listed(band.outside)}"
-    gives = f" (it gives {difference(band.residuals)})" if band.residuals else ""
-    return f"outside its range: {listed(band.outside)}{gives}"
-
-
-def untested(count: int, judged: int, reference: Reference, is_simulation: bool) -> str:
-    """Why error bars are no test at some or all points: "mesh error unknown"."""
-    return UNTESTED[reference, is_simulation] + _at(count, judged)
+    if band.word == "outside":
+        gives = f" (it is {difference(band.residuals)})" if band.residuals and not is_simulation else ""
+        return f"{'not simulated' if is_simulation else OF_POINTS['outside']}: {listed(band.outside)}{gives}"
+    bar = max(point.bar for point in band.judged)
+    text = difference(band.residuals) + (f", ±{share(bar)}" if bar else "")
+    reasons = [f"beyond the joint uncertainty{_at(band.beyond, len(band.judged))}"] if band.stated == "within" else []
+    reasons = reasons if band.beyond else []
+    if band.untested and band.stated in ("within", "unjudged"):
+        reasons.append(f"{UNTESTED[reference, is_simulation]}{_at(band.untested, len(band.judged))}")
+    return f"{OF_POINTS[beside(reference, band.stated)]}: {text}" + (f" ({', '.join(reasons)})" if reasons else "")
 
 
 def _at(count: int, judged: int) -> str:
@@ -95,8 +79,8 @@ def _along(band: Band, axis: AxisOfSweep) -> str:
         return f"without a {words(axis.name)}"
     if axis.unit is None:
         return f"for {name}{' and '.join(map(str, values))}"
-    low, high = (_number(value, axis.unit) for value in (values[0], values[-1]))
-    unit = _unit(axis.unit)
+    low, high = (number_of(value, axis.unit) for value in (values[0], values[-1]))
+    unit = unit_of(axis.unit)
     if len(values) == 1:
         return f"at {name}{high}{unit}"
     if band.begins == band.ends:
@@ -109,14 +93,14 @@ def _places(slices: Sequence[Place], units: Mapping[str, str | None]) -> str:
     names = {name for place in slices for name in place}
     if len(names) == 1:
         (name,) = names
-        values = joined([_number(place[name], units[name]) for place in slices if name in place])
-        return f"{words(name)} {values}{_unit(units[name])}"
+        values = joined([number_of(place[name], units[name]) for place in slices if name in place])
+        return f"{words(name)} {values}{unit_of(units[name])}"
     return " and ".join(_place(place, units) for place in slices)
 
 
 def _place(place: Place, units: Mapping[str, str | None]) -> str:
     return ", ".join(
-        f"{words(name)} {value if isinstance(value, str) else _number(value, units[name]) + _unit(units[name])}"
+        f"{words(name)} {value if isinstance(value, str) else number_of(value, units[name]) + unit_of(units[name])}"
         for name, value in place.items()
     )
 
@@ -135,15 +119,6 @@ def listed(reasons: Sequence[tuple[str, int]]) -> str:
 
 
 # ---- laws ----------------------------------------------------------------------------------------
-
-
-def sentence(law: LawVerdict) -> str:
-    """The verdict on a law as a sentence."""
-    name = title(law, law.no_range)
-    parts = [f"{band.where} {band.says}" for band in law.bands]
-    if not parts:
-        return f"{name}: nothing to compare."
-    return f"{name}, against {OF[law.reference]}: {'; '.join(parts)}."
 
 
 def residual_text(law: LawVerdict) -> str:
@@ -171,8 +146,7 @@ def _trend(trend: Trend | None) -> str:
     ]
     if lost:
         texts.append(f"none beyond its interval along {joined([words(slope.axis) for slope in lost])}")
-    share = f"{100.0 * CONFIDENCE:.0f}{NARROW_SPACE}%"
-    return f"linear trend over {trend.n} points: {' and '.join(texts)} ({share} interval)"
+    return f"linear trend over {trend.n} points: {' and '.join(texts)} ({share(CONFIDENCE)} interval)"
 
 
 def _per(unit: str) -> str:
@@ -184,7 +158,10 @@ def exponents_text(law: LawVerdict) -> str:
     texts = []
     for axis in dict.fromkeys(each.axis for each in law.exponents):
         mine = [each for each in law.exponents if each.axis == axis]
-        texts.append(f"of {words(axis)} {_exponents(mine)} in {OF[law.reference]} against {_of_law(mine)} in the law")
+        text = f"of {words(axis)} {_exponents(mine)} in {OF[law.reference]} against {_of_law(mine)} in the law"
+        refuted = sum(each.is_refuted for each in mine)
+        fits = f" in {refuted} of {len(mine)} fits" if len(mine) > 1 else ""
+        texts.append(f"{text}, which is refuted{fits}" if refuted else text)
     return f"Exponents fitted to the same points: {'; '.join(texts)}." if texts else ""
 
 
@@ -229,7 +206,7 @@ def outside_texts(laws: Sequence[LawVerdict]) -> tuple[str, ...]:
     others = list(dict.fromkeys(law.title for law in laws if law.other_material))
     for law in laws:
         if not law.other_material:
-            says = "; ".join(f"{band.where} {band.says.partition(' (it gives')[0]}" for band in law.bands)
+            says = "; ".join(f"{band.where} {band.says.partition(' (it is')[0]}" for band in law.bands)
             # The sentence names its variants at the beginning.
             says = says.replace(f"{law.subject.partition('/')[2]} is not stated", "not stated")
             groups.setdefault((law.reference, says), {}).setdefault(law.title, []).append(law)
@@ -257,19 +234,15 @@ def _variants(laws: Sequence[LawVerdict]) -> str:
 
 def agreement_text(law: LawVerdict, has_model: bool) -> str:
     """How many differences lie inside the joint uncertainty, and what that does not say."""
-    if not law.judged:
-        return ""
     if not law.tested:
         why = UNTESTED[law.reference, law.subject == "simulation"]
-        return f"No difference is tested by error bars: {why}."
+        return f"No point tests it: {why}." if law.judged else ""
     text = f"Inside the joint uncertainty at {law.inside} of {law.tested} tested points"
-    if has_model or law.inside == law.tested or law.subject == "simulation":
-        return f"{text}."
-    if law.reference == "observation":
+    if has_model or law.inside == law.tested or law.subject == "simulation" or law.reference == "observation":
         return f"{text}."
     return (
-        f"{text}; without a model part that was measured at all of these points, a difference outside of it does not "
-        "refute the law."
+        f"{text}; the error of the models was not measured at all of these points, and may be larger than the joint "
+        "uncertainty says."
     )
 
 
@@ -278,31 +251,53 @@ def agreement_text(law: LawVerdict, has_model: bool) -> str:
 
 def terms() -> tuple[tuple[str, str], ...]:
     """Each word of the verdict with its definition."""
-    limit = at_most(TRUST)
+    limit = share(TRUST)
     return (
         (
-            "numerically to x",
-            "at every judged point of the band the law's difference from the simulation is inside the joint "
-            f"uncertainty, and both are at most x; x is at most {limit} and rounded up to whole per cent. The point is "
-            "inside the range that the law's source states, if it states one. It says that the law meets the numbers "
-            "of this simulation: how far its models are from nature is not part of it.",
-        ),
-        ("trusted to x", "the same beside observed shots that state their error."),
-        (
-            "within x",
-            "difference and joint uncertainty are at most x too, but at some points the difference is beyond the joint "
-            "uncertainty, or an error without which error bars are no test is unknown: the mesh error of a single "
-            "resolution, or the error of an observed shot. The brackets say which.",
+            "low, high",
+            'difference of the law from its reference, over the reference: "8 % low to 2 % high" is the range of all '
+            "points that judge.",
         ),
         (
-            "under-predicts, over-predicts by a to b",
-            f"at every judged point of the band the law is smaller (larger) than the reference by more than {limit} "
-            "and by more than the joint uncertainty; a and b are the smallest and the largest difference, over the "
-            "reference.",
+            "±, joint uncertainty",
+            "the largest over the points: root of the sum of the squares of the parts that are assessed: numerical, "
+            "definition of the measure, material and model, scatter of the law, and of an observed shot the error that "
+            "it states.",
         ),
         (
-            "agrees within the joint uncertainty of x",
-            f"the difference is inside the joint uncertainty, which is wider than {limit}: the law is neither "
+            "use",
+            f"differences and joint uncertainties are at most {limit}, most points have an error bar that is a test, "
+            "at most a fifth of these reject, and the exponent of the law is not refuted.",
+        ),
+        ("reject", "the difference at a tested point is beyond the joint uncertainty."),
+        (
+            "untested",
+            "error bars are no test at half of the points or more: the mesh error of a single resolution, or the error "
+            "of an observed shot, is unknown.",
+        ),
+        (
+            "exponent refuted",
+            "the exponent of the law is outside of the interval of the exponent that is fitted to its reference at the "
+            "same points.",
+        ),
+        ("doubtful shot", "nobody here read its source; it judges no law alone."),
+        (
+            "holds, meets the simulation",
+            "of a band: inside the joint uncertainty at every judged point, beside observed shots that state their "
+            f"error, or beside this simulation alone; difference and joint uncertainty are at most {limit}.",
+        ),
+        (
+            "close",
+            f"of a band: difference and joint uncertainty are at most {limit}, and the brackets say at how many points "
+            "the difference is beyond the joint uncertainty, or which error is unknown.",
+        ),
+        (
+            "too low, too high",
+            f"of a band: the difference is larger than {limit} and than the joint uncertainty at every judged point.",
+        ),
+        (
+            "covered by wide error bars",
+            f"of a band: the difference is inside the joint uncertainty, which is wider than {limit}: neither "
             "confirmed to that nor contradicted.",
         ),
         (
@@ -315,11 +310,6 @@ def terms() -> tuple[tuple[str, str], ...]:
             "the point has no value, or carries a flag; or error bars that are no test cover the difference.",
         ),
         (
-            "joint uncertainty",
-            "root of the sum of the squares of the parts that are assessed: numerical, definition of the measure, "
-            "material and model, scatter of the law, and of an observed shot the error that it states.",
-        ),
-        (
             "average, trend",
             f"an average is given where residuals have one sign and vary by no more than a factor of {digits(UNEVEN)}; "
             "elsewhere a linear trend against the axes that vary, by least squares, with its interval.",
@@ -330,52 +320,45 @@ def terms() -> tuple[tuple[str, str], ...]:
 # ---- numbers -------------------------------------------------------------------------------------
 
 
-def title(law: LawVerdict, note: str = "") -> str:
-    """The title of a law, with its variant, with what its confidence asks to be said, and with a note."""
-    notes = "; ".join(filter(None, (law.subject.partition("/")[2], law.caveat, note)))
-    return f"{law.title} ({notes})" if notes else law.title
+def title(law: LawVerdict) -> str:
+    """The title of a law with its variant."""
+    variant = law.subject.partition("/")[2]
+    return f"{law.title} ({variant})" if variant else law.title
 
 
-def at_most(share: float) -> str:
-    """A share rounded up to whole per cent: "6 %".
+def share(size: float) -> str:
+    """A share in per cent: "6 %", "0.4 %".
 
-    >>> at_most(0.0501), at_most(0.1), at_most(0.0)
-    ('6\\u202f%', '10\\u202f%', '1\\u202f%')
+    >>> share(0.0601), share(0.004)
+    ('6\u202f%', '0.4\u202f%')
     """
-    return f"{max(1, math.ceil(round(100.0 * share, 6)))}{NARROW_SPACE}%"
-
-
-def spread(shares: Iterable[float]) -> str:
-    """The smallest and the largest of some shares: "16 to 25 %"."""
-    listed = list(shares)
-    low, high = (_whole(pick(listed)) for pick in (min, max))
-    return f"{high}{NARROW_SPACE}%" if low == high else f"{low} to {high}{NARROW_SPACE}%"
+    return f"{_whole(size)}{NARROW_SPACE}%"
 
 
 def difference(residuals: Sequence[float]) -> str:
     """Relative differences in words, without a side that rounds to nothing.
 
     >>> difference([-0.25, -0.16]), difference([-0.03, 0.04]), difference([-0.0003, 0.009])
-    ('16 to 25\u202f% less', '3\u202f% less to 4\u202f% more', '0 to 0.9\u202f% more')
+    ('16 to 25\u202f% low', '3\u202f% low to 4\u202f% high', '0 to 0.9\u202f% high')
     """
     low, high = min(residuals), max(residuals)
     if max(-low, high) < SAME:
         return NONE_AT_ALL
     if min(-low, high) >= SAME:
-        return f"{_whole(-low)}{NARROW_SPACE}% less to {_whole(high)}{NARROW_SPACE}% more"
-    side = "less" if -low > high else "more"
-    return f"{spread(map(abs, residuals))} {side}"
+        return f"{share(-low)} low to {share(high)} high"
+    ends = dict.fromkeys(map(_whole, sorted((abs(low), abs(high)))))
+    return f"{' to '.join(ends)}{NARROW_SPACE}% {'low' if -low > high else 'high'}"
 
 
 def _whole(share: float) -> str:
     return decimals(100.0 * share, 0 if abs(share) >= 0.01 else 1).removesuffix(".0")
 
 
-def _number(value: float | str, unit: str | None) -> str:
+def number_of(value: float | str, unit: str | None) -> str:
     return value if isinstance(value, str) else printed_in(value, unit)
 
 
-def _unit(unit: str | None) -> str:
+def unit_of(unit: str | None) -> str:
     name = display_of(unit).unit
     return f" {name}" if name else ""
 
@@ -397,3 +380,20 @@ def joined(parts: Sequence[str]) -> str:
     if len(parts) < 2:
         return "".join(parts)
     return f"{', '.join(parts[:-1])} and {parts[-1]}"
+
+
+def shortest(texts: Sequence[str]) -> str:
+    """The first text with at most ``MOST_WORDS`` words; where none has so few, the beginning of the last one."""
+    short = (text for text in texts if len(text.split()) <= MOST_WORDS)
+    return next(short, f"{' '.join(texts[-1].split()[:MOST_WORDS])}…")
+
+
+def spanned(low: str, high: str) -> str:
+    """Two printed numbers as a range: "2-7", and one where they are the same.
+
+    >>> spanned("2", "7"), spanned("6", "6"), spanned("−1", "2")
+    ('2-7', '6', '−1 to 2')
+    """
+    if low == high:
+        return low
+    return f"{low} to {high}" if "−" in low + high else f"{low}-{high}"

@@ -12,6 +12,7 @@ from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint
 
 # Beyond this ratio of the largest to the smallest residual an average hides what the residuals do.
 UNEVEN = 2.0
+ROUNDING = 1e-6  # exponents that differ by less are the same
 FEWEST = 3  # values of an axis to which an exponent is fitted: fewer leave no scatter to judge it by
 
 
@@ -41,8 +42,13 @@ class Exponent:
     at: Place  # values of the other axes
     n: int
     reference: float
-    interval: float  # half length
+    interval: float  # half length, of the scatter about the power and the error bars of the points together
     law: float
+
+    @property
+    def is_refuted(self) -> bool:
+        """Whether that of the law is outside of the interval of that of the reference."""
+        return abs(self.law - self.reference) > self.interval + ROUNDING
 
 
 def is_uneven(residuals: np.ndarray) -> bool:
@@ -104,12 +110,15 @@ def exponents_of(points: Sequence[JudgedPoint], axes: Sequence[AxisOfSweep]) -> 
                 continue
             power = (np.ones(len(x)), np.log(x))
             reference, law = (linear(power, np.log(column)) for column in y.T)
+            # The slope is sum of (x - mean) y / sum of (x - mean)^2: so much of it are the error bars of y.
+            leverage = power[1] - power[1].mean()
+            barred = np.linalg.norm(leverage * [point.bar for point in mine]) / (leverage**2).sum()
             at = {name: value for name, value in zip(others, key, strict=True) if value is not None}
             yield Exponent(
                 axis.name,
                 at,
                 len(mine),
                 float(reference.constants[1]),
-                float(reference.intervals[1]),
+                float(np.hypot(reference.intervals[1], barred)),
                 float(law.constants[1]),
             )

@@ -137,7 +137,7 @@ def test_sweep__ends_with_0_if_all_succeeded_and_3_otherwise(
         output = capsys.readouterr().out
         assert f"threads: {threads}\n" in output
         assert "report.html" in output
-        assert "  Use the law.\n  Rests on numerics.\n" in output
+        assert "\n  Use the law; simulation only.\n" in output
         assert end in output
 
 

@@ -37,7 +37,7 @@ FILES = {
     "cube.nc": b"\x89HDF not really",
     "report.html": b"<!doctype html><title>report</title>",
     "runs.csv": b"run_id\n",
-    "report.json": b'{"report_version": 1, "verdict": {"summary": ["Use the law.", "Rests on numerics."]}}',
+    "report.json": b'{"report_version": 1, "headline": "Use the law; simulation only."}',
 }
 ALL_RUNS = {"runs-all.csv": b"run_id,solver_seconds [s]\n"}  # offered in place of runs.csv
 

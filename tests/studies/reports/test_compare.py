@@ -1,4 +1,4 @@
-"""Residuals: their statistics by hand, their ranges, which error bars judge, and their sentences."""
+"""Residuals: their statistics by hand, their ranges, and which error bars judge."""
 
 import math
 from dataclasses import replace
@@ -11,15 +11,7 @@ import xarray as xr
 from studies.cubes import cube
 from studies.laws import DRAWN_ONLY
 from studies.quantities.measured import NOT_COMPARED
-from studies.reports.compare import (
-    UNJUDGED_BY_OBSERVATION,
-    References,
-    Residual,
-    Statistics,
-    compare,
-    sentence,
-    statistics,
-)
+from studies.reports.compare import References, Residual, Statistics, compare, statistics
 from tests.studies.support import fakes
 
 MAIDEN = "maiden_al"  # its stated range is 2.5 to 5.5 km/s
@@ -69,11 +61,12 @@ def with_confidence(word: str) -> xr.Dataset:
 
 
 @pytest.mark.parametrize("word", ["memory", "indicative"])
-def test_law__that_is_drawn_only_enters_no_verdict_no_recommendation_and_no_average(word: str) -> None:
+def test_law__that_is_drawn_only_enters_no_verdict_no_headline_and_no_average(word: str) -> None:
     comparison = compare(with_confidence(word))
     (quantity,) = comparison.verdict.quantities
     assert all(law.subject == "simulation" for law in quantity.laws)
-    assert "thesis 1-3" not in quantity.recommendation
+    assert quantity.headline == ""
+    assert quantity.rows == ()
     assert len(quantity.drawn) == len(fakes.HOLE_LAWS)
     assert all(DRAWN_ONLY[word] in text for text in quantity.drawn)
     laws = [each for each in comparison.residuals if each.subject != "simulation"]
@@ -81,7 +74,18 @@ def test_law__that_is_drawn_only_enters_no_verdict_no_recommendation_and_no_aver
     several = [each.everywhere for each in laws if each.everywhere.n > 1]
     assert several
     assert all(each.rms is None and each.relative_bias is None for each in several)
-    assert all("drawn only" in sentence(each) for each in laws)
+    assert all(each.drawn_only == DRAWN_ONLY[word] for each in laws)
+
+
+@pytest.mark.parametrize(("word", "stated"), [("cross-checked", True), ("read", False)])
+def test_verdict__says_which_laws_are_recalled_and_by_whom(word: str, stated: bool) -> None:
+    verdict = compare(with_confidence(word)).verdict
+    (quantity,) = verdict.quantities
+    laws = [law for law in quantity.laws if law.subject != "simulation"]
+    assert laws
+    assert all(("did not read the paper" in law.caveat) == stated for law in laws)
+    assert ("did not read the paper" in " ".join(verdict.unchecked)) == stated
+    assert not quantity.drawn
 
 
 # --- observations ---------------------------------------------------------------------------------
@@ -95,7 +99,7 @@ def test_observation__judges_a_law_by_its_own_error_bar() -> None:
     assert entry.everywhere.bias == pytest.approx(answer - 17.9e-3)
     assert (entry.everywhere.judged, entry.everywhere.bar) == (1, 0.3e-3)
     unbarred = residual(holes(replace(shot, uncertainty=None)), MAIDEN, "observation")
-    assert UNJUDGED_BY_OBSERVATION in sentence(unbarred)
+    assert (unbarred.everywhere.judged, unbarred.everywhere.bar) == (0, None)
 
 
 def test_observation__judges_the_simulation_by_both_error_bars_together() -> None:

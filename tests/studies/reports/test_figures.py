@@ -1,6 +1,9 @@
 """Figures of simulation, laws, observations and convergence, and their captions."""
 
+import json
+import math
 import re
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -9,12 +12,17 @@ import numpy as np
 import pytest
 import xarray as xr
 
+from studies.cases.rows import at_most, equal
 from studies.cubes import cube
+from studies.reports import report
 from studies.reports.compare import compare
 from studies.reports.figures import ERROR_BAR, Figure, Series, figures
+from studies.reports.page import page
 from studies.reports.publish import draw_figures
+from studies.sweeps.axes import Axis
 from studies.sweeps.sweep import Sweep
 from tests.studies.support import fakes
+from tests.studies.support.fakes import sweep_of
 
 REFINED = fakes.refined_holes()
 PLAIN = fakes.holes()
@@ -141,3 +149,35 @@ def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folde
         panels = {panel.title for panel in figure.panels if panel.title}
         assert panels <= texts, figure.name
         assert any(figure.y.label in text for text in texts), figure.name
+
+
+# ---- many runs -----------------------------------------------------------------------------------
+
+MANY, LARGEST = (50, 40), 3e6  # runs over two axes; bytes of their page
+
+
+@pytest.mark.claim("door", "two-thousand-runs")
+@pytest.mark.parametrize("combine", ["grid", "zip"])
+def test_two_thousand_runs__have_maps_over_two_axes_and_a_small_page(
+    combine: Any, compared: Callable[..., None]
+) -> None:
+    """Two thousand runs over two axes are maps, each point in its place, on a page below 3 MB."""
+    rng = np.random.default_rng(1)
+    count = math.prod(MANY)
+    along = [np.linspace(0.0, 1.0, each) for each in MANY] if combine == "grid" else rng.random((2, count))
+    speed = Axis("speed", "m s-1", tuple((2e3 + 5e3 * along[0]).tolist()))
+    thickness = Axis("plate_thickness", "m", tuple((1e-3 + 4e-3 * along[1]).tolist()))
+    dataset = built(sweep_of(speed, thickness, combine=combine))
+    document = report.document(dataset, compare(dataset))
+    names = [figure["name"] for figure in document["figures"]]
+    compared(
+        equal(
+            "figures", expected=["hole_diameter_map", "hole_diameter_residuals_map", "hole_diameter_growth"], got=names
+        )
+    )
+    (panel,) = document["figures"][0]["panels"]
+    (series,) = panel["series"]
+    compared(equal("points of the map", expected=count, got=len({*zip(series["x"], series["y"], strict=True)})))
+    ratios = (dataset.hole_diameter / dataset.equivalent_diameter).values.ravel()
+    np.testing.assert_allclose(series["z"], ratios)
+    compared(at_most("bytes of the page", limit=LARGEST, got=len(page(json.loads(report.as_json(document))).encode())))

@@ -86,8 +86,8 @@ def test_pictures__of_many_runs_are_of_some_of_the_finest(tmp_path: Path, monkey
 def test_page__embeds_pictures_that_can_be_opened(report: Reported) -> None:
     _, html = report
     runs = re.findall(r'<svg class="picture of-run.*?</svg>', html, re.DOTALL)
-    # Thumbnails of the end and of one moment; five fields and that moment in full.
-    assert len(runs) == 2 + 5 + 1
+    # The end with which the page opens; thumbnails of the end and of one moment; five fields and that moment in full.
+    assert len(runs) == 1 + 2 + 5 + 1
     for drawn in runs:
         embedded = re.findall(r'href="data:image/png;base64,([^"]+)"', drawn)
         assert len(embedded) == (1 if "thumbnail" in drawn else 2)  # with a colour bar

@@ -112,6 +112,18 @@ def test_page__every_text_is_the_one_in_the_document(case: Case) -> None:
     assert {mark.text == at(document, mark.path) for mark in printed_texts} == {True}
 
 
+@pytest.mark.parametrize(("name", "is_long"), [("grid", True), ("methods", False)])
+def test_page__opens_with_headline_figure_and_numbers_and_folds_the_rest(name: str, is_long: bool) -> None:
+    html = page.page(document_of(cube_of(name)))
+    parts = ('class="headline"', 'data-plot="opening"', 'class="numbers"', 'id="laws"', 'class="bands"', 'id="figures"')
+    places = [html.index(f"{part}") for part in parts]
+    assert places == sorted(places)
+    opening, _, rest = html.partition("</section>")
+    assert "<details" not in opening
+    assert re.sub("<details class=.section.*?</summary>.*?</details>", "", rest, flags=re.DOTALL).count("<h2") == 0
+    assert ("Each law, band by band" in html) == is_long
+
+
 def test_page__has_no_digit_of_its_own_and_loads_nothing(case: Case) -> None:
     _, _, shown = case
     assert re.findall(r"\d", shown.unmarked) == []
@@ -199,11 +211,11 @@ def test_single_grid__has_no_error_bar_wherever_its_number_is_printed(case: str)
                 assert {*series["uncertainty"]} == {None}, figure["name"]
     for quantity in (document["convergence"] or {"quantities": []})["quantities"]:
         assert {point["uncertainty"] for point in quantity["points"]} == {None}
-    verdict, _, rest = html.partition('<section id="figures">')
-    values = re.findall("<dl>.*?</dl>", verdict, re.DOTALL)[0]
+    html = page.page(document)
+    values = re.findall("<dl>.*?</dl>", html.partition('id="about"')[2], re.DOTALL)[0]
     assert f"({MESH_UNKNOWN})" in values
     assert "±" not in values
-    assert f"each on one grid: {MESH_UNKNOWN}" in rest
+    assert f"each on one grid: {MESH_UNKNOWN}" in html
     stated = [name for name in runs_csv(dataset, every_column=True).partition("\n")[0].split(",") if "uncert" in name]
     assert stated
     assert all("_reading_uncertainty" in name or "_uncertainty_" in name for name in stated)
@@ -229,7 +241,7 @@ def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
     )
     html = page.page(document)
     assert '<a href="#published">' in html
-    assert '<section id="published">' in html
+    assert 'id="published">' in html
     document = document_of(dataset.assign_attrs(compared_shots="[]"))
     assert document["verdict"]["shots"].startswith("No published shot")
     assert '"#published"' not in page.page(document)
