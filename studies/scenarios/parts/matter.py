@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from studies.materials import Material
 
 HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
+PROJECTILE = "projectile"  # the role whose material may go without what a failure takes
 
 
 def failures() -> Mapping[str, Any]:
@@ -85,7 +86,7 @@ class Fracture(_FailureParameters):
     def of(self, material: "Material") -> Any:
         """The solver's record of the failure, with the constants of a material.
 
-        A material without the section that the failure takes its constants from never fails.
+        A projectile without the section that the failure takes its constants from never fails.
         """
         record = failures()[self.failure].record
         if _goes_without(record, material):
@@ -108,10 +109,11 @@ class Fracture(_FailureParameters):
                 cure = f"leave {name} out, or set failure to {kind}"
                 yield Finding(name, f"{value:g}", f"no value without failure {kind}", cure)
         record = failures()[self.failure].record
-        breaking = {role: material for role, material in materials.items() if not _goes_without(record, material)}
-        for role, material in (breaking or materials).items():
-            for taken in marked(record, FromMaterial).values():
-                value = material.value_at(taken.path)
+        for role, material in materials.items():
+            if role == PROJECTILE and len(materials) > 1 and _goes_without(record, material):
+                continue  # a projectile without the section never fails
+            for name, value in material.taken(record).items():
+                taken = marked(record, FromMaterial)[name]
                 if value is None or (value == 0.0 and taken.above_zero):
                     meaning = material.parameters()[taken.path].meaning
                     limit = f"a material with a {meaning}, which {material.name} has not"

@@ -118,13 +118,18 @@ def test_damage__breaks_the_materials_that_state_its_constants() -> None:
     assert DAMAGE.of(WELDOX) == ModifiedJohnsonCookDamage(*expected)
 
 
+def test_damage__is_refused_where_the_target_states_none_of_its_constants() -> None:
+    first, *_ = DAMAGE.check({"projectile": WELDOX, "target": ARNE})
+    assert "set target.fracture.D1" in first.cure
+
+
 def test_damage__is_refused_where_a_material_states_a_part_of_its_constants() -> None:
     [finding] = DAMAGE.check({"target": WELDOX.with_value("fracture.D2", None)})
     assert "set target.fracture.D2" in finding.cure
 
 
 def test_fracture__is_part_of_a_resolved_material_where_it_is_stated() -> None:
-    assert "fracture" not in COPPER.resolved()
+    assert "fracture" not in ARNE.resolved()
     assert materials.Material.from_resolved(WELDOX.resolved()) == WELDOX
-    assert materials.Material.from_resolved(COPPER.resolved()) == COPPER
+    assert materials.Material.from_resolved(ARNE.resolved()) == ARNE
     assert WELDOX.resolved() != WELDOX.with_value("fracture.D1", 0.1).resolved()
