@@ -27,6 +27,7 @@ COPPER: dict[str, tuple[float, ...]] = {
     "none": (),
     "plastic-strain": (LIMIT,),
     "spall": (SPALL, TIME),
+    "spall-rate": (SPALL, 1e5, 1.0 / 3.0, 138.6e9),
 }
 BREAKS = sorted(set(MEMBERS) - {"none"})
 
@@ -137,6 +138,3 @@ def test_failed__energy_is_the_work_of_the_stored_pressure(name: str, stretch: f
     pushed = new.pressure + VISCOSITY.heating * new.viscosity
     work = -0.5 * pushed * stretch / DENSITY
     assert math.isclose(present - new.energy, work, rel_tol=1e-9, abs_tol=1e-9)
-
-
-# Matter at a constant tension: at rest, thinner than it likes to be, under a tensile floor at the same spall strength

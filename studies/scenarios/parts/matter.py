@@ -62,8 +62,9 @@ _FailureParameters: Any = make_dataclass(
                 str,
                 Choice(failures),
                 Described(
-                    "failure model: none, plastic strain, tension beyond the spall strength for long enough, or the "
-                    "damage of Johnson and Cook, plain or modified, which weakens"
+                    "failure model: none, plastic strain, tension beyond the spall strength for long enough, the spall "
+                    "strength of plate impacts at the strain rate, or the damage of Johnson and Cook, plain or "
+                    "modified, which weakens"
                 ),
             ],
             field(default="none"),
