@@ -211,6 +211,11 @@ class Material:
         speed: float = reference_sound_speed(models("eos")[self.eos.kind].record(**self.fill("eos")))
         return speed
 
+    @property
+    def stiffness(self) -> float:
+        """Bulk modulus of the equation of state at rest, Pa, which the stated one agrees with."""
+        return self.density * self.sound_speed**2
+
     def fill(self, section: str, record: type | None = None) -> dict[str, float | None]:
         """The fields without default of a section's model, or of another record that takes the same constants."""
         model: Model = getattr(self, section)

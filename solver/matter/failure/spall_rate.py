@@ -29,7 +29,7 @@ class RateDependentSpall(NamedTuple):
     strength: Annotated[Pascal, FromMaterial("spall.strength")]  # sigma_1
     strain_rate: Annotated[PerSecond, FromMaterial("spall.strain_rate")]  # rate_1
     exponent: Annotated[Dimensionless, FromMaterial("spall.exponent")]  # m
-    bulk_modulus: Annotated[Pascal, FromMaterial("elastic.bulk_modulus")]  # K
+    bulk_modulus: Annotated[Pascal, FromMaterial("stiffness")]  # K, of the equation of state
 
 
 FAILURE = FailureEntry("spall-rate", RateDependentSpall)

@@ -99,6 +99,7 @@ def test_identity__is_changed_by_the_12th_digit_the_scenario_and_the_physics(mon
 TAKEN: list[tuple[str, str, tuple[str, dict[str, str]], tuple[str, dict[str, str]]]] = [
     ("thermal.latent_heat_of_fusion", "copper-ofhc", ("thin_plate", {}), ("debris_cloud", {})),
     ("tension.spall_strength", "copper-ofhc", ("thin_plate", {"tension": "unlimited"}), ("thin_plate", {})),
+    ("spall.strength", "copper-ofhc", ("thin_plate", {}), ("thin_plate", {"failure": "spall-rate"})),
     ("fracture.D1", "weldox-460-e", ("thin_plate", {}), ("thin_plate", {"failure": "modified-johnson-cook"})),
 ]
 

@@ -85,6 +85,10 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
         ("thin_plate", {"failure": "johnson-cook", "target": target}, "failure", f"fracture strain D1, which {target}")
         for target in ("al-1100-o", "al-2017-t4", "al-2219-t87", "steel-304")
     ),
+    *(
+        ("thin_plate", {"failure": "spall-rate", "target": target}, "failure", f"of its source, which {target} has not")
+        for target in ("al-1100-o", "al-5456-h116", "armco-iron", "lead", "tungsten")
+    ),
     ("thin_plate", {"target": "copper-ofhc-tillotson", "eos_form": "cubic"}, "eos_form", "has one form"),
     *(
         (scenario, {**materials, "failure": "none", **change}, next(iter(change)), "would boil")
