@@ -1,17 +1,17 @@
 """Spall at the strength that plate impacts show at their strain rate; the time until it breaks follows.
 
-Measured spall strengths grow with the rate of expansion, sigma = sigma_1 (rate / rate_1)^m: Kanel (2010), Int. J. Fract.
-163, 173; Grady (1988), J. Mech. Phys. Solids 36, 353, has m = 1/3 and sigma_1^3 = 3 rho c0 K_c^2 rate_1 where the
-fracture toughness K_c decides. Matter that expands at a constant rate bears K rate t, with its bulk modulus K, so that
-it breaks after t = sigma / (K rate). One integral over the time under tension gives this at every rate (Tuler and
+Measured spall strengths grow with the rate of expansion, sigma = sigma_1 (rate / rate_1)^m: Kanel (2010), Int. J.
+Fract. 163, 173; Grady (1988), J. Mech. Phys. Solids 36, 353, has m = 1/3 and sigma_1^3 = 3 rho c0 K_c^2 rate_1 where
+the fracture toughness K_c decides. Matter that expands at a constant rate bears K rate t, with its bulk modulus K, so
+that it breaks after t = sigma / (K rate). One integral over the time under tension gives this at every rate (Tuler and
 Butcher (1968), Int. J. Fract. Mech. 4, 431, without a threshold)::
 
     damage = integral of (sigma / sigma_1)^(1/m - 1) dt / t_1,   t_1 = m sigma_1 / (K rate_1)
 
-At a constant tension sigma matter breaks after t_1 (sigma_1 / sigma)^(1/m - 1). With Grady's law the integral is that of
-sigma^2 dt up to K_c^2 / c0, whatever the rate. sigma is the hydrostatic tension that matter carries. The integral limits
-tension, so the tensile floor does not; molten matter bears none where the rule of tension says so. Particle pressures
-that scatter behind a shock count with a power of 1/m - 1.
+At a constant tension sigma matter breaks after t_1 (sigma_1 / sigma)^(1/m - 1). With Grady's law the integral is that
+of sigma^2 dt up to K_c^2 / c0, whatever the rate. sigma is the hydrostatic tension that matter carries. The integral
+limits tension, so the tensile floor does not; molten matter bears none where the rule of tension says so. Pressures of
+particles that scatter behind a shock count with the power 1/m - 1.
 """
 
 import math
