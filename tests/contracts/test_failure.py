@@ -118,6 +118,20 @@ def test_failure__takes_shear_and_tension_in_the_step_in_which_it_happens(name: 
 
 
 @pytest.mark.parametrize("name", BREAKS)
+def test_failure__costs_no_energy_beyond_the_work_of_the_step_in_which_it_happens(name: str) -> None:
+    """Half the work of the old stress and half that of the stored one, which has no shear: what was elastic is heat."""
+    *_, before, _ = pulled_until_broken(name)
+    broken, present, _ = step(matter(name), PULL, before)
+    assert broken.damage == 1.0
+    stretch, volume = float(np.trace(PULL)) * DT, before.density / broken.density - 1.0
+    sheared = DT * sum(stress * rate for stress, rate in zip(before.deviator[:3], np.diag(PULL), strict=True))
+    old = sheared - stretch * (before.pressure + VISCOSITY.heating * before.viscosity)
+    new = -(broken.pressure + VISCOSITY.heating * broken.viscosity) * volume
+    assert math.isclose(broken.energy, before.energy + 0.5 * old / before.density, rel_tol=1e-9, abs_tol=1e-9)
+    assert math.isclose(present, broken.energy + 0.5 * new / before.density, rel_tol=1e-9, abs_tol=1e-9)
+
+
+@pytest.mark.parametrize("name", BREAKS)
 @given(gradient=st.lists(st.floats(-0.03, 0.03), min_size=9, max_size=9), pressure=st.floats(0.0, 1e10))
 def test_failed__bears_neither_shear_nor_tension_whatever_is_done_to_it(
     name: str, gradient: list[float], pressure: float
