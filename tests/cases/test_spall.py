@@ -1,9 +1,11 @@
 """Spall at the strength of plate impacts: at a point under a constant tension, and in a bar that expands evenly."""
 
+import math
 from collections.abc import Callable
 
 import numpy as np
 import pytest
+from scipy.optimize import brentq
 
 from solver.matter.eos.linear_elastic import LinearElastic
 from solver.matter.failure.spall_rate import RateDependentSpall
@@ -128,3 +130,43 @@ def test_spall__breaks_a_bar_at_the_sourced_stress_and_time(name: str, compared:
         simulation.advance()
     drift = abs(simulation.audit().energy_drift)
     compared(at_most(f"{name}: drift of the energy", limit=ENERGY, got=drift))
+
+
+# Plane-strain fracture toughness, Pa m^(1/2), from which the materials' files compute their spall strengths.
+TOUGHNESS = {"al-2024-t3": 44e6, "al-2024-t351": 34.06e6, "al-7075-t6": 24e6, "ti-6al-4v": 55e6, "steel-4340": 87.4e6}
+THIRD_DIGIT = 5e-3
+# Wilkerson and Ramesh (2016), constants of copper: friction stress and Hall-Petch slope (Pa, Pa m^(1/2)), Young's
+# modulus, slope of the equation of state and bulk modulus (Pa), density, sites of voids in grains and at boundaries of
+# grains of 100 um (1/m3), with the powers of their distributions.
+FRICTION, HALL_PETCH, YOUNG, SLOPE, BULK, DENSITY = 200e6, 0.14e6, 117e9, 22.5e9, 140e9, 8960.0
+INSIDE, BOUNDARY, GRAIN = (10, 5e21), (3, 1e19), 100e-6
+GRAINS, RATES = 50e-6, (1e5, 1e6)  # m, 1/s
+
+
+def _expansion(strength: float, grain: float) -> float:
+    """Rate of expansion (1/s) at which copper of a grain size (m) breaks at a strength (Pa): their Eq. 10."""
+    flow = FRICTION + HALL_PETCH / math.sqrt(grain)
+    cavitation = 2.0 / 3.0 * flow * (1.0 - math.log(1.5 * flow / YOUNG))
+    total = 0.0
+    for power, sites in (INSIDE, (BOUNDARY[0], BOUNDARY[1] * GRAIN / grain)):
+        zeta = 2.0**power * (power - 1) * math.gamma(power) / math.prod(9.0 + 2.0 * i for i in range(1, power + 1))
+        beyond = (9.0 + 2.0 * power) / (7.0 + 2.0 * power) * max(strength - cavitation, 0.0)
+        total += (power + 4.5) * zeta * sites * beyond ** (power + 3.5) / (SLOPE - cavitation) ** power
+    sphere = 4.0 / 3.0 * math.pi * (8.0 / 33.0) ** 1.5
+    return float((sphere * (BULK / DENSITY) ** 1.5 / BULK**3.5 * total) ** (1.0 / 3.0))
+
+
+@pytest.mark.claim("breaking", "spall-sources")
+def test_spall__has_the_strengths_of_its_sources(compared: Callable[[Row], None]) -> None:
+    """Computed spall strengths follow from toughness by Grady (1988), copper's by Wilkerson and Ramesh (2016)."""
+    for name, toughness in TOUGHNESS.items():
+        law = _law(materials.load(name))
+        wave = law.bulk_modulus / materials.load(name).sound_speed  # rho c0
+        expected = (3.0 * wave * toughness**2 * law.strain_rate) ** (1.0 / 3.0)
+        compared(relative(f"{name} (Pa)", expected=expected, got=law.strength, within=THIRD_DIGIT))
+        assert math.isclose(law.exponent, 1.0 / 3.0, rel_tol=1e-8)
+    copper = _law(materials.load("copper-ofhc"))
+    low, high = (brentq(lambda s, r=rate: _expansion(s, GRAINS) - r, 0.5e9, 9e9) for rate in RATES)
+    compared(relative("copper-ofhc (Pa)", expected=low, got=copper.strength, within=THIRD_DIGIT))
+    slope = math.log10(high / low)
+    compared(absolute("copper-ofhc: exponent", expected=slope, got=copper.exponent, within=THIRD_DIGIT))
