@@ -34,6 +34,8 @@ BREAKS = sorted(set(MEMBERS) - {"none"})
 DT = 1e-9
 UNSTRESSED = (0.0,) * 6
 ROUND_OFF = 1e-12
+FRICTION = 0.1  # of rubble
+RUBBLE_PRESSURE = 0.05  # of the pressure: what the work of the shear adds to it in a step
 VISCOSITY = ArtificialViscosity()
 
 # Stretch in one direction in a step: pulls harder than the spall strength and shears.
@@ -142,6 +144,23 @@ def test_failed__bears_neither_shear_nor_tension_whatever_is_done_to_it(
     assert new.deviator == UNSTRESSED
     assert new.plastic_strain == LIMIT
     assert new.damage == 1.0
+
+
+@pytest.mark.parametrize("name", BREAKS)
+@pytest.mark.parametrize("stretch", [0.03, -0.03])
+def test_rubble__bears_the_shear_of_its_friction_under_pressure_alone_and_costs_its_work(
+    name: str, stretch: float
+) -> None:
+    """Of any failed matter: tau = q p of Drucker and Prager, p before the work of the shear in the step."""
+    rubble = matter(name)._replace(rubble_friction=FRICTION)
+    gradient = np.diag([stretch, 0.0, 0.0]) / DT
+    new, present, _ = advance(rubble, ArtificialViscosity(0.0, 0.0), SPACING, DT, gradient, at_rest(damage=1.0))
+    limit = math.sqrt(3.0) * FRICTION * new.pressure
+    assert math.isclose(equivalent_stress(new.deviator), limit, rel_tol=RUBBLE_PRESSURE)
+    volume = DENSITY / new.density - 1.0
+    work = 0.5 * (stretch * new.deviator[0] - volume * new.pressure) / DENSITY
+    assert math.isclose(present - new.energy, work, rel_tol=1e-9, abs_tol=1e-9)
+    assert new.plastic_strain == 0.0
 
 
 @pytest.mark.parametrize("name", BREAKS)

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, make_dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from solver.registry import entries
-from solver.units import Described, FromMaterial, Unit, marked
+from solver.units import Described, Dimensionless, FromMaterial, Unit, marked
 from studies.materials.schema import OPTIONAL, acting_eos, models
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import Choice, declared
@@ -69,6 +69,20 @@ _FailureParameters: Any = make_dataclass(
             ],
             field(default="none"),
         ),
+        (
+            "rubble_friction",
+            Annotated[
+                Dimensionless,
+                Described(
+                    "shear strength of failed matter over its pressure, as of rubble: Drucker and Prager without "
+                    "cohesion",
+                    0.0,
+                    2.0,
+                    neutral=True,
+                ),
+            ],
+            field(default=0.0),
+        ),
         *(
             (parameter, _failure_parameter(kind, constant), field(default=None))
             for parameter, kind, constant in _failure_constants()
@@ -109,6 +123,9 @@ class Fracture(_FailureParameters):
             if self.failure != kind and value is not None:
                 cure = f"leave {name} out, or set failure to {kind}"
                 yield Finding(name, f"{value:g}", f"no value without failure {kind}", cure)
+        if self.failure == "none" and self.rubble_friction > 0.0:
+            cure = "leave rubble_friction out, or choose a failure"
+            yield Finding("rubble_friction", f"{self.rubble_friction:g}", "no rubble without a failure", cure)
         record = failures()[self.failure].record
         for role, material in materials.items():
             if role == PROJECTILE and len(materials) > 1 and _goes_without(record, material):
@@ -136,6 +153,7 @@ def matter(
     thermal_softening: bool = True,
     tension: str = "recoverable",
     failure: Any = None,
+    rubble_friction: float = 0.0,
 ) -> "Matter":
     """The matter of a material; ``failure`` is a record of the solver, by default matter never fails."""
     from solver.matter.laws import Matter
@@ -151,6 +169,7 @@ def matter(
         room_temperature=material.thermal.room_temperature,
         melt_temperature=_or_infinite(melt),
         failure=failure or failures()["none"].record(),
+        rubble_friction=rubble_friction,
     )
 
 
