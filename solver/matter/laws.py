@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple
 
 from solver.matter.failure.none import NoFailure
-from solver.units import Kelvin, Pascal
+from solver.units import Dimensionless, Kelvin, Pascal
 
 
 class Matter(NamedTuple):
@@ -16,3 +16,4 @@ class Matter(NamedTuple):
     room_temperature: Kelvin
     melt_temperature: Kelvin  # at the reference density; inf: never softens, never melts
     failure: Any = NoFailure()
+    rubble_friction: Dimensionless = 0.0  # shear strength of failed matter over its pressure

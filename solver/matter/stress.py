@@ -113,10 +113,16 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     )
     damage = grown_damage(matter.failure, old.damage, loading)
     failed = damage >= 1.0
-    if anywhere(failed):  # neither shear nor tension, from this step on
+    if anywhere(failed):  # no tension, and no shear but that of rubble, from this step on
         lost = 0.5 * contract(new_deviator, shape_change) * per_mass
         known = where(failed, known - lost, known)
         new_deviator = scaled(new_deviator, where(failed, 0.0, 1.0))
+        if matter.rubble_friction > 0.0:
+            limit = math.sqrt(3.0) * matter.rubble_friction * maximum(borne, 0.0)
+            share = minimum(limit / maximum(equivalent_stress(trial), LEAST_STRESS), 1.0)
+            share = where(failed, share, 0.0)
+            new_deviator = added(new_deviator, trial, share)
+            known = known + 0.5 * share * contract(trial, shape_change) * per_mass
         floor = where(failed, 0.0, floor)
         empty = solve_pressure(matter.eos, density, known, expansion, energy, floor)
         pressure = where(failed, empty, pressure)

@@ -172,6 +172,7 @@ def update_particles(
                 matter.room_temperature,
                 matter.melt_temperature,
                 matter.failure,
+                matter.rubble_friction,
             )
             length = own_length(geometry, p, lanes)
             new, present, acts = advance(local, viscosity, length, dt, gradient, old, stress_rate)

@@ -101,6 +101,17 @@ class FractureStrain:
 
 
 @dataclass(frozen=True)
+class SpallStrength:
+    """Spall strength at a strain rate, and its power (``matter/failure/spall_rate.py``): all numbers, or none."""
+
+    strength: Annotated[Pascal | None, Described("spall strength at the strain rate of its source", 1e3, 1e12)] = None
+    strain_rate: Annotated[PerSecond | None, Described("strain rate of the spall strength", 1.0, 1e12)] = None
+    exponent: Annotated[
+        Dimensionless | None, Described("power of the strain rate in the spall strength", 0.01, 1.0)
+    ] = None
+
+
+@dataclass(frozen=True)
 class Model:
     """A model that the material chooses by its kind, with the constants that its file gives."""
 
@@ -116,9 +127,10 @@ SECTIONS: Mapping[str, type | tuple[str, str]] = {
     "strength": ("solver.matter.strength", "STRENGTH"),
     "tension": Tension,
     "fracture": FractureStrain,
+    "spall": SpallStrength,
 }
 # Sections that a material may go without.
-OPTIONAL = ("fracture",)
+OPTIONAL = ("fracture", "spall")
 
 
 @cache
@@ -186,6 +198,7 @@ class Material:
     strength: Model
     tension: Tension
     fracture: FractureStrain = FractureStrain()
+    spall: SpallStrength = SpallStrength()
     yield_stresses: tuple[YieldStress, ...] = ()
     brinell_hardness: Dimensionless | None = None
     sources: Mapping[str, Constant] = field(default_factory=dict, compare=False, repr=False)
@@ -197,6 +210,11 @@ class Material:
 
         speed: float = reference_sound_speed(models("eos")[self.eos.kind].record(**self.fill("eos")))
         return speed
+
+    @property
+    def stiffness(self) -> float:
+        """Bulk modulus of the equation of state at rest, Pa, which the stated one agrees with."""
+        return self.density * self.sound_speed**2
 
     def fill(self, section: str, record: type | None = None) -> dict[str, float | None]:
         """The fields without default of a section's model, or of another record that takes the same constants."""
@@ -314,8 +332,10 @@ NOT_SIMULATED = ("name", "title", "family", "yield_stresses", "brinell_hardness"
 # The bulk modulus that acts is that of the equation of state, and the stated one is there to be compared with it; it
 # acts where an equation of state takes it.
 STIFFNESS = "elastic.bulk_modulus"
+# The bulk modulus that acts: a property of ``Material`` that follows from its equation of state, and nobody sets.
+ACTING_STIFFNESS = "stiffness"
 # Sections whose constants act where a chosen model takes them.
-OF_MODELS = ("tension", "fracture")
+OF_MODELS = ("tension", "fracture", "spall")
 # Read by measurements of some scenarios alone.
 MEASURED_WITH = ("thermal.latent_heat_of_fusion",)
 

@@ -387,6 +387,7 @@ class Plugging(SetUp):
             thermal_softening=self.thermal_softening,
             tension=self.numerics.choices.tension,
             failure=self.fracture.of(material),
+            rubble_friction=self.fracture.rubble_friction,
         )
 
     def size(self, materials: Materials) -> Size:

@@ -27,12 +27,15 @@ COPPER: dict[str, tuple[float, ...]] = {
     "none": (),
     "plastic-strain": (LIMIT,),
     "spall": (SPALL, TIME),
+    "spall-rate": (SPALL, 1e5, 1.0 / 3.0, 138.6e9),
 }
 BREAKS = sorted(set(MEMBERS) - {"none"})
 
 DT = 1e-9
 UNSTRESSED = (0.0,) * 6
 ROUND_OFF = 1e-12
+FRICTION = 0.1  # of rubble
+RUBBLE_PRESSURE = 0.05  # of the pressure: what the work of the shear adds to it in a step
 VISCOSITY = ArtificialViscosity()
 
 # Stretch in one direction in a step: pulls harder than the spall strength and shears.
@@ -117,6 +120,20 @@ def test_failure__takes_shear_and_tension_in_the_step_in_which_it_happens(name: 
 
 
 @pytest.mark.parametrize("name", BREAKS)
+def test_failure__costs_no_energy_beyond_the_work_of_the_step_in_which_it_happens(name: str) -> None:
+    """Half the work of the old stress and half that of the stored one, which has no shear: what was elastic is heat."""
+    *_, before, _ = pulled_until_broken(name)
+    broken, present, _ = step(matter(name), PULL, before)
+    assert broken.damage == 1.0
+    stretch, volume = float(np.trace(PULL)) * DT, before.density / broken.density - 1.0
+    sheared = DT * sum(stress * rate for stress, rate in zip(before.deviator[:3], np.diag(PULL), strict=True))
+    old = sheared - stretch * (before.pressure + VISCOSITY.heating * before.viscosity)
+    new = -(broken.pressure + VISCOSITY.heating * broken.viscosity) * volume
+    assert math.isclose(broken.energy, before.energy + 0.5 * old / before.density, rel_tol=1e-9, abs_tol=1e-9)
+    assert math.isclose(present, broken.energy + 0.5 * new / before.density, rel_tol=1e-9, abs_tol=1e-9)
+
+
+@pytest.mark.parametrize("name", BREAKS)
 @given(gradient=st.lists(st.floats(-0.03, 0.03), min_size=9, max_size=9), pressure=st.floats(0.0, 1e10))
 def test_failed__bears_neither_shear_nor_tension_whatever_is_done_to_it(
     name: str, gradient: list[float], pressure: float
@@ -130,6 +147,23 @@ def test_failed__bears_neither_shear_nor_tension_whatever_is_done_to_it(
 
 
 @pytest.mark.parametrize("name", BREAKS)
+@pytest.mark.parametrize("stretch", [0.03, -0.03])
+def test_rubble__bears_the_shear_of_its_friction_under_pressure_alone_and_costs_its_work(
+    name: str, stretch: float
+) -> None:
+    """Of any failed matter: tau = q p of Drucker and Prager, p before the work of the shear in the step."""
+    rubble = matter(name)._replace(rubble_friction=FRICTION)
+    gradient = np.diag([stretch, 0.0, 0.0]) / DT
+    new, present, _ = advance(rubble, ArtificialViscosity(0.0, 0.0), SPACING, DT, gradient, at_rest(damage=1.0))
+    limit = math.sqrt(3.0) * FRICTION * new.pressure
+    assert math.isclose(equivalent_stress(new.deviator), limit, rel_tol=RUBBLE_PRESSURE)
+    volume = DENSITY / new.density - 1.0
+    work = 0.5 * (stretch * new.deviator[0] - volume * new.pressure) / DENSITY
+    assert math.isclose(present - new.energy, work, rel_tol=1e-9, abs_tol=1e-9)
+    assert new.plastic_strain == 0.0
+
+
+@pytest.mark.parametrize("name", BREAKS)
 @pytest.mark.parametrize("stretch", [0.05, -0.05])
 def test_failed__energy_is_the_work_of_the_stored_pressure(name: str, stretch: float) -> None:
     """Half of a step's work when the energy to come is formed, -p_new dv / 2 and that of the viscosity, no shear."""
@@ -137,6 +171,3 @@ def test_failed__energy_is_the_work_of_the_stored_pressure(name: str, stretch: f
     pushed = new.pressure + VISCOSITY.heating * new.viscosity
     work = -0.5 * pushed * stretch / DENSITY
     assert math.isclose(present - new.energy, work, rel_tol=1e-9, abs_tol=1e-9)
-
-
-# Matter at a constant tension: at rest, thinner than it likes to be, under a tensile floor at the same spall strength

@@ -7,11 +7,12 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from solver.matter.eos import pressure_terms, temperature
+from solver.matter.failure.johnson_cook import fracture_strain
 from solver.matter.strength import yield_stress
 from studies import materials
 from studies.materials import Material
 from studies.materials.schema import CONFIDENCES
-from studies.scenarios.parts.matter import check_constants, check_eos, eos_forms, eos_of, matter
+from studies.scenarios.parts.matter import Fracture, check_constants, check_eos, eos_forms, eos_of, matter
 from tests.contracts.test_eos import shock
 
 # rho0 c0^2 is the bulk modulus at zero pressure; Ma (2005) alone has 3.6 and 3.94 km/s for copper.
@@ -97,3 +98,17 @@ def test_material__has_no_strength_when_molten(material: Material) -> None:
     made = matter(material)
     assert yield_stress(made.strength, 0.1, 1e4, 0.0) > 0.0
     assert yield_stress(made.strength, 0.1, 1e4, 1.0) == 0.0
+
+
+# Triaxialities of Johnson and Cook's tests: from a bar in compression to a deep notch. Sets with D1 below zero end at a
+# higher one, where matter fails at its next slip: 6061-T6 at 1.35, Armco iron at 1.92, 7075-T6 at 1.99.
+TESTED = np.linspace(-1.0 / 3.0, 1.0, 41)
+
+
+@pytest.mark.parametrize("name", [name for name in materials.names() if materials.load(name).fracture.D1 is not None])
+def test_fracture_strain__is_positive_and_falls_with_triaxiality(name: str) -> None:
+    """The sign of D3 is that of a triaxiality that is positive in tension."""
+    failure = Fracture(failure="johnson-cook").of(materials.load(name))
+    strains = np.array([fracture_strain(failure, triaxiality, 1.0, 0.0) for triaxiality in TESTED])
+    assert np.all(strains > 0.0)
+    assert np.all(np.diff(strains) < 0.0)

@@ -137,6 +137,7 @@ ACTS_WITH: dict[str, dict[str, Any]] = {
     "friction": {"contact": "bardenhagen"},
     "failure_strain": {"failure": "plastic-strain", "failure_strain": 1.0},
     "failure_time": SPALL,
+    "rubble_friction": SPALL,
     "method": {"geometry": "quarter"},
     "artificial_stress": {"geometry": "quarter", "method": "sph"},
     "damping_order": {"damping_rate": 1e5},

@@ -1,4 +1,4 @@
-"""Failure: what breaks matter for good; a failed point bears neither shear nor tension.
+"""Failure: what breaks matter for good; a failed point bears no tension, and no shear but the friction of rubble.
 
 A file adds one: a parameter record under ``FAILURE``, and ``grown_damage`` and ``floor_until_failure`` for its type. A
 sweep chooses it by name in ``failure`` and gives a field x of it that is ``Described`` as ``failure_x``; other fields
@@ -7,7 +7,7 @@ Damage 0 is whole and damage 1 has failed. Between them it is a record of what h
 gives ``weakens`` and ``integrity``: there the yield stress is that of the strength times the integrity, its hardening
 counts each plastic strain times the integrity, and pressure and elastic stiffness stay those of whole matter.
 ``tests/contracts/test_failure.py`` asks each member that damage stays within 0..1, never falls, and that what has
-failed carries no shear and no tension.
+failed carries no tension, and no shear without a ``rubble_friction`` of its matter.
 """
 
 from typing import NamedTuple

@@ -8,7 +8,8 @@ the seed of coupled SPH and finite elements (Zhang, Qiang and Gao). Here damage 
 
 The rule by which D weakens: sigma_y = (1 - D) [A + B r^n] ... with dr = (1 - D) d eps, D before the step; the pressure,
 which the equation of state gives, and the elastic moduli are those of whole matter. The stress of the triaxiality is
-the one that matter carries, so weakened too. Matter whose eps_f is not above p_d fails at its next slip.
+the one that matter carries, so weakened too. Matter whose eps_f is not above p_d fails at its next slip: with D1 below
+zero that is all matter above the triaxiality ln(-D1 / D2) / D3.
 """
 
 from typing import Annotated, NamedTuple

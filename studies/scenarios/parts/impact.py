@@ -268,6 +268,7 @@ class Impact:
             thermal_softening=self.shot.thermal_softening,
             tension=self.numerics.choices.tension,
             failure=self.fracture.of(material),
+            rubble_friction=self.fracture.rubble_friction,
         )
         return body(name, made, geometry, where, velocity=velocity, density=material.density, volume=volume)
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, field, make_dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
 from solver.registry import entries
-from solver.units import Described, FromMaterial, Unit, marked
+from solver.units import Described, Dimensionless, FromMaterial, Unit, marked
 from studies.materials.schema import OPTIONAL, acting_eos, models
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import Choice, declared
@@ -23,6 +23,7 @@ if TYPE_CHECKING:
     from studies.materials import Material
 
 HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
+PROJECTILE = "projectile"  # the role whose material may go without what a failure takes
 
 
 def failures() -> Mapping[str, Any]:
@@ -61,11 +62,26 @@ _FailureParameters: Any = make_dataclass(
                 str,
                 Choice(failures),
                 Described(
-                    "failure model: none, plastic strain, tension beyond the spall strength for long enough, or the "
-                    "damage of Johnson and Cook, plain or modified, which weakens"
+                    "failure model: none, plastic strain, tension beyond the spall strength for long enough, the spall "
+                    "strength of plate impacts at the strain rate, or the damage of Johnson and Cook, plain or "
+                    "modified, which weakens"
                 ),
             ],
             field(default="none"),
+        ),
+        (
+            "rubble_friction",
+            Annotated[
+                Dimensionless,
+                Described(
+                    "shear strength of failed matter over its pressure, as of rubble: Drucker and Prager without "
+                    "cohesion",
+                    0.0,
+                    2.0,
+                    neutral=True,
+                ),
+            ],
+            field(default=0.0),
         ),
         *(
             (parameter, _failure_parameter(kind, constant), field(default=None))
@@ -85,7 +101,7 @@ class Fracture(_FailureParameters):
     def of(self, material: "Material") -> Any:
         """The solver's record of the failure, with the constants of a material.
 
-        A material without the section that the failure takes its constants from never fails.
+        A projectile without the section that the failure takes its constants from never fails.
         """
         record = failures()[self.failure].record
         if _goes_without(record, material):
@@ -107,11 +123,15 @@ class Fracture(_FailureParameters):
             if self.failure != kind and value is not None:
                 cure = f"leave {name} out, or set failure to {kind}"
                 yield Finding(name, f"{value:g}", f"no value without failure {kind}", cure)
+        if self.failure == "none" and self.rubble_friction > 0.0:
+            cure = "leave rubble_friction out, or choose a failure"
+            yield Finding("rubble_friction", f"{self.rubble_friction:g}", "no rubble without a failure", cure)
         record = failures()[self.failure].record
-        breaking = {role: material for role, material in materials.items() if not _goes_without(record, material)}
-        for role, material in (breaking or materials).items():
-            for taken in marked(record, FromMaterial).values():
-                value = material.value_at(taken.path)
+        for role, material in materials.items():
+            if role == PROJECTILE and len(materials) > 1 and _goes_without(record, material):
+                continue  # a projectile without the section never fails
+            for name, value in material.taken(record).items():
+                taken = marked(record, FromMaterial)[name]
                 if value is None or (value == 0.0 and taken.above_zero):
                     meaning = material.parameters()[taken.path].meaning
                     limit = f"a material with a {meaning}, which {material.name} has not"
@@ -133,6 +153,7 @@ def matter(
     thermal_softening: bool = True,
     tension: str = "recoverable",
     failure: Any = None,
+    rubble_friction: float = 0.0,
 ) -> "Matter":
     """The matter of a material; ``failure`` is a record of the solver, by default matter never fails."""
     from solver.matter.laws import Matter
@@ -148,6 +169,7 @@ def matter(
         room_temperature=material.thermal.room_temperature,
         melt_temperature=_or_infinite(melt),
         failure=failure or failures()["none"].record(),
+        rubble_friction=rubble_friction,
     )
 
 

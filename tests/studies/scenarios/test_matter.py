@@ -84,3 +84,8 @@ def test_damage__breaks_the_materials_that_state_its_constants() -> None:
     assert DAMAGE.of(ARNE) == NoFailure()
     expected = (0.0705, 1.732, -0.54, -0.0123, 0.0, 5e-4, 0.3, 0.0)
     assert DAMAGE.of(WELDOX) == ModifiedJohnsonCookDamage(*expected)
+
+
+def test_damage__is_refused_where_the_target_states_none_of_its_constants() -> None:
+    first, *_ = DAMAGE.check({"projectile": WELDOX, "target": ARNE})
+    assert "set target.fracture.D1" in first.cure

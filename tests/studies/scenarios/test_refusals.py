@@ -71,9 +71,17 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
     ("thin_plate", {"failure": "plastic-strain"}, "failure_strain", "a value for failure plastic-strain"),
     ("thin_plate", {"failure": "spall"}, "failure_time", "give failure_time"),
     ("thin_plate", {"failure_strain": 1.0}, "failure_strain", "no value without failure plastic-strain"),
+    ("thin_plate", {"rubble_friction": 0.6}, "rubble_friction", "no rubble without a failure"),
     ("thin_plate", {**STRAIN, "failure_time": 1e-6}, "failure_time", "set failure to spall"),
     ("thin_plate", {**SPALL, "target": "copper-thesis-plastic"}, "failure", "set target.tension.spall_strength"),
-    ("thin_plate", {"failure": "modified-johnson-cook"}, "failure", "set target.fracture.D1"),
+    *(
+        ("thin_plate", {"failure": "johnson-cook", "target": target}, "failure", f"fracture strain D1, which {target}")
+        for target in ("al-1100-o", "al-2017-t4", "al-2219-t87", "steel-304")
+    ),
+    *(
+        ("thin_plate", {"failure": "spall-rate", "target": target}, "failure", f"of its source, which {target} has not")
+        for target in ("al-1100-o", "al-5456-h116", "armco-iron", "lead", "tungsten")
+    ),
     ("thin_plate", {"target": "copper-ofhc-tillotson", "eos_form": "cubic"}, "eos_form", "has one form"),
     *(
         (scenario, {**materials, "failure": "none", **change}, next(iter(change)), "would boil")
