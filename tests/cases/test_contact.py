@@ -82,7 +82,7 @@ def crater(contact: str, cell: float, end: float = TOUCH) -> tuple[float, float,
     return rise, touched, simulation.audit().contact_energy
 
 
-@pytest.mark.claim("cases", "contact-touch")
+@pytest.mark.claim("cases", "contact-touch", minutes=0.2)
 def test_contact__raises_the_kinetic_energy_in_no_step(compared: Callable[[Row], None]) -> None:
     """On cells of 1 and 0.5 mm contact raises the kinetic energy of an impact in no step of the first touch."""
     for cell in CELLS[:2]:

@@ -156,7 +156,7 @@ def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folde
 MANY, LARGEST = (50, 40), 3e6  # runs over two axes; bytes of their page
 
 
-@pytest.mark.claim("door", "two-thousand-runs")
+@pytest.mark.claim("door", "two-thousand-runs", minutes=0.2)
 @pytest.mark.parametrize("combine", ["grid", "zip"])
 def test_two_thousand_runs__have_maps_over_two_axes_and_a_small_page(
     combine: Any, compared: Callable[..., None]
