@@ -33,7 +33,7 @@ from studies.reports.verdict.trends import exponents_of
 # five is what a few outliers may be, and the intervals of standard uncertainties leave out more by themselves.
 REJECTING = 0.2
 MOST_NAMED = 3  # laws that tie and are named
-MOST_ROWS = 8  # laws of the table beside the headline
+MOST_ROWS = 10  # laws of the table beside the headline
 
 Judge = Literal["shots", "simulation", "doubtful"]
 # From best to worst. "use": most points are tested, at most ``REJECTING`` of them reject, no difference and no joint
