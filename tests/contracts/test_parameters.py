@@ -23,6 +23,7 @@ LATER = {
     "failure": "damage takes a part of the impact",
     "failure_strain": "as failure",
     "failure_time": "as failure",
+    "rubble_friction": "as failure",
     "tension": "waves have not come back from a free surface",
     "thermal_softening": "matter has to be hot",
     "step_rule": "the first steps grow to the stable one",
