@@ -22,7 +22,7 @@ from studies.observations.compared import FEWEST, STORED, bias_and_scatter, comp
 from studies.quantities.display import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
 from studies.quantities.parameters import declared
 from studies.reports.verdict.summary import of_shots
-from studies.sweeps.reading import vocabulary
+from studies.sweeps.reading import published_shots
 
 COMMAND = "python -m docs.pages compute shots"
 
@@ -78,8 +78,7 @@ def _quantities() -> list[str]:
 def published(name: str) -> tuple[observations.Observation, ...]:
     """The shots of a table."""
     scenario, _ = TABLES[name]
-    roles = dict.fromkeys(scenarios.load(scenario).materials, ())
-    return observations.read_observations(name, vocabulary(scenario, roles, {}))
+    return published_shots(name, scenario)
 
 
 def sweep_of(name: str, shots: Sequence[observations.Observation]) -> dict[str, Any]:

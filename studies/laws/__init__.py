@@ -87,7 +87,7 @@ class FittedShot:
     """A measured shot that a constant of a law was fitted to; the law predicts it by construction."""
 
     speed: MetrePerSecond
-    projectile_diameter: Metre  # of the sphere with the projectile's volume
+    projectile_diameter: Metre  # diameter of the sphere with the projectile's volume
     value: Metre  # or its power, of a volume: the measured one
 
 
@@ -100,15 +100,15 @@ class Law:
     quantity: str  # "hole_diameter": a measurement, or one of UNMEASURED
     equation: str  # as published, with its units
     source: str
-    confidence: str  # of the equation and its constants: a word of studies.materials.CONFIDENCES
+    confidence: str  # how well equation and constants are known: a word of studies.materials.CONFIDENCES
     range: Range
     # Relative standard deviation of the measured values about the law, as its source states it, with the place at the
     # line; None: not published.
     scatter: Dimensionless | None = None
     fitted_to: Sequence[FittedShot] = ()  # measured shots that say nothing about the law
-    dimension: int = 1  # of the quantity in lengths: 3 of a volume
-    # Of the value in the size of the whole shot: 1 by geometric similarity, which matter without rate effects keeps;
-    # None: no power of it.
+    dimension: int = 1  # power of a length that the quantity is: 3 of a volume
+    # Exponent of the value as a power of the size of the whole shot: 1 by geometric similarity, which matter without
+    # rate effects keeps; None: the value is no such power.
     size_exponent: Dimensionless | None = 1.0
     largest_obliquity: Radian = 0.0  # 0: for normal impact
     # Value over the power ``dimension`` of the projectile's diameter, of a shot and a variant.

@@ -35,13 +35,13 @@ class Shot:
     """The data of a shot that laws use: impact of a projectile on a plate or a block."""
 
     speed: MetrePerSecond
-    projectile_diameter: Metre  # of the sphere with the projectile's volume
+    projectile_diameter: Metre  # diameter of the sphere with the projectile's volume
     plate_thickness: Metre | None  # None for a target without a back face
     projectile: Material
     target: Material
     obliquity: Radian = 0.0  # between the flight and the target's normal
     length_ratio: Dimensionless = 1.0  # length of the projectile over its own diameter
-    shield: Shield | None = None  # whose bumper is the target; no scenario has one
+    shield: Shield | None = None  # the shield whose bumper is the target; None: a plate or a block
 
     @property
     def normal_speed(self) -> float:

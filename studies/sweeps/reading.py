@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any, Literal, TypeVar, get_args
 from studies import materials as shipped
 from studies import measurements, scenarios
 from studies.materials import Material, read_own
-from studies.observations import AllowedNames, read_observations, written
+from studies.observations import AllowedNames, Observation, read_observations, written
 from studies.quantities.display import CONTROLS
 from studies.quantities.findings import (
     Finding,
@@ -448,6 +448,12 @@ def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Ma
         parameters |= _constants(role, [own[n] if n in own else shipped.load(n) for n in names])
     quantities = {name: measurements.load(name).unit for name in scenario.measurements}
     return AllowedNames(quantities, parameters, sorted({*shipped.names(), *own}))
+
+
+def published_shots(table: str, scenario_name: str) -> tuple[Observation, ...]:
+    """The shots of a published table that ships, by the names of a scenario; raises InvalidInput."""
+    roles = dict.fromkeys(scenarios.load(scenario_name).materials, ())
+    return read_observations(table, vocabulary(scenario_name, roles, {}))
 
 
 def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:

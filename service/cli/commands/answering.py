@@ -9,7 +9,7 @@ import typer
 from service.cli.commands.options import Json
 
 if TYPE_CHECKING:
-    from studies.reports.answers.answer import LawAnswer, NearObservation, ShotAnswer
+    from studies.reports.answers.answer import ShotAnswer
     from studies.reports.answers.question import Question
 
 app = typer.Typer()
@@ -36,7 +36,7 @@ def shots(
     from service.cli.console import print_json, print_table, say
     from studies.observations.shields import shots as measured
 
-    table = measured.published().shots if own is None else measured.read_shots(own.read_text(encoding="utf-8"))
+    table = measured.published().shots if own is None else measured.read_shots(_text_of(own))
     chosen = measured.filtered(table, *measured.read_filters(where or []))
     if at is not None:
         chosen = tuple(each.shot for each in measured.nearest(_one_shield(at), chosen, count))
@@ -66,6 +66,17 @@ def _shown(value: Any, unit: str) -> str:
     """A field of a shot in the unit of its column."""
     sizes = {"mm": 1e-3, "km/s": 1e3, "deg": math.radians(1.0)}
     return f"{value / sizes[unit]:.4g}" if unit else str(value)
+
+
+def _text_of(own: Path) -> str:
+    """The text of a table; raises InvalidInput where it cannot be read."""
+    from studies.quantities.findings import refusal
+
+    try:
+        return own.read_text(encoding="utf-8")
+    except (OSError, UnicodeError) as error:
+        cure = f"correct the path: {getattr(error, 'strerror', None) or 'not a text file'}"
+        raise refusal("--own", str(own), "a CSV file with a row a shot", cure) from None
 
 
 def _one_shield(at: Path) -> Any:
@@ -104,20 +115,22 @@ def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, a
 
 def _write(question: "Question", out: Path) -> Path:
     """The answer as a file, by the ending of its name; raises InvalidInput."""
+    from studies.quantities.files import write_atomically, write_text
     from studies.quantities.findings import refusal
     from studies.reports.answers.answer import answers
 
+    if not out.parent.is_dir():
+        raise refusal("--out", str(out), "a file in a folder that exists", f"create the folder {out.parent}")
     if out.suffix == ".nc":
         from studies.reports.answers.cube import netcdf
 
-        out.write_bytes(netcdf(question))
-        return out
+        content = netcdf(question)
+        return write_atomically(out, lambda file: file.write_bytes(content))
     if out.suffix not in FORMATS:
         raise refusal("--out", str(out), f"a name that ends in .nc, {', '.join(FORMATS)}", "write shield.html")
     if question.axes:
         cure = "write laws.nc, or give each parameter one value"
         raise refusal("--out", str(out), "a page or a picture of one shot", cure)
-    from studies.quantities.files import write_text
     from studies.reports.answers.page import page
     from studies.reports.answers.picture import draw, picture
 
@@ -162,7 +175,7 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         say(f"\n{quantity.title} ({unit.unit})")
         rows = (
             (
-                *(each.law.name, _between(each, unit.factor), "yes" if each.in_range else f"no: {each.outside}"),
+                *(each.law.name, each.printed(quantity.unit), "yes" if each.in_range else f"no: {each.outside}"),
                 *(each.law.use, each.law.source),
             )
             for each in quantity.laws
@@ -173,27 +186,11 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
             say(f"for targets of another material: {', '.join(others)}")
     if answer.shots:
         say("\nPublished shots, nearest first")
-        print_table(("measured", "value", "source", "confidence", "note"), map(_shot_row, answer.shots))
+        shots = [(near.shot, near.printed()) for near in answer.shots]
+        measured = [(s.quantity.replace("_", " "), text, s.source, s.confidence, s.note) for s, text in shots]
+        print_table(("measured", "value", "source", "confidence", "note"), measured)
     elif answer.target != "shield":
         say("\nNo published shot of these metals ships.")
-
-
-def _between(each: "LawAnswer", factor: float) -> str:
-    """The value of a law, or its bounds where it has variants; a dash where it has none."""
-    from studies.quantities.display import NONE, digits
-
-    if math.isnan(each.low):
-        return NONE
-    low, high = digits(each.low * factor), digits(each.high * factor)
-    return low if low == high else f"{low} to {high}"
-
-
-def _shot_row(near: "NearObservation") -> tuple[str, ...]:
-    from studies.quantities.display import printed_alone
-
-    shot = near.shot
-    sizes = [printed_alone(size, "m") for size in shot.bounds or (shot.value,)]
-    return shot.quantity.replace("_", " "), " to ".join(sizes), shot.source, shot.confidence, shot.note
 
 
 def _readable(value: Any, unit: str | None) -> str:

@@ -25,7 +25,7 @@ from studies import observations, scenarios
 from studies.cases.compared import Picture, PublishedNumber
 from studies.cases.rows import Row
 from studies.quantities.findings import nearest_cure, refusal
-from studies.sweeps.reading import vocabulary
+from studies.sweeps.reading import published_shots, vocabulary
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -84,6 +84,4 @@ def numbers_of(table: str, scenario: str) -> list[PublishedNumber]:
 
 def of_observations(table: str, scenario: str, by: str) -> list[PublishedNumber]:
     """The numbers of a published table of shots, all of them by the same."""
-    roles = dict.fromkeys(scenarios.load(scenario).materials, ())
-    shots = observations.read_observations(table, vocabulary(scenario, roles, {}))
-    return [PublishedNumber(by, shot) for shot in shots]
+    return [PublishedNumber(by, shot) for shot in published_shots(table, scenario)]

@@ -6,15 +6,15 @@ from dataclasses import asdict, dataclass
 from functools import cache
 from typing import Any
 
-from studies import laws, observations, scenarios
+from studies import laws
 from studies.laws import OTHER_MATERIAL, UNMEASURED, Law, Shot
 from studies.observations import UNKNOWN_ALLOY, Observation
 from studies.observations.shields.answers import ShieldAnswer
 from studies.observations.shields.answers import answer as answer_of_shield
-from studies.quantities.display import digits, display_of
+from studies.quantities.display import NONE, digits, display_of
 from studies.quantities.units import readable
 from studies.reports.answers.question import Question
-from studies.sweeps.reading import vocabulary
+from studies.sweeps.reading import published_shots
 
 # What laws predict of each kind of target. A shield's bumper is a plate.
 QUANTITIES: Mapping[str, tuple[str, ...]] = {
@@ -48,6 +48,10 @@ class LawAnswer:
     def is_for_another_material(self) -> bool:
         """Whether the law was fitted to targets of another metal."""
         return OTHER_MATERIAL in self.outside
+
+    def printed(self, unit: str) -> str:
+        """Its value in the display unit of an SI unit, or its bounds where it has variants; a dash of none."""
+        return printed_bounds(self.low, self.high, unit)
 
     def describe(self) -> dict[str, Any]:
         """Plain values, SI."""
@@ -96,8 +100,7 @@ class QuantityAnswer:
         count, spread = len(self.trusted), self.spread
         if spread is None:
             return f"{self.title}: no law in range."
-        low, high = (digits(bound * unit.factor) for bound in spread)
-        numbers = low if low == high else f"{low} to {high}"
+        numbers = printed_bounds(*spread, self.unit)
         law = self.trusted[0].law.title if count == 1 else f"{count} laws in range"
         return f"{self.title}: {numbers} {unit.unit} ({law})."
 
@@ -108,6 +111,11 @@ class NearObservation:
 
     shot: Observation
     apart: float  # root of the summed squares of ln ratios of speed, diameter and thickness over diameter
+
+    def printed(self) -> str:
+        """What was measured, with its unit: "14 mm", or "27.5 mm to 34.5 mm"."""
+        sizes = self.shot.bounds or (self.shot.value or 0.0,)
+        return " to ".join(readable(size, "m") for size in sizes)
 
     def describe(self) -> dict[str, Any]:
         """Plain values, SI."""
@@ -233,8 +241,7 @@ def _published(target: str) -> Sequence[Observation]:
     if target not in TABLES:
         return ()
     table, scenario = TABLES[target]
-    roles = dict.fromkeys(scenarios.load(scenario).materials, ())
-    return observations.read_observations(table, vocabulary(scenario, roles, {}))
+    return published_shots(table, scenario)
 
 
 def _family(material: Any) -> str:
@@ -243,6 +250,18 @@ def _family(material: Any) -> str:
 
     name = str(material)
     return name.removesuffix(UNKNOWN_ALLOY) if name.endswith(UNKNOWN_ALLOY) else materials.load(name).family
+
+
+def printed_bounds(low: float, high: float, unit: str) -> str:
+    """Two bounds in the display unit of an SI unit, as one number where they print alike; a dash of NaN.
+
+    >>> [printed_bounds(low, high, "m") for low, high in ((0.0212, 0.0234), (0.0212, 0.0212), (math.nan, math.nan))]
+    ['21.2 to 23.4', '21.2', '–']
+    """
+    if math.isnan(low):
+        return NONE
+    texts = [digits(bound * display_of(unit).factor) for bound in (low, high)]
+    return texts[0] if texts[0] == texts[1] else " to ".join(texts)
 
 
 def _plain(value: float) -> float | None:

@@ -9,8 +9,9 @@ from jinja2 import Environment, FunctionLoader, StrictUndefined
 from studies import laws
 from studies.laws import Shot
 from studies.observations.shields.shots import citation
-from studies.quantities.display import NONE, digits, display_of, printed_alone
-from studies.reports.answers.answer import ShotAnswer, of_target
+from studies.quantities.display import NONE, display_of
+from studies.quantities.units import readable
+from studies.reports.answers.answer import ShotAnswer, of_target, printed_bounds
 from studies.reports.answers.picture import drawn_for_page, picture
 from studies.reports.figures import Figure
 
@@ -26,27 +27,14 @@ def page(answer: ShotAnswer, shot: Shot) -> str:
             target=of_target(shot, answer.target),
             figure=drawn,
             drawing=drawn_for_page(drawn),
-            size=_size,
-            between=_between,
+            readable=readable,
+            bounds=printed_bounds,
             unit=lambda unit: display_of(unit).unit,
             share=_share,
             citation=citation,
             title=lambda law: laws.load(law).title,
         )
     )
-
-
-def _size(value: Any, unit: str) -> str:
-    return NONE if value is None else printed_alone(value, unit)
-
-
-def _between(low: float, high: float, unit: str) -> str:
-    """A value, or its bounds, in the display unit."""
-    factor = display_of(unit).factor
-    if low != low:  # NaN
-        return NONE
-    texts = digits(low * factor), digits(high * factor)
-    return texts[0] if texts[0] == texts[1] else " to ".join(texts)
 
 
 def _share(share: Any) -> str:

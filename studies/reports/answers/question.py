@@ -14,7 +14,7 @@ from studies.quantities.findings import Finding, Findings, refusal
 from studies.quantities.parameters import MaterialName, Parameter, Value, declared, find, join, missing, parse_value
 from studies.sweeps.axes import Axis, AxisReader
 
-MOST_SHOTS = 2_000  # of one question: the laws of a shield take a millisecond for each
+MOST_SHOTS = 2_000  # of one question: equations and shots of a shield take 5 ms for each (2026-11)
 OWN_MATERIALS = "materials"  # the key beside the parameters, as in a sweep
 WALL = ("wall_thickness", "stand_off")  # a shield has both
 INNER = ("inner_thickness", "inner_stand_off")  # a second bumper has both

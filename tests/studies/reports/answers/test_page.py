@@ -6,6 +6,7 @@ from pathlib import Path
 import pytest
 
 from studies.observations.shields.probability import probability
+from studies.quantities.units import readable
 from studies.reports.answers import EXAMPLE
 from studies.reports.answers.answer import answers
 from studies.reports.answers.page import page
@@ -28,6 +29,16 @@ def test_page__has_headline_picture_and_every_law(asked: dict[str, str]) -> None
     for each in answer.quantities[0].laws:
         if not each.is_for_another_material:
             assert re.search(re.escape(each.law.title), html)
+
+
+def test_page__prints_each_number_of_a_shot_with_its_unit() -> None:
+    question = read_question(SHIELD)
+    [answer] = answers(question)
+    html = page(answer, question.shot(question.fixed))
+    assert answer.shield is not None
+    for near in answer.shield.nearest:
+        row = [(near.shot.speed, "m s-1"), (near.shot.projectile_diameter, "m"), (near.shot.stand_off, "m")]
+        assert all(f"<td>{readable(value, unit)}</td>" in html for value, unit in row)
 
 
 def test_picture__of_a_shield_has_equations_shots_and_probabilities(tmp_path: Path) -> None:
