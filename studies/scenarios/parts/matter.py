@@ -63,8 +63,8 @@ _FailureParameters: Any = make_dataclass(
                 Choice(failures),
                 Described(
                     "failure model: none, plastic strain, tension beyond the spall strength for long enough, the spall "
-                    "strength of plate impacts at the strain rate, or the damage of Johnson and Cook, plain or "
-                    "modified, which weakens"
+                    "strength of plate impacts at the strain rate, the damage of Johnson and Cook, plain or "
+                    "modified, which weakens, or that and the spall strength at once"
                 ),
             ],
             field(default="none"),
