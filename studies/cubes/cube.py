@@ -267,6 +267,8 @@ def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[C
     ]
     if any(part.distance is not None for part in parts.flat):
         assessed.append(declared.MODEL_DISTANCE)
+    if any(part.alloy for part in parts.flat):
+        assessed.append(declared.MODEL_ALLOY)
     for variable in (declared.MODEL_PART, declared.MODEL_REASON, *assessed):
         yield _column(variable.filled(quantity), parts)
 

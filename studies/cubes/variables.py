@@ -210,6 +210,16 @@ MODEL_DISTANCE = Variable(
 )
 
 
+MODEL_ALLOY = Variable(
+    "{quantity}_model_part_alloy",
+    "alloy for which {quantity}_model_part was computed, where it is not that of the target",
+    lambda assessed: assessed.alloy,
+    RUNS,
+    kind="text",
+    label="{words}, model alloy",
+)
+
+
 def model_contribution(contribution: str) -> Variable:
     """The variable of one contribution to the model part: strength, failure, equation of state."""
     return Variable(

@@ -184,6 +184,9 @@ class Scalars:
     brinell_hardness: Annotated[Dimensionless | None, Described("Brinell hardness number", 0.1, 2e3)] = None
 
 
+TEXTS = ("name", "title", "family", "alloy")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Material:
     """A material: constants in SI, yield stresses for laws, and the source of each number."""
@@ -191,6 +194,7 @@ class Material:
     name: str
     title: str
     family: str  # what laws mean by "same material": "copper", "aluminium"
+    alloy: str = ""  # shared by its tempers and by other sources of its constants: "6061"
     density: KilogramPerCubicMetre
     elastic: Stiffness
     eos: Model
@@ -296,7 +300,7 @@ class Material:
 
     def document(self) -> dict[str, Any]:
         """The material in the schema of a material file, in SI: it loads as itself."""
-        document: dict[str, Any] = {"name": self.name, "title": self.title, "family": self.family}
+        document: dict[str, Any] = {text: getattr(self, text) for text in TEXTS}
         document |= {section: self._choice(section) for section in SECTIONS}
         for path, quantity in self.sources.items():
             section, _, name = path.rpartition(".")
@@ -328,7 +332,7 @@ class Material:
 
 
 # Read by laws, reports and checks and by no simulation: runs that differ in these alone are the same.
-NOT_SIMULATED = ("name", "title", "family", "yield_stresses", "brinell_hardness")
+NOT_SIMULATED = (*TEXTS, "yield_stresses", "brinell_hardness")
 # The bulk modulus that acts is that of the equation of state, and the stated one is there to be compared with it; it
 # acts where an equation of state takes it.
 STIFFNESS = "elastic.bulk_modulus"
