@@ -63,7 +63,7 @@ def _part(cell: Cell, quantity: str, shares: Mapping[str, float], source: str) -
 
 
 @cache
-def _classes() -> list[Mapping[str, Any]]:
+def classes() -> list[Mapping[str, Any]]:
     """What is stored: answers of the runs of a metal in a scenario, by quantity, change and speed."""
     classes: list[Mapping[str, Any]] = json.loads(STORED.read_text(encoding="utf-8"))
     return classes
@@ -71,7 +71,7 @@ def _classes() -> list[Mapping[str, Any]]:
 
 def _like(scenario: str, target: Mapping[str, Any]) -> list[Mapping[str, Any]]:
     """The classes of a target's family, that of its alloy first."""
-    mine = [each for each in _classes() if each["scenario"] == scenario and each["family"] == target.get("family")]
+    mine = [each for each in classes() if each["scenario"] == scenario and each["family"] == target.get("family")]
     return sorted(mine, key=lambda each: bool(each["alloy"] != target.get("alloy")))
 
 
