@@ -72,8 +72,14 @@ class Thermal:
     heat_capacity: Annotated[JoulePerKilogramKelvin, Described("heat capacity", 1.0, 1e5)]
     melt_temperature: Annotated[Kelvin | None, Described("melting point", 100.0, 1e4)]
     room_temperature: Annotated[Kelvin, Described("initial temperature", 1.0, 5e3), Below("melt_temperature")]
-    latent_heat_of_fusion: Annotated[
-        JoulePerKilogram | None, Described("latent heat of fusion, for the melted share of debris", 1e3, 1e7)
+    latent_heat_of_fusion: Annotated[JoulePerKilogram | None, Described("latent heat of fusion", 1e3, 1e7)] = None
+    # Without it the melting point is the same at every density.
+    melting_slope: Annotated[
+        Dimensionless | None, Described("rise of the melting point with density, a of Lindemann's rule", 0.01, 10.0)
+    ] = None
+    melting_density: Annotated[
+        Dimensionless | None,
+        Described("density of the melting point over that at rest; by default that of matter melting at 1 bar", 0.5, 2.0),
     ] = None
 
 
@@ -340,8 +346,6 @@ STIFFNESS = "elastic.bulk_modulus"
 ACTING_STIFFNESS = "stiffness"
 # Sections whose constants act where a chosen model takes them.
 OF_MODELS = ("tension", "fracture", "spall")
-# Read by measurements of some scenarios alone.
-MEASURED_WITH = ("thermal.latent_heat_of_fusion",)
 
 
 def acting_eos(kind: str, form: str = "") -> Any:
@@ -358,9 +362,9 @@ def _idle(kind: str, form: str = "") -> tuple[str, ...]:
 
 
 def simulated(
-    resolved: Mapping[str, Any], measured_with: Sequence[str] = (), eos_form: str = "", chosen: Sequence[type] = ()
+    resolved: Mapping[str, Any], eos_form: str = "", chosen: Sequence[type] = ()
 ) -> dict[str, Any]:
-    """The part of a resolved material that decides the outcome of a simulation, and what it is measured with.
+    """The part of a resolved material that decides the outcome of a simulation.
 
     ``chosen`` are the records of the models that a run chooses beside those of the material: tension and failure.
     """
@@ -370,7 +374,7 @@ def simulated(
     records = (acting_eos(kind, eos_form).record, strength, *chosen)
     taken = {mark.path for record in records for mark in marked(record, FromMaterial).values()}
     of_models = {f"{section}.{name}" for section in OF_MODELS for name in resolved.get(section, ())}
-    idle = {*_idle(kind, eos_form), *MEASURED_WITH, *of_models} - taken - set(measured_with)
+    idle = {*_idle(kind, eos_form), *of_models} - taken
     for path in idle:
         section, _, name = path.partition(".")
         kept[section] = {key: value for key, value in kept[section].items() if key != name}

@@ -45,7 +45,7 @@ class CloudView(OnGrid):
     transverse_velocity: np.ndarray  # (n,) not negative, m/s
     mass: np.ndarray  # (n,) kg, of the whole body
     energy: np.ndarray  # (n,) specific internal energy, J/kg
-    temperature: np.ndarray  # (n,) K
+    residual: np.ndarray  # (n,) specific internal energy once it has expanded to no pressure, J/kg
     projectile: np.ndarray  # (n,) whether it is matter of the projectile
     plate: np.ndarray  # (n,) whether it is target that hangs together with the rim
     fragment: np.ndarray  # (n,) number of the connected piece of what came off, -1 of the plate
@@ -99,7 +99,7 @@ def view(setting: Any, snapshot: Any) -> CloudView:
         transverse_velocity=np.sqrt((np.delete(velocity, axis, axis=1) ** 2).sum(axis=1)),
         mass=whole("mass") * (2.0 * np.pi / setting.sector),
         energy=whole("energy"),
-        temperature=whole("temperature"),
+        residual=_residual(problem, snapshot, living),
         projectile=~target,
         plate=plate,
         fragment=fragment,
@@ -110,6 +110,21 @@ def view(setting: Any, snapshot: Any) -> CloudView:
         speed=setting.speed,
         melting=setting.melting,
     )
+
+
+def _residual(problem: Any, snapshot: Any, living: np.ndarray) -> np.ndarray:
+    """Residual energy (n,) of the living particles (n, bool of all) and of the departed, J/kg.
+
+    What departed has no density any more: it flew free, and its energy is the residual one.
+    """
+    from solver.matter.melting import residual_energy
+
+    particles, residual = snapshot.particles, snapshot.particles.energy.copy()
+    for number, body in enumerate(problem.bodies):
+        mine = living & (snapshot.body == number)
+        state = (getattr(particles, name)[mine] for name in ("density", "energy", "pressure"))
+        residual[mine] = residual_energy(body.matter.eos, *state)
+    return np.concatenate([residual[living], snapshot.departed.energy])
 
 
 def connected(cell: np.ndarray) -> np.ndarray:
@@ -389,20 +404,21 @@ FRAGMENTS = (
     ),
 )
 
-# ---- the melted share, from the residual energy of matter ----------------------------------------
+# ---- the melted share, from the residual energy of matter: what mesh and shocks leave in it, three grids say ------
 
 
 def _molten(view: CloudView, kind: int) -> np.ndarray:
     """Melted share (n,) of each particle, were it matter of the projectile (0) or the target (1).
 
-    At no pressure the residual energy of matter is e = c_v (T - T_0), with the temperature of its equation of state. It
-    begins to melt at e_m = c_v (T_m - T_0) and is liquid from e_m + L on, with the latent heat L of fusion; in between
-    the share (e - e_m) / L of it is (lever rule).
+    At no pressure matter begins to melt with the energy e_m = c_v (T_m - T_0), and is liquid from e_m + L on, with the
+    latent heat L of fusion; in between the share (e - e_m) / L of it is (lever rule). The energy tells it, because the
+    temperature stays at T_m in between.
     """
+    from solver.matter.melting import melted_share
+
     melting = view.melting[kind]
-    energy = melting.heat_capacity * (view.temperature - melting.room_temperature)
-    begin = melting.heat_capacity * (melting.melt_temperature - melting.room_temperature)
-    molten: np.ndarray = np.clip((energy - begin) / melting.latent_heat, 0.0, 1.0)
+    onset = melting.heat_capacity * (melting.melt_temperature - melting.room_temperature)
+    molten: np.ndarray = melted_share(view.residual, onset, melting.latent_heat)
     return molten
 
 
@@ -430,10 +446,10 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
         name=name,
         title=title,
         unit="1",
-        meaning=f"share of the mass of {matter} that is molten, by its residual energy c_v (T - T_0) against "
-        "c_v (T_m - T_0) and the latent heat of fusion, in part where it is in between; never melts, no latent heat or "
-        "Lindemann reference where a material does not have those constants",
-        version=2,
+        meaning=f"share of the mass of {matter} that is molten, by its specific internal energy once it has expanded "
+        "to no pressure, against c_v (T_m - T_0) and the latent heat of fusion, in part where it is in between; never "
+        "melts, no latent heat or Lindemann reference where a material does not have those constants",
+        version=3,
         read=read,
     )
 

@@ -275,22 +275,17 @@ def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
 
 
 def molten_fraction(bodies: Sequence[Any], snapshot: Any) -> float:
-    """Mass at or above its melting point, over the initial mass; debris as it was when it left or was retired."""
-    from solver.matter.eos import reference_density
-    from solver.matter.stress import homologous_temperature
+    """Molten mass once all has expanded to no pressure, over the initial mass; the departed did where they were."""
+    from solver.matter.melting import melted_mass, residual_energy
 
     particles, departed = snapshot.particles, snapshot.departed
     molten = 0.0
     for number, body in enumerate(bodies):
         mine, late = snapshot.body == number, departed.body == number
-        ratio = particles.density[mine] / reference_density(body.matter.eos)
-        # What has departed has no density any more: it melts as at its reference density.
-        for mass, kelvin, density_ratio in (
-            (particles.mass[mine], particles.temperature[mine], ratio),
-            (departed.mass[late], departed.temperature[late], 1.0),
-        ):
-            liquid = homologous_temperature(body.matter, kelvin, density_ratio) >= 1.0
-            molten += float(mass[liquid].sum())
+        state = (getattr(particles, name)[mine] for name in ("density", "energy", "pressure"))
+        residual = residual_energy(body.matter.eos, *state), departed.energy[late]
+        mass = particles.mass[mine], departed.mass[late]
+        molten += melted_mass(body.matter, np.concatenate(residual), np.concatenate(mass))
     return molten / float(sum(body.mass.sum() for body in bodies))
 
 

@@ -109,7 +109,7 @@ class Run:
             "scenario": self.scenario,
             "parameters": {k: v for k, v in self.parameters.items() if k not in names},
             "materials": {
-                role: simulated(plain, chosen.measured_with, eos_form, models) for role, plain in self.materials.items()
+                role: simulated(plain, eos_form, models) for role, plain in self.materials.items()
             },
         }
 

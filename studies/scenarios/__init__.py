@@ -131,8 +131,6 @@ class Scenario:
     materials: tuple[str, ...]  # parameters that name a material
     measurements: tuple[str, ...]  # quantities read off its runs
     settles: tuple[str, ...] = ()  # the measurements that should have stopped growing at the end
-    # Paths of constants of materials that its measurements read, and no simulation: they are part of a run's identity.
-    measured_with: tuple[str, ...] = ()
     # Of its parameters those that its runs do not use: they are no part of a run's identity.
     unused: tuple[str, ...] = ()
     distributions: tuple[str, ...] = ()  # read off the final state of its runs

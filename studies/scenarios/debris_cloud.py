@@ -160,7 +160,7 @@ def _melting(material: "Material") -> Melting | str:
     thermal = material.thermal
     if thermal.melt_temperature is None:
         return "never_melts"
-    if material.strength.kind == "steinberg-guinan":
+    if thermal.melting_density is not None:
         return "lindemann_reference"  # its melting point is that of the law, not the one at no pressure
     if thermal.latent_heat_of_fusion is None:
         return "no_latent_heat"
@@ -199,7 +199,6 @@ SCENARIO = Scenario(
         "fragments",
         "largest_fragment",
     ),
-    measured_with=("thermal.latent_heat_of_fusion",),
     distributions=("mass_over_velocity_and_angle",),
     least_cells=LEAST_CELLS,
     fewest_cells=FEWEST_CELLS,

@@ -20,6 +20,7 @@ from studies.scenarios.parts.numerics import tensions
 
 if TYPE_CHECKING:
     from solver.matter.laws import Matter
+    from solver.matter.melting import MeltingCurve
     from studies.materials import Material
 
 HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
@@ -158,10 +159,11 @@ def matter(
     """The matter of a material; ``failure`` is a record of the solver, by default matter never fails."""
     from solver.matter.laws import Matter
 
+    eos = eos_of(material, eos_form)
     melt = material.thermal.melt_temperature if thermal_softening else None
     strength = models("strength")[material.strength.kind].record
     return Matter(
-        eos=eos_of(material, eos_form),
+        eos=eos,
         # A constant that the material goes without is infinite.
         strength=strength(**{k: _or_infinite(v) for k, v in material.fill("strength").items()}),
         tension=_tension(material, tension),
@@ -170,7 +172,19 @@ def matter(
         melt_temperature=_or_infinite(melt),
         failure=failure or failures()["none"].record(),
         rubble_friction=rubble_friction,
+        melting=_melting(material, eos, melt),
     )
+
+
+def _melting(material: "Material", eos: Any, melt: float | None) -> "MeltingCurve":
+    """The melting curve of a material through its melting point (K), and its heat of fusion."""
+    from solver.matter.melting import MeltingCurve, lindemann
+
+    if melt is None:
+        return MeltingCurve()
+    thermal = material.thermal
+    fusion = (thermal.latent_heat_of_fusion or 0.0) / thermal.heat_capacity
+    return lindemann(eos, melt, thermal.melting_slope, fusion=fusion, density_ratio=thermal.melting_density)
 
 
 def _or_infinite(value: float | None) -> float:

@@ -318,7 +318,7 @@ def cloud(position: np.ndarray, velocity: np.ndarray, **changes: Any) -> CloudVi
             "transverse_velocity": np.hypot(velocity[:, 0], velocity[:, 1]),
             "mass": np.full(count, DENSITY * PARTICLE**3),
             "energy": np.zeros(count),
-            "temperature": np.full(count, MELTING.room_temperature),
+            "residual": np.zeros(count),
             "projectile": np.zeros(count, bool),
             "plate": np.zeros(count, bool),
             "fragment": connected(np.floor(position / CELL).astype(np.int64)),

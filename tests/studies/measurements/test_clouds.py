@@ -23,9 +23,8 @@ SPEEDS = [speed for _, _, speed in BALLS]
 def test_melted_share__follows_the_lever_rule(excess: float, share: float) -> None:
     """A half of the mass has the residual energy of melting and an excess (J/kg), the rest is cold."""
     state = two_balls()
-    hot = MELTING.melt_temperature + excess / MELTING.heat_capacity
-    temperature = np.where(state.projectile, hot, MELTING.room_temperature)
-    state = dataclasses.replace(state, temperature=temperature)
+    hot = MELTING.heat_capacity * (MELTING.melt_temperature - MELTING.room_temperature) + excess
+    state = dataclasses.replace(state, residual=np.where(state.projectile, hot, 0.0))
     assert value("melted_share_projectile", state) == pytest.approx(share, abs=ROUND_OFF)
     part = MASSES[0] / sum(MASSES)
     assert value("melted_share_behind", state) == pytest.approx(share * part, abs=ROUND_OFF)
