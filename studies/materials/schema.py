@@ -79,7 +79,9 @@ class Thermal:
     ] = None
     melting_density: Annotated[
         Dimensionless | None,
-        Described("density of the melting point over that at rest; by default that of matter melting at 1 bar", 0.5, 2.0),
+        Described(
+            "density of the melting point over that at rest; by default that of matter melting at 1 bar", 0.5, 2.0
+        ),
     ] = None
 
 
@@ -361,9 +363,7 @@ def _idle(kind: str, form: str = "") -> tuple[str, ...]:
     return () if STIFFNESS in taken else (STIFFNESS,)
 
 
-def simulated(
-    resolved: Mapping[str, Any], eos_form: str = "", chosen: Sequence[type] = ()
-) -> dict[str, Any]:
+def simulated(resolved: Mapping[str, Any], eos_form: str = "", chosen: Sequence[type] = ()) -> dict[str, Any]:
     """The part of a resolved material that decides the outcome of a simulation.
 
     ``chosen`` are the records of the models that a run chooses beside those of the material: tension and failure.

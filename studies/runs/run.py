@@ -108,9 +108,7 @@ class Run:
             "physics": PHYSICS_VERSION,
             "scenario": self.scenario,
             "parameters": {k: v for k, v in self.parameters.items() if k not in names},
-            "materials": {
-                role: simulated(plain, eos_form, models) for role, plain in self.materials.items()
-            },
+            "materials": {role: simulated(plain, eos_form, models) for role, plain in self.materials.items()},
         }
 
 

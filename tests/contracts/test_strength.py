@@ -200,4 +200,3 @@ def test_stiffness__is_positive_and_that_at_rest_is_one(
     value = stiffness(copper(name), density_ratio, pressure, kelvin)
     assert math.isfinite(value)
     assert value > 0.0
-
