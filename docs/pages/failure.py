@@ -40,7 +40,7 @@ TARGETS: Mapping[str, tuple[dict[str, Any], tuple[float, ...], tuple[str, ...]]]
         (16.0, 24.0, 36.0),
         ("tip_velocity_percent", "cloud_radius", "momentum_behind"),
     ),
-    "thick_plate": ({"edges": "absorbing"}, (16.0 / 3.0, 8.0, 12.0), ("crater_depth", "crater_diameter")),
+    "thick_plate": ({"edges": "absorbing"}, (4.0, 6.0, 9.0), ("crater_depth", "crater_diameter")),
 }
 SMALL = 0.01  # a change to the finest grid that needs no smaller one than the change before
 NEAR = 0.05  # shares of converging series that are nearer than this are alike
