@@ -26,7 +26,7 @@ WORKERS = 2
 SPHERE = {"projectile_diameter": 8e-3, "projectile_shape": "sphere", "geometry": "axisymmetric", "recipe": "whipple"}
 SHOTS: dict[str, dict[str, Any]] = {
     "thin_plate": {**SPHERE, "plate_thickness": 2e-3, "cells_per_diameter": 24.0},
-    "thick_plate": {**SPHERE, "edges": "absorbing", "cells_per_diameter": 8.0},
+    "thick_plate": {**SPHERE, "edges": "absorbing", "cells_per_diameter": 6.0},
 }
 SPEEDS = (3e3, 5e3, 7e3)
 # Like on like; the first of a family stands for alloys of it that have none.
