@@ -10,6 +10,7 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
@@ -235,7 +236,14 @@ def laws_beside() -> str:
 def limit() -> str:
     """The line of docs/limits.md on the bias of holes and craters."""
     listed = [group for group in compared_shots() if group.quantity.startswith(("hole", "crater"))]
-    texts = "; ".join(of_shots(asdict(group)) for group in listed)
+    known = [of_shots(asdict(group)) for group in listed if group.bias]
+    few = [
+        f"{_title(quantity).lower()} ({', '.join(' on '.join(group.materials) for group in groups)})"
+        for quantity, groups in groupby((group for group in listed if not group.bias), lambda group: group.quantity)
+    ]
+    if few:
+        known.append(f"fewer than {FEWEST} shots, too few for an interval, of {', '.join(few)}")
+    texts = "; ".join(known)
     return (
         f"{LIMIT} whipple itself, simulation over observation less 1: {texts}. A law that meets the simulation is as "
         "far from the shots as the simulation is; each report states the bias for its metal."
