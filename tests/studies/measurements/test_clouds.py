@@ -7,6 +7,8 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.matter.eos import pressure_terms
+from solver.matter.melting import residual_energy
 from solver.simulation import start
 from solver.state import Departed, Snapshot
 from studies.measurements.cloud import DISTRIBUTIONS, view
@@ -73,3 +75,22 @@ def test_view__counts_what_departed_where_it_has_flown(touching: tuple[Any, Snap
     assert value("largest_fragment", state) == pytest.approx(mass, rel=ROUND_OFF)
     length = read("cloud_length", state).value + setting.thickness
     assert flight - diameter < length < flight
+
+
+def test_view__has_the_energy_that_is_left_once_matter_has_expanded(touching: tuple[Any, Snapshot]) -> None:
+    """Of pressed matter on the grid less than it has, and all of it of what departed."""
+    setting, snapshot = touching
+    matter = setting.problem.bodies[0].matter
+    particles, hot = snapshot.particles, 1e6  # J/kg
+    density = np.full(particles.mass.size, 1.3 * matter.eos.density)
+    cold, thermal = pressure_terms(matter.eos, density, hot)
+    energy = np.full(particles.mass.size, hot)
+    pressure = cold + thermal * hot
+    pressed = snapshot._replace(particles=particles._replace(density=density, energy=energy, pressure=pressure))
+    left = float(residual_energy(matter.eos, density[0], hot, pressure[0]))
+    assert left < 0.9 * hot
+    np.testing.assert_allclose(view(setting, pressed).residual, left, rtol=ROUND_OFF)
+    gone = view(setting, through(setting, pressed, 0.0)).residual
+    of_projectile = (pressed.body == 0).sum()
+    np.testing.assert_allclose(gone[-of_projectile:], hot, rtol=ROUND_OFF)
+    np.testing.assert_allclose(gone[:-of_projectile], left, rtol=ROUND_OFF)
