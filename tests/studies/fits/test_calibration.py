@@ -19,13 +19,14 @@ from studies.fits.calibration.posterior import Calibration, Posterior, posterior
 from studies.fits.calibration.prediction import LEVEL, predict
 from studies.fits.calibration.results import calibrated, sentences, write
 from studies.fits.calibration.shots import SIZES, BarStrains, read_shots
-from studies.fits.calibration.strength_part import read_draws, runs_of_draws, strength_part
 from studies.materials.reader import read_document, read_toml
 from studies.quantities.findings import InvalidInput
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.document import read_yaml
+from studies.sweeps.strength_part import read_draws, runs_of_draws, strength_part
 from studies.sweeps.sweep import Sweep
+from tests.service.support.command import run
 from tests.studies.support import fakes
 
 COPPER = materials.load("copper-ofhc")
@@ -261,3 +262,20 @@ def test_shots__of_a_file_that_is_not_there_name_the_published_tables() -> None:
 def test_box__needs_johnson_cook() -> None:
     with pytest.raises(InvalidInput, match="strength johnson-cook"):
         box_of(materials.load("copper-thesis-plastic"))
+
+
+@pytest.mark.parametrize(
+    ("shots", "material", "said"),
+    [
+        ("holes", "copper-ofhc", "a table of Taylor bars"),
+        ("taylor-bars-copper-ofhc", "steel-4340", "56 of copper-ofhc"),
+        ("taylor-bars-copper-ofhc", "copper", "did you mean"),
+    ],
+)
+def test_command__refuses_before_it_computes(
+    shots: str, material: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("calibrate", shots, "--material", material, "--out", tmp_path / "out") == 2
+    printed = capsys.readouterr()
+    assert said in " ".join((printed.out + printed.err).split())
+    assert not (tmp_path / "out").exists()

@@ -1,4 +1,7 @@
-"""The strength part of a hole or crater: its spread over draws of calibrated constants, in place of a fixed 10 %."""
+"""The strength part of a hole or crater: its spread over draws of calibrated constants, in place of a fixed 10 %.
+
+``whipple calibrate`` writes the draws; ``relative`` stands for ``strength`` of ``screening.contributions_of``.
+"""
 
 import math
 from collections.abc import Callable, Iterator, Mapping, Sequence
@@ -7,10 +10,10 @@ from pathlib import Path
 
 import numpy as np
 
-from studies.fits.calibration.prediction import LEVEL
 from studies.quantities.findings import refusal
 from studies.runs.run import Run, materials_of, resolve
 
+LEVEL = 0.90  # of intervals, as of a calibration
 CONSTANTS = ("A", "B", "n", "C", "m")
 FEWEST = 8  # draws: the standard deviation of so few has itself a relative standard error of 1 / sqrt(2 (8 - 1)) = 27 %
 
@@ -46,7 +49,7 @@ class StrengthPart:
 
     @property
     def interval(self) -> tuple[float, float]:
-        """Ends of the interval at the level of the calibration, SI."""
+        """Ends of the interval at ``LEVEL``, SI."""
         low, high = np.quantile(self.values, (0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL)).tolist()
         return low, high
 
