@@ -17,7 +17,7 @@ from studies.fits.surrogate import Surrogate, SurrogateInput, TypicalProcess, ch
 # Added to a strain before its logarithm is taken, in which the process is nearly a straight line: what is smaller
 # cannot be read, 0.1 mm of 25.
 SMALL = 0.005
-STILL = "still growing, or longer than at first"
+STILL = "still growing at the latest end, or longer than at first"  # a soft bar, or one that bounced back
 BY_LOGARITHM = ("bar.strength.A", "bar.strength.B", "speed", "bar_length")
 
 

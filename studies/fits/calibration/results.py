@@ -21,7 +21,7 @@ from studies.quantities.units import round_quantity
 DRAWS_FILE, MATERIAL_FILE, SWEEP_FILE = "calibration.nc", "material.toml", "materials.yaml"
 IN_SWEEP = 16  # draws that are written as materials of a sweep
 FEW = 400  # independent draws, below which ends of intervals are rough: 5 % of 400 are 20 draws
-CLOSE = 0.02  # of a prior range: where an interval begins nearer to its end, the range decides it
+CLOSE = 0.02  # of a prior range: so near to where the end of a uniform distribution would be, the range decides it
 
 REMARK = (
     "# Draws of {material} calibrated to {table}, equally likely. Copy them into a sweep and name them on an axis;\n"

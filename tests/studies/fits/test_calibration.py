@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 from studies import materials
-from studies.cases.rows import Row, at_least, at_most
+from studies.cases.rows import Row, absolute, at_least, at_most
 from studies.cubes import cube
 from studies.fits.calibration.design import box_of, sweep_of
 from studies.fits.calibration.emulator import emulators_of
@@ -89,10 +89,12 @@ def short(shots: BarStrains, seed: int = 1) -> Posterior:
 
 
 def test_posterior__holds_known_constants_at_the_nominal_rate(compared: Callable[[Row], None]) -> None:
-    held, narrow = [], []
+    held, narrow, scatters = [], [], []
     for seed in range(4):
         shots, truth = synthetic(seed)
-        drawn = short(shots, seed).constants
+        posterior = short(shots, seed)
+        drawn = posterior.constants
+        scatters.append(float(np.median(posterior.scatters)))
         stress = np.log(flow_stress(drawn))
         held += [*inside(truth, drawn), inside(np.log(flow_stress(truth[None])[0]), stress)]
         beforehand = np.random.default_rng(seed).uniform(*BOX.bounds.T, (2000, 5))
@@ -100,6 +102,7 @@ def test_posterior__holds_known_constants_at_the_nominal_rate(compared: Callable
     # Of 24 intervals at 90 %, 18 or more hold the truth in 98 of 100 repetitions.
     compared(at_least("constants and flow stresses in their intervals, of 24", limit=18, got=float(sum(held))))
     # A posterior that had not seen the shots would hold as many, and be as wide as the prior.
+    compared(absolute("scatter of the shots, mean", expected=0.04, got=float(np.mean(scatters)), within=0.02))
     compared(at_most("width of the flow stress over that of the prior", limit=0.5, got=max(narrow)))
 
 
@@ -111,7 +114,8 @@ def posterior() -> Posterior:
 def test_further_lots__are_wider_than_lots_that_were_shot(posterior: Posterior) -> None:
     low, high = BOX.bounds[0]
     further = posterior.further_lots()[:, 0]
-    assert further.std() > posterior.lots.std(axis=0).min()
+    away = further - posterior.constants[:, 0]
+    assert np.median(np.abs(away) / posterior.lots_deviation) == pytest.approx(0.67, abs=0.15)  # of a normal one
     assert ((further >= low) & (further <= high)).all()
 
 
