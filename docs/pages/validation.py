@@ -35,11 +35,7 @@ def compute(directory: Path | None = None, *names: Path) -> None:
         chosen = [str(name) for name in names] or validation.names()
         cases = {**(stored()["cases"] if STORED.exists() else {})}
         cases |= {name: _computed(name, place) for name in chosen}
-    document = {
-        "command": COMMAND,
-        "version": version("whipple"),
-        "cases": dict(sorted(cases.items())),
-    }
+    document = {"command": COMMAND, "version": version("whipple"), "cases": dict(sorted(cases.items()))}
     keep(document, STORED)
 
 
@@ -93,8 +89,8 @@ def pages() -> dict[str, str]:
         # Measured 2026-11-23 on two busy cores.
         "All cases at the level `thesis` took 26 minutes of a core, nearly all of them Tables 3.3 and 3.4 in three "
         "dimensions; without `hole-laws` and `shape-coefficient`.\n",
-        f"Computed by `{document['command']}` with version {document['version']} (physics version {physics}, said on each "
-        f"page), level `{LEVEL}`.{longer}\n",
+        f"Computed by `{document['command']}` with version {document['version']} (physics version {physics}, said on "
+        f"each page), level `{LEVEL}`.{longer}\n",
         table(["case", "states", "rows", "gates held"], [_summary(*each) for each in document["cases"].items()]),
     ]
     cases = [name for name in document["cases"] if _place(name)[1] == LEVEL]
