@@ -43,7 +43,8 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
             there = [each for each in numbers if all(abs(each.at(axis) - at[axis]) < 1e-9 for axis in at)]
             where = f"bumper of {100 * thickness:g} diameters, {speed / 1e3:g} km/s"
             reading = ComparedReading(cube, QUANTITY, at)
-            yield from compared(where, reading, there, "CALE", mesh=(FINE[0], "coarsest grid"))
+            if there:  # at 12 km/s the table has the thinner bumpers alone
+                yield from compared(where, reading, there, "CALE", mesh=(FINE[0], "coarsest grid"))
             shares.append(reading.best[0])
         rises = all(slow < fast for slow, fast in pairwise(shares))
         got = ", ".join(f"{share:.3g}" for share in shares)
