@@ -14,7 +14,7 @@ PUBLISHED = (
     ("length and diameters of a bar", "copper on a wall", ("taylor-bar",)),
     ("debris: momentum, shape, melt", "plates of copper", ("debris-clouds", "melted-projectile")),
     ("time at the wall, energy", "elastic bar", ("elastic-bar",)),
-    ("pull-back and spall strength", "plates of copper and aluminium", ("plate-spall",)),
+    ("peak of a free surface; its pull-back is reported", "plates of copper and aluminium", ("plate-spall",)),
 )
 EXACT = (
     (

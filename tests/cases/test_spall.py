@@ -198,8 +198,8 @@ def test_pullback__is_that_of_a_published_plate_impact(name: str, compared: Call
     """
     number = plate_spall.shots()[name]
     bulk, longitudinal = plate_spall.pullbacks(number).values()
-    for point in Sweep.parse({"name": name, **plate_spall.document(number, GRIDS)}).runs():
-        cells = float(point.run.parameters[plate_spall.CELLS])
+    sweep = Sweep.parse({"name": name, **plate_spall.document(number, GRIDS)})
+    for cells, point in zip(GRIDS, sweep.runs(), strict=True):
         with tempfile.TemporaryDirectory() as folder:
             result = execute(point.run, Path(folder), threads=1)
         where = f"{name} m/s, {cells:g} cells in the flyer"
