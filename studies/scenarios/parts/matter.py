@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from studies.materials import Material
 
 HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
-PROJECTILE = "projectile"  # the role whose material may go without what a failure takes
+PROJECTILES = ("projectile", "flyer")  # the roles whose materials may go without what a failure takes
 
 
 def failures() -> Mapping[str, Any]:
@@ -129,7 +129,7 @@ class Fracture(_FailureParameters):
             yield Finding("rubble_friction", f"{self.rubble_friction:g}", "no rubble without a failure", cure)
         record = failures()[self.failure].record
         for role, material in materials.items():
-            if role == PROJECTILE and len(materials) > 1 and _goes_without(record, material):
+            if role in PROJECTILES and len(materials) > 1 and _goes_without(record, material):
                 continue  # a projectile without the section never fails
             for name, value in material.taken(record).items():
                 taken = marked(record, FromMaterial)[name]

@@ -239,6 +239,7 @@ PLATE = 40.0 * CELL  # thickness
 PLATE_SPEED, PRESSURE, SHOCKED = 2000.0, 48e9, 1.25  # m/s, Pa, compression behind the shock
 # M/s: mass behind a shock that stops at half the speed and compresses so.
 SHOCK = 5.0 * 0.5 * PLATE_SPEED
+IMPEDANCE = 35e6  # rho0 c0, Pa s/m
 
 
 def plates(time: float, *, scatter: float = 0.0) -> PlateView:
@@ -265,6 +266,8 @@ def plates(time: float, *, scatter: float = 0.0) -> PlateView:
         density=np.tile(np.where(behind, SHOCKED * DENSITY, DENSITY), 2),
         pressure=np.tile(pressure, 2),
         section=CELL**2,
+        thickness=PLATE,
+        impedance=IMPEDANCE,
         cell=CELL,
         time=time,
         speed=PLATE_SPEED,
@@ -272,6 +275,16 @@ def plates(time: float, *, scatter: float = 0.0) -> PlateView:
 
 
 LATE = 0.8 * PLATE / SHOCK  # the shock has run through 0.8 of each plate
+
+
+def released_plates() -> PlateView:
+    """Plates of which the outermost three cells of the target fly off at the impact speed, and ring by 50 m/s."""
+    state = plates(LATE)
+    below = PLATE - (state.layer + 0.5) * PARTICLE
+    loose = (state.body == TARGET) & (below < 3.0 * CELL)
+    ringing = PLATE_SPEED + np.where(state.layer % 2, 50.0, -50.0)
+    return dataclasses.replace(state, velocity=np.where(loose, ringing, state.velocity))
+
 
 # Histories
 
@@ -299,6 +312,14 @@ def running(name: str, speed: float, *, placed: int = 21) -> History:
 def smeared(rates: np.ndarray) -> np.ndarray:
     """The same push from the first touch on, its end smeared evenly over 20 intervals."""
     return np.convolve(np.pad(rates, 10, mode="edge"), np.full(21, 1.0 / 21.0), mode="valid")
+
+
+def surface(*velocities: float) -> History:
+    """A free surface with velocities (m/s) at even times, and its acoustic stress."""
+    values = np.array(velocities)
+    stress = 0.5 * IMPEDANCE * values
+    times = 1e-8 * np.arange(values.size)
+    return History(times, {"free_surface_velocity": values, "acoustic_stress": stress})
 
 
 # Debris
@@ -535,6 +556,7 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "shocked": lambda: plates(LATE),
         "scattered": lambda: plates(LATE, scatter=0.05),
         "through": lambda: plates(1.3 * PLATE / SHOCK),
+        "released": released_plates,
     },
     PlugView: {
         "through": plugged,
@@ -557,6 +579,7 @@ def joined(push: History, front: History) -> History:
     rise = 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, max(push.times.size, front.times.size)))
     values = {**push.values, **front.values, **plug, "crater_depth": rise, rear_face_place.name: BAR_LENGTH - rise}
     values |= {"middle_velocity": -1e5 * rise, "middle_stress": -1e12 * rise}
+    values |= {"free_surface_velocity": 1e5 * rise, "acoustic_stress": 1e12 * rise}
     return History(front.times[:size], {name: value[:size] for name, value in values.items()})
 
 

@@ -30,6 +30,7 @@ from tests.studies.measurements.states import (
     EXPANSION,
     FRONT,
     HOLE,
+    IMPEDANCE,
     LATE,
     OPENINGS,
     PARTICLE,
@@ -68,6 +69,7 @@ from tests.studies.measurements.states import (
     pushed,
     read,
     rectangle,
+    released_plates,
     ring,
     running,
     scooped_half_space,
@@ -75,6 +77,7 @@ from tests.studies.measurements.states import (
     smeared,
     straight,
     stretched,
+    surface,
     two_balls,
     value,
     with_particle,
@@ -156,6 +159,10 @@ def drifted_plates() -> Any:
     """Plates whose particles carry less density than they stand in."""
     state = plates(LATE)
     return dataclasses.replace(state, density=0.9 * state.density)
+
+
+# Up with ripples below the recovery, down, up again; then a deeper minimum that is not the first.
+SPALLED = (0.0, 20.0, 190.0, 200.0, 197.5, 201.0, 199.0, 170.0, 150.0, 152.0, 165.0, 180.0, 120.0, 160.0)
 
 
 def waving_bar() -> Any:
@@ -323,6 +330,18 @@ KNOWN: list[tuple[str, Build, float, float]] = [
     ),
     ("plateau_pressure", wild_plates, PRESSURE, ROUND_OFF * PRESSURE),
     ("target_shock_speed", slow_start, 5000.0, 1e-5),
+    ("free_surface_velocity", lambda: plates(LATE), 0.0, 0.0),
+    ("free_surface_velocity", released_plates, PLATE_SPEED, 1e-9),
+    ("acoustic_stress", released_plates, 0.5 * IMPEDANCE * PLATE_SPEED, 1e-2),
+    *(
+        (name, lambda: surface(*SPALLED), expected, 1e-3)
+        for name, expected in (
+            ("free_surface_peak", 201.0),
+            ("free_surface_minimum", 150.0),
+            ("pullback_velocity", 51.0),
+            ("spall_strength", 0.5 * IMPEDANCE * 51.0),
+        )
+    ),
     ("mass_behind", two_balls, sum(MASSES), ROUND_OFF * sum(MASSES)),
     ("momentum_behind", two_balls, MOMENTUM, ROUND_OFF * MOMENTUM),
     ("kinetic_energy_behind", two_balls, KINETIC, ROUND_OFF * KINETIC),
@@ -429,6 +448,17 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("plateau_pressure", lambda: plates(0.1 * LATE), "no_plateau"),
     ("plateau_pressure", lambda: plates(1.3 * PLATE / SHOCK), "reflected"),
     ("target_shock_speed", lambda: running("target", 5000.0, placed=3), "no_plateau"),
+    *(
+        (name, lambda made=made: surface(*made), flag)
+        for name in ("free_surface_minimum", "pullback_velocity", "spall_strength")
+        for made, flag in (
+            ((0.0, 0.0), "not_arrived"),
+            ((0.0, 100.0, 199.0, 198.0), "ended_before"),  # no release yet
+            ((0.0, 200.0, 170.0, 150.0), "ended_before"),  # still falling
+            ((0.0, 200.0, 150.0, 151.0, 150.5), "no_minimum"),  # fell, and stays there
+        )
+    ),
+    ("free_surface_peak", lambda: surface(0.0, 0.0), "not_arrived"),
     *(
         (name, lambda: dataclasses.replace(two_balls(), melting=("never_melts", two_balls().melting[1])), "never_melts")
         for name in ("melted_share_projectile", "melted_share_behind")

@@ -77,3 +77,19 @@ def test_plates__end_before_any_shock_has_crossed_its_plate() -> None:
     result = shocks(used["flyer"], used["target"], 2000.0)
     crossed = [us * problem.end_time / l for us, l in zip(result.speeds, (4e-3, 3e-3), strict=True)]
     assert math.isclose(max(crossed), CROSSED, rel_tol=1e-9)
+
+
+def test_plates__break_as_their_failure_says() -> None:
+    """The target has the failure, a flyer without its constants none, and its free faces have room until the end."""
+    setting = built(asked("plate_impact", flyer="armco-iron", failure="spall-rate"))
+    flyer, target = setting.problem.bodies
+    assert type(flyer.matter.failure).__name__ == "NoFailure"
+    assert target.matter.failure.strength == materials.load("copper-ofhc").value_at("spall.strength")
+    # The shock has crossed the target, and two pulses of the flyer have passed.
+    pulse = 2.0 * 4e-3 / materials.load("armco-iron").sound_speed
+    crossed = 4e-3 / shocks(materials.load("armco-iron"), materials.load("copper-ofhc"), 2000.0).speeds[1]
+    assert math.isclose(setting.problem.end_time, crossed + 2.0 * pulse, rel_tol=1e-9)
+    # Until then the rear of the target, no faster than twice the impact speed, stays on the grid.
+    geometry = setting.problem.geometry
+    end = geometry.lower[2] + geometry.cells[2] * geometry.spacing
+    assert end - 4e-3 > 2.0 * 2000.0 * (setting.problem.end_time - setting.crossing)
