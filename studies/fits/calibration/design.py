@@ -68,7 +68,8 @@ def box_of(material: Material) -> Box:
     for name, factors, source in (("A", A_FACTORS, A_SOURCE), ("B", B_FACTORS, B_SOURCE)):
         value = material.value_at(f"strength.{name}")
         assert value is not None
-        ranges[name] = PriorRange(*(math.log(factor * value) for factor in factors), source)
+        low, high = (math.log(factor * value) for factor in factors)
+        ranges[name] = PriorRange(low, high, source)
     return Box(ranges | {name: PriorRange(*each) for name, each in OTHERS.items()})
 
 

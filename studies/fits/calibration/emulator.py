@@ -24,7 +24,9 @@ BY_LOGARITHM = ("bar.strength.A", "bar.strength.B", "speed", "bar_length")
 class Emulator(Protocol):
     """A strain of bars as a function, with its error."""
 
-    error: float  # root mean square, relative to the strain
+    @property
+    def error(self) -> float:
+        """Root mean square, relative to the strain."""
 
     def strains(self, places: np.ndarray) -> np.ndarray:
         """Strains at (places, 7): ln A, ln B, n, C, m, ln speed (SI), ln(length / diameter)."""

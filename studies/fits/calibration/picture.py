@@ -20,7 +20,8 @@ def draw(posterior: Posterior, predicted: PredictedShots, file: Path) -> Path:
 
     quantities = predicted.shots.names
     figure = Figure(figsize=(15.0, 7.5), layout="constrained")
-    left, right = figure.subfigures(1, 2, width_ratios=(1.25, 1.0))
+    parts: Any = figure.subfigures(1, 2, width_ratios=(1.25, 1.0))
+    left, right = parts
     _corner(left, posterior)
     axes = right.subplots(len(quantities), 1, squeeze=False)[:, 0]
     for each, quantity in zip(axes, quantities, strict=True):

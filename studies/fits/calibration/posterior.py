@@ -26,7 +26,7 @@ FREEDOM = 4.0  # degrees of freedom of t: the value that Lange, Little and Taylo
 # 4 % of that of the mushroom (10 against 16 cells, copper at 190 m/s); friction of the wall and the form of the law are
 # not in the model, and a source for their size is not known: a tenth is a choice, made before the first calibration.
 BIAS = 0.10
-# Scale of the half-normal priors of the scatter: speeds are stated to 1 m/s of 50 to 600, and strain goes with their
+# Scale of the half-normal priors of the scatter: speeds are stated to 1 m/s of 50 to 600, the strain goes with their
 # square; differences from bar to bar come on top, of which the papers state none.
 SCATTER = 0.10
 # Scale of the half-normal prior of the standard deviation of ln A between lots: published A of copper (65, 90, 118 and
