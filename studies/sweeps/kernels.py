@@ -43,7 +43,7 @@ def compile_kernels(runs: Iterable[Run]) -> int:
 
 def _compile(run: Mapping[str, Any]) -> None:
     from solver.simulation import simulate
-    from studies.runs.execution import setting_of
+    from studies.runs.stages import setting_of
 
     problem = setting_of(Run.from_json(run)).problem
     simulate(replace(problem, end_time=1e-15))
