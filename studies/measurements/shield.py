@@ -48,13 +48,11 @@ def view(setting: Any, snapshot: Any) -> ShieldView:
 
 def _of(part: str, read: Measurement, name: str, title: str, where: str) -> Measurement:
     """A measurement of an impact or a cloud, of a part of the shield."""
-    return replace(
-        read,
-        name=name,
-        title=title,
-        meaning=f"{where}: {read.meaning}",
-        read=lambda view: read.read(getattr(view, part)),
-    )
+
+    def read_part(view: ShieldView) -> Reading:
+        return read.read(getattr(view, part))
+
+    return replace(read, name=name, title=title, meaning=f"{where}: {read.meaning}", read=read_part)
 
 
 def _wall_hole(view: ShieldView) -> Reading:

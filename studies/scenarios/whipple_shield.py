@@ -377,7 +377,8 @@ class WhippleShield(ImpactSetUp):
 SCENARIO = Scenario(
     name="whipple_shield",
     title="Whipple shield",
-    description="A sphere or cylinder breaks up on a bumper, and the debris hits a wall behind it: does the wall hold?",
+    description="A sphere or cylinder breaks up on a bumper at right angles, and its debris hits a wall behind; whether the wall "
+    "holds is measured.",
     parameters=WhippleShield,
     materials=("projectile", "bumper", "wall"),
     measurements=(
