@@ -5,6 +5,9 @@ first is the impact on the bumper. What comes off leaves its grid as soon as not
 own pressure drives it apart no more, and flies straight. The second has the wall alone, at the face of whose grid each
 particle joins with all of its state at the time of its arrival. Debris whose path misses that grid stays in the books.
 
+A body of revolution smears debris off the axis into rings, which load the wall evenly: what single fragments do to it
+shows in three dimensions alone.
+
 On the clock of a run the second stage goes on where the first one ends: the number ``clock_ahead`` (s) says by how much
 that is later than the moment, after the first touch, at which debris comes to the grid of the wall.
 """
@@ -377,8 +380,7 @@ class WhippleShield(ImpactSetUp):
 SCENARIO = Scenario(
     name="whipple_shield",
     title="Whipple shield",
-    description="A sphere or cylinder breaks up on a bumper at right angles, and its debris hits a wall behind; whether the wall "
-    "holds is measured.",
+    description="A sphere or cylinder breaks up on a bumper, and its debris hits a wall: whether it holds is measured.",
     parameters=WhippleShield,
     materials=("projectile", "bumper", "wall"),
     measurements=(
