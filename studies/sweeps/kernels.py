@@ -15,7 +15,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from studies.runs.run import Run
-from studies.scenarios import load
+from studies.scenarios import Setting, load
 from studies.sweeps.sweep import Sweep
 
 KernelKind = tuple[Any, ...]
@@ -48,7 +48,8 @@ def _compile(run: Mapping[str, Any]) -> None:
     from studies.runs.stages import setting_of
 
     resolved = Run.from_json(run)
-    parameters, setting = load(resolved.scenario).record(resolved.parameters), setting_of(resolved)
+    parameters = load(resolved.scenario).record(resolved.parameters)
+    setting: Setting | None = setting_of(resolved)
     while setting is not None:
         problem = setting.problem
         outcome = simulate(replace(problem, end_time=problem.start_time + 1e-15))

@@ -17,7 +17,7 @@ from solver.errors import Interrupted
 from solver.problem import Problem
 from solver.simulation import Outcome, simulate
 from studies import materials, measurements
-from studies.cases.rows import Row, absolute, at_most, equal, relative, reported
+from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative, reported
 from studies.measurements.impact.view import view
 from studies.measurements.shield import is_perforated
 from studies.runs.execution import execute
@@ -53,10 +53,10 @@ SMALL: dict[str, Any] = {
     "wall_time": 8e-6,
     "stop": "end_time",
 }
+BEHIND = ("shield_momentum_behind", "shield_kinetic_energy_behind")
 OUTCOME = "wall_perforated"
 PROFILED = 5  # functions that take the most time
-# Of two geometries on 8 cells across: holes of a body of revolution and in three dimensions agree within 3 % on fine
-# grids (reference prototypes); the square rim of a plate holds debris that a round one lets pass.
+# Of two geometries on 8 cells across, which leave a bumper of 1.6 cells: they differ in the rim and in the lattice.
 ALIKE = 0.1
 MASS, ENERGY = 1e-12, 1e-10  # of the initial mass and momentum, of the initial energy
 Compared = Callable[..., None]
@@ -65,6 +65,13 @@ Compared = Callable[..., None]
 def asked(**parameters: Any) -> Run:
     roles = load("whipple_shield").materials
     return resolve("whipple_shield", parameters, {role: materials.load(parameters[role]) for role in roles})
+
+
+def wall_momentum(result: RunResult) -> float:
+    """Axial momentum of the wall's matter in the end, wherever it is, N s."""
+    history = result.histories
+    wall = history["bodies"].index("wall")
+    return float(history["axial_momentum"][wall][-1] + history["departed_axial_momentum"][wall][-1])
 
 
 def balances(result: RunResult) -> list[Row]:
@@ -95,10 +102,9 @@ def balances(result: RunResult) -> list[Row]:
 def test_stages__keep_mass_momentum_and_energy_with_the_flight(compared: Compared, tmp_path: Path) -> None:
     """Mass, momentum and energy are kept over both stages of a shield and the flight between them."""
     result = execute(asked(**SMALL), tmp_path, threads=1)
-    wall = result.histories["bodies"].index("wall")
-    hit = result.histories["axial_momentum"][wall][-1] + result.histories["departed_axial_momentum"][wall][-1]
-    assert hit > 0.1 * result.measurements["shield_momentum_behind"].value, "the debris came to the wall"
-    compared(*balances(result))
+    hit = wall_momentum(result)
+    behind = result.measurements["shield_momentum_behind"].value or math.nan
+    compared(at_least("momentum on the wall, of what flies to it", limit=0.1, got=hit / behind), *balances(result))
 
 
 @pytest.mark.claim("shields", "shield-quarter", minutes=0.5)
@@ -109,9 +115,11 @@ def test_quarter__keeps_them_and_hits_as_the_body_of_revolution(compared: Compar
     compared(
         *balances(box),
         *(
-            relative(f"{name} in three dimensions", expected=flat.measurements[name].value, got=value, within=ALIKE)
-            for name in ("shield_momentum_behind", "shield_kinetic_energy_behind")
-            if (value := box.measurements[name].value) is not None
+            relative(f"{name} in three dimensions", expected=expected, got=got, within=ALIKE)
+            for name, expected, got in (
+                ("momentum of the wall", wall_momentum(flat), wall_momentum(box)),
+                *((name, *(each.measurements[name].value or math.nan for each in (flat, box))) for name in BEHIND),
+            )
         ),
     )
 
@@ -120,7 +128,8 @@ def test_quarter__keeps_them_and_hits_as_the_body_of_revolution(compared: Compar
 @pytest.mark.parametrize("part", [0.3, 0.7], ids=["bumper", "wall"])
 def test_stages__go_on_with_the_same_bits(part: float, compared: Compared, tmp_path: Path) -> None:
     """A shield that is stopped in either stage goes on from there with the bits of one that never stopped."""
-    run, checkpoint, lines = asked(**SMALL), tmp_path / "checkpoint.npz", []
+    lines: list[str] = []
+    run, checkpoint = asked(**SMALL), tmp_path / "checkpoint.npz"
     whole = execute(run, tmp_path / "whole", threads=1)
     steps = int(part * whole.numbers["steps"])
     with pytest.raises(Interrupted):
@@ -195,8 +204,7 @@ def test_stages__agree_with_one_grid(thickness: float, compared: Compared) -> No
     shield, found = load(run.scenario).record(run.parameters), materials_of(run)
     bumper = shield.build(found)
     ended = simulate(bumper.problem, threads=1)
-    wall = shield.next_stage(bumper, ended, found)
-    assert wall is not None
+    wall: Any = shield.next_stage(bumper, ended, found)
     # From the first arrival on as long as the one grid has from then on.
     left = PASSED + wall.before.clock_ahead - wall.problem.start_time
     problem = replace(wall.problem, end_time=wall.problem.start_time + left)
