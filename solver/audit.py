@@ -26,9 +26,10 @@ class Ledger:
     kinetic: float = 0.0  # J
     internal: float = 0.0  # J
     particles: int = 0
+    expanding: float = 0.0  # mass that left while its pressure still drove it apart (``problem.Retirement``), kg
 
-    def with_particles(self, particles: Particles, index: np.ndarray) -> "Ledger":
-        """The ledger with some particles (indices) added."""
+    def with_particles(self, particles: Any, index: np.ndarray | slice, *, expanding: float = 0.0) -> "Ledger":
+        """The ledger with some particles (indices) added, or records of them; ``expanding`` is their part of it, kg."""
         part = totals(particles, index)
         return replace(
             self,
@@ -36,7 +37,8 @@ class Ledger:
             momentum=self.momentum + part.momentum,
             kinetic=self.kinetic + part.kinetic,
             internal=self.internal + part.internal,
-            particles=self.particles + index.size,
+            particles=self.particles + particles.mass[index].size,
+            expanding=self.expanding + expanding,
         )
 
 
@@ -61,6 +63,19 @@ class BodyBalance:
     departed_kinetic: float  # J
     departed_internal: float  # J
     departed_momentum: float  # kg m/s along the line of flight
+
+
+@dataclass(frozen=True)
+class Books:
+    """All that a simulation has booked: the next stage goes on from it (per radian in axisymmetry)."""
+
+    start: "Totals"  # of all bodies of this stage and those before
+    ledger: Ledger
+    impulse: np.ndarray  # (3,) given by faces, absorbers and loads, N s
+    removed: float = 0.0  # energy, J
+    removed_by_contact: float = 0.0  # J
+    worked: float = 0.0  # J
+    left: tuple[BodyBalance, ...] = ()  # what each body left behind in the stages before, all of it as departed
 
 
 @dataclass(frozen=True)
@@ -91,6 +106,7 @@ class Audit:
     largest_speed: float  # m/s
     exchanged: Exchanged
     bodies: tuple[BodyBalance, ...] = ()  # in the order of the problem
+    expanding_mass: float = 0.0  # left while its pressure still drove it apart, of the initial mass
 
     @staticmethod
     def from_plain(plain: dict[str, Any]) -> "Audit":
@@ -99,8 +115,8 @@ class Audit:
         return Audit(**{**plain, "exchanged": Exchanged(**plain["exchanged"]), "bodies": bodies})
 
 
-def totals(particles: Particles, index: Any = slice(None)) -> Totals:
-    """Sums over some particles, by default over all."""
+def totals(particles: Any, index: Any = slice(None)) -> Totals:
+    """Sums over some particles, or records of them; by default over all."""
     mass = particles.mass[index]
     momentum, scale, kinetic = np.zeros(3), 0.0, 0.0
     for axis in range(3):  # one after another takes a third of the memory
@@ -118,22 +134,26 @@ def totals(particles: Particles, index: Any = slice(None)) -> Totals:
     )
 
 
+def summed(first: Totals, second: Totals) -> Totals:
+    """The sums over two sets of particles."""
+    return Totals(**{name: value + getattr(second, name) for name, value in vars(first).items()})
+
+
 def audit(
     geometry: Any,
     particles: Particles,
+    books: Books,
     *,
     time: float,
-    start: Totals,
-    ledger: Ledger,
-    impulse: np.ndarray,
-    removed: float = 0.0,
-    removed_by_contact: float = 0.0,
-    worked: float = 0.0,
+    waiting: Totals | None = None,
     bodies: tuple[BodyBalance, ...] = (),
 ) -> Audit:
-    """Balance the present state, the ledger and the impulse of the faces against the start."""
+    """Balance the present state, what is still to join, the ledger and the impulse of the faces against the start."""
+    start, ledger, impulse = books.start, books.ledger, books.impulse
+    removed, removed_by_contact, worked = books.removed, books.removed_by_contact, books.worked
     living = np.flatnonzero(particles.alive)
-    now = totals(particles, living)
+    here = totals(particles, living)
+    now = summed(here, waiting) if waiting else here
     start_energy = start.kinetic + start.internal
     energy = now.kinetic + now.internal + ledger.kinetic + ledger.internal + removed - worked
     scale = start_energy + abs(worked)
@@ -144,39 +164,53 @@ def audit(
         mass_error=abs(now.mass + ledger.mass - start.mass) / start.mass,
         momentum_error=float(np.abs(missing * np.array(conserved_axes(geometry))).max()) / gauge,
         energy_drift=(energy - start_energy) / scale if scale else 0.0,
-        kinetic=now.kinetic,
-        internal=now.internal,
+        kinetic=here.kinetic,
+        internal=here.internal,
         outflow_mass=ledger.mass / start.mass,
         removed_energy=removed / scale if scale else 0.0,
         contact_energy=removed_by_contact / scale if scale else 0.0,
         outflow_energy=(ledger.kinetic + ledger.internal) / scale if scale else 0.0,
-        hottest_energy_share=_hottest_share(particles, living, now.internal),
+        hottest_energy_share=_hottest_share(particles, living, here.internal),
         largest_speed=_largest_speed(particles, living),
         exchanged=Exchanged(removed, removed_by_contact, float(impulse[impact_axis(geometry)]), worked),
         bodies=bodies,
+        expanding_mass=ledger.expanding / start.mass,
     )
 
 
 def body_balances(
-    geometry: Any, particles: Particles, body: np.ndarray, departed: Departed, count: int
+    geometry: Any, here: tuple[Particles, np.ndarray], *away: tuple[Particles | Departed, np.ndarray], count: int
 ) -> tuple[BodyBalance, ...]:
-    """The sums of each of ``count`` bodies; ``body`` (n,) is the index of each particle's body.
+    """The sums of each of ``count`` bodies over particles on the grid, and over those away from it.
 
-    Particles that departed have no mass in ``particles`` any more.
+    Each set of particles comes with the index (n,) of each one's body. Particles that departed have no mass among those
+    on the grid any more.
     """
     axis = impact_axis(geometry)
-    here, gone = (
-        [
-            np.bincount(of, weights=weight, minlength=count)
-            for weight in (
-                0.5 * matter.mass * np.einsum("ij,ij->i", matter.velocity, matter.velocity),
-                matter.mass * matter.energy,
-                matter.mass * matter.velocity[:, axis],
-            )
-        ]
-        for matter, of in ((particles, body), (departed, departed.body))
+
+    def sums(matter: Particles | Departed, body: np.ndarray) -> np.ndarray:
+        weights = (
+            0.5 * matter.mass * np.einsum("ij,ij->i", matter.velocity, matter.velocity),
+            matter.mass * matter.energy,
+            matter.mass * matter.velocity[:, axis],
+        )
+        return np.array([np.bincount(body, weights=weight, minlength=count) for weight in weights])
+
+    gone = sum((sums(*each) for each in away), np.zeros((3, count)))
+    return tuple(BodyBalance(*map(float, each)) for each in np.concatenate([sums(*here), gone]).T)
+
+
+def left_behind(balances: tuple[BodyBalance, ...], before: tuple[BodyBalance, ...]) -> tuple[BodyBalance, ...]:
+    """Balances with what each body left behind in the stages before among what departed."""
+    return tuple(
+        replace(
+            now,
+            departed_kinetic=now.departed_kinetic + then.departed_kinetic,
+            departed_internal=now.departed_internal + then.departed_internal,
+            departed_momentum=now.departed_momentum + then.departed_momentum,
+        )
+        for now, then in zip(balances, before, strict=True)
     )
-    return tuple(BodyBalance(*map(float, sums)) for sums in zip(*here, *gone, strict=True))
 
 
 def _largest_speed(particles: Particles, living: np.ndarray) -> float:

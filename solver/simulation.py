@@ -8,12 +8,13 @@ from typing import Protocol
 
 import numpy as np
 
-from solver.audit import Audit, Ledger, Totals, audit, body_balances, totals
+from solver.audit import Audit, BodyBalance, Books, Ledger, Totals, audit, body_balances, left_behind, summed, totals
 from solver.checkpoints import Carried, Checkpointing, CheckpointWriter, Observing
 from solver.coupling import CoupledStepper
 from solver.errors import ProblemError, UnphysicalState
 from solver.fem.step import ElementStepper
 from solver.grid.debris import clear_debris
+from solver.grid.flight import flown_columns, is_on_grid
 from solver.grid.step import Stepper, shares_of
 from solver.matter.eos import reference_sound_speed
 from solver.matter.failure import weakens
@@ -25,11 +26,15 @@ from solver.state import (
     LIGHTING,
     MASS,
     NONE_DEPARTED,
+    VX,
+    VZ,
     Departed,
+    Particles,
     Snapshot,
     empty_table,
     joined,
     records,
+    remembered_in,
     reordered,
     views,
 )
@@ -37,10 +42,13 @@ from solver.steps.crossing import exit_face
 from solver.steps.method import Method, Partition
 from solver.steps.points import StateLimits, Tally, first_fault
 from solver.steps.threads import ThreadPool, asked_threads
-from solver.steps.timestep import fastest, first_step, stable_step
+from solver.steps.timestep import fastest, first_step, joining_step, stable_step
 
 # Steps between reorderings of the particle arrays, for memory locality; debris is retired before them.
 SORT_INTERVAL = 100
+# Steps between joins of what arrives: in so many a particle moves through five cells at most (``Problem.travel`` of a
+# half), and tables are laid out anew.
+JOIN_INTERVAL = 10
 
 # Particles of a share, about, and the most shares: each has a table of nodes of its own.
 SHARE, MOST_SHARES = 32768, 16
@@ -51,7 +59,17 @@ SHARE, MOST_SHARES = 32768, 16
 DENSEST, THINNEST, SPEED_FACTOR, ENERGY_FACTOR = 8.0, 1e-9, 10.0, 100.0
 
 # Numbers of a Simulation.
-CARRIED_NUMBERS = ("time", "step", "dt", "smallest_step", "particle_steps", "removed", "removed_by_contact", "worked")
+CARRIED_NUMBERS = (
+    "time",
+    "step",
+    "dt",
+    "smallest_step",
+    "particle_steps",
+    "removed",
+    "removed_by_contact",
+    "worked",
+    "arrived",
+)
 DEPARTED = "departed_"  # before the names of its arrays
 
 SnapshotObserver = Callable[[Snapshot], str | None]
@@ -110,6 +128,7 @@ class Outcome:
     counters: Counters
     smallest_step: float  # s
     particle_steps: int
+    books: Books  # at the end
 
 
 @dataclass
@@ -128,6 +147,7 @@ class Simulation:
     removed: float = 0.0  # energy that damping, walls, absorbers and contact took, J
     removed_by_contact: float = 0.0  # part of it that contact removed
     worked: float = 0.0  # work of tractions and gravity, J
+    arrived: int = 0  # of the problem's arrivals, those that have joined
     pool: ThreadPool = field(default_factory=lambda: ThreadPool(1))
     shares: int = 0  # of the particles; decides the bits, and how many threads find work; 0: by their number
 
@@ -135,18 +155,28 @@ class Simulation:
         problem = self.problem
         self.particles = views(self.table)
         self.limits = _limits(problem)
-        self.shares = self.shares or shares_for(self.particles.mass.size)
+        self.shares = self.shares or shares_for(problem.particle_count)
         self.stepper = _method(problem)(problem, self.limits, self.pool, self.shares)
         self.impulse = np.zeros(3)
+        self._left: tuple[BodyBalance, ...] = ()  # in the stages before
         self._departures = [NONE_DEPARTED]
         self.dt = problem.fixed_dt or first_step(problem)
         self._arrange()
-        self.start = totals(self.particles)
+        self._begin_books()
 
     def snapshot(self) -> Snapshot:
         """The present state; the arrays are those of the simulation."""
         self.stepper.show(self.table)
-        return Snapshot(self.time, self.step, self.particles, self.body, self.departed)
+        waiting, _ = self._waiting()
+        return Snapshot(
+            self.time,
+            self.step,
+            self.particles,
+            self.body,
+            self.departed,
+            waiting=float(waiting.mass.sum()),
+            remembered=remembered_in(self.table),
+        )
 
     @property
     def departed(self) -> Departed:
@@ -158,19 +188,30 @@ class Simulation:
     def audit(self) -> Audit:
         """The present balances."""
         self.stepper.show(self.table)
+        problem, departed, waiting = self.problem, self.departed, self._waiting()
+        bodies = body_balances(
+            problem.geometry,
+            (self.particles, self.body),
+            (departed, departed.body),
+            *([waiting] if problem.arrivals is not None else []),
+            count=len(problem.bodies),
+        )
+        if problem.books is not None:
+            bodies = left_behind(bodies, problem.books.left)
         return audit(
-            self.problem.geometry,
+            problem.geometry,
             self.particles,
+            self.books,
             time=self.time,
-            start=self.start,
-            ledger=self.ledger,
-            impulse=self.impulse,
-            removed=self.removed,
-            removed_by_contact=self.removed_by_contact,
-            worked=self.worked,
-            bodies=body_balances(
-                self.problem.geometry, self.particles, self.body, self.departed, len(self.problem.bodies)
-            ),
+            waiting=totals(waiting[0]) if problem.arrivals is not None else None,
+            bodies=bodies,
+        )
+
+    @property
+    def books(self) -> Books:
+        """All that has been booked so far."""
+        return Books(
+            self.start, self.ledger, self.impulse, self.removed, self.removed_by_contact, self.worked, self._left
         )
 
     def carried(self) -> Carried:
@@ -199,8 +240,7 @@ class Simulation:
         """Go on from what a simulation of the same problem carried."""
         numbers, arrays = carried.numbers, carried.arrays
         for name in CARRIED_NUMBERS:
-            # Checkpoints without loads have no work.
-            setattr(self, name, numbers.get(name, 0.0) if name == "worked" else numbers[name])
+            setattr(self, name, numbers[name])
         self.counters = Counters(**numbers["counters"])
         self.ledger = Ledger(**numbers["ledger"], momentum=arrays["ledger_momentum"])
         self.start = Totals(**numbers["start"], momentum=arrays["start_momentum"])
@@ -215,6 +255,8 @@ class Simulation:
         if self.step and self.step % SORT_INTERVAL == 0:
             self._retire()
             self._arrange()
+        if self.problem.arrivals is not None and self.step % JOIN_INTERVAL == 0:
+            self._join()
         dt = self.dt
         balance = self.stepper.advance(self.partition, self.time, dt)
         self.tally = balance.tally
@@ -237,7 +279,7 @@ class Simulation:
         if self.tally.fault:
             self._raise(int(self.tally.culprit))
         if gone:
-            self._drop(np.flatnonzero((self.particles.alive == 0) & (self.particles.mass > 0.0)))
+            self._drop(np.flatnonzero((self.particles.alive == 0) & (self.particles.mass > 0.0)), by_itself=True)
             if self.ledger.particles and not self.particles.alive.any():
                 raise ProblemError("every particle has left the grid; enlarge it or end earlier")
 
@@ -249,6 +291,56 @@ class Simulation:
         gone = clear_debris(self.problem, self.particles, self.body)
         self.particles.alive[gone] = 0
         self._drop(gone)
+
+    def _begin_books(self) -> None:
+        """Begin with all matter, on the grid or on its way to it, or go on from the books of the stages before."""
+        problem = self.problem
+        self.start = totals(self.particles)
+        if problem.books is not None:
+            books = problem.books
+            self.start, self.ledger, self.impulse = summed(books.start, self.start), books.ledger, books.impulse.copy()
+            self.removed, self.removed_by_contact, self.worked = books.removed, books.removed_by_contact, books.worked
+            self._left = books.left
+        elif problem.arrivals is not None:
+            self.start = summed(self.start, totals(self._waiting()[0]))
+
+    def _waiting(self) -> tuple[Particles, np.ndarray]:
+        """What is still to join, as it will be at its own time, and the index of each one's body."""
+        arrivals = self.problem.arrivals
+        if arrivals is None:
+            return views(self.table[:, :0]), self.body[:0]
+        return views(arrivals.table[:, self.arrived :]), arrivals.body[self.arrived :]
+
+    def _join(self) -> None:
+        """Put arrivals that are due on the grid, as far inside as they have flown since their time.
+
+        One that has flown past a corner of the grid by then departs at once.
+        """
+        arrivals = self.problem.arrivals
+        assert arrivals is not None
+        due = int(np.searchsorted(arrivals.time, self.time, side="right"))
+        if due == self.arrived:
+            return
+        which = slice(self.arrived, due)
+        coming = arrivals.table[:, which]
+        flown = flown_columns(self.problem, coming, self.time - arrivals.time[which])
+        self.impulse = self.impulse + ((flown - coming)[VX : VZ + 1] * coming[MASS]).sum(axis=1)
+        number = self.problem.particle_count - arrivals.time.size + np.arange(self.arrived, due)
+        count = self.body.size
+        self.table = np.concatenate([self.table, flown[: self.table.shape[0]]], axis=1)
+        self.body = np.concatenate([self.body, arrivals.body[which]])
+        self.particles = views(
+            self.table,
+            np.concatenate([self.particles.number, number]),
+            np.concatenate([self.particles.alive, np.ones(number.size, np.uint8)]),
+        )
+        self.arrived = due
+        past = count + np.flatnonzero(~is_on_grid(self.problem.geometry, self.particles.position[count:]))
+        self.particles.alive[past] = 0
+        self._drop(past)
+        self._arrange()
+        if self.problem.fixed_dt is None:
+            self.dt = min(self.dt, joining_step(self.problem))
 
     def _raise(self, first: int) -> None:
         particles, body = self.stepper.material_points(self.particles, self.body)
@@ -289,12 +381,19 @@ class Simulation:
         ranges = [(int(edges[i]), int(edges[i + 1])) for i in range(len(edges) - 1)]
         self.partition = Partition(self.table, self.particles, shares_of(ranges, self.shares))
 
-    def _drop(self, gone: np.ndarray) -> None:
-        """Book and record particles; without mass they stay in a harmless place until the next reordering."""
+    def _drop(self, gone: np.ndarray, *, by_itself: bool = False) -> None:
+        """Book and record particles; without mass they stay in a harmless place until the next reordering.
+
+        Of those that leave ``by_itself`` the mass is booked too that its pressure still drives apart.
+        """
         if not gone.size:
             return
-        self.ledger = self.ledger.with_particles(self.particles, gone)
-        self._departures.append(records(self.time, self.particles, self.body, gone))
+        expanding, rule, particles = 0.0, self.problem.retirement, self.particles
+        if by_itself and rule is not None:
+            driven = particles.pressure[gone] > rule.expansion * particles.density[gone]
+            expanding = float(particles.mass[gone[driven]].sum())
+        self.ledger = self.ledger.with_particles(particles, gone, expanding=expanding)
+        self._departures.append(records(self.time, particles, self.body, gone, remembered_in(self.table)))
         self.table[MASS, gone] = 0.0
         geometry = self.problem.geometry
         self.particles.position[gone] = geometry.lower + 0.5 * geometry.spacing
@@ -358,6 +457,7 @@ def _run(
         counters=simulation.counters,
         smallest_step=simulation.smallest_step,
         particle_steps=simulation.particle_steps,
+        books=simulation.books,
     )
 
 
@@ -393,8 +493,8 @@ def start(problem: Problem, *, threads: int | None = None, shares: int = 0) -> S
             table[LIGHTING, begin : begin + size] = body.lighting
         begin += size
     index = np.repeat(np.arange(len(sizes)), sizes)
-    pool = ThreadPool(threads_for(index.size, threads, shares))
-    return Simulation(problem, table, index, pool=pool, shares=shares)
+    pool = ThreadPool(threads_for(problem.particle_count, threads, shares))
+    return Simulation(problem, table, index, time=problem.start_time, pool=pool, shares=shares)
 
 
 def _method(problem: Problem) -> type[Method]:
@@ -412,7 +512,7 @@ def _remembers(body: Body) -> bool:
 
 
 def _check_inside(problem: Problem, body: Body) -> None:
-    if body.mesh:  # of which the grid's box holds the faces alone
+    if body.mesh or not body.mass.size:  # of a mesh the grid's box holds the faces alone
         return
     corners = np.stack([body.position.min(axis=0), body.position.max(axis=0)])
     for corner in range(2):

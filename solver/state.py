@@ -42,7 +42,7 @@ class Particles(NamedTuple):
 
 
 class Departed(NamedTuple):
-    """Particles that left the grid or were retired (``debris.py``), k of them, each as it was then.
+    """Particles that left the grid or were retired (``debris.py``), k of them, each with all of its state then.
 
     Each has flown straight since. A particle departs once, so that a run has at most as many records as particles.
     """
@@ -53,10 +53,15 @@ class Departed(NamedTuple):
     position: np.ndarray  # (k, 3) m
     velocity: np.ndarray  # (k, 3) m/s
     mass: np.ndarray  # (k,) kg (per radian in axisymmetry)
+    density: np.ndarray  # (k,) kg/m3
     energy: np.ndarray  # (k,) specific internal energy, J/kg
-    temperature: np.ndarray  # (k,) K
+    pressure: np.ndarray  # (k,) Pa
+    viscosity: np.ndarray  # (k,) Pa
+    deviator: np.ndarray  # (k, 6) Pa
     plastic_strain: np.ndarray  # (k,)
+    temperature: np.ndarray  # (k,) K
     damage: np.ndarray  # (k,) 0 whole .. 1 failed
+    remembered: np.ndarray  # (k, 2) rows HARDENED and STORED of the table; 0 where matter does not remember
 
 
 NONE_DEPARTED = Departed(
@@ -66,11 +71,24 @@ NONE_DEPARTED = Departed(
     position=np.zeros((0, 3)),
     velocity=np.zeros((0, 3)),
     mass=np.zeros(0),
+    density=np.zeros(0),
     energy=np.zeros(0),
-    temperature=np.zeros(0),
+    pressure=np.zeros(0),
+    viscosity=np.zeros(0),
+    deviator=np.zeros((0, 6)),
     plastic_strain=np.zeros(0),
+    temperature=np.zeros(0),
     damage=np.zeros(0),
+    remembered=np.zeros((0, 2)),
 )
+
+
+class Arrivals(NamedTuple):
+    """Particles, k of them, that fly straight and join the grid at a time of their own; ascending in that time."""
+
+    time: np.ndarray  # (k,) s
+    body: np.ndarray  # (k,) index of its body
+    table: np.ndarray  # (STORED + 1, k) the state at that time, in the rows of a table
 
 
 class Snapshot(NamedTuple):
@@ -81,6 +99,8 @@ class Snapshot(NamedTuple):
     particles: Particles
     body: np.ndarray  # (n,) index of each particle's body
     departed: Departed = NONE_DEPARTED
+    waiting: float = 0.0  # mass that is still to join, kg (per radian in axisymmetry)
+    remembered: np.ndarray | None = None  # (2, n) as in ``Departed``
 
 
 def empty_table(count, *, burns=False, remembers=False):
@@ -137,10 +157,27 @@ def lines(count, *, sparse=False):
     return memory[skipped : skipped + count * LINE].reshape(count, LINE)
 
 
-def records(time, particles, body, index):
-    """The records of particles (indices) that depart at a time (s)."""
-    last = {name: getattr(particles, name)[index] for name in Departed._fields if name not in ("body", "time")}
-    return Departed(body=body[index], time=np.full(len(index), time), **last)
+def records(time, particles, body, index, remembered=None):
+    """The records of particles (indices) that depart at a time (s); ``remembered`` (2, n) where matter remembers."""
+    last = {name: getattr(particles, name)[index] for name in Particles._fields if name in Departed._fields}
+    kept = np.zeros((len(index), 2)) if remembered is None else remembered[:, index].T
+    return Departed(body=body[index], time=np.full(len(index), time), remembered=kept, **last)
+
+
+def remembered_in(table):
+    """The rows HARDENED and STORED of a table (2, n), None where its matter does not remember."""
+    return table[HARDENED:] if table.shape[0] > HARDENED else None
+
+
+def columns(departed):
+    """The records of departures as columns of a table (STORED + 1, k), each as it was when it departed."""
+    table = empty_table(departed.number.size, remembers=True)
+    particles = views(table)
+    for name in Particles._fields:
+        if name not in ("number", "alive"):
+            getattr(particles, name)[:] = getattr(departed, name)
+    table[HARDENED:] = departed.remembered.T
+    return table
 
 
 def joined(parts):

@@ -295,6 +295,7 @@ def _check(problem: Problem) -> None:
         "damping (set its rate to 0)": problem.damping.rate > 0.0,
         "contact between bodies": problem.contact is not None,
         "retired debris": problem.retirement is not None,
+        "arrivals": problem.arrivals is not None,
         "absorbing surfaces (take free ones)": bool(problem.absorbers),
         "explosives": any(burns(body.matter.eos) for body in problem.bodies),
     }

@@ -6,7 +6,11 @@ Hot debris is the fastest of all matter and so sets the step of all, up to the e
 1. it has come off: at least one node lies between those that it reaches and those that the target does, so that neither
    feels a force of the other;
 2. its way is clear: the straight path of each of its particles leads out of the grid past the target as it stands;
-3. some time has passed: before, the target's surface is thrown out itself and might catch up with it.
+3. some time has passed: before, the target's surface is thrown out itself and might catch up with it;
+4. its own pressure drives it apart no more: the mean of p / rho over its mass is no larger than ``expansion``. In a
+   free body m <v^2> + 3 m <p / rho> is half of the second derivative of its moment of inertia (virial theorem, in which
+   shear has no part): the mean is what its parts can still gain, v^2 / 2 of them. A piece is judged as a whole, because
+   what is left of one that leaves by parts would expand into the gap.
 
 The target is the piece with the most mass of one body. What is retired is booked and recorded like what leaves the
 grid, which is where it flies (``state.Departed``). From there it flies straight: what the parts of a
@@ -22,8 +26,13 @@ from solver.state import Departed, Particles
 NEIGHBOURS = np.ones((3, 3, 3), bool)  # no shape reaches farther than to those of the nearest node
 
 
-def clear_debris(problem: Problem, particles: Particles, body: np.ndarray) -> np.ndarray:
-    """Indices of the particles that have come off the target and whose piece is on a clear way out of the grid."""
+def clear_debris(
+    problem: Problem, particles: Particles, body: np.ndarray, *, expansion: float | None = None
+) -> np.ndarray:
+    """Indices of the particles that have come off the target and whose piece is on a clear way out of the grid.
+
+    ``expansion`` (J/kg) is in place of that of the problem's rule.
+    """
     from scipy import ndimage  # half a second, which runs that follow their debris need not wait for
 
     rule, geometry = problem.retirement, problem.geometry
@@ -41,6 +50,10 @@ def clear_debris(problem: Problem, particles: Particles, body: np.ndarray) -> np
     stays = np.zeros(pieces + 1, bool)
     stays[target] = True
     stays[of[loose[_meets(problem, position[loose], velocity[loose], piece == target)]]] = True
+    mass = particles.mass[living]
+    driven = np.bincount(of, mass * particles.pressure[living] / particles.density[living], pieces + 1)
+    mean = driven / np.maximum(np.bincount(of, mass, pieces + 1), np.finfo(float).tiny)
+    stays |= mean > (rule.expansion if expansion is None else expansion)
     return living[~stays[of]]
 
 

@@ -11,7 +11,7 @@ from solver.errors import ProblemError
 from solver.matter.eos import burns, pressure_terms, temperature
 from solver.matter.laws import Matter
 from solver.matter.tensor import Jaumann
-from solver.state import Particles
+from solver.state import Arrivals, Particles
 from solver.units import Dimensionless, JoulePerKilogram, KilogramPerCubicMetre, PerSecond, Second
 
 
@@ -152,6 +152,8 @@ class Retirement(NamedTuple):
 
     body: int  # the target: what hangs together with most of this body is no debris
     after: Second
+    # Largest mean of pressure over density in a piece that leaves: beyond, its pressure still drives it apart.
+    expansion: JoulePerKilogram = math.inf
 
 
 class Absorber(NamedTuple):
@@ -203,11 +205,17 @@ class Problem:
     # element is deleted.
     hourglass: Dimensionless = 0.05
     erosion: Dimensionless = math.inf
+    # A later stage: the time at which it begins, who flies to its grid, and the ``audit.Books`` of the stages before.
+    start_time: Second = 0.0
+    arrivals: Arrivals | None = None
+    books: Any = None
 
     def __post_init__(self) -> None:
-        if not self.bodies or not all(body.mass.size for body in self.bodies):
-            empty = [body.name for body in self.bodies if not body.mass.size]
+        empty = [body.name for body in self.bodies if not body.mass.size]
+        if not self.bodies or (empty and self.arrivals is None) or len(empty) == len(self.bodies):
             raise ProblemError(f"bodies without particles: {empty or 'all'}; refine the grid")
+        if self.arrivals is not None and (np.diff(self.arrivals.time) < 0.0).any():
+            raise ProblemError("times of arrivals ascend; sort them")
         for body in self.bodies:
             if burns(body.matter.eos) != (body.lighting is not None):
                 raise ProblemError(
@@ -228,14 +236,21 @@ class Problem:
             raise ProblemError(f"smoothing ratio = {self.smoothing.ratio} lies outside [1, 3]")
         if not 0.0 < self.travel <= 1.0:
             raise ProblemError(f"travel = {self.travel} lies outside (0, 1]")
-        if not self.end_time > 0.0:
-            raise ProblemError(f"end_time = {self.end_time} s is not positive")
+        if not self.end_time > self.start_time:
+            begin = f"after the start, {self.start_time} s" if self.start_time else "positive"
+            raise ProblemError(f"end_time = {self.end_time} s is not {begin}")
         if self.retirement and any(
             Face.WALL in pair or pair == (Face.SYMMETRIC, Face.SYMMETRIC) for pair in self.faces
         ):
             raise ProblemError(
                 "debris may come back from walls and between two planes of symmetry; follow it, without retirement"
             )
+
+    @property
+    def particle_count(self) -> int:
+        """Particles of all bodies, those that are still to arrive included."""
+        coming = 0 if self.arrivals is None else self.arrivals.time.size
+        return sum(body.mass.size for body in self.bodies) + coming
 
 
 def mean_pressure(load: Traction, begin: float, end: float) -> float:

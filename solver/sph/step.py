@@ -367,6 +367,7 @@ def _check(problem: Problem, smoothing: Smoothing) -> None:
         "damping (set its rate to 0)": problem.damping.rate > 0.0,
         "contact with fields of their own (give the smoothing a stiffness)": problem.contact is not None,
         "retired debris (follow it)": problem.retirement is not None,
+        "arrivals": problem.arrivals is not None,
         "absorbing surfaces (take free ones)": bool(problem.absorbers),
         "explosives": any(burns(body.matter.eos) for body in problem.bodies),
         "a box too narrow for images behind both of its faces (widen it)": _narrow(problem, smoothing),

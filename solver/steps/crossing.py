@@ -6,7 +6,7 @@ from solver.problem import Face
 _FREE, _FIXED, _SYMMETRIC = int(Face.FREE), int(Face.FIXED), int(Face.SYMMETRIC)
 
 # The components of a tensor (solver/matter/tensor.py) that name an axis once: a mirror across it negates them.
-_SHEAR = ((3, 5), (3, 4), (4, 5))
+SHEAR = ((3, 5), (3, 4), (4, 5))
 
 
 @kernel
@@ -70,7 +70,7 @@ def _mirror(particles, p, axis):
     """
     normal = particles.velocity[p, axis]
     particles.velocity[p, axis] = -normal
-    for component in _SHEAR[axis]:
+    for component in SHEAR[axis]:
         particles.deviator[p, component] = -particles.deviator[p, component]
     return -2.0 * normal * particles.mass[p]
 

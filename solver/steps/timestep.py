@@ -18,6 +18,7 @@ import numpy as np
 
 from solver.matter.eos import reference_density, reference_sound_speed
 from solver.problem import Problem, StepRule
+from solver.state import VX, VZ
 from solver.steps.points import Tally
 
 VOLUME_CHANGE = 0.1  # largest |tr D| dt: beyond it the midpoint work of a step loses its meaning
@@ -40,6 +41,16 @@ def stable_step(problem: Problem, tally: Tally, previous: float) -> float:
 
 def first_step(problem: Problem) -> float:
     """A cautious first step from the fastest signal of the initial state; s."""
+    return FIRST_STEP * problem.courant * problem.geometry.spacing / _fastest_signal(problem)
+
+
+def joining_step(problem: Problem) -> float:
+    """The longest step with which particles join whose speed no step has seen yet; s."""
+    return problem.courant * problem.geometry.spacing / _fastest_signal(problem)
+
+
+def _fastest_signal(problem: Problem) -> float:
+    """Sound on top of speed, of the initial state; m/s."""
     sound = max(
         math.sqrt(
             reference_sound_speed(body.matter.eos) ** 2
@@ -47,9 +58,13 @@ def first_step(problem: Problem) -> float:
         )
         for body in problem.bodies
     )
-    return FIRST_STEP * problem.courant * problem.geometry.spacing / (sound + fastest(problem))
+    return sound + fastest(problem)
 
 
 def fastest(problem: Problem) -> float:
-    """Largest initial speed of any particle, m/s."""
-    return max(float(np.sqrt((np.asarray(body.velocity) ** 2).sum(axis=-1)).max()) for body in problem.bodies)
+    """Largest initial speed of any particle, those that are still to arrive included, m/s."""
+    speeds = [float(np.sqrt((np.asarray(body.velocity) ** 2).sum(axis=-1)).max()) for body in problem.bodies]
+    if problem.arrivals is not None:
+        velocity = problem.arrivals.table[VX : VZ + 1]
+        speeds.append(float(np.sqrt((velocity**2).sum(axis=0)).max(initial=0.0)))
+    return max(speeds)

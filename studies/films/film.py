@@ -35,9 +35,9 @@ class Film:
     def __init__(self, problem: Problem, most_bytes: int = BYTES, interval: float | None = None):
         """``interval`` (s) is the time between two frames, at least a thousandth of the run."""
         self.problem = problem
-        particles = sum(body.mass.size for body in problem.bodies)
-        self.interval = max(interval or problem.end_time / FRAMES, problem.end_time / MOST_FRAMES)
-        frames = math.ceil(problem.end_time / self.interval * (1.0 - 1e-12)) + 2
+        particles, lasts = problem.particle_count, problem.end_time - problem.start_time
+        self.interval = max(interval or lasts / FRAMES, lasts / MOST_FRAMES)
+        frames = math.ceil(lasts / self.interval * (1.0 - 1e-12)) + 2
         self.stride = -(-particles // (most_bytes // (VALUES * BYTES_PER_VALUE * frames)))
         self.bodies = [body.name for body in problem.bodies]
         self.count = -(-particles // self.stride)

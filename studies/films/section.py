@@ -25,7 +25,7 @@ import numpy as np
 from solver.grid.debris import flown_on_grid
 from solver.problem import Body, Face, Problem
 from solver.problem.geometry import impact_axis
-from solver.state import Snapshot
+from solver.state import Snapshot, X, Z
 from studies.films.radiograph import Radiograph, radiograph
 from studies.quantities.files import write_atomically
 
@@ -166,6 +166,12 @@ class SectionRecorder:
             in_plane.append(self._in_plane(body.position, body.spacing[1]))
             width = np.array([body.spacing[axis] for axis in self.axes])
             place.append(np.floor(section / width + 1e-6).astype(np.int64))
+        arrivals = self.problem.arrivals
+        if arrivals is not None:  # of no lattice any more: as many of them
+            order = np.arange(arrivals.time.size)
+            near.append(np.ones(order.size, bool))
+            in_plane.append(self._in_plane(arrivals.table[X : Z + 1].T, self._widths[arrivals.body]))
+            place.append(np.stack([order, np.zeros_like(order)], axis=-1))
         count = sum(int((a & b).sum()) for a, b in zip(near, in_plane, strict=True))
         stride = max(1, math.ceil(math.sqrt(count / most)))
         return np.concatenate(near) & (np.concatenate(place) % stride == 0).all(axis=1), stride

@@ -6,7 +6,7 @@ import platform
 import time
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, replace
+from dataclasses import asdict, dataclass, replace
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
@@ -16,10 +16,19 @@ import numpy as np
 
 from solver import PHYSICS_VERSION
 from solver.audit import BodyBalance, Exchanged
-from solver.checkpoints import Checkpointing
+from solver.checkpoints import (
+    Checkpointing,
+    CheckpointRefused,
+    Fingerprint,
+    fingerprint,
+    read_checkpoint,
+    write_checkpoint,
+)
 from solver.errors import WhippleError
 from solver.jit import software
+from solver.problem import Problem
 from solver.simulation import DEPARTED, Outcome, simulate, threads_for
+from solver.state import MASS
 from studies import scenarios
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
@@ -29,14 +38,18 @@ from studies.runs.observer import RunObserver
 from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
 from studies.runs.run import Run, materials_of
 from studies.runs.run_log import RunLog
+from studies.runs.stages import EARLIER_STAGE, carried_by, outcome_of, setting_of, together
 from studies.scenarios import Setting
 
 # Flagged, not failed. The hottest 0.1 % of mass of resolved perforations holds 3 to 9 % of the internal energy at the
 # end; half of it means that single particles have run away.
 HOTTEST_SHARE_FLAG = 0.5
 
+# Flagged, not failed: more of the initial mass than this left a grid while its own pressure still drove it apart.
+EXPANDING_FLAG = 0.01
+
 # In place of the suffix of the checkpoint.
-UNFINISHED_FILM, UNFINISHED_SECTIONS = ".film.npz", ".sections.npz"
+UNFINISHED_FILM, UNFINISHED_SECTIONS, ENDED_STAGE = ".film.npz", ".sections.npz", ".stage-{}"
 
 
 def execute(
@@ -74,19 +87,10 @@ def execute(
     try:
         observer = observer_of(run, report, film=film)
         problem = observer.setting.problem
-        observer.sections = sections_of(observer)
-        threads = threads_for(sum(body.mass.size for body in problem.bodies), threads)
-        made_by["threads"] = threads
+        made_by["threads"] = threads_for(problem.particle_count, threads)
         log.begin(run, problem, made_by)
-        outcome = simulate(
-            problem,
-            observer,
-            interval=observer.rate.interval,
-            recorder=observer.film,
-            threads=threads,
-            checkpoint=_checkpointing(checkpoint, observer, control, explain) if checkpoint else None,
-        )
-        result = _succeeded(run.id, directory, observer, outcome)
+        outcomes = _stages(run, observer, log, threads, _Restart(checkpoint, control, explain))
+        result = _succeeded(run.id, directory, observer, outcomes)
     except WhippleError as error:
         result = RunResult(run.id, "failed", reason=str(error), failure=type(error).__name__)
     made_by |= {"started": started, "seconds": time.perf_counter() - clock}
@@ -114,20 +118,20 @@ def refuse(run_id: str, directory: Path) -> None:
 def observer_of(run: Run, report: Callable[[Progress], object] | None = None, *, film: bool = False) -> RunObserver:
     """The observer of a run, with the problem that it observes."""
     scenario, setting = scenarios.load(run.scenario), setting_of(run)
-    interval = run.parameters.get("film_interval")
-    frames = Film(setting.problem, interval=interval) if film else None  # type: ignore[arg-type]
+    frames = film_of(run, setting) if film else None
     return RunObserver(scenario, scenario.record(run.parameters), setting, report, frames)
+
+
+def film_of(run: Run, setting: Setting) -> Film:
+    """The film of a stage: the one that a run keeps is that of its last."""
+    interval = run.parameters.get("film_interval")
+    return Film(setting.problem, interval=interval)  # type: ignore[arg-type]
 
 
 def sections_of(observer: RunObserver) -> SectionRecorder:
     """The recorder of the sections that an observer's scenario asks for."""
     options = observer.parameters.sections(observer.setting)
     return SectionRecorder(observer.setting.problem, options, observer.rate.interval)
-
-
-def setting_of(run: Run) -> Setting:
-    """The problem of a run, with the sizes that its observer reads."""
-    return scenarios.load(run.scenario).record(run.parameters).build(materials_of(run))
 
 
 def provenance() -> dict[str, str | float]:
@@ -143,6 +147,80 @@ def provenance() -> dict[str, str | float]:
         "numpy": np.__version__,
         **software(),
     }
+
+
+@dataclass(frozen=True)
+class _Restart:
+    """Where a run keeps what it needs to go on, and whom it tells."""
+
+    checkpoint: Path | None
+    control: RunControl
+    explain: Callable[[str], object]
+
+    def read(self, observer: RunObserver, number: int) -> Outcome | None:
+        """The end of a stage where it is stored; its observer then has read what it had by then."""
+        if self.checkpoint is None:
+            return None
+        try:
+            stored = read_checkpoint(self._ended(number), _mark(observer))
+        except FileNotFoundError:
+            return None
+        except (CheckpointRefused, OSError) as error:
+            self.explain(f"from the start of stage {number}, without its stored end: {error}")
+            return None
+        observer.restore(stored.numbers["observed"])
+        self.explain(f"from the end of stage {number}")
+        return outcome_of(stored)
+
+    def write(self, observer: RunObserver, number: int, outcome: Outcome) -> None:
+        """Store the end of a stage that another one follows; the checkpoint of its middle is of no more use."""
+        if self.checkpoint is None:
+            return
+        try:
+            write_checkpoint(self._ended(number), _mark(observer), carried_by(outcome, observer.as_text()))
+            self.checkpoint.unlink(missing_ok=True)
+        except OSError as error:
+            self.explain(f"the end of stage {number} could not be stored: {error}")
+
+    def _ended(self, number: int) -> Path:
+        assert self.checkpoint is not None
+        return self.checkpoint.with_suffix(ENDED_STAGE.format(number))
+
+
+def _mark(observer: RunObserver) -> Fingerprint:
+    return fingerprint(observer.setting.problem, caller=observer.definitions())
+
+
+def _stages(run: Run, observer: RunObserver, log: RunLog, threads: int | None, restart: _Restart) -> list[Outcome]:
+    """The outcomes of the stages of a run, each of which follows from the end of the one before."""
+    materials = materials_of(run)
+    outcomes: list[Outcome] = []
+    following: Setting | None = observer.setting
+    while following is not None:
+        setting, number = following, len(outcomes) + 1
+        if outcomes:
+            observer.begin(setting, film_of(run, setting) if observer.film else None)
+            log.stage(setting.problem, number)
+        outcome = restart.read(observer, number) if number < observer.parameters.stages else None
+        outcomes.append(outcome or _stage(observer, threads, restart))
+        following = observer.parameters.next_stage(setting, outcomes[-1], materials)
+        if following is not None and outcome is None:
+            restart.write(observer, number, outcomes[-1])
+    return outcomes
+
+
+def _stage(observer: RunObserver, threads: int | None, restart: _Restart) -> Outcome:
+    """The outcome of the stage that an observer has begun with."""
+    observer.sections = sections_of(observer)
+    checkpoint = restart.checkpoint
+    return simulate(
+        observer.setting.problem,
+        observer,
+        interval=observer.rate.interval,
+        recorder=observer.film,
+        threads=threads,
+        checkpoint=_checkpointing(checkpoint, observer, restart.control, restart.explain) if checkpoint else None,
+    )
 
 
 def _checkpointing(
@@ -185,11 +263,12 @@ def _write_result(directory: Path, result: RunResult) -> None:
     write_text(directory / RESULT, json.dumps(result.as_json(), allow_nan=False, indent=1))
 
 
-def _succeeded(run_id: str, directory: Path, observer: RunObserver, outcome: Outcome) -> RunResult:
-    """The result of a simulation that ended; writes its final state and its film."""
+def _succeeded(run_id: str, directory: Path, observer: RunObserver, outcomes: Sequence[Outcome]) -> RunResult:
+    """The result of a simulation whose stages ended; writes its final state and its film."""
+    outcome = together(outcomes)
     numbers, measured = _numbers(observer, outcome), observer.measured()
     lost = [name for name, each in measured.items() if LOST_PARTICLES in each.flags]
-    _save_state(directory, outcome)
+    _save_state(directory, outcome, outcomes[:-1])
     if observer.film:
         observer.film.save(directory / FILM, compressed=True)
     if observer.sections:
@@ -227,7 +306,11 @@ def _histories(setting: Setting, outcome: Outcome) -> dict[str, Any]:
 
     def of_bodies(pick: Callable[[BodyBalance], float]) -> list[list[float]]:
         count = range(len(setting.problem.bodies))
-        return [[whole * pick(audit.bodies[body]) for audit in audits] for body in count]
+        # A body of a later stage is not there before.
+        return [
+            [whole * pick(audit.bodies[body]) if body < len(audit.bodies) else 0.0 for audit in audits]
+            for body in count
+        ]
 
     def of_run(pick: Callable[[Exchanged], float]) -> list[float]:
         return [whole * pick(audit.exchanged) for audit in audits]
@@ -252,7 +335,7 @@ def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
     counted = {name: float(count) for name, count in asdict(outcome.counters).items()}
     return {
         **observer.parameters.cells(),
-        "particles": float(sum(body.mass.size for body in observer.setting.problem.bodies)),
+        "particles": float(sum(body.mass.size for setting, _ in observer.stages for body in setting.problem.bodies)),
         "particle_steps": float(outcome.particle_steps),
         "steps": float(outcome.snapshot.step),
         "end_time": outcome.snapshot.time,
@@ -265,28 +348,28 @@ def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
         "contact_energy_fraction": audit.contact_energy,
         "outflow_mass_fraction": audit.outflow_mass,
         "outflow_energy_fraction": audit.outflow_energy,
+        "expanding_mass_fraction": audit.expanding_mass,
         "load_work": 2.0 * math.pi / observer.setting.sector * audit.exchanged.worked,
         "hottest_energy_share": audit.hottest_energy_share,
         "largest_speed": audit.largest_speed,
-        "molten_mass_fraction": molten_fraction(observer.setting.problem.bodies, outcome.snapshot),
+        "molten_mass_fraction": molten_fraction(observer.setting.problem, outcome.snapshot),
         **observer.parameters.numbers(observer.last_view),
         **counted,
     }
 
 
-def molten_fraction(bodies: Sequence[Any], snapshot: Any) -> float:
-    """Molten mass once all has expanded to no pressure, over the initial mass; the departed did where they were."""
+def molten_fraction(problem: Problem, snapshot: Any) -> float:
+    """Molten mass once all has expanded to no pressure, over that of the last stage; the departed as they left."""
     from solver.matter.melting import melted_mass, residual_energy
 
     particles, departed = snapshot.particles, snapshot.departed
     molten = 0.0
-    for number, body in enumerate(bodies):
-        mine, late = snapshot.body == number, departed.body == number
-        state = (getattr(particles, name)[mine] for name in ("density", "energy", "pressure"))
-        residual = residual_energy(body.matter.eos, *state), departed.energy[late]
-        mass = particles.mass[mine], departed.mass[late]
-        molten += melted_mass(body.matter, np.concatenate(residual), np.concatenate(mass))
-    return molten / float(sum(body.mass.sum() for body in bodies))
+    for number, body in enumerate(problem.bodies):
+        for some, which in ((particles, snapshot.body == number), (departed, departed.body == number)):
+            state = (getattr(some, name)[which] for name in ("density", "energy", "pressure"))
+            molten += melted_mass(body.matter, residual_energy(body.matter.eos, *state), some.mass[which])
+    coming = 0.0 if problem.arrivals is None else float(problem.arrivals.table[MASS].sum())
+    return molten / (float(sum(body.mass.sum() for body in problem.bodies)) + coming)
 
 
 def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tuple[str, ...]:
@@ -297,16 +380,25 @@ def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tu
         flags.append("energy_drift")
     if numbers["hottest_energy_share"] > HOTTEST_SHARE_FLAG:
         flags.append("runaway_particles")
+    if numbers["expanding_mass_fraction"] > EXPANDING_FLAG:
+        flags.append("still_expanding")
     flags += [name for name in ("below_zero_kelvin", "beyond_hugoniot") if numbers[name] > 0.0]
     return tuple(flags)
 
 
-def _save_state(directory: Path, outcome: Outcome) -> None:
-    """The living particles of the final state, so that measurements can be read again, and the departed."""
+def _save_state(directory: Path, outcome: Outcome, earlier: Sequence[Outcome]) -> None:
+    """The living particles of the final state, so that measurements can be read again, and the departed.
+
+    With the ends of earlier stages, from which the last one follows.
+    """
     particles, living = outcome.snapshot.particles, outcome.snapshot.particles.alive == 1
     fields = {name: getattr(particles, name)[living] for name in particles._fields if name != "alive"}
     departed = outcome.snapshot.departed._asdict()
     fields.update({DEPARTED + name: array for name, array in departed.items()})
+    for number, ended in enumerate(earlier, 1):
+        plain = carried_by(ended)
+        fields[EARLIER_STAGE.format(number)] = json.dumps(plain.numbers)
+        fields.update({EARLIER_STAGE.format(number) + name: array for name, array in plain.arrays.items()})
 
     def save(path: Path) -> None:
         with open(path, "wb") as file:

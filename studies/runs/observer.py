@@ -35,15 +35,23 @@ class RunObserver:
     sections: SectionRecorder | None = None
     times: list[float] = field(default_factory=list)
     readings: list[dict[str, Reading]] = field(default_factory=list)
+    # Of each stage so far: its setting, and the place of its first reading.
+    stages: list[tuple[Setting, int]] = field(default_factory=list)
     last_view: Any = None
     # Clock (s) and share of the run at the first observation of this process.
     first: tuple[float, float] | None = None
 
     def __post_init__(self) -> None:
-        self.rate = self.parameters.rate(self.setting)
+        self.begin(self.setting)
         measured = [measurements.load(name) for name in self.scenario.measurements]
         self.of_a_state = [measurement for measurement in measured if not measurement.follows]
         self.of_a_history = [measurement for measurement in measured if measurement.follows]
+
+    def begin(self, setting: Setting, film: Film | None = None) -> None:
+        """Observe the next stage from here on."""
+        self.setting, self.film = setting, film or self.film
+        self.rate = self.parameters.rate(setting)
+        self.stages.append((setting, len(self.readings)))
 
     def __call__(self, snapshot: Snapshot) -> str | None:
         """Observe a state; returns "settled" when the run may end."""
@@ -55,7 +63,8 @@ class RunObserver:
             self.sections.add(snapshot)
         if self.report:
             self.report(self._progress(snapshot))
-        settled = self.rate.early and all(self._settled(name) for name in self.scenario.settles)
+        awaited = self.scenario.settles if self.setting.settles is None else self.setting.settles
+        settled = self.rate.early and all(self._settled(name) for name in awaited)
         if self.film and (settled or snapshot.time >= self.setting.problem.end_time):
             self.film.add(snapshot)
         return "settled" if settled else None
@@ -86,9 +95,21 @@ class RunObserver:
         return {name: self.measured_as(name) for name in self.scenario.measurements}
 
     def growth(self, name: str) -> float:
-        """Growth of a measurement within the last window; NaN where it has none."""
-        values = [reading[name].value for reading in self.readings]
-        return settling.growth(self.times, values, self.rate, from_nothing=self._is_judged(name))
+        """Growth of a measurement within the last window of its stage; NaN where it has none."""
+        setting, mine = self._stage_of(name)
+        values = [reading[name].value for reading in self.readings[mine]]
+        rate = self.parameters.rate(setting)
+        return settling.growth(self.times[mine], values, rate, from_nothing=self._is_judged(name))
+
+    def _stage_of(self, name: str) -> tuple[Setting, slice]:
+        """The last stage that waits for a measurement, by default the last of all, and the places of its readings."""
+        ends = [first for _, first in self.stages[1:]] + [len(self.readings)]
+        mine = [
+            (setting, slice(first, end))
+            for (setting, first), end in zip(self.stages, ends, strict=True)
+            if name in (setting.settles or ())
+        ]
+        return mine[-1] if mine else (self.stages[-1][0], slice(self.stages[-1][1], None))
 
     def _follow(self, measurement: Measurement) -> Reading:
         values = {name: np.array([reading[name].value for reading in self.readings]) for name in measurement.follows}
@@ -100,8 +121,12 @@ class RunObserver:
         return name in self.scenario.settles or is_length
 
     def _settled(self, name: str) -> bool:
-        cell = self.setting.problem.geometry.spacing
-        return settling.has_settled(self.readings[-1][name], self.growth(name), self.times[-1], self.rate, cell)
+        setting, mine = self._stage_of(name)
+        problem, rate = setting.problem, self.parameters.rate(setting)
+        passed = self.times[mine][-1] - problem.start_time
+        return settling.has_settled(
+            self.readings[mine][-1][name], self.growth(name), passed, rate, problem.geometry.spacing
+        )
 
     def measured_as(self, name: str) -> Measured:
         """The last reading of a measurement with its uncertainty, flags and history."""
@@ -132,8 +157,9 @@ class RunObserver:
         )
 
     def _progress(self, snapshot: Snapshot) -> Progress:
-        end = self.setting.problem.end_time
-        fraction = min(snapshot.time / end, 1.0)
+        begin, end = self.setting.problem.start_time, self.setting.problem.end_time
+        of_stage = min((snapshot.time - begin) / (end - begin), 1.0)
+        fraction = (len(self.stages) - 1 + of_stage) / self.parameters.stages
         measured = {name: reading.value for name, reading in self.readings[-1].items()}
         return Progress(
             time=snapshot.time,

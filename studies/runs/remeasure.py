@@ -70,6 +70,7 @@ def load_state(file: Path, *, step: int = 0) -> Any:
     """The final state in a ``state.npz``, as a ``solver.state.Snapshot``; only particles on the grid are in its arrays.
 
     Files that have ``retired_`` records lack what left the grid by itself, and the energy and damage of the rest (NaN).
+    What a file does not have of the state of what departed is NaN too.
     """
     import numpy as np
 
@@ -81,17 +82,24 @@ def load_state(file: Path, *, step: int = 0) -> Any:
         alive = np.ones(body.size, np.uint8)
         fields = {name: saved[name] for name in Particles._fields if name != "alive"}
         prefix = DEPARTED if DEPARTED + "number" in saved else "retired_"
-        absent = np.full(saved[prefix + "mass"].size, np.nan)
-        departed = Departed(*(saved.get(prefix + name, absent) for name in Departed._fields))
+        count = saved[prefix + "mass"].size
+        widths = {"deviator": (count, 6), "remembered": (count, 2)}
+        departed = Departed(
+            *(saved.get(prefix + name, np.full(widths.get(name, count), np.nan)) for name in Departed._fields)
+        )
         return Snapshot(float(saved["time"]), step, Particles(**fields, alive=alive), body, departed)
 
 
 def _view_of(run: Run, result: RunResult, state: Path) -> Any:
     """The view of the stored final state that the scenario's measurements read."""
-    from studies.runs.execution import setting_of
+    import numpy as np
+
+    from studies.runs.stages import earlier_stages, setting_of
 
     step = int(result.numbers.get("steps", 0))
-    return scenarios.load(run.scenario).parameters.view(setting_of(run), load_state(state, step=step))
+    with np.load(state, allow_pickle=False) as saved:
+        setting = setting_of(run, earlier_stages(saved))
+    return scenarios.load(run.scenario).parameters.view(setting, load_state(state, step=step))
 
 
 def _from_histories(measurement: Measurement, result: RunResult) -> Measured:

@@ -30,6 +30,15 @@ class RunLog:
         self.write(f"{cells} cells of {_short(problem.geometry.spacing, 'm')}; {particles}")
         self.write(f"until {_short(problem.end_time, 's')} at most")
 
+    def stage(self, problem: Problem, number: int) -> None:
+        """The grid of a later stage, and what comes to it."""
+        cells = " x ".join(str(count) for count in problem.geometry.cells)
+        here, coming = sum(body.mass.size for body in problem.bodies), problem.particle_count
+        self.write(
+            f"stage {number}: {cells} cells of {_short(problem.geometry.spacing, 'm')}; {here} particles, and "
+            f"{coming - here} that arrive; until {_short(problem.end_time, 's')} at most"
+        )
+
     def progress(self, now: Progress) -> None:
         """Time, step and the present values of the measurements."""
         values = (f"{name} {_value(name, value)}" for name, value in now.measured.items())

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from studies.measurements import Reading
-from studies.quantities.measured import CLOSED_ON_AXIS
+from studies.quantities.measured import CLOSED_ON_AXIS, STILL_COMING
 from studies.scenarios import ObservationRate
 
 # A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
@@ -30,11 +30,12 @@ def growth(times: Sequence[float], values: Sequence[float], rate: ObservationRat
     return float(np.ptp(inside))
 
 
-def has_settled(last: Reading, growth: float, now: float, rate: ObservationRate, cell: float) -> bool:
+def has_settled(last: Reading, growth: float, passed: float, rate: ObservationRate, cell: float) -> bool:
     """Two windows at least, and a growth within the last one below a share of the value or a quarter of a cell (m).
 
-    A hole that a film still closes has not settled: its diameter leaps when the film has flown away.
+    ``passed`` (s) is the time since the stage began. A hole that a film still closes has not settled, whose diameter
+    leaps when the film has flown away, and nothing has to which debris still comes.
     """
-    if now < 2.0 * rate.window or CLOSED_ON_AXIS in last.flags:
+    if passed < 2.0 * rate.window or {CLOSED_ON_AXIS, STILL_COMING} & {*last.flags}:
         return False
     return growth < max(rate.growth * abs(last.value), SETTLED_IN_CELLS * cell)

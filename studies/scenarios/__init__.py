@@ -20,6 +20,7 @@ from studies.scenarios.parts.outline import Outline
 
 if TYPE_CHECKING:
     from solver.problem import Problem
+    from solver.simulation import Outcome
     from studies.films.section import SectionOptions
     from studies.materials import Material
 
@@ -43,6 +44,8 @@ class Setting:
 
     problem: "Problem"
     sector: float  # angle that the model covers about its axis, rad; 1 in axisymmetry, where all is per radian
+    # The measurements whose growth this stage waits for; None: all that the scenario names.
+    settles: tuple[str, ...] | None = field(default=None, kw_only=True)
 
 
 @dataclass(frozen=True)
@@ -99,6 +102,18 @@ class SetUp(ABC):
     def numbers(view: Any) -> dict[str, float]:
         """What a last view says of its run."""
         return {}
+
+    @property
+    def stages(self) -> int:
+        """Problems that are computed one after another."""
+        return 1
+
+    def next_stage(self, setting: Any, outcome: "Outcome", materials: Materials) -> Setting | None:
+        """The problem that goes on from the end of another, None after the last one.
+
+        It follows from its arguments alone, bit for bit, so that a run can go on from a stored outcome.
+        """
+        return None
 
     def sections(self, setting: Any) -> "SectionOptions":
         """The times at which sections are kept, beside the end."""

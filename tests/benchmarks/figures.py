@@ -24,7 +24,8 @@ from unittest import mock
 from solver.jit import Bound
 from solver.problem.geometry import grid
 from solver.simulation import Simulation, simulate, start
-from studies.runs.execution import observer_of, setting_of
+from studies.runs.execution import observer_of
+from studies.runs.stages import setting_of
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep

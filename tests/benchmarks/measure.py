@@ -23,8 +23,9 @@ from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
 from solver.simulation import Simulation, start
 from studies.cases.setups.methods import COURANT, SPH
 from studies.materials import load
-from studies.runs.execution import execute, setting_of
+from studies.runs.execution import execute
 from studies.runs.run import Run, resolve
+from studies.runs.stages import setting_of
 from studies.scenarios.parts.matter import matter
 from tests.house import ROOT
 

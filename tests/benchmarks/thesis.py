@@ -22,8 +22,8 @@ import numpy as np
 from solver.problem import Problem
 from solver.simulation import start
 from studies.materials import load
-from studies.runs.execution import setting_of
 from studies.runs.run import resolve
+from studies.runs.stages import setting_of
 from tests.benchmarks.measure import advance
 
 MATERIAL = "copper-thesis-plastic"

@@ -13,8 +13,9 @@ import pytest
 from solver.simulation import Simulation, start
 from studies import materials
 from studies.cases.rows import Row, absolute, at_least, at_most
-from studies.runs.execution import execute, setting_of
+from studies.runs.execution import execute
 from studies.runs.run import Run, resolve
+from studies.runs.stages import setting_of
 from studies.scenarios.plate_impact import shocks
 
 COPPER = "copper-thesis-plastic"

@@ -21,7 +21,8 @@ from solver.simulation import simulate
 from studies import materials
 from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative
 from studies.cases.verification import bits
-from studies.runs.execution import execute, setting_of
+from studies.runs.execution import execute
+from studies.runs.stages import setting_of
 from studies.scenarios.parts.matter import matter
 from studies.sweeps.sweep import Sweep
 

@@ -67,8 +67,9 @@ def use(folder: Path) -> dict[str, Any]:
     from studies.cases import validation, verification
     from studies.cubes import cube
     from studies.materials import load
-    from studies.runs.execution import execute, setting_of
+    from studies.runs.execution import execute
     from studies.runs.run import estimate
+    from studies.runs.stages import setting_of
     from studies.sweeps.sweep import Sweep
 
     runs = [point.run for point in Sweep.parse(SWEEP).runs()]

@@ -33,6 +33,16 @@ SHOT = {
 SMALL: dict[str, dict[str, Any]] = {
     "thin_plate": {**SHOT, "plate_thickness": 4e-3, "plate_radius": 1.5 * DIAMETER},
     "debris_cloud": {**SHOT, "plate_thickness": 4e-3, "plate_radius": 1.5 * DIAMETER},
+    "whipple_shield": {
+        **{name: value for name, value in SHOT.items() if name != "target"},
+        "bumper": "copper-ofhc",
+        "wall": "copper-ofhc",
+        "bumper_thickness": 4e-3,
+        "bumper_radius": 1.5 * DIAMETER,
+        "stand_off": 4.0 * DIAMETER,
+        "wall_thickness": 4e-3,
+        "wall_radius": 2.0 * DIAMETER,
+    },
     "thick_plate": {**SHOT, "target_depth": 1.5 * DIAMETER, "target_radius": 1.5 * DIAMETER},
     "taylor_bar": {"bar_length": 10e-3, "bar_diameter": DIAMETER, "cells_per_diameter": CELLS},
     "elastic_bar": {"cells_per_diameter": CELLS},
@@ -100,6 +110,7 @@ VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
             {**CYLINDER, "end_time": 1e-5},
         ),
     ),
+    (("whipple_shield",), ({"geometry": "quarter", "edges": "free"}, {**CYLINDER, "wall_thickness": 40e-3})),
     (
         BARS,
         (
@@ -286,7 +297,7 @@ def test_scenario__says_how_well_it_is_resolved(scenario: Scenario) -> None:
     parameter, word = RESOLUTION.get(scenario.name, ("cells_per_diameter",) * 2)
     run = asked(scenario.name)
     cells = given_of(run).cells()
-    assert set(cells) <= {"cells_per_diameter", "cells_per_thickness", "refinement"}
+    assert set(cells) <= {"cells_per_diameter", "cells_per_thickness", "cells_per_wall", "refinement"}
     assert cells[word] == run.parameters[parameter]
 
 

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.audit import Audit, Ledger, Totals, audit, totals
+from solver.audit import Audit, Books, Ledger, Totals, audit, totals
 from solver.problem import ArtificialViscosity, Contact
 from solver.problem.geometry import impact_axis
 from solver.simulation import simulate, start
@@ -26,9 +26,9 @@ def three() -> Particles:
 
 def balance(particles: Particles, start: Totals | None = None, **changes: Any) -> Audit:
     """The audit of particles that started as ``three``."""
-    inputs = {"geometry": box(4, 4, 4), "ledger": Ledger(), "impulse": np.zeros(3), **changes}
-    geometry = inputs.pop("geometry")
-    return audit(geometry, particles, time=1.0, start=start or totals(three()), **inputs)
+    geometry = changes.pop("geometry", box(4, 4, 4))
+    books = Books(**{"start": start or totals(three()), "ledger": Ledger(), "impulse": np.zeros(3), **changes})
+    return audit(geometry, particles, books, time=1.0)
 
 
 def put(name: str, index: Any, value: float) -> Callable[[Particles], None]:

@@ -29,6 +29,7 @@ from solver.state import Snapshot
 from tests.solver.bodies import ABOUT_AXIS, FREE, after, block, box, leaving, two_blocks
 from tests.solver.test_coupling import bar, pressing
 from tests.solver.test_fem import problem_of, squeezing
+from tests.solver.test_flight import arriving
 from tests.solver.test_sph import REPELLING, impact
 
 END = 6e-6  # s: more than two reorderings of the arrays
@@ -85,6 +86,7 @@ PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Any], float]]] = {
     "fixed-step": (lambda: blocks(fixed_dt=2e-8), lambda run: run.counters.tension_floors),
     "loaded": (lambda: blocks(gravity=GRAVITY), lambda run: abs(run.worked)),
     "retired": (with_debris, lambda run: run.departed.mass.size),
+    "arrivals": (arriving, lambda run: run.arrived),
     "smoothed": (lambda: impact(smoothing=REPELLING, **SHORT), lambda run: run.stepper.before[0]),
     "elements": (lambda: problem_of(Hexahedron(), squeezing, **SHORT), lambda run: run.stepper.before[0]),
     "elements, four points": (
@@ -197,7 +199,7 @@ def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(name: str, file
 
 
 @pytest.mark.claim("methods", "methods-speed")
-@pytest.mark.parametrize("name", ["outflow", "retired", *OF_OTHER_METHODS])
+@pytest.mark.parametrize("name", ["outflow", "retired", "arrivals", *OF_OTHER_METHODS])
 def test_restart__with_other_threads_ends_with_the_same_bits(name: str, file: Path) -> None:
     """Two threads change no bit of any method."""
     problem = PROBLEMS[name][0]()

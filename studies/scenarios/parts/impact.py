@@ -29,7 +29,7 @@ from studies.scenarios.parts.matter import Fracture, check_boiling, check_consta
 from studies.scenarios.parts.method import ON_GRID, MethodChoice
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
-from studies.scenarios.parts.shot import UPRIGHT, Angles, ImpactShot, Settling
+from studies.scenarios.parts.shot import UPRIGHT, Angles, Settling, ShotOptions
 
 if TYPE_CHECKING:
     import numpy as np
@@ -95,7 +95,7 @@ class Impact:
     A ``deep`` target stands for a half-space: where edges absorb, its back does too.
     """
 
-    shot: ImpactShot
+    shot: ShotOptions
     fracture: Fracture
     numerics: Numerics
     angles: Angles = UPRIGHT
@@ -104,6 +104,8 @@ class Impact:
     thickness: float  # of the target, m
     radius: float  # of the target, m: half its width where it is square
     deep: bool = False
+    target: str = "target"  # name of the target's body, and of the parameter of its material
+    expansion: float = math.inf  # as in ``solver.problem.Retirement``
 
     def check(self, materials: Materials) -> list[Finding]:
         """Findings that any impact may have."""
@@ -143,7 +145,7 @@ class Impact:
         return ImpactSetting(
             problem=self._problem(materials),
             sector=SECTORS[self.shot.geometry],
-            target="target",
+            target=self.target,
             projectile_diameter=self.shot.projectile_diameter,
             thickness=self.thickness,
             radius=self.radius,
@@ -156,6 +158,11 @@ class Impact:
         return self.shot.cell / self.numerics.choices.particles_per_cell
 
     @property
+    def clear(self) -> float:
+        """Time after the touch from which debris may be retired, s."""
+        return CLEAR * max(self.shot.projectile_diameter, self.shot.length) / self.shot.speed
+
+    @property
     def end_time(self) -> float:
         """Latest end of a run, s."""
         assert self.shot.end_time is not None
@@ -165,12 +172,11 @@ class Impact:
         from solver.problem import Problem, Retirement
 
         shot, angle = self.shot, self.angles.obliquity
-        geometry, faces = self._grid()
+        geometry, faces = self.grid()
         velocity = along_flight(shot.geometry, shot.speed * math.cos(angle))
         velocity[0] = shot.speed * math.sin(angle)
-        projectile = self._body("projectile", materials["projectile"], geometry, *self._projectile(), velocity)
-        target = self._body("target", materials["target"], geometry, *self._target(), 0.0 * velocity)
-        longest = max(shot.projectile_diameter, shot.length)
+        projectile = self.body("projectile", materials["projectile"], geometry, *self._projectile(), velocity)
+        target = self.body(self.target, materials[self.target], geometry, *self.points(), 0.0 * velocity)
         follows = shot.debris == "follow"
         return Problem(
             geometry=geometry,
@@ -179,11 +185,12 @@ class Impact:
             clamp=slab_clamp(shot.geometry, self.thickness, shot.cell),
             absorbers=self._absorbers(target.matter),
             end_time=self.end_time,
-            retirement=None if follows else Retirement(body=1, after=CLEAR * longest / shot.speed),
+            retirement=None if follows else Retirement(body=1, after=self.clear, expansion=self.expansion),
             **self.numerics.arguments(self.method),
         )
 
-    def _grid(self) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
+    def grid(self) -> tuple[Any, tuple[tuple["Face", "Face"], ...]]:
+        """The grid about projectile and target, and its faces."""
         from solver.problem import Face
 
         shot, cell, diameter = self.shot, self.shot.cell, self.shot.projectile_diameter
@@ -229,7 +236,7 @@ class Impact:
         across = self.shot.projectile_diameter * abs(math.sin(self._lean))
         return self.shot.length * abs(math.cos(self._lean)) + across
 
-    def _target(self) -> tuple[BodyPoints, float]:
+    def points(self) -> tuple[BodyPoints, float]:
         """Points of the target, and the volume of the modelled part, m3 (m3 per radian in axisymmetry)."""
         geometry = self.shot.geometry
         area = {"axisymmetric": 0.5, "quarter": 1.0, "half": 2.0}[geometry] * self.radius**2
@@ -237,7 +244,7 @@ class Impact:
         return where, area * self.thickness
 
     def _projectile(self) -> tuple[BodyPoints, float]:
-        """As ``_target``, around the projectile's own centre, so that a sphere is symmetric on any grid."""
+        """As ``points``, around the projectile's own centre, so that a sphere is symmetric on any grid."""
         import numpy as np
 
         shot, lean = self.shot, self._lean
@@ -259,9 +266,10 @@ class Impact:
             where = replace(where, position=np.stack([turned, y, place], axis=-1))
         return where, volume * SECTORS[shot.geometry] / (2.0 * math.pi)
 
-    def _body(
+    def body(
         self, name: str, material: "Material", geometry: Any, where: BodyPoints, volume: float, velocity: "np.ndarray"
     ) -> "Body":
+        """A body of a material, of a volume (m3, or m3 per radian)."""
         made = matter(
             material,
             eos_form=self.shot.eos_form,
@@ -336,8 +344,8 @@ class SettlingImpact(ImpactSetUp):
         return {}
 
 
-def outline(values: Mapping[str, Any], *, thickness: str, radius: str) -> Outline | None:
-    """Projectile and target as they touch; ``thickness`` and ``radius`` are the target's parameters."""
+def outline(values: Mapping[str, Any], *, thickness: str, radius: str, target: str = "target") -> Outline | None:
+    """Projectile and target as they touch; ``thickness``, ``radius`` and material are the target's parameters."""
     diameter, depth, rim = (values.get(name) for name in ("projectile_diameter", thickness, radius))
     if not diameter or not depth or not rim:
         return None
@@ -354,4 +362,4 @@ def outline(values: Mapping[str, Any], *, thickness: str, radius: str) -> Outlin
     ]
     if not is_sphere:
         dimensions.append(Dimension("projectile_length", (half, -length), (half, 0.0)))
-    return Outline((projectile, Shape("target", -rim, rim, 0.0, depth)), tuple(dimensions))
+    return Outline((projectile, Shape(target, -rim, rim, 0.0, depth)), tuple(dimensions))

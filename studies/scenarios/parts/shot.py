@@ -33,13 +33,25 @@ def has_free_rim(parameters: Any) -> bool:
 
 
 @dataclass(frozen=True, kw_only=True)
-class ImpactShot:
-    """Projectile, target and speed, and how long the impact is observed."""
+class Projectile:
+    """A projectile and its speed."""
 
     speed: Annotated[MetrePerSecond, Described("impact speed, normal to the target", 100.0, 2e4)]
     projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-5, 1.0)]
     projectile: Annotated[MaterialName, Described("material of the projectile")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Target(Projectile):
+    """A projectile and its target."""
+
     target: Annotated[MaterialName, Described("material of the target")]
+
+
+@dataclass(frozen=True, kw_only=True)
+class ShotOptions(Projectile):
+    """The shape of a projectile, the grid that it flies in, and how long its impact is observed."""
+
     projectile_shape: Annotated[
         Literal["sphere", "cylinder"],
         Described("shape of the projectile; a cylinder flies along its axis unless it yaws"),
@@ -135,6 +147,11 @@ class ImpactShot:
 
 
 @dataclass(frozen=True, kw_only=True)
+class ImpactShot(ShotOptions, Target):
+    """Projectile, target and speed, and how long the impact is observed."""
+
+
+@dataclass(frozen=True, kw_only=True)
 class Settling:
     """When an impact ends because what is measured has settled."""
 
@@ -196,7 +213,7 @@ class Angles:
         ),
     ] = 0.0
 
-    def check(self, shot: ImpactShot) -> list[Finding]:
+    def check(self, shot: ShotOptions) -> list[Finding]:
         """Angles need a model that has no other symmetry than theirs, and yaw needs an axis."""
         findings = []
         for name, angle in (("obliquity", self.obliquity), ("yaw", self.yaw)):

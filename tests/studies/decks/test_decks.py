@@ -20,8 +20,8 @@ from studies.cases.solutions.detonation import TNT, chapman_jouguet
 from studies.cases.verification.chapman_jouguet import STATE, at_front
 from studies.decks.reader import read_deck, read_file_text
 from studies.quantities.findings import InvalidInput
-from studies.runs.execution import setting_of
 from studies.runs.run import resolve
+from studies.runs.stages import setting_of
 from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, soil_deck
 
 MEBIBYTE = 1 << 20

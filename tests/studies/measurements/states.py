@@ -18,6 +18,7 @@ from studies.measurements.cloud import CloudView, connected
 from studies.measurements.impact.view import ImpactView
 from studies.measurements.plates import FLYER, TARGET, PlateView
 from studies.measurements.plug import PlugView
+from studies.measurements.shield import ShieldView
 from studies.measurements.whole import WholeView
 from studies.scenarios.debris_cloud import Melting
 
@@ -155,6 +156,8 @@ def chosen(state: Any, which: np.ndarray) -> Any:
 
 def reordered(state: Any) -> Any:
     """The same particles in another order."""
+    if isinstance(state, ShieldView):
+        return dataclasses.replace(state, **{part: reordered(getattr(state, part)) for part in ("bumper", "cloud")})
     return chosen(state, np.random.default_rng(0).permutation(state.mass.size))
 
 
@@ -517,6 +520,16 @@ def snapshot_of(particles: Particles) -> Snapshot:
 
 
 # By what a measurement looks at.
+# Shields
+
+
+def shield(wall: ImpactView | None, coming: float = 0.0) -> ShieldView:
+    """A shield whose bumper has a hole, and whose debris has come to a wall but for a part that is still ``coming``."""
+    place = ball(1e-3, 20e-3)
+    debris = cloud(place, np.full(place.shape, (0.0, 0.0, CLOUD_SPEED)))
+    return ShieldView(drilled_disc(HOLE), debris, wall, coming, missed=0.0, clock_ahead=0.0, cell=CELL)
+
+
 STATES: dict[type, dict[str, Callable[[], Any]]] = {
     ImpactView: {
         "drilled": lambda: drilled_disc(HOLE),
@@ -531,6 +544,13 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "scooped to the rim": lambda: scooped_half_space(BREADTH - 2.0 * CELL),
         "bored": bored_half_space,
         "spalled": lambda: hollowed_half_space(CRATER, roof=2e-3, height=2e-3),
+    },
+    ShieldView: {
+        "before": lambda: shield(None, 1.0),
+        "reached": lambda: shield(drilled_disc(0.0), 0.5),
+        "held": lambda: shield(drilled_disc(0.0)),
+        "perforated": lambda: shield(drilled_disc(HOLE)),
+        "torn": lambda: shield(drilled_disc(RADIUS - 2.0 * CELL)),
     },
     BarView: {
         "straight": bar,

@@ -8,8 +8,9 @@ import pytest
 
 from studies.cases.rows import Row, absolute, at_most
 from studies.measurements.impact.view import ImpactView, view
-from studies.runs.execution import execute, setting_of
+from studies.runs.execution import execute
 from studies.runs.remeasure import load_state
+from studies.runs.stages import setting_of
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep

@@ -13,7 +13,7 @@ from solver.matter.tensor import Jaumann, Unturned
 from solver.problem import Contact, Criterion, Damping, Retirement, Scheme
 from studies.quantities.numerical_defaults import IMPACT_RECIPES, RECIPES, ImpactRecipe, Recipe, RecipeName
 from studies.quantities.parameters import declared
-from studies.runs.execution import setting_of
+from studies.runs.stages import setting_of
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics
 from studies.scenarios.parts.shot import ImpactShot
 from tests.contracts.test_scenarios import asked

@@ -136,7 +136,7 @@ def test_flags__under_resolved_below_16_cells_a_diameter_and_4_a_thickness(
 def test_result__has_the_molten_share_of_its_final_state(results: dict[str, RunResult]) -> None:
     stated = results["debris_cloud"].numbers["molten_mass_fraction"]
     final = load_state(solved("debris_cloud") / "state.npz")
-    assert stated == molten_fraction(observer_of(asked("debris_cloud")).setting.problem.bodies, final)
+    assert stated == molten_fraction(observer_of(asked("debris_cloud")).setting.problem, final)
     assert stated > 0.0
 
 

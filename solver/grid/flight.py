@@ -1,0 +1,117 @@
+"""From one grid to the next: what has departed flies straight, and joins another grid at its face.
+
+Matter that a stage leaves behind, debris that flies past the next grid and what flies backwards stay in the books, so
+that those of the last stage hold everything from the first one on. A flight that crosses a plane of symmetry, or the
+axis, goes on as that of its mirror image; what the plane gives to it is booked as an impulse.
+"""
+
+import math
+from dataclasses import replace
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from solver.audit import Books, Ledger, body_balances, left_behind
+from solver.grid.debris import clear_debris
+from solver.problem import Face, Problem
+from solver.problem.geometry import impact_axis
+from solver.state import S11, VX, VZ, Arrivals, Departed, Snapshot, X, Z, columns, joined, records, views
+from solver.steps.crossing import SHEAR
+
+ENTRY = 0.5  # cells inside the face of the next grid: no round-off puts what joins outside
+
+
+class Flight(NamedTuple):
+    """What flies from one grid to the next, and the books of everything else."""
+
+    arrivals: Arrivals  # their times on the clock of the next stage
+    books: Books
+    missed: float  # mass of debris that flies past the next grid, kg (per radian in axisymmetry)
+    ahead: float  # of the clock of the stage before, s
+
+
+def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, shift: float, bodies: int) -> Flight:
+    """The flight from the end of a stage to the grid ``geometry`` of the next one.
+
+    ``shift`` (m) is the place, along the line of flight, of the next origin on the present grid. The next clock goes on
+    from the end of this stage, and the first particle arrives then. Of the ``bodies`` of the next stage the first are
+    those of this one. Debris that is on a clear way out departs at the end, whatever its pressure.
+    """
+    departed, expanding, stays = _ended(problem, snapshot)
+    which, time, arriving = _entering(problem, departed, geometry, shift)
+    past = np.setdiff1d(np.arange(departed.number.size), which)
+    missed = Departed(*(array[past] for array in departed))
+    axis = impact_axis(problem.geometry)
+    before, base = problem.books, problem.books.ledger if problem.books else Ledger()
+    ledger = base.with_particles(missed, slice(None)).with_particles(stays, slice(None))
+    turned = ((arriving[VX : VZ + 1] - departed.velocity[which].T) * departed.mass[which]).sum(axis=1)
+    nothing = views(arriving[:, :0]), departed.body[:0]
+    left = body_balances(problem.geometry, nothing, (missed, missed.body), (stays, stays.body), count=bodies)
+    ahead = snapshot.time - float(time[0]) if time.size else 0.0
+    return Flight(
+        arrivals=Arrivals(time + ahead, departed.body[which], arriving),
+        books=replace(
+            books,
+            ledger=replace(ledger, expanding=books.ledger.expanding + expanding),
+            impulse=books.impulse + turned,
+            left=left_behind(left, before.left) if before else left,
+        ),
+        missed=float(missed.mass[missed.velocity[:, axis] > 0.0].sum()),
+        ahead=ahead,
+    )
+
+
+def _ended(problem: Problem, snapshot: Snapshot) -> tuple[Departed, float, Departed]:
+    """All that has departed at the end of a stage, the mass (kg) of it that still expanded, and all that stays."""
+    particles, body = snapshot.particles, snapshot.body
+
+    def recorded(index: np.ndarray) -> Departed:
+        return records(snapshot.time, particles, body, index, snapshot.remembered)
+
+    gone = clear_debris(problem, particles, body, expansion=math.inf)
+    expanding = float(particles.mass[np.setdiff1d(gone, clear_debris(problem, particles, body))].sum())
+    stays = np.setdiff1d(np.flatnonzero(particles.alive), gone)
+    return joined([snapshot.departed, recorded(gone)]), expanding, recorded(stays)
+
+
+def _entering(
+    problem: Problem, departed: Departed, geometry: Any, shift: float
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Which records (k,) come to the face of the next grid, when (k,), and their columns there, in that order."""
+    axis, table = impact_axis(problem.geometry), columns(departed)
+    place = geometry.lower[axis] + ENTRY * geometry.spacing
+    which = np.flatnonzero(departed.velocity[:, axis] > 0.0)
+    passed = (place + shift - departed.position[which, axis]) / departed.velocity[which, axis]
+    arriving = flown_columns(problem, table[:, which], passed)
+    arriving[X + axis] = place
+    time = departed.time[which] + passed
+    order = np.argsort(time, kind="stable")
+    order = order[is_on_grid(geometry, arriving[X : Z + 1].T)[order]]
+    return which[order], time[order], np.ascontiguousarray(arriving[:, order])
+
+
+def flown_columns(problem: Problem, table: np.ndarray, passed: np.ndarray) -> np.ndarray:
+    """Columns of a table (rows, k) of particles that have flown straight for some time (k,), s.
+
+    Behind a plane of symmetry, or the axis, they are their mirror images.
+    """
+    table, geometry = table.copy(), problem.geometry
+    for axis in range(3):
+        table[X + axis] += passed * table[VX + axis]
+    for axis, faces in enumerate(problem.faces):
+        for side, face in enumerate(faces):
+            if face != Face.SYMMETRIC:
+                continue
+            wall = geometry.lower[axis] + side * geometry.cells[axis] * geometry.spacing
+            beyond = table[X + axis] > wall if side else table[X + axis] < wall
+            table[X + axis, beyond] = 2.0 * wall - table[X + axis, beyond]
+            for row in (VX + axis, *(S11 + component for component in SHEAR[axis])):
+                table[row, beyond] *= -1.0
+    return table
+
+
+def is_on_grid(geometry: Any, position: np.ndarray) -> np.ndarray:
+    """Which places (n, 3) lie inside a grid."""
+    cell = (position - geometry.lower) / geometry.spacing
+    inside: np.ndarray = ((cell >= 0.0) & (cell < geometry.cells) | (geometry.cells == 0)).all(axis=1)
+    return inside
