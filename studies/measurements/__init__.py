@@ -73,8 +73,13 @@ class Measurement:
     widest: float = math.inf  # uncertainty over value, above which a value is flagged "wide_bar"
     # Whether the mesh decides the value: flagged "mesh_determined", unless a cube has it on three grids.
     mesh_determined: bool = False
-    # Whether it is 1 or 0, so that a sweep may search for the limit between them.
-    is_outcome: bool = False
+    # What the values 0 and 1 of an outcome mean, in words: a sweep may search for the limit between them.
+    outcomes: tuple[str, ...] = ()
+
+    @property
+    def is_outcome(self) -> bool:
+        """Whether it is 1 or 0."""
+        return bool(self.outcomes)
 
     def uncertainty_by(self, parts: Mapping[str, float]) -> tuple[float | None, tuple[str, ...]]:
         """Uncertainty of a value by its parts, and the flag of a value of which none of them tells any.

@@ -2,9 +2,10 @@
 
 The wall is looked at in columns of cells along its normal: rings one cell wide of a body of revolution, squares in
 three dimensions. Two of its particles hang together when their cells are the same or neighbours, as for the solver, and
-what hangs together with its rim through its own matter is the connected wall. Other matter of the wall is free: it is
-spall where it flies on and no connected wall stands behind it in its column. So matter that a crater throws out, or
-that lies in one, is none; a plug that came out of a hole is. What has departed from the grid counts as it flew away.
+what hangs together, through its own matter, with what stood at its rim at rest is the connected wall: also where that
+has drawn away from what holds it (``rim_moved``). Other matter of the wall is free: it is spall where it flies on and
+no connected wall stands behind it in its column. So matter that a crater throws out, or that lies in one, is none; a
+plug that came out of a hole is. What has departed from the grid counts as it flew away.
 
 Light passes through a column without any particle of the connected wall. A ring of such columns leaves nothing
 connected within it: in a body of revolution the innermost column alone tells a hole, which a plug leaves too.
@@ -19,7 +20,7 @@ shield may fail and have no hole, so both outcomes stand here, by names of their
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from typing import Any
 
@@ -27,17 +28,17 @@ import numpy as np
 
 from studies.measurements import Measurement, OnGrid, Reading, measurement
 from studies.measurements.hole import hole_diameter as plate_hole
-from studies.measurements.impact.view import ImpactView
+from studies.measurements.impact.view import ImpactView, hanging_together
 from studies.measurements.impact.view import view as impact_view
-from studies.quantities.measured import STILL_COMING
+from studies.quantities.measured import CLOSED_BY_FILM, STILL_COMING
 
 NOT_REACHED = "not_reached"  # no debris has come to the wall yet
-CLOSED_BY_FILM = "closed_by_film"
 LATE = 0.01  # of the mass that flies to the wall: while more is to come the wall has not settled
 # Of the mass of wall that a projectile diameter covers: what is less is no spall, or no void, that a person would look
 # for; a cube of a sixth of the diameter where the wall is half as thick.
 LEAST = 0.01
 RIM = 3.0  # cells from the rim in which no column is looked at
+HELD = 2.0  # cells from the rim, whose matter is held there
 
 
 @dataclass(frozen=True, eq=False)
@@ -62,6 +63,8 @@ class Wall(OnGrid):
     thickness: float  # undisturbed, m
     radius: float  # to the rim, m
     projectile_diameter: float  # m
+    age: float  # time since its stage began, s
+    rim_moved: bool  # whether nothing of it stands at its rim any more
 
     @property
     def covered(self) -> float:
@@ -183,12 +186,11 @@ def wall_of(setting: Any, snapshot: Any) -> Wall:
     from solver.state import MASS, VX
 
     problem, particles, departed = setting.problem, snapshot.particles, snapshot.departed
-    axis, plate = impact_axis(problem.geometry), impact_view(setting, snapshot)
+    axis, plate, cell = impact_axis(problem.geometry), impact_view(setting, snapshot), problem.geometry.spacing
     number = [each.name for each in problem.bodies].index(setting.target)
     body, copies = problem.bodies[number], 2.0 * math.pi / setting.sector
     here = np.flatnonzero((particles.alive == 1) & (snapshot.body == number))
     gone = np.flatnonzero(departed.body == number)
-    on_grid = np.flatnonzero(snapshot.body[particles.alive == 1] == number)
     start = sum(each.mass.size for each in problem.bodies[:number])
 
     def whole(name: str) -> np.ndarray:
@@ -196,6 +198,10 @@ def wall_of(setting: Any, snapshot: Any) -> Wall:
 
     position = np.concatenate([particles.position[here], flown(problem, departed, snapshot.time)[gone]])
     first = body.position[whole("number") - start]
+    on_grid = plate.target
+    seed = np.zeros(on_grid.size, bool)
+    seed[on_grid] = np.abs(first[: here.size, :axis]).max(axis=1) > setting.radius - HELD * cell
+    attached = hanging_together(problem.geometry, particles.position[particles.alive == 1], on_grid, seed)
     lines = tuple((first[:, each] / body.spacing[each]).astype(np.int64) for each in range(axis))
     other = (particles.alive == 1) & (snapshot.body != number)
     given = -float((particles.mass[other] * particles.velocity[other, axis]).sum())
@@ -207,7 +213,7 @@ def wall_of(setting: Any, snapshot: Any) -> Wall:
         table = problem.arrivals.table[:, : max(0, int(last) + 1 - start_of_arrivals)]
         given += float((table[MASS] * table[VX + axis]).sum())
     return Wall(
-        plate=plate,
+        plate=replace(plate, attached_target=attached),
         place=position[:, :axis],
         first_place=first[:, :axis],
         depth=position[:, axis],
@@ -215,24 +221,26 @@ def wall_of(setting: Any, snapshot: Any) -> Wall:
         velocity=whole("velocity")[:, axis],
         mass=copies * whole("mass"),
         line=np.ravel_multi_index(lines, tuple(int(np.max(each, initial=0)) + 1 for each in lines)),
-        attached=np.concatenate([plate.attached_target[on_grid], np.zeros(gone.size, bool)]),
+        attached=np.concatenate([attached[on_grid], np.zeros(gone.size, bool)]),
         given=copies * given,
         columns=tuple(int(count) for count in problem.geometry.cells[:axis]),
         copies=1.0 if axis == 1 else copies,
-        cell=problem.geometry.spacing,
+        cell=cell,
         width=body.spacing[axis],
         density=body.density,
         thickness=setting.thickness,
         radius=setting.radius,
         projectile_diameter=setting.projectile_diameter,
+        age=snapshot.time - problem.start_time,
+        rim_moved=not plate.attached_target.any(),
     )
 
 
 def _of_wall(**definition: Any) -> Callable[[Callable[[Wall], Reading]], Measurement]:
     """Make a function that reads a wall the measurement of its name.
 
-    It is not reached before there is debris at the wall. While more is coming it says so, unless it is an outcome that
-    nothing undoes.
+    It is not reached before there is debris at the wall. It says while more is coming, and where the rim has moved,
+    unless it is an outcome that nothing undoes.
     """
 
     def made(read: Callable[[Wall], Reading]) -> Measurement:
@@ -240,9 +248,9 @@ def _of_wall(**definition: Any) -> Callable[[Callable[[Wall], Reading]], Measure
             if view.wall is None:
                 return Reading(math.nan, flags=(NOT_REACHED,))
             reading = read(view.wall)
-            is_final = definition.get("is_outcome", False) and reading.value == 1.0
-            late = () if is_final or view.coming <= LATE else (STILL_COMING,)
-            return Reading(reading.value, reading.parts, (*reading.flags, *late))
+            is_final = "outcomes" in definition and reading.value == 1.0
+            doubts = [STILL_COMING] * (view.coming > LATE) + ["rim_moved"] * view.wall.rim_moved
+            return Reading(reading.value, reading.parts, (*reading.flags, *([] if is_final else doubts)))
 
         read_view.__name__ = read.__name__
         return measurement(**definition)(read_view)
@@ -269,7 +277,7 @@ def _doubt(wall: Wall) -> tuple[str, ...]:
     "the rim or more, has no particle of the wall that is connected to its rim; else 0. A plug that came out leaves a "
     "hole. Closed by film where a wall without a hole has a column with less matter than fills a cell",
     version=2,
-    is_outcome=True,
+    outcomes=("wall holds", "wall perforated"),
 )
 def wall_perforated(wall: Wall) -> Reading:
     """Whether a column of cells is clear."""
@@ -284,7 +292,7 @@ def wall_perforated(wall: Wall) -> Reading:
     "diameter of the projectile covers; else 0: the criterion of ballistic limits, no perforation and no detached "
     "spall. Closed by film as for a perforation",
     version=1,
-    is_outcome=True,
+    outcomes=("wall does not fail", "wall fails"),
 )
 def wall_failed(wall: Wall) -> Reading:
     """Whether it is perforated or spalled."""
@@ -300,7 +308,7 @@ def wall_failed(wall: Wall) -> Reading:
     "and nothing came off there; else 0. A crack that is narrower than a cell is not seen, and one that opens into "
     "the crater or to the back is none",
     version=1,
-    is_outcome=True,
+    outcomes=("no attached spall", "attached spall"),
 )
 def wall_attached_spall(wall: Wall) -> Reading:
     """Whether there is a void within the connected wall."""
@@ -343,7 +351,8 @@ def wall_crater_depth_over_thickness(wall: Wall) -> Reading:
     title="Bulge of the wall",
     unit="m",
     meaning="largest displacement along the flight of the wall's rear face: mean of its last layer of particles that "
-    "is connected to the rim, over a column of cells at rest, the largest of all columns; no wall where none is left",
+    "is connected to the rim, over a column of cells at rest, the largest of all columns; no wall where none is left; "
+    "still moving where its present velocity would have taken it a cell or more in the time of the wall's stage",
     version=2,
 )
 def wall_bulge(wall: Wall) -> Reading:
@@ -353,8 +362,13 @@ def wall_bulge(wall: Wall) -> Reading:
         return Reading(math.nan, flags=("no_wall",))
     column, size = wall.first_column[mine], math.prod(wall.columns)
     mass = np.bincount(column, wall.mass[mine], size)
-    moved = np.bincount(column, wall.mass[mine] * (wall.depth - wall.first_depth)[mine], size)
-    return Reading(float((moved[mass > 0.0] / mass[mass > 0.0]).max()), {"resolution": wall.resolution})
+    displacement, velocity = (
+        np.bincount(column, (wall.mass * of)[mine], size)[mass > 0.0] / mass[mass > 0.0]
+        for of in (wall.depth - wall.first_depth, wall.velocity)
+    )
+    farthest = int(displacement.argmax())
+    flags = ("still_moving",) if abs(velocity[farthest]) * wall.age > wall.cell else ()
+    return Reading(float(displacement[farthest]), {"resolution": wall.resolution}, flags)
 
 
 @_of_wall(

@@ -520,13 +520,15 @@ WALL = 6e-3  # thickness
 PIT, SCAB = (2e-3, 2.5e-3), (2.5e-3, 2e-3)  # radius, and depth from the front or from the back, m
 SPALL_SPEED = 400.0  # m/s
 BULGE = 1.3e-3  # m
+AGE = 50e-6  # s, of the wall's stage
 
 
 class Moved(NamedTuple):
-    """What has become of each particle of a wall: displacement (m) and velocity (m/s) along its normal."""
+    """What has become of each particle of a wall: displacement (m) and velocity (m/s)."""
 
     normal: np.ndarray
-    velocity: np.ndarray
+    inwards: np.ndarray
+    velocity: np.ndarray  # along the normal
     has_departed: np.ndarray
 
 
@@ -540,7 +542,7 @@ def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0) ->
     position = np.stack(lattice(*((across, along, np.zeros(1)) if flat else (across, across, along))), axis=-1)
     axis = 1 if flat else 2
     radius, depth = np.hypot(position[:, 0], 0.0 if flat else position[:, 1]), position[:, axis]
-    moved = Moved(*np.zeros((2, depth.size)), np.zeros(depth.size, bool))
+    moved = Moved(*np.zeros((3, depth.size)), np.zeros(depth.size, bool))
     for change in changes:
         change(radius, depth, moved)
     setting = setting_of_plate(kind, thickness=WALL, radius=0.5 * RADIUS)
@@ -556,10 +558,12 @@ def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0) ->
     setting.problem = SimpleNamespace(
         geometry=geometry, bodies=(body,), absorbers=(), arrivals=None, faces=((0, 0),) * 3, particle_count=depth.size
     )
+    setting.problem.start_time = -AGE
     measure = radius * PARTICLE**2 if flat else np.full(depth.size, PARTICLE**3)
     particles = views(empty_table(depth.size))
     particles.position[:] = position
     particles.position[:, axis] += moved.normal
+    particles.position[:, :axis] *= (1.0 - moved.inwards / radius)[:, None]
     particles.velocity[:, axis] = moved.velocity
     particles.mass[:] = DENSITY * measure
     every = np.zeros(depth.size, np.int64)
@@ -606,6 +610,16 @@ def bulged(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
     moved.normal[:] += BULGE * np.clip(2.0 - radius / 3e-3, 0.0, 1.0)
 
 
+def moving(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The middle moves on so fast that it would have gone two cells in the time of its stage."""
+    moved.velocity[radius < 3e-3] = 2.0 * CELL / AGE
+
+
+def drawn_in(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The rim let go, and the wall has moved inwards there, in one piece."""
+    moved.inwards[:] = 3.0 * CELL * np.clip(4.0 * radius / RADIUS - 1.0, 0.0, 1.0)
+
+
 def plugged_out(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
     """A plug flies on behind the wall."""
     mine = radius < PIT[0]
@@ -648,6 +662,7 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "drilled": lambda: walled(pit(WALL)),
         "plugged out": lambda: walled(plugged_out),
         "filmed": lambda: walled(pit(WALL - PARTICLE)),
+        "let go": lambda: walled(pit(), drawn_in),
         "torn": lambda: walled(lambda radius, depth, moved: moved.has_departed.fill(True)),
     },
     BarView: {

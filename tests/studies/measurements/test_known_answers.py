@@ -62,6 +62,7 @@ from tests.studies.measurements.states import (
     collared_disc,
     cratered,
     dented_disc,
+    drawn_in,
     drilled_disc,
     expanding_ball,
     flared,
@@ -71,6 +72,7 @@ from tests.studies.measurements.states import (
     line,
     lipped_disc,
     littered,
+    moving,
     parted,
     pit,
     plates,
@@ -518,6 +520,11 @@ NO_VALUE: list[tuple[str, Build, str]] = [
 DOUBTED: list[tuple[str, Build, str]] = [
     *((name, lambda: walled(pit(WALL - PARTICLE)), "closed_by_film") for name in ("wall_perforated", "wall_failed")),
     *((f"wall_{name}", lambda: walled(coming=0.011), "still_coming") for name in ("perforated", "failed", "bulge")),
+    *(
+        ("wall_bulge", lambda c=changes: walled(*c), flag)
+        for changes, flag in (((bulged,), ""), ((bulged, moving), "still_moving"))
+    ),
+    *((f"wall_{name}", lambda: walled(drawn_in), "rim_moved") for name in ("perforated", "bulge", "detached_spall")),
     # Nothing that is still to come closes a hole.
     *((f"wall_{name}", lambda: walled(pit(WALL), coming=0.5), "") for name in ("perforated", "failed")),
     ("residual_velocity", lambda: slowed(7e-6, end=110e-6), "in_contact"),
