@@ -52,7 +52,7 @@ def of_outcomes(outcomes: Mapping[str, Any], report: Mapping[str, Any]) -> str:
 
     Empty where no run succeeded.
     """
-    rows, said = outcomes["rows"], {None: "open", 0.0: outcomes["words"][0], 1.0: outcomes["words"][1]}
+    rows, said = outcomes["rows"], {0.0: outcomes["words"][0], 1.0: outcomes["words"][1], None: "open"}
     speed = [each["value"] for each in report["fixed"] if each["name"] == "speed"]
     begin = f"At {number_of(speed[0], 'm s-1')}{unit_of('m s-1')}: " if speed else ""
     if not rows:

@@ -516,7 +516,7 @@ def shield() -> ShieldView:
 
 # Walls
 
-WALL = 6e-3  # thickness
+WALL, SPAN = 6e-3, 8e-3  # thickness and radius
 PIT, SCAB = (2e-3, 2.5e-3), (2.5e-3, 2e-3)  # radius, and depth from the front or from the back, m
 SPALL_SPEED = 400.0  # m/s
 BULGE = 1.3e-3  # m
@@ -538,15 +538,15 @@ Change = Callable[[np.ndarray, np.ndarray, Moved], None]  # of the radius and th
 def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0) -> WallView:
     """A wall after some changes, as a geometry shows it, on a grid with three thicknesses before and behind it."""
     flat = kind == "axisymmetric"
-    across, along = line(0.0, 0.5 * RADIUS), line(0.0, WALL)
+    across, along = line(0.0, SPAN), line(0.0, WALL)
     position = np.stack(lattice(*((across, along, np.zeros(1)) if flat else (across, across, along))), axis=-1)
     axis = 1 if flat else 2
     radius, depth = np.hypot(position[:, 0], 0.0 if flat else position[:, 1]), position[:, axis]
     moved = Moved(*np.zeros((3, depth.size)), np.zeros(depth.size, bool))
     for change in changes:
         change(radius, depth, moved)
-    setting = setting_of_plate(kind, thickness=WALL, radius=0.5 * RADIUS)
-    cells, deep = round(0.5 * RADIUS / CELL), round(7.0 * WALL / CELL)
+    setting = setting_of_plate(kind, thickness=WALL, radius=SPAN)
+    cells, deep = round(SPAN / CELL), round(7.0 * WALL / CELL)
     lower = (0.0, -3.0 * WALL, 0.0) if flat else (0.0, 0.0, -3.0 * WALL)
     geometry = grid(
         Axisymmetric if flat else Cartesian3D,
@@ -617,7 +617,7 @@ def moving(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
 
 def drawn_in(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
     """The rim let go, and the wall has moved inwards there, in one piece."""
-    moved.inwards[:] = 3.0 * CELL * np.clip(4.0 * radius / RADIUS - 1.0, 0.0, 1.0)
+    moved.inwards[:] = 3.0 * CELL * np.clip(2.0 * radius / SPAN - 1.0, 0.0, 1.0)
 
 
 def plugged_out(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
