@@ -99,6 +99,11 @@ class Wall(OnGrid):
         return clear & self.within
 
     @property
+    def is_perforated(self) -> bool:
+        """Whether light passes through a column."""
+        return bool(self.is_clear.any())
+
+    @property
     def share(self) -> np.ndarray:
         """(columns within the rim,) Thickness of the connected wall over that of the undisturbed wall."""
         return self._over_whole(self.place, self.attached)
@@ -261,10 +266,6 @@ def _of_wall(**definition: Any) -> Callable[[Callable[[Wall], Reading]], Measure
 # ---- outcomes ------------------------------------------------------------------------------------
 
 
-def _is_perforated(wall: Wall) -> bool:
-    return bool(wall.is_clear.any())
-
-
 def _doubt(wall: Wall) -> tuple[str, ...]:
     """The flag of a wall without a hole, whose thinnest column has less matter than a cell would."""
     return (CLOSED_BY_FILM,) if wall.share.min() * wall.thickness < wall.cell else ()
@@ -281,7 +282,7 @@ def _doubt(wall: Wall) -> tuple[str, ...]:
 )
 def wall_perforated(wall: Wall) -> Reading:
     """Whether a column of cells is clear."""
-    clear = _is_perforated(wall)
+    clear = wall.is_perforated
     return Reading(float(clear), flags=() if clear else _doubt(wall))
 
 
@@ -296,7 +297,7 @@ def wall_perforated(wall: Wall) -> Reading:
 )
 def wall_failed(wall: Wall) -> Reading:
     """Whether it is perforated or spalled."""
-    failed = _is_perforated(wall) or wall.is_spalled
+    failed = wall.is_perforated or wall.is_spalled
     return Reading(float(failed), flags=() if failed else _doubt(wall))
 
 
@@ -327,7 +328,7 @@ def wall_attached_spall(wall: Wall) -> Reading:
 )
 def wall_hole_diameter(wall: Wall) -> Reading:
     """The clear hole of the wall, as that of a plate."""
-    if not _is_perforated(wall):
+    if not wall.is_perforated:
         return Reading(math.nan, flags=("not_perforated",))
     reading = plate_hole.read(wall.plate)
     return Reading(math.nan, flags=("too_narrow",)) if "not_perforated" in reading.flags else reading
@@ -344,7 +345,7 @@ def wall_hole_diameter(wall: Wall) -> Reading:
 )
 def wall_crater_depth_over_thickness(wall: Wall) -> Reading:
     """The part of a column that is missing in front."""
-    return Reading(1.0 if _is_perforated(wall) else wall.cratered, {"resolution": wall.resolution / wall.thickness})
+    return Reading(1.0 if wall.is_perforated else wall.cratered, {"resolution": wall.resolution / wall.thickness})
 
 
 @_of_wall(

@@ -135,12 +135,12 @@ def test_stage__begins_and_ends_with_the_books_of_both_in_balance() -> None:
 def test_arrivals__fly_on_between_joins() -> None:
     """Without a wall in their way they are where their flight has them, whatever step they joined at."""
     problem = arriving(end_time=ended().snapshot.time + 4e-6)
-    simulation = start(problem, threads=1)
-    while simulation.arrived < problem.arrivals.time.size:
+    simulation, arrivals = start(problem, threads=1), flight().arrivals
+    while simulation.arrived < arrivals.time.size:
         simulation.advance()
     mine = simulation.body == 0
     number = simulation.particles.number[mine] - problem.bodies[2].mass.size
-    expected = flown_columns(problem, problem.arrivals.table, simulation.time - problem.arrivals.time)
+    expected = flown_columns(problem, arrivals.table, simulation.time - arrivals.time)
     assert np.allclose(simulation.particles.position[mine, 1], expected[Y, number], atol=1e-3 * SPACING)
 
 
