@@ -42,7 +42,7 @@ HELD = 2.0  # cells from the rim, whose matter is held there
 
 
 @dataclass(frozen=True, eq=False)
-class Wall(OnGrid):
+class RearWall(OnGrid):
     """All matter of a wall, on the grid and departed, in columns of whole bodies of revolution or their parts."""
 
     plate: ImpactView  # the same wall as the plate of an impact, for its hole
@@ -179,12 +179,12 @@ class Wall(OnGrid):
 class WallView(OnGrid):
     """A wall, and the debris that has yet to come to it."""
 
-    wall: Wall | None  # None before the first of it
+    wall: RearWall | None  # None before the first of it
     coming: float  # part of the mass which flies to the wall that has yet to come to its grid
     cell: float  # m
 
 
-def wall_of(setting: Any, snapshot: Any) -> Wall:
+def wall_of(setting: Any, snapshot: Any) -> RearWall:
     """The wall of a snapshot (``solver.state.Snapshot``) in an ``ImpactSetting`` whose target it is."""
     from solver.grid.debris import flown
     from solver.problem.geometry import impact_axis
@@ -217,7 +217,7 @@ def wall_of(setting: Any, snapshot: Any) -> Wall:
         last = max(np.max(each.number, initial=-1) for each in (particles, departed))
         table = problem.arrivals.table[:, : max(0, int(last) + 1 - start_of_arrivals)]
         given += float((table[MASS] * table[VX + axis]).sum())
-    return Wall(
+    return RearWall(
         plate=replace(plate, attached_target=attached),
         place=position[:, :axis],
         first_place=first[:, :axis],
@@ -241,14 +241,14 @@ def wall_of(setting: Any, snapshot: Any) -> Wall:
     )
 
 
-def _of_wall(**definition: Any) -> Callable[[Callable[[Wall], Reading]], Measurement]:
+def _of_wall(**definition: Any) -> Callable[[Callable[[RearWall], Reading]], Measurement]:
     """Make a function that reads a wall the measurement of its name.
 
     It is not reached before there is debris at the wall. It says while more is coming, and where the rim has moved,
     unless it is an outcome that nothing undoes.
     """
 
-    def made(read: Callable[[Wall], Reading]) -> Measurement:
+    def made(read: Callable[[RearWall], Reading]) -> Measurement:
         def read_view(view: WallView) -> Reading:
             if view.wall is None:
                 return Reading(math.nan, flags=(NOT_REACHED,))
@@ -266,7 +266,7 @@ def _of_wall(**definition: Any) -> Callable[[Callable[[Wall], Reading]], Measure
 # ---- outcomes ------------------------------------------------------------------------------------
 
 
-def _doubt(wall: Wall) -> tuple[str, ...]:
+def _doubt(wall: RearWall) -> tuple[str, ...]:
     """The flag of a wall without a hole, whose thinnest column has less matter than a cell would."""
     return (CLOSED_BY_FILM,) if wall.share.min() * wall.thickness < wall.cell else ()
 
@@ -280,7 +280,7 @@ def _doubt(wall: Wall) -> tuple[str, ...]:
     version=2,
     outcomes=("wall holds", "wall perforated"),
 )
-def wall_perforated(wall: Wall) -> Reading:
+def wall_perforated(wall: RearWall) -> Reading:
     """Whether a column of cells is clear."""
     clear = wall.is_perforated
     return Reading(float(clear), flags=() if clear else _doubt(wall))
@@ -295,7 +295,7 @@ def wall_perforated(wall: Wall) -> Reading:
     version=1,
     outcomes=("wall does not fail", "wall fails"),
 )
-def wall_failed(wall: Wall) -> Reading:
+def wall_failed(wall: RearWall) -> Reading:
     """Whether it is perforated or spalled."""
     failed = wall.is_perforated or wall.is_spalled
     return Reading(float(failed), flags=() if failed else _doubt(wall))
@@ -311,7 +311,7 @@ def wall_failed(wall: Wall) -> Reading:
     version=1,
     outcomes=("no attached spall", "attached spall"),
 )
-def wall_attached_spall(wall: Wall) -> Reading:
+def wall_attached_spall(wall: RearWall) -> Reading:
     """Whether there is a void within the connected wall."""
     return Reading(float(wall.void > LEAST * wall.covered))
 
@@ -326,7 +326,7 @@ def wall_attached_spall(wall: Wall) -> Reading:
     version=plate_hole.version,
     widest=plate_hole.widest,
 )
-def wall_hole_diameter(wall: Wall) -> Reading:
+def wall_hole_diameter(wall: RearWall) -> Reading:
     """The clear hole of the wall, as that of a plate."""
     if not wall.is_perforated:
         return Reading(math.nan, flags=("not_perforated",))
@@ -343,7 +343,7 @@ def wall_hole_diameter(wall: Wall) -> Reading:
     "where it is perforated",
     version=1,
 )
-def wall_crater_depth_over_thickness(wall: Wall) -> Reading:
+def wall_crater_depth_over_thickness(wall: RearWall) -> Reading:
     """The part of a column that is missing in front."""
     return Reading(1.0 if wall.is_perforated else wall.cratered, {"resolution": wall.resolution / wall.thickness})
 
@@ -356,7 +356,7 @@ def wall_crater_depth_over_thickness(wall: Wall) -> Reading:
     "still moving where its present velocity would have taken it a cell or more in the time of the wall's stage",
     version=2,
 )
-def wall_bulge(wall: Wall) -> Reading:
+def wall_bulge(wall: RearWall) -> Reading:
     """The mean displacement of the rear layer in the column that went farthest."""
     mine = wall.on_face & wall.attached
     if not mine.any():
@@ -380,7 +380,7 @@ def wall_bulge(wall: Wall) -> Reading:
     "whole bodies",
     version=1,
 )
-def wall_momentum(wall: Wall) -> Reading:
+def wall_momentum(wall: RearWall) -> Reading:
     """The balance: only the rim takes momentum along the flight from all that is there."""
     free = ~wall.attached
     return Reading(wall.given - float((wall.mass[free] * wall.velocity[free]).sum()))
@@ -389,7 +389,7 @@ def wall_momentum(wall: Wall) -> Reading:
 # ---- spall ---------------------------------------------------------------------------------------
 
 
-def _spalled_face(wall: Wall) -> float:
+def _spalled_face(wall: RearWall) -> float:
     """Area of the rear face that came off as spall, m2."""
     return float(wall.mass[wall.spall & wall.on_face].sum()) / (wall.density * wall.width)
 
@@ -401,7 +401,7 @@ def _spalled_face(wall: Wall) -> float:
     "in its column of cells; what came out of a hole included; of whole bodies",
     version=1,
 )
-def wall_detached_spall(wall: Wall) -> Reading:
+def wall_detached_spall(wall: RearWall) -> Reading:
     """The mass; its edge is known to a cell over the part of the rear face that came off."""
     mass = float(wall.mass[wall.spall].sum())
     return Reading(mass, {"resolution": wall.density * _spalled_face(wall) * wall.resolution})
@@ -414,7 +414,7 @@ def wall_detached_spall(wall: Wall) -> Reading:
     "that is detached spall; no spall where the wall has less than 1 % of the mass that the projectile covers",
     version=1,
 )
-def wall_spall_diameter(wall: Wall) -> Reading:
+def wall_spall_diameter(wall: RearWall) -> Reading:
     """The diameter of a circle with the area of the rear layer that came off."""
     if not wall.is_spalled:
         return Reading(math.nan, flags=("no_spall",))
@@ -427,7 +427,7 @@ def wall_spall_diameter(wall: Wall) -> Reading:
     meaning="mean velocity along the flight, by mass, of detached spall; no spall as for the diameter of its face",
     version=1,
 )
-def wall_spall_velocity(wall: Wall) -> Reading:
+def wall_spall_velocity(wall: RearWall) -> Reading:
     if not wall.is_spalled:
         return Reading(math.nan, flags=("no_spall",))
     mass = wall.mass[wall.spall]
