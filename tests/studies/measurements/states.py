@@ -10,7 +10,7 @@ import numpy as np
 from scipy.optimize import brentq
 
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
-from solver.state import Particles, Snapshot, empty_table, records, views
+from solver.state import MASS, STORED, VX, Arrivals, Particles, Snapshot, empty_table, records, views
 from studies import measurements
 from studies.measurements import History, Reading
 from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
@@ -521,6 +521,7 @@ PIT, SCAB = (2e-3, 2.5e-3), (2.5e-3, 2e-3)  # radius, and depth from the front o
 SPALL_SPEED = 400.0  # m/s
 BULGE = 1.3e-3  # m
 AGE = 50e-6  # s, of the wall's stage
+PIECE = 1e-6  # kg, of debris
 
 
 class Moved(NamedTuple):
@@ -535,8 +536,11 @@ class Moved(NamedTuple):
 Change = Callable[[np.ndarray, np.ndarray, Moved], None]  # of the radius and the depth at rest
 
 
-def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0) -> WallView:
-    """A wall after some changes, as a geometry shows it, on a grid with three thicknesses before and behind it."""
+def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0, bounced: int = 0) -> WallView:
+    """A wall after some changes, as a geometry shows it, on a grid with three thicknesses before and behind it.
+
+    Of two pieces of debris, in the model, as many as have ``bounced`` joined at the speed of spall and went back at it.
+    """
     flat = kind == "axisymmetric"
     across, along = line(0.0, SPAN), line(0.0, WALL)
     position = np.stack(lattice(*((across, along, np.zeros(1)) if flat else (across, across, along))), axis=-1)
@@ -555,22 +559,31 @@ def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0) ->
         spacing=CELL,
     )
     body = SimpleNamespace(**{**vars(body_of("target", DENSITY)), "position": position, "mass": np.ones(depth.size)})
+    arrivals = Arrivals(np.array([-AGE, 0.0]), np.ones(2, np.int64), np.zeros((STORED + 1, 2)))
+    arrivals.table[MASS], arrivals.table[VX + axis] = PIECE, SPALL_SPEED
     setting.problem = SimpleNamespace(
-        geometry=geometry, bodies=(body,), absorbers=(), arrivals=None, faces=((0, 0),) * 3, particle_count=depth.size
+        geometry=geometry,
+        bodies=(body, SimpleNamespace(**{**vars(body_of("debris", DENSITY)), "mass": np.zeros(0)})),
+        absorbers=(),
+        arrivals=arrivals,
+        faces=((0, 0),) * 3,
+        particle_count=depth.size + arrivals.time.size,
+        start_time=-AGE,
     )
-    setting.problem.start_time = -AGE
-    measure = radius * PARTICLE**2 if flat else np.full(depth.size, PARTICLE**3)
-    particles = views(empty_table(depth.size))
-    particles.position[:] = position
-    particles.position[:, axis] += moved.normal
-    particles.position[:, :axis] *= (1.0 - moved.inwards / radius)[:, None]
-    particles.velocity[:, axis] = moved.velocity
-    particles.mass[:] = DENSITY * measure
-    every = np.zeros(depth.size, np.int64)
-    departed = records(0.0, particles, every, np.flatnonzero(moved.has_departed))
-    stays = np.flatnonzero(~moved.has_departed)
-    particles = Particles(*(array[stays] for array in particles))
-    wall = wall_of(setting, Snapshot(0.0, 0, particles, every[stays], departed))
+    particles = views(empty_table(depth.size + bounced))
+    particles.position[: depth.size] = position
+    particles.position[: depth.size, axis] += moved.normal
+    particles.position[: depth.size, :axis] *= (1.0 - moved.inwards / radius)[:, None]
+    particles.velocity[: depth.size, axis] = moved.velocity
+    particles.mass[: depth.size] = DENSITY * (radius * PARTICLE**2 if flat else PARTICLE**3)
+    particles.position[depth.size :, axis] = -WALL
+    particles.velocity[depth.size :, axis] = -SPALL_SPEED
+    particles.mass[depth.size :] = PIECE
+    body_number = (np.arange(depth.size + bounced) >= depth.size).astype(np.int64)
+    gone = np.append(moved.has_departed, [True, False][:bounced]).astype(bool)
+    departed = records(0.0, particles, body_number, np.flatnonzero(gone))
+    particles = Particles(*(array[~gone] for array in particles))
+    wall = wall_of(setting, Snapshot(0.0, 0, particles, body_number[~gone], departed))
     return WallView(wall, coming, CELL)
 
 
@@ -625,6 +638,12 @@ def plugged_out(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
     mine = radius < PIT[0]
     moved.normal[mine] = WALL + 2.0 * CELL
     moved.velocity[mine] = SPALL_SPEED
+
+
+def fallen_back(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The plug comes back."""
+    plugged_out(radius, depth, moved)
+    moved.velocity[:] *= -1.0
 
 
 def littered(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:

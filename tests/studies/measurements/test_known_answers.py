@@ -35,6 +35,7 @@ from tests.studies.measurements.states import (
     LATE,
     OPENINGS,
     PARTICLE,
+    PIECE,
     PIT,
     PLATE,
     PLATE_SPEED,
@@ -65,6 +66,7 @@ from tests.studies.measurements.states import (
     drawn_in,
     drilled_disc,
     expanding_ball,
+    fallen_back,
     flared,
     hollowed_half_space,
     impact,
@@ -256,6 +258,7 @@ WALL_ANSWERS: list[tuple[tuple[Any, ...], tuple[int, ...], list[tuple[str, float
         ],
     ),
     ((pit(), littered), (0, 0, 0), [("detached_spall", 0.0, 0.0)]),
+    ((fallen_back,), (1, 1, 0), [("detached_spall", 0.0, 0.0)]),
     (
         (scabbed,),
         (0, 1, 0),
@@ -432,6 +435,14 @@ def test_wall__is_read_as_the_known_answer(
     assert read_outcomes == list(outcomes)
     for name, expected, off in numbers:
         assert abs(value(f"wall_{name}", state) - expected) <= off, name
+
+
+@pytest.mark.parametrize(("kind", "copies"), [("axisymmetric", 2.0 * math.pi), ("quarter", 4.0)])
+@pytest.mark.parametrize("bounced", [0, 1, 2])
+def test_wall_momentum__is_twice_that_of_debris_that_went_back(kind: str, copies: float, bounced: int) -> None:
+    """The first of two pieces has departed since; one that has not joined brought nothing."""
+    expected = 2.0 * bounced * copies * PIECE * SPALL_SPEED
+    assert abs(value("wall_momentum", walled(kind=kind, bounced=bounced)) - expected) <= ROUND_OFF
 
 
 def gone_disc() -> Any:
