@@ -2,15 +2,16 @@
 
 The runs that count are those of the three finest resolutions, at every offset. All of them have to say the same: no
 number lies between a wall that holds and one that does not, so nothing is averaged or extrapolated. An outcome is open
-too where one of them found neither, and where the finest resolution says 0 with a flag by which it may become 1. One
-resolution says nothing about the mesh. A run that failed is left out, and counted in the reason.
+too where one of them found neither, where the finest resolution says 0 with a flag by which it may become 1, and where
+even that is too coarse. One resolution says nothing about the mesh. A run that failed is left out, and counted in the
+reason.
 """
 
 import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from studies.convergence.richardson import Convergence, ConvergenceVerdict, Level, Sample, levels_of, notes_on_gaps
-from studies.quantities.measured import ENOUGH_GRIDS, NOT_DECIDED
+from studies.quantities.measured import ENOUGH_GRIDS, NOT_DECIDED, TOO_COARSE
 
 
 def agree(samples: Iterable[Sample], words: Sequence[str] = ("0", "1")) -> Convergence:
@@ -31,13 +32,18 @@ def agree(samples: Iterable[Sample], words: Sequence[str] = ("0", "1")) -> Conve
         told = [f"{word} with {_cells(spacings)}" for word, spacings in said.items()]
         reason = "offsets of its one resolution disagree" if len(counted) == 1 else "; ".join(told)
         return _outcome("open", reason, math.nan, levels)
-    doubts = [flag.replace("_", " ") for flag in NOT_DECIDED if flag in counted[0].quality_flags]
-    if doubts and counted[0].value == 0.0:
-        reason = f"{words[0]}, but {' and '.join(doubts)} at the finest resolution"
-        return _outcome("open", reason, math.nan, levels)
+    if doubts := doubts_of(counted[0].value, counted[0].quality_flags):
+        (word,) = said
+        return _outcome("open", f"{word}, but {doubts} at the finest resolution", math.nan, levels)
     if len(counted) == 1:
         return _outcome("single grid", "one resolution says nothing about the mesh", counted[0].value, levels)
     return _outcome("grids agree", f"{len(counted)} grids agree", counted[0].value, levels)
+
+
+def doubts_of(value: float, flags: Sequence[str]) -> str:
+    """The flags, in words, that leave an outcome of a run open; empty without any."""
+    doubting = [flag for flag in (TOO_COARSE, *(NOT_DECIDED if value == 0.0 else ())) if flag in flags]
+    return " and ".join(doubting).replace("_", " ")
 
 
 def _said(level: Level, words: Sequence[str]) -> Iterator[str]:

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from studies.convergence.outcomes import doubts_of
 from studies.cubes import limits as cubes
 from studies.cubes import variables
 from studies.cubes.points import axes_of, main_quantities, places_of, plain, simulated
 from studies.cubes.reading import finite, flag_words
 from studies.cubes.variable import BETWEEN_OUTCOMES, OUTCOMES
 from studies.laws.fitting.least_squares import NotIdentified, nonlinear
-from studies.quantities.measured import NOT_DECIDED
 from studies.reports.figures import Figure, Panel, Series, numbers
 from studies.reports.view import Scale, title_of
 
@@ -68,18 +68,20 @@ def _shots(points: xr.Dataset, name: str) -> Iterator[dict[str, Any]]:
 
 def _outcomes(points: xr.Dataset, name: str) -> Iterator[tuple[float | None, str]]:
     """The outcome of each point and why it is known or open; no reason where no run succeeded."""
+    words = points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES)
     values, flags = simulated(points, name).values.ravel(), flag_words(variables.FLAGS.of(points, name))
     refined = variables.VERDICT_REASON.is_in(points, name)
     reasons = variables.VERDICT_REASON.of(points, name).values.ravel() if refined else [""] * len(values)
     states = np.isfinite(values) | (variables.RUN_STATE.of(points).values.ravel() == 0)
     for value, flagged, reason, has_run in zip(values, flags, reasons, states, strict=True):
-        doubts = [flag.replace("_", " ") for flag in flagged if flag in NOT_DECIDED or math.isnan(value)]
         if not has_run:
             yield None, ""
         elif refined:
             yield finite(float(value)), str(reason)
-        elif math.isnan(value) or (doubts and value == 0.0):
-            yield None, " and ".join(doubts) or "no outcome"
+        elif math.isnan(value):
+            yield None, " and ".join(flagged).replace("_", " ")
+        elif doubts := doubts_of(value, flagged):
+            yield None, f"{words[int(value)]}, but {doubts}"
         else:
             yield float(value), "one grid"
 

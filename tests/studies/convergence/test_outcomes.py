@@ -7,7 +7,7 @@ import pytest
 
 from studies.convergence.outcomes import agree
 from studies.convergence.richardson import Sample
-from studies.quantities.measured import CLOSED_BY_FILM, STILL_COMING
+from studies.quantities.measured import CLOSED_BY_FILM, STILL_COMING, TOO_COARSE
 
 WORDS = ("holds", "is open")
 
@@ -64,6 +64,7 @@ THREE = ((16, 0.0, ""), (24, 0.0, ""), (36, 0.0, ""))
             "holds, but closed by film at the finest resolution",
         ),
         (runs((16, 0.0, STILL_COMING)), "open", None, "holds, but still coming at the finest resolution"),
+        (runs((8, 1.0, ""), (12, 1.0, TOO_COARSE)), "open", None, "is open, but too coarse at the finest resolution"),
         (runs((16, 0.0, CLOSED_BY_FILM), (24, 0.0, "")), "grids agree", 0.0, "2 grids agree"),
         (runs((16, 1.0, CLOSED_BY_FILM), (24, 1.0, STILL_COMING)), "grids agree", 1.0, "2 grids agree"),
         (
