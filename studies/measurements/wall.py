@@ -169,7 +169,7 @@ class RearWall(OnGrid):
         empty = np.pad(~occupied.reshape(*self.columns, -1), [*[(0, 1)] * len(self.columns), (1, 1)], constant_values=1)
         label, _ = ndimage.label(empty)
         count = ((label > 0) & (label != label[(-1,) * label.ndim])).sum(axis=-1)
-        volume = self.copies * self.cell ** (1 + len(self.columns))
+        volume: Any = self.copies * self.cell ** (1 + len(self.columns))
         if len(self.columns) == 1:
             volume *= 2.0 * math.pi * self.cell * (np.arange(count.size) + 0.5)
         return float((count * volume).sum())
