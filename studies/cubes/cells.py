@@ -1,12 +1,13 @@
 """The cells of a cube: each run of a sweep in its place, with what is known of it."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from studies.convergence.outcomes import agree
 from studies.convergence.richardson import Sample, converge_series
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
@@ -143,11 +144,12 @@ def _cell(point: Any, results: Mapping[str, Any], shot: Any | None) -> Cell:
     return Cell(point.coordinates, point.run, shot, left, state, reason)
 
 
-def converge_points(layout: Layout, quantity: str) -> np.ndarray:
+def converge_points(layout: Layout, quantity: str, outcomes: Sequence[str] = ()) -> np.ndarray:
     """Convergence of a quantity at each point, judged over the series to which the point belongs.
 
     A series has the points of a sweep that differ in axes of numbers alone: curves are drawn through them. Each value
-    of an axis of words (a material, a geometry) has a series of its own.
+    of an axis of words (a material, a geometry) has a series of its own. An outcome, of which ``outcomes`` say what 0
+    and 1 mean, is judged at each point by itself.
     """
     axes = [axis.name for axis in layout.axes]
     points = layout.runs_of_points
@@ -159,7 +161,8 @@ def converge_points(layout: Layout, quantity: str) -> np.ndarray:
     converged = np.empty(points.shape[:-1], object)
     for places in series.values():
         samples = ([_sample(cell, cell.measured(quantity)) for cell in points[place]] for place in places)
-        for place, each in zip(places, converge_series(samples), strict=True):
+        judged = [agree(runs, outcomes) for runs in samples] if outcomes else converge_series(samples)
+        for place, each in zip(places, judged, strict=True):
             converged[place] = each
     return converged
 

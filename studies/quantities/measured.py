@@ -6,7 +6,9 @@ from dataclasses import dataclass
 # Flags of a value with an unknown error: no law is compared with it.
 TOO_COARSE = "too_coarse"  # read on a grid with fewer than two cells through the plate
 CLOSED_ON_AXIS = "closed_on_axis"  # a film of the plate still closes the hole
+CLOSED_BY_FILM = "closed_by_film"  # a ligament thinner than a cell closes what would else be a hole
 STILL_COMING = "still_coming"  # debris is on its way to what is measured
+NOT_DECIDED = (CLOSED_BY_FILM, STILL_COMING)  # an outcome of 0 may become 1, on another grid or later
 MESH_DETERMINED = "mesh_determined"  # read off one grid, which decides such a value
 ENOUGH_GRIDS = 3  # of one point, that take the flags of one grid from its values: they show the mesh
 NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS)

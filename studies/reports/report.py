@@ -35,7 +35,7 @@ from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
 from studies.reports.compare import Comparison, published_shots
 from studies.reports.figures import figures
-from studies.reports.limits import limits_of, residual_curves, residual_figure
+from studies.reports.limits import limits_of, outcomes_of, residual_curves, residual_figure
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
 from studies.reports.verdict import openings
@@ -106,6 +106,7 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
         "quantities": list(_quantities(dataset)),
         "extremes": list(_extremes(points)),
         "figures": [figure.as_json() for figure in drawn],
+        "outcomes": outcomes_of(points),
         "limits": limits_of(dataset),
         "residual_curves": curves,
         "pictures": pictures_of(dataset, sections or {}),
@@ -134,12 +135,16 @@ def as_json(report: dict[str, Any]) -> str:
 
 
 def _headline(report: Mapping[str, Any]) -> str:
-    """What the report opens with: the verdict on laws, else the limit of a search, what methods change, or values."""
+    """What the report opens with: the verdict on laws, else the limit of a search, what methods change, the first
+    outcome, or values.
+    """
     if text := report["verdict"].pop("headline"):
         return str(text)
     if report["limits"]:
         return openings.of_limits(report["limits"])
     if report["methods"] and (text := openings.of_methods(report["methods"])):
+        return text
+    if report["outcomes"] and (text := openings.of_outcomes(report["outcomes"][0], report)):
         return text
     flagged = report["overview"]["flagged"]
     share = "every run" if flagged == len(report["runs"]) else f"{flagged} of {len(report['runs'])} runs"

@@ -4,13 +4,13 @@ import dataclasses
 import math
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any, get_type_hints
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 from scipy.optimize import brentq
 
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
-from solver.state import Particles, Snapshot
+from solver.state import MASS, STORED, VX, Arrivals, Particles, Snapshot, empty_table, records, views
 from studies import measurements
 from studies.measurements import History, Reading
 from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
@@ -19,6 +19,7 @@ from studies.measurements.impact.view import ImpactView
 from studies.measurements.plates import FLYER, TARGET, PlateView
 from studies.measurements.plug import PlugView
 from studies.measurements.shield import ShieldView
+from studies.measurements.wall import WallView, wall_of
 from studies.measurements.whole import WholeView
 from studies.scenarios.debris_cloud import Melting
 
@@ -156,6 +157,11 @@ def chosen(state: Any, which: np.ndarray) -> Any:
 
 def reordered(state: Any) -> Any:
     """The same particles in another order."""
+    if isinstance(state, WallView) and not isinstance(state, ShieldView):
+        if state.wall is None:
+            return state
+        plate = reordered(state.wall.plate)
+        return dataclasses.replace(state, wall=dataclasses.replace(reordered(state.wall), plate=plate))
     if isinstance(state, ShieldView):
         return dataclasses.replace(state, **{part: reordered(getattr(state, part)) for part in ("bumper", "cloud")})
     return chosen(state, np.random.default_rng(0).permutation(state.mass.size))
@@ -519,17 +525,157 @@ def snapshot_of(particles: Particles) -> Snapshot:
     return Snapshot(0.0, 0, particles, np.zeros(particles.mass.size, np.int64))
 
 
-# By what a measurement looks at.
 # Shields
 
 
-def shield(wall: ImpactView | None, coming: float = 0.0) -> ShieldView:
-    """A shield whose bumper has a hole, and whose debris has come to a wall but for a part that is still ``coming``."""
+def shield() -> ShieldView:
+    """A shield in the stage of its bumper, which has a hole."""
     place = ball(1e-3, 20e-3)
     debris = cloud(place, np.full(place.shape, (0.0, 0.0, CLOUD_SPEED)))
-    return ShieldView(drilled_disc(HOLE), debris, wall, coming, missed=0.0, clock_ahead=0.0, cell=CELL)
+    return ShieldView(None, 1.0, CELL, drilled_disc(HOLE), debris, missed=0.0, clock_ahead=0.0)
 
 
+# Walls
+
+WALL, SPAN = 6e-3, 8e-3  # thickness and radius
+PIT, SCAB = (2e-3, 2.5e-3), (2.5e-3, 2e-3)  # radius, and depth from the front or from the back, m
+SPALL_SPEED = 400.0  # m/s
+BULGE = 1.3e-3  # m
+AGE = 50e-6  # s, of the wall's stage
+PIECE = 1e-6  # kg, of debris
+
+
+class Moved(NamedTuple):
+    """What has become of each particle of a wall: displacement (m) and velocity (m/s)."""
+
+    normal: np.ndarray
+    inwards: np.ndarray
+    velocity: np.ndarray  # along the normal
+    has_departed: np.ndarray
+
+
+Change = Callable[[np.ndarray, np.ndarray, Moved], None]  # of the radius and the depth at rest
+
+
+def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0, bounced: int = 0) -> WallView:
+    """A wall after some changes, as a geometry shows it, on a grid with three thicknesses before and behind it.
+
+    Of two pieces of debris, in the model, as many as have ``bounced`` joined at the speed of spall and went back at it.
+    """
+    flat = kind == "axisymmetric"
+    across, along = line(0.0, SPAN), line(0.0, WALL)
+    position = np.stack(lattice(*((across, along, np.zeros(1)) if flat else (across, across, along))), axis=-1)
+    axis = 1 if flat else 2
+    radius, depth = np.hypot(position[:, 0], 0.0 if flat else position[:, 1]), position[:, axis]
+    moved = Moved(*np.zeros((3, depth.size)), np.zeros(depth.size, bool))
+    for change in changes:
+        change(radius, depth, moved)
+    setting = setting_of_plate(kind, thickness=WALL, radius=SPAN)
+    cells, deep = round(SPAN / CELL), round(7.0 * WALL / CELL)
+    lower = (0.0, -3.0 * WALL, 0.0) if flat else (0.0, 0.0, -3.0 * WALL)
+    geometry = grid(
+        Axisymmetric if flat else Cartesian3D,
+        lower=lower,
+        cells=(cells, deep, 0) if flat else (cells, cells, deep),
+        spacing=CELL,
+    )
+    body = SimpleNamespace(**{**vars(body_of("target", DENSITY)), "position": position, "mass": np.ones(depth.size)})
+    arrivals = Arrivals(np.array([-AGE, 0.0]), np.ones(2, np.int64), np.zeros((STORED + 1, 2)))
+    arrivals.table[MASS], arrivals.table[VX + axis] = PIECE, SPALL_SPEED
+    setting.problem = SimpleNamespace(
+        geometry=geometry,
+        bodies=(body, SimpleNamespace(**{**vars(body_of("debris", DENSITY)), "mass": np.zeros(0)})),
+        absorbers=(),
+        arrivals=arrivals,
+        faces=((0, 0),) * 3,
+        particle_count=depth.size + arrivals.time.size,
+        start_time=-AGE,
+    )
+    particles = views(empty_table(depth.size + bounced))
+    particles.position[: depth.size] = position
+    particles.position[: depth.size, axis] += moved.normal
+    particles.position[: depth.size, :axis] *= (1.0 - moved.inwards / radius)[:, None]
+    particles.velocity[: depth.size, axis] = moved.velocity
+    particles.mass[: depth.size] = DENSITY * (radius * PARTICLE**2 if flat else PARTICLE**3)
+    particles.position[depth.size :, axis] = -WALL
+    particles.velocity[depth.size :, axis] = -SPALL_SPEED
+    particles.mass[depth.size :] = PIECE
+    body_number = (np.arange(depth.size + bounced) >= depth.size).astype(np.int64)
+    gone = np.append(moved.has_departed, [True, False][:bounced]).astype(bool)
+    departed = records(0.0, particles, body_number, np.flatnonzero(gone))
+    particles = Particles(*(array[~gone] for array in particles))
+    wall = wall_of(setting, Snapshot(0.0, 0, particles, body_number[~gone], departed))
+    return WallView(wall, coming, CELL)
+
+
+def pit(depth_of_pit: float = PIT[1]) -> Change:
+    """A round crater with a flat floor, whose matter flew back."""
+
+    def change(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+        mine = (radius < PIT[0]) & (depth < depth_of_pit)
+        moved.has_departed[mine] = True
+        moved.velocity[mine] = -SPALL_SPEED
+        moved.normal[mine] = -2.0 * WALL
+
+    return change
+
+
+def in_scab(radius: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """Which particles stand in the slab at the back."""
+    return (radius < SCAB[0]) & (depth > WALL - SCAB[1])
+
+
+def scabbed(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The slab came off and flies on: one half of it on the grid, the other departed."""
+    mine = in_scab(radius, depth)
+    moved.normal[mine] = WALL
+    moved.velocity[mine] = SPALL_SPEED
+    moved.has_departed[mine & (depth > WALL - 0.5 * SCAB[1])] = True
+
+
+def parted(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The slab bulges away from the rest, and hangs together with it at its edge."""
+    mine = in_scab(radius, depth)
+    moved.normal[mine] = 3.0 * CELL * np.clip((SCAB[0] - radius[mine]) / 1e-3, 0.0, 1.0)
+
+
+def bulged(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The wall stands back in its middle, nowhere thinner."""
+    moved.normal[:] += BULGE * np.clip(2.0 - radius / 3e-3, 0.0, 1.0)
+
+
+def moving(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The middle moves on so fast that it would have gone two cells in the time of its stage."""
+    moved.velocity[radius < 3e-3] = 2.0 * CELL / AGE
+
+
+def drawn_in(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The rim let go, and the wall has moved inwards there, in one piece."""
+    moved.inwards[:] = 3.0 * CELL * np.clip(2.0 * radius / SPAN - 1.0, 0.0, 1.0)
+
+
+def plugged_out(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """A plug flies on behind the wall."""
+    mine = radius < PIT[0]
+    moved.normal[mine] = WALL + 2.0 * CELL
+    moved.velocity[mine] = SPALL_SPEED
+
+
+def fallen_back(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The plug comes back."""
+    plugged_out(radius, depth, moved)
+    moved.velocity[:] *= -1.0
+
+
+def littered(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """In a crater a lump lies that is free, and moves on towards its floor."""
+    mine = (radius < PIT[0] - 2.0 * CELL) & (depth < 2.0 * CELL)
+    moved.has_departed[mine] = False
+    moved.normal[mine] = 0.0
+    moved.velocity[mine] = SPALL_SPEED
+
+
+# By what a measurement looks at.
 STATES: dict[type, dict[str, Callable[[], Any]]] = {
     ImpactView: {
         "drilled": lambda: drilled_disc(HOLE),
@@ -545,12 +691,19 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "bored": bored_half_space,
         "spalled": lambda: hollowed_half_space(CRATER, roof=2e-3, height=2e-3),
     },
-    ShieldView: {
-        "before": lambda: shield(None, 1.0),
-        "reached": lambda: shield(drilled_disc(0.0), 0.5),
-        "held": lambda: shield(drilled_disc(0.0)),
-        "perforated": lambda: shield(drilled_disc(HOLE)),
-        "torn": lambda: shield(drilled_disc(RADIUS - 2.0 * CELL)),
+    ShieldView: {"bumper": shield},
+    WallView: {
+        "before": lambda: WallView(None, 1.0, CELL),
+        "whole": walled,
+        "reached": lambda: walled(coming=0.5),
+        "pitted and bulged": lambda: walled(pit(), bulged),
+        "scabbed": lambda: walled(pit(), scabbed),
+        "parted": lambda: walled(pit(), parted),
+        "drilled": lambda: walled(pit(WALL)),
+        "plugged out": lambda: walled(plugged_out),
+        "filmed": lambda: walled(pit(WALL - PARTICLE)),
+        "let go": lambda: walled(pit(), drawn_in),
+        "torn": lambda: walled(lambda radius, depth, moved: moved.has_departed.fill(True)),
     },
     BarView: {
         "straight": bar,
