@@ -24,6 +24,7 @@ from solver.units import (
     KilogramPerCubicMetre,
     Pascal,
     PerSecond,
+    Unit,
     marked,
 )
 from studies.quantities.findings import nearest_cure, refusal
@@ -79,9 +80,15 @@ class Thermal:
 
 @dataclass(frozen=True)
 class Tension:
-    """Hydrostatic tension that the material bears."""
+    """Tension that the material bears: as a whole, at the tip of a crack, and as a liquid."""
 
     spall_strength: Annotated[Pascal | None, Described("spall strength", 0.0, 1e12)]
+    fracture_toughness: Annotated[
+        float | None, Unit("Pa m0.5"), Described("fracture toughness, for the size of fragments", 1e4, 1e9)
+    ] = None
+    surface_tension: Annotated[
+        float | None, Unit("N m-1"), Described("surface tension of the liquid, for the size of its drops", 1e-3, 10.0)
+    ] = None
 
 
 @dataclass(frozen=True)

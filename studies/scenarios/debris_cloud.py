@@ -39,6 +39,15 @@ OBSERVATIONS = 30  # in a run
 MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
 PIXELS = 24.0  # of a radiograph, across the projectile
 
+# The constant of each strength that is its yield stress before it hardens; one that depends on the pressure has none.
+FIRST_YIELD = {
+    "johnson-cook": "A",
+    "modified-johnson-cook": "A",
+    "perfectly-plastic": "yield_stress",
+    "linear-hardening": "yield_stress",
+    "steinberg-guinan": "Y0",
+}
+
 
 @dataclass(frozen=True)
 class Melting:
@@ -51,8 +60,21 @@ class Melting:
 
 
 @dataclass(frozen=True)
+class Breakup:
+    """Constants with which a strain rate says how fine matter breaks; None where no source states one."""
+
+    density: float  # kg/m3
+    sound_speed: float  # m/s
+    yield_stress: float | None  # Pa, of the first slip
+    fracture_toughness: float | None  # Pa m^0.5
+    surface_tension: float | None  # N/m
+
+
+@dataclass(frozen=True)
 class CloudSetting(ImpactSetting):
     """An impact whose debris is measured."""
+
+    breakup: tuple[Breakup, ...]  # of each body
 
     melting: tuple[Melting | str, ...]  # of each body, or the flag that says why it has none
 
@@ -127,8 +149,9 @@ class DebrisCloud(ImpactSetUp):
 
     def build(self, materials: Materials) -> Setting:
         setting = self.impact.build(materials)
-        melting = tuple(_melting(materials[body.name]) for body in setting.problem.bodies)
-        return CloudSetting(**vars(setting), melting=melting)
+        bodies = [materials[body.name] for body in setting.problem.bodies]
+        breakup, melting = (tuple(map(of, bodies)) for of in (_breakup, _melting))
+        return CloudSetting(**vars(setting), breakup=breakup, melting=melting)
 
     def rate(self, setting: Setting) -> ObservationRate:
         return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
@@ -153,6 +176,18 @@ class DebrisCloud(ImpactSetUp):
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:
         return outline(values, thickness="plate_thickness", radius="plate_radius")
+
+
+def _breakup(material: "Material") -> Breakup:
+    """How matter breaks."""
+    strength = material.strength
+    return Breakup(
+        density=material.density,
+        sound_speed=material.sound_speed,
+        yield_stress=strength.constants.get(FIRST_YIELD.get(strength.kind, "")),
+        fracture_toughness=material.tension.fracture_toughness,
+        surface_tension=material.tension.surface_tension,
+    )
 
 
 def _melting(material: "Material") -> Melting | str:
@@ -198,9 +233,14 @@ SCENARIO = Scenario(
         "melted_share_projectile",
         "fragments",
         "largest_fragment",
+        "expansion_rate",
+        "fragment_size_brittle",
+        "fragment_size_ductile",
+        "fragment_size_grady",
+        "fragment_size_liquid",
     ),
-    measured_with=("thermal.latent_heat_of_fusion",),
-    distributions=("mass_over_velocity_and_angle",),
+    measured_with=("thermal.latent_heat_of_fusion", "tension.fracture_toughness", "tension.surface_tension"),
+    distributions=("mass_over_velocity_and_angle", "fragments_over_size", "fragment_mass_over_size"),
     least_cells=LEAST_CELLS,
     fewest_cells=FEWEST_CELLS,
 )
