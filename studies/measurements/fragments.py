@@ -29,12 +29,13 @@ import numpy as np
 
 from studies.measurements import Bins, Distribution, Measurement, Reading, load, measurement
 from studies.measurements.cloud import FEW_PARTICLES, HALF, NOTHING_BEHIND, CloudView
+from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 
 # Pieces are flagged where the grid still joins flying matter to the plate: more than a hundredth of the mass behind,
 # faster than a tenth of the impact speed.
 JOINED, FLYING = 0.01, 0.1
 NOT_SEPARATED, NOT_EXPANDING = "not_separated", "not_expanding"
-COARSER, SIZE_UNKNOWN = "coarser_than_fragments", "fragment_size_unknown"
+SIZE_UNKNOWN = "fragment_size_unknown"
 
 # Strain at which voids join: 0.15, Grady (1988); the default of the Grady spall model in the manual of Ansys Explicit
 # Dynamics, section 11.11.8 (read), which states it for aluminium.
@@ -179,7 +180,7 @@ def _coarser(view: CloudView) -> tuple[str, ...]:
     is_liquid = load("melted_share_behind").read(view).value > HALF
     known, unknown = _sizes(view, ("liquid",) if is_liquid else SOLID, rate)
     if any(size < view.cell for size in known):
-        return (COARSER,)
+        return (COARSER_THAN_FRAGMENTS,)
     return (SIZE_UNKNOWN,) if unknown else ()
 
 

@@ -16,7 +16,7 @@ from studies.quantities.numerical_defaults import DebrisName
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
-from studies.scenarios.parts.matter import Fracture
+from studies.scenarios.parts.matter import Fracture, yield_stress
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import ImpactShot, Plate, has_free_rim
@@ -38,15 +38,6 @@ MOST_ROOM = 50.0  # projectile diameters
 OBSERVATIONS = 30  # in a run
 MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
 PIXELS = 24.0  # of a radiograph, across the projectile
-
-# The constant of each strength that is its yield stress before it hardens; one that depends on the pressure has none.
-FIRST_YIELD = {
-    "johnson-cook": "A",
-    "modified-johnson-cook": "A",
-    "perfectly-plastic": "yield_stress",
-    "linear-hardening": "yield_stress",
-    "steinberg-guinan": "Y0",
-}
 
 
 @dataclass(frozen=True)
@@ -180,11 +171,10 @@ class DebrisCloud(ImpactSetUp):
 
 def _breakup(material: "Material") -> Breakup:
     """How matter breaks."""
-    strength = material.strength
     return Breakup(
         density=material.density,
         sound_speed=material.sound_speed,
-        yield_stress=strength.constants.get(FIRST_YIELD.get(strength.kind, "")),
+        yield_stress=yield_stress(material),
         fracture_toughness=material.tension.fracture_toughness,
         surface_tension=material.tension.surface_tension,
     )
