@@ -43,7 +43,6 @@ class CloudView(OnGrid):
     initial_depth: np.ndarray  # (n,) m
     axial_velocity: np.ndarray  # (n,) m/s
     transverse_velocity: np.ndarray  # (n,) not negative, m/s
-    outward_velocity: np.ndarray  # (n,) away from the axis along the initial place, m/s
     mass: np.ndarray  # (n,) kg, of the whole body
     energy: np.ndarray  # (n,) specific internal energy, J/kg
     temperature: np.ndarray  # (n,) K
@@ -86,7 +85,6 @@ def view(setting: Any, snapshot: Any) -> CloudView:
     velocity, body = whole("velocity"), np.concatenate([snapshot.body[living], departed.body])
     initial = np.concatenate([each.position for each in problem.bodies])[whole("number")]
     across = [0] if axis == 1 else [0, 1]
-    initial_radius = np.sqrt((initial[:, across] ** 2).sum(axis=1))
     target = body == [each.name for each in problem.bodies].index(setting.target)
     on_grid = np.arange(body.size) < living.sum()
     rim = rim_of(setting, position[:, across], position[:, axis], target & on_grid)
@@ -100,11 +98,10 @@ def view(setting: Any, snapshot: Any) -> CloudView:
     return CloudView(
         radius=np.sqrt((position[:, across] ** 2).sum(axis=1)),
         depth=position[:, axis],
-        initial_radius=initial_radius,
+        initial_radius=np.sqrt((initial[:, across] ** 2).sum(axis=1)),
         initial_depth=initial[:, axis],
         axial_velocity=velocity[:, axis],
         transverse_velocity=np.sqrt((np.delete(velocity, axis, axis=1) ** 2).sum(axis=1)),
-        outward_velocity=(velocity[:, across] * initial[:, across]).sum(axis=1) / initial_radius,
         mass=whole("mass") * (2.0 * np.pi / setting.sector),
         energy=whole("energy"),
         temperature=whole("temperature"),

@@ -14,11 +14,12 @@ the time t of fracture):
     liquid    s = (48 gamma / (rho d^2))^(1/3)         gamma the surface tension: brittle with K_c^2 = 2 rho c^2 gamma
 
 Solid metal breaks in the way that takes less stress, so with the smaller of the first two: the stress is rho c d s / 2
-in both. The rate is that of the whole cloud at its original density: the trace of the mass-weighted least-squares
-gradient of its velocities over the places that its matter had *before the impact*. Matter that flies freely keeps it,
-at whatever time it is read; v = k X has d = 3 k. Of a body of revolution the trace is that along the axis, and twice
-that across it. A gradient over present places would fall as one over the time since the impact instead, and so make a
-size that grows with the time that a user chooses.
+in both. The rate is that of the whole cloud at its original density: along each axis the spread of its velocities over
+that of the places that its matter had *before the impact* (standard deviations, mass-weighted), the three added. Matter
+that flies freely keeps it, at whatever time it is read; v = k X has d = 3 k. Two other rates are none. That of a
+least-squares gradient over present places falls as one over the time since the impact, and so makes a size that grows
+with the time that a user chooses. That of one over the places before the impact tells growth from turning over: where
+the rear of a sphere overtakes its front, the terms cancel (457/s at 4 km/s on t/d 0.2, of a cloud that flies apart).
 """
 
 import math
@@ -116,23 +117,26 @@ FRAGMENTS = (
     title="Rate of expansion of the cloud",
     unit="s-1",
     meaning="rate at which the volume of the matter that came off and is behind the plate grows, over its original "
-    "volume: trace of the mass-weighted least-squares gradient of velocity over the places before the impact",
+    "volume: the sum, over the three axes, of the standard deviation of velocity over that of the place before impact",
     version=1,
 )
 def expansion_rate(view: CloudView) -> Reading:
     among = _came_off(view)
     if not among.any():
         return Reading(math.nan, flags=(NOTHING_BEHIND,))
-    mass, radius, depth = (array[among] for array in (view.mass, view.initial_radius, view.initial_depth))
-    depth = depth - (mass * depth).sum() / mass.sum()
-    across, along = (mass * radius**2).sum(), (mass * depth**2).sum()
+    mass, depth, speed = (array[among] for array in (view.mass, view.initial_depth, view.axial_velocity))
+    # Whole bodies are symmetric about the axis, so that nothing across it has a mean.
+    across, outward = (float(mass @ array[among] ** 2) for array in (view.initial_radius, view.transverse_velocity))
+    along = _spread(mass, depth)
     if not across or not along:
         return Reading(math.nan, flags=(FEW_PARTICLES,))
-    speed = view.axial_velocity[among]
-    speed = speed - 0.5 * (speed.min() + speed.max())  # so that what flies as one has a rate of zero
-    # The axis is that of the whole body, so that nothing across it has a mean.
-    rate = 2.0 * (mass * radius * view.outward_velocity[among]).sum() / across
-    return Reading(float(rate + (mass * depth * speed).sum() / along))
+    return Reading(_spread(mass, speed) / along + 2.0 * math.sqrt(outward / across))
+
+
+def _spread(mass: np.ndarray, values: np.ndarray) -> float:
+    """Standard deviation of values (n,), weighted with the mass (n,); exactly zero of equal ones."""
+    values = values - 0.5 * (values.min() + values.max())
+    return math.sqrt(mass @ (values - mass @ values / mass.sum()) ** 2 / mass.sum())
 
 
 def _brittle(matter: Any, rate: float) -> float | None:

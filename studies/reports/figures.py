@@ -577,24 +577,29 @@ def _trend(converged: Convergence, norm: float) -> Series:
 # ---- sizes of fragments ---------------------------------------------------------------------------
 
 
-def fragment_sizes(points: xr.Dataset) -> Iterator[Figure]:
+def fragment_sizes(cube: xr.Dataset, points: xr.Dataset) -> Iterator[Figure]:
     """Share of the pieces of a cloud, and of their mass, that are larger than a size; a panel a point."""
     if "fragments_over_size" not in points:
         return
     middles = points["fragment_size"].values
     edges = tuple((middles - 0.5 * (middles[1] - middles[0])).tolist())
     place = places_of(points)
+    is_refined = RESOLUTION in refinements_of(cube)
+    cells = np.full(len(place), cube[RESOLUTION][-1]) if is_refined else by_run(points, RESOLUTION).ravel()
     marks = {
-        CELL_OF_MESH: 1.0 / by_run(points, RESOLUTION).ravel(),
+        CELL_OF_MESH: 1.0 / cells,
         GRADY: (by_run(points, "fragment_size_grady") / by_run(points, "projectile_diameter")).ravel(),
     }
     panels = []
     for number in spread(range(len(place)), MOST_PANELS):
         series = []
         for label, name in (("number", "fragments_over_size"), ("mass", "fragment_mass_over_size")):
-            larger = points[name].values.reshape(-1, len(middles))[number][::-1].cumsum()[::-1]
+            amounts = points[name].values.reshape(-1, len(middles))[number]
+            larger = amounts[::-1].cumsum()[::-1]
             if larger[0] > 0.0:
-                series.append(Series("quantity", label, edges, numbers(larger / larger[0])))
+                first, last = np.flatnonzero(amounts)[[0, -1]]
+                shown = slice(max(first - 1, 0), last + 2)
+                series.append(Series("quantity", label, edges[shown], numbers(larger[shown] / larger[0])))
         for label, sizes in marks.items():
             if series and sizes[number] > 0.0:
                 series.append(Series("trend", label, (math.log10(sizes[number]),) * 2, (0.0, 1.0)))

@@ -92,7 +92,7 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
     """
     runs, points, compared = list(_runs(dataset)), comparison.points, comparison.as_json()
     curves = residual_curves(dataset)
-    drawn = [*residual_figure(dataset, curves), *figures(dataset, comparison), *fragment_sizes(points)]
+    drawn = [*residual_figure(dataset, curves), *figures(dataset, comparison), *fragment_sizes(dataset, points)]
     report = {
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],
@@ -273,7 +273,7 @@ def _withheld(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """The main quantities with values that are no answer, and how many."""
     for name in main_quantities(dataset):
         if count := int(_is_made_by_mesh(dataset, name).sum()):
-            yield {"quantity": name.replace("_", " "), "points": count, "of": dataset.run_state.size}
+            yield {"quantity": name.replace("_", " ").capitalize(), "points": count, "of": dataset.run_state.size}
 
 
 def _extremes(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:

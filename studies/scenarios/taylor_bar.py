@@ -33,8 +33,8 @@ WINDOW = 1.0 / 12.0  # of the end time, over which growth is judged: 6 us of 72
 # Radius of the grid over that of the bar: at least, and at most where a bar is softer or faster than any that was shot.
 SPREAD, MOST_SPREAD = 3.0, 8.0
 # Of the grid over the widening that Taylor's balance expects: the foot of a bar is softened by its own heat, and curls.
-# Room alone, a fifth more than the widest shipped bar takes, 2.1 (aluminium 6061-T6 at 591 m/s): an empty node changes a
-# number by no more than round-off.
+# Room alone, a fifth more than the widest shipped bar takes, 2.1 (aluminium 6061-T6 at 591 m/s): an empty node changes
+# a number by no more than round-off.
 MARGIN = 2.5
 WORKED = 1.0  # plastic strain of the foot, at which its yield stress is taken
 

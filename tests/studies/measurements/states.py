@@ -317,15 +317,13 @@ def cloud(position: np.ndarray, velocity: np.ndarray, initial: np.ndarray | None
     """
     count = len(position)
     initial = position if initial is None else initial
-    before = np.hypot(initial[:, 0], initial[:, 1])
     return CloudView(
         **{
             "radius": np.hypot(position[:, 0], position[:, 1]),
             "depth": position[:, 2],
-            "initial_radius": before,
+            "initial_radius": np.hypot(initial[:, 0], initial[:, 1]),
             "initial_depth": initial[:, 2],
             "axial_velocity": velocity[:, 2],
-            "outward_velocity": (velocity[:, :2] * initial[:, :2]).sum(axis=1) / np.where(before > 0.0, before, 1.0),
             "transverse_velocity": np.hypot(velocity[:, 0], velocity[:, 1]),
             "mass": np.full(count, DENSITY * PARTICLE**3),
             "energy": np.zeros(count),

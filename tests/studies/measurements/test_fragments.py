@@ -101,7 +101,9 @@ def test_size__without_its_constant_is_refused_by_name(constant: str, flag: str,
 
 def test_size__of_what_flies_as_one_is_none() -> None:
     state = expanding()
-    state = dataclasses.replace(state, outward_velocity=0.0 * state.mass, axial_velocity=np.full_like(state.mass, 4e3))
+    state = dataclasses.replace(
+        state, transverse_velocity=0.0 * state.mass, axial_velocity=np.full_like(state.mass, 4e3)
+    )
     assert read("fragment_size_grady", state).flags == ("not_expanding",)
     assert read("expansion_rate", state).value == 0.0
 
