@@ -31,7 +31,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies import measurements
 from studies.cubes import audit, limits
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
@@ -216,8 +215,10 @@ def _of_histories(layout: Layout, samples: int) -> Iterator[Column]:
 
 def _of_distributions(layout: Layout) -> Iterator[Column]:
     """Arrays over bins, of the runs that have them."""
+    from studies.measurements.fragments import DISTRIBUTIONS
+
     for name in {name: None for cell in layout.cells.flat for name in cell.distributions}:
-        distribution = measurements.distributions()[name]
+        distribution = DISTRIBUTIONS[name]
         for bins in distribution.bins:
             yield _column(declared.bins_variable(bins), _records(bins.middles))
         shape = [bins.count for bins in distribution.bins]

@@ -17,7 +17,6 @@ uncertainty included: a stored state is then read again, not solved again.
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import cache
 from typing import TYPE_CHECKING, Any
 
 from solver.registry import entries
@@ -130,14 +129,6 @@ class Distribution:
 def names() -> list[str]:
     """All measurements, sorted."""
     return list(entries(__name__, "MEASUREMENT"))
-
-
-@cache
-def distributions() -> Mapping[str, Distribution]:
-    """All distributions by name; those of a family are its ``DISTRIBUTIONS``."""
-    from studies.measurements import cloud, fragments
-
-    return {each.name: each for each in (*cloud.DISTRIBUTIONS, *fragments.DISTRIBUTIONS)}
 
 
 def load(name: str) -> Measurement:

@@ -428,8 +428,8 @@ def _mass_in_bins(view: CloudView) -> np.ndarray:
     return mass
 
 
-# Another one is an entry here.
-DISTRIBUTIONS = (
+# Another one is an entry here; ``fragments`` has them all by name.
+OF_CLOUD = (
     Distribution(
         name="mass_over_velocity_and_angle",
         title="Mass over velocity and angle",

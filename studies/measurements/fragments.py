@@ -23,13 +23,13 @@ the rear of a sphere overtakes its front, the terms cancel (457/s at 4 km/s on t
 """
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from typing import Any
 
 import numpy as np
 
 from studies.measurements import Bins, Distribution, Measurement, Reading, load, measurement
-from studies.measurements.cloud import FEW_PARTICLES, HALF, NOTHING_BEHIND, CloudView
+from studies.measurements.cloud import FEW_PARTICLES, HALF, NOTHING_BEHIND, OF_CLOUD, CloudView
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 
 # Pieces are flagged where the grid still joins flying matter to the plate: more than a hundredth of the mass behind,
@@ -58,7 +58,7 @@ def _pieces(view: CloudView) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     mass = view.mass[came_off]
     density = np.where(view.projectile[came_off], *(each.density for each in view.breakup))
     of_pieces = (np.bincount(piece.ravel(), weights) / copies for weights in (mass, mass / density))
-    return (*of_pieces, copies)  # type: ignore[return-value]
+    return (*of_pieces, copies)
 
 
 def _fragments(
@@ -247,7 +247,7 @@ def _over_size(of: Callable[[np.ndarray, np.ndarray], np.ndarray]) -> Callable[[
     return read
 
 
-DISTRIBUTIONS = tuple(
+OF_PIECES = tuple(
     Distribution(
         name=name,
         title=title,
@@ -262,3 +262,6 @@ DISTRIBUTIONS = tuple(
         ("fragment_mass_over_size", "Mass of fragments over size", "kg", "mass of pieces", np.multiply),
     )
 )
+
+# By name; those of the whole cloud too.
+DISTRIBUTIONS: Mapping[str, Distribution] = {each.name: each for each in (*OF_CLOUD, *OF_PIECES)}

@@ -23,7 +23,6 @@ from solver.simulation import DEPARTED, Outcome, simulate, threads_for
 from studies import scenarios
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
-from studies.measurements import distributions
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES
 from studies.runs.observer import RunObserver
@@ -214,9 +213,10 @@ def _distributions(observer: RunObserver) -> dict[str, Any]:
     names = observer.scenario.distributions
     if not names:
         return {}
-    known = distributions()
+    from studies.measurements.fragments import DISTRIBUTIONS
+
     return {
-        name: {"version": known[name].version, "values": known[name].read(observer.last_view).tolist()}
+        name: {"version": DISTRIBUTIONS[name].version, "values": DISTRIBUTIONS[name].read(observer.last_view).tolist()}
         for name in names
     }
 

@@ -141,8 +141,7 @@ class DebrisCloud(ImpactSetUp):
     def build(self, materials: Materials) -> Setting:
         setting = self.impact.build(materials)
         bodies = [materials[body.name] for body in setting.problem.bodies]
-        breakup, melting = (tuple(map(of, bodies)) for of in (_breakup, _melting))
-        return CloudSetting(**vars(setting), breakup=breakup, melting=melting)
+        return CloudSetting(**vars(setting), breakup=tuple(map(_breakup, bodies)), melting=tuple(map(_melting, bodies)))
 
     def rate(self, setting: Setting) -> ObservationRate:
         return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)

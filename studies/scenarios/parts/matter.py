@@ -256,7 +256,7 @@ def longitudinal_speed(bulk: float, shear: float, density: float) -> float:
 
 def yield_stress(material: "Material", strain: float = 0.0) -> float | None:
     """Yield stress of cold, slow matter after a plastic strain, Pa; None of a strength that has none of its own."""
-    own = material.strength.constants
+    own: Mapping[str, Any] = material.strength.constants
     match material.strength.kind:
         case "johnson-cook" | "modified-johnson-cook":
             return own["A"] + own["B"] * strain ** own["n"] if strain else own["A"]

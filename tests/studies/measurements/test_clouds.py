@@ -9,9 +9,9 @@ import pytest
 
 from solver.simulation import start
 from solver.state import Departed, Snapshot
-from studies.measurements import distributions
 from studies.measurements.cloud import SPEEDS as SPEEDS_OF_BINS
 from studies.measurements.cloud import view
+from studies.measurements.fragments import DISTRIBUTIONS
 from studies.quantities.measured import DEFINITION
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.measurements.states import BALLS, CLOUD_SPEED, DENSITY, MELTING, ROUND_OFF, read, two_balls, value
@@ -36,7 +36,7 @@ def test_melted_share__follows_the_lever_rule(excess: float, share: float) -> No
 
 
 def test_distribution__has_all_mass_outside_the_plate_in_the_bins_of_its_flight() -> None:
-    mass = distributions()["mass_over_velocity_and_angle"].read(two_balls())
+    mass = DISTRIBUTIONS["mass_over_velocity_and_angle"].read(two_balls())
     expected = np.zeros_like(mass)
     for amount, speed in zip(MASSES, SPEEDS, strict=True):
         expected[int(speed / CLOUD_SPEED / SPEEDS_OF_BINS.width), 0] += amount

@@ -10,9 +10,8 @@ import pytest
 
 from solver.simulation import start
 from studies.cases.rows import Row, absolute, equal, relative
-from studies.measurements import distributions
 from studies.measurements.cloud import CloudView, view
-from studies.measurements.fragments import SIZES
+from studies.measurements.fragments import DISTRIBUTIONS, SIZES
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.measurements.states import (
@@ -138,7 +137,7 @@ def test_distribution__has_the_known_pieces_in_the_bins_of_their_sizes(compared:
     masses = [float(state.mass[state.projectile == first].sum()) for first in (True, False)]
     for copies in (1.0, 4.0):
         several = dataclasses.replace(state, copies=np.full(state.mass.size, copies), mass=copies * state.mass)
-        number, mass = (distributions()[f"{name}_over_size"].read(several) for name in ("fragments", "fragment_mass"))
+        number, mass = (DISTRIBUTIONS[f"{name}_over_size"].read(several) for name in ("fragments", "fragment_mass"))
         for each, (radius, _, _) in zip(masses, BALLS, strict=True):
             size = math.cbrt(6.0 / math.pi * each / DENSITY)
             assert size == pytest.approx(2.0 * radius, rel=0.02)
@@ -150,5 +149,5 @@ def test_distribution__has_the_known_pieces_in_the_bins_of_their_sizes(compared:
         got = mass.sum() / value("mass_behind", several) - 1.0
         compared(absolute(text, expected=0.0, got=got, within=EXACT))
         assert number.sum() == 2.0 * copies
-        shuffled = distributions()["fragments_over_size"].read(reordered(several))
+        shuffled = DISTRIBUTIONS["fragments_over_size"].read(reordered(several))
         np.testing.assert_array_equal(shuffled, number)

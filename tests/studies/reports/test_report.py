@@ -14,8 +14,7 @@ import xarray as xr
 from studies.cases.rows import Row, equal
 from studies.cubes import cube
 from studies.cubes.runs_table import runs_csv
-from studies.measurements import distributions
-from studies.measurements.fragments import SIZES
+from studies.measurements.fragments import DISTRIBUTIONS, SIZES
 from studies.quantities.display import (
     KINDS,
     MESH_UNKNOWN,
@@ -267,7 +266,7 @@ def test_report__withholds_numbers_of_pieces_that_the_mesh_made(compared: Callab
             "fragments": fakes.measured(777.0 if is_fast else 20.0, *((COARSER_THAN_FRAGMENTS,) if is_fast else ())),
             "fragment_size_grady": fakes.measured(3e-4),
         }
-        over_size = {name: {"version": 1, "values": sizes.tolist()} for name in distributions() if "over_size" in name}
+        over_size = {name: {"version": 1, "values": sizes.tolist()} for name in DISTRIBUTIONS if "over_size" in name}
         outcomes[point.run.id] = RunResult(
             point.run.id,
             "succeeded",
