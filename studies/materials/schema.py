@@ -344,7 +344,7 @@ ACTING_STIFFNESS = "stiffness"
 # Sections whose constants act where a chosen model takes them.
 OF_MODELS = ("tension", "fracture", "spall")
 # Read by measurements of some scenarios alone.
-MEASURED_WITH = ("thermal.latent_heat_of_fusion",)
+MEASURED_WITH = ("thermal.latent_heat_of_fusion", "tension.fracture_toughness", "tension.surface_tension")
 
 
 def acting_eos(kind: str, form: str = "") -> Any:
