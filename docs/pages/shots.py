@@ -199,8 +199,8 @@ def pages() -> dict[str, str]:
         "leaves these out (bias, scatter / %). Reading the published figures is uncertain by 0.1 mm in a length and "
         "0.2 mm in a diameter. Holes are quoted at second hand, and their alloys are not stated; the one in aluminium "
         "is known as a range alone, and nothing is compared with it. Craters in aluminium are read off figures at "
-        "second hand, with the scatter of their shots, and the alloy of the sphere is not stated. A bar that spreads "
-        "beyond the grid, three diameters wide, has no length (`lost_particles`).\n",
+        "second hand, with the scatter of their shots, and the alloy of the sphere is not stated. The grid of a bar "
+        "is as wide as it is expected to spread; one that spreads farther has no length (`lost_particles`).\n",
         "![Simulation over observation less 1, against speed, a panel for each table](drawings/shots.svg)\n",
     ]
     for name in TABLES:

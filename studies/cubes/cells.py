@@ -11,10 +11,11 @@ from studies.convergence.outcomes import agree
 from studies.convergence.richardson import Sample, converge_series
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
-from studies.quantities.measured import BY_ONE_GRID, DEFINITION, ENOUGH_GRIDS, numerical_parts
+from studies.quantities.measured import BY_ONE_GRID, CELLS_THROUGH, DEFINITION, ENOUGH_GRIDS, numerical_parts
 from studies.sweeps.reading import RESOLUTION
 
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
+OF_MESH = (SUB_CELL, CELLS_THROUGH)  # parts that offsets and resolutions show themselves
 
 
 @dataclass(frozen=True)
@@ -190,6 +191,6 @@ def _sample(cell: Cell, measured: Any | None) -> Sample:
     if measured.value is None:
         return Sample(spacing, np.nan, nothing=True)
     parts = numerical_parts(measured.parts)
-    rest = math.hypot(*(size for part, size in parts.items() if part != SUB_CELL))
+    rest = math.hypot(*(size for part, size in parts.items() if part not in OF_MESH))
     flags = (*cell.result.flags, *measured.flags)
     return Sample(spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest, quality_flags=flags)

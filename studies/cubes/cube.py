@@ -225,7 +225,7 @@ def _of_histories(layout: Layout, samples: int) -> Iterator[Column]:
 
 def _of_distributions(layout: Layout) -> Iterator[Column]:
     """Arrays over bins, of the runs that have them."""
-    from studies.measurements.cloud import DISTRIBUTIONS
+    from studies.measurements.fragments import DISTRIBUTIONS
 
     for name in {name: None for cell in layout.cells.flat for name in cell.distributions}:
         distribution = DISTRIBUTIONS[name]

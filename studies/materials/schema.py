@@ -24,6 +24,7 @@ from solver.units import (
     KilogramPerCubicMetre,
     Pascal,
     PerSecond,
+    Unit,
     marked,
 )
 from studies.quantities.findings import nearest_cure, refusal
@@ -87,9 +88,15 @@ class Thermal:
 
 @dataclass(frozen=True)
 class Tension:
-    """Hydrostatic tension that the material bears."""
+    """Tension that the material bears: as a whole, at the tip of a crack, and as a liquid."""
 
     spall_strength: Annotated[Pascal | None, Described("spall strength", 0.0, 1e12)]
+    fracture_toughness: Annotated[
+        float | None, Unit("Pa m0.5"), Described("fracture toughness, for the size of fragments", 1e4, 1e9)
+    ] = None
+    surface_tension: Annotated[
+        float | None, Unit("N m-1"), Described("surface tension of the liquid, for the size of its drops", 1e-3, 10.0)
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -348,6 +355,8 @@ STIFFNESS = "elastic.bulk_modulus"
 ACTING_STIFFNESS = "stiffness"
 # Sections whose constants act where a chosen model takes them.
 OF_MODELS = ("tension", "fracture", "spall")
+# Read by measurements of some scenarios alone.
+MEASURED_WITH = ("tension.fracture_toughness", "tension.surface_tension")
 
 
 def acting_eos(kind: str, form: str = "") -> Any:
@@ -363,8 +372,10 @@ def _idle(kind: str, form: str = "") -> tuple[str, ...]:
     return () if STIFFNESS in taken else (STIFFNESS,)
 
 
-def simulated(resolved: Mapping[str, Any], eos_form: str = "", chosen: Sequence[type] = ()) -> dict[str, Any]:
-    """The part of a resolved material that decides the outcome of a simulation.
+def simulated(
+    resolved: Mapping[str, Any], measured_with: Sequence[str] = (), eos_form: str = "", chosen: Sequence[type] = ()
+) -> dict[str, Any]:
+    """The part of a resolved material that decides the outcome of a simulation, and what it is measured with.
 
     ``chosen`` are the records of the models that a run chooses beside those of the material: tension and failure.
     """
@@ -374,7 +385,7 @@ def simulated(resolved: Mapping[str, Any], eos_form: str = "", chosen: Sequence[
     records = (acting_eos(kind, eos_form).record, strength, *chosen)
     taken = {mark.path for record in records for mark in marked(record, FromMaterial).values()}
     of_models = {f"{section}.{name}" for section in OF_MODELS for name in resolved.get(section, ())}
-    idle = {*_idle(kind, eos_form), *of_models} - taken
+    idle = {*_idle(kind, eos_form), *MEASURED_WITH, *of_models} - taken - set(measured_with)
     for path in idle:
         section, _, name = path.partition(".")
         kept[section] = {key: value for key, value in kept[section].items() if key != name}

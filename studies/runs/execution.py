@@ -292,7 +292,7 @@ def _distributions(observer: RunObserver) -> dict[str, Any]:
     names = observer.scenario.distributions
     if not names:
         return {}
-    from studies.measurements.cloud import DISTRIBUTIONS
+    from studies.measurements.fragments import DISTRIBUTIONS
 
     return {
         name: {"version": DISTRIBUTIONS[name].version, "values": DISTRIBUTIONS[name].read(observer.last_view).tolist()}

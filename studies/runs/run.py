@@ -108,7 +108,9 @@ class Run:
             "physics": PHYSICS_VERSION,
             "scenario": self.scenario,
             "parameters": {k: v for k, v in self.parameters.items() if k not in names},
-            "materials": {role: simulated(plain, eos_form, models) for role, plain in self.materials.items()},
+            "materials": {
+                role: simulated(plain, chosen.measured_with, eos_form, models) for role, plain in self.materials.items()
+            },
         }
 
 

@@ -125,6 +125,10 @@ class SetUp(ABC):
         """Parts of the uncertainty of a measurement, relative, that parameters tell and no state shows."""
         return {}
 
+    def flags(self, measurement: str) -> tuple[str, ...]:
+        """Flags of the values of a measurement that parameters tell and no state shows."""
+        return ()
+
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:
         """The set-up before a run, of some parameters by name; None without those that it needs."""
@@ -146,6 +150,8 @@ class Scenario:
     materials: tuple[str, ...]  # parameters that name a material
     measurements: tuple[str, ...]  # quantities read off its runs
     settles: tuple[str, ...] = ()  # the measurements that should have stopped growing at the end
+    # Paths of constants of materials that its measurements read, and no simulation: they are part of a run's identity.
+    measured_with: tuple[str, ...] = ()
     # Of its parameters those that its runs do not use: they are no part of a run's identity.
     unused: tuple[str, ...] = ()
     distributions: tuple[str, ...] = ()  # read off the final state of its runs

@@ -64,6 +64,7 @@ class ShieldSetting(ImpactSetting):
     """A stage of a shield: the impact on the bumper, or that of the debris on the wall."""
 
     melting: tuple[Any, ...] = ()  # no melted share is measured
+    breakup: tuple[Any, ...] = ()  # and no size of fragments
     before: "BumperStage | None" = None  # of the stage of the wall: that of the bumper
 
 

@@ -268,6 +268,21 @@ def longitudinal_speed(bulk: float, shear: float, density: float) -> float:
     return math.sqrt((bulk + 4.0 / 3.0 * shear) / density)
 
 
+def yield_stress(material: "Material", strain: float = 0.0) -> float | None:
+    """Yield stress of cold, slow matter after a plastic strain, Pa; None of a strength that has none of its own."""
+    own: Mapping[str, Any] = material.strength.constants
+    match material.strength.kind:
+        case "johnson-cook" | "modified-johnson-cook":
+            return own["A"] + own["B"] * strain ** own["n"] if strain else own["A"]
+        case "perfectly-plastic":
+            return own["yield_stress"]
+        case "linear-hardening":
+            return own["yield_stress"] + own["hardening_modulus"] * strain
+        case "steinberg-guinan":
+            return min(own["Y0"] * (1.0 + own["beta"] * strain) ** own["n"], own["Y_max"])
+    return None
+
+
 def elastic_speed(material: "Material") -> float:
     """Speed of an elastic wave of uniaxial strain in a material, m/s."""
     return longitudinal_speed(material.elastic.bulk_modulus, material.elastic.shear_modulus, material.density)

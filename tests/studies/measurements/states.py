@@ -21,7 +21,7 @@ from studies.measurements.plug import PlugView
 from studies.measurements.shield import ShieldView
 from studies.measurements.wall import WallView, wall_of
 from studies.measurements.whole import WholeView
-from studies.scenarios.debris_cloud import Melting
+from studies.scenarios.debris_cloud import Breakup, Melting
 
 DENSITY = 8930.0
 DIAMETER = 8e-3
@@ -333,17 +333,26 @@ def surface(*velocities: float) -> History:
 
 # Debris
 
-CLOUD_SPEED = 6000.0  # m/s
+CLOUD_SPEED, CLOUD_DIAMETER = 6000.0, 8e-3  # m/s, m
 MELTING = Melting(heat_capacity=400.0, room_temperature=300.0, melt_temperature=1300.0, latent_heat=200e3)
 
 
-def cloud(position: np.ndarray, velocity: np.ndarray, **changes: Any) -> CloudView:
-    """Loose matter of the target at places (n, 3) about the z axis, each particle one cube of the lattice."""
+TOUGH = Breakup(DENSITY, sound_speed=4000.0, yield_stress=3e8, fracture_toughness=3e7, surface_tension=1.0)
+
+
+def cloud(position: np.ndarray, velocity: np.ndarray, initial: np.ndarray | None = None, **changes: Any) -> CloudView:
+    """Loose matter of the target at places (n, 3) about the z axis, each particle one cube of the lattice.
+
+    Before the impact it was at ``initial`` (n, 3), by default where it is.
+    """
     count = len(position)
+    initial = position if initial is None else initial
     return CloudView(
         **{
             "radius": np.hypot(position[:, 0], position[:, 1]),
             "depth": position[:, 2],
+            "initial_radius": np.hypot(initial[:, 0], initial[:, 1]),
+            "initial_depth": initial[:, 2],
             "axial_velocity": velocity[:, 2],
             "transverse_velocity": np.hypot(velocity[:, 0], velocity[:, 1]),
             "mass": np.full(count, DENSITY * PARTICLE**3),
@@ -356,7 +365,9 @@ def cloud(position: np.ndarray, velocity: np.ndarray, **changes: Any) -> CloudVi
             "cell": CELL,
             "width": PARTICLE,
             "thickness": THICKNESS,
+            "diameter": CLOUD_DIAMETER,
             "speed": CLOUD_SPEED,
+            "breakup": (TOUGH, TOUGH),
             "melting": (MELTING, MELTING),
             **changes,
         }
