@@ -50,7 +50,11 @@ def calibration_of(tmp_path_factory: pytest.TempPathFactory) -> Callable[[str], 
 def test_intervals__hold_shots_of_series_that_were_left_out(
     table: str, calibration_of: Callable[[str], Calibration], compared: Callable[..., None]
 ) -> None:
-    """90 % intervals from the other series hold 85 to 95 % of the sizes of Taylor bars, each series left out once."""
+    """90 % intervals from the other series hold 85 to 95 % of the sizes of Taylor bars, each series left out once.
+
+    It does not hold: 46 of 56 of copper, of which House's lot is harder than all others; 26 of 27 of steel; 64 of 64 of
+    aluminium, where two lots that are left do not bound how lots differ, and the prior does (docs/calibrate.md).
+    """
     calibration = calibration_of(table)
     for name, emulator in calibration.emulators.items():
         compared(reported(f"{name}: error of the emulator, of the strain", emulator.error))
