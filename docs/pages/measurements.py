@@ -256,7 +256,7 @@ def _shield() -> Sketch:
     sketch.shape([(290, 350), (390, 350), (384, 360), (296, 360)])
     sketch.across(290, 390, 386, "wall_spall_diameter")
     sketch.text(400, 359, "wall_detached_spall, wall_spall_velocity", "start", "#0072b2")
-    sketch.text(660, 290, "wall_momentum", "end", "#0072b2")
+    sketch.text(640, 320, "wall_momentum", "end", "#0072b2")
     sketch.text(middle, 260, "wall_crater_depth_over_thickness", colour="#0072b2")
     for row, text in enumerate(
         (

@@ -5,9 +5,9 @@ next value is a pure function of the results of the runs so far, and nothing els
 and the results goes on with a search, or says where it ended.
 
 The first runs are those at both ends and in the middle. From then on the next value halves the widest gap between
-neighbours within the interval, from the highest 0 to the lowest 1, until no gap is wider than the tolerance or the most
-tries are used up. A run without an outcome, or with a 0 that a flag leaves open, is a try, so that it leaves the interval
-wider.
+neighbours within the interval, from the highest 0 to the lowest 1, until no gap is wider than the tolerance or the
+most tries are used up. A run without an outcome, or with a 0 that a flag leaves open, is a try, so that it leaves the
+interval wider.
 """
 
 import math
