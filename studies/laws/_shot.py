@@ -25,7 +25,7 @@ class Shield:
     bumper_thickness: Metre
     wall_thickness: Metre
     stand_off: Metre  # between the back of the bumper and the front of what is next: the wall, or an inner bumper
-    wall_yield_stress: Pascal
+    wall_yield_stress: Pascal  # NaN where its material states none
     wall_density: KilogramPerCubicMetre | None = None  # None: that of the bumper
     inner_bumper: InnerBumper | None = None  # None: two walls
 
@@ -87,19 +87,34 @@ def shot_of(run: Any) -> Shot:
 def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material] | None = None) -> Shot:
     """The shot of a scenario's parameters (SI) and its materials by role; by default those that ship, by their names.
 
-    KeyError where speed, projectile_diameter, projectile, target or a cylinder's length are missing
-    or None.
+    The target is the bumper where a wall stands behind one. KeyError where speed, projectile_diameter, projectile,
+    target or a cylinder's length are missing or None.
     """
     values = {name: value for name, value in parameters.items() if value is not None}
-    materials = materials or {role: load(values[role]) for role in ("projectile", "target")}
+    has_wall = "bumper_thickness" in values and "wall_thickness" in values
+    target, thickness = ("bumper", "bumper_thickness") if has_wall else ("target", "plate_thickness")
+    roles = ("projectile", target, *(("wall",) if has_wall else ()))
+    materials = materials or {role: load(values[role]) for role in roles}
     return Shot(
         speed=values["speed"],
         projectile_diameter=_equivalent_diameter(values),
-        plate_thickness=values.get("plate_thickness"),
+        plate_thickness=values.get(thickness),
         projectile=materials["projectile"],
-        target=materials["target"],
+        target=materials[target],
         obliquity=values.get("obliquity", 0.0),
         length_ratio=_length_ratio(values),
+        shield=_shield(values, materials["wall"]) if has_wall else None,
+    )
+
+
+def _shield(values: Mapping[str, Any], wall: Material) -> Shield:
+    """The shield of parameters (SI), with the first yield stress that the wall's material states."""
+    return Shield(
+        values["bumper_thickness"],
+        values["wall_thickness"],
+        values["stand_off"],
+        wall.yield_stresses[0].value if wall.yield_stresses else math.nan,
+        wall.density,
     )
 
 

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from studies import laws
-from studies.laws import Law, Shot
+from studies.laws import Shot
 from studies.observations.shields.probability import diameters_at
 from studies.observations.shields.shots import ShieldShot, published
 from studies.reports.answers.answer import ask, nearest, of_target
@@ -32,7 +32,7 @@ def picture(shot: Shot, target: str) -> Figure:
         return _of_shield(shot)
     name, symbol = ("hole_diameter", "D/d") if target == "plate" else ("crater_depth", "p/d")
     diameter = shot.projectile_diameter
-    drawn = [_curve(law, shot, 1.0 / diameter) for law in _asked(name, shot)]
+    drawn = curves_of(name, shot, 1.0 / diameter)
     near = [each.shot for each in nearest(shot, target) if each.shot.quantity == name and each.shot.value is not None]
     seen = Series(
         "observation",
@@ -68,12 +68,7 @@ def _of_shield(shot: Shot) -> Figure:
             Panel(
                 of_target(shot, "shield"),
                 {},
-                (
-                    *_chances(shot),
-                    *(_curve(law, shot, 1.0) for law in _asked("critical_diameter", shot)),
-                    *_outcomes(like),
-                    mine,
-                ),
+                (*_chances(shot), *curves_of("critical_diameter", shot), *outcomes_of(like), mine),
             ),
         ),
     )
@@ -95,7 +90,8 @@ def like_shields(shot: Shot) -> list[ShieldShot]:
     return [each for each in published().shots if apart(each) <= LIKE]
 
 
-def _outcomes(shots: Sequence[ShieldShot]) -> Iterator[Series]:
+def outcomes_of(shots: Sequence[ShieldShot]) -> Iterator[Series]:
+    """Published shots as marks: those whose wall failed, and those whose wall held."""
     for label, failed in ((FAILED, True), (HELD, False)):
         of = [each for each in shots if each.is_perforated is failed]
         if of:
@@ -108,19 +104,15 @@ def _outcomes(shots: Sequence[ShieldShot]) -> Iterator[Series]:
             )
 
 
-def _asked(quantity: str, shot: Shot) -> list[Law]:
-    """The laws of a quantity that may judge and cover the shot at some speed."""
-    return [
-        law
-        for law in laws.answering(quantity)
-        if law.use == "verdict" and any(ask(replace(shot, speed=speed))(law).in_range for speed in _speeds())
-    ]
-
-
-def _curve(law: Law, shot: Shot, factor: float) -> Series:
-    said = [ask(replace(shot, speed=speed))(law) for speed in _speeds()]
-    values = tuple(None if math.isnan(each.value) else each.value * factor for each in said)
-    return Series("curve", law.title, _speeds(), values, in_range=tuple(each.in_range for each in said))
+def curves_of(quantity: str, shot: Shot, factor: float = 1.0) -> Iterator[Series]:
+    """The laws of a quantity that may judge and cover the shot at some speed, over the speed."""
+    for law in laws.answering(quantity):
+        if law.use != "verdict":
+            continue
+        said = [ask(replace(shot, speed=speed))(law) for speed in _speeds()]
+        if any(each.in_range for each in said):
+            values = tuple(None if math.isnan(each.value) else each.value * factor for each in said)
+            yield Series("curve", law.title, _speeds(), values, in_range=tuple(each.in_range for each in said))
 
 
 def _chances(shot: Shot) -> Iterator[Series]:

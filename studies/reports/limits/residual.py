@@ -1,4 +1,4 @@
-"""The limits of a search, and residual velocities with the curve of Recht and Ipson."""
+"""Residual velocities with the curve of Recht and Ipson."""
 
 import math
 from collections.abc import Iterator
@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.cubes import limits as cubes
-from studies.cubes.points import axes_of, places_of, plain, simulated
+from studies.cubes.points import axes_of, places_of, simulated
 from studies.cubes.reading import finite
 from studies.laws.fitting.least_squares import NotIdentified, nonlinear
 from studies.reports.figures import Figure, Panel, Series, numbers
@@ -22,28 +21,6 @@ SOURCE = "Recht and Ipson (1963), J. Appl. Mech. 30, 384 (recalled, not read)"
 LEAST = len(CONSTANTS) + 1
 CURVE = 60  # points of a drawn curve
 ENERGY = 2.0  # p where nothing is lost but the energy at the limit: the start of the iteration
-
-
-def limits_of(dataset: xr.Dataset) -> dict[str, Any] | None:
-    """The limits of a search with their intervals; None without a search."""
-    if not cubes.LIMIT.is_in(dataset):
-        return None
-    about = dataset.limit.attrs
-    others = [name for name in axes_of(dataset) if f"limit_{name}" in dataset]
-    rows = [
-        {
-            "at": {name: plain(dataset[f"limit_{name}"].values[place]) for name in others},
-            "limit": finite(dataset.limit.values[place]),
-            "lower": finite(dataset.limit_lower.values[place]),
-            "upper": finite(dataset.limit_upper.values[place]),
-            "runs": int(dataset.limit_runs.values[place]),
-            "verdict": cubes.VERDICTS[int(dataset.limit_verdict.values[place])].replace("_", " "),
-            "reason": str(dataset.limit_reason.values[place]),
-        }
-        for place in range(dataset.sizes[cubes.SEARCH])
-    ]
-    label = about["axis"].replace("_", " ")
-    return {"axis": label, "of": about["limit_of"], "unit": about["units"], "rows": rows}
 
 
 def residual_curves(dataset: xr.Dataset) -> dict[str, Any] | None:
