@@ -39,9 +39,10 @@ from studies.reports.limits.residual import residual_curves, residual_figure
 from studies.reports.limits.searched import limits_of
 from studies.reports.limits.shield import shield_limits
 from studies.reports.limits.shield_figure import shield_figure
+from studies.reports.limits.shield_verdict import verdict_on_equations
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
-from studies.reports.verdict import openings, shields
+from studies.reports.verdict import openings
 from studies.sweeps.reading import OFFSET, RESOLUTION
 from studies.sweeps.screening import CONTRIBUTIONS
 
@@ -167,11 +168,8 @@ def _ballistic_limit(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any] 
         return None
     shapes = set(by_run(points, "projectile_shape"))
     units = {name: points[name].attrs.get("units") for name in limits[0].at}
-    several = bool(refinements_of(dataset))
-    return {
-        "statement": shields.STATEMENT + (shields.SEVERAL if several else shields.ONE_GRID),
-        **shields.verdict_on_equations(limits, units, "spheres" if shapes == {"sphere"} else "projectiles"),
-    }
+    what = "spheres" if shapes == {"sphere"} else "projectiles"
+    return verdict_on_equations(limits, units, what, has_grids=bool(refinements_of(dataset)))
 
 
 def _overview(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:

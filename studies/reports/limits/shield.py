@@ -5,7 +5,7 @@ those of the sphere with the projectile's volume, as the equations have them.
 """
 
 import math
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -22,9 +22,9 @@ from studies.sweeps.search import interval_of
 
 WALL = "wall_perforated"
 DIAMETER = CRITICAL[WALL]
-# unsafe: the equation says that the wall holds where the simulation perforates it; careful: the other way round; agrees:
-# inside the interval; open: the interval has one end, which does not contradict it; unjudged: the runs at the ends are
-# flagged; outside: outside of the equation's range.
+# unsafe: the equation says that the wall holds where the simulation perforates it; careful: the other way round;
+# agrees: inside the interval; open: the interval has one end, which does not contradict it; unjudged: the runs at its
+# ends are flagged; outside: outside of the equation's range.
 EquationWord = Literal["unsafe", "careful", "agrees", "open", "unjudged", "outside"]
 GRIDS = "its grids disagree"
 MIXED = "measured by different definitions"
@@ -117,9 +117,9 @@ def shield_limits(cube: xr.Dataset, points: xr.Dataset) -> tuple[ShieldLimit, ..
 def _wall_runs(cube: xr.Dataset, points: xr.Dataset) -> list[WallRun]:
     """What happened at each point; undecided where its grids disagree, or no run of it has an outcome."""
     if refinements_of(cube):
-        outcomes: Sequence[np.ndarray] = [point.values for point in refined(cube, WALL)]
+        outcomes = [point.values for point in refined(cube, WALL)]
     else:
-        outcomes = simulated(points, WALL).values.reshape(-1, 1)
+        outcomes = list(simulated(points, WALL).values.reshape(-1, 1))
     states = cubes.RUN_STATE.of(points).values.ravel()
     diameters, flags = by_run(points, cubes.EQUIVALENT_DIAMETER.name), view_of(points).doubts(WALL)
     runs = []

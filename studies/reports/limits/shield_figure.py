@@ -1,4 +1,4 @@
-"""The figure of the ballistic limit of a shield: diameter against speed, with equations and shots on shields like it."""
+"""The figure of the ballistic limit of a shield: diameter against speed, equations, and shots on shields like it."""
 
 import json
 import math
@@ -13,8 +13,8 @@ from studies.laws import Shot
 from studies.observations.shields.shots import published
 from studies.quantities.findings import InvalidInput
 from studies.quantities.units import readable
-from studies.reports.answers.picture import LIKE, SPEED, curves_of, like_shields, outcomes_of
 from studies.reports.figures import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Series
+from studies.reports.limits.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
 from studies.reports.limits.shield import DIAMETER, ShieldLimit
 from studies.reports.view import MOST_PANELS, Scale, spread, title_of
 from studies.sweeps.reading import ACCEPTED
@@ -75,15 +75,15 @@ def _shot_at(dataset: xr.Dataset, at: Place) -> Shot | None:
 def _caption(left_out: int, shot: Shot | None) -> str:
     sentences = [
         "Squares: runs, filled where the wall is perforated, open where it holds. A bar reaches from the largest "
-        "projectile that is held to the smallest that perforates. Of a cylinder the diameter is that of the sphere with "
-        "its volume."
+        "projectile that is held to the smallest that perforates. Of a cylinder the diameter is that of the sphere "
+        "with its volume."
     ]
     if shot is not None and shot.shield is not None:
         stress = shot.shield.wall_yield_stress
         known = "unknown" if math.isnan(stress) else readable(stress, "Pa")
         sentences.append(
-            "Lines: equations that cover the shield at some speed, dotted outside their range; yield stress of the wall: "
-            f"{known}. Circles: those of {len(published().shots)} published shots that are on shields like "
+            "Lines: equations that cover the shield at some speed, dotted outside their range; yield stress of the "
+            f"wall: {known}. Circles: those of {len(published().shots)} published shots that are on shields like "
             f"this one, unscaled and at any speed: the root of the summed squares of the ln ratios of bumper, wall and "
             f"space, and of the angle in rad, is at most {LIKE:g}."
         )

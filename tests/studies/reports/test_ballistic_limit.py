@@ -1,7 +1,8 @@
-"""The ballistic limit of a shield in a report: intervals of made-up walls, and what equations are called beside them."""
+"""The ballistic limit of a shield in a report: intervals of made-up walls, and equations beside them."""
 
 import json
 import math
+import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
 from functools import cache
@@ -20,11 +21,12 @@ from studies.reports import report
 from studies.reports.compare import compare
 from studies.reports.figures import FAILED, HELD, INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED
 from studies.reports.limits.shield import GRIDS, shield_limits
-from studies.reports.page import page
+from studies.reports.publish import publish_sweep
 from studies.reports.verdict.texts import MOST_WORDS
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
+from tests.studies.support.printed import at, read_page
 
 SHIELD = {
     **{"projectile": "al-2017-t4", "bumper": "al-6061-t6", "wall": "al-6061-t6"},
@@ -170,8 +172,21 @@ def test_figure__comes_first_with_intervals_runs_equations_and_shots() -> None:
     assert marks(document, HELD)
     assert "0.4" in figure["caption"]
     assert "276 MPa" in figure["caption"]
-    html = page(document)
-    assert all(each["sentence"] in html for each in document["ballistic_limit"]["regimes"])
+
+
+def test_page__says_the_sentences_and_the_numbers_of_the_document(tmp_path: Path) -> None:
+    sweep = sweep_of(PLAIN)
+    publish_sweep(sweep, computed(sweep), tmp_path)
+    document = json.loads((tmp_path / "report.json").read_text())
+    shown = read_page((tmp_path / "report.html").read_text())
+    texts = {mark.text for mark in shown.marks}
+    assert {each["sentence"] for each in document["ballistic_limit"]["regimes"]} <= texts
+    mine = [mark for mark in shown.marks if mark.path.startswith("/ballistic_limit/rows") and mark.value is not None]
+    assert len(mine) == 4 * len(SPEEDS) * len(equations())
+    for mark in mine:
+        value = at(document, mark.path)
+        assert mark.value == ("" if value is None else json.dumps(value))
+    assert re.findall(r"\d", shown.unmarked) == []
 
 
 def test_plain_sweep__has_a_mark_for_each_run_and_what_they_decide() -> None:
@@ -233,6 +248,6 @@ def test_cylinder__is_compared_by_the_sphere_of_its_volume() -> None:
     assert "projectiles" in document["headline"]
 
 
-def test_other_scenarios__have_none(tmp_path: Path) -> None:
+def test_other_scenarios__have_none() -> None:
     sweep = Sweep.parse({"scenario": "plugging", "axes": {"speed": ["100 m/s"]}, "resolution": 8})
     assert document_of(sweep, {})["ballistic_limit"] is None

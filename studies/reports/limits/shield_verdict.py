@@ -24,10 +24,10 @@ SAID: Mapping[EquationWord, str] = {
 JUDGED: Sequence[EquationWord] = ("unsafe", "careful", "agrees")
 MOST_LISTED = 3  # points of a range whose intervals its sentence lists
 STATEMENT = (
-    "An equation is unsafe where its critical diameter is above the interval of the simulation, so that it calls a wall "
-    "safe that is perforated; too careful below the interval; and agrees inside. The simulation calls a wall failed "
-    "that is perforated, and so does Reimerdes; the other equations call detached spall a failure too, which makes them "
-    "more careful. The yield stress of the wall is the first that its material states. "
+    "An equation is unsafe where its critical diameter is above the interval of the simulation, so that it says that "
+    "a wall holds which is perforated; too careful below the interval; and agrees inside. The simulation calls a wall "
+    "failed that is perforated, and so does Reimerdes; the other equations call detached spall a failure too, which "
+    "makes them more careful. The yield stress of the wall is the first that its material states. "
 )
 ONE_GRID = "Every run is on one grid: what a finer one would change is unknown."
 SEVERAL = "A point whose grids disagree is undecided, and widens the interval."
@@ -35,10 +35,12 @@ SEVERAL = "A point whose grids disagree is undecided, and widens the interval."
 Entry = tuple[ShieldLimit, CriticalDiameter]
 
 
-def verdict_on_equations(limits: Sequence[ShieldLimit], units: Mapping[str, str | None], what: str) -> dict[str, Any]:
+def verdict_on_equations(
+    limits: Sequence[ShieldLimit], units: Mapping[str, str | None], what: str, *, has_grids: bool
+) -> dict[str, Any]:
     """Headline, statement, regimes and every point, as plain objects; ``units`` (SI) are those of the axes.
 
-    ``what`` are "spheres", or "projectiles".
+    ``what`` are "spheres", or "projectiles"; ``has_grids`` says whether each point has several.
     """
     regimes = []
     for place, (name, *_) in enumerate(RANGES):
@@ -50,7 +52,8 @@ def verdict_on_equations(limits: Sequence[ShieldLimit], units: Mapping[str, str 
     rows = [each.as_json() for each in limits]
     for each in (each for row in rows for each in row["equations"]):
         each["says"] = SAID[each["word"]]
-    return {"headline": _headline(limits, units, what), "regimes": regimes, "rows": rows}
+    statement = STATEMENT + (SEVERAL if has_grids else ONE_GRID)
+    return {"headline": _headline(limits, units, what), "statement": statement, "regimes": regimes, "rows": rows}
 
 
 def _of_regime(limits: Sequence[ShieldLimit]) -> Iterator[dict[str, Any]]:
