@@ -39,7 +39,7 @@ from studies.reports.limits.residual import residual_curves, residual_figure
 from studies.reports.limits.searched import limits_of
 from studies.reports.limits.shield import shield_limits
 from studies.reports.limits.shield_figure import shield_figure
-from studies.reports.limits.shield_verdict import verdict_on_equations
+from studies.reports.limits.shield_verdict import ShieldTerms, verdict_on_equations
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
 from studies.reports.verdict import openings
@@ -169,7 +169,7 @@ def _ballistic_limit(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any] 
     shapes = set(by_run(points, "projectile_shape"))
     units = {name: points[name].attrs.get("units") for name in limits[0].at}
     what = "spheres" if shapes == {"sphere"} else "projectiles"
-    return verdict_on_equations(limits, units, what, has_grids=bool(refinements_of(dataset)))
+    return verdict_on_equations(limits, ShieldTerms(units, what, has_grids=bool(refinements_of(dataset))))
 
 
 def _overview(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:

@@ -2,6 +2,7 @@
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Any
 
 from studies.observations.shields.answers import SHORT
@@ -21,7 +22,6 @@ SAID: Mapping[EquationWord, str] = {
     "unjudged": "not judged",
     "outside": "outside its range",
 }
-JUDGED: Sequence[EquationWord] = ("unsafe", "careful", "agrees")
 MOST_LISTED = 3  # points of a range whose intervals its sentence lists
 STATEMENT = (
     "An equation is unsafe where its critical diameter is above the interval of the simulation, so that it says that "
@@ -35,25 +35,29 @@ SEVERAL = "A point whose grids disagree is undecided, and widens the interval."
 Entry = tuple[ShieldLimit, CriticalDiameter]
 
 
-def verdict_on_equations(
-    limits: Sequence[ShieldLimit], units: Mapping[str, str | None], what: str, *, has_grids: bool
-) -> dict[str, Any]:
-    """Headline, statement, regimes and every point, as plain objects; ``units`` (SI) are those of the axes.
+@dataclass(frozen=True)
+class ShieldTerms:
+    """What the sentences about a sweep share."""
 
-    ``what`` are "spheres", or "projectiles"; ``has_grids`` says whether each point has several.
-    """
+    units: Mapping[str, str | None]  # of the axes, SI; None for text
+    what: str  # "spheres", or "projectiles"
+    has_grids: bool  # whether each point has several
+
+
+def verdict_on_equations(limits: Sequence[ShieldLimit], terms: ShieldTerms) -> dict[str, Any]:
+    """Headline, statement, regimes and every point, as plain objects."""
     regimes = []
     for place, (name, *_) in enumerate(RANGES):
         mine = [limit for limit in limits if range_of(limit.normal_speed) == place]
         if mine:
             equations = list(_of_regime(mine))
-            sentence = _sentence(name, mine, equations, units)
+            sentence = _sentence(name, mine, equations, terms)
             regimes.append({"regime": name, "points": len(mine), "sentence": sentence, "equations": equations})
     rows = [each.as_json() for each in limits]
     for each in (each for row in rows for each in row["equations"]):
         each["says"] = SAID[each["word"]]
-    statement = STATEMENT + (SEVERAL if has_grids else ONE_GRID)
-    return {"headline": _headline(limits, units, what), "statement": statement, "regimes": regimes, "rows": rows}
+    statement = STATEMENT + (SEVERAL if terms.has_grids else ONE_GRID)
+    return {"headline": _headline(limits, terms), "statement": statement, "regimes": regimes, "rows": rows}
 
 
 def _of_regime(limits: Sequence[ShieldLimit]) -> Iterator[dict[str, Any]]:
@@ -94,11 +98,11 @@ def short_name(equation: CriticalDiameter) -> str:
 
 
 def _sentence(
-    name: str, limits: Sequence[ShieldLimit], equations: Sequence[Mapping[str, Any]], units: Mapping[str, str | None]
+    name: str, limits: Sequence[ShieldLimit], equations: Sequence[Mapping[str, Any]], terms: ShieldTerms
 ) -> str:
     """What the simulation gives in a range of the normal speed, and how each equation does there."""
     if len(limits) <= MOST_LISTED:
-        held = joined([f"{_held(limit)} ({_place(limit, units)})" for limit in limits])
+        held = joined([f"{_held(limit)} ({_place(limit, terms)})" for limit in limits])
     else:
         ends = [end for limit in limits for end in (limit.lower, limit.upper) if math.isfinite(end)]
         held = f"{_sizes(min(ends), max(ends))} at {len(limits)} points" if ends else "unknown"
@@ -131,10 +135,11 @@ def _held(limit: ShieldLimit) -> str:
     return f"below {_sizes(limit.upper, limit.upper)}" if math.isfinite(limit.upper) else "unknown"
 
 
-def _place(limit: ShieldLimit, units: Mapping[str, str | None]) -> str:
+def _place(limit: ShieldLimit, terms: ShieldTerms) -> str:
     """ "7 km/s", and the values of the other axes."""
     texts = [
-        value if isinstance(value, str) else readable(value, units[name] or "1") for name, value in limit.at.items()
+        value if isinstance(value, str) else readable(value, terms.units[name] or "1")
+        for name, value in limit.at.items()
     ]
     others = [f"{words(name)} {text}" for name, text in zip(limit.at, texts, strict=True)]
     return ", ".join([readable(limit.speed, "m s-1"), *others])
@@ -149,47 +154,41 @@ def _sizes(low: float, high: float) -> str:
 # ---- headline ------------------------------------------------------------------------------------
 
 
-def _headline(limits: Sequence[ShieldLimit], units: Mapping[str, str | None], what: str) -> str:
+def _headline(limits: Sequence[ShieldLimit], terms: ShieldTerms) -> str:
     """The gravest verdict: the equation that is unsafe by most, else too careful by most, else how many agree."""
     entries = [(limit, each) for limit in limits for each in limit.equations]
     for word in ("unsafe", "careful"):
-        mine = [entry for entry in entries if entry[1].word == word]
-        if mine:
-            worst = max(mine, key=lambda entry: abs(_excess(entry)))
-            others = sum(each.word == word for each in worst[0].equations) - 1
-            return _of_worst(*worst, units, what, others)
-    judged = [entry for entry in entries if entry[1].word in JUDGED]
-    if judged:
-        limit = max((limit for limit, _ in judged), key=lambda each: each.speed)
-        names = list(dict.fromkeys(short_name(each) for _, each in judged))
-        count = f"all {len(names)} equations agree" if len(names) > 1 else f"{names[0]} agrees"
-        return shortest([f"{at}{_does(limit, what)}; {count}." for at in _places(limit, units)])
+        if mine := [entry for entry in entries if entry[1].word == word]:
+            limit, worst = max(mine, key=lambda entry: abs(_excess(entry)))
+            says = f"{short_name(worst)} says {_sizes(worst.diameter, worst.diameter)}: {SAID[worst.word]}"
+            others = sum(each.word == word for each in limit.equations) - 1
+            return _stated(limit, [f"{says}, {others} more too", says] if others else [says], terms)
+    if agreeing := [entry for entry in entries if entry[1].word == "agrees"]:
+        limit = max((limit for limit, _ in agreeing), key=lambda each: each.speed)
+        names = list(dict.fromkeys(short_name(each) for _, each in agreeing))
+        return _stated(limit, [f"all {len(names)} equations agree" if len(names) > 1 else f"{names[0]} agrees"], terms)
     known = [limit for limit in limits if math.isfinite(limit.lower) or math.isfinite(limit.upper)]
     if not known:
         return "No verdict: no run tells whether the wall holds."
     limit = max(known, key=lambda each: (each.is_bracketed, each.speed))
-    why = f"no equation is judged: {limit.unjudged}" if limit.unjudged else "no equation is told apart"
-    return shortest(
-        [f"{at}{_does(limit, what)}; {end}." for end in (why, why.partition(":")[0]) for at in _places(limit, units)]
-    )
+    if limit.unjudged:
+        return _stated(limit, [f"no equation is judged: {limit.unjudged}", "no equation is judged"], terms)
+    return _stated(limit, ["no equation is told apart"], terms)
 
 
-def _of_worst(
-    limit: ShieldLimit, each: CriticalDiameter, units: Mapping[str, str | None], what: str, others: int
-) -> str:
-    says = f"{short_name(each)} says {_sizes(each.diameter, each.diameter)}: {SAID[each.word]}"
-    ends = [f", {others} more too", ""] if others else [""]
-    return shortest([f"{at}{_does(limit, what)}; {says}{end}." for at in _places(limit, units) for end in ends])
+def _stated(limit: ShieldLimit, says: Sequence[str], terms: ShieldTerms) -> str:
+    """What the wall does at a place, and the first of what is said of equations that leaves few enough words."""
+    mesh = "" if terms.has_grids else "; one mesh"
+    does, briefly = _does(limit)
+    place, speed = f"At {_place(limit, terms)},", f"At {readable(limit.speed, 'm s-1')}"
+    begins = [f"{place} {terms.what} {does}", f"{place} {briefly}"] if limit.at else []
+    return shortest([f"{begin}; {text}{mesh}." for begin in (*begins, f"{speed} {terms.what} {does}") for text in says])
 
 
-def _does(limit: ShieldLimit, what: str) -> str:
-    """ "spheres up to 3.12-3.5 mm are held"."""
+def _does(limit: ShieldLimit) -> tuple[str, str]:
+    """What the wall does to projectiles, "up to 3.12-3.5 mm are held", and with fewer words."""
     if math.isfinite(limit.lower):
-        return f"{what} up to {_sizes(limit.lower, limit.upper if limit.is_bracketed else limit.lower)} are held"
-    return f"{what} from {_sizes(limit.upper, limit.upper)} on perforate"
-
-
-def _places(limit: ShieldLimit, units: Mapping[str, str | None]) -> list[str]:
-    """The beginnings of a headline: with the other axes, and without them where words are few."""
-    at = [f"At {_place(limit, units)}, "] if limit.at else []
-    return [*at, f"At {readable(limit.speed, 'm s-1')} "]
+        sizes = f"up to {_sizes(limit.lower, limit.upper if limit.is_bracketed else limit.lower)}"
+        return f"{sizes} are held", f"{sizes} held"
+    sizes = f"from {_sizes(limit.upper, limit.upper)} on"
+    return f"{sizes} perforate", f"{sizes} perforate"
