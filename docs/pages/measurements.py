@@ -1,5 +1,7 @@
 """docs/measurements.md: the definition of every measurement that ships, with a drawing."""
 
+import math
+
 from docs.pages import MADE
 from docs.pages.sketch import WIDTH, Sketch
 from studies import measurements, scenarios
@@ -11,6 +13,7 @@ SCENARIOS = {
     "taylor_bar": ("taylor-bar", "A Taylor bar", "the bar at the end, on its wall"),
     "elastic_bar": ("elastic-bar", "An elastic bar", "push of the wall against time, and where the energy went"),
     "plate_impact": ("plate-impact", "A plate impact", "pressure across flyer and target before waves return"),
+    "whipple_shield": ("shield", "A Whipple shield", "section along the line of flight, which points down"),
     "plugging": ("plugging", "Plugging of a plate", "section along the line of flight, which points down"),
     "deck": ("deck", "A deck of MPM3D", "all particles on the grid, whatever their bodies are"),
 }  # fmt: skip
@@ -47,6 +50,7 @@ def drawings() -> dict[str, str]:
         _taylor_bar(),
         _elastic_bar(),
         _plate_impact(),
+        _shield(),
         _plugging(),
         _deck(),
     )
@@ -226,6 +230,30 @@ def _plate_impact() -> Sketch:
     sketch.across(340, 502, 276, "target_shock_front")
     sketch.text(340, 296, "fronts where the pressure falls to half")
     sketch.text(340, 364, "flyer_shock_speed, target_shock_speed: slope of the front's path", colour="#0072b2")
+    return sketch
+
+
+def _shield() -> Sketch:
+    sketch = Sketch("A shield: bumper, debris and wall", 380)
+    middle = 0.5 * WIDTH
+    for side in (-1, 1):
+        bumper = [(middle + side * x, y) for x, y in ((300, 40), (70, 40), (58, 28), (62, 62), (76, 58), (300, 58))]
+        sketch.shape(bumper)
+    front = [(x, 270.0 + 38.0 * math.exp(-(((x - middle) / 110.0) ** 2))) for x in range(40, WIDTH - 39, 10)]
+    sketch.shape([*front, *((x, y + 28.0) for x, y in reversed(front))])
+    for number in range(48):
+        angle, far = 0.55 * ((number * 0.618) % 1.0 - 0.5), 110.0 + 80.0 * ((number * 0.414) % 1.0)
+        x, y = middle + far * 2.0 * angle, 40.0 + far * (1.0 - angle**2)
+        sketch.shape([(x, y), (x + 4, y), (x + 4, y + 4), (x, y + 4)])
+    sketch.across(middle - 58, middle + 58, 22, "bumper_hole_diameter")
+    sketch.text(470, 130, "shield_momentum_behind", "start", "#0072b2")
+    sketch.text(470, 148, "shield_kinetic_energy_behind", "start", "#0072b2")
+    sketch.text(470, 220, "shield_tip_velocity", "start", "#0072b2")
+    sketch.text(470, 112, "shield_rear_velocity", "start", "#0072b2")
+    sketch.dashed(40, 298, WIDTH - 40, 298)
+    sketch.dashed(170, 336, middle, 336)
+    sketch.along(180, 298, 336, "wall_bulge")
+    sketch.text(middle, 368, "wall_perforated: 0 here; wall_hole_diameter where it is 1", colour="#0072b2")
     return sketch
 
 

@@ -38,6 +38,7 @@ _drift = partial(_share, limit=ENERGY_DRIFT_LIMIT)
 AUDIT = (
     AuditNumber("cells_per_diameter", "1", "grid cells across the diameter of the projectile or bar"),
     AuditNumber("cells_per_thickness", "1", "grid cells through the target, or the flyer where plates meet"),
+    AuditNumber("cells_per_wall", "1", "grid cells through the rear wall of a shield"),
     AuditNumber("particles", "1", "particles of the simulation"),
     AuditNumber("steps", "1", "time steps taken"),
     AuditNumber("particle_steps", "1", "particles times the steps that each was moved"),
@@ -61,6 +62,9 @@ AUDIT = (
         "outflow_energy_fraction",
         meaning="energy that left the grid or was retired, over the initial and the loads' work",
     ),
+    _share("expanding_mass_fraction", meaning="mass whose pressure still drove it apart as it left, over the initial"),
+    _share("missed_mass_fraction", meaning="debris that flew past the grid of a shield's wall, over the initial mass"),
+    AuditNumber("clock_ahead", "s", "by how much the clock of the stage of a shield's wall is ahead", shown=False),
     # Zero in every scenario but those of bars.
     AuditNumber("load_work", "J", "work of pressures and gravity up to the end, on whole bodies", shown=False),
     _share("separated_mass_fraction", meaning="target not connected to its rim, or gone, over its mass"),

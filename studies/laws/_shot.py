@@ -9,6 +9,8 @@ from typing import Any
 from solver.units import Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
 from studies.materials import Material, load
 
+SHIELD_ROLES = ("bumper", "wall")  # materials of a shield, its target first
+
 
 @dataclass(frozen=True)
 class InnerBumper:
@@ -25,7 +27,7 @@ class Shield:
     bumper_thickness: Metre
     wall_thickness: Metre
     stand_off: Metre  # between the back of the bumper and the front of what is next: the wall, or an inner bumper
-    wall_yield_stress: Pascal  # NaN where its material states none
+    wall_yield_stress: Pascal
     wall_density: KilogramPerCubicMetre | None = None  # None: that of the bumper
     inner_bumper: InnerBumper | None = None  # None: two walls
 
@@ -87,34 +89,37 @@ def shot_of(run: Any) -> Shot:
 def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material] | None = None) -> Shot:
     """The shot of a scenario's parameters (SI) and its materials by role; by default those that ship, by their names.
 
-    The target is the bumper where a wall stands behind one. KeyError where speed, projectile_diameter, projectile,
-    target or a cylinder's length are missing or None.
+    The bumper of a shield is the target. KeyError where speed, projectile_diameter, projectile, target or a cylinder's
+    length are missing or None.
+
+    >>> shield = {"bumper": "al-6061-t6", "wall": "al-6061-t6", "stand_off": 0.1, "wall_thickness": 2e-3}
+    >>> shot = {"speed": 6500.0, "projectile": "al-2017-t4", "projectile_diameter": 5e-3, "bumper_thickness": 1e-3}
+    >>> shot_from({**shot, **shield}).shield.wall_yield_stress
+    276000000.0
     """
     values = {name: value for name, value in parameters.items() if value is not None}
-    has_wall = "bumper_thickness" in values and "wall_thickness" in values
-    target, thickness = ("bumper", "bumper_thickness") if has_wall else ("target", "plate_thickness")
-    roles = ("projectile", target, *(("wall",) if has_wall else ()))
-    materials = materials or {role: load(values[role]) for role in roles}
+    target, *others = SHIELD_ROLES if "bumper_thickness" in values else ("target",)
+    materials = materials or {role: load(values[role]) for role in ("projectile", target, *others)}
     return Shot(
         speed=values["speed"],
         projectile_diameter=_equivalent_diameter(values),
-        plate_thickness=values.get(thickness),
+        plate_thickness=values.get("bumper_thickness", values.get("plate_thickness")),
         projectile=materials["projectile"],
         target=materials[target],
         obliquity=values.get("obliquity", 0.0),
         length_ratio=_length_ratio(values),
-        shield=_shield(values, materials["wall"]) if has_wall else None,
+        shield=_shield(values, materials["wall"]) if others else None,
     )
 
 
 def _shield(values: Mapping[str, Any], wall: Material) -> Shield:
-    """The shield of parameters (SI), with the first yield stress that the wall's material states."""
+    """The shield, its wall of the first yield stress that its material states; NaN where it states none."""
     return Shield(
-        values["bumper_thickness"],
-        values["wall_thickness"],
-        values["stand_off"],
-        wall.yield_stresses[0].value if wall.yield_stresses else math.nan,
-        wall.density,
+        bumper_thickness=values["bumper_thickness"],
+        wall_thickness=values["wall_thickness"],
+        stand_off=values["stand_off"],
+        wall_yield_stress=wall.yield_stresses[0].value if wall.yield_stresses else math.nan,
+        wall_density=wall.density,
     )
 
 

@@ -55,6 +55,12 @@ def _of(part: str, read: Measurement, name: str, title: str, where: str) -> Meas
     return replace(read, name=name, title=title, meaning=f"{where}: {read.meaning}", read=read_part)
 
 
+def is_perforated(wall: ImpactView) -> bool:
+    """Whether the wall that is connected to its rim has a clear hole, or one that reaches the rim."""
+    hole = hole_diameter.read(wall)
+    return math.isfinite(hole.value) or "not_contained" in hole.flags
+
+
 def _wall_hole(view: ShieldView) -> Reading:
     """The clear hole of the wall, as that of a plate."""
     if view.wall is None:
@@ -81,10 +87,9 @@ wall_hole_diameter = replace(
 )
 def wall_perforated(view: ShieldView) -> Reading:
     """Whether the wall that is connected to its rim has a hole."""
-    hole = _wall_hole(view)
     if view.wall is None:
-        return hole
-    return Reading(float(math.isfinite(hole.value) or "not_contained" in hole.flags))
+        return Reading(math.nan, flags=(NOT_REACHED,))
+    return Reading(float(is_perforated(view.wall)))
 
 
 @measurement(

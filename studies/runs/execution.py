@@ -193,7 +193,8 @@ def _mark(observer: RunObserver) -> Fingerprint:
 
 def _stages(run: Run, observer: RunObserver, log: RunLog, threads: int | None, restart: _Restart) -> list[Outcome]:
     """The outcomes of the stages of a run, each of which follows from the end of the one before."""
-    materials, outcomes = materials_of(run), []
+    materials = materials_of(run)
+    outcomes: list[Outcome] = []
     following: Setting | None = observer.setting
     while following is not None:
         setting, number = following, len(outcomes) + 1

@@ -13,7 +13,6 @@ from studies import scenarios
 from studies.runs.run import Run, materials_of
 from studies.scenarios import Setting
 
-PREFIXES = {"particles_": Particles, "departed_": Departed}  # before the names of their arrays
 EARLIER_STAGE = "stage_{}_"  # in a stored final state, before the names of the arrays of an earlier stage
 MOMENTA = ("start", "ledger")  # of the books: records with a momentum
 
@@ -34,8 +33,8 @@ def carried_by(outcome: Outcome, observed: str = "") -> Carried:
     snapshot, books = outcome.snapshot, asdict(outcome.books)
     arrays = {"body": snapshot.body, "impulse": books.pop("impulse")}
     arrays |= {f"{name}_momentum": books[name].pop("momentum") for name in MOMENTA}
-    for prefix in PREFIXES:
-        arrays |= {prefix + name: array for name, array in getattr(snapshot, prefix[:-1])._asdict().items()}
+    arrays |= {"particles_" + name: array for name, array in snapshot.particles._asdict().items()}
+    arrays |= {"departed_" + name: array for name, array in snapshot.departed._asdict().items()}
     if snapshot.remembered is not None:
         arrays["remembered"] = snapshot.remembered
     numbers = {
@@ -56,9 +55,8 @@ def carried_by(outcome: Outcome, observed: str = "") -> Carried:
 def outcome_of(carried: Carried) -> Outcome:
     """The end of a stage that ``carried_by`` made plain."""
     numbers, arrays = dict(carried.numbers), carried.arrays
-    particles, departed = (
-        record(*(arrays[prefix + name] for name in record._fields)) for prefix, record in PREFIXES.items()
-    )
+    particles = Particles(*(arrays["particles_" + name] for name in Particles._fields))
+    departed = Departed(*(arrays["departed_" + name] for name in Departed._fields))
     snapshot = Snapshot(
         numbers["time"],
         numbers["step"],

@@ -15,6 +15,7 @@ from multiprocessing import get_context
 from typing import Any
 
 from studies.runs.run import Run
+from studies.scenarios import Setting, load
 from studies.sweeps.sweep import Sweep
 
 KernelKind = tuple[Any, ...]
@@ -43,10 +44,16 @@ def compile_kernels(runs: Iterable[Run]) -> int:
 
 def _compile(run: Mapping[str, Any]) -> None:
     from solver.simulation import simulate
+    from studies.runs.run import materials_of
     from studies.runs.stages import setting_of
 
-    problem = setting_of(Run.from_json(run)).problem
-    simulate(replace(problem, end_time=1e-15))
+    resolved = Run.from_json(run)
+    parameters = load(resolved.scenario).record(resolved.parameters)
+    setting: Setting | None = setting_of(resolved)
+    while setting is not None:
+        problem = setting.problem
+        outcome = simulate(replace(problem, end_time=problem.start_time + 1e-15))
+        setting = parameters.next_stage(setting, outcome, materials_of(resolved))
 
 
 def _kind(run: Run) -> KernelKind:

@@ -89,6 +89,31 @@ def test_flight__across_planes_of_symmetry_is_that_of_the_mirror_image() -> None
     assert list(image[S12 - 3 : S12 + 3]) == [1.0, 2.0, 3.0, -4.0, 5.0, -6.0]
 
 
+def test_flight__across_a_plane_of_symmetry_books_what_the_plane_gives() -> None:
+    faces, geometry = ((Face.SYMMETRIC, Face.FREE), (Face.SYMMETRIC, Face.FREE), FREE), box(8, 8, 24)
+    debris = block(geometry, (3.0, 1.0, 12.0), (4.0, 2.0, 13.0), velocity=(-200.0, 0.0, SPEED), matter=real_copper())
+    target = block(geometry, (0.0, 0.0, 6.0), (8.0, 8.0, 8.0), name="target", matter=real_copper())
+    rule = Retirement(body=1, after=0.0)
+    first = Problem(geometry, (debris, target), faces, end_time=1e-7, retirement=rule)
+    outcome = simulate(first, threads=1)
+    there = box(8, 8, 10)
+    flown = fly(first, outcome.snapshot, outcome.books, geometry=there, shift=40e-3, bodies=3)
+    assert (flown.arrivals.table[VX] == 200.0).all()
+    bodies = [replace(each, position=np.zeros((0, 3)), velocity=np.zeros(3), mass=np.zeros(0)) for each in first.bodies]
+    wall = block(there, (0.0, 0.0, 4.0), (8.0, 8.0, 6.0), name="wall", matter=real_copper())
+    begin = outcome.snapshot.time
+    second = Problem(
+        there,
+        (*bodies, wall),
+        faces,
+        start_time=begin,
+        end_time=begin + 1e-7,
+        arrivals=flown.arrivals,
+        books=flown.books,
+    )
+    assert_balanced(simulate(second, threads=1).audit)
+
+
 def test_flight__that_misses_the_next_grid_stays_in_the_books() -> None:
     """The block flies outwards too, past the rim of the next grid."""
     slanted = before()
@@ -135,12 +160,12 @@ def test_stage__begins_and_ends_with_the_books_of_both_in_balance() -> None:
 def test_arrivals__fly_on_between_joins() -> None:
     """Without a wall in their way they are where their flight has them, whatever step they joined at."""
     problem = arriving(end_time=ended().snapshot.time + 4e-6)
-    simulation = start(problem, threads=1)
-    while simulation.arrived < problem.arrivals.time.size:
+    simulation, arrivals = start(problem, threads=1), flight().arrivals
+    while simulation.arrived < arrivals.time.size:
         simulation.advance()
     mine = simulation.body == 0
     number = simulation.particles.number[mine] - problem.bodies[2].mass.size
-    expected = flown_columns(problem, problem.arrivals.table, simulation.time - problem.arrivals.time)
+    expected = flown_columns(problem, arrivals.table, simulation.time - arrivals.time)
     assert np.allclose(simulation.particles.position[mine, 1], expected[Y, number], atol=1e-3 * SPACING)
 
 

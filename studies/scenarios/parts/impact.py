@@ -29,7 +29,7 @@ from studies.scenarios.parts.matter import Fracture, check_boiling, check_consta
 from studies.scenarios.parts.method import ON_GRID, MethodChoice
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
-from studies.scenarios.parts.shot import UPRIGHT, Angles, Settling, Shot
+from studies.scenarios.parts.shot import UPRIGHT, Angles, Settling, ShotOptions
 
 if TYPE_CHECKING:
     import numpy as np
@@ -95,7 +95,7 @@ class Impact:
     A ``deep`` target stands for a half-space: where edges absorb, its back does too.
     """
 
-    shot: Shot
+    shot: ShotOptions
     fracture: Fracture
     numerics: Numerics
     angles: Angles = UPRIGHT

@@ -49,7 +49,7 @@ class Target(Projectile):
 
 
 @dataclass(frozen=True, kw_only=True)
-class Shot(Projectile):
+class ShotOptions(Projectile):
     """The shape of a projectile, the grid that it flies in, and how long its impact is observed."""
 
     projectile_shape: Annotated[
@@ -147,7 +147,7 @@ class Shot(Projectile):
 
 
 @dataclass(frozen=True, kw_only=True)
-class ImpactShot(Shot, Target):
+class ImpactShot(ShotOptions, Target):
     """Projectile, target and speed, and how long the impact is observed."""
 
 
@@ -213,7 +213,7 @@ class Angles:
         ),
     ] = 0.0
 
-    def check(self, shot: Shot) -> list[Finding]:
+    def check(self, shot: ShotOptions) -> list[Finding]:
         """Angles need a model that has no other symmetry than theirs, and yaw needs an axis."""
         findings = []
         for name, angle in (("obliquity", self.obliquity), ("yaw", self.yaw)):

@@ -40,6 +40,7 @@ QUARTER = {
 APART = {"geometry": "quarter", "gap": 4e-3}  # beyond the reach of repulsion
 MESHED = {"geometry": "quarter", "section": "square", "wall": "symmetric"}
 PLUG = {"speed": 2000.0, "projectile_length": 20e-3, "plate_thickness": 4e-3, "plate_radius": 45e-3, "end_time": 1.2e-5}
+SHIELD = {"speed": 6000.0, "uprange": 1.0, "end_time": 8e-6, "wall_time": 8e-6}
 # Each names what it adds; beside it, all is as by default and as small as the contract of scenarios has it.
 CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "thin plate": ("thin_plate", {**LARGE, "plate_radius": 24e-3}),
@@ -77,6 +78,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
     "plugging, sph": ("plugging", {**PLUG, **APART, "method": "sph"}),
     "plugging, sph-fem": ("plugging", {**PLUG, **APART, "method": "sph-fem"}),
     "deck": ("deck", {"end_time": 1e-5}),
+    "Whipple shield": ("whipple_shield", SHIELD),
 }
 
 

@@ -1,0 +1,301 @@
+"""Shields by stages: what is kept over both and the flight between, and the same shot computed wholly on one grid."""
+
+import cProfile
+import hashlib
+import json
+import math
+import pstats
+import time
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, cast
+
+import numpy as np
+import pytest
+
+from solver.errors import Interrupted
+from solver.problem import Problem
+from solver.simulation import Outcome, simulate
+from studies import materials, measurements
+from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative, reported
+from studies.measurements.impact.view import view
+from studies.measurements.shield import is_perforated
+from studies.runs.execution import execute
+from studies.runs.results import RunControl, RunResult
+from studies.runs.run import Run, materials_of, resolve
+from studies.scenarios import load
+from studies.scenarios.parts.impact import ImpactSetting
+from studies.scenarios.whipple_shield import WhippleShield
+from studies.sweeps.search import outcome_in
+from studies.sweeps.sweep import Sweep
+from tests.studies.runs.solved import after
+
+# A sphere of aluminium at a shield like those of the published shots.
+SHOT: dict[str, Any] = {
+    "speed": 6500.0,
+    "projectile_diameter": 5e-3,
+    "projectile": "al-2017-t4",
+    "bumper": "al-6061-t6",
+    "wall": "al-6061-t6",
+    "bumper_thickness": 1e-3,
+    "stand_off": 100e-3,
+    "wall_thickness": 2e-3,
+}
+# Few particles, and a short way.
+SMALL: dict[str, Any] = {
+    **SHOT,
+    "cells_per_diameter": 8.0,
+    "stand_off": 15e-3,
+    "uprange": 1.0,
+    "bumper_radius": 12e-3,
+    "wall_radius": 12e-3,
+    "end_time": 3e-6,
+    "wall_time": 8e-6,
+    "stop": "end_time",
+}
+BEHIND = ("shield_momentum_behind", "shield_kinetic_energy_behind")
+OUTCOME = "wall_perforated"
+PROFILED = 5  # functions that take the most time
+# Of two geometries on 8 cells across, which leave a bumper of 1.6 cells: they differ in the rim and in the lattice.
+ALIKE = 0.1
+MASS, ENERGY = 1e-12, 1e-10  # of the initial mass and momentum, of the initial energy
+Compared = Callable[..., None]
+
+
+def asked(**parameters: Any) -> Run:
+    roles = load("whipple_shield").materials
+    return resolve("whipple_shield", parameters, {role: materials.load(parameters[role]) for role in roles})
+
+
+def wall_momentum(result: RunResult) -> float:
+    """Axial momentum of the wall's matter in the end, wherever it is, N s."""
+    history = result.histories
+    wall = history["bodies"].index("wall")
+    return float(history["axial_momentum"][wall][-1] + history["departed_axial_momentum"][wall][-1])
+
+
+def value_of(name: str) -> Callable[[RunResult], float]:
+    return lambda result: result.measurements[name].value or math.nan
+
+
+def balances(result: RunResult) -> list[Row]:
+    """What is kept from the first touch to the end of the last stage, by the audits and by the sums of all bodies."""
+    history, numbers = result.histories, result.numbers
+    energy = sum(np.sum(history[f"{kind}_energy"], axis=0) for kind in ("kinetic", "internal", "departed"))
+    energy = energy + history["contact_energy"] + history["otherwise_removed_energy"]
+    momentum = np.sum(history["axial_momentum"], axis=0) + np.sum(history["departed_axial_momentum"], axis=0)
+    momentum = momentum - history["axial_impulse"]
+    return [
+        absolute("mass unaccounted for, of all", expected=0.0, got=numbers["mass_error"], within=MASS),
+        absolute("momentum unaccounted for", expected=0.0, got=numbers["momentum_error"], within=MASS),
+        absolute("energy unaccounted for", expected=0.0, got=numbers["largest_energy_drift"], within=ENERGY),
+        at_most(
+            "range of the axial momentum of all bodies over both stages, of its start",
+            limit=MASS,
+            got=float(np.ptp(momentum)) / abs(momentum[0]),
+        ),
+        at_most(
+            "range of the energy of all bodies over both stages, of its start",
+            limit=ENERGY,
+            got=float(np.ptp(energy)) / energy[0],
+        ),
+    ]
+
+
+@pytest.mark.claim("shields", "shield-balance")
+def test_stages__keep_mass_momentum_and_energy_with_the_flight(compared: Compared, tmp_path: Path) -> None:
+    """Mass, momentum and energy are kept over both stages of a shield and the flight between them."""
+    result = execute(asked(**SMALL), tmp_path, threads=1)
+    hit = wall_momentum(result)
+    behind = result.measurements["shield_momentum_behind"].value or math.nan
+    compared(at_least("momentum on the wall, of what flies to it", limit=0.1, got=hit / behind), *balances(result))
+
+
+@pytest.mark.claim("shields", "shield-quarter", minutes=0.5)
+def test_quarter__keeps_them_and_hits_as_the_body_of_revolution(compared: Compared, tmp_path: Path) -> None:
+    """A quarter in three dimensions keeps mass, momentum and energy, and hits its wall as a body of revolution does."""
+    flat = execute(asked(**SMALL), tmp_path / "flat", threads=1)
+    box = execute(asked(**{**SMALL, "geometry": "quarter"}), tmp_path / "box", threads=1)
+    compared(
+        *balances(box),
+        *(
+            relative(f"{name} in three dimensions", expected=of(flat), got=of(box), within=ALIKE)
+            for name, of in (("momentum of the wall", wall_momentum), *((name, value_of(name)) for name in BEHIND))
+        ),
+    )
+
+
+@pytest.mark.claim("shields", "shield-restart")
+@pytest.mark.parametrize("part", [0.3, 0.7], ids=["bumper", "wall"])
+def test_stages__go_on_with_the_same_bits(part: float, compared: Compared, tmp_path: Path) -> None:
+    """A shield that is stopped in either stage goes on from there with the bits of one that never stopped."""
+    lines: list[str] = []
+    run, checkpoint = asked(**SMALL), tmp_path / "checkpoint.npz"
+    whole = execute(run, tmp_path / "whole", threads=1)
+    steps = int(part * whole.numbers["steps"])
+    with pytest.raises(Interrupted):
+        execute(run, tmp_path / "later", RunControl(must_stop=after(steps)), threads=1, checkpoint=checkpoint)
+    later = execute(run, tmp_path / "later", RunControl(log=lines.append), threads=1, checkpoint=checkpoint)
+    said = "; ".join(line for line in lines if line.startswith("from the "))
+    compared(
+        equal("continues", expected=True, got="from the checkpoint at t = " in said and "from the start" not in said),
+        equal("the result, without provenance", expected=plain(whole), got=plain(later)),
+        equal("the final state", expected=state(tmp_path / "whole"), got=state(tmp_path / "later")),
+    )
+
+
+def plain(result: RunResult) -> str:
+    """The digest of a result without its provenance."""
+    text = json.dumps({name: value for name, value in result.as_json().items() if name != "provenance"})
+    return hashlib.sha256(text.encode()).hexdigest()
+
+
+def state(folder: Path) -> str:
+    """The digest of all arrays of a stored final state."""
+    digest = hashlib.sha256()
+    with np.load(folder / "state.npz") as saved:
+        for name in sorted(saved):
+            digest.update(name.encode() + saved[name].tobytes())
+    return digest.hexdigest()
+
+
+# ---- the same shot on one grid ---------------------------------------------------------------------
+
+# Four diameters from bumper to wall, and the same cells everywhere. Nothing holds the rims, so that what the wall's
+# matter has in the end is what came to it.
+NEAR: dict[str, Any] = {
+    **SHOT,
+    "cells_per_diameter": 16.0,
+    "stand_off": 20e-3,
+    "uprange": 1.0,
+    "bumper_radius": 20e-3,
+    "wall_radius": 20e-3,
+    "edges": "free",
+    "stop": "end_time",
+}
+CELL = NEAR["projectile_diameter"] / NEAR["cells_per_diameter"]
+PASSED = 25e-6  # s, from the first touch: the projectile would have flown 160 mm
+MOMENTUM = 0.03  # of the momentum on the wall
+
+
+def whole_of(run: Run) -> ImpactSetting:
+    """Projectile, bumper and wall on one grid, whose origin is the front of the wall; all debris is followed."""
+    shield, found = cast(WhippleShield, load(run.scenario).record(run.parameters)), materials_of(run)
+    first, rear, shift = shield.impact, shield.rear, shield.walls.bumper_thickness + shield.walls.stand_off
+    room = (shift + rear.thickness) / shield.shot.projectile_diameter + 4.0
+    long = replace(first, shot=replace(first.shot, downrange=room))
+    problem = long.build(found).problem
+    axis = np.array([0.0, shift, 0.0])
+    wall = rear.body("wall", found["wall"], problem.geometry, *rear.points(), np.zeros(3))
+    moved = tuple(replace(body, position=body.position - axis) for body in problem.bodies)
+    geometry = problem.geometry._replace(lower=problem.geometry.lower - axis)
+    problem = replace(problem, geometry=geometry, bodies=(*moved, wall), retirement=None, end_time=PASSED)
+    return ImpactSetting(problem, 1.0, "wall", SHOT["projectile_diameter"], rear.thickness, rear.radius, SHOT["speed"])
+
+
+def on_wall(problem: Problem, outcome: Outcome) -> float:
+    """Axial momentum of the wall's matter, wherever it is, over that of the projectile."""
+    wall = outcome.audit.bodies[[body.name for body in problem.bodies].index("wall")]
+    mass = math.pi / 6.0 * SHOT["projectile_diameter"] ** 3 * materials.load(SHOT["projectile"]).density
+    return 2.0 * math.pi * (wall.momentum + wall.departed_momentum) / (mass * SHOT["speed"])
+
+
+@pytest.mark.claim("shields", "shield-one-grid", minutes=2.0)
+@pytest.mark.parametrize("thickness", [2e-3, 8e-3])
+def test_stages__agree_with_one_grid(thickness: float, compared: Compared) -> None:
+    """A shield by stages puts the momentum on its wall that it puts there on one grid, within 3 %, with its outcome."""
+    run = asked(**{**NEAR, "wall_thickness": thickness, "cells_per_wall": thickness / CELL})
+    together = whole_of(run)
+    alone = simulate(together.problem, threads=1)
+    shield, found = load(run.scenario).record(run.parameters), materials_of(run)
+    bumper = shield.build(found)
+    ended = simulate(bumper.problem, threads=1)
+    wall: Any = shield.next_stage(bumper, ended, found)
+    # From the first arrival on as long as the one grid has from then on.
+    left = PASSED + wall.before.clock_ahead - wall.problem.start_time
+    problem = replace(wall.problem, end_time=wall.problem.start_time + left)
+    outcome = simulate(problem, threads=1)
+    perforated = [
+        is_perforated(view(setting, each.snapshot))
+        for setting, each in ((together, alone), (replace(wall, problem=problem), outcome))
+    ]
+    expected = on_wall(together.problem, alone)
+    where = f"wall of {1e3 * thickness:g} mm"
+    compared(
+        relative(
+            f"{where}: momentum on it, of the projectile's",
+            expected=expected,
+            got=on_wall(problem, outcome),
+            within=MOMENTUM,
+        ),
+        equal(f"{where}: perforated", expected=perforated[0], got=perforated[1]),
+        reported(f"{where}: mass that still expanded when it left, of all", outcome.audit.expanding_mass),
+    )
+
+
+# ---- its limit, and what it costs ------------------------------------------------------------------
+
+LIMIT: dict[str, Any] = {
+    "scenario": "whipple_shield",
+    "fixed": {
+        "speed": "6.5 km/s",
+        "projectile": "al-2017-t4",
+        "bumper": "al-6061-t6",
+        "wall": "al-6061-t6",
+        "bumper_thickness": "1 mm",
+        "stand_off": "20 mm",
+        "wall_thickness": "2 mm",
+        "uprange": 1.0,
+    },
+    "axes": {
+        "projectile_diameter": {"limit_of": "wall_perforated", "between": ["1 mm", "6 mm"], "tolerance": "1.3 mm"}
+    },
+    "resolution": 8,
+}
+
+
+@pytest.mark.claim("shields", "shield-limit", minutes=1.0)
+def test_limit__of_a_shield_is_found_by_a_sweep(compared: Compared, tmp_path: Path) -> None:
+    """A sweep finds the diameter from which on a shield is perforated."""
+    sweep = Sweep.parse(LIMIT)
+    outcomes: dict[float, bool | None] = {}
+
+    def outcome_of(run: Run) -> bool | None:
+        diameter = float(run.parameters["projectile_diameter"] or 0.0)
+        if diameter not in outcomes:
+            outcomes[diameter] = outcome_in(execute(run, tmp_path / run.id, threads=1).as_json(), OUTCOME)
+        return outcomes[diameter]
+
+    [(_, limit)] = sweep.limits(outcome_of)
+    tried = ", ".join(f"{1e3 * each:g} mm {outcome}" for each, outcome in sorted(outcomes.items()))
+    compared(
+        equal(f"where the search stands, of {tried}", expected="bracketed", got=limit.verdict.value),
+        reported("diameter from which on the wall is perforated (mm)", 1e3 * limit.value),
+    )
+
+
+@pytest.mark.claim("shields", "shield-speed", minutes=2.0)
+def test_shield__takes_at_most_three_minutes(compared: Compared, tmp_path: Path) -> None:
+    """A body of revolution on 32 cells across the projectile takes at most 3 minutes of a core."""
+    run = asked(**SHOT)
+    execute(replace_parameters(run, end_time=1e-7, wall_time=1e-7), tmp_path / "warm", threads=1)  # kernels
+    profile, begin = cProfile.Profile(), time.process_time()
+    result = profile.runcall(execute, run, tmp_path, threads=1)
+    minutes = (time.process_time() - begin) / 60.0
+    stats = pstats.Stats(profile).get_stats_profile()
+    busiest = sorted(stats.func_profiles.items(), key=lambda each: -each[1].tottime)[:PROFILED]
+    compared(
+        at_most("minutes of a core", limit=3.0, got=minutes),
+        *balances(result),
+        *(reported(f"{name}, part of the time", each.tottime / stats.total_tt) for name, each in busiest),
+        *(
+            reported(f"{name} ({measurements.load(name).unit})", each.value)
+            for name, each in result.measurements.items()
+            if each.value is not None
+        ),
+    )
+
+
+def replace_parameters(run: Run, **parameters: float) -> Run:
+    return replace(run, parameters={**run.parameters, **parameters})
