@@ -61,6 +61,7 @@ class Catalogue:
     materials: Mapping[str, Any] = field(default_factory=dict)  # each with its numbers and sources
     # What whipple gives for published shots: records (studies.observations.compared.ComparedShots).
     compared_shots: Sequence[Any] = ()
+    critical: Sequence[Quantity] = ()  # diameters that laws predict for an outcome that the scenario measures
 
     def choices(self, quantity: str, shots: Iterable[Any]) -> list[LawChoice]:
         """Each law of a quantity with each variant that it states for one of the shots, in that order."""
@@ -99,18 +100,20 @@ def catalogue_of(sweep: Any) -> Catalogue:
     constants = {
         name: _constant(name, allowed.parameters[name]) for name in (*axes, *sweep.fixed, *stated) if name not in own
     }
+    critical = [laws.CRITICAL[name] for name in allowed.quantities if name in laws.CRITICAL]
     return Catalogue(
         title=scenario.title,
         parameters={**own, **constants},
         quantities={name: _quantity(name, unit) for name, unit in allowed.quantities.items()},
         laws=[
-            *(law for name in allowed.quantities for law in laws.answering(name)),
+            *(law for name in (*allowed.quantities, *critical) for law in laws.answering(name)),
             *(fitted.as_law() for fitted in sweep.laws),
         ],
         shot_of=_shot_of,
         observations=[_observed(shot, sweep, scenario) for shot in sweep.observations],
         materials=_materials(sweep),
         compared_shots=sweep.compared_shots(),
+        critical=[Quantity(name, "m", laws.UNMEASURED[name]) for name in critical],
     )
 
 

@@ -165,6 +165,8 @@ def _columns(layout: Layout, catalogue: Catalogue, assess: Assess) -> Iterator[C
         yield from _of_quantity(layout, quantity)
         yield from _of_models(layout, quantity, assess)
         yield from _of_laws(quantity, catalogue, shots)
+    for quantity in catalogue.critical:
+        yield from _of_laws(quantity, catalogue, shots)
     if catalogue.observations:
         yield from _of_observations(catalogue)
 
@@ -465,7 +467,8 @@ def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
     document = sweep.document()
     title = document.get("title") or document.get("name") or catalogue.title
     numbers = {name for cell in cells for name in cell.numbers}
-    laws = [law for law in catalogue.laws if law.quantity in catalogue.quantities]
+    predicted = [*catalogue.quantities, *(each.name for each in catalogue.critical)]
+    laws = [law for law in catalogue.laws if law.quantity in predicted]
     json_text = partial(json.dumps, ensure_ascii=False, sort_keys=True)
     return {
         "Conventions": "CF-1.11",

@@ -13,7 +13,8 @@ import xarray as xr
 from xarray import Dataset
 
 from studies.cubes.variable import Variable
-from studies.cubes.variables import EQUATION, LAW_CONFIDENCE
+from studies.cubes.variables import EQUATION, LAW_CONFIDENCE, LAW_LABEL
+from studies.laws import CRITICAL
 from studies.quantities.files import CUBE
 from studies.quantities.findings import refusal
 from studies.quantities.measured import NO_DOUBT
@@ -22,6 +23,11 @@ from studies.quantities.measured import NO_DOUBT
 def quantities_of(dataset: xr.Dataset) -> list[str]:
     """Names of the measured quantities of a cube."""
     return str(dataset.attrs["quantities"]).split()
+
+
+def critical_of(dataset: xr.Dataset) -> list[str]:
+    """Names of the diameters that laws predict for the outcomes of a cube."""
+    return [name for name in CRITICAL.values() if LAW_LABEL.is_in(dataset, name)]
 
 
 def finite(value: Any) -> Any:

@@ -53,6 +53,8 @@ UNMEASURED: Mapping[str, str] = {
     "plate_critical_diameter": "Projectile diameter above which a plate is perforated",
     "critical_diameter": "Projectile diameter above which a Whipple shield fails",
 }
+# What laws predict of an outcome that a run measures as 1 or 0: the projectile's diameter from which on it is 1.
+CRITICAL: Mapping[str, str] = {"wall_perforated": "critical_diameter"}
 ONE_FORM = ("",)  # the variants of a law that leaves no constant open
 
 # Confidence decides the use of a law: these words of studies.materials.CONFIDENCES keep it out of verdicts,

@@ -1,5 +1,6 @@
 """Shields in the units of handbooks, and what the equations of Whipple shields share: fast limb, thin bumpers."""
 
+import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
@@ -137,6 +138,8 @@ def without_shield(shot: Shot, variant: str = "") -> str:
     """Why a shot has no critical diameter of two walls; empty where it meets a shield of two."""
     if shot.shield is None:
         return "the target is no Whipple shield"
+    if math.isnan(shot.shield.wall_yield_stress):
+        return "the material of the wall states no yield stress"
     return "the equation is for two walls, the shield has an inner bumper" if shot.shield.inner_bumper else ""
 
 

@@ -61,6 +61,8 @@ TREND_POINTS = 24  # points of the curve through the three finest resolutions
 # Labels of series that have a look of their own.
 SIMULATION, OBSERVED, MISSING = "simulation", "observed", "run without a value"
 FAILED, HELD, THIS = "shot: the wall failed", "shot: the wall held", "this shot"
+RUN_PERFORATED, RUN_HELD, RUN_UNDECIDED = "run: wall perforated", "run: wall holds", "run: undecided"
+INTERVAL = "simulation: from held to perforated"
 CHANCES, EVEN_CHANCE = "10 to 90 % to fail, from all shots", "50 % to fail"
 ERROR_BAR = "value and error bar"
 LEVEL, MEAN, RUN = "resolution", "mean over offsets", "run at one offset"

@@ -17,7 +17,6 @@ from studies.cubes.reading import open_cube
 from studies.cubes.runs_table import runs_csv
 from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
 from studies.reports import compare, report
-from studies.reports.figures import figures
 
 
 def publish(
@@ -100,5 +99,5 @@ def draw_figures(cube_or_folder: Path, folder: Path, format: str) -> list[Path]:
     from studies.reports.drawing.charts import draw
 
     dataset = open_cube(cube_or_folder)
-    drawn = figures(dataset, compare.compare(dataset))
+    drawn = report.every_figure(dataset, compare.compare(dataset))
     return [draw(each, folder / f"{each.name}.{format}") for each in drawn]

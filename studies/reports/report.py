@@ -35,8 +35,13 @@ from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.compare import Comparison, published_shots
-from studies.reports.figures import figures, fragment_sizes
-from studies.reports.limits import limits_of, outcomes_of, residual_curves, residual_figure
+from studies.reports.figures import Figure, figures, fragment_sizes
+from studies.reports.limits.outcomes import outcomes_of
+from studies.reports.limits.residual import residual_curves, residual_figure
+from studies.reports.limits.searched import limits_of
+from studies.reports.limits.shield import shield_limits
+from studies.reports.limits.shield_figure import shield_figure
+from studies.reports.limits.shield_verdict import ShieldTerms, verdict_on_equations
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
 from studies.reports.verdict import openings
@@ -54,7 +59,7 @@ from studies.sweeps.screening import CONTRIBUTIONS
 # 10: the rule by which a value was extrapolated or not; "numerically" in place of "trusted" beside a simulation; no
 # error bar without the mesh error; bias as an interval
 # 11: a headline of at most twenty words with its table; what was not checked; bands with differences and uncertainty
-# 12: numbers of pieces that the mesh alone made are withheld; the sizes of fragments
+# 12: numbers of pieces that the mesh alone made are withheld; the sizes of fragments; the ballistic limit of a shield
 REPORT_VERSION = 12
 
 RULES = (
@@ -91,8 +96,6 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
     A text of several lines, a deck, stands by its first line and digest: the cube has it in full.
     """
     runs, points, compared = list(_runs(dataset)), comparison.points, comparison.as_json()
-    curves = residual_curves(dataset)
-    drawn = [*residual_figure(dataset, curves), *figures(dataset, comparison), *fragment_sizes(dataset, points)]
     report = {
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],
@@ -108,10 +111,11 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
         "quantities": list(_quantities(dataset)),
         "extremes": list(_extremes(points)),
         "withheld": list(_withheld(points)),
-        "figures": [figure.as_json() for figure in drawn],
+        "figures": [figure.as_json() for figure in every_figure(dataset, comparison)],
         "outcomes": outcomes_of(points),
         "limits": limits_of(dataset),
-        "residual_curves": curves,
+        "ballistic_limit": _ballistic_limit(dataset, points),
+        "residual_curves": residual_curves(dataset),
         "pictures": pictures_of(dataset, sections or {}),
         "methods": methods_of(dataset, points),
         "convergence": _convergence(dataset, points) if refinements_of(dataset) else None,
@@ -129,6 +133,16 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
     return shortened
 
 
+def every_figure(dataset: xr.Dataset, comparison: Comparison) -> list[Figure]:
+    """The figures of a report, limits first."""
+    return [
+        *shield_figure(dataset, shield_limits(dataset, comparison.points)),
+        *residual_figure(dataset, residual_curves(dataset)),
+        *figures(dataset, comparison),
+        *fragment_sizes(dataset, comparison.points),
+    ]
+
+
 def as_json(report: dict[str, Any]) -> str:
     """The report as JSON; NaN becomes null."""
     return json.dumps(report, ensure_ascii=False, allow_nan=False, indent=1) + "\n"
@@ -143,6 +157,8 @@ def _headline(report: Mapping[str, Any]) -> str:
     """
     if text := report["verdict"].pop("headline"):
         return str(text)
+    if report["ballistic_limit"]:
+        return str(report["ballistic_limit"].pop("headline"))
     if report["limits"]:
         return openings.of_limits(report["limits"])
     if report["methods"] and (text := openings.of_methods(report["methods"])):
@@ -152,6 +168,17 @@ def _headline(report: Mapping[str, Any]) -> str:
     flagged = report["overview"]["flagged"]
     share = "every run" if flagged == len(report["runs"]) else f"{flagged} of {len(report['runs'])} runs"
     return openings.of_values(report["extremes"], f"{share} flagged" if flagged else "")
+
+
+def _ballistic_limit(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any] | None:
+    """The verdict on the equations of a shield; None where the sweep has none."""
+    limits = shield_limits(dataset, points)
+    if not limits:
+        return None
+    shapes = set(by_run(points, "projectile_shape"))
+    units = {name: points[name].attrs.get("units") for name in limits[0].at}
+    what = "spheres" if shapes == {"sphere"} else "projectiles"
+    return verdict_on_equations(limits, ShieldTerms(units, what, has_grids=bool(refinements_of(dataset))))
 
 
 def _overview(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:
@@ -442,7 +469,7 @@ LAW_TEXTS = {
 
 def _laws(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Each law once, with the constants that it was evaluated with."""
-    for quantity in reading.quantities_of(dataset):
+    for quantity in (*reading.quantities_of(dataset), *reading.critical_of(dataset)):
         if not cubes.LAW_LABEL.is_in(dataset, quantity):
             continue
         texts = {key: variable.of(dataset, quantity).values for key, variable in LAW_TEXTS.items()}

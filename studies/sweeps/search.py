@@ -101,21 +101,34 @@ def _limit(search: Search, outcomes: Mapping[float, LimitOutcome | str], unit: s
     ones = [value for value, outcome in outcomes.items() if outcome]
     zeros = [value for value, outcome in outcomes.items() if outcome is False]
     is_reversed = outcomes[search.low] and outcomes[search.high] is False
+    lower, upper = interval_of(outcomes)
     if not is_reversed and ones and zeros and max(zeros) > min(ones):
-        lower = max((value for value in zeros if value < min(ones)), default=search.low)
-        upper = min((value for value in ones if value > max(zeros)), default=search.high)
+        lower = search.low if math.isnan(lower) else lower
+        upper = search.high if math.isnan(upper) else upper
         return SearchedLimit(SearchVerdict.NON_MONOTONE, tried, None, lower, upper)
     if is_reversed or not (zeros and ones):
         gave = " and ".join(f"{_shown(outcomes[end])} at {readable(end, unit)}" for end in (search.low, search.high))
         reason = f"not bracketed: {search.quantity} is {gave}; it has to be 0 at the lower end and 1 at the upper one"
         return SearchedLimit(SearchVerdict.NOT_BRACKETED, tried, None, reason=reason)
-    lower, upper = max(zeros), min(ones)
     inside = [value for value in tried if lower <= value <= upper]
     gaps = [(after - before, before) for before, after in pairwise(inside)]
     width, before = max(gaps, key=lambda gap: (gap[0], -gap[1]))
     enough = width <= search.tolerance * (1.0 + 1e-9) or len(tried) >= search.most_tries
     following = None if enough else round_quantity(before + 0.5 * width)
     return SearchedLimit(SearchVerdict.BRACKETED, tried, following, lower, upper)
+
+
+def interval_of(outcomes: Mapping[float, LimitOutcome | str]) -> tuple[float, float]:
+    """The highest 0 below the lowest 1, and the lowest 1 above the highest 0; NaN where there is none.
+
+    >>> interval_of({2.0: False, 3.0: None, 4.0: True, 5.0: False, 6.0: True}), interval_of({2.0: True})
+    ((2.0, 6.0), (nan, 2.0))
+    """
+    ones = [value for value, outcome in outcomes.items() if outcome]
+    zeros = [value for value, outcome in outcomes.items() if outcome is False]
+    lower = max((value for value in zeros if value < min(ones, default=math.inf)), default=math.nan)
+    upper = min((value for value in ones if value > max(zeros, default=-math.inf)), default=math.nan)
+    return lower, upper
 
 
 def _shown(outcome: LimitOutcome | str) -> str:

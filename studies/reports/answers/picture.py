@@ -1,28 +1,22 @@
 """Pictures of an answer: critical diameter of a shield, or hole of a plate, against speed, with every law and shot."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from studies import laws
-from studies.laws import Law, Shot
+from studies.laws import Shot
 from studies.observations.shields.probability import diameters_at
-from studies.observations.shields.shots import ShieldShot, published
-from studies.reports.answers.answer import ask, nearest, of_target
-from studies.reports.figures import CHANCES, EVEN_CHANCE, FAILED, HELD, OBSERVED, THIS, Figure, Panel, Series
+from studies.observations.shields.shots import published
+from studies.reports.answers.answer import nearest, of_target
+from studies.reports.figures import CHANCES, EVEN_CHANCE, OBSERVED, THIS, Figure, Panel, Series
+from studies.reports.limits.curves import SPEED, SPEEDS, curves_of, like_shields, outcomes_of
 from studies.reports.view import Scale
 
 if TYPE_CHECKING:
     from markupsafe import Markup
 
-SPEED = Scale("speed", "speed", "m s-1")
-SLOWEST, FASTEST = 1e3, 12e3  # m/s: of the curves, as far as the shots go
-POINTS = 45  # of a curve: every 250 m/s
-# A shield is like another where bumper, wall and distance are the same within a third or so, and the angle within 15
-# degrees: the root of the summed squares of ln ratios and of the angle in rad.
-LIKE = 0.4
 DRAWN = (0.1, 0.5, 0.9)  # probabilities of failure
 
 
@@ -32,7 +26,7 @@ def picture(shot: Shot, target: str) -> Figure:
         return _of_shield(shot)
     name, symbol = ("hole_diameter", "D/d") if target == "plate" else ("crater_depth", "p/d")
     diameter = shot.projectile_diameter
-    drawn = [_curve(law, shot, 1.0 / diameter) for law in _asked(name, shot)]
+    drawn = curves_of(name, shot, 1.0 / diameter)
     near = [each.shot for each in nearest(shot, target) if each.shot.quantity == name and each.shot.value is not None]
     seen = Series(
         "observation",
@@ -68,73 +62,20 @@ def _of_shield(shot: Shot) -> Figure:
             Panel(
                 of_target(shot, "shield"),
                 {},
-                (
-                    *_chances(shot),
-                    *(_curve(law, shot, 1.0) for law in _asked("critical_diameter", shot)),
-                    *_outcomes(like),
-                    mine,
-                ),
+                (*_chances(shot), *curves_of("critical_diameter", shot), *outcomes_of(like), mine),
             ),
         ),
     )
 
 
-def like_shields(shot: Shot) -> list[ShieldShot]:
-    """The published shots on shields like that of a shot, at any speed and of any diameter."""
-    assert shot.shield is not None
-    mine = shot.shield
-
-    def apart(each: ShieldShot) -> float:
-        pairs = (
-            (each.bumper_thickness, mine.bumper_thickness),
-            (each.wall_thickness, mine.wall_thickness),
-            (each.stand_off, mine.stand_off),
-        )
-        return math.hypot(*(math.log(a / b) for a, b in pairs), each.obliquity - shot.obliquity)
-
-    return [each for each in published().shots if apart(each) <= LIKE]
-
-
-def _outcomes(shots: Sequence[ShieldShot]) -> Iterator[Series]:
-    for label, failed in ((FAILED, True), (HELD, False)):
-        of = [each for each in shots if each.is_perforated is failed]
-        if of:
-            yield Series(
-                "observation",
-                label,
-                tuple(each.speed for each in of),
-                tuple(each.projectile_diameter for each in of),
-                notes=tuple(f"{each.source} {each.shot}".strip() for each in of),
-            )
-
-
-def _asked(quantity: str, shot: Shot) -> list[Law]:
-    """The laws of a quantity that may judge and cover the shot at some speed."""
-    return [
-        law
-        for law in laws.answering(quantity)
-        if law.use == "verdict" and any(ask(replace(shot, speed=speed))(law).in_range for speed in _speeds())
-    ]
-
-
-def _curve(law: Law, shot: Shot, factor: float) -> Series:
-    said = [ask(replace(shot, speed=speed))(law) for speed in _speeds()]
-    values = tuple(None if math.isnan(each.value) else each.value * factor for each in said)
-    return Series("curve", law.title, _speeds(), values, in_range=tuple(each.in_range for each in said))
-
-
 def _chances(shot: Shot) -> Iterator[Series]:
     """The diameters that fail with the drawn probabilities, as a band and its middle; none without an equation."""
-    each = [diameters_at(replace(shot, speed=speed), DRAWN) for speed in _speeds()]
+    each = [diameters_at(replace(shot, speed=speed), DRAWN) for speed in SPEEDS]
     low, even, high = ([None if math.isnan(d) else d for d in column] for column in zip(*each, strict=True))
     inside = tuple(d is not None for d in even)
     if any(inside):
-        yield Series("band", CHANCES, _speeds(), low=tuple(low), high=tuple(high), in_range=inside)
-        yield Series("trend", EVEN_CHANCE, _speeds(), tuple(even))
-
-
-def _speeds() -> tuple[float, ...]:
-    return tuple(SLOWEST + (FASTEST - SLOWEST) * place / (POINTS - 1) for place in range(POINTS))
+        yield Series("band", CHANCES, SPEEDS, low=tuple(low), high=tuple(high), in_range=inside)
+        yield Series("trend", EVEN_CHANCE, SPEEDS, tuple(even))
 
 
 def draw(figure: Figure, file: Path) -> Path:

@@ -289,11 +289,11 @@ def short_names(titles: Mapping[str, str]) -> dict[str, str]:
     >>> short_names({"l": "Lundeberg, Stern and Bristow", "m": "Maiden (aluminium)", "c": "Maiden (sound speed)"})
     {'l': 'Lundeberg', 'm': 'Maiden (aluminium)', 'c': 'Maiden (sound speed)'}
     """
-    begins = Counter(map(_beginning, titles.values()))
-    return {label: short if begins[short := _beginning(title)] == 1 else title for label, title in titles.items()}
+    begins = Counter(map(beginning, titles.values()))
+    return {label: short if begins[short := beginning(title)] == 1 else title for label, title in titles.items()}
 
 
-def _beginning(title: str) -> str:
+def beginning(title: str) -> str:
     for mark in (" (", ",", " and "):
         title = title.partition(mark)[0]
     return title

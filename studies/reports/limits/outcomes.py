@@ -1,0 +1,73 @@
+"""Outcomes of shots with what leaves them open."""
+
+import math
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from studies.cubes import variables
+from studies.cubes.points import main_quantities, places_of, simulated
+from studies.cubes.reading import finite, flag_words
+from studies.cubes.variable import BETWEEN_OUTCOMES, OUTCOMES
+from studies.quantities.measured import doubts_of
+
+# Axes that choose how a shot is computed, and not which: where their values disagree its outcome is open.
+OF_MODEL = ("geometry", "method", "recipe", "failure", "tension", "shape", "contact", "rubble_friction")
+
+
+def outcomes_of(points: xr.Dataset) -> list[dict[str, Any]]:
+    """Outcomes of the points of a cube: what each shot says, 1 or 0, or None with the reason why it is open.
+
+    Points that differ in the way in which they are computed are one shot.
+    """
+    return [
+        {
+            "quantity": name,
+            "label": name.replace("_", " "),
+            "words": points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES),
+            "rows": list(_shots(points, name)),
+        }
+        for name in main_quantities(points)
+        if OUTCOMES in points[name].attrs
+    ]
+
+
+def _shots(points: xr.Dataset, name: str) -> Iterator[dict[str, Any]]:
+    """A row for each shot that has a run which ended."""
+    words = points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES)
+    shots: dict[tuple[Any, ...], list[tuple[str, float | None, str]]] = {}
+    for place, (outcome, reason) in zip(places_of(points), _outcomes(points, name), strict=True):
+        shot = tuple((axis, value) for axis, value in place.items() if axis not in OF_MODEL)
+        model = ", ".join(f"{axis.replace('_', ' ')} {value}" for axis, value in place.items() if axis in OF_MODEL)
+        if reason:
+            shots.setdefault(shot, []).append((model, outcome, reason))
+    for shot, computed in shots.items():
+        said = {outcome for _, outcome, _ in computed}
+        reasons = [": ".join(filter(None, (model, reason))) for model, outcome, reason in computed if outcome is None]
+        if len(said) == 2 and not reasons:
+            reasons = [f"{words[int(outcome)]} with {model}" for model, outcome, _ in computed if outcome is not None]
+        agreed = computed[0][1] if len(said) == 1 else None
+        reason = "; ".join(reasons) or "; ".join(dict.fromkeys(reason for _, _, reason in computed))
+        yield {"at": dict(shot), "outcome": agreed, "reason": reason}
+
+
+def _outcomes(points: xr.Dataset, name: str) -> Iterator[tuple[float | None, str]]:
+    """The outcome of each point and why it is known or open; no reason where no run succeeded."""
+    words = points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES)
+    values, flags = simulated(points, name).values.ravel(), flag_words(variables.FLAGS.of(points, name))
+    refined = variables.VERDICT_REASON.is_in(points, name)
+    reasons = variables.VERDICT_REASON.of(points, name).values.ravel() if refined else [""] * len(values)
+    states = np.isfinite(values) | (variables.RUN_STATE.of(points).values.ravel() == 0)
+    for value, flagged, reason, has_run in zip(values, flags, reasons, states, strict=True):
+        if not has_run:
+            yield None, ""
+        elif refined:
+            yield finite(float(value)), str(reason)
+        elif math.isnan(value):
+            yield None, " and ".join(flagged).replace("_", " ")
+        elif doubts := doubts_of(value, flagged):
+            yield None, f"{words[int(value)]}, but {doubts}"
+        else:
+            yield float(value), "one grid"

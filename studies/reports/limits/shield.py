@@ -1,0 +1,181 @@
+"""The ballistic limit of a shield at each speed: the simulation's interval of diameters, and what each equation says.
+
+The interval reaches from the largest projectile whose wall holds to the smallest that perforates it. Diameters are
+those of the sphere with the projectile's volume, as the equations have them.
+"""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from studies.cubes import reading
+from studies.cubes import variables as cubes
+from studies.cubes.points import Place, axes_of, by_run, places_of, refined, refinements_of, simulated
+from studies.laws import CRITICAL, DRAWN_ONLY
+from studies.reports.verdict.evidence import UNJUDGED_STATES
+from studies.reports.view import view_of
+from studies.sweeps.search import interval_of
+
+WALL = "wall_perforated"
+DIAMETER = CRITICAL[WALL]
+# unsafe: the equation says that the wall holds where the simulation perforates it; careful: the other way round;
+# agrees: inside the interval; open: the interval has one end, which does not contradict it; unjudged: the runs at its
+# ends are flagged; outside: outside of the equation's range.
+EquationWord = Literal["unsafe", "careful", "agrees", "open", "unjudged", "outside"]
+GRIDS = "its grids disagree"
+MIXED = "measured by different definitions"
+
+
+@dataclass(frozen=True)
+class WallRun:
+    """What the projectile of a point did to the wall."""
+
+    diameter: float  # m
+    perforated: bool | None  # None: undecided
+    why: str  # it is undecided; else empty
+    flags: str  # of its runs, in words
+
+
+@dataclass(frozen=True)
+class CriticalDiameter:
+    """What an equation says beside the interval of the simulation."""
+
+    law: str  # label
+    title: str
+    diameter: float  # m; NaN where it has none
+    word: EquationWord
+    outside: str  # why it is outside of its range; empty inside
+
+    def excess(self, lower: float, upper: float) -> float:
+        """By how much it lies beyond an interval, over the nearer end: below zero where it is smaller."""
+        return self.diameter / (upper if self.word == "unsafe" else lower) - 1.0
+
+
+@dataclass(frozen=True)
+class ShieldLimit:
+    """Simulation and equations at one speed, on one shield."""
+
+    at: Place  # values of the axes beside speed and diameter
+    speed: float  # m/s
+    normal_speed: float  # m/s
+    runs: tuple[WallRun, ...]  # by ascending diameter
+    lower: float  # m: the largest that holds; NaN where none does
+    upper: float  # m: the smallest that perforates; NaN where none does
+    unjudged: str  # why nothing is judged; else empty
+    equations: tuple[CriticalDiameter, ...]
+
+    @property
+    def is_bracketed(self) -> bool:
+        """Whether the interval has both ends."""
+        return math.isfinite(self.lower) and math.isfinite(self.upper)
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain objects: None in place of a number that is none."""
+        plain = asdict(self)
+        for each in plain["equations"]:
+            each["diameter"] = reading.finite(each["diameter"])
+        return {**plain, "lower": reading.finite(self.lower), "upper": reading.finite(self.upper)}
+
+
+def shield_limits(cube: xr.Dataset, points: xr.Dataset) -> tuple[ShieldLimit, ...]:
+    """The limits of a cube of shields, by the other axes and the speed; none where it has no wall, or no equation."""
+    if DIAMETER not in reading.critical_of(points) or WALL not in reading.quantities_of(points):
+        return ()
+    runs, places = _wall_runs(cube, points), places_of(points)
+    speed = by_run(points, "speed")
+    lean = np.cos(by_run(points, "obliquity")) if "obliquity" in points else np.ones(len(runs))
+    others = [axis for axis in axes_of(points) if axis not in ("speed", "projectile_diameter")]
+    groups: dict[tuple[Any, ...], list[int]] = {}
+    for cell, place in enumerate(places):
+        if math.isfinite(runs[cell].diameter):
+            groups.setdefault((*(place[axis] for axis in others), float(speed[cell])), []).append(cell)
+    answers = _Answers(points)
+    limits = []
+    for (*values, at_speed), cells in sorted(groups.items(), key=lambda group: group[0][-1]):
+        mine = sorted(cells, key=lambda cell: runs[cell].diameter)
+        lower, upper = interval_of({runs[cell].diameter: runs[cell].perforated for cell in mine})
+        unjudged = _why_unjudged(points, [runs[cell] for cell in mine if runs[cell].diameter in (lower, upper)])
+        limits.append(
+            ShieldLimit(
+                dict(zip(others, values, strict=True)),
+                at_speed,
+                at_speed * float(lean[mine[0]]),
+                tuple(runs[cell] for cell in mine),
+                lower,
+                upper,
+                unjudged,
+                tuple(answers.beside(mine, [runs[cell].diameter for cell in mine], (lower, upper), unjudged)),
+            )
+        )
+    return tuple(limits)
+
+
+def _wall_runs(cube: xr.Dataset, points: xr.Dataset) -> list[WallRun]:
+    """What happened at each point; undecided where its grids disagree, or no run of it has an outcome."""
+    if refinements_of(cube):
+        outcomes = [point.values for point in refined(cube, WALL)]
+    else:
+        outcomes = list(simulated(points, WALL).values.reshape(-1, 1))
+    states = cubes.RUN_STATE.of(points).values.ravel()
+    diameters, flags = by_run(points, cubes.EQUIVALENT_DIAMETER.name), view_of(points).doubts(WALL)
+    runs = []
+    for place, values in enumerate(outcomes):
+        known = {bool(value > 0.5) for value in values if math.isfinite(value)}
+        perforated = next(iter(known)) if len(known) == 1 else None
+        why = "" if len(known) == 1 else GRIDS if known else UNJUDGED_STATES[cubes.STATES[states[place]]]
+        runs.append(WallRun(float(diameters[place]), perforated, why, flags[place]))
+    return runs
+
+
+def _why_unjudged(points: xr.Dataset, ends: Sequence[WallRun]) -> str:
+    """Why the ends of an interval judge no equation."""
+    if reading.mixed_versions(points, WALL):
+        return MIXED
+    flags = dict.fromkeys(flag for run in ends if run.flags for flag in run.flags.split(", "))
+    return f"flagged as {', '.join(flags)}" if flags else ""
+
+
+class _Answers:
+    """The answers of the equations that enter a verdict, by point."""
+
+    def __init__(self, points: xr.Dataset):
+        def text(variable: Any) -> list[str]:
+            return [str(each) for each in variable.of(points, DIAMETER).values]
+
+        def flat(variable: Any) -> np.ndarray:
+            values: np.ndarray = variable.of(points, DIAMETER).values
+            return values.reshape(-1, values.shape[-1])
+
+        self.labels, self.titles = text(cubes.LAW_LABEL), text(cubes.LAW_TITLE)
+        self.confidences = reading.confidences_of(points, DIAMETER)
+        self.values = flat(cubes.BY_LAW)
+        self.inside = flat(cubes.BY_LAW_IN_RANGE) == 1
+        self.reasons = flat(cubes.BY_LAW_REASON)
+
+    def beside(
+        self, cells: Sequence[int], diameters: Sequence[float], interval: tuple[float, float], unjudged: str
+    ) -> Iterator[CriticalDiameter]:
+        """Each equation at the points of one speed: its answer at that whose projectile is nearest to it."""
+        for law, label in enumerate(self.labels):
+            values = self.values[list(cells), law]
+            if self.confidences[law] in DRAWN_ONLY or not np.isfinite(values).any():
+                continue
+            nearest = int(np.nanargmin(np.abs(np.log(np.array(diameters) / values))))
+            cell, value = cells[nearest], float(values[nearest])
+            outside = "" if self.inside[cell, law] else str(self.reasons[cell, law])
+            word = "outside" if not self.inside[cell, law] else _word(value, *interval, unjudged)
+            yield CriticalDiameter(label, self.titles[law], value, word, outside)
+
+
+def _word(diameter: float, lower: float, upper: float, unjudged: str) -> EquationWord:
+    if unjudged:
+        return "unjudged"
+    if diameter > upper:
+        return "unsafe"
+    if diameter < lower:
+        return "careful"
+    return "agrees" if math.isfinite(lower) and math.isfinite(upper) else "open"

@@ -1,0 +1,282 @@
+"""The ballistic limit of a shield in a report: intervals of made-up walls, and equations beside them."""
+
+import json
+import math
+import re
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from functools import cache
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studies.cases.rows import equal
+from studies.cubes import cube
+from studies.laws import CRITICAL, Shot, load
+from studies.observations.shields.judged import equations
+from studies.quantities.measured import Measured
+from studies.reports import report
+from studies.reports.answers.question import read_question
+from studies.reports.compare import compare
+from studies.reports.figures import FAILED, HELD, INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED
+from studies.reports.limits.shield import GRIDS
+from studies.reports.publish import publish_sweep
+from studies.reports.verdict.texts import MOST_WORDS
+from studies.runs.results import RunResult
+from studies.runs.run import Run
+from studies.sweeps.sweep import Sweep
+from tests.studies.support.printed import at, read_page
+
+SHIELD = {
+    **{"projectile": "al-2017-t4", "bumper": "al-6061-t6", "wall": "al-6061-t6"},
+    **{"bumper_thickness": "1 mm", "stand_off": "100 mm", "wall_thickness": "3 mm"},
+}
+SPEEDS = ["2 km/s", "5 km/s", "7 km/s"]
+TOLERANCE = 0.2e-3
+# The made-up limit over that of Christiansen's equation, by speed: it is too careful, agrees and is unsafe.
+FACTORS = {2e3: 1.25, 5e3: 1.0, 7e3: 0.8}
+
+
+def sweep_of(diameters: Any, **changes: Any) -> Sweep:
+    axes = {"speed": SPEEDS, "projectile_diameter": diameters}
+    return Sweep.parse({"scenario": "whipple_shield", "fixed": SHIELD, "axes": axes, "resolution": 16, **changes})
+
+
+SEARCH = {"limit_of": "wall_perforated", "between": ["1 mm", "9 mm"], "tolerance": "0.2 mm"}
+PLAIN = ["2 mm", "4 mm", "6 mm"]
+
+
+@cache
+def exact(speed: float) -> float:
+    """The made-up limit, m."""
+    [shot, *_] = sweep_of(PLAIN).shots()
+    return FACTORS[speed] * load("whipple_nno").evaluate(replace(shot, speed=speed)).value
+
+
+def result_of(run: Run, limit: Callable[[float], float] = exact, flags: tuple[str, ...] = ()) -> RunResult:
+    value = float(float(run.parameters["projectile_diameter"] or 0.0) > limit(float(run.parameters["speed"] or 0.0)))
+    measured = {"wall_perforated": Measured(value, None, {}, (), {}, 1)}
+    return RunResult(run.id, "succeeded", measurements=measured, flags=flags, stop="settled")
+
+
+def searched(**how: Any) -> dict[str, Any]:
+    """The report of a search."""
+    sweep, results = sweep_of(SEARCH), dict[str, RunResult]()
+
+    def outcome_of(run: Run) -> bool:
+        results[run.id] = result_of(run, **how)
+        return results[run.id].measurements["wall_perforated"].value == 1.0
+
+    sweep.limits(outcome_of)
+    return document_of(sweep, results)
+
+
+def document_of(sweep: Sweep, results: Mapping[str, Any]) -> dict[str, Any]:
+    dataset = cube.build(sweep, results)
+    document: dict[str, Any] = json.loads(report.as_json(report.document(dataset, compare(dataset))))
+    return document
+
+
+@cache
+def of_search() -> dict[str, Any]:
+    return searched()
+
+
+def computed(sweep: Sweep, **how: Any) -> dict[str, RunResult]:
+    return {point.run.id: result_of(point.run, **how) for point in sweep.runs()}
+
+
+def marks(document: Mapping[str, Any], label: str) -> set[tuple[float, float]]:
+    [panel] = document["figures"][0]["panels"]
+    return {
+        (x, y) for each in panel["series"] if each["label"] == label for x, y in zip(each["x"], each["y"], strict=True)
+    }
+
+
+def test_cube__asks_the_equations_about_each_shield() -> None:
+    sweep = sweep_of(PLAIN)
+    # A designer's question names the same shield by other words.
+    names = {"target": "bumper", "plate_thickness": "bumper_thickness"}
+    same = {
+        name: SHIELD[names.get(name, name)] for name in ("projectile", "wall", "stand_off", "wall_thickness", *names)
+    }
+    question = read_question({**same, "speed": SPEEDS, "projectile_diameter": PLAIN})
+    assert [*sweep.shots()] == [question.shot(point) for point in question.points()]
+    dataset = cube.build(sweep, {})
+    name = CRITICAL["wall_perforated"]
+    for law in equations():
+        answers = dataset[f"{name}_by_law"].sel({f"{name}_law": law.name}).values.ravel()
+        expected = [law.evaluate(shot).value for shot in sweep.shots()]
+        np.testing.assert_allclose(answers, expected, rtol=1e-12)
+    assert not dataset[f"{name}_by_law_reason"].sel({f"{name}_law": "whipple_nno"}).values.any()
+    assert load("whipple_nno").source in dataset.attrs["references"]
+
+
+def test_shot__of_a_wall_without_a_yield_stress_has_no_answer() -> None:
+    soft = {"soft": {"base": "al-6061-t6", "yield_stresses": []}}
+    sweep = sweep_of(PLAIN, materials=soft, fixed={**SHIELD, "wall": "soft"})
+    said = load("whipple_nno").evaluate(next(iter(sweep.shots())))
+    assert math.isnan(said.value)
+    assert "no yield stress" in said.reason
+    document = document_of(sweep, computed(sweep))
+    assert [row["equations"] for row in document["ballistic_limit"]["rows"]] == [[], [], []]
+
+
+@pytest.mark.claim(
+    "report", "shield-limit", says="A report calls each equation of a shield what a known limit makes it."
+)
+def test_verdict__calls_each_equation_what_the_exact_limit_makes_it(compared: Callable[..., None]) -> None:
+    document = of_search()
+    limits = document["ballistic_limit"]
+    [first, *_] = sweep_of(PLAIN).shots()
+    for row in limits["rows"]:
+        d = exact(row["speed"])
+        assert row["lower"] <= d < row["upper"] <= row["lower"] + TOLERANCE * (1.0 + 1e-9)
+        shot = replace(first, speed=row["speed"])
+        said = {each["law"]: each["word"] for each in row["equations"]}
+        assert {*said} == {law.name for law in equations()}
+        for law in equations():
+            away = law.evaluate(shot).value - d
+            if abs(away) > TOLERANCE:
+                expected = "unsafe" if away > 0.0 else "careful"
+                compared(equal(f"{law.name} at {row['speed']:g} m/s", expected=expected, got=said[law.name]))
+        assert said["whipple_nno"] == {2e3: "careful", 5e3: "agrees", 7e3: "unsafe"}[row["speed"]]
+    regimes = {each["regime"]: each["sentence"] for each in limits["regimes"]}
+    assert list(regimes) == ["below 3 km/s", "3 to 7 km/s", "from 7 km/s"]
+    [at_seven] = [row for row in limits["rows"] if row["speed"] == 7e3]
+    nno = replace(first, speed=7e3)
+    high = 100.0 * (load("whipple_nno").evaluate(nno).value / at_seven["upper"] - 1.0)
+    assert f"({high:.0f}\u202f% high)" in regimes["from 7 km/s"].partition("too careful")[0]
+    assert "agrees: Christiansen (NNO)" in regimes["3 to 7 km/s"]
+
+
+def test_headline__names_the_equation_that_is_unsafe_by_most() -> None:
+    document = of_search()
+    assert len(document["headline"].split()) <= MOST_WORDS
+    [row] = [row for row in document["ballistic_limit"]["rows"] if row["speed"] == 7e3]
+    held = f"{1e3 * row['lower']:.3g}-{1e3 * row['upper']:.3g} mm"
+    said = next(1e3 * each["diameter"] for each in row["equations"] if each["law"] == "whipple_nno")
+    text = f"At 7 km/s spheres up to {held} are held; Christiansen (NNO) says {said:.3g} mm: unsafe; one mesh."
+    assert document["headline"] == text
+
+
+def test_figure__comes_first_with_intervals_runs_equations_and_shots() -> None:
+    document = of_search()
+    figure = document["figures"][0]
+    assert figure["name"] == "ballistic_limit"
+    [panel] = figure["panels"]
+    [bars] = [each for each in panel["series"] if each["label"] == INTERVAL]
+    rows = document["ballistic_limit"]["rows"]
+    assert list(zip(bars["x"], bars["low"], bars["high"], strict=True)) == [
+        (row["speed"], row["lower"], row["upper"]) for row in rows
+    ]
+    lines = {each["label"] for each in panel["series"] if each["kind"] == "curve"}
+    assert lines == {law.title for law in equations()}
+    assert marks(document, FAILED)
+    assert marks(document, HELD)
+    assert "0.4" in figure["caption"]
+    assert "276 MPa" in figure["caption"]
+
+
+def test_page__says_the_sentences_and_the_numbers_of_the_document(tmp_path: Path) -> None:
+    sweep = sweep_of(PLAIN)
+    publish_sweep(sweep, computed(sweep), tmp_path)
+    document = json.loads((tmp_path / "report.json").read_text())
+    shown = read_page((tmp_path / "report.html").read_text())
+    texts = {mark.text for mark in shown.marks}
+    assert {each["sentence"] for each in document["ballistic_limit"]["regimes"]} <= texts
+    mine = [mark for mark in shown.marks if mark.path.startswith("/ballistic_limit/rows") and mark.value is not None]
+    assert len(mine) == 4 * len(SPEEDS) * len(equations())
+    for mark in mine:
+        value = at(document, mark.path)
+        assert mark.value == ("" if value is None else json.dumps(value))
+    assert re.findall(r"\d", shown.unmarked) == []
+
+
+def test_plain_sweep__has_a_mark_for_each_run_and_what_they_decide() -> None:
+    sweep = sweep_of(PLAIN)
+    results: dict[str, Any] = computed(sweep)
+    lost = sweep.runs()[1].run  # 4 mm at 2 km/s
+    del results[lost.id]
+    document = document_of(sweep, results)
+    every = {(speed, size) for speed in FACTORS for size in (2e-3, 4e-3, 6e-3)} - {(2e3, 4e-3)}
+    assert marks(document, RUN_HELD) == {(speed, size) for speed, size in every if size <= exact(speed)}
+    assert marks(document, RUN_PERFORATED) == {(speed, size) for speed, size in every if size > exact(speed)}
+    assert marks(document, RUN_UNDECIDED) == {(2e3, 4e-3)}
+    rows = {row["speed"]: row for row in document["ballistic_limit"]["rows"]}
+    for speed in (5e3, 7e3):
+        sizes = [2e-3, 4e-3, 6e-3]
+        assert rows[speed]["lower"] == max((d for d in sizes if d <= exact(speed)), default=None)
+        assert rows[speed]["upper"] == min((d for d in sizes if d > exact(speed)), default=None)
+    # The lost run widens the interval.
+    assert (rows[2e3]["lower"], rows[2e3]["upper"]) == (2e-3, 6e-3)
+
+
+@pytest.mark.parametrize(
+    ("limit", "word", "does"), [(0.0, "unsafe", "from 2 mm on perforate"), (9.0, "careful", "up to 6 mm are held")]
+)
+def test_one_end__judges_what_it_contradicts(limit: float, word: str, does: str) -> None:
+    sweep = sweep_of(PLAIN)
+    document = document_of(sweep, computed(sweep, limit=lambda speed: limit))
+    said = {each["word"] for row in document["ballistic_limit"]["rows"] for each in row["equations"]}
+    assert said <= {word, "open"}
+    assert does in document["headline"]
+
+
+def test_flagged_runs__judge_nothing() -> None:
+    document = searched(flags=("under_resolved",))
+    words = {each["word"] for row in document["ballistic_limit"]["rows"] for each in row["equations"]}
+    assert words == {"unjudged"}
+    assert "no equation is judged" in document["headline"]
+    assert "under resolved" in document["ballistic_limit"]["regimes"][0]["sentence"]
+
+
+def test_grids_that_disagree__leave_a_point_undecided() -> None:
+    sweep = sweep_of(PLAIN, resolution=[16, 24])
+
+    def finer_holds(run: Run) -> RunResult:
+        fine = run.parameters["cells_per_diameter"] == 24.0
+        return result_of(run, limit=lambda speed: 5e-3 if fine else 3e-3)
+
+    limits = document_of(sweep, {point.run.id: finer_holds(point.run) for point in sweep.runs()})["ballistic_limit"]
+    assert {(row["lower"], row["upper"]) for row in limits["rows"]} == {(2e-3, 6e-3)}
+    assert {run["why"] for row in limits["rows"] for run in row["runs"] if run["perforated"] is None} == {GRIDS}
+
+
+def test_each_shield__has_a_panel_and_its_place_in_the_words() -> None:
+    fixed = {name: value for name, value in SHIELD.items() if name != "wall_thickness"}
+    axes = {"speed": SPEEDS, "projectile_diameter": PLAIN, "wall_thickness": ["2 mm", "3 mm"]}
+    sweep = sweep_of(PLAIN, fixed=fixed, axes=axes)
+    document = document_of(sweep, computed(sweep, limit=lambda speed: 3e-3))
+    figure = document["figures"][0]
+    assert [panel["at"] for panel in figure["panels"]] == [{"wall_thickness": 2e-3}, {"wall_thickness": 3e-3}]
+    thin, thick = (
+        max(y for each in panel["series"] if each["kind"] == "curve" for y in each["y"]) for panel in figure["panels"]
+    )
+    assert thin < thick
+    assert "wall thickness 3 mm, up to 2-4 mm held" in document["headline"]
+    assert "(7 km/s, wall thickness 2 mm)" in document["ballistic_limit"]["regimes"][-1]["sentence"]
+
+
+def test_wide_interval__leaves_all_equations_in_agreement() -> None:
+    sweep = sweep_of(["1 mm", "9 mm"])
+    document = document_of(sweep, computed(sweep))
+    said = f"At 7 km/s spheres up to 1-9 mm are held; all {len(equations())} equations agree; one mesh."
+    assert document["headline"] == said
+
+
+def test_cylinder__is_compared_by_the_sphere_of_its_volume() -> None:
+    fixed = {**SHIELD, "projectile_shape": "cylinder", "projectile_length": "4 mm"}
+    sweep = sweep_of(["4 mm"], fixed=fixed)
+    document = document_of(sweep, computed(sweep))
+    shot: Shot = next(iter(sweep.shots()))
+    [run] = document["ballistic_limit"]["rows"][0]["runs"]
+    assert run["diameter"] == pytest.approx(shot.projectile_diameter)
+    assert "projectiles" in document["headline"]
+
+
+def test_other_scenarios__have_none() -> None:
+    sweep = Sweep.parse({"scenario": "plugging", "axes": {"speed": ["100 m/s"]}, "resolution": 8})
+    assert document_of(sweep, {})["ballistic_limit"] is None
