@@ -12,7 +12,7 @@ import pytest
 
 from studies import materials
 from studies.cases.rows import Row, at_most, equal, relative
-from studies.reports.limits import fitted_curve
+from studies.reports.limits.residual import fitted_curve
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from studies.runs.run import resolve
