@@ -73,9 +73,10 @@ def display_alone(value: float | bool | str | None, unit: str | None) -> Display
 def _raised(unit: str) -> str:
     """A UDUNITS symbol as people write it.
 
-    >>> _raised("J kg-1 K-1")
-    'J kg⁻¹ K⁻¹'
+    >>> _raised("J kg-1 K-1"), _raised("Pa m0.5")
+    ('J kg⁻¹ K⁻¹', 'Pa √m')
     """
+    unit = re.sub(r"\b([A-Za-z]+)0\.5\b", r"√\1", unit)
     return re.sub(r"(?<=[A-Za-z])-?\d+", lambda power: power[0].translate(SUPERSCRIPTS), unit)
 
 

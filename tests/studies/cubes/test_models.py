@@ -84,10 +84,10 @@ def test_stored__of_other_speeds_and_plates_says_how_far_away_it_was_measured() 
     del fixed["plate_thickness"]
     axes = {"speed": ["2 km/s", "5 km/s"], "plate_thickness": ["2 mm", "6 mm"]}
     dataset = built("stored", fixed=fixed, axes=axes)
-    assert "at t/d 0.25, 4 and 6 km/s" in str(dataset.hole_diameter_model_part_reason.values.flat[0])
-    # 2 of 4 km/s, and 0.75 of 0.25.
+    assert "at t/d 0.25, 3 to 7 km/s" in str(dataset.hole_diameter_model_part_reason.values.flat[0])
+    # 2 of 3 km/s, and 0.75 of 0.25.
     factors = dataset.hole_diameter_model_part_distance.isel(cells_per_diameter=-1)
-    np.testing.assert_allclose(factors, [[2.0, 3.0], [1.0, 3.0]])
+    np.testing.assert_allclose(factors, [[1.5, 3.0], [1.0, 3.0]])
     document = report.document(dataset, compare(dataset))
     assert {row["distance"] for row in document["model_part"] if row["distance"]} == {3.0}
     assert "measured at other speeds or plates (t/d) for 3 of 4 points, up to a factor of 3 away" in " ".join(
