@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from solver.simulation import start
-from solver.state import Departed, Snapshot
+from solver.state import Snapshot, records
 from studies.measurements.cloud import DISTRIBUTIONS, view
 from studies.measurements.cloud import SPEEDS as SPEEDS_OF_BINS
 from studies.quantities.measured import DEFINITION
@@ -55,8 +55,7 @@ def touching(request: pytest.FixtureRequest) -> tuple[Any, Snapshot]:
 def through(setting: Any, snapshot: Snapshot, time: float) -> Snapshot:
     """The projectile departed at the touch, and flown for a time (s)."""
     particles, gone = snapshot.particles, snapshot.body == 0
-    last = {name: getattr(particles, name)[gone] for name in Departed._fields if name not in ("body", "time")}
-    departed = Departed(body=snapshot.body[gone], time=np.zeros(gone.sum()), **last)
+    departed = records(0.0, particles, snapshot.body, np.flatnonzero(gone))
     left = particles._replace(alive=(~gone).astype(np.uint8))
     return snapshot._replace(time=time, particles=left, departed=departed)
 
