@@ -21,7 +21,9 @@ from studies import materials, measurements
 from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative, reported
 from studies.measurements.impact.view import view
 from studies.measurements.shield import is_perforated
+from studies.quantities.findings import InvalidInput
 from studies.runs.execution import execute
+from studies.runs.remeasure import remeasure
 from studies.runs.results import RunControl, RunResult
 from studies.runs.run import Run, materials_of, resolve
 from studies.scenarios import load
@@ -143,6 +145,31 @@ def test_stages__go_on_with_the_same_bits(part: float, compared: Compared, tmp_p
         equal("the result, without provenance", expected=plain(whole), got=plain(later)),
         equal("the final state", expected=state(tmp_path / "whole"), got=state(tmp_path / "later")),
     )
+
+
+def test_stored_state__is_measured_again_in_both_stages(tmp_path: Path) -> None:
+    run = asked(**SMALL)
+    result = execute(run, tmp_path, threads=1)
+    old = {name: replace(each, version=0) for name, each in result.measurements.items()}
+    again = remeasure(run, replace(result, measurements=old), tmp_path / "state.npz", by="a test").measurements
+    for name, measured in result.measurements.items():
+        assert again[name].value == measured.value, name
+        assert again[name].version == measured.version
+
+
+@pytest.mark.parametrize(
+    ("changes", "field"),
+    [
+        ({"geometry": "half"}, "geometry"),
+        ({"debris": "follow"}, "debris"),
+        ({"stand_off": 7e-3}, "stand_off"),
+        ({"wall_radius": 4e-3}, "wall_radius"),
+    ],
+)
+def test_door__refuses_what_stages_do_not_compute(changes: dict[str, Any], field: str) -> None:
+    with pytest.raises(InvalidInput) as caught:
+        asked(**{**SMALL, **changes})
+    assert [finding.field for finding in caught.value.findings] == [field]
 
 
 def plain(result: RunResult) -> str:
