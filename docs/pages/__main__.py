@@ -8,6 +8,7 @@ from docs.pages import (
     DOCS,
     accuracy,
     api,
+    failure,
     gallery,
     laws,
     measurements,
@@ -18,9 +19,10 @@ from docs.pages import (
     verification,
 )
 
-PAGES = (accuracy, api, gallery, laws, measurements, shields, shots, tutorial, validation, verification)
+PAGES = (accuracy, api, failure, gallery, laws, measurements, shields, shots, tutorial, validation, verification)
 COMPUTED = {
     "accuracy": verification,
+    "failure": failure,
     "gallery": gallery,
     "shots": shots,
     "tutorial": tutorial,

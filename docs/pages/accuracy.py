@@ -14,6 +14,7 @@ PUBLISHED = (
     ("length and diameters of a bar", "copper on a wall", ("taylor-bar",)),
     ("debris: momentum, shape, melt", "plates of copper", ("debris-clouds", "melted-projectile")),
     ("time at the wall, energy", "elastic bar", ("elastic-bar",)),
+    ("peak of a free surface; its pull-back is reported", "plates of copper and aluminium", ("plate-spall",)),
 )
 EXACT = (
     (
@@ -31,6 +32,7 @@ EXACT = (
             *("coupled-bar", "finite-elements", "sph-elastic-waves"),
         ),
     ),
+    ("free surface and break of a plate", "aluminium on copper, as fluids", ("spall",)),
     ("contact of bodies", "bars, spheres, walls", ("bar-contact", "contact", "contact-gap")),
     ("energy, momentum", "impacts", ("energy", "momentum")),
     ("stress of a point", "models of materials", ("johnson-cook", "steinberg-guinan", "tillotson", "rotation")),

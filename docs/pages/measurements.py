@@ -101,8 +101,12 @@ def _debris_cloud() -> Sketch:
         (90, 134, "internal_energy_behind"),
         (90, 150, "melted_share_behind"),
         (90, 166, "melted_share_projectile"),
-        (90, 198, "fragments"),
-        (90, 214, "largest_fragment"),
+        (440, 222, "fragments, largest_fragment"),
+        (440, 238, "expansion_rate"),
+        (440, 254, "fragment_size_grady: the smaller of"),
+        (440, 270, "fragment_size_brittle and"),
+        (440, 286, "fragment_size_ductile"),
+        (440, 302, "fragment_size_liquid"),
         (350, 342, "tip_velocity_percent, tip_velocity_permille"),
         (350, 120, "rear_velocity"),
         (24, 346, "cloud_length_over_diameter: cloud_length / 2 cloud_radius"),
@@ -209,7 +213,7 @@ def _elastic_bar() -> Sketch:
 
 
 def _plate_impact() -> Sketch:
-    sketch = Sketch("Plateau and fronts of a plate impact", 380)
+    sketch = Sketch("Plateau, fronts and free surface of a plate impact", 420)
     sketch.shape([(220, 80), (320, 80), (320, 230), (220, 230)], "#7f7f7f33")
     sketch.shape([(360, 80), (470, 80), (470, 230), (360, 230)], "#7f7f7f33")
     sketch.path([(40, 230), (178, 230), (190, 155), (200, 80), (490, 80), (502, 155), (514, 230), (640, 230)])
@@ -230,6 +234,10 @@ def _plate_impact() -> Sketch:
     sketch.across(340, 502, 276, "target_shock_front")
     sketch.text(340, 296, "fronts where the pressure falls to half")
     sketch.text(340, 364, "flyer_shock_speed, target_shock_speed: slope of the front's path", colour="#0072b2")
+    sketch.text(340, 388, "rear of the target: free_surface_velocity over time, its free_surface_peak and _minimum,")
+    sketch.text(
+        340, 406, "pullback_velocity between them; acoustic_stress and spall_strength are rho0 c0 / 2 times both"
+    )
     return sketch
 
 

@@ -10,17 +10,19 @@ import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict
 from importlib.metadata import version
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
 from docs.pages import MADE, keep, plots, table
 from solver import PHYSICS_VERSION
-from studies import measurements, observations, scenarios
+from studies import laws, measurements, observations, scenarios
 from studies.laws.fitting.least_squares import CONFIDENCE
 from studies.observations import written
 from studies.observations.compared import FEWEST, STORED, bias_and_scatter, compared_shots, ratio, stored
 from studies.quantities.display import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
 from studies.quantities.parameters import declared
+from studies.reports.answers.answer import ask
 from studies.reports.verdict.summary import of_shots
 from studies.sweeps.reading import published_shots
 
@@ -42,9 +44,24 @@ TITLES = {
     "taylor-bars-copper-etp": "Taylor bars, ETP copper",
     "taylor-bars-al-6061-t6": "Taylor bars, aluminium 6061-T6",
     "taylor-bars-steel-4340": "Taylor bars, steel 4340",
-    "craters": "Craters, copper on copper",
+    "craters": "Craters, copper and aluminium",
     "holes": "Holes, aluminium on aluminium and on copper",
 }
+# Published shots that could not be read, with the report to ask for: of the list of references of Cour-Palais (1987),
+# where no other is named.
+WANTED = (
+    ("holes in thin aluminium targets", "Nysmith and Denardo (1969), NASA TN D-5492"),
+    ("holes in the bumpers of double sheets", "Nysmith and Summers (1962), TN D-1431; Nysmith (1968), TN D-4568"),
+    ("holes in thin plates", "Maiden, Gehring and McMillan (1963), GM-DRL TR 63-225; Gehring (1970), in Kinslow"),
+    ("growth of holes in thin plates", "Turpin and Carson (1970), AFML-TR-70-83"),
+    ("bumper holes of 16 debris clouds", "Piekutowski (1996), NASA CR-4707 (source of shots of `shields/`)"),
+    ("over 500 damaged specimens", "Schonberg, Bean and Darzi (1991), NASA CR-4343 (NTRS 19910009851)"),
+    ("craters by spheres of 1.6 to 12.7 mm", "Denardo, Summers and Nysmith (1967), NASA TN D-4067 (listed: 4061)"),
+    ("craters in aluminium", "Halperson (1963), 6th Hypervelocity Impact Symposium 2, 525"),
+    ("craters in metals", "Sorensen (1965), 7th Hypervelocity Impact Symposium 6"),
+    ("craters in 1100, glass spheres of 3.2 mm", "Bernhard, See, Hörz and Cintala (1994), NTRS 19940030901"),
+    ("the two craters in aluminium as numbers", "Pierazzo et al. (2008), Meteorit. Planet. Sci. 43, 1917"),
+)
 DOUBTFUL = "contradicts"  # in the note of a shot that is faster than another of its series, and shortened less
 
 LIMIT = "- Beside [published shots](shots.md)"  # how the line of docs/limits.md begins
@@ -181,20 +198,52 @@ def pages() -> dict[str, str]:
         "A shot contradicts a slower one of its series where the faster bar is the longer one; the last column "
         "leaves these out (bias, scatter / %). Reading the published figures is uncertain by 0.1 mm in a length and "
         "0.2 mm in a diameter. Holes are quoted at second hand, and their alloys are not stated; the one in aluminium "
-        "is known as a range alone, and nothing is compared with it. A bar that spreads beyond the grid, three "
-        "diameters wide, has no length (`lost_particles`).\n",
+        "is known as a range alone, and nothing is compared with it. Craters in aluminium are read off figures at "
+        "second hand, with the scatter of their shots, and the alloy of the sphere is not stated. The grid of a bar "
+        "is as wide as it is expected to spread; one that spreads farther has no length (`lost_particles`).\n",
         "![Simulation over observation less 1, against speed, a panel for each table](drawings/shots.svg)\n",
     ]
     for name in TABLES:
         mine = [row for row in shots if row["table"] == name]
         parts += [f"## {TITLES[name]}\n", _by_source(mine), _rows(mine)]
+    parts += [
+        "## Published laws beside the craters and holes\n",
+        f"Each law whose range holds the shot. Fewer than {FEWEST} shots tell no bias and no scatter of a law.\n",
+        laws_beside(),
+        "## Shots that are wanted\n",
+        "Measured holes and craters whose numbers could not be read: whoever has the report can add them "
+        "([how](own-shots.md)).\n",
+        table(["what", "report"], [list(row) for row in WANTED]),
+    ]
     return {"shots.md": "\n".join(parts)}
+
+
+def laws_beside() -> str:
+    """Each law in its range beside each published crater and hole that has a value."""
+    rows = []
+    for shot in (*published("craters"), *published("holes")):
+        if shot.value is not None:
+            for each in map(ask(laws.shot_from(shot.parameters)), laws.answering(shot.quantity)):
+                if each.in_range:
+                    use = "" if each.law.use == "verdict" else each.law.use
+                    difference = percent(each.value / shot.value - 1.0)
+                    law = [each.law.title, _millimetres(each.value), difference, use]
+                    place = f"{shot.parameters['projectile']} on {shot.parameters['target']}"
+                    rows.append([place, _title(shot.quantity), _millimetres(shot.value), *law])
+    return table(["shot", "quantity", "observed / mm", "law", "law / mm", "difference / %", "use"], rows)
 
 
 def limit() -> str:
     """The line of docs/limits.md on the bias of holes and craters."""
     listed = [group for group in compared_shots() if group.quantity.startswith(("hole", "crater"))]
-    texts = "; ".join(of_shots(asdict(group)) for group in listed)
+    known = [of_shots(asdict(group)) for group in listed if group.bias]
+    few = [
+        f"{_title(quantity).lower()} ({', '.join(' on '.join(group.materials) for group in groups)})"
+        for quantity, groups in groupby((group for group in listed if not group.bias), lambda group: group.quantity)
+    ]
+    if few:
+        known.append(f"fewer than {FEWEST} shots, too few for an interval, of {', '.join(few)}")
+    texts = "; ".join(known)
     return (
         f"{LIMIT} whipple itself, simulation over observation less 1: {texts}. A law that meets the simulation is as "
         "far from the shots as the simulation is; each report states the bias for its metal."

@@ -35,12 +35,7 @@ def compute(directory: Path | None = None, *names: Path) -> None:
         chosen = [str(name) for name in names] or validation.names()
         cases = {**(stored()["cases"] if STORED.exists() else {})}
         cases |= {name: _computed(name, place) for name in chosen}
-    document = {
-        "command": COMMAND,
-        "version": version("whipple"),
-        "physics_version": PHYSICS_VERSION,
-        "cases": dict(sorted(cases.items())),
-    }
+    document = {"command": COMMAND, "version": version("whipple"), "cases": dict(sorted(cases.items()))}
     keep(document, STORED)
 
 
@@ -62,7 +57,7 @@ def _computed(chosen: str, place: Path) -> dict[str, Any]:
     for file in sorted((place / name).glob("*.svg")) if level == LEVEL else []:
         pictures.append(f"validation-{file.name}")
         shutil.copy(file, DOCS / "drawings" / pictures[-1])
-    return {"rows": rows, "pictures": pictures}
+    return {"physics_version": PHYSICS_VERSION, "rows": rows, "pictures": pictures}
 
 
 def _place(chosen: str) -> tuple[str, validation.ValidationLevel]:
@@ -83,6 +78,7 @@ def pages() -> dict[str, str]:
     made = MADE.format(source=f"`docs/results/{STORED.name}`")
     absent = [f"`{name}`" for name in validation.names() if name not in document["cases"]]
     longer = f" Not computed for this page: {', '.join(absent)}." if absent else ""
+    physics = " and ".join(sorted({str(kept["physics_version"]) for kept in document["cases"].values()}, key=int))
     parts = [
         "# Published problems\n",
         made,
@@ -93,8 +89,8 @@ def pages() -> dict[str, str]:
         # Measured 2026-11-23 on two busy cores.
         "All cases at the level `thesis` took 26 minutes of a core, nearly all of them Tables 3.3 and 3.4 in three "
         "dimensions; without `hole-laws` and `shape-coefficient`.\n",
-        f"Computed by `{document['command']}` with version {document['version']} (physics version "
-        f"{document['physics_version']}), level `{LEVEL}`.{longer}\n",
+        f"Computed by `{document['command']}` with version {document['version']} (physics version {physics}, said on "
+        f"each page), level `{LEVEL}`.{longer}\n",
         table(["case", "states", "rows", "gates held"], [_summary(*each) for each in document["cases"].items()]),
     ]
     cases = [name for name in document["cases"] if _place(name)[1] == LEVEL]
@@ -116,6 +112,7 @@ def _page(name: str, made: str) -> str:
         if _place(chosen)[0] == name:
             parts += [
                 *([] if chosen == name else [f"## Level {_place(chosen)[1]}\n"]),
+                f"Physics version {kept['physics_version']}.\n",
                 *(f"![{_title(file)}](../drawings/{file})\n" for file in kept["pictures"]),
                 table(list(HEADERS), list(by_place([_row(row) for row in kept["rows"]]))),
             ]

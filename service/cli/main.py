@@ -10,6 +10,7 @@ import typer
 
 from service.cli.commands import (
     answering,
+    calibrating,
     catalogue,
     client,
     computing,
@@ -39,6 +40,7 @@ PANELS = (
     ("Out of a cube", fitting),
     ("What ships", catalogue),
     ("Measured shots", answering),
+    ("Measured shots", calibrating),
     ("The service", serving),
     ("Requests to a service", client),
     ("Maintenance of a service", maintenance),

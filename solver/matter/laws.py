@@ -3,6 +3,7 @@
 from typing import Any, NamedTuple
 
 from solver.matter.failure.none import NoFailure
+from solver.matter.melting import MeltingCurve
 from solver.units import Dimensionless, Kelvin, Pascal
 
 
@@ -14,6 +15,7 @@ class Matter(NamedTuple):
     tension: Any
     shear_modulus: Pascal
     room_temperature: Kelvin
-    melt_temperature: Kelvin  # at the reference density; inf: never softens, never melts
+    melt_temperature: Kelvin  # at the density of ``melting.anchor``; inf: never softens, never melts
     failure: Any = NoFailure()
     rubble_friction: Dimensionless = 0.0  # shear strength of failed matter over its pressure
+    melting: MeltingCurve = MeltingCurve()

@@ -10,7 +10,8 @@ from typing import NamedTuple
 from solver.jit import device
 from solver.matter.eos import reference_density, reference_sound_speed, solve_pressure, sound_speed_squared, temperature
 from solver.matter.failure import PointLoading, floor_until_failure, grown_damage, integrity, weakens
-from solver.matter.strength import hardening, melting, rate_and_heat, stiffness, stored_part, under_pressure
+from solver.matter.melting import melting_point, with_fusion
+from solver.matter.strength import hardening, rate_and_heat, stiffness, stored_part, under_pressure
 from solver.matter.tension import pressure_floor
 from solver.matter.tensor import (
     Jaumann,
@@ -35,6 +36,9 @@ SOUND_SPEED_FLOOR = 0.2
 
 # Pa, of the equivalent stress in the triaxiality: matter that bears less is a liquid, and the ratio stays finite.
 LEAST_STRESS = 1.0
+
+# Of the range from room temperature to melting: matter that is held at its melting point has reached it.
+ROUND_OFF = 1e-12
 
 JAUMANN = Jaumann()
 
@@ -130,6 +134,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     acts = Acts(pressure < floor, homologous >= 1.0, sound < 0.0)
     pressure = maximum(pressure, floor)
     present = known - 0.5 * pressure * expansion  # with the pressure that is stored
+    kelvin = temperature(matter.eos, density, present - stored)
     new = PointState(
         density,
         energy,
@@ -137,7 +142,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
         q,
         new_deviator,
         old.plastic_strain + slip,
-        temperature(matter.eos, density, present - stored),
+        with_fusion(matter, kelvin, density * (1.0 / reference_density(matter.eos))),
         damage,
         hardened + left * slip,
         stored,
@@ -148,12 +153,11 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
 @device
 def homologous_temperature(matter, kelvin, density_ratio):
     """(T - T_room) / (T_melt - T_room) within 0..1; 0 for matter that never melts."""
-    melt = matter.melt_temperature * melting(matter.strength, density_ratio)
+    melt = melting_point(matter, density_ratio)
     liquid = melt <= matter.room_temperature
     range_of_solid = where(liquid, 1.0, melt - matter.room_temperature)
     part = (kelvin - matter.room_temperature) * (1.0 / range_of_solid)
-    part = minimum(maximum(part, 0.0), 1.0)
-    return where(liquid, 1.0, part)
+    return where(liquid | (part >= 1.0 - ROUND_OFF), 1.0, maximum(part, 0.0))
 
 
 @device

@@ -173,6 +173,7 @@ def update_particles(
                 matter.melt_temperature,
                 matter.failure,
                 matter.rubble_friction,
+                matter.melting,
             )
             length = own_length(geometry, p, lanes)
             new, present, acts = advance(local, viscosity, length, dt, gradient, old, stress_rate)

@@ -61,7 +61,14 @@ from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit, observed_order
 from studies.quantities.measured import TOO_COARSE
 
 ConvergenceVerdict = Literal[
-    "converging", "oscillatory", "not in the asymptotic range", "two grids", "single grid", "no value"
+    "converging",
+    "oscillatory",
+    "not in the asymptotic range",
+    "two grids",
+    "single grid",
+    "no value",
+    "grids agree",  # of an outcome (``outcomes``)
+    "open",
 ]
 VERDICTS: tuple[ConvergenceVerdict, ...] = get_args(ConvergenceVerdict)
 
@@ -216,7 +223,7 @@ def _convergence(levels: tuple[Level, ...], judged: "_Judged") -> Convergence:
     valued = [level for level in levels if level.values]
     finest = valued[0]
     unknown = TOO_COARSE in finest.quality_flags
-    notes = (reason, *_unstated(valued), *_flagged(valued), *_left_out(levels))
+    notes = (reason, *_unstated(valued), *_flagged(valued), *notes_on_gaps(levels))
     return Convergence(
         verdict,
         "; ".join(filter(None, notes)),
@@ -310,7 +317,7 @@ def _flagged(valued: Sequence[Level]) -> Iterator[str]:
         yield f"{flag.replace('_', ' ')} at {which} of the resolutions that count"
 
 
-def _left_out(levels: Sequence[Level]) -> list[str]:
+def notes_on_gaps(levels: Sequence[Level]) -> list[str]:
     """Notes on resolutions and offsets without a value."""
     empty = [level for level in levels if not level.values]
     gaps = [level for level in levels if 0 < level.values < level.runs]

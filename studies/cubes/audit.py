@@ -69,7 +69,7 @@ AUDIT = (
     AuditNumber("load_work", "J", "work of pressures and gravity up to the end, on whole bodies", shown=False),
     _share("separated_mass_fraction", meaning="target not connected to its rim, or gone, over its mass"),
     _share("fast_mass_fraction", meaning="connected target above 300 m/s, over the target's mass"),
-    _share("molten_mass_fraction", meaning="matter at or above its melting point at the end, over the initial mass"),
+    _share("molten_mass_fraction", meaning="molten mass once all matter has expanded to no pressure, over the initial"),
     AuditNumber("largest_speed", "m s-1", "largest speed of a particle"),
     AuditNumber("tension_floors", "1", "uses of the floor that limits tension"),
     AuditNumber("beyond_hugoniot", "1", "states compressed beyond the Hugoniot's limit"),

@@ -82,6 +82,11 @@ def answers(choices: Sequence[LawChoice], shots: np.ndarray) -> np.ndarray:
     return asked
 
 
+def _quantity(name: str, unit: str) -> Quantity:
+    measurement = measurements.load(name)
+    return Quantity(name, unit, measurement.meaning, measurement.outcomes)
+
+
 def catalogue_of(sweep: Any) -> Catalogue:
     """The catalogue of a sweep, from the scenario, laws and materials that are installed."""
     from studies.sweeps.reading import vocabulary
@@ -97,9 +102,7 @@ def catalogue_of(sweep: Any) -> Catalogue:
     return Catalogue(
         title=scenario.title,
         parameters={**own, **constants},
-        quantities={
-            name: Quantity(name, unit, measurements.load(name).meaning) for name, unit in allowed.quantities.items()
-        },
+        quantities={name: _quantity(name, unit) for name, unit in allowed.quantities.items()},
         laws=[
             *(law for name in allowed.quantities for law in laws.answering(name)),
             *(fitted.as_law() for fitted in sweep.laws),

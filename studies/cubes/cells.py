@@ -1,19 +1,21 @@
 """The cells of a cube: each run of a sweep in its place, with what is known of it."""
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
 
+from studies.convergence.outcomes import agree
 from studies.convergence.richardson import Sample, converge_series
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
-from studies.quantities.measured import BY_ONE_GRID, DEFINITION, ENOUGH_GRIDS, numerical_parts
+from studies.quantities.measured import BY_ONE_GRID, CELLS_THROUGH, DEFINITION, ENOUGH_GRIDS, numerical_parts
 from studies.sweeps.reading import RESOLUTION
 
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
+OF_MESH = (SUB_CELL, CELLS_THROUGH)  # parts that offsets and resolutions show themselves
 
 
 @dataclass(frozen=True)
@@ -143,11 +145,12 @@ def _cell(point: Any, results: Mapping[str, Any], shot: Any | None) -> Cell:
     return Cell(point.coordinates, point.run, shot, left, state, reason)
 
 
-def converge_points(layout: Layout, quantity: str) -> np.ndarray:
+def converge_points(layout: Layout, quantity: str, outcomes: Sequence[str] = ()) -> np.ndarray:
     """Convergence of a quantity at each point, judged over the series to which the point belongs.
 
     A series has the points of a sweep that differ in axes of numbers alone: curves are drawn through them. Each value
-    of an axis of words (a material, a geometry) has a series of its own.
+    of an axis of words (a material, a geometry) has a series of its own. An outcome, of which ``outcomes`` say what 0
+    and 1 mean, is judged at each point by itself.
     """
     axes = [axis.name for axis in layout.axes]
     points = layout.runs_of_points
@@ -159,7 +162,8 @@ def converge_points(layout: Layout, quantity: str) -> np.ndarray:
     converged = np.empty(points.shape[:-1], object)
     for places in series.values():
         samples = ([_sample(cell, cell.measured(quantity)) for cell in points[place]] for place in places)
-        for place, each in zip(places, converge_series(samples), strict=True):
+        judged = [agree(runs, outcomes) for runs in samples] if outcomes else converge_series(samples)
+        for place, each in zip(places, judged, strict=True):
             converged[place] = each
     return converged
 
@@ -187,6 +191,6 @@ def _sample(cell: Cell, measured: Any | None) -> Sample:
     if measured.value is None:
         return Sample(spacing, np.nan, nothing=True)
     parts = numerical_parts(measured.parts)
-    rest = math.hypot(*(size for part, size in parts.items() if part != SUB_CELL))
+    rest = math.hypot(*(size for part, size in parts.items() if part not in OF_MESH))
     flags = (*cell.result.flags, *measured.flags)
     return Sample(spacing, measured.value, measured.parts.get(SUB_CELL, 0.0), rest, quality_flags=flags)

@@ -36,7 +36,17 @@ from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
 from studies.cubes.cells import Cell, Layout, converge_points, definition_part, lay_out
 from studies.cubes.models import Assess, assessment
-from studies.cubes.variable import GROUPS, POINTS, RUNS, SYMBOLS, Quantity, Variable, variable_name
+from studies.cubes.variable import (
+    BETWEEN_OUTCOMES,
+    GROUPS,
+    OUTCOMES,
+    POINTS,
+    RUNS,
+    SYMBOLS,
+    Quantity,
+    Variable,
+    variable_name,
+)
 from studies.laws import FITTED
 from studies.quantities.files import write_atomically
 from studies.quantities.measured import numerical_parts
@@ -215,7 +225,7 @@ def _of_histories(layout: Layout, samples: int) -> Iterator[Column]:
 
 def _of_distributions(layout: Layout) -> Iterator[Column]:
     """Arrays over bins, of the runs that have them."""
-    from studies.measurements.cloud import DISTRIBUTIONS
+    from studies.measurements.fragments import DISTRIBUTIONS
 
     for name in {name: None for cell in layout.cells.flat for name in cell.distributions}:
         distribution = DISTRIBUTIONS[name]
@@ -235,8 +245,10 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     measured = _each(layout.cells, lambda cell: cell.measured(name))
     parts = [declared.uncertainty_part(part) for part in _parts(layout, name)]
     companions = (declared.UNCERTAINTY, declared.FLAGS, declared.RUN_STATE)
-    ancillary = {"ancillary_variables": " ".join(each.named(name) for each in companions)}
-    yield declared.VALUE.filled(quantity), declared.VALUE.values(measured), ancillary
+    about = {"ancillary_variables": " ".join(each.named(name) for each in companions)}
+    if quantity.outcomes:
+        about[OUTCOMES] = BETWEEN_OUTCOMES.join(quantity.outcomes)
+    yield declared.VALUE.filled(quantity), declared.VALUE.values(measured), about
     for variable in (declared.UNCERTAINTY, declared.FLAGS, *parts):
         yield _column(variable.filled(quantity), measured)
     histories = _each(layout.cells, lambda cell: _history(cell, name))
@@ -246,7 +258,7 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     if any(part is not None for part in definition.flat):
         yield _column(declared.DEFINITION_PART.filled(quantity), definition)
     if layout.refinements:
-        converged = converge_points(layout, name)
+        converged = converge_points(layout, name, quantity.outcomes)
         for variable in declared.OF_CONVERGENCE:
             yield _column(variable.filled(quantity), converged)
     diameters = declared.EQUIVALENT_DIAMETER.values(layout.cells)
@@ -267,6 +279,8 @@ def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[C
     ]
     if any(part.distance is not None for part in parts.flat):
         assessed.append(declared.MODEL_DISTANCE)
+    if any(part.alloy for part in parts.flat):
+        assessed.append(declared.MODEL_ALLOY)
     for variable in (declared.MODEL_PART, declared.MODEL_REASON, *assessed):
         yield _column(variable.filled(quantity), parts)
 

@@ -7,16 +7,19 @@ written by ``python -m docs.model_part``) or from screening runs of the sweep it
 import json
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cache
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from studies.cubes.cells import Cell
-from studies.sweeps.screening import CONTRIBUTIONS, STRENGTH_DEVIATION, contributions_of
+from studies.sweeps.screening import CONTRIBUTIONS, contributions_of
 
 STORED = Path(__file__).with_name("sensitivities.json")
 NOT_ASSESSED = "not assessed"
+BASE = "default"  # among the stored answers, before any change
 ROUND_OFF = 1e-9  # relative
 
 Assess = Callable[[Cell, str], "ModelPart"]
@@ -31,6 +34,7 @@ class ModelPart:
     shares: Mapping[str, float] = field(default_factory=dict)  # relative, by contribution
     # Largest factor by which the run is outside of the speeds and t/d of what is stored; 1: inside; None: not stored.
     distance: float | None = None
+    alloy: str = ""  # of what is stored, where it is not that of the run
 
 
 def assessment(sweep: Any, results: Mapping[str, Any]) -> Assess:
@@ -40,12 +44,10 @@ def assessment(sweep: Any, results: Mapping[str, Any]) -> Assess:
     if sweep.model_part == "screen":
         screened = _Screened(sweep, results)
         return lambda cell, quantity: _part(cell, quantity, *screened.shares(quantity))
-    return lambda cell, quantity: _part(cell, quantity, *_stored(cell, quantity))
+    return _stored
 
 
-def _part(
-    cell: Cell, quantity: str, shares: Mapping[str, float], source: str, distance: float | None = None
-) -> ModelPart:
+def _part(cell: Cell, quantity: str, shares: Mapping[str, float], source: str) -> ModelPart:
     """The model part of a value from relative contributions."""
     measured = cell.measured(quantity)
     if not shares or measured is None or measured.value is None:
@@ -54,35 +56,63 @@ def _part(
         f"{name} {100.0 * shares[name]:.2g} %" if name in shares else f"{name} {NOT_ASSESSED}" for name in CONTRIBUTIONS
     ]
     uncertainty = abs(measured.value) * math.hypot(*shares.values())
-    return ModelPart(uncertainty, f"{', '.join(texts)} ({source})", shares, distance)
+    return ModelPart(uncertainty, f"{', '.join(texts)} ({source})", shares)
 
 
 # ---- stored --------------------------------------------------------------------------------------
 
 
 @cache
-def _classes() -> Mapping[tuple[str, str], Mapping[str, Any]]:
-    """The stored classes by scenario and family of the target."""
-    classes = json.loads(STORED.read_text(encoding="utf-8"))
-    return {(each["scenario"], each["family"]): each for each in classes}
+def classes() -> list[Mapping[str, Any]]:
+    """What is stored: answers of the runs of a metal in a scenario, by quantity, change and speed."""
+    classes: list[Mapping[str, Any]] = json.loads(STORED.read_text(encoding="utf-8"))
+    return classes
 
 
-def _stored(cell: Cell, quantity: str) -> tuple[Mapping[str, float], str, float | None]:
-    """The stored contributions to a quantity, where they come from, and how far from the run that is."""
+def _like(scenario: str, target: Mapping[str, Any]) -> list[Mapping[str, Any]]:
+    """The classes of a target's family, that of its alloy first."""
+    mine = [each for each in classes() if each["scenario"] == scenario and each["family"] == target.get("family")]
+    return sorted(mine, key=lambda each: bool(each["alloy"] != target.get("alloy")))
+
+
+def _stored(cell: Cell, quantity: str) -> ModelPart:
+    """The model part of a value by the stored answers of its metal, at its speed.
+
+    A contribution that the metal has no sources for is that of the first metal of its family that has them.
+    """
     scenario, target = cell.run.scenario, cell.run.materials.get("target", {})
-    family = str(target.get("family", ""))
-    entry = _classes().get((scenario, family))
-    if entry is None or quantity not in entry["quantities"]:
-        return ({}, f"nothing is stored for {quantity} of {scenario} in {family or 'no target'}", None)
-    speeds = " and ".join(f"{speed / 1e3:g}" for speed in entry["speeds"])
-    cells = entry["parameters"]["cells_per_diameter"]
+    classes = [each for each in _like(scenario, target) if quantity in each["quantities"]]
+    if not classes:
+        metal = target.get("name", "no target")
+        return _part(cell, quantity, {}, f"nothing is stored for {quantity} of {scenario} in {metal}")
+    parameters, entry = cell.run.parameters, classes[0]
+    shares, borrowed = {}, []
+    for each in classes:
+        more = stored_shares(each, quantity, float(parameters.get("speed") or each["speeds"][0]))
+        for name in more.keys() - shares.keys():
+            shares[name] = more[name]
+            borrowed += [f"{name} of {each['material']}"] if each is not entry else []
     ratio = _thickness_ratio(entry["parameters"])
     plate = "" if ratio is None else f"t/d {ratio:g}, "
-    source = (
-        f"stored: {entry['material']} at {plate}{speeds} km/s, {cells:g} cells a diameter, strength "
-        f"±{100 * STRENGTH_DEVIATION:g} %, physics {entry['physics']}, {entry['command']}"
-    )
-    return entry["quantities"][quantity], source, _distance(cell.run.parameters, entry)
+    speeds = f"{min(entry['speeds']) / 1e3:g} to {max(entry['speeds']) / 1e3:g} km/s"
+    cells = f"{entry['parameters']['cells_per_diameter']:g} cells a diameter"
+    metal = ", ".join([entry["material"], *borrowed])
+    source = f"stored: {metal} at {plate}{speeds}, {cells}, physics {entry['physics']}, {entry['command']}"
+    alloy = "" if entry["alloy"] == target.get("alloy") else str(entry["alloy"])
+    return replace(_part(cell, quantity, shares, source), distance=_distance(parameters, entry), alloy=alloy)
+
+
+def stored_shares(entry: Mapping[str, Any], quantity: str, speed: float) -> dict[str, float]:
+    """The contributions to a quantity at a speed (m/s): linear between the stored speeds, constant beyond them."""
+    answers = entry["quantities"][quantity]
+    at_speeds = [
+        contributions_of(base, {name: v[place] for name, v in answers.items() if name != BASE and v[place] is not None})
+        for place, base in enumerate(answers[BASE])
+        if base
+    ]
+    speeds = [speed for speed, base in zip(entry["speeds"], answers[BASE], strict=True) if base]
+    every = [name for name in CONTRIBUTIONS if any(name in each for each in at_speeds)]
+    return {name: float(np.interp(speed, speeds, [each.get(name, 0.0) for each in at_speeds])) for name in every}
 
 
 def _distance(parameters: Mapping[str, Any], entry: Mapping[str, Any]) -> float | None:

@@ -16,7 +16,7 @@ from studies.cubes.variable import Variable
 from studies.cubes.variables import EQUATION, LAW_CONFIDENCE
 from studies.quantities.files import CUBE
 from studies.quantities.findings import refusal
-from studies.quantities.measured import ERROR_UNKNOWN
+from studies.quantities.measured import NO_DOUBT
 
 
 def quantities_of(dataset: xr.Dataset) -> list[str]:
@@ -60,8 +60,8 @@ def flag_words(flags: xr.DataArray) -> list[tuple[str, ...]]:
 
 
 def doubts(flags: xr.DataArray) -> xr.DataArray:
-    """The flags that doubt a value: all but that of an unknown error."""
-    unknown = sum(mask for mask, word in flag_meanings(flags) if word == ERROR_UNKNOWN)
+    """The flags that doubt a value: all but those that say how well its error is known."""
+    unknown = sum(mask for mask, word in flag_meanings(flags) if word in NO_DOUBT)
     return flags & ~np.int32(unknown)
 
 

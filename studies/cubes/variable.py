@@ -23,6 +23,9 @@ SYMBOLS = {"hole_diameter": "D/d", "crater_depth": "p/d", "crater_diameter": "D/
 RUNS, POINTS = ("*",), ("@",)  # stand for the dimensions of the runs and of the points
 
 
+OUTCOMES, BETWEEN_OUTCOMES = "outcomes", "; "  # the attribute that says what 0 and 1 of a quantity mean
+
+
 @dataclass(frozen=True)
 class Quantity:
     """Something that is measured on a run, as its measurement describes it."""
@@ -30,6 +33,7 @@ class Quantity:
     name: str  # "hole_diameter"
     unit: str  # "m"
     meaning: str
+    outcomes: tuple[str, ...] = ()  # what 0 and 1 mean, of an outcome
 
 
 @dataclass(frozen=True)

@@ -141,7 +141,8 @@ _measured = partial(Variable, dims=RUNS, unit="{unit}")
 VALUE = _measured("{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", group="result")
 UNCERTAINTY = _measured(
     "{quantity}_reading_uncertainty",
-    "uncertainty of reading {quantity} off the grid of its run, without the mesh error: no error bar",
+    "uncertainty of reading {quantity} off the grid of its run, without the mesh error but that of holes by the cells "
+    "through their plate: no error bar",
     lambda measured: measured.uncertainty,
     label="{words}, uncertainty",
     group="result",
@@ -207,6 +208,16 @@ MODEL_DISTANCE = Variable(
     RUNS,
     "1",
     label="{words}, model away",
+)
+
+
+MODEL_ALLOY = Variable(
+    "{quantity}_model_part_alloy",
+    "alloy for which {quantity}_model_part was computed, where it is not that of the target",
+    lambda assessed: assessed.alloy,
+    RUNS,
+    kind="text",
+    label="{words}, model alloy",
 )
 
 

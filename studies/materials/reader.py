@@ -10,6 +10,7 @@ from studies.materials.schema import (
     CONFIDENCES,
     OPTIONAL,
     SECTIONS,
+    TEXTS,
     Constant,
     Material,
     Scalars,
@@ -24,7 +25,6 @@ from studies.quantities.units import convert, exact_number, round_quantity
 
 STATED = "stated by the user"  # the source of a number that names none
 NUMBER_KEYS = ("value", "unit", "source", "confidence")
-TEXTS = ("name", "title", "family")
 LONGEST_TEXT = 200  # characters of a title
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_-]{0,63}")
 
@@ -78,6 +78,7 @@ class _MaterialReading:
         self._refuse_unknown(self.document, (*TEXTS, *declared(Scalars), *SECTIONS, "yield_stresses"), "")
         self.document.setdefault("title", self.document.get("name"))
         self.document.setdefault("family", self.document.get("name"))
+        self.document.setdefault("alloy", self.document.get("name"))
         self._refuse_absent()
         texts: dict[str, Any] = {text: self._text(text) for text in TEXTS}
         scalars: dict[str, Any] = self._record(Scalars, self.document, "")

@@ -24,6 +24,7 @@ from solver.units import (
     KilogramPerCubicMetre,
     Pascal,
     PerSecond,
+    Unit,
     marked,
 )
 from studies.quantities.findings import nearest_cure, refusal
@@ -72,16 +73,30 @@ class Thermal:
     heat_capacity: Annotated[JoulePerKilogramKelvin, Described("heat capacity", 1.0, 1e5)]
     melt_temperature: Annotated[Kelvin | None, Described("melting point", 100.0, 1e4)]
     room_temperature: Annotated[Kelvin, Described("initial temperature", 1.0, 5e3), Below("melt_temperature")]
-    latent_heat_of_fusion: Annotated[
-        JoulePerKilogram | None, Described("latent heat of fusion, for the melted share of debris", 1e3, 1e7)
+    latent_heat_of_fusion: Annotated[JoulePerKilogram | None, Described("latent heat of fusion", 1e3, 1e7)] = None
+    # Without it the melting point is the same at every density.
+    melting_slope: Annotated[
+        Dimensionless | None, Described("rise of the melting point with density, a of Lindemann's rule", 0.01, 10.0)
+    ] = None
+    melting_density: Annotated[
+        Dimensionless | None,
+        Described(
+            "density of the melting point over that at rest; by default that of matter melting at 1 bar", 0.5, 2.0
+        ),
     ] = None
 
 
 @dataclass(frozen=True)
 class Tension:
-    """Hydrostatic tension that the material bears."""
+    """Tension that the material bears: as a whole, at the tip of a crack, and as a liquid."""
 
     spall_strength: Annotated[Pascal | None, Described("spall strength", 0.0, 1e12)]
+    fracture_toughness: Annotated[
+        float | None, Unit("Pa m0.5"), Described("fracture toughness, for the size of fragments", 1e4, 1e9)
+    ] = None
+    surface_tension: Annotated[
+        float | None, Unit("N m-1"), Described("surface tension of the liquid, for the size of its drops", 1e-3, 10.0)
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -184,6 +199,9 @@ class Scalars:
     brinell_hardness: Annotated[Dimensionless | None, Described("Brinell hardness number", 0.1, 2e3)] = None
 
 
+TEXTS = ("name", "title", "family", "alloy")
+
+
 @dataclass(frozen=True, kw_only=True)
 class Material:
     """A material: constants in SI, yield stresses for laws, and the source of each number."""
@@ -191,6 +209,7 @@ class Material:
     name: str
     title: str
     family: str  # what laws mean by "same material": "copper", "aluminium"
+    alloy: str = ""  # shared by its tempers and by other sources of its constants: "6061"
     density: KilogramPerCubicMetre
     elastic: Stiffness
     eos: Model
@@ -296,7 +315,7 @@ class Material:
 
     def document(self) -> dict[str, Any]:
         """The material in the schema of a material file, in SI: it loads as itself."""
-        document: dict[str, Any] = {"name": self.name, "title": self.title, "family": self.family}
+        document: dict[str, Any] = {text: getattr(self, text) for text in TEXTS}
         document |= {section: self._choice(section) for section in SECTIONS}
         for path, quantity in self.sources.items():
             section, _, name = path.rpartition(".")
@@ -328,7 +347,7 @@ class Material:
 
 
 # Read by laws, reports and checks and by no simulation: runs that differ in these alone are the same.
-NOT_SIMULATED = ("name", "title", "family", "yield_stresses", "brinell_hardness")
+NOT_SIMULATED = (*TEXTS, "yield_stresses", "brinell_hardness")
 # The bulk modulus that acts is that of the equation of state, and the stated one is there to be compared with it; it
 # acts where an equation of state takes it.
 STIFFNESS = "elastic.bulk_modulus"
@@ -337,7 +356,7 @@ ACTING_STIFFNESS = "stiffness"
 # Sections whose constants act where a chosen model takes them.
 OF_MODELS = ("tension", "fracture", "spall")
 # Read by measurements of some scenarios alone.
-MEASURED_WITH = ("thermal.latent_heat_of_fusion",)
+MEASURED_WITH = ("tension.fracture_toughness", "tension.surface_tension")
 
 
 def acting_eos(kind: str, form: str = "") -> Any:

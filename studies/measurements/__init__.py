@@ -1,9 +1,10 @@
 """Measurements: numbers read off a state of a run, each with its own parts of uncertainty and flags.
 
 A family is a module in which its definitions stand together: the hole of an impact (``hole``), its crater (``crater``),
-its debris (``cloud``), the plug of a plate (``plug``), a bar (``bar``), two plates (``plates``), everything on the grid
-(``whole``). ``view`` of a family makes its view of a snapshot, which hides whether the model was a body of revolution
-or a quarter in three dimensions; holes and craters have theirs in the folder ``impact``, which offers no measurement.
+its debris (``cloud``) and the pieces of that (``fragments``), the plug of a plate (``plug``), a shield (``shield``) and
+its rear wall (``wall``), a bar (``bar``), two plates (``plates``), everything on the grid (``whole``). ``view`` of a
+family makes its view of a snapshot, which hides whether the model was a body of revolution or a quarter in three
+dimensions; holes and craters have theirs in the folder ``impact``, which offers no measurement.
 
 How to add one: a function in its family, ``measurement`` above it, and its name in the family's ``MEASUREMENT``. A new
 family is a module here that offers one ``Measurement``, or a tuple of several, as ``MEASUREMENT``. A measurement reads
@@ -72,8 +73,13 @@ class Measurement:
     widest: float = math.inf  # uncertainty over value, above which a value is flagged "wide_bar"
     # Whether the mesh decides the value: flagged "mesh_determined", unless a cube has it on three grids.
     mesh_determined: bool = False
-    # Whether it is 1 or 0, so that a sweep may search for the limit between them.
-    is_outcome: bool = False
+    # What the values 0 and 1 of an outcome mean, in words: a sweep may search for the limit between them.
+    outcomes: tuple[str, ...] = ()
+
+    @property
+    def is_outcome(self) -> bool:
+        """Whether it is 1 or 0."""
+        return bool(self.outcomes)
 
     def uncertainty_by(self, parts: Mapping[str, float]) -> tuple[float | None, tuple[str, ...]]:
         """Uncertainty of a value by its parts, and the flag of a value of which none of them tells any.
@@ -92,7 +98,7 @@ def measurement(**definition: Any) -> Callable[[Callable[[Any], Reading]], Measu
 
 @dataclass(frozen=True)
 class Bins:
-    """Bins of equal width; what lies beyond the last edge is in the last bin."""
+    """Bins of equal width; what lies beyond the first or last edge is in the first or last bin."""
 
     name: str
     title: str
@@ -100,15 +106,16 @@ class Bins:
     meaning: str
     width: float
     count: int
+    begin: float = 0.0  # of the first bin
 
     @property
     def middles(self) -> list[float]:
         """The middle of each bin."""
-        return [(place + 0.5) * self.width for place in range(self.count)]
+        return [self.begin + (place + 0.5) * self.width for place in range(self.count)]
 
     def place(self, values: "np.ndarray") -> "np.ndarray":
-        """The bin (n,) of each value, none of which is negative."""
-        return (values / self.width).astype(int).clip(max=self.count - 1)
+        """The bin (n,) of each value."""
+        return ((values - self.begin) / self.width).astype(int).clip(0, self.count - 1)
 
 
 @dataclass(frozen=True)

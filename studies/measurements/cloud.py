@@ -1,6 +1,7 @@
-"""A debris cloud: its sums, velocities, shape, pieces and melted share, before and behind a plate.
+"""A debris cloud: its sums, velocities, shape and melted share, before and behind a plate.
 
-The view has all matter of an impact about its axis, and which of it is plate, behind or before it.
+The view has all matter of an impact about its axis, and which of it is plate, behind or before it; ``fragments`` reads
+the same view.
 
 What has departed from the grid belongs to it, flown straight from there (``solver.state.Departed``). What lies beyond
 the plane of the plate's original back surface is *behind* the plate, what lies before that of its original front
@@ -15,7 +16,7 @@ place when it lies farther out, each particle spread evenly over its initial wid
 """
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from dataclasses import dataclass
 from itertools import product
 from typing import Any
@@ -27,10 +28,7 @@ from studies.measurements.impact.edges import overlap, place_holding
 from studies.measurements.impact.view import rim_of
 from studies.quantities.measured import DEFINITION
 
-# Pieces are flagged where the grid still joins flying matter to the plate: more than a hundredth of the mass behind,
-# faster than a tenth of the impact speed.
-JOINED, FLYING = 0.01, 0.1
-NOT_SEPARATED, NOTHING_BEHIND, FEW_PARTICLES = "not_separated", "nothing_behind", "few_particles"
+NOTHING_BEHIND, FEW_PARTICLES = "nothing_behind", "few_particles"
 
 HALF = 0.5  # of the difference between two definitions, or between two neighbours: a standard uncertainty
 
@@ -41,11 +39,13 @@ class CloudView(OnGrid):
 
     radius: np.ndarray  # (n,) from the axis, m
     depth: np.ndarray  # (n,) along the flight from the plate's original front surface, m
+    initial_radius: np.ndarray  # (n,) the same before the impact, m
+    initial_depth: np.ndarray  # (n,) m
     axial_velocity: np.ndarray  # (n,) m/s
     transverse_velocity: np.ndarray  # (n,) not negative, m/s
     mass: np.ndarray  # (n,) kg, of the whole body
     energy: np.ndarray  # (n,) specific internal energy, J/kg
-    temperature: np.ndarray  # (n,) K
+    residual: np.ndarray  # (n,) specific internal energy once it has expanded to no pressure, J/kg
     projectile: np.ndarray  # (n,) whether it is matter of the projectile
     plate: np.ndarray  # (n,) whether it is target that hangs together with the rim
     fragment: np.ndarray  # (n,) number of the connected piece of what came off, -1 of the plate
@@ -53,7 +53,9 @@ class CloudView(OnGrid):
     cell: float  # m
     width: float  # of a particle, initially, m
     thickness: float  # of the plate, m
+    diameter: float  # of the projectile, m
     speed: float  # of the impact, m/s
+    breakup: tuple[Any, Any]  # of projectile and target: studies.scenarios.debris_cloud.Breakup
     melting: tuple[Any, Any]  # of projectile and target: studies.scenarios.Melting, or the flag that says why not
 
     def behind(self, off: float = 0.0) -> np.ndarray:
@@ -81,6 +83,7 @@ def view(setting: Any, snapshot: Any) -> CloudView:
 
     position = np.concatenate([particles.position[living], flown(problem, departed, snapshot.time)])
     velocity, body = whole("velocity"), np.concatenate([snapshot.body[living], departed.body])
+    initial = np.concatenate([each.position for each in problem.bodies])[whole("number")]
     across = [0] if axis == 1 else [0, 1]
     target = body == [each.name for each in problem.bodies].index(setting.target)
     on_grid = np.arange(body.size) < living.sum()
@@ -95,11 +98,13 @@ def view(setting: Any, snapshot: Any) -> CloudView:
     return CloudView(
         radius=np.sqrt((position[:, across] ** 2).sum(axis=1)),
         depth=position[:, axis],
+        initial_radius=np.sqrt((initial[:, across] ** 2).sum(axis=1)),
+        initial_depth=initial[:, axis],
         axial_velocity=velocity[:, axis],
         transverse_velocity=np.sqrt((np.delete(velocity, axis, axis=1) ** 2).sum(axis=1)),
         mass=whole("mass") * (2.0 * np.pi / setting.sector),
         energy=whole("energy"),
-        temperature=whole("temperature"),
+        residual=_residual(problem, snapshot, living),
         projectile=~target,
         plate=plate,
         fragment=fragment,
@@ -107,9 +112,26 @@ def view(setting: Any, snapshot: Any) -> CloudView:
         cell=problem.geometry.spacing,
         width=max(each.spacing[axis] for each in problem.bodies),
         thickness=setting.thickness,
+        diameter=setting.projectile_diameter,
         speed=setting.speed,
+        breakup=setting.breakup,
         melting=setting.melting,
     )
+
+
+def _residual(problem: Any, snapshot: Any, living: np.ndarray) -> np.ndarray:
+    """Residual energy (n,) of the living particles (n, bool of all) and of the departed, J/kg.
+
+    What departed has no density any more: it flew free, and its energy is the residual one.
+    """
+    from solver.matter.melting import residual_energy
+
+    particles, residual = snapshot.particles, snapshot.particles.energy.copy()
+    for number, body in enumerate(problem.bodies):
+        mine = living & (snapshot.body == number)
+        state = (getattr(particles, name)[mine] for name in ("density", "energy", "pressure"))
+        residual[mine] = residual_energy(body.matter.eos, *state)
+    return np.concatenate([residual[living], snapshot.departed.energy])
 
 
 def connected(cell: np.ndarray) -> np.ndarray:
@@ -337,72 +359,21 @@ def cloud_length_over_diameter(view: CloudView) -> Reading:
     return Reading(ratio, parts, tuple(dict.fromkeys((*length.flags, *radius.flags))))
 
 
-# ---- pieces of what came off, as the grid joins particles: the mesh decides, so three grids are asked ---------
-
-
-def _fragments(
-    name: str, title: str, unit: str, meaning: str, of: Callable[[np.ndarray, np.ndarray], float | None]
-) -> Measurement:
-    """A number of the pieces behind the plate, by the mass (k,) of each and how many of it the whole body has (k,)."""
-
-    def read(view: CloudView) -> Reading:
-        behind = view.behind()
-        came_off = behind & ~view.plate
-        _, first, piece = np.unique(view.fragment[came_off], return_index=True, return_inverse=True)
-        copies = view.copies[came_off][first]
-        value = of(np.bincount(piece.ravel(), view.mass[came_off]) / copies, copies)
-        if value is None:
-            return Reading(math.nan, flags=(NOTHING_BEHIND,))
-        # The grid still joins flying matter to the plate.
-        joined = behind & view.plate & (view.axial_velocity > FLYING * view.speed)
-        is_joined = view.mass[joined].sum() > JOINED * view.mass[behind].sum()
-        return Reading(value, flags=(NOT_SEPARATED,) if is_joined else ())
-
-    return Measurement(
-        name=name,
-        title=title,
-        unit=unit,
-        meaning=f"{meaning}: two particles belong together where their cells are the same or neighbours; rings in a "
-        "body of revolution; mesh determined unless three grids are there, "
-        "not separated where more than 1 % of the mass behind the plate is still connected to its rim and flies faster "
-        "than a tenth of the impact speed",
-        version=1,
-        read=read,
-        mesh_determined=True,
-    )
-
-
-FRAGMENTS = (
-    _fragments(
-        "fragments",
-        "Fragments",
-        "1",
-        "number of connected pieces of matter behind the plate that came off",
-        lambda masses, copies: float(copies.sum()),
-    ),
-    _fragments(
-        "largest_fragment",
-        "Largest fragment",
-        "kg",
-        "mass of the heaviest connected piece of matter behind the plate that came off",
-        lambda masses, copies: float(masses.max()) if masses.size else None,
-    ),
-)
-
-# ---- the melted share, from the residual energy of matter ----------------------------------------
+# ---- the melted share, from the residual energy of matter: what mesh and shocks leave in it, three grids say ------
 
 
 def _molten(view: CloudView, kind: int) -> np.ndarray:
     """Melted share (n,) of each particle, were it matter of the projectile (0) or the target (1).
 
-    At no pressure the residual energy of matter is e = c_v (T - T_0), with the temperature of its equation of state. It
-    begins to melt at e_m = c_v (T_m - T_0) and is liquid from e_m + L on, with the latent heat L of fusion; in between
-    the share (e - e_m) / L of it is (lever rule).
+    At no pressure matter begins to melt with the energy e_m = c_v (T_m - T_0), and is liquid from e_m + L on, with the
+    latent heat L of fusion; in between the share (e - e_m) / L of it is (lever rule). The energy tells it, because the
+    temperature stays at T_m in between.
     """
+    from solver.matter.melting import melted_share
+
     melting = view.melting[kind]
-    energy = melting.heat_capacity * (view.temperature - melting.room_temperature)
-    begin = melting.heat_capacity * (melting.melt_temperature - melting.room_temperature)
-    molten: np.ndarray = np.clip((energy - begin) / melting.latent_heat, 0.0, 1.0)
+    onset = melting.heat_capacity * (melting.melt_temperature - melting.room_temperature)
+    molten: np.ndarray = melted_share(view.residual, onset, melting.latent_heat)
     return molten
 
 
@@ -430,10 +401,10 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
         name=name,
         title=title,
         unit="1",
-        meaning=f"share of the mass of {matter} that is molten, by its residual energy c_v (T - T_0) against "
-        "c_v (T_m - T_0) and the latent heat of fusion, in part where it is in between; never melts, no latent heat or "
-        "Lindemann reference where a material does not have those constants",
-        version=2,
+        meaning=f"share of the mass of {matter} that is molten, by its specific internal energy once it has expanded "
+        "to no pressure, against c_v (T_m - T_0) and the latent heat of fusion, in part where it is in between; never "
+        "melts, no latent heat or Lindemann reference where a material does not have those constants",
+        version=3,
         read=read,
     )
 
@@ -445,7 +416,6 @@ MEASUREMENT = (
     cloud_radius_place,
     cloud_length,
     cloud_length_over_diameter,
-    *FRAGMENTS,
     _melted("melted_share_behind", "Melted share", "all matter behind the plate", CloudView.behind),
     _melted("melted_share_projectile", "Melted share of the projectile", "the projectile", _projectile),
 )
@@ -474,19 +444,16 @@ def _mass_in_bins(view: CloudView) -> np.ndarray:
     return mass
 
 
-# By name; another one is an entry here.
-DISTRIBUTIONS: Mapping[str, Distribution] = {
-    each.name: each
-    for each in (
-        Distribution(
-            name="mass_over_velocity_and_angle",
-            title="Mass over velocity and angle",
-            unit="kg",
-            meaning="mass of all matter before and behind the plate's original surfaces, over its speed and the angle "
-            "of its flight; the last speed holds all that is faster",
-            version=1,
-            bins=(SPEEDS, ANGLES),
-            read=_mass_in_bins,
-        ),
-    )
-}
+# Another one is an entry here; ``fragments`` has them all by name.
+OF_CLOUD = (
+    Distribution(
+        name="mass_over_velocity_and_angle",
+        title="Mass over velocity and angle",
+        unit="kg",
+        meaning="mass of all matter before and behind the plate's original surfaces, over its speed and the angle "
+        "of its flight; the last speed holds all that is faster",
+        version=1,
+        bins=(SPEEDS, ANGLES),
+        read=_mass_in_bins,
+    ),
+)

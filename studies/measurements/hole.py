@@ -95,7 +95,7 @@ def _flags(view: ImpactView, diameter: float) -> tuple[str, ...]:
     "half; not perforated where more than a quarter of the plate stands within a cell of the axis, closed on axis "
     "where less does: a film of it still closes the hole; near rim where it is wider than half of the plate, wide bar "
     "where its uncertainty is more than a tenth of it",
-    version=4,
+    version=5,
     widest=0.1,
 )
 def hole_diameter(view: ImpactView) -> Reading:
@@ -134,7 +134,7 @@ def _clear_radius(view: ImpactView, sector: int, edge: float) -> float:
     unit="m",
     meaning="equal-area diameter of the opening seen along the plate's normal, where the areal density of the plate "
     "that is connected to the rim falls to half of its nominal value; flags as those of the hole diameter",
-    version=1,
+    version=2,
 )
 def hole_diameter_areal(view: ImpactView) -> Reading:
     """Where the areal density of plate that hangs together with the rim falls to half its nominal value."""
@@ -150,7 +150,7 @@ def hole_diameter_areal(view: ImpactView) -> Reading:
     unit="m",
     meaning="equal-area diameter of the innermost particle edges of the connected plate within half a cell of its "
     "original mid-plane; not perforated, closed on axis and near rim as the hole diameter",
-    version=3,
+    version=4,
 )
 def hole_diameter_midplane(view: ImpactView) -> Reading:
     """Innermost particle edges, in each sector, within half a cell of the original mid-plane."""
@@ -172,7 +172,7 @@ def hole_diameter_midplane(view: ImpactView) -> Reading:
     unit="m",
     meaning="diameter from crest to crest of the lip on the entry side, within a projectile diameter of the hole; lip "
     "at window where the crest is within a cell of that distance: the plate may stand higher farther out",
-    version=2,
+    version=3,
 )
 def hole_diameter_lip(view: ImpactView) -> Reading:
     """Radius of the particle that stands highest above the entry face near the hole, in each sector."""
@@ -203,5 +203,5 @@ MEASUREMENT = (
     hole_diameter_areal,
     hole_diameter_midplane,
     hole_diameter_lip,
-    *axes_of("hole", "by areal density (hole_diameter_areal)", 1, _radii),
+    *axes_of("hole", "by areal density (hole_diameter_areal)", 2, _radii),
 )

@@ -254,7 +254,7 @@ def projectile_velocity(view: PlugView) -> Reading:
     "0.9 radii of the projectile, and the projectile flies forward; 0 where it does not, or where it is no faster than "
     "the plate between 0.75 and 1.25 diameters from the axis; else undecided: the run ends too early",
     version=1,
-    is_outcome=True,
+    outcomes=("plate holds", "plate perforated"),
 )
 def perforated(view: PlugView) -> Reading:
     """1, 0, or no value while the projectile still goes into a plate that is not open."""

@@ -6,16 +6,26 @@ from dataclasses import dataclass
 # Flags of a value with an unknown error: no law is compared with it.
 TOO_COARSE = "too_coarse"  # read on a grid with fewer than two cells through the plate
 CLOSED_ON_AXIS = "closed_on_axis"  # a film of the plate still closes the hole
+CLOSED_BY_FILM = "closed_by_film"  # a ligament thinner than a cell closes what would else be a hole
 STILL_COMING = "still_coming"  # debris is on its way to what is measured
+NOT_DECIDED = (CLOSED_BY_FILM, STILL_COMING)  # an outcome of 0 may become 1, on another grid or later
 MESH_DETERMINED = "mesh_determined"  # read off one grid, which decides such a value
 ENOUGH_GRIDS = 3  # of one point, that take the flags of one grid from its values: they show the mesh
-NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS)
+# The mesh is coarser than the pieces would be of which a value speaks: it alone made them.
+COARSER_THAN_FRAGMENTS = "coarser_than_fragments"
+NOT_COMPARED = (TOO_COARSE, CLOSED_ON_AXIS, COARSER_THAN_FRAGMENTS)
 # Nothing that is stated of a value says how far off it is. It doubts no value, and stands where there is no error bar.
 ERROR_UNKNOWN = "error_unknown"
-BY_ONE_GRID = (MESH_DETERMINED, ERROR_UNKNOWN)  # flags that enough grids take away
+# Fewer cells through the plate than a hole takes: its uncertainty has a part for that, which holds the fine value. It
+# doubts no value either.
+FEW_CELLS_THROUGH = "few_cells_through"
+NO_DOUBT = (ERROR_UNKNOWN, FEW_CELLS_THROUGH)
+BY_ONE_GRID = (MESH_DETERMINED, *NO_DOUBT)  # flags that enough grids take away
 # The body has lost the particles that a measurement reads, so that the run has no answer; a flag of the run, too.
 LOST_PARTICLES = "lost_particles"
 
+# Part of the uncertainty of one run, by the cells through its plate; several grids show what it stands for.
+CELLS_THROUGH = "cells_through"
 # Part of an uncertainty that no mesh makes: half of the difference between two definitions of a quantity, where it has
 # a second. It stands beside the numerical uncertainty, which is what converges and what tests of coverage are about.
 DEFINITION = "definition"

@@ -44,8 +44,10 @@ _FACTORS = {
     ("MJ/kg", "J kg-1"): Decimal("1e6"),
     ("kJ/kg", "J kg-1"): Decimal("1e3"),
     ("J/(kg K)", "J kg-1 K-1"): Decimal(1),
+    ("MPa m0.5", "Pa m0.5"): Decimal("1e6"),
+    ("N/m", "N m-1"): Decimal(1),
 }
-_WORD = re.compile(r"([A-Za-z°µμΩ]++)(?:(?:\*\*|\^)?([+-]?\d))?")  # one run of letters, never two
+_WORD = re.compile(r"([A-Za-z°µμΩ]++)(?:(?:\*\*|\^)?([+-]?\d(?:\.5)?))?")  # one run of letters, never two
 _SUPERSCRIPTS = str.maketrans({"²": "2", "³": "3", "⁻": "-", "¹": "1", "−": "-", "·": "*", "⋅": "*"})
 
 # Name of the dimension of each SI unit, and the units in which people usually write it.
@@ -58,6 +60,8 @@ _DIMENSIONS: dict[str, tuple[str, tuple[str, ...]]] = {
     "Pa": ("pressure or stress", ("MPa", "GPa")),
     "Pa-1": ("rate of change with pressure", ("1/TPa", "1/Pa")),
     "K-1": ("rate of change with temperature", ("1/K",)),
+    "Pa m0.5": ("fracture toughness", ("MPa m0.5",)),
+    "N m-1": ("surface tension", ("N/m",)),
     "J": ("energy", ("J", "kJ")),
     "N s": ("momentum", ("N s",)),
     "s-1": ("rate", ("1/s",)),

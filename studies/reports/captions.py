@@ -8,6 +8,11 @@ from studies.cubes import variables as cubes
 from studies.quantities.display import MESH_UNKNOWN
 from studies.reports.view import ONLY_DRAWN, FigureView, is_cut
 
+OF_FRAGMENTS = (
+    "Connected pieces behind the plate that came off, by the diameter of a sphere with their volume (of whole rings in "
+    "a body of revolution). The mesh makes none that is much smaller than its cell: where that stands right of the "
+    "nominal size after Grady (1988), the mesh alone decides the curves."
+)
 NEAR = 0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
 # A history has dipped where it is below this share of an earlier value.
 DIP = 0.5

@@ -64,6 +64,7 @@ FAILED, HELD, THIS = "shot: the wall failed", "shot: the wall held", "this shot"
 CHANCES, EVEN_CHANCE = "10 to 90 % to fail, from all shots", "50 % to fail"
 ERROR_BAR = "value and error bar"
 LEVEL, MEAN, RUN = "resolution", "mean over offsets", "run at one offset"
+CELL_OF_MESH, GRADY = "a cell of the mesh", "fragments after Grady"
 EXTRAPOLATED, TREND = "extrapolated", "curve of the order used"
 
 
@@ -571,6 +572,47 @@ def _trend(converged: Convergence, norm: float) -> Series:
     x = np.linspace(0.0, coarse.spacing, TREND_POINTS)
     y = converged.extrapolated + (fine.value - converged.extrapolated) * (x / fine.spacing) ** order
     return Series("trend", TREND, tuple(x.tolist()), tuple((y / norm).tolist()))
+
+
+# ---- sizes of fragments ---------------------------------------------------------------------------
+
+
+def fragment_sizes(cube: xr.Dataset, points: xr.Dataset) -> Iterator[Figure]:
+    """Share of the pieces of a cloud, and of their mass, that are larger than a size; a panel a point."""
+    if "fragments_over_size" not in points:
+        return
+    middles = points["fragment_size"].values
+    edges = tuple((middles - 0.5 * (middles[1] - middles[0])).tolist())
+    place = places_of(points)
+    is_refined = RESOLUTION in refinements_of(cube)
+    cells = np.full(len(place), cube[RESOLUTION][-1]) if is_refined else by_run(points, RESOLUTION).ravel()
+    marks = {
+        CELL_OF_MESH: 1.0 / cells,
+        GRADY: (by_run(points, "fragment_size_grady") / by_run(points, "projectile_diameter")).ravel(),
+    }
+    panels = []
+    for number in spread(range(len(place)), MOST_PANELS):
+        series = []
+        for label, name in (("number", "fragments_over_size"), ("mass", "fragment_mass_over_size")):
+            amounts = points[name].values.reshape(-1, len(middles))[number]
+            larger = amounts[::-1].cumsum()[::-1]
+            if larger[0] > 0.0:
+                first, last = np.flatnonzero(amounts)[[0, -1]]
+                shown = slice(max(first - 1, 0), last + 2)
+                series.append(Series("quantity", label, edges[shown], numbers(larger[shown] / larger[0])))
+        for label, sizes in marks.items():
+            if series and sizes[number] > 0.0:
+                series.append(Series("trend", label, (math.log10(sizes[number]),) * 2, (0.0, 1.0)))
+        panels.append(Panel(title_of(points, place[number]), place[number], tuple(series)))
+    if any(panel.series for panel in panels):
+        yield Figure(
+            name="fragment_sizes",
+            title="Size of fragments: share of their number and mass that is larger",
+            caption=captions.OF_FRAGMENTS,
+            x=Scale("fragment_size", "log10 (size / projectile diameter)", "1"),
+            y=Scale("larger", "share that is larger", "1"),
+            panels=tuple(panels),
+        )
 
 
 # ---- words and numbers ---------------------------------------------------------------------------

@@ -1,4 +1,4 @@
-"""The limits of a search, and residual velocities with the curve of Recht and Ipson."""
+"""Outcomes with what leaves them open, the limits of a search, and residual velocities with their curve."""
 
 import math
 from collections.abc import Iterator
@@ -7,9 +7,12 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from studies.convergence.outcomes import doubts_of
 from studies.cubes import limits as cubes
-from studies.cubes.points import axes_of, places_of, plain, simulated
-from studies.cubes.reading import finite
+from studies.cubes import variables
+from studies.cubes.points import axes_of, main_quantities, places_of, plain, simulated
+from studies.cubes.reading import finite, flag_words
+from studies.cubes.variable import BETWEEN_OUTCOMES, OUTCOMES
 from studies.laws.fitting.least_squares import NotIdentified, nonlinear
 from studies.reports.figures import Figure, Panel, Series, numbers
 from studies.reports.view import Scale, title_of
@@ -22,6 +25,65 @@ SOURCE = "Recht and Ipson (1963), J. Appl. Mech. 30, 384 (recalled, not read)"
 LEAST = len(CONSTANTS) + 1
 CURVE = 60  # points of a drawn curve
 ENERGY = 2.0  # p where nothing is lost but the energy at the limit: the start of the iteration
+
+# Axes that choose how a shot is computed, and not which: where their values disagree its outcome is open.
+OF_MODEL = ("geometry", "method", "recipe", "failure", "tension", "shape", "contact", "rubble_friction")
+
+
+def outcomes_of(points: xr.Dataset) -> list[dict[str, Any]]:
+    """Outcomes of the points of a cube: what each shot says, 1 or 0, or None with the reason why it is open.
+
+    Points that differ in the way in which they are computed are one shot.
+    """
+    return [
+        {
+            "quantity": name,
+            "label": name.replace("_", " "),
+            "words": points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES),
+            "rows": list(_shots(points, name)),
+        }
+        for name in main_quantities(points)
+        if OUTCOMES in points[name].attrs
+    ]
+
+
+def _shots(points: xr.Dataset, name: str) -> Iterator[dict[str, Any]]:
+    """A row for each shot that has a run which ended."""
+    words = points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES)
+    shots: dict[tuple[Any, ...], list[tuple[str, float | None, str]]] = {}
+    for place, (outcome, reason) in zip(places_of(points), _outcomes(points, name), strict=True):
+        shot = tuple((axis, value) for axis, value in place.items() if axis not in OF_MODEL)
+        model = ", ".join(f"{axis.replace('_', ' ')} {value}" for axis, value in place.items() if axis in OF_MODEL)
+        if reason:
+            shots.setdefault(shot, []).append((model, outcome, reason))
+    for shot, computed in shots.items():
+        said = {outcome for _, outcome, _ in computed}
+        reasons = [": ".join(filter(None, (model, reason))) for model, outcome, reason in computed if outcome is None]
+        if len(said) == 2 and not reasons:
+            reasons = [f"{words[int(outcome)]} with {model}" for model, outcome, _ in computed if outcome is not None]
+        agreed = computed[0][1] if len(said) == 1 else None
+        reason = "; ".join(reasons) or "; ".join(dict.fromkeys(reason for _, _, reason in computed))
+        yield {"at": dict(shot), "outcome": agreed, "reason": reason}
+
+
+def _outcomes(points: xr.Dataset, name: str) -> Iterator[tuple[float | None, str]]:
+    """The outcome of each point and why it is known or open; no reason where no run succeeded."""
+    words = points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES)
+    values, flags = simulated(points, name).values.ravel(), flag_words(variables.FLAGS.of(points, name))
+    refined = variables.VERDICT_REASON.is_in(points, name)
+    reasons = variables.VERDICT_REASON.of(points, name).values.ravel() if refined else [""] * len(values)
+    states = np.isfinite(values) | (variables.RUN_STATE.of(points).values.ravel() == 0)
+    for value, flagged, reason, has_run in zip(values, flags, reasons, states, strict=True):
+        if not has_run:
+            yield None, ""
+        elif refined:
+            yield finite(float(value)), str(reason)
+        elif math.isnan(value):
+            yield None, " and ".join(flagged).replace("_", " ")
+        elif doubts := doubts_of(value, flagged):
+            yield None, f"{words[int(value)]}, but {doubts}"
+        else:
+            yield float(value), "one grid"
 
 
 def limits_of(dataset: xr.Dataset) -> dict[str, Any] | None:

@@ -33,9 +33,10 @@ from studies.cubes.points import (
 from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
+from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.compare import Comparison, published_shots
-from studies.reports.figures import figures
-from studies.reports.limits import limits_of, residual_curves, residual_figure
+from studies.reports.figures import figures, fragment_sizes
+from studies.reports.limits import limits_of, outcomes_of, residual_curves, residual_figure
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
 from studies.reports.verdict import openings
@@ -53,7 +54,8 @@ from studies.sweeps.screening import CONTRIBUTIONS
 # 10: the rule by which a value was extrapolated or not; "numerically" in place of "trusted" beside a simulation; no
 # error bar without the mesh error; bias as an interval
 # 11: a headline of at most twenty words with its table; what was not checked; bands with differences and uncertainty
-REPORT_VERSION = 11
+# 12: numbers of pieces that the mesh alone made are withheld; the sizes of fragments
+REPORT_VERSION = 12
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
@@ -90,7 +92,7 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
     """
     runs, points, compared = list(_runs(dataset)), comparison.points, comparison.as_json()
     curves = residual_curves(dataset)
-    drawn = [*residual_figure(dataset, curves), *figures(dataset, comparison)]
+    drawn = [*residual_figure(dataset, curves), *figures(dataset, comparison), *fragment_sizes(dataset, points)]
     report = {
         "report_version": REPORT_VERSION,
         "title": dataset.attrs["title"],
@@ -105,7 +107,9 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
         "fixed": list(_fixed(dataset)),
         "quantities": list(_quantities(dataset)),
         "extremes": list(_extremes(points)),
+        "withheld": list(_withheld(points)),
         "figures": [figure.as_json() for figure in drawn],
+        "outcomes": outcomes_of(points),
         "limits": limits_of(dataset),
         "residual_curves": curves,
         "pictures": pictures_of(dataset, sections or {}),
@@ -134,12 +138,16 @@ def as_json(report: dict[str, Any]) -> str:
 
 
 def _headline(report: Mapping[str, Any]) -> str:
-    """What the report opens with: the verdict on laws, else the limit of a search, what methods change, or values."""
+    """What the report opens with: the verdict on laws, else the limit of a search, what methods change, the first
+    outcome, or values.
+    """
     if text := report["verdict"].pop("headline"):
         return str(text)
     if report["limits"]:
         return openings.of_limits(report["limits"])
     if report["methods"] and (text := openings.of_methods(report["methods"])):
+        return text
+    if report["outcomes"] and (text := openings.of_outcomes(report["outcomes"][0], report)):
         return text
     flagged = report["overview"]["flagged"]
     share = "every run" if flagged == len(report["runs"]) else f"{flagged} of {len(report['runs'])} runs"
@@ -260,11 +268,24 @@ def _quantities(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
         }
 
 
+def _is_made_by_mesh(dataset: xr.Dataset, name: str) -> np.ndarray:
+    """Whether a value (points,) speaks of pieces that the mesh alone made, so that it is no answer."""
+    flags = reading.flag_words(cubes.FLAGS.of(dataset, name))
+    return np.array([COARSER_THAN_FRAGMENTS in each for each in flags]) & np.isfinite(dataset[name].values.ravel())
+
+
+def _withheld(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
+    """The main quantities with values that are no answer, and how many."""
+    for name in main_quantities(dataset):
+        if count := int(_is_made_by_mesh(dataset, name).sum()):
+            yield {"quantity": name.replace("_", " ").capitalize(), "points": count, "of": dataset.run_state.size}
+
+
 def _extremes(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """Smallest and largest value of each main quantity, and where."""
+    """Smallest and largest value of each main quantity, and where; without those that are no answer."""
     places = places_of(dataset)
     for name in main_quantities(dataset):
-        values = dataset[name].values.ravel()
+        values = np.where(_is_made_by_mesh(dataset, name), np.nan, dataset[name].values.ravel())
         bars = error_bars(dataset, name).values.ravel()
         if np.isfinite(values).any():
             low, high = int(np.nanargmin(values)), int(np.nanargmax(values))

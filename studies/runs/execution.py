@@ -293,7 +293,7 @@ def _distributions(observer: RunObserver) -> dict[str, Any]:
     names = observer.scenario.distributions
     if not names:
         return {}
-    from studies.measurements.cloud import DISTRIBUTIONS
+    from studies.measurements.fragments import DISTRIBUTIONS
 
     return {
         name: {"version": DISTRIBUTIONS[name].version, "values": DISTRIBUTIONS[name].read(observer.last_view).tolist()}
@@ -360,22 +360,15 @@ def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
 
 
 def molten_fraction(problem: Problem, snapshot: Any) -> float:
-    """Mass at or above its melting point, over that of the last stage; debris as it was when it left or was retired."""
-    from solver.matter.eos import reference_density
-    from solver.matter.stress import homologous_temperature
+    """Molten mass once all has expanded to no pressure, over that of the last stage; the departed as they left."""
+    from solver.matter.melting import melted_mass, residual_energy
 
     particles, departed = snapshot.particles, snapshot.departed
     molten = 0.0
     for number, body in enumerate(problem.bodies):
-        mine, late = snapshot.body == number, departed.body == number
-        ratio = particles.density[mine] / reference_density(body.matter.eos)
-        # What has departed has no density any more: it melts as at its reference density.
-        for mass, kelvin, density_ratio in (
-            (particles.mass[mine], particles.temperature[mine], ratio),
-            (departed.mass[late], departed.temperature[late], 1.0),
-        ):
-            liquid = homologous_temperature(body.matter, kelvin, density_ratio) >= 1.0
-            molten += float(mass[liquid].sum())
+        for some, which in ((particles, snapshot.body == number), (departed, departed.body == number)):
+            state = (getattr(some, name)[which] for name in ("density", "energy", "pressure"))
+            molten += melted_mass(body.matter, residual_energy(body.matter.eos, *state), some.mass[which])
     coming = 0.0 if problem.arrivals is None else float(problem.arrivals.table[MASS].sum())
     return molten / (float(sum(body.mass.sum() for body in problem.bodies)) + coming)
 

@@ -137,6 +137,7 @@ class RunObserver:
         parts: dict[str, float] = {}
         if has_value:
             parts = self.parameters.all_parts(name, reading.value, reading.parts)
+            flags = (*flags, *self.parameters.flags(name))
         if has_value and math.isfinite(growth):
             parts["growth"] = growth
         if has_value and measurement.mesh_determined:

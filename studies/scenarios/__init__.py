@@ -125,6 +125,10 @@ class SetUp(ABC):
         """Parts of the uncertainty of a measurement, relative, that parameters tell and no state shows."""
         return {}
 
+    def flags(self, measurement: str) -> tuple[str, ...]:
+        """Flags of the values of a measurement that parameters tell and no state shows."""
+        return ()
+
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:
         """The set-up before a run, of some parameters by name; None without those that it needs."""

@@ -16,7 +16,7 @@ from studies.quantities.numerical_defaults import DebrisName
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
-from studies.scenarios.parts.matter import Fracture
+from studies.scenarios.parts.matter import Fracture, yield_stress
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import ImpactShot, Plate, has_free_rim
@@ -51,8 +51,21 @@ class Melting:
 
 
 @dataclass(frozen=True)
+class Breakup:
+    """Constants with which a strain rate says how fine matter breaks; None where no source states one."""
+
+    density: float  # kg/m3
+    sound_speed: float  # m/s
+    yield_stress: float | None  # Pa, of the first slip
+    fracture_toughness: float | None  # Pa m^0.5
+    surface_tension: float | None  # N/m
+
+
+@dataclass(frozen=True)
 class CloudSetting(ImpactSetting):
     """An impact whose debris is measured."""
+
+    breakup: tuple[Breakup, ...]  # of each body
 
     melting: tuple[Melting | str, ...]  # of each body, or the flag that says why it has none
 
@@ -127,8 +140,8 @@ class DebrisCloud(ImpactSetUp):
 
     def build(self, materials: Materials) -> Setting:
         setting = self.impact.build(materials)
-        melting = tuple(_melting(materials[body.name]) for body in setting.problem.bodies)
-        return CloudSetting(**vars(setting), melting=melting)
+        bodies = [materials[body.name] for body in setting.problem.bodies]
+        return CloudSetting(**vars(setting), breakup=tuple(map(_breakup, bodies)), melting=tuple(map(_melting, bodies)))
 
     def rate(self, setting: Setting) -> ObservationRate:
         return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
@@ -155,12 +168,23 @@ class DebrisCloud(ImpactSetUp):
         return outline(values, thickness="plate_thickness", radius="plate_radius")
 
 
+def _breakup(material: "Material") -> Breakup:
+    """How matter breaks."""
+    return Breakup(
+        density=material.density,
+        sound_speed=material.sound_speed,
+        yield_stress=yield_stress(material),
+        fracture_toughness=material.tension.fracture_toughness,
+        surface_tension=material.tension.surface_tension,
+    )
+
+
 def _melting(material: "Material") -> Melting | str:
     """How matter melts at no pressure, or the flag that says why that is not known."""
     thermal = material.thermal
     if thermal.melt_temperature is None:
         return "never_melts"
-    if material.strength.kind == "steinberg-guinan":
+    if thermal.melting_density is not None:
         return "lindemann_reference"  # its melting point is that of the law, not the one at no pressure
     if thermal.latent_heat_of_fusion is None:
         return "no_latent_heat"
@@ -198,9 +222,14 @@ SCENARIO = Scenario(
         "melted_share_projectile",
         "fragments",
         "largest_fragment",
+        "expansion_rate",
+        "fragment_size_brittle",
+        "fragment_size_ductile",
+        "fragment_size_grady",
+        "fragment_size_liquid",
     ),
-    measured_with=("thermal.latent_heat_of_fusion",),
-    distributions=("mass_over_velocity_and_angle",),
+    measured_with=("tension.fracture_toughness", "tension.surface_tension"),
+    distributions=("mass_over_velocity_and_angle", "fragments_over_size", "fragment_mass_over_size"),
     least_cells=LEAST_CELLS,
     fewest_cells=FEWEST_CELLS,
 )

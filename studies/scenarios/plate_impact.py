@@ -14,7 +14,7 @@ from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh
-from studies.scenarios.parts.matter import check_constants, elastic_speed, eos_forms, matter
+from studies.scenarios.parts.matter import Fracture, check_constants, elastic_speed, eos_forms, matter
 from studies.scenarios.parts.numerics import Numerics
 
 if TYPE_CHECKING:
@@ -26,6 +26,10 @@ if TYPE_CHECKING:
 BODIES = ("flyer", "target")
 CROSSED = 0.9  # of its plate that the first shock to cross has passed at the end: no reflection yet
 OBSERVATIONS = 20
+OBSERVATIONS_OF_A_SIGNAL = 100  # of a free surface, in the time in which the first shock crosses its plate
+# Pulses of a flyer, 2 thicknesses over c0, in a run with a failure after the shock has crossed the target: the signal
+# of a spall comes after one, and the layer that it cuts off needs another one to ring.
+PULSES = 2.0
 BEYOND = 2  # cells of grid outside the plates
 HALVINGS = 60  # of the interval in which the interface velocity lies: to round-off
 
@@ -37,6 +41,8 @@ class PlateSetting(Setting):
     speed: float  # m/s
     thicknesses: tuple[float, float]  # flyer, target; m
     section: float  # area of the column, m2 (m2 per radian)
+    impedance: float  # rho0 c0 of the target, Pa s/m
+    crossing: float  # when the first wave has crossed its plate, s
     layer: "np.ndarray"  # (n,) of each particle, counted from the interface
 
 
@@ -62,7 +68,12 @@ class PlateImpact(SetUp):
     cells_across: Annotated[int, Described("grid cells across the column", 1, 16)] = 1
     end_time: Annotated[
         Second | None,
-        Described("end of the run; by default when the first shock has crossed 0.9 of its plate", 1e-12, 1.0),
+        Described(
+            "end of the run; by default when the first shock has crossed 0.9 of its plate, and with a failure when the "
+            "spall layer has rung: two pulses of the flyer after the shock has crossed the target",
+            1e-12,
+            1.0,
+        ),
     ] = None
     strength: Annotated[
         Literal["none", "material"],
@@ -73,6 +84,7 @@ class PlateImpact(SetUp):
         Choice(eos_forms),
         Described("Mie-Grueneisen about the exact Hugoniot, the thesis' cubic truncation of it, or linear elasticity"),
     ] = "hugoniot"
+    fracture: Fracture
     numerics: Numerics
 
     @property
@@ -96,7 +108,7 @@ class PlateImpact(SetUp):
         return replace(self, target_thickness=target, numerics=self.numerics.filled())
 
     def check(self, materials: Materials) -> list[Finding]:
-        findings = self.numerics.check(self.end_time) + check_constants(materials)
+        findings = [*self.numerics.check(self.end_time), *self.fracture.check(materials), *check_constants(materials)]
         for role in BODIES:
             if materials[role].eos.kind != "mie-grueneisen":
                 limit = "a material whose equation of state is a Hugoniot"
@@ -113,7 +125,8 @@ class PlateImpact(SetUp):
         from solver.problem import Face, Problem
 
         flyer, target = self.thicknesses
-        before, behind = (math.ceil(thick / self.cell - 1e-9) + BEYOND for thick in self.thicknesses)
+        room = BEYOND + math.ceil(self._travel(materials) / self.cell)
+        before, behind = (math.ceil(thick / self.cell - 1e-9) + room for thick in self.thicknesses)
         geometry, faces = mesh(
             self.geometry,
             across=self.cells_across,
@@ -139,6 +152,8 @@ class PlateImpact(SetUp):
             speed=self.speed,
             thicknesses=(flyer, target),
             section=self.section,
+            impedance=materials["target"].density * materials["target"].sound_speed,
+            crossing=self._crossing(materials),
             layer=np.concatenate([layer for _, layer in plates]),
         )
 
@@ -151,7 +166,13 @@ class PlateImpact(SetUp):
         begin, end = ends
         step = self.cell / self.numerics.choices.particles_per_cell
         where = lattice(self.geometry, breadth=self.cells_across * self.cell, begin=begin, end=end, step=step)
-        made = matter(materials[name], eos_form=self.eos_form, tension=self.numerics.choices.tension)
+        made = matter(
+            materials[name],
+            eos_form=self.eos_form,
+            tension=self.numerics.choices.tension,
+            failure=self.fracture.of(materials[name]),
+            rubble_friction=self.fracture.rubble_friction,
+        )
         plate = body(
             name,
             made if self.strength == "material" else made._replace(shear_modulus=0.0),
@@ -168,11 +189,23 @@ class PlateImpact(SetUp):
         """End of the run, s."""
         if self.end_time:
             return self.end_time
+        if self.fracture.failure == "none":
+            return CROSSED * self._crossing(materials)
+        flyer, target = materials["flyer"], materials["target"]
+        crossed = self.thicknesses[1] / shocks(flyer, target, self.speed).speeds[1]
+        return crossed + PULSES * 2.0 * self.thicknesses[0] / flyer.sound_speed
+
+    def _crossing(self, materials: Materials) -> float:
+        """When the first wave has crossed its plate, s."""
         flyer, target = materials["flyer"], materials["target"]
         speeds = shocks(flyer, target, self.speed).speeds
         if self.strength == "material":  # a fluid has no elastic precursor
             speeds = max(speeds[0], elastic_speed(flyer)), max(speeds[1], elastic_speed(target))
-        return CROSSED * min(thick / speed for thick, speed in zip(self.thicknesses, speeds, strict=True))
+        return min(thick / speed for thick, speed in zip(self.thicknesses, speeds, strict=True))
+
+    def _travel(self, materials: Materials) -> float:
+        """How far a free face may move, m: like metals no faster than the flyer, others up to twice as fast."""
+        return 2.0 * self.speed * max(self._end(materials) - self._crossing(materials), 0.0)
 
     def size(self, materials: Materials) -> Size:
         per_cell = self.numerics.choices.particles_per_cell
@@ -189,7 +222,11 @@ class PlateImpact(SetUp):
         return {"cells_per_thickness": self.cells_per_thickness}
 
     def rate(self, setting: Setting) -> ObservationRate:
-        return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
+        assert isinstance(setting, PlateSetting)
+        end = setting.problem.end_time
+        if end <= setting.crossing:
+            return ObservationRate(interval=end / OBSERVATIONS)
+        return ObservationRate(interval=setting.crossing / OBSERVATIONS_OF_A_SIGNAL)
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
@@ -255,6 +292,12 @@ SCENARIO = Scenario(
         "target_shock_front",
         "flyer_shock_speed",
         "target_shock_speed",
+        "free_surface_velocity",
+        "free_surface_peak",
+        "free_surface_minimum",
+        "pullback_velocity",
+        "acoustic_stress",
+        "spall_strength",
     ),
     unused=("jaumann",),  # of strain along one axis, which turns nothing
 )

@@ -64,6 +64,7 @@ class ShieldSetting(ImpactSetting):
     """A stage of a shield: the impact on the bumper, or that of the debris on the wall."""
 
     melting: tuple[Any, ...] = ()  # no melted share is measured
+    breakup: tuple[Any, ...] = ()  # and no size of fragments
     before: "BumperStage | None" = None  # of the stage of the wall: that of the bumper
 
 
@@ -398,8 +399,15 @@ SCENARIO = Scenario(
     materials=("projectile", "bumper", "wall"),
     measurements=(
         "wall_perforated",
+        "wall_failed",
         "wall_hole_diameter",
+        "wall_crater_depth_over_thickness",
         "wall_bulge",
+        "wall_momentum",
+        "wall_detached_spall",
+        "wall_spall_diameter",
+        "wall_spall_velocity",
+        "wall_attached_spall",
         "bumper_hole_diameter",
         "shield_tip_velocity",
         "shield_rear_velocity",

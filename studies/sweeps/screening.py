@@ -1,10 +1,9 @@
-"""Screening runs: a run again with another strength, another failure or another equation of state.
+"""Screening runs: a run again with each other strength, failure and equation of state that has a source.
 
 They show what the choice of models does to an answer; ``model_part: screen`` adds those of the middle of a sweep, and
 ``python -m docs.model_part`` stores those of a few reference shots.
 """
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 
@@ -18,20 +17,19 @@ from studies.runs.run import Run, materials_of, resolve
 # of 1 and 1e5/s: 492 MPa (Johnson and Cook 1983), 484 MPa (Johnson and Holmquist 1988), 582 MPa (Ma 2005, Table 2.1),
 # 602 MPa (OpenMPM3D's Taylor bar), 609 MPa (Steinberg 1996): 11 %.
 STRENGTH_DEVIATION = 0.10
-# K of the failure that is switched on, at the material's spall strength: 30 GPa of tension break copper in 5 ns
-# (solver/matter/failure/spall.py).
-FAILURE_TIME = 1e-6  # s
+# Failures whose constants have a source in the file of a material, and none.
+SOURCED_FAILURES = ("none", "spall-rate", "johnson-cook", "johnson-cook-spall")
 
-STRONGER, WEAKER, FAILURE, EOS = "stronger", "weaker", "failure", "equation of state"
-SCREENS = (STRONGER, WEAKER, FAILURE, EOS)
-CONTRIBUTIONS = ("strength", FAILURE, EOS)
+STRENGTH, FAILURE, EOS = "strength", "failure", "equation of state"
+CONTRIBUTIONS = (STRENGTH, FAILURE, EOS)
+STRONGER, WEAKER = f"{STRENGTH} +{STRENGTH_DEVIATION:.0%}", f"{STRENGTH} -{STRENGTH_DEVIATION:.0%}"
 
 
 @dataclass(frozen=True)
 class Screen:
     """One change of a run; without a run where there is no alternative."""
 
-    name: str  # one of SCREENS
+    name: str  # one of ``CONTRIBUTIONS``, and what is changed
     run: Run | None
     reason: str = ""  # why there is no run
 
@@ -41,30 +39,26 @@ def screens_of(run: Run) -> Iterator[Screen]:
     materials = materials_of(run)
     yield _screen(run, STRONGER, _of_strength(materials, 1.0 + STRENGTH_DEVIATION), {})
     yield _screen(run, WEAKER, _of_strength(materials, 1.0 - STRENGTH_DEVIATION), {})
-    yield _switched_failure(run, materials)
-    others = {role: _of_other_eos(material) for role, material in materials.items()}
-    if not any(others.values()):
-        names = ", ".join(dict.fromkeys(material.name for material in materials.values()))
+    for other in _of_other_strength(materials):
+        yield _exchanged(run, STRENGTH, materials, other)
+    yield from _of_other_failure(run, materials)
+    eos = [other for material in _each_once(materials) if (other := _of_other_eos(material))]
+    for other in eos:
+        yield _exchanged(run, EOS, materials, other)
+    if not eos:
+        names = ", ".join(material.name for material in _each_once(materials))
         yield Screen(EOS, None, f"no material has the strength of {names} and another form")
-        return
-    changed = {role: other or materials[role] for role, other in others.items()}
-    yield _screen(run, EOS, changed, {role: material.name for role, material in changed.items()})
 
 
 def contributions_of(base: float, answers: Mapping[str, float]) -> dict[str, float]:
-    """Relative standard uncertainties of an answer, from its values with each change; those that can be told.
+    """Relative standard uncertainties of an answer, from its values by the name of each change; those that can be told.
 
-    Half the difference of a stronger and a weaker material, one standard deviation either way; and the difference
-    that the other failure or equation of state makes, over sqrt(3): anything between both choices is equally likely
-    (GUM, JCGM 100:2008, 4.3.7).
+    The largest difference that a change makes: each alternative has a source, may be the right one, and is no limit
+    between which others lie.
     """
-    told = {}
-    if STRONGER in answers and WEAKER in answers:
-        told["strength"] = 0.5 * abs(answers[STRONGER] - answers[WEAKER]) / abs(base)
-    for name in (FAILURE, EOS):
-        if name in answers:
-            told[name] = abs(answers[name] - base) / math.sqrt(3.0) / abs(base)
-    return told
+    differences = {name: abs(value - base) / abs(base) for name, value in answers.items()}
+    each = {kind: [size for name, size in differences.items() if name.startswith(kind)] for kind in CONTRIBUTIONS}
+    return {kind: max(sizes) for kind, sizes in each.items() if sizes}
 
 
 def _screen(run: Run, name: str, materials: Mapping[str, Material], changes: Mapping[str, object]) -> Screen:
@@ -88,21 +82,43 @@ def _scaled(material: Material, factor: float) -> Material:
     return material
 
 
-def _switched_failure(run: Run, materials: Mapping[str, Material]) -> Screen:
-    """The run without the failure that it has, or with spall where it has none."""
+def _each_once(materials: Mapping[str, Material]) -> list[Material]:
+    return list({material.name: material for material in materials.values()}.values())
+
+
+def _exchanged(run: Run, kind: str, materials: Mapping[str, Material], other: Material) -> Screen:
+    """The run with another material in every role that has its alloy."""
+    changed = {role: other if each.alloy == other.alloy else each for role, each in materials.items()}
+    names = {role: material.name for role, material in changed.items()}
+    return _screen(run, f"{kind} of {other.name}", changed, names)
+
+
+def _of_other_failure(run: Run, materials: Mapping[str, Material]) -> Iterator[Screen]:
+    """The run with each failure that takes all of its constants from the materials, but its own."""
     failure = run.parameters.get("failure")
     if failure is None:
-        return Screen(FAILURE, None, f"{run.scenario} has no failure to switch")
+        yield Screen(FAILURE, None, f"{run.scenario} has no failure to switch")
+        return
     constants = {name: None for name in run.parameters if name.startswith("failure_")}
-    if failure != "none":
-        return _screen(run, FAILURE, materials, {**constants, "failure": "none"})
-    return _screen(run, FAILURE, materials, {**constants, "failure": "spall", "failure_time": FAILURE_TIME})
+    for other in SOURCED_FAILURES:
+        if other != failure:
+            yield _screen(run, f"{FAILURE} {other}", materials, {**constants, "failure": other})
+
+
+def _of_other_strength(materials: Mapping[str, Material]) -> Iterator[Material]:
+    """The materials that ship of the same alloys, with another strength: other sources, other tempers."""
+    for material in _each_once(materials):
+        known = [material.strength]
+        for other in map(shipped.load, shipped.names()):
+            if other.alloy == material.alloy and other.strength not in known:
+                known.append(other.strength)
+                yield other
 
 
 def _of_other_eos(material: Material) -> Material | None:
-    """The first material that ships with the same family and strength and another kind of equation of state."""
-    alike = (material.family, material.strength)
+    """The first material that ships of the same alloy and strength with another kind of equation of state."""
+    alike = (material.alloy, material.strength)
     for other in map(shipped.load, shipped.names()):
-        if (other.family, other.strength) == alike and other.eos.kind != material.eos.kind:
+        if (other.alloy, other.strength) == alike and other.eos.kind != material.eos.kind:
             return other
     return None

@@ -19,8 +19,7 @@ from solver.problem import Problem
 from solver.simulation import Outcome, simulate
 from studies import materials, measurements
 from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative, reported
-from studies.measurements.impact.view import view
-from studies.measurements.shield import is_perforated
+from studies.measurements.wall import wall_of
 from studies.quantities.findings import InvalidInput
 from studies.runs.execution import execute
 from studies.runs.remeasure import remeasure
@@ -247,7 +246,7 @@ def test_stages__agree_with_one_grid(thickness: float, compared: Compared) -> No
     problem = replace(wall.problem, end_time=wall.problem.start_time + left)
     outcome = simulate(problem, threads=1)
     perforated = [
-        is_perforated(view(setting, each.snapshot))
+        wall_of(setting, each.snapshot).is_perforated
         for setting, each in ((together, alone), (replace(wall, problem=problem), outcome))
     ]
     expected = on_wall(together.problem, alone)

@@ -23,6 +23,7 @@ SPALL, TIME, LIMIT = 1.9e9, 1e-7, 0.3  # Pa, s, plastic strain
 FRACTURE = (0.54, 4.89, -3.03, 0.014, 1.12, 1.0, 0.3, 0.05)
 COPPER: dict[str, tuple[float, ...]] = {
     "johnson-cook": FRACTURE,
+    "johnson-cook-spall": (*FRACTURE, SPALL, 1e5, 1.0 / 3.0, 138.6e9),
     "modified-johnson-cook": FRACTURE,
     "none": (),
     "plastic-strain": (LIMIT,),

@@ -15,7 +15,8 @@ x is positive, and stays below 2 where it is not.
 The pressure is not linear in the energy; where it is asked for its tangent, this is that of the branch.
 
 Temperature: T_s + (e - e_s) / cv as in ``_hugoniot.py``, with the isentrope e_s, T_s of this form, on which dT / T =
-(dp/de) / rho dln rho. In expansion T = T0 + e / cv: heat of melting and of boiling counts as temperature.
+(dp/de) / rho dln rho. In expansion T = T0 + e / cv: heat of boiling counts as temperature; that of melting is taken
+off where the material states it (``matter/melting.py``), and is part of ``e_iv`` and ``e_cv`` in any case.
 """
 
 import math

@@ -5,9 +5,9 @@ infinity where a field allows None), and, for its type, ``hardening`` and, where
 ``rate_and_heat``: sigma_y = hardening(eps_p) * rate_and_heat(rate, T*, G / G0). Two factors, because the return to the
 yield surface (written once, in ``stress.py``) iterates on the first, with its slope, and needs the logarithm and the
 power of the second only once. A form of which plastic work does not all become heat gives ``stored_part``. A form that
-knows how the shear modulus and the melting point follow the state says so in ``stiffness`` and ``melting``, and one
-that depends on the pressure in ``under_pressure``. ``tests/contracts/test_strength.py`` asks each member never to be
-negative, to return to its surface, to dissipate and to be objective.
+knows how the shear modulus follows the state says so in ``stiffness``, and one that depends on the pressure in
+``under_pressure``; all melt by the curve of ``matter/melting.py``. ``tests/contracts/test_strength.py`` asks each
+member never to be negative, to return to its surface, to dissipate and to be objective.
 """
 
 from typing import NamedTuple
@@ -53,12 +53,6 @@ def stiffness(strength, density_ratio, pressure, kelvin):
     By default constant, and less where matter is thin.
     """
     return minimum(density_ratio, 1.0)
-
-
-@overridable
-def melting(strength, density_ratio):
-    """Melting temperature over that at the reference density; density_ratio = rho / rho0; by default constant."""
-    return 1.0
 
 
 @overridable

@@ -1,20 +1,20 @@
 """Steinberg, Cochran and Guinan: strength at high rates, where the rate no longer matters, follows the shear modulus.
 
-G / G0 = 1 + A p / eta^(1/3) - B (T - 300 K), and in proportion less where gaps have opened
+G / G0 = 1 + A p / eta^(1/3) - B (T - 300 K), eta = rho / rho0, and in proportion less where gaps have opened
 sigma_y = min(Y0 (1 + beta eps)^n, Y_max) G / G0
-T_melt / T_melt0 = exp(2 a (1 - 1 / eta)) eta^(2 (gamma0 - a - 1/3)), eta = rho / rho0
 
 Steinberg, Cochran and Guinan (1980), J. Appl. Phys. 51, 1498; constants of metals in Steinberg (1996), UCRL-MA-106439.
-T_melt0 belongs to the reference density: metal at 1 bar is thinner where it melts, and melts below it. How much below
-is a matter of the expansion in the equation of state too.
+The melting points of that report belong to the reference density: metal at 1 bar is thinner where it melts, and melts
+below them. How much below is a matter of the expansion in the equation of state too.
 """
 
 from typing import Annotated, NamedTuple
 
 from solver.jit import implements
-from solver.matter.strength import StrengthEntry, hardening, melting, rate_and_heat, solid, stiffness
+from solver.matter.melting import THINNEST_SOLID
+from solver.matter.strength import StrengthEntry, hardening, rate_and_heat, solid, stiffness
 from solver.units import Below, Described, Dimensionless, Pascal, PerKelvin, PerPascal
-from solver.vectors import exp, maximum, minimum, power, where
+from solver.vectors import maximum, minimum, power, where
 
 COLD = 300.0  # K, the temperature of G0
 
@@ -22,13 +22,9 @@ COLD = 300.0  # K, the temperature of G0
 # no shear whatever it is, and is counted as molten.
 SOFTEST = 0.1
 
-# rho / rho0 of the thinnest solid: heat stretches metals by some 7 % up to melting (Grueneisen's rule), and what is
-# thinner has gaps that are not the metal's.
-THINNEST_SOLID = 0.93
-
 
 class SteinbergGuinan(NamedTuple):
-    """Parameters of the strength and of the melting curve."""
+    """Parameters of the strength."""
 
     Y0: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12), Below("Y_max", or_equal=True)]
     Y_max: Annotated[Pascal, Described("hardest yield stress", 0.0, 1e12)]
@@ -36,8 +32,6 @@ class SteinbergGuinan(NamedTuple):
     n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0)]
     A: Annotated[PerPascal, Described("rise of the shear modulus with pressure", 0.0, 1e-9)]
     B: Annotated[PerKelvin, Described("fall of the shear modulus with temperature", 0.0, 0.1)]
-    a: Annotated[Dimensionless, Described("rise of the melting point with density", 0.0, 10.0)]
-    gamma0: Annotated[Dimensionless, Described("Grueneisen parameter", 0.0, 10.0)]
 
 
 STRENGTH = StrengthEntry("steinberg-guinan", SteinbergGuinan)
@@ -61,11 +55,3 @@ def stiffness_of_steinberg_guinan(strength, density_ratio, pressure, kelvin):
     pressed = strength.A * pressure / power(density_ratio, 1.0 / 3.0)
     law = 1.0 + pressed - strength.B * (kelvin - COLD)
     return maximum(law, SOFTEST) * minimum(density_ratio / THINNEST_SOLID, 1.0)
-
-
-@implements(melting, SteinbergGuinan)
-def melting_of_steinberg_guinan(strength, density_ratio):
-    exponent = 2.0 * (strength.gamma0 - strength.a - 1.0 / 3.0)
-    solid_ratio = maximum(density_ratio, THINNEST_SOLID)
-    growth = exp(2.0 * strength.a * (1.0 - 1.0 / solid_ratio))
-    return growth * power(solid_ratio, exponent)

@@ -151,7 +151,7 @@ def _pressure_and_slopes(solid: Solid, density: float, energy: float) -> tuple[f
 
 @dataclass(frozen=True)
 class Release:
-    """A shocked state after it has expanded to no pressure."""
+    """A shocked state after it has expanded to no pressure, or to a tension."""
 
     velocity_gain: MetrePerSecond  # on top of the particle speed behind the shock
     density: KilogramPerCubicMetre
@@ -159,8 +159,8 @@ class Release:
     sound_speed: MetrePerSecond
 
 
-def released(solid: Solid, state: Shock) -> Release:
-    """The end of the isentrope from a shocked state to p = 0, by Runge and Kutta's fourth-order rule on the pressure.
+def released(solid: Solid, state: Shock, *, to: float = 0.0) -> Release:
+    """The end of the isentrope from a shocked state to a pressure (Pa), by Runge and Kutta's fourth-order rule.
 
     de = p / (rho c)^2 dp, drho = dp / c^2, du = -dp / (rho c). A free surface moves with up + gain, a little faster
     than 2 up for copper below 20 GPa and more so above:
@@ -174,7 +174,7 @@ def released(solid: Solid, state: Shock) -> Release:
         c = sound_speed(solid, density, energy)
         return 1.0 / c**2, p / (density * c) ** 2, -1.0 / (density * c)
 
-    step = -state.pressure / RELEASE_STEPS
+    step = (to - state.pressure) / RELEASE_STEPS
     density, energy, gain = state.density, state.energy, 0.0
     for index in range(RELEASE_STEPS):
         p = state.pressure + index * step

@@ -1,8 +1,8 @@
 """Melted share of an aluminium sphere behind an aluminium bumper, beside CALE: NASA/TM-2009-214785, Table 4-4.
 
-CALE has another equation of state, with melt; ours is Mie and Grueneisen's, and melt is read off the residual
-energy against c_v (T_m - T_0) and the latent heat. The numbers are a comparison of codes and have no gate; that more
-melts at a higher speed has.
+CALE has another equation of state, with melt; ours is Mie and Grueneisen's, and melt is read off the energy that is
+left once matter has expanded, against c_v (T_m - T_0) and the latent heat. The numbers are a comparison of codes and
+have no gate; that more melts at a higher speed has.
 """
 
 from collections.abc import Iterator, Mapping
@@ -14,8 +14,8 @@ from studies.cases.rows import Row
 from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, numbers_of
 
 QUANTITY = "melted_share_projectile"
-SPEEDS, THICKNESSES = (6, 8, 10), (1, 2, 5)  # km/s; mm, of a sphere of 10 mm
-FINE, QUICK = [20, 30, 45], 10
+SPEEDS, THICKNESSES = (6, 8, 10, 12), (1, 2, 5)  # km/s; mm, of a sphere of 10 mm
+FINE, QUICK = [32 / 3, 16, 24], 10  # cells a diameter, each 1.5 times finer
 
 
 def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
@@ -43,7 +43,8 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
             there = [each for each in numbers if all(abs(each.at(axis) - at[axis]) < 1e-9 for axis in at)]
             where = f"bumper of {100 * thickness:g} diameters, {speed / 1e3:g} km/s"
             reading = ComparedReading(cube, QUANTITY, at)
-            yield from compared(where, reading, there, "CALE", mesh=(FINE[0], "coarsest grid"))
+            if there:  # at 12 km/s the table has the thinner bumpers alone
+                yield from compared(where, reading, there, "CALE", mesh=(FINE[0], "coarsest grid"))
             shares.append(reading.best[0])
         rises = all(slow < fast for slow, fast in pairwise(shares))
         got = ", ".join(f"{share:.3g}" for share in shares)

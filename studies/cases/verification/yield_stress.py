@@ -12,6 +12,7 @@ from typing import Any
 
 from solver.matter.eos.mie_grueneisen import mie_grueneisen
 from solver.matter.laws import Matter
+from solver.matter.melting import lindemann
 from solver.matter.strength.johnson_cook import JohnsonCook
 from solver.matter.strength.steinberg_guinan import SteinbergGuinan
 from solver.matter.stress import PointState
@@ -47,9 +48,10 @@ def _rows(where: str, total: float, reached: tuple[float, float], exact: float, 
     yield absolute(f"{where}: plastic and elastic strain", expected=total, got=got, within=ON_SURFACE * total)
 
 
-def _copper(strength: Any, room: float, melt: float, gamma0: float) -> Matter:
+def _copper(strength: Any, room: float, melt: float, gamma0: float, a: float | None = None) -> Matter:
     eos = mie_grueneisen(density=DENSITY, c0=3940.0, s=1.489, gamma0=gamma0, heat_capacity=383.0, temperature=room)
-    return matter_of(eos, shear_modulus=SHEAR_MODULUS, strength=strength, room_temperature=room, melt_temperature=melt)
+    made = matter_of(eos, shear_modulus=SHEAR_MODULUS, strength=strength, room_temperature=room, melt_temperature=melt)
+    return made._replace(melting=lindemann(eos, melt, a, density_ratio=1.0))
 
 
 def _sheared(matter: Matter, state: HeldState, strain: float, rate: float = 1.0) -> tuple[float, float]:
@@ -168,7 +170,7 @@ def steinberg_guinan(strain: float, state: HeldState) -> float:
     quick=False,
 )
 def _steinberg_guinan(recipe: Recipe) -> Iterator[Row]:
-    copper = _copper(SteinbergGuinan(Y0, Y_MAX, BETA, N, A, B, SMALL_A, GAMMA0), REFERENCE, MELT_AT_REST, GAMMA0)
+    copper = _copper(SteinbergGuinan(Y0, Y_MAX, BETA, N, A, B), REFERENCE, MELT_AT_REST, GAMMA0, SMALL_A)
     for state in STATES:
         for total in STRAINS:
             reached = _sheared(copper, state, total)

@@ -203,6 +203,11 @@ def _sector_of(angle: np.ndarray, span: float, sectors: int) -> np.ndarray:
     return index
 
 
+def hanging_together(geometry: Any, position: np.ndarray, among: np.ndarray, seed: np.ndarray) -> np.ndarray:
+    """Which particles at positions (n, 3), ``among`` some, hang together with a seed (n, bool) as for the solver."""
+    return _touching(geometry, _cells(geometry, position), among, seed)
+
+
 def _shape(geometry: Any) -> tuple[int, ...]:
     """Cells along each axis, at least one."""
     return tuple(int(max(count, 1)) for count in geometry.cells)

@@ -64,6 +64,7 @@ class JudgedPoint:
     law: float  # NaN where the law has no answer
     reference: float  # NaN where there is nothing to compare with
     uncertainty: float = math.nan  # of both together, over the reference; NaN where no part is known
+    numerical: float = math.nan  # the same without the model part; NaN where there is none
     # Whether the uncertainty includes what makes it a test: the mesh error, or the error of the observation.
     tests: bool = False
     outside: str = ""  # why it is outside the range of the law, or the law has no answer
@@ -153,11 +154,12 @@ class Evidence:
     # Points outside of the speeds and t/d at which their model part was measured, and the largest factor of it.
     distant: int = 0
     distance: float = 1.0
+    alloys: tuple[str, ...] = ()  # for which the model part was computed, where they are not those of the sweep
 
     @property
     def has_model(self) -> bool:
         """Whether the model part is assessed for each point with a value."""
-        return 0 < self.points == self.parts.get(MODEL, 0) and not self.distant
+        return 0 < self.points == self.parts.get(MODEL, 0) and not self.distant and not self.alloys
 
 
 def evidence_of(points: xr.Dataset, observations: Sequence[MatchedObservation]) -> Iterator[Evidence]:
@@ -177,6 +179,7 @@ def evidence_of(points: xr.Dataset, observations: Sequence[MatchedObservation]) 
             shots=Counter(shot.confidence for shot in shots),
             distant=int((quantity.distances() > 1.0).sum()),
             distance=float(quantity.distances().max(initial=1.0)),
+            alloys=quantity.other_alloys(),
         )
 
 
@@ -203,12 +206,13 @@ class _Quantity:
 
     # ---- error bars: standard uncertainties in the quantity's unit ----
 
-    def bars(self, *spread: np.ndarray) -> np.ndarray:
+    def bars(self, *spread: np.ndarray, without: str = "") -> np.ndarray:
         """The joint uncertainty, (points,), of the parts there are, whether they are a test or not; NaN without any.
 
-        Parts: numerical, definition, model and, beside a law, the scatter that its source publishes.
+        Parts: numerical, definition, model and, beside a law, the scatter that its source publishes; but the one that
+        is to be left out.
         """
-        parts = [self.numerical, *self.assessed.values(), *spread]
+        parts = [self.numerical, *(sizes for part, sizes in self.assessed.items() if part != without), *spread]
         total = np.sqrt(sum(np.nan_to_num(part) ** 2 for part in parts))
         return np.where(np.isnan(parts).all(axis=0), np.nan, total)
 
@@ -234,6 +238,12 @@ class _Quantity:
         factors = cubes.MODEL_DISTANCE.of(self.points, self.name).values.ravel()
         return np.where(np.isfinite(self.values) & np.isfinite(factors), factors, 1.0)
 
+    def other_alloys(self) -> tuple[str, ...]:
+        """Alloys for which the model part of a point was computed in place of its own."""
+        if not cubes.MODEL_ALLOY.is_in(self.points, self.name):
+            return ()
+        return tuple(dict.fromkeys(filter(None, map(str, cubes.MODEL_ALLOY.of(self.points, self.name).values.ravel()))))
+
     # ---- subjects ----
 
     def against_simulation(self) -> Iterator[Subject]:
@@ -245,7 +255,9 @@ class _Quantity:
         for law in self._laws(
             cubes.BY_LAW, cubes.BY_LAW_IN_RANGE, cubes.LAW_TITLE, cubes.LAW_CONFIDENCE, cubes.BY_LAW_REASON
         ):
-            bars = self.bars(np.abs(law.answers) * law.scatter)
+            spread = np.abs(law.answers) * law.scatter
+            bars, numerical = self.bars(spread), self.bars(spread, without=MODEL)
+            numerical = np.where(np.isnan(self.assessed[MODEL]), np.nan, numerical)
             yield Subject(
                 law.label,
                 law.title,
@@ -256,6 +268,7 @@ class _Quantity:
                         float(law.answers[number]),
                         float(self.values[number]),
                         _over(bars[number], self.values[number]),
+                        _over(numerical[number], self.values[number]),
                         bool(tests[number]),
                         law.outside[number],
                         unjudged[number],
@@ -301,10 +314,10 @@ class _Quantity:
                         float(law.answers[number]),
                         shot.observed,
                         _over(math.hypot(shot.uncertainty or 0.0, law.spread(number)), shot.observed),
-                        shot.uncertainty is not None,
-                        "" if law.outside[number] == FITTED else law.outside[number],
-                        FITTED if law.outside[number] == FITTED else "" if shot.value else NO_SIZE,
-                        shot.confidence not in FIRST_HAND,
+                        tests=shot.uncertainty is not None,
+                        outside="" if law.outside[number] == FITTED else law.outside[number],
+                        unjudged=FITTED if law.outside[number] == FITTED else "" if shot.value else NO_SIZE,
+                        doubtful=shot.confidence not in FIRST_HAND,
                     )
                     for number, shot in enumerate(shots)
                 ),
@@ -326,7 +339,7 @@ class _Quantity:
             value,
             shot.observed,
             _over(math.hypot(_zero(bar), shot.uncertainty or 0.0), shot.observed),
-            known and shot.uncertainty is not None,
+            tests=known and shot.uncertainty is not None,
             outside=away if away.startswith((ELSEWHERE, BEYOND_AXES)) else "",
             unjudged=away or ("" if shot.value else NO_SIZE),
             doubtful=shot.confidence not in FIRST_HAND,

@@ -7,6 +7,7 @@ without a point at which it is too low or too high (``JudgedPoint.word``), if th
 or more and the law may be used there, or is untested; else on all of them.
 """
 
+import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -79,6 +80,12 @@ class Standing:
     def bar(self) -> float:
         """The largest joint uncertainty that is a test; 0 where none is."""
         return max((point.bar for point in self.tested), default=0.0)
+
+    @property
+    def numerical(self) -> float:
+        """The same without the model part; NaN where a point has none."""
+        sizes = [point.numerical for point in self.tested]
+        return max(sizes) if sizes and not any(map(math.isnan, sizes)) else math.nan
 
 
 @dataclass(frozen=True)
@@ -216,7 +223,7 @@ def _texts(standings: Sequence[Standing], judge: Judge, checked: str, axes: Sequ
         return [f"{place}: trust none; {nearest}{first.name}, {gives}{why}; {checked}." for why in (reject, "")]
     ties = _ties(standings)
     gives = difference([point.residual for law in ties for point in law.points])
-    bar = share(max(law.bar for law in ties))
+    bar = _uncertainty(ties)
     if len(ties) == 1:
         names, verb = [first.name], "agrees"
     else:
@@ -233,6 +240,14 @@ def _texts(standings: Sequence[Standing], judge: Judge, checked: str, axes: Sequ
         ends.insert(0, f"; elsewhere {difference([point.residual for point in first.elsewhere])}; {checked}")
     texts = [form.format(name, gives=gives, bar=bar, verb=verb) for form in forms for name in names]
     return [f"{place}: {text}{end}." for text in texts for end in ends]
+
+
+def _uncertainty(laws: Sequence[Standing]) -> str:
+    """The largest joint uncertainty of laws: "7 %", "7 % numerically, ±16 % with models"."""
+    total, sizes = share(max(law.bar for law in laws)), [law.numerical for law in laws]
+    if any(map(math.isnan, sizes)):
+        return total
+    return f"{share(max(sizes))} numerically, ±{total} with models"
 
 
 def _checked(evidence: Evidence, judge: Judge, label: str) -> str:
@@ -301,7 +316,7 @@ def _rows(law: Standing, judge: Judge, checked: str, axes: Sequence[AxisOfSweep]
                 rejecting=here.rejecting,
                 tested=len(here.tested),
                 difference=difference(residuals),
-                uncertainty=f"±{share(here.bar)}" if here.tested else unknown,
+                uncertainty=f"±{_uncertainty([here])}" if here.tested else unknown,
                 against=checked,
                 verdict="doubtful shots judge nothing alone" if judge == "doubtful" else VERDICTS[here.grade],
             )

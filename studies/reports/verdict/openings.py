@@ -1,10 +1,22 @@
-"""Headlines of sweeps without a law: their main values, the limits of a search, what methods change."""
+"""Headlines of sweeps without a law: outcomes, the limits of a search, what methods change, their main values."""
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
+from itertools import groupby
 from typing import Any
 
 from studies.quantities.display import display_of, is_round_off, kind_of, printed_beside
-from studies.reports.verdict.texts import capital, difference, joined, number_of, share, shortest, spanned, words
+from studies.reports.verdict.texts import (
+    capital,
+    difference,
+    joined,
+    number_of,
+    share,
+    shortest,
+    spanned,
+    unit_of,
+    words,
+)
 
 
 def of_values(extremes: Sequence[Mapping[str, Any]], flagged: str = "") -> str:
@@ -33,6 +45,45 @@ def _value(extreme: Mapping[str, Any]) -> str:
     )
     shown = display_of(unit).unit
     return f"{name} {spanned(low, high)}{f' {shown}' if shown else ''}"
+
+
+def of_outcomes(outcomes: Mapping[str, Any], report: Mapping[str, Any]) -> str:
+    """An outcome over the shots of a report: "At 6.7 km/s: wall holds at wall thickness 3 mm, open at 4 mm".
+
+    Empty where no run succeeded.
+    """
+    rows, said = outcomes["rows"], {0.0: outcomes["words"][0], 1.0: outcomes["words"][1], None: "open"}
+    speed = [each["value"] for each in report["fixed"] if each["name"] == "speed"]
+    begin = f"At {number_of(speed[0], 'm s-1')}{unit_of('m s-1')}: " if speed else ""
+    if not rows:
+        return ""
+    if len(rows) == 1:
+        outcome, reason = rows[0]["outcome"], rows[0]["reason"]
+        texts = [f"{said[outcome]}: {reason}", said[outcome]] if outcome is None else [f"{said[outcome]} ({reason})"]
+        return capital(shortest([*(f"{begin}{text}." for text in texts), *(f"{text}." for text in texts)]))
+    varied = [each for each in report["axes"] if len({row["at"].get(each["name"]) for row in rows}) > 1]
+    if len(varied) == 1 and varied[0]["unit"]:
+        texts = [_along(rows, said, varied[0])]
+    else:
+        texts = []
+    counts = Counter(said[row["outcome"]] for row in rows)
+    texts.append(", ".join(f"{word} at {counts[word]} of {len(rows)} points" for word in said.values() if counts[word]))
+    return capital(shortest([*(f"{begin}{text}." for text in texts), *(f"{text}." for text in texts)]))
+
+
+def _along(rows: Sequence[Mapping[str, Any]], said: Mapping[float | None, str], axis: Mapping[str, Any]) -> str:
+    """Outcomes along an axis: "wall holds at projectile diameter 2-5 mm, wall perforated at 8 mm, open between"."""
+    name, unit = axis["name"], axis["unit"]
+    ordered = sorted(rows, key=lambda row: row["at"][name])
+    stretches = [(outcome, list(several)) for outcome, several in groupby(ordered, key=lambda row: row["outcome"])]
+    texts = []
+    for number, (outcome, several) in enumerate(stretches):
+        low, high = (number_of(several[end]["at"][name], unit) for end in (0, -1))
+        where = f"{words(name)} " if not number and name != "speed" else ""
+        texts.append(f"{said[outcome]} at {where}{spanned(low, high)}{unit_of(unit)}")
+    if len(stretches) > 1 and all(outcome is not None for outcome, _ in stretches):
+        texts.append("open between")
+    return ", ".join(texts)
 
 
 def of_limits(limits: Mapping[str, Any]) -> str:

@@ -38,6 +38,9 @@ def _unchecked(evidence: Evidence) -> Iterator[str]:
             yield "nobody assessed how much another definition of the measured quantity would change it"
         if parts[MODEL] < evidence.points:
             yield "nobody assessed what other material data and models would change"
+        elif evidence.alloys:
+            alloys = joined(evidence.alloys)
+            yield f"what other material data and models change was computed for {alloys}, another alloy"
         elif evidence.distant:
             yield (
                 f"what other material data and models change was measured at other speeds or plates (t/d) for "

@@ -20,10 +20,11 @@ from studies.scenarios.parts.numerics import tensions
 
 if TYPE_CHECKING:
     from solver.matter.laws import Matter
+    from solver.matter.melting import MeltingCurve
     from studies.materials import Material
 
 HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
-PROJECTILE = "projectile"  # the role whose material may go without what a failure takes
+PROJECTILES = ("projectile", "flyer")  # the roles whose materials may go without what a failure takes
 
 
 def failures() -> Mapping[str, Any]:
@@ -63,8 +64,8 @@ _FailureParameters: Any = make_dataclass(
                 Choice(failures),
                 Described(
                     "failure model: none, plastic strain, tension beyond the spall strength for long enough, the spall "
-                    "strength of plate impacts at the strain rate, or the damage of Johnson and Cook, plain or "
-                    "modified, which weakens"
+                    "strength of plate impacts at the strain rate, the damage of Johnson and Cook, plain or "
+                    "modified, which weakens, or that and the spall strength at once"
                 ),
             ],
             field(default="none"),
@@ -128,7 +129,7 @@ class Fracture(_FailureParameters):
             yield Finding("rubble_friction", f"{self.rubble_friction:g}", "no rubble without a failure", cure)
         record = failures()[self.failure].record
         for role, material in materials.items():
-            if role == PROJECTILE and len(materials) > 1 and _goes_without(record, material):
+            if role in PROJECTILES and len(materials) > 1 and _goes_without(record, material):
                 continue  # a projectile without the section never fails
             for name, value in material.taken(record).items():
                 taken = marked(record, FromMaterial)[name]
@@ -158,10 +159,11 @@ def matter(
     """The matter of a material; ``failure`` is a record of the solver, by default matter never fails."""
     from solver.matter.laws import Matter
 
+    eos = eos_of(material, eos_form)
     melt = material.thermal.melt_temperature if thermal_softening else None
     strength = models("strength")[material.strength.kind].record
     return Matter(
-        eos=eos_of(material, eos_form),
+        eos=eos,
         # A constant that the material goes without is infinite.
         strength=strength(**{k: _or_infinite(v) for k, v in material.fill("strength").items()}),
         tension=_tension(material, tension),
@@ -170,7 +172,19 @@ def matter(
         melt_temperature=_or_infinite(melt),
         failure=failure or failures()["none"].record(),
         rubble_friction=rubble_friction,
+        melting=_melting(material, eos, melt),
     )
+
+
+def _melting(material: "Material", eos: Any, melt: float | None) -> "MeltingCurve":
+    """The melting curve of a material through its melting point (K), and its heat of fusion."""
+    from solver.matter.melting import MeltingCurve, lindemann
+
+    if melt is None:
+        return MeltingCurve()
+    thermal = material.thermal
+    fusion = (thermal.latent_heat_of_fusion or 0.0) / thermal.heat_capacity
+    return lindemann(eos, melt, thermal.melting_slope, fusion=fusion, density_ratio=thermal.melting_density)
 
 
 def _or_infinite(value: float | None) -> float:
@@ -252,6 +266,21 @@ def check_constants(materials: Materials) -> list[Finding]:
 def longitudinal_speed(bulk: float, shear: float, density: float) -> float:
     """Speed of an elastic wave of uniaxial strain, m/s."""
     return math.sqrt((bulk + 4.0 / 3.0 * shear) / density)
+
+
+def yield_stress(material: "Material", strain: float = 0.0) -> float | None:
+    """Yield stress of cold, slow matter after a plastic strain, Pa; None of a strength that has none of its own."""
+    own: Mapping[str, Any] = material.strength.constants
+    match material.strength.kind:
+        case "johnson-cook" | "modified-johnson-cook":
+            return own["A"] + own["B"] * strain ** own["n"] if strain else own["A"]
+        case "perfectly-plastic":
+            return own["yield_stress"]
+        case "linear-hardening":
+            return own["yield_stress"] + own["hardening_modulus"] * strain
+        case "steinberg-guinan":
+            return min(own["Y0"] * (1.0 + own["beta"] * strain) ** own["n"], own["Y_max"])
+    return None
 
 
 def elastic_speed(material: "Material") -> float:

@@ -11,15 +11,14 @@ from studies.cubes.cells import MissingResult
 from studies.reports import report
 from studies.reports.compare import compare
 from studies.runs.results import RunResult
-from studies.sweeps.screening import CONTRIBUTIONS, EOS, FAILURE, STRONGER, WEAKER
+from studies.sweeps.screening import EOS, FAILURE, STRENGTH, STRONGER, WEAKER
 from studies.sweeps.sweep import Sweep
 from tests.studies.sweeps.test_screening import DOCUMENT
 
-STRENGTH = CONTRIBUTIONS[0]
 HOLE = 20e-3
-ANSWERS = {STRONGER: 19.8e-3, WEAKER: 20.2e-3, FAILURE: 20.3e-3, EOS: 19.6e-3}
-# 1 %, and 1.5 % and 2 % over the root of 3.
-EXPECTED = HOLE * np.hypot(0.01, np.hypot(0.015, 0.02) / np.sqrt(3.0))
+SPALL, OTHER_EOS = "failure spall-rate", "equation of state of copper-ofhc-tillotson"
+ANSWERS = {STRONGER: 19.8e-3, WEAKER: 20.2e-3, SPALL: 20.3e-3, OTHER_EOS: 19.6e-3}
+EXPECTED = HOLE * np.hypot(0.01, np.hypot(0.015, 0.02))
 
 
 def results_of(sweep: Sweep, screens: dict[str, float]) -> dict[str, Any]:
@@ -59,8 +58,8 @@ def test_screened__is_the_share_of_each_value_and_no_point_of_the_cube() -> None
     np.testing.assert_allclose(dataset.hole_diameter_model_part, EXPECTED)
     assert dataset.hole_diameter_model_part.attrs["units"] == "m"
     reason = str(dataset.hole_diameter_model_part_reason.values.flat[0])
-    assert "strength 1 %, failure 0.87 %, equation of state 1.2 % (screening runs" in reason
-    expected = {STRENGTH: 0.01, FAILURE: 0.015 / np.sqrt(3.0), EOS: 0.02 / np.sqrt(3.0)}
+    assert "strength 1 %, failure 1.5 %, equation of state 2 % (screening runs" in reason
+    expected = {STRENGTH: 0.01, FAILURE: 0.015, EOS: 0.02}
     assert contributions_in(dataset) == pytest.approx(expected)
 
 
@@ -68,7 +67,7 @@ def test_screened__is_the_share_of_each_value_and_no_point_of_the_cube() -> None
     ("model_part", "screens", "reason"),
     [
         ("none", None, "not assessed: model_part is none"),
-        ("screen", {}, "not assessed: screening runs at the middle of the sweep; stronger: its scr"),
+        ("screen", {}, "not assessed: screening runs at the middle of the sweep; strength +10%: its scr"),
     ],
 )
 def test_not_assessed__is_nan_with_the_reason(model_part: str, screens: dict[str, float] | None, reason: str) -> None:

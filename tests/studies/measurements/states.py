@@ -4,13 +4,13 @@ import dataclasses
 import math
 from collections.abc import Callable
 from types import SimpleNamespace
-from typing import Any, get_type_hints
+from typing import Any, NamedTuple, get_type_hints
 
 import numpy as np
 from scipy.optimize import brentq
 
 from solver.problem.geometry import Axisymmetric, Cartesian3D, grid
-from solver.state import Particles, Snapshot
+from solver.state import MASS, STORED, VX, Arrivals, Particles, Snapshot, empty_table, records, views
 from studies import measurements
 from studies.measurements import History, Reading
 from studies.measurements.bar import BarView, rear_face_place, rebound_momentum
@@ -19,8 +19,9 @@ from studies.measurements.impact.view import ImpactView
 from studies.measurements.plates import FLYER, TARGET, PlateView
 from studies.measurements.plug import PlugView
 from studies.measurements.shield import ShieldView
+from studies.measurements.wall import WallView, wall_of
 from studies.measurements.whole import WholeView
-from studies.scenarios.debris_cloud import Melting
+from studies.scenarios.debris_cloud import Breakup, Melting
 
 DENSITY = 8930.0
 DIAMETER = 8e-3
@@ -156,6 +157,11 @@ def chosen(state: Any, which: np.ndarray) -> Any:
 
 def reordered(state: Any) -> Any:
     """The same particles in another order."""
+    if isinstance(state, WallView) and not isinstance(state, ShieldView):
+        if state.wall is None:
+            return state
+        plate = reordered(state.wall.plate)
+        return dataclasses.replace(state, wall=dataclasses.replace(reordered(state.wall), plate=plate))
     if isinstance(state, ShieldView):
         return dataclasses.replace(state, **{part: reordered(getattr(state, part)) for part in ("bumper", "cloud")})
     return chosen(state, np.random.default_rng(0).permutation(state.mass.size))
@@ -242,6 +248,7 @@ PLATE = 40.0 * CELL  # thickness
 PLATE_SPEED, PRESSURE, SHOCKED = 2000.0, 48e9, 1.25  # m/s, Pa, compression behind the shock
 # M/s: mass behind a shock that stops at half the speed and compresses so.
 SHOCK = 5.0 * 0.5 * PLATE_SPEED
+IMPEDANCE = 35e6  # rho0 c0, Pa s/m
 
 
 def plates(time: float, *, scatter: float = 0.0) -> PlateView:
@@ -268,6 +275,8 @@ def plates(time: float, *, scatter: float = 0.0) -> PlateView:
         density=np.tile(np.where(behind, SHOCKED * DENSITY, DENSITY), 2),
         pressure=np.tile(pressure, 2),
         section=CELL**2,
+        thickness=PLATE,
+        impedance=IMPEDANCE,
         cell=CELL,
         time=time,
         speed=PLATE_SPEED,
@@ -275,6 +284,16 @@ def plates(time: float, *, scatter: float = 0.0) -> PlateView:
 
 
 LATE = 0.8 * PLATE / SHOCK  # the shock has run through 0.8 of each plate
+
+
+def released_plates() -> PlateView:
+    """Plates of which the outermost three cells of the target fly off at the impact speed, and ring by 50 m/s."""
+    state = plates(LATE)
+    below = PLATE - (state.layer + 0.5) * PARTICLE
+    loose = (state.body == TARGET) & (below < 3.0 * CELL)
+    ringing = PLATE_SPEED + np.where(state.layer % 2, 50.0, -50.0)
+    return dataclasses.replace(state, velocity=np.where(loose, ringing, state.velocity))
+
 
 # Histories
 
@@ -304,24 +323,41 @@ def smeared(rates: np.ndarray) -> np.ndarray:
     return np.convolve(np.pad(rates, 10, mode="edge"), np.full(21, 1.0 / 21.0), mode="valid")
 
 
+def surface(*velocities: float) -> History:
+    """A free surface with velocities (m/s) at even times, and its acoustic stress."""
+    values = np.array(velocities)
+    stress = 0.5 * IMPEDANCE * values
+    times = 1e-8 * np.arange(values.size)
+    return History(times, {"free_surface_velocity": values, "acoustic_stress": stress})
+
+
 # Debris
 
-CLOUD_SPEED = 6000.0  # m/s
+CLOUD_SPEED, CLOUD_DIAMETER = 6000.0, 8e-3  # m/s, m
 MELTING = Melting(heat_capacity=400.0, room_temperature=300.0, melt_temperature=1300.0, latent_heat=200e3)
 
 
-def cloud(position: np.ndarray, velocity: np.ndarray, **changes: Any) -> CloudView:
-    """Loose matter of the target at places (n, 3) about the z axis, each particle one cube of the lattice."""
+TOUGH = Breakup(DENSITY, sound_speed=4000.0, yield_stress=3e8, fracture_toughness=3e7, surface_tension=1.0)
+
+
+def cloud(position: np.ndarray, velocity: np.ndarray, initial: np.ndarray | None = None, **changes: Any) -> CloudView:
+    """Loose matter of the target at places (n, 3) about the z axis, each particle one cube of the lattice.
+
+    Before the impact it was at ``initial`` (n, 3), by default where it is.
+    """
     count = len(position)
+    initial = position if initial is None else initial
     return CloudView(
         **{
             "radius": np.hypot(position[:, 0], position[:, 1]),
             "depth": position[:, 2],
+            "initial_radius": np.hypot(initial[:, 0], initial[:, 1]),
+            "initial_depth": initial[:, 2],
             "axial_velocity": velocity[:, 2],
             "transverse_velocity": np.hypot(velocity[:, 0], velocity[:, 1]),
             "mass": np.full(count, DENSITY * PARTICLE**3),
             "energy": np.zeros(count),
-            "temperature": np.full(count, MELTING.room_temperature),
+            "residual": np.zeros(count),
             "projectile": np.zeros(count, bool),
             "plate": np.zeros(count, bool),
             "fragment": connected(np.floor(position / CELL).astype(np.int64)),
@@ -329,7 +365,9 @@ def cloud(position: np.ndarray, velocity: np.ndarray, **changes: Any) -> CloudVi
             "cell": CELL,
             "width": PARTICLE,
             "thickness": THICKNESS,
+            "diameter": CLOUD_DIAMETER,
             "speed": CLOUD_SPEED,
+            "breakup": (TOUGH, TOUGH),
             "melting": (MELTING, MELTING),
             **changes,
         }
@@ -498,17 +536,157 @@ def snapshot_of(particles: Particles) -> Snapshot:
     return Snapshot(0.0, 0, particles, np.zeros(particles.mass.size, np.int64))
 
 
-# By what a measurement looks at.
 # Shields
 
 
-def shield(wall: ImpactView | None, coming: float = 0.0) -> ShieldView:
-    """A shield whose bumper has a hole, and whose debris has come to a wall but for a part that is still ``coming``."""
+def shield() -> ShieldView:
+    """A shield in the stage of its bumper, which has a hole."""
     place = ball(1e-3, 20e-3)
     debris = cloud(place, np.full(place.shape, (0.0, 0.0, CLOUD_SPEED)))
-    return ShieldView(drilled_disc(HOLE), debris, wall, coming, missed=0.0, clock_ahead=0.0, cell=CELL)
+    return ShieldView(None, 1.0, CELL, drilled_disc(HOLE), debris, missed=0.0, clock_ahead=0.0)
 
 
+# Walls
+
+WALL, SPAN = 6e-3, 8e-3  # thickness and radius
+PIT, SCAB = (2e-3, 2.5e-3), (2.5e-3, 2e-3)  # radius, and depth from the front or from the back, m
+SPALL_SPEED = 400.0  # m/s
+BULGE = 1.3e-3  # m
+AGE = 50e-6  # s, of the wall's stage
+PIECE = 1e-6  # kg, of debris
+
+
+class Moved(NamedTuple):
+    """What has become of each particle of a wall: displacement (m) and velocity (m/s)."""
+
+    normal: np.ndarray
+    inwards: np.ndarray
+    velocity: np.ndarray  # along the normal
+    has_departed: np.ndarray
+
+
+Change = Callable[[np.ndarray, np.ndarray, Moved], None]  # of the radius and the depth at rest
+
+
+def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0, bounced: int = 0) -> WallView:
+    """A wall after some changes, as a geometry shows it, on a grid with three thicknesses before and behind it.
+
+    Of two pieces of debris, in the model, as many as have ``bounced`` joined at the speed of spall and went back at it.
+    """
+    flat = kind == "axisymmetric"
+    across, along = line(0.0, SPAN), line(0.0, WALL)
+    position = np.stack(lattice(*((across, along, np.zeros(1)) if flat else (across, across, along))), axis=-1)
+    axis = 1 if flat else 2
+    radius, depth = np.hypot(position[:, 0], 0.0 if flat else position[:, 1]), position[:, axis]
+    moved = Moved(*np.zeros((3, depth.size)), np.zeros(depth.size, bool))
+    for change in changes:
+        change(radius, depth, moved)
+    setting = setting_of_plate(kind, thickness=WALL, radius=SPAN)
+    cells, deep = round(SPAN / CELL), round(7.0 * WALL / CELL)
+    lower = (0.0, -3.0 * WALL, 0.0) if flat else (0.0, 0.0, -3.0 * WALL)
+    geometry = grid(
+        Axisymmetric if flat else Cartesian3D,
+        lower=lower,
+        cells=(cells, deep, 0) if flat else (cells, cells, deep),
+        spacing=CELL,
+    )
+    body = SimpleNamespace(**{**vars(body_of("target", DENSITY)), "position": position, "mass": np.ones(depth.size)})
+    arrivals = Arrivals(np.array([-AGE, 0.0]), np.ones(2, np.int64), np.zeros((STORED + 1, 2)))
+    arrivals.table[MASS], arrivals.table[VX + axis] = PIECE, SPALL_SPEED
+    setting.problem = SimpleNamespace(
+        geometry=geometry,
+        bodies=(body, SimpleNamespace(**{**vars(body_of("debris", DENSITY)), "mass": np.zeros(0)})),
+        absorbers=(),
+        arrivals=arrivals,
+        faces=((0, 0),) * 3,
+        particle_count=depth.size + arrivals.time.size,
+        start_time=-AGE,
+    )
+    particles = views(empty_table(depth.size + bounced))
+    particles.position[: depth.size] = position
+    particles.position[: depth.size, axis] += moved.normal
+    particles.position[: depth.size, :axis] *= (1.0 - moved.inwards / radius)[:, None]
+    particles.velocity[: depth.size, axis] = moved.velocity
+    particles.mass[: depth.size] = DENSITY * (radius * PARTICLE**2 if flat else PARTICLE**3)
+    particles.position[depth.size :, axis] = -WALL
+    particles.velocity[depth.size :, axis] = -SPALL_SPEED
+    particles.mass[depth.size :] = PIECE
+    body_number = (np.arange(depth.size + bounced) >= depth.size).astype(np.int64)
+    gone = np.append(moved.has_departed, [True, False][:bounced]).astype(bool)
+    departed = records(0.0, particles, body_number, np.flatnonzero(gone))
+    particles = Particles(*(array[~gone] for array in particles))
+    wall = wall_of(setting, Snapshot(0.0, 0, particles, body_number[~gone], departed))
+    return WallView(wall, coming, CELL)
+
+
+def pit(depth_of_pit: float = PIT[1]) -> Change:
+    """A round crater with a flat floor, whose matter flew back."""
+
+    def change(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+        mine = (radius < PIT[0]) & (depth < depth_of_pit)
+        moved.has_departed[mine] = True
+        moved.velocity[mine] = -SPALL_SPEED
+        moved.normal[mine] = -2.0 * WALL
+
+    return change
+
+
+def in_scab(radius: np.ndarray, depth: np.ndarray) -> np.ndarray:
+    """Which particles stand in the slab at the back."""
+    return (radius < SCAB[0]) & (depth > WALL - SCAB[1])
+
+
+def scabbed(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The slab came off and flies on: one half of it on the grid, the other departed."""
+    mine = in_scab(radius, depth)
+    moved.normal[mine] = WALL
+    moved.velocity[mine] = SPALL_SPEED
+    moved.has_departed[mine & (depth > WALL - 0.5 * SCAB[1])] = True
+
+
+def parted(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The slab bulges away from the rest, and hangs together with it at its edge."""
+    mine = in_scab(radius, depth)
+    moved.normal[mine] = 3.0 * CELL * np.clip((SCAB[0] - radius[mine]) / 1e-3, 0.0, 1.0)
+
+
+def bulged(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The wall stands back in its middle, nowhere thinner."""
+    moved.normal[:] += BULGE * np.clip(2.0 - radius / 3e-3, 0.0, 1.0)
+
+
+def moving(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The middle moves on so fast that it would have gone two cells in the time of its stage."""
+    moved.velocity[radius < 3e-3] = 2.0 * CELL / AGE
+
+
+def drawn_in(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The rim let go, and the wall has moved inwards there, in one piece."""
+    moved.inwards[:] = 3.0 * CELL * np.clip(2.0 * radius / SPAN - 1.0, 0.0, 1.0)
+
+
+def plugged_out(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """A plug flies on behind the wall."""
+    mine = radius < PIT[0]
+    moved.normal[mine] = WALL + 2.0 * CELL
+    moved.velocity[mine] = SPALL_SPEED
+
+
+def fallen_back(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The plug comes back."""
+    plugged_out(radius, depth, moved)
+    moved.velocity[:] *= -1.0
+
+
+def littered(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """In a crater a lump lies that is free, and moves on towards its floor."""
+    mine = (radius < PIT[0] - 2.0 * CELL) & (depth < 2.0 * CELL)
+    moved.has_departed[mine] = False
+    moved.normal[mine] = 0.0
+    moved.velocity[mine] = SPALL_SPEED
+
+
+# By what a measurement looks at.
 STATES: dict[type, dict[str, Callable[[], Any]]] = {
     ImpactView: {
         "drilled": lambda: drilled_disc(HOLE),
@@ -524,12 +702,19 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "bored": bored_half_space,
         "spalled": lambda: hollowed_half_space(CRATER, roof=2e-3, height=2e-3),
     },
-    ShieldView: {
-        "before": lambda: shield(None, 1.0),
-        "reached": lambda: shield(drilled_disc(0.0), 0.5),
-        "held": lambda: shield(drilled_disc(0.0)),
-        "perforated": lambda: shield(drilled_disc(HOLE)),
-        "torn": lambda: shield(drilled_disc(RADIUS - 2.0 * CELL)),
+    ShieldView: {"bumper": shield},
+    WallView: {
+        "before": lambda: WallView(None, 1.0, CELL),
+        "whole": walled,
+        "reached": lambda: walled(coming=0.5),
+        "pitted and bulged": lambda: walled(pit(), bulged),
+        "scabbed": lambda: walled(pit(), scabbed),
+        "parted": lambda: walled(pit(), parted),
+        "drilled": lambda: walled(pit(WALL)),
+        "plugged out": lambda: walled(plugged_out),
+        "filmed": lambda: walled(pit(WALL - PARTICLE)),
+        "let go": lambda: walled(pit(), drawn_in),
+        "torn": lambda: walled(lambda radius, depth, moved: moved.has_departed.fill(True)),
     },
     BarView: {
         "straight": bar,
@@ -555,6 +740,7 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
         "shocked": lambda: plates(LATE),
         "scattered": lambda: plates(LATE, scatter=0.05),
         "through": lambda: plates(1.3 * PLATE / SHOCK),
+        "released": released_plates,
     },
     PlugView: {
         "through": plugged,
@@ -577,6 +763,7 @@ def joined(push: History, front: History) -> History:
     rise = 4e-3 * np.sin(np.linspace(0.0, 0.75 * math.pi, max(push.times.size, front.times.size)))
     values = {**push.values, **front.values, **plug, "crater_depth": rise, rear_face_place.name: BAR_LENGTH - rise}
     values |= {"middle_velocity": -1e5 * rise, "middle_stress": -1e12 * rise}
+    values |= {"free_surface_velocity": 1e5 * rise, "acoustic_stress": 1e12 * rise}
     return History(front.times[:size], {name: value[:size] for name, value in values.items()})
 
 

@@ -7,10 +7,13 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.matter.eos import pressure_terms
+from solver.matter.melting import residual_energy
 from solver.simulation import start
 from solver.state import Snapshot, records
-from studies.measurements.cloud import DISTRIBUTIONS, view
 from studies.measurements.cloud import SPEEDS as SPEEDS_OF_BINS
+from studies.measurements.cloud import view
+from studies.measurements.fragments import DISTRIBUTIONS
 from studies.quantities.measured import DEFINITION
 from tests.contracts.test_scenarios import asked, built
 from tests.studies.measurements.states import BALLS, CLOUD_SPEED, DENSITY, MELTING, ROUND_OFF, read, two_balls, value
@@ -23,9 +26,8 @@ SPEEDS = [speed for _, _, speed in BALLS]
 def test_melted_share__follows_the_lever_rule(excess: float, share: float) -> None:
     """A half of the mass has the residual energy of melting and an excess (J/kg), the rest is cold."""
     state = two_balls()
-    hot = MELTING.melt_temperature + excess / MELTING.heat_capacity
-    temperature = np.where(state.projectile, hot, MELTING.room_temperature)
-    state = dataclasses.replace(state, temperature=temperature)
+    hot = MELTING.heat_capacity * (MELTING.melt_temperature - MELTING.room_temperature) + excess
+    state = dataclasses.replace(state, residual=np.where(state.projectile, hot, 0.0))
     assert value("melted_share_projectile", state) == pytest.approx(share, abs=ROUND_OFF)
     part = MASSES[0] / sum(MASSES)
     assert value("melted_share_behind", state) == pytest.approx(share * part, abs=ROUND_OFF)
@@ -73,3 +75,22 @@ def test_view__counts_what_departed_where_it_has_flown(touching: tuple[Any, Snap
     assert value("largest_fragment", state) == pytest.approx(mass, rel=ROUND_OFF)
     length = read("cloud_length", state).value + setting.thickness
     assert flight - diameter < length < flight
+
+
+def test_view__has_the_energy_that_is_left_once_matter_has_expanded(touching: tuple[Any, Snapshot]) -> None:
+    """Of pressed matter on the grid less than it has, and all of it of what departed."""
+    setting, snapshot = touching
+    matter = setting.problem.bodies[0].matter
+    particles, hot = snapshot.particles, 1e6  # J/kg
+    density = np.full(particles.mass.size, 1.3 * matter.eos.density)
+    cold, thermal = pressure_terms(matter.eos, density, hot)
+    energy = np.full(particles.mass.size, hot)
+    pressure = cold + thermal * hot
+    pressed = snapshot._replace(particles=particles._replace(density=density, energy=energy, pressure=pressure))
+    left = float(residual_energy(matter.eos, density[0], hot, pressure[0]))
+    assert left < 0.9 * hot
+    np.testing.assert_allclose(view(setting, pressed).residual, left, rtol=ROUND_OFF)
+    gone = view(setting, through(setting, pressed, 0.0)).residual
+    of_projectile = (pressed.body == 0).sum()
+    np.testing.assert_allclose(gone[-of_projectile:], hot, rtol=ROUND_OFF)
+    np.testing.assert_allclose(gone[:-of_projectile], left, rtol=ROUND_OFF)

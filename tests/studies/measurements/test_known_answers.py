@@ -11,6 +11,7 @@ import pytest
 
 from studies.measurements import History
 from studies.measurements.bar import rear_face_place
+from studies.measurements.wall import WallView
 from studies.quantities.measured import DEFINITION
 from tests.studies.measurements.states import (
     BALLS,
@@ -18,6 +19,7 @@ from tests.studies.measurements.states import (
     BAR_LENGTH,
     BAR_SPEED,
     BREADTH,
+    BULGE,
     CELL,
     CENTRE_SPEED,
     CRATER,
@@ -30,9 +32,12 @@ from tests.studies.measurements.states import (
     EXPANSION,
     FRONT,
     HOLE,
+    IMPEDANCE,
     LATE,
     OPENINGS,
     PARTICLE,
+    PIECE,
+    PIT,
     PLATE,
     PLATE_SPEED,
     PLUG,
@@ -43,40 +48,55 @@ from tests.studies.measurements.states import (
     REAR,
     RING,
     ROUND_OFF,
+    SCAB,
     SHOCK,
     SHOCKED,
+    SPALL_SPEED,
     STEEL,
     TENTH,
     THICKNESS,
+    WALL,
     WALLS,
     bar,
     bored_half_space,
+    bulged,
     capped,
     collared_disc,
     cratered,
     dented_disc,
+    drawn_in,
     drilled_disc,
     expanding_ball,
+    fallen_back,
     flared,
     hollowed_half_space,
     impact,
     lattice,
     line,
     lipped_disc,
+    littered,
+    moving,
+    parted,
+    pit,
     plates,
     plugged,
+    plugged_out,
     pushed,
     read,
     rectangle,
+    released_plates,
     ring,
     running,
+    scabbed,
     scooped_half_space,
     slowed,
     smeared,
     straight,
     stretched,
+    surface,
     two_balls,
     value,
+    walled,
     with_particle,
     without,
 )
@@ -158,6 +178,10 @@ def drifted_plates() -> Any:
     return dataclasses.replace(state, density=0.9 * state.density)
 
 
+# Up with ripples below the recovery, down, up again; then a deeper minimum that is not the first.
+SPALLED = (0.0, 20.0, 190.0, 200.0, 197.5, 201.0, 199.0, 170.0, 150.0, 152.0, 165.0, 180.0, 120.0, 160.0)
+
+
 def waving_bar() -> Any:
     """Velocity and stress rise along the initial height, and across."""
     state = bar(stretched)
@@ -220,6 +244,52 @@ CAP = (0.25 * DIAMETER) ** 2 / (4.0 * CRATER)  # half of a flat column's floor l
 REFERENCES = (0.9 * BAR_LENGTH, 1.25 * BAR_DIAMETER, 0.8 * BAR_DIAMETER)
 BEHIND = SHOCKED * DENSITY
 SHIFTS = [0.1 * part for part in range(11)]  # cells
+
+PIT_MASS, SCAB_MASS, PLUG_MASS = (
+    math.pi * DENSITY * radius**2 * depth for radius, depth in (PIT, SCAB, (PIT[0], WALL))
+)
+# A circle on a lattice of squares is known to half a particle.
+RAGGED = 2.0 * EDGE / PIT[0]
+THIN = PARTICLE / WALL
+# Changes; outcomes: perforated, failed, attached spall; measurement, value, and how far off the reading may be.
+WALL_ANSWERS: list[tuple[tuple[Any, ...], tuple[int, ...], list[tuple[str, float, float]]]] = [
+    ((), (0, 0, 0), [("crater_depth_over_thickness", 0.0, ROUND_OFF), ("bulge", 0.0, ROUND_OFF)]),
+    ((pit(),), (0, 0, 0), [("momentum", PIT_MASS * SPALL_SPEED, RAGGED * PIT_MASS * SPALL_SPEED)]),
+    (
+        (pit(), bulged),
+        (0, 0, 0),
+        [
+            ("crater_depth_over_thickness", PIT[1] / WALL, ROUND_OFF),
+            ("bulge", BULGE, ROUND_OFF),
+            ("detached_spall", 0.0, 0.0),
+        ],
+    ),
+    ((pit(), littered), (0, 0, 0), [("detached_spall", 0.0, 0.0)]),
+    ((fallen_back,), (1, 1, 0), [("detached_spall", 0.0, 0.0)]),
+    (
+        (scabbed,),
+        (0, 1, 0),
+        [
+            ("crater_depth_over_thickness", 0.0, ROUND_OFF),
+            ("detached_spall", SCAB_MASS, RAGGED * SCAB_MASS),
+            ("spall_diameter", 2.0 * SCAB[0], 2.0 * EDGE),
+            ("spall_velocity", SPALL_SPEED, ROUND_OFF * SPALL_SPEED),
+            ("momentum", -SCAB_MASS * SPALL_SPEED, RAGGED * SCAB_MASS * SPALL_SPEED),
+        ],
+    ),
+    ((pit(), scabbed), (0, 1, 0), [("crater_depth_over_thickness", PIT[1] / WALL, ROUND_OFF)]),
+    ((pit(), parted), (0, 0, 1), [("crater_depth_over_thickness", PIT[1] / WALL, ROUND_OFF)]),
+    # The crater opens into the gap.
+    ((pit(WALL - SCAB[1]), parted), (0, 0, 0), [("crater_depth_over_thickness", 1.0 - SCAB[1] / WALL, ROUND_OFF)]),
+    # A row of particles, half a cell, is left in the first state, and nothing in the second.
+    ((pit(WALL - PARTICLE),), (0, 0, 0), [("crater_depth_over_thickness", 1.0 - THIN, ROUND_OFF)]),
+    ((pit(WALL),), (1, 1, 0), [("hole_diameter", 2.0 * PIT[0], 2.0 * EDGE), ("detached_spall", 0.0, 0.0)]),
+    (
+        (plugged_out,),
+        (1, 1, 0),
+        [("detached_spall", PLUG_MASS, RAGGED * PLUG_MASS), ("crater_depth_over_thickness", 1.0, 0.0)],
+    ),
+]
 
 # Measurement, state, value, and how far off the reading may be.
 KNOWN: list[tuple[str, Build, float, float]] = [
@@ -323,6 +393,18 @@ KNOWN: list[tuple[str, Build, float, float]] = [
     ),
     ("plateau_pressure", wild_plates, PRESSURE, ROUND_OFF * PRESSURE),
     ("target_shock_speed", slow_start, 5000.0, 1e-5),
+    ("free_surface_velocity", lambda: plates(LATE), 0.0, 0.0),
+    ("free_surface_velocity", released_plates, PLATE_SPEED, 1e-9),
+    ("acoustic_stress", released_plates, 0.5 * IMPEDANCE * PLATE_SPEED, 1e-2),
+    *(
+        (name, lambda: surface(*SPALLED), expected, 1e-3)
+        for name, expected in (
+            ("free_surface_peak", 201.0),
+            ("free_surface_minimum", 150.0),
+            ("pullback_velocity", 51.0),
+            ("spall_strength", 0.5 * IMPEDANCE * 51.0),
+        )
+    ),
     ("mass_behind", two_balls, sum(MASSES), ROUND_OFF * sum(MASSES)),
     ("momentum_behind", two_balls, MOMENTUM, ROUND_OFF * MOMENTUM),
     ("kinetic_energy_behind", two_balls, KINETIC, ROUND_OFF * KINETIC),
@@ -360,6 +442,26 @@ KNOWN: list[tuple[str, Build, float, float]] = [
 @pytest.mark.parametrize(("name", "build", "expected", "off"), KNOWN)
 def test_reading__is_the_known_answer(name: str, build: Build, expected: float, off: float) -> None:
     assert abs(value(name, build()) - expected) <= off
+
+
+@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
+@pytest.mark.parametrize(("changes", "outcomes", "numbers"), WALL_ANSWERS)
+def test_wall__is_read_as_the_known_answer(
+    changes: tuple[Any, ...], outcomes: tuple[int, ...], numbers: list[tuple[str, float, float]], kind: str
+) -> None:
+    state = walled(*changes, kind=kind)
+    read_outcomes = [read(f"wall_{name}", state).value for name in ("perforated", "failed", "attached_spall")]
+    assert read_outcomes == list(outcomes)
+    for name, expected, off in numbers:
+        assert abs(value(f"wall_{name}", state) - expected) <= off, name
+
+
+@pytest.mark.parametrize(("kind", "copies"), [("axisymmetric", 2.0 * math.pi), ("quarter", 4.0)])
+@pytest.mark.parametrize("bounced", [0, 1, 2])
+def test_wall_momentum__is_twice_that_of_debris_that_went_back(kind: str, copies: float, bounced: int) -> None:
+    """The first of two pieces has departed since; one that has not joined brought nothing."""
+    expected = 2.0 * bounced * copies * PIECE * SPALL_SPEED
+    assert abs(value("wall_momentum", walled(kind=kind, bounced=bounced)) - expected) <= ROUND_OFF
 
 
 def gone_disc() -> Any:
@@ -430,6 +532,17 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("plateau_pressure", lambda: plates(1.3 * PLATE / SHOCK), "reflected"),
     ("target_shock_speed", lambda: running("target", 5000.0, placed=3), "no_plateau"),
     *(
+        (name, lambda made=made: surface(*made), flag)
+        for name in ("free_surface_minimum", "pullback_velocity", "spall_strength")
+        for made, flag in (
+            ((0.0, 0.0), "not_arrived"),
+            ((0.0, 100.0, 199.0, 198.0), "ended_before"),  # no release yet
+            ((0.0, 200.0, 170.0, 150.0), "ended_before"),  # still falling
+            ((0.0, 200.0, 150.0, 151.0, 150.5), "no_minimum"),  # fell, and stays there
+        )
+    ),
+    ("free_surface_peak", lambda: surface(0.0, 0.0), "not_arrived"),
+    *(
         (name, lambda: dataclasses.replace(two_balls(), melting=("never_melts", two_balls().melting[1])), "never_melts")
         for name in ("melted_share_projectile", "melted_share_behind")
     ),
@@ -441,8 +554,20 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("plug_separation", lambda: slowed(7e-6, freed=201e-6), "no_plug"),
     ("perforated", lambda: plugged(is_open=False, speed=11.0), "undecided"),
     ("residual_velocity", lambda: slowed(7e-6, perforated=math.nan), "undecided"),
+    ("wall_perforated", lambda: WallView(None, 1.0, CELL), "not_reached"),
+    ("wall_hole_diameter", walled, "not_perforated"),
+    *((f"wall_spall_{name}", lambda: walled(pit()), "no_spall") for name in ("diameter", "velocity")),
 ]
 DOUBTED: list[tuple[str, Build, str]] = [
+    *((name, lambda: walled(pit(WALL - PARTICLE)), "closed_by_film") for name in ("wall_perforated", "wall_failed")),
+    *((f"wall_{name}", lambda: walled(coming=0.011), "still_coming") for name in ("perforated", "failed", "bulge")),
+    *(
+        ("wall_bulge", lambda c=changes: walled(*c), flag)
+        for changes, flag in (((bulged,), ""), ((bulged, moving), "still_moving"))
+    ),
+    *((f"wall_{name}", lambda: walled(drawn_in), "rim_moved") for name in ("perforated", "bulge", "detached_spall")),
+    # Nothing that is still to come closes a hole.
+    *((f"wall_{name}", lambda: walled(pit(WALL), coming=0.5), "") for name in ("perforated", "failed")),
     ("residual_velocity", lambda: slowed(7e-6, end=110e-6), "in_contact"),
     *((name, lambda: dented_disc(0.125), "closed_on_axis") for name in OPENINGS),
     ("hole_diameter_areal", lambda: dented_disc(1.0, stretch=2.1), "closed_on_axis"),

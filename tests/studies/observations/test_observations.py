@@ -41,11 +41,16 @@ def test_table__takes_units_from_header_or_cell() -> None:
     assert second == Observation("hole_diameter", 0.015, None, "own shot 17", {"speed": 2000.0})
 
 
-@pytest.mark.parametrize("scenario", ["taylor_bar", "thick_plate", "thin_plate"])
+@pytest.mark.parametrize("scenario", ["taylor_bar", "thick_plate", "thin_plate", "plate_impact"])
 def test_published_tables__are_read_by_their_scenario(scenario: str) -> None:
     """Each file that ships is read by exactly one scenario, with a source and a word of confidence a shot."""
     allowed = vocabulary(scenario, dict.fromkeys(scenarios.load(scenario).materials, ()), {})
-    own = {"taylor_bar": "taylor-bars-", "thick_plate": "craters", "thin_plate": "holes"}[scenario]
+    own = {
+        "taylor_bar": "taylor-bars-",
+        "thick_plate": "craters",
+        "thin_plate": "holes",
+        "plate_impact": "plate-impacts",
+    }[scenario]
     tables = [name for name in observations.names() if name.startswith(own)]
     assert tables
     for name in tables:

@@ -87,7 +87,8 @@ def test_identity__is_changed_by_every_physical_constant_of_each_material(path: 
 
 # A constant that a measurement or a model takes, a material that has it, and two runs: only the second uses it.
 TAKEN: list[tuple[str, str, tuple[str, dict[str, str]], tuple[str, dict[str, str]]]] = [
-    ("thermal.latent_heat_of_fusion", "copper-ofhc", ("thin_plate", {}), ("debris_cloud", {})),
+    ("tension.fracture_toughness", "al-6061-t6", ("thin_plate", {}), ("debris_cloud", {})),
+    ("tension.surface_tension", "copper-ofhc", ("thin_plate", {}), ("debris_cloud", {})),
     ("tension.spall_strength", "copper-ofhc", ("thin_plate", {"tension": "unlimited"}), ("thin_plate", {})),
     ("spall.strength", "copper-ofhc", ("thin_plate", {}), ("thin_plate", {"failure": "spall-rate"})),
     ("fracture.D1", "weldox-460-e", ("thin_plate", {}), ("thin_plate", {"failure": "modified-johnson-cook"})),

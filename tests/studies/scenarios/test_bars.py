@@ -1,6 +1,9 @@
 """Bars as they are built: masses, places, sizes of the thesis, loads on them, and their methods."""
 
 import math
+from collections.abc import Callable
+from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -8,10 +11,13 @@ import pytest
 
 from solver.problem import Face
 from solver.problem.geometry import impact_axis
-from solver.simulation import start
+from solver.simulation import simulate, start
 from studies import materials, measurements, scenarios
+from studies.cases.rows import Row, absolute, at_least, equal, relative
+from studies.observations.compared import stored
+from studies.quantities.measured import LOST_PARTICLES
 from studies.runs.execution import execute
-from studies.runs.run import resolve
+from studies.runs.run import materials_of, resolve
 from studies.scenarios.parts.loading import read_pulse
 from tests.contracts.test_scenarios import BARS, DIAMETER, ROUND_OFF, asked, built
 
@@ -142,3 +148,59 @@ def test_coupled_bar__has_the_mass_of_the_bar_and_is_one_in_its_measurements() -
     view = scenarios.load("elastic_bar").parameters.view(setting, start(setting.problem, threads=1).snapshot())
     assert measurements.load("rear_face_place").read(view).value == pytest.approx(20e-3)
     assert measurements.load("middle_stress").read(view).value == 0.0
+
+
+# The grid of a Taylor bar
+
+SHIPPED = ("taylor-bars-al-6061-t6", "taylor-bars-copper-etp", "taylor-bars-copper-ofhc", "taylor-bars-steel-4340")
+
+
+@pytest.mark.claim("breaking", "bar-room")
+def test_grid__of_a_bar_grows_with_its_spread_and_an_empty_node_changes_no_number(
+    compared: Callable[[Row], None],
+) -> None:
+    """The grid of a bar grows with its spread, and a wider one than it takes changes its length by round-off alone."""
+    (slow, fast) = (built(asked("taylor_bar", speed=speed)).problem.geometry for speed in (20.0, 500.0))
+    radius = 0.5 * DIAMETER
+    got = float(slow.cells[0] * slow.spacing / radius)
+    compared(absolute("radius of the grid over that of a bar at 20 m/s", expected=3.0, got=got, within=1e-9))
+    got = float(fast.cells[0] * fast.spacing / radius)
+    compared(at_least("radius of the grid over that of a bar at 500 m/s", limit=3.5, got=got))
+    run = asked("taylor_bar", speed=100.0)
+    bar = scenarios.load("taylor_bar").record(run.parameters).at_wall(materials_of(run)["bar"])
+    lengths = []
+    for wider in (1.0, 2.0):
+        roomy = replace(bar, extent=replace(bar.extent, radius=wider * bar.extent.radius))
+        setting = roomy.build(built(run).problem.bodies[0].matter, materials_of(run)["bar"].density)
+        outcome = simulate(setting.problem, lambda snapshot: None, interval=setting.problem.end_time, threads=1)
+        seen = scenarios.load("taylor_bar").parameters.view(setting, outcome.snapshot)
+        lengths.append(measurements.load("final_length").read(seen).value)
+    compared(relative("length in a grid twice as wide (m)", expected=lengths[0], got=lengths[1], within=1e-12))
+
+
+@pytest.mark.claim("breaking", "bar-room")
+@pytest.mark.parametrize("table", SHIPPED)
+def test_shots__of_bars_have_a_length_or_the_flag_of_the_run(table: str, compared: Callable[[Row], None]) -> None:
+    """Every shipped bar has, in the stored comparison, a length, or the flag of a run that lost it."""
+    rows = [row for row in stored()["shots"] if row["table"] == table and row["quantity"] == "final_length"]
+    lost = [row for row in rows if row["simulated"] is None]
+    silent = [row["parameters"]["speed"] for row in lost if LOST_PARTICLES not in row["flags"]]
+    compared(equal(f"{table}: bars without length and without flag, of {len(rows)}", expected=[], got=silent))
+
+
+@pytest.mark.claim("breaking", "bars-that-spread", minutes=1.0)
+@pytest.mark.parametrize(("table", "fastest"), [("taylor-bars-al-6061-t6", 500.0), ("taylor-bars-copper-etp", 300.0)])
+def test_shots__of_bars_that_spread_beyond_three_diameters_have_a_length(
+    table: str, fastest: float, tmp_path: Path, compared: Callable[[Row], None]
+) -> None:
+    """Bars that spread beyond three diameters have the length that is stored, and no flag."""
+    from docs.pages.shots import computed, published
+
+    shots = [shot for shot in published(table) if float(str(shot.parameters["speed"])) > fastest]
+    known = {(row["quantity"], row["parameters"]["speed"]): row for row in stored()["shots"] if row["table"] == table}
+    for row in computed(table, tmp_path, shots):
+        speed = row["parameters"]["speed"]
+        expected = known[row["quantity"], speed]["simulated"]
+        text = f"{table}, {speed:g} m/s: {row['quantity']} (m)"
+        compared(relative(text, expected=expected, got=row["simulated"] or math.nan, within=1e-6))
+        compared(equal(f"{text}: flags", expected=[], got=row["flags"]))

@@ -19,7 +19,7 @@ from studies.scenarios.parts.matter import Fracture, check_constants, matter
 
 COPPER = materials.load("copper-ofhc")
 THESIS = materials.load("copper-thesis-plastic")  # no spall strength
-STEINBERG = (120e6, 640e6, 36.0, 0.45, 28.3e-12, 3.77e-4, 1.5, 2.02)  # of copper
+STEINBERG = (120e6, 640e6, 36.0, 0.45, 28.3e-12, 3.77e-4)  # of copper
 PRESSED = dataclasses.replace(
     COPPER, strength=materials.Model("steinberg-guinan", dict(zip(SteinbergGuinan._fields, STEINBERG, strict=True)))
 )

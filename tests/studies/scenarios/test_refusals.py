@@ -109,6 +109,7 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
     ("deck", {"contact": "none", "friction": 0.2}, "friction", "0 for bodies without contact"),
     ("plate_impact", {"target_thickness": 1e-3}, "target_thickness", "at least ten cells"),
     ("plate_impact", {"flyer": "copper-ofhc-tillotson"}, "flyer", "use mie-grueneisen"),
+    ("plate_impact", {"target": "armco-iron", "failure": "spall-rate"}, "failure", "choose another failure"),
 ]
 
 

@@ -10,7 +10,7 @@ from studies.runs.run import Run, materials_of
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
     FAILURE,
-    SCREENS,
+    STRENGTH,
     STRENGTH_DEVIATION,
     STRONGER,
     WEAKER,
@@ -68,22 +68,34 @@ def test_strength__of_any_material_is_scaled_in_its_stresses_alone(name: str) ->
             assert after.value_at(path) == (value if value is None else pytest.approx(value))
 
 
-def test_failure__is_switched_on_and_off() -> None:
+def test_screens__are_every_other_source_of_strength_failure_and_equation_of_state() -> None:
     screens = {each.name: each.run for each in screens_of(run_of("copper-ofhc"))}
-    assert tuple(screens) == SCREENS
-    on = screens[FAILURE]
+    assert list(screens) == [
+        STRONGER,
+        WEAKER,
+        "strength of copper-ofhc-steinberg",
+        "failure spall-rate",
+        "failure johnson-cook",
+        "failure johnson-cook-spall",
+        "equation of state of copper-ofhc-tillotson",
+    ]
+    assert all(screens.values())
+    on = screens["failure spall-rate"]
     assert on is not None
-    assert on.parameters["failure"] == "spall"
-    back = {each.name: each.run for each in screens_of(on)}[FAILURE]
+    back = {each.name: each.run for each in screens_of(on)}["failure none"]
     assert back is not None
     assert back.id == run_of("copper-ofhc").id
 
 
-def test_contributions__are_half_the_gap_of_strengths_and_the_change_over_root_three() -> None:
-    answers = {STRONGER: 19.0, WEAKER: 21.0, FAILURE: 20.0 + math.sqrt(3.0)}
-    told = contributions_of(20.0, answers)
-    assert told == pytest.approx({"strength": 0.05, FAILURE: 0.05})
-    assert contributions_of(20.0, {STRONGER: 19.0}) == {}
+def test_screen__of_a_failure_without_constants_says_so() -> None:
+    (screen,) = [each for each in screens_of(run_of("al-1100-o")) if each.name == "failure johnson-cook"]
+    assert screen.run is None
+    assert "fracture strain D1" in screen.reason
+
+
+def test_contributions__are_the_largest_difference_that_an_alternative_makes() -> None:
+    answers = {STRONGER: 19.0, WEAKER: 21.0, "strength of another": 17.0, "failure spall-rate": 20.5}
+    assert contributions_of(20.0, answers) == pytest.approx({STRENGTH: 0.15, FAILURE: 0.025})
 
 
 def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> None:
@@ -92,6 +104,6 @@ def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> Non
     assert (middle.parameters["speed"], middle.parameters["cells_per_diameter"]) == (5e3, 12.0)
     assert middle.id in {point.run.id for point in sweep.runs()}
     beside = [*sweep.every_run()][len(sweep.runs()) :]
-    assert [point.coordinates for point in beside] == [{"screening": name} for name in SCREENS]
+    assert [point.coordinates["screening"] for point in beside] == [each.name for each in screens]
     assert [point.run.id for point in beside] == [each.run.id for each in screens if each.run]
-    assert cost_of(sweep).runs == sweep.size + len(SCREENS)
+    assert cost_of(sweep).runs == sweep.size + len(screens)

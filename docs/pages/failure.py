@@ -1,0 +1,233 @@
+"""docs/failure.md: which failure is the default, by a rule that was written down before the runs.
+
+``python -m docs.pages compute failure DIRECTORY`` computes what the directory does not have, and writes
+docs/results/failure.json.
+"""
+
+import json
+import math
+import tempfile
+from collections.abc import Iterator, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from dataclasses import dataclass
+from itertools import product
+from multiprocessing import get_context
+from pathlib import Path
+from statistics import median
+from typing import Any
+
+from docs.pages import MADE, RESULTS, keep, table
+from solver import PHYSICS_VERSION
+from studies import materials
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT
+from studies.runs.execution import execute
+from studies.runs.results import RunResult
+from studies.runs.run import Run, resolve
+
+STORED = RESULTS / "failure.json"
+COMMAND = "python -m docs.pages compute failure"
+WORKERS = 2
+
+METALS = ("copper-ofhc", "al-6061-t6", "al-2024-t3", "al-7075-t6")
+SPEEDS = (3e3, 5e3, 7e3)  # m/s
+FAILURES = ("none", "spall-rate", "johnson-cook", "johnson-cook-spall")
+SPHERE = {"projectile_diameter": 8e-3, "projectile_shape": "sphere", "geometry": "axisymmetric"}
+# Of each scenario: parameters, cells across the sphere on three grids, and the quantities that are followed.
+TARGETS: Mapping[str, tuple[dict[str, Any], tuple[float, ...], tuple[str, ...]]] = {
+    "thin_plate": ({"plate_thickness": 2e-3}, (16.0, 24.0, 36.0), ("hole_diameter",)),
+    "debris_cloud": (
+        {"plate_thickness": 2e-3},
+        (16.0, 24.0, 36.0),
+        ("tip_velocity_percent", "cloud_radius", "momentum_behind"),
+    ),
+    "thick_plate": ({"edges": "absorbing"}, (4.0, 6.0, 9.0), ("crater_depth", "crater_diameter")),
+}
+SMALL = 0.01  # a change to the finest grid that needs no smaller one than the change before
+NEAR = 0.05  # shares of converging series that are nearer than this are alike
+LOST_MASS = 1e-12
+
+TEXT = """A hydrocode without failure parts matter where cells open between its particles; one with failure breaks it by
+a rule. The rule decides between the failures `none`, `spall-rate` (the spall strength of plate impacts at the strain
+rate), `johnson-cook` (Johnson and Cook's damage) and `johnson-cook-spall` (both); it was written down before any run:
+
+1. A failure is out if a run of it fails, if energy drifts by more than {drift:g} %, or if mass is lost.
+2. It is out if it misses the pull-back velocity of a published plate impact by more than 10 %
+   ([spall signals](spall-signals)).
+3. Each quantity of each shot on three grids, each 1.5 times finer, is a series. It converges if every run has settled
+   and the change to the finest grid is smaller than the one before, or below 1 %. The failure with the largest share
+   of converging series is the default; of shares within 5 percentage points, the smallest median change to the finest
+   grid decides.
+
+Measured holes and craters decide nothing. Spheres of 8 mm hit plates of 2 mm and blocks of the same metal at 3, 5 and
+7 km/s: {metals}.
+"""
+
+
+@dataclass(frozen=True)
+class Series:
+    """A quantity of a shot on three grids, coarse to fine."""
+
+    metal: str
+    speed: float
+    failure: str
+    quantity: str
+    values: tuple[float, ...]  # NaN where a run has none
+    settled: bool
+
+    @property
+    def change(self) -> float:
+        """The relative change to the finest grid; NaN without values."""
+        *_, before, last = self.values
+        return abs(before / last - 1.0)
+
+    @property
+    def converges(self) -> bool:
+        first, middle, last = self.values
+        return self.settled and self.change < max(abs(first - middle) / abs(last), SMALL)
+
+
+def compute(directory: Path | None = None) -> None:
+    """Compute every run that a directory does not have, and write the results."""
+    with tempfile.TemporaryDirectory() as temporary:
+        folder = (directory or Path(temporary)).resolve()
+        asked = [*product(TARGETS, METALS, SPEEDS, FAILURES, range(3))]
+        # The longest first, so that both processes end together.
+        asked.sort(key=lambda run: (run[0] != "thick_plate", -run[-1]))
+        with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
+            rows = list(pool.map(_computed, asked, [folder] * len(asked)))
+    document = {"physics": PHYSICS_VERSION, "command": COMMAND, "runs": sorted(rows, key=json.dumps)}
+    keep(document, STORED)
+
+
+def _computed(asked: tuple[str, str, float, str, int], folder: Path) -> dict[str, Any]:
+    scenario, metal, speed, failure, grid = asked
+    fixed, cells, quantities = TARGETS[scenario]
+    loaded = materials.load(metal)
+    roles = {"projectile": loaded, "target": loaded}
+    changes = {"speed": speed, "failure": failure, "cells_per_diameter": cells[grid]}
+    run = resolve(scenario, {**SPHERE, **fixed, **dict.fromkeys(roles, metal), **changes}, roles)
+    result = _result(run, folder / run.id)
+    print(scenario, metal, f"{speed / 1e3:g} km/s", failure, f"{cells[grid]:.3g}", result.state, flush=True)
+    measured = {name: result.measurements[name] for name in quantities if name in result.measurements}
+    return {
+        "scenario": scenario,
+        "metal": metal,
+        "speed": speed,
+        "failure": failure,
+        "grid": grid,
+        "state": result.state,
+        "flags": list(result.flags),
+        "values": {name: each.value for name, each in measured.items()},
+        "still_growing": [name for name, each in measured.items() if "still_growing" in each.flags],
+        "energy_drift": result.numbers.get("largest_energy_drift"),
+        "mass_error": result.numbers.get("mass_error"),
+        "failed_particles": result.numbers.get("failed"),
+    }
+
+
+def _result(run: Run, directory: Path) -> RunResult:
+    """The result of a run, computed where a directory has none."""
+    file = directory / "result.json"
+    if not file.exists():
+        directory.mkdir(parents=True, exist_ok=True)
+        execute(run, directory, threads=1)
+    return RunResult.from_json(json.loads(file.read_text(encoding="utf-8")))
+
+
+# ---- judged --------------------------------------------------------------------------------------
+
+
+def series_of(runs: Sequence[Mapping[str, Any]]) -> Iterator[Series]:
+    """Every quantity of every shot."""
+    at = {tuple(run[key] for key in ("scenario", "metal", "speed", "failure", "grid")): run for run in runs}
+    for scenario, (_, _, quantities) in TARGETS.items():
+        for metal, speed, failure, quantity in product(METALS, SPEEDS, FAILURES, quantities):
+            grids = [at[scenario, metal, speed, failure, grid] for grid in range(3)]
+            values = tuple(_number(run["values"].get(quantity)) for run in grids)
+            settled = all(quantity not in run["still_growing"] for run in grids)
+            yield Series(metal, speed, failure, quantity, values, settled)
+
+
+def _number(value: float | None) -> float:
+    return math.nan if value is None else value
+
+
+def out(runs: Sequence[Mapping[str, Any]]) -> list[str]:
+    """Why runs exclude their failure, each reason once."""
+    reasons = []
+    for run in runs:
+        if run["state"] != "succeeded":
+            reasons.append(f"{run['metal']} at {run['speed'] / 1e3:g} km/s: {run['state']}")
+        elif abs(run["energy_drift"]) > ENERGY_DRIFT_LIMIT:
+            reasons.append(f"energy drifts by {100 * run['energy_drift']:.2g} %")
+        elif abs(run["mass_error"]) > LOST_MASS:
+            reasons.append("mass is lost")
+    return list(dict.fromkeys(reasons))
+
+
+def _share(series: Sequence[Series]) -> float:
+    return sum(each.converges for each in series) / len(series)
+
+
+def pages() -> dict[str, str]:
+    """docs/failure.md."""
+    if not STORED.exists():
+        return {}
+    runs = json.loads(STORED.read_text(encoding="utf-8"))["runs"]
+    series = list(series_of(runs))
+    kinds = list(dict.fromkeys(each.quantity for each in series))
+    rows = []
+    for failure in FAILURES:
+        mine = [each for each in series if each.failure == failure]
+        of_kind = [[each for each in mine if each.quantity == kind] for kind in kinds]
+        changes = [median(each.change for each in several) for several in of_kind]
+        worst = [max(each.change for each in several) for several in of_kind]
+        rows.append(
+            [
+                f"`{failure}`",
+                "; ".join(out([run for run in runs if run["failure"] == failure])) or "nothing",
+                f"{100 * _share(mine):.0f} %",
+                f"{100 * median(each.change for each in mine):.2g} %",
+                *(f"{100 * m:.2g} ({100 * w:.2g}) %" for m, w in zip(changes, worst, strict=True)),
+            ]
+        )
+    heads = ["failure", "out by", "series that converge", "median change", *(kind.replace("_", " ") for kind in kinds)]
+    parts = [
+        "# Which failure is the default\n",
+        MADE.format(source="`docs/results/failure.json`"),
+        TEXT.format(drift=100 * ENERGY_DRIFT_LIMIT, metals=", ".join(METALS)),
+        f"Recomputed by `{COMMAND}`; change of each quantity to the finest grid: median (largest).\n",
+        table(heads, rows),
+        "\nThe finest values:\n",
+        *_values(series, kinds),
+    ]
+    return {"failure.md": "\n".join(parts)}
+
+
+def _values(series: Sequence[Series], kinds: Sequence[str]) -> Iterator[str]:
+    """A table of the values on the finest grid and the change from the grid before, for each quantity."""
+    for kind in kinds:
+        rows = []
+        for metal, speed in product(METALS, SPEEDS):
+            cells = []
+            for failure in FAILURES:
+                key = (metal, speed, failure, kind)
+                (each,) = [s for s in series if (s.metal, s.speed, s.failure, s.quantity) == key]
+                unit, number = _shown(kind, each.values[-1])
+                mark = "" if each.converges else "*"
+                cells.append(f"{number} {unit} ± {100 * each.change:.2g} %{mark}")
+            rows.append([metal, f"{speed / 1e3:g} km/s", *cells])
+        yield table([kind.replace("_", " "), "speed", *FAILURES], rows) + "\n"
+    yield "\\* does not converge.\n"
+
+
+def _shown(quantity: str, value: float) -> tuple[str, str]:
+    unit = {"hole_diameter": "mm", "cloud_radius": "mm", "crater_depth": "mm", "crater_diameter": "mm"}.get(quantity)
+    if unit:
+        return unit, f"{1e3 * value:.2f}"
+    return ("km/s", f"{value / 1e3:.3f}") if "velocity" in quantity else ("N s", f"{value:.3f}")
+
+
+def drawings() -> dict[str, str]:
+    """None."""
+    return {}

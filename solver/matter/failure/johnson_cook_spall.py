@@ -1,0 +1,56 @@
+"""Johnson and Cook's damage and rate-dependent spall at once: shear and tension use up the same matter.
+
+Their increments of damage add up (Palmgren and Miner's rule), and the sum weakens as Johnson and Cook's damage does.
+The integral of the tension limits it, so the tensile floor does not, as in ``spall_rate``.
+"""
+
+from typing import Annotated, NamedTuple
+
+from solver.jit import gives, implements
+from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, integrity, weakens
+from solver.matter.failure.johnson_cook import JohnsonCookDamage
+from solver.matter.failure.spall_rate import RateDependentSpall
+from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
+from solver.vectors import where
+
+
+class JohnsonCookSpall(NamedTuple):
+    """The parameters of both."""
+
+    D1: Annotated[Dimensionless, FromMaterial("fracture.D1")]
+    D2: Annotated[Dimensionless, FromMaterial("fracture.D2")]
+    D3: Annotated[Dimensionless, FromMaterial("fracture.D3")]
+    D4: Annotated[Dimensionless, FromMaterial("fracture.D4")]
+    D5: Annotated[Dimensionless, FromMaterial("fracture.D5")]
+    reference_rate: Annotated[PerSecond, FromMaterial("fracture.reference_rate")]
+    critical_damage: Annotated[Dimensionless, FromMaterial("fracture.critical_damage")]
+    threshold: Annotated[Dimensionless, FromMaterial("fracture.threshold")]
+    strength: Annotated[Pascal, FromMaterial("spall.strength")]
+    strain_rate: Annotated[PerSecond, FromMaterial("spall.strain_rate")]
+    exponent: Annotated[Dimensionless, FromMaterial("spall.exponent")]
+    bulk_modulus: Annotated[Pascal, FromMaterial("stiffness")]
+
+
+FAILURE = FailureEntry("johnson-cook-spall", JohnsonCookSpall)
+
+
+@implements(grown_damage, JohnsonCookSpall)
+def grown_damage_of_johnson_cook_spall(failure, damage, loading):
+    f = failure
+    shear = JohnsonCookDamage(f.D1, f.D2, f.D3, f.D4, f.D5, f.reference_rate, f.critical_damage, f.threshold)
+    tension = RateDependentSpall(f.strength, f.strain_rate, f.exponent, f.bulk_modulus)
+    return grown_damage(tension, grown_damage(shear, damage, loading), loading)
+
+
+gives(weakens, JohnsonCookSpall, True)
+
+
+@implements(integrity, JohnsonCookSpall)
+def integrity_of_johnson_cook_spall(failure, damage):
+    return where(damage < 1.0, 1.0 - failure.critical_damage * damage, 0.0)
+
+
+@implements(floor_until_failure, JohnsonCookSpall)
+def floor_until_failure_of_johnson_cook_spall(failure, floor):
+    tension = RateDependentSpall(failure.strength, failure.strain_rate, failure.exponent, failure.bulk_modulus)
+    return floor_until_failure(tension, floor)

@@ -1,0 +1,84 @@
+"""Shots held against a posterior: predicted sizes with intervals, also of a series that the posterior never had."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from studies.fits.calibration.posterior import (
+    FREEDOM,
+    SEED,
+    Calibration,
+    Posterior,
+    deviation_of,
+    posterior_of,
+    strains_of,
+)
+from studies.fits.calibration.shots import BarStrains
+
+LEVEL = 0.90  # of the intervals
+
+
+@dataclass(frozen=True)
+class PredictedShots:
+    """Measured sizes beside predicted ones: median and ends of the interval at ``LEVEL``, (shots,) m."""
+
+    shots: BarStrains
+    measured: np.ndarray
+    median: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    @property
+    def inside(self) -> np.ndarray:
+        """Whether each measured size is in its interval."""
+        return (self.measured >= self.low) & (self.measured <= self.high)
+
+    @property
+    def coverage(self) -> float:
+        """Share of the shots in their intervals."""
+        return float(np.mean(self.inside))
+
+    @property
+    def offset(self) -> float:
+        """Mean of measured over predicted size, less 1."""
+        return float(np.mean(self.measured / self.median)) - 1.0
+
+    def of(self, quantity: str) -> "PredictedShots":
+        """The shots of one quantity."""
+        kept = self.shots.quantities == quantity
+        columns = (self.measured, self.median, self.low, self.high)
+        return PredictedShots(self.shots.where(kept), *(column[kept] for column in columns))
+
+
+def predict(posterior: Posterior, shots: BarStrains, seed: int = SEED) -> PredictedShots:
+    """The sizes of shots: by the A of their lot where the posterior has it, else by that of a lot that was not shot."""
+    rng, known = np.random.default_rng(seed), posterior.calibration.shots.lots
+    constants, draws = posterior.constants, len(posterior.constants)
+    further = {lot: posterior.further_lots(seed + number)[:, 0] for number, lot in enumerate(shots.lots)}
+    yields = np.column_stack(
+        [posterior.lots[:, known.index(lot)] if lot in known else further[lot] for lot in shots.series.tolist()]
+    )
+    strains = np.empty((draws, len(shots.strains)))
+    for number, name in enumerate(posterior.calibration.shots.names):
+        rows = shots.quantities == name
+        mine, emulator = shots.where(rows), posterior.calibration.emulators[name]
+        computed = strains_of(emulator, constants, mine, yields[:, rows])
+        size = deviation_of(mine, computed, posterior.scatters[:, number, None], emulator.error)
+        noise = size * rng.standard_t(FREEDOM, computed.shape)
+        strains[:, rows] = np.exp(posterior.biases[:, number, None]) * computed + noise
+    sizes = shots.sizes(strains)
+    ends = np.quantile(sizes, (0.5 - 0.5 * LEVEL, 0.5, 0.5 + 0.5 * LEVEL), axis=0)
+    return PredictedShots(shots, shots.sizes(shots.strains), median=ends[1], low=ends[0], high=ends[2])
+
+
+def leave_series_out(calibration: Calibration) -> Iterator[tuple[str, PredictedShots]]:
+    """Each series, predicted by a posterior that never had it.
+
+    A quantity of which no other series has a shot is not predicted.
+    """
+    for lot in calibration.shots.lots:
+        out = calibration.shots.series == lot
+        others = replace(calibration, shots=calibration.shots.where(~out))
+        shots = calibration.shots.where(out & np.isin(calibration.shots.quantities, others.shots.names))
+        yield lot, predict(posterior_of(others), shots)

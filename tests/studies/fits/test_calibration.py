@@ -1,0 +1,285 @@
+"""Calibration: known constants are recovered at the nominal rate, and what is no table of bars is refused in words."""
+
+import math
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studies import materials
+from studies.cases.rows import Row, absolute, at_least, at_most
+from studies.cubes import cube
+from studies.fits.calibration.design import box_of, sweep_of
+from studies.fits.calibration.emulator import emulators_of
+from studies.fits.calibration.picture import draw
+from studies.fits.calibration.posterior import Calibration, Posterior, posterior_of
+from studies.fits.calibration.prediction import LEVEL, predict
+from studies.fits.calibration.results import calibrated, sentences, write
+from studies.fits.calibration.shots import SIZES, BarStrains, read_shots
+from studies.materials.reader import read_document, read_toml
+from studies.quantities.findings import InvalidInput
+from studies.runs.results import RunResult
+from studies.runs.run import Run
+from studies.sweeps.document import read_yaml
+from studies.sweeps.strength_part import read_draws, runs_of_draws, strength_part
+from studies.sweeps.sweep import Sweep
+from tests.service.support.command import run
+from tests.studies.support import fakes
+
+COPPER = materials.load("copper-ofhc")
+BOX = box_of(COPPER)
+
+
+class TaylorStrain:
+    """The strain of a bar that flattens at its mean flow stress: ln(L / L_f) = rho v^2 / (2 Y), in closed form.
+
+    Y is that of Johnson and Cook at half the strain of a middling shot and 1e4/s, heated by its own work.
+    """
+
+    error = 0.0
+
+    def __init__(self, share: float) -> None:
+        self.share = share  # of the strain: length 1, mushroom more
+
+    def strains(self, places: np.ndarray) -> np.ndarray:
+        a, b, n, c, m, speed, ratio = places.T
+        stress = (np.exp(a) + np.exp(b) * (0.2 * self.share) ** n) * (1.0 + c * math.log(1e4)) * (1.0 - 0.08**m)
+        return np.asarray(self.share * 8930.0 * np.exp(2.0 * speed) / (2.0 * stress) * np.exp(-0.05 * ratio))
+
+
+EMULATORS = {"final_length": TaylorStrain(1.0), "mushroom_diameter": TaylorStrain(1.7)}
+
+
+def synthetic(seed: int) -> tuple[BarStrains, np.ndarray]:
+    """Shots of four lots with known constants, drawn from the prior, and these constants."""
+    rng, (low, high) = np.random.default_rng(seed), BOX.bounds.T
+    truth = low + (high - low) * rng.uniform(size=5)
+    lots, each = [f"lot {number}" for number in range(4)], 8
+    yields = np.clip(truth[0] + 0.15 * rng.standard_normal(len(lots)), low[0], high[0])
+    series = np.repeat(lots, each)
+    quantities = np.tile(list(SIZES), len(series) // 2)
+    speeds, ratios = rng.uniform(110.0, 220.0, len(series)), rng.uniform(2.0, 6.0, len(series))
+    places = np.column_stack([np.tile(truth, (len(series), 1)), np.log(speeds), np.log(ratios)])
+    places[:, 0] = np.repeat(yields, each)
+    computed = np.select([quantities == name for name in SIZES], [EMULATORS[name].strains(places) for name in SIZES])
+    errors = np.full(len(series), 0.004)
+    bias = np.select([quantities == name for name in SIZES], np.exp(0.1 * rng.standard_normal(2)).tolist())
+    noise = np.sqrt(errors**2 + (0.04 * computed) ** 2) * rng.standard_t(4.0, len(series))
+    initial = np.where(quantities == "final_length", 7.6e-3 * ratios, 7.6e-3)
+    strains = bias * computed + noise
+    return BarStrains(quantities, series, speeds, ratios, initial, strains, errors, 7.6e-3), truth
+
+
+def flow_stress(constants: np.ndarray) -> np.ndarray:
+    """The stress, Pa, that decides how long a bar becomes: what the shots know of five constants, up to the bias."""
+    a, b, n, c, m = constants.T
+    return np.asarray((np.exp(a) + np.exp(b) * 0.2**n) * (1.0 + c * math.log(1e4)) * (1.0 - 0.08**m))
+
+
+def inside(truth: np.ndarray, drawn: np.ndarray) -> np.ndarray:
+    low, high = np.quantile(drawn, (0.5 - 0.5 * LEVEL, 0.5 + 0.5 * LEVEL), axis=0)
+    return np.asarray((truth >= low) & (truth <= high))
+
+
+def short(shots: BarStrains, seed: int = 1) -> Posterior:
+    return posterior_of(Calibration(shots, EMULATORS, BOX), steps=200, burn_in=150, seed=seed)
+
+
+def test_posterior__holds_known_constants_at_the_nominal_rate(compared: Callable[[Row], None]) -> None:
+    held, narrow, scatters = [], [], []
+    for seed in range(4):
+        shots, truth = synthetic(seed)
+        posterior = short(shots, seed)
+        drawn = posterior.constants
+        scatters.append(float(np.median(posterior.scatters)))
+        stress = np.log(flow_stress(drawn))
+        held += [*inside(truth, drawn), inside(np.log(flow_stress(truth[None])[0]), stress)]
+        beforehand = np.random.default_rng(seed).uniform(*BOX.bounds.T, (2000, 5))
+        narrow.append(float(stress.std() / np.log(flow_stress(beforehand)).std()))
+    # Of 24 intervals at 90 %, 18 or more hold the truth in 98 of 100 repetitions.
+    compared(at_least("constants and flow stresses in their intervals, of 24", limit=18, got=float(sum(held))))
+    # A posterior that had not seen the shots would hold as many, and be as wide as the prior.
+    compared(absolute("scatter of the shots, mean", expected=0.04, got=float(np.mean(scatters)), within=0.02))
+    compared(at_most("width of the flow stress over that of the prior", limit=0.5, got=max(narrow)))
+
+
+@pytest.fixture(scope="module")
+def posterior() -> Posterior:
+    return short(synthetic(0)[0])
+
+
+def test_further_lots__are_wider_than_lots_that_were_shot(posterior: Posterior) -> None:
+    low, high = BOX.bounds[0]
+    further = posterior.further_lots()[:, 0]
+    away = further - posterior.constants[:, 0]
+    assert np.median(np.abs(away) / posterior.lots_deviation) == pytest.approx(0.67, abs=0.15)  # of a normal one
+    assert ((further >= low) & (further <= high)).all()
+
+
+def test_prediction__of_a_lot_that_was_not_shot_is_wider(posterior: Posterior) -> None:
+    shots = posterior.calibration.shots
+    own = predict(posterior, shots)
+    other = predict(posterior, replace(shots, series=np.full(len(shots.series), "another lot")))
+    assert (other.high - other.low).mean() > (own.high - own.low).mean()
+    assert own.coverage > 0.75  # of 32 at 90 %: fewer than 25 in one of 100 repetitions
+
+
+def test_emulator__is_that_of_the_bars_that_were_computed() -> None:
+    shots, exact = synthetic(0)[0], TaylorStrain(1.0)
+    sweep = Sweep.parse(sweep_of(COPPER, shots, runs=30))
+    results = {}
+    for point in sweep.runs():
+        parameters, strength = point.run.parameters, point.run.materials["bar"]["strength"]
+        length = parameters["bar_length"]
+        assert isinstance(length, float)
+        place = [math.log(strength["A"]), math.log(strength["B"]), *(strength[name] for name in "nCm")]
+        place += [math.log(parameters["speed"]), math.log(length / shots.diameter)]  # type: ignore[arg-type]
+        size = length * math.exp(-exact.strains(np.array([place]))[0])
+        measured = {"final_length": fakes.measured(size), "mushroom_diameter": fakes.measured(shots.diameter)}
+        results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=measured)
+    emulator = emulators_of(cube.build(sweep, results), shots.diameter, ["final_length"])["final_length"]
+    assert emulator.error < 0.1
+    rng, bounds = np.random.default_rng(2), BOX.bounds
+    places = np.column_stack(
+        [rng.uniform(*bounds.T, (50, 5)), np.full(50, math.log(160.0)), np.full(50, math.log(4.0))]
+    )
+    away = emulator.strains(places) / exact.strains(places) - 1.0
+    assert np.sqrt(np.mean(away**2)) < 2.0 * emulator.error
+
+
+# ---- files ---------------------------------------------------------------------------------------
+
+
+def test_files__read_as_what_was_calibrated(posterior: Posterior, tmp_path: Path) -> None:
+    predicted = predict(posterior, posterior.calibration.shots)
+    files = {file.name: file for file in write(tmp_path, COPPER, posterior, predicted, "lots")}
+    middle = calibrated(COPPER, posterior, "copper-ofhc-calibrated", "mean")
+    assert read_document(read_toml(files["material.toml"].read_text(), "material.toml")) == middle
+    document = {**HOLE, "materials": read_yaml(files["materials.yaml"].read_text(), "materials.yaml")["materials"]}
+    document["fixed"] = {name: value for name, value in HOLE["fixed"].items() if name != "target"}
+    document["axes"] = {"target": list(document["materials"])}
+    yields = [point.run.materials["target"]["strength"]["A"] for point in Sweep.parse(document).runs()]
+    assert len(yields) == 16
+    assert yields[0] == pytest.approx(math.exp(posterior.further_lots()[0, 0]), rel=1e-3)
+    name, draws = read_draws(files["calibration.nc"], 8)
+    assert name == "copper-ofhc"
+    assert draws[0]["A"] == pytest.approx(math.exp(posterior.further_lots()[0, 0]))
+    assert draw(posterior, predicted, tmp_path / "calibration.png").stat().st_size > 10_000
+
+
+def test_sentences__have_units(posterior: Posterior) -> None:
+    texts = list(sentences(posterior, predict(posterior, posterior.calibration.shots)))
+    assert any(text.startswith("A is ") and "MPa (90 %)" in text for text in texts)
+    assert texts[0].startswith("32 measured sizes (16 of final length, 16 of mushroom diameter) of 4 series")
+
+
+# ---- strength part -------------------------------------------------------------------------------
+
+HOLE: Mapping[str, Any] = {
+    "name": "hole",
+    "scenario": "thin_plate",
+    "fixed": {
+        "projectile": "al-6061-t6",
+        "projectile_diameter": "5 mm",
+        "target": "copper-ofhc",
+        "plate_thickness": "2 mm",
+        "speed": "4 km/s",
+    },
+    "axes": {},
+    "resolution": 8,
+}
+
+
+@pytest.fixture(scope="module")
+def hole() -> Run:
+    document = {**HOLE, "axes": {"speed": ["4 km/s"]}}
+    document["fixed"] = {name: value for name, value in HOLE["fixed"].items() if name != "speed"}
+    return next(iter(Sweep.parse(document).runs())).run
+
+
+def drawn(yields: list[float]) -> list[dict[str, float]]:
+    return [{"A": value, "B": 3e8, "n": 0.3, "C": 0.02, "m": 1.0} for value in yields]
+
+
+def test_strength_part__is_the_spread_over_the_draws(hole: Run) -> None:
+    """A hole whose size is A itself spreads as A does; the aluminium keeps its constants."""
+    yields = np.linspace(1e8, 2e8, 9).tolist()
+
+    def answer(run: Run) -> float:
+        assert run.materials["projectile"]["strength"]["A"] == 324e6
+        return float(run.materials["target"]["strength"]["A"])
+
+    part = strength_part(hole, "hole_diameter", "copper-ofhc", drawn(yields), answer)
+    assert part.values == tuple(yields)
+    assert part.relative == pytest.approx(np.std(yields, ddof=1) / 1.5e8)
+    assert part.relative_error == pytest.approx(0.25)
+
+
+def test_strength_part__refuses_few_values(hole: Run) -> None:
+    with pytest.raises(InvalidInput, match="7 of 9"):
+        strength_part(
+            hole,
+            "hole_diameter",
+            "copper-ofhc",
+            drawn(np.linspace(1e8, 2e8, 9).tolist()),
+            lambda run: None if run.materials["target"]["strength"]["A"] > 1.8e8 else 1.0,
+        )
+
+
+def test_strength_part__refuses_draws_of_another_material(hole: Run) -> None:
+    with pytest.raises(InvalidInput, match="steel-4340"):
+        list(runs_of_draws(hole, "steel-4340", drawn([1e8])))
+
+
+# ---- refusals ------------------------------------------------------------------------------------
+
+HEADER = "bar,speed [m/s],bar_length [mm],bar_diameter [mm],final_length [mm],final_length_uncertainty [mm],source\n"
+SHOT = "copper-ofhc,190,25.4,7.62,16.2,0.1,us\n"
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [
+        (HEADER + 3 * SHOT, "3 final lengths of copper-ofhc"),
+        (HEADER + 6 * SHOT.replace("copper-ofhc", "steel-4340"), "6 of steel-4340"),
+        (HEADER + 5 * SHOT + SHOT.replace("0.1", ""), "no uncertainty"),
+        (HEADER + 5 * SHOT + SHOT.replace("16.2", "26.2"), "a bar flattens"),
+        (HEADER + 5 * SHOT + SHOT.replace("190", ""), "no speed"),
+        ("projectile,hole_diameter [mm],source\nal-6061-t6,9,us\n", "a table of Taylor bars"),
+    ],
+)
+def test_shots__that_do_not_do_are_refused(text: str, said: str, tmp_path: Path) -> None:
+    file = tmp_path / "shots.csv"
+    file.write_text(text)
+    with pytest.raises(InvalidInput, match=said):
+        read_shots(str(file), COPPER)
+
+
+def test_shots__of_a_file_that_is_not_there_name_the_published_tables() -> None:
+    with pytest.raises(InvalidInput, match="taylor-bars-copper-ofhc"):
+        read_shots("no-such.csv", COPPER)
+
+
+def test_box__needs_johnson_cook() -> None:
+    with pytest.raises(InvalidInput, match="strength johnson-cook"):
+        box_of(materials.load("copper-thesis-plastic"))
+
+
+@pytest.mark.parametrize(
+    ("shots", "material", "said"),
+    [
+        ("holes", "copper-ofhc", "a table of Taylor bars"),
+        ("taylor-bars-copper-ofhc", "steel-4340", "56 of copper-ofhc"),
+        ("taylor-bars-copper-ofhc", "copper", "did you mean"),
+    ],
+)
+def test_command__refuses_before_it_computes(
+    shots: str, material: str, said: str, tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    assert run("calibrate", shots, "--material", material, "--out", tmp_path / "out") == 2
+    printed = capsys.readouterr()
+    assert said in " ".join((printed.out + printed.err).split())
+    assert not (tmp_path / "out").exists()

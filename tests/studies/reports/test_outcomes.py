@@ -1,0 +1,116 @@
+"""What a report says of outcomes: along an axis, over grids and models, and in its headline."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import replace
+from typing import Any
+
+import pytest
+
+from studies.cubes import cube
+from studies.cubes.variable import Quantity
+from studies.quantities.measured import Measured
+from studies.reports import compare, report
+from studies.reports.page import page
+from studies.reports.verdict import openings
+from studies.runs.results import RunResult
+from studies.sweeps.axes import Axis
+from tests.studies.support import fakes
+
+HOLDS = Quantity("wall_perforated", "1", "1 where the wall has a hole", ("wall holds", "wall perforated"))
+Outcome = Callable[[Mapping[str, Any]], float]
+SPEED = Axis("speed", "m s-1", (4e3, 5e3, 6e3))
+GRIDS = {"resolutions": (16.0, 24.0, 36.0)}
+
+
+def document_of(outcome: Outcome, *axes: Axis, **changes: Any) -> dict[str, Any]:
+    """The report on a sweep whose runs have an outcome that their parameters decide."""
+    sweep = fakes.sweep_of(*axes, **changes)
+    results = {}
+    for point in sweep.runs():
+        measured = Measured(outcome(point.run.parameters), None, {}, (), {"time": [], "value": []}, 1)
+        results[point.run.id] = RunResult(
+            point.run.id, "succeeded", measurements={"wall_perforated": measured}, provenance=fakes.PROVENANCE
+        )
+    parameters = {**fakes.PARAMETERS, **fakes.declared_of("geometry")}
+    catalogue = replace(fakes.catalogue(), parameters=parameters, quantities={"wall_perforated": HOLDS}, laws=[])
+    dataset = cube.build(sweep, results, catalogue)
+    return report.document(dataset, compare.compare(dataset))
+
+
+def coarse_is_open(parameters: Mapping[str, Any]) -> float:
+    """Between 4.5 and 5.5 km/s the coarse grids open what the fine one holds."""
+    limit = 4.5e3 if parameters["cells_per_diameter"] < 30.0 else 5.5e3
+    return float(parameters["speed"] > limit)
+
+
+def by_model(parameters: Mapping[str, Any]) -> float:
+    return float(parameters["geometry"] == "quarter" or parameters["speed"] > 5.5e3)
+
+
+BOTH = Axis("geometry", None, ("axisymmetric", "quarter"))
+
+
+def test_report__leaves_a_shot_open_where_its_grids_disagree() -> None:
+    document = document_of(coarse_is_open, SPEED, **GRIDS)
+    assert document["headline"] == "Wall holds at 4 km/s, open at 5 km/s, wall perforated at 6 km/s."
+    (stated,) = document["outcomes"]
+    assert [row["outcome"] for row in stated["rows"]] == [0.0, None, 1.0]
+    assert stated["rows"][1]["reason"] == "wall holds with 36 cells; wall perforated with 16 and 24 cells"
+    text = page(document)
+    assert 'id="outcomes"' in text
+    assert stated["rows"][1]["reason"] in text
+
+
+def test_report__leaves_a_shot_open_where_its_models_disagree() -> None:
+    document = document_of(by_model, SPEED, BOTH)
+    assert document["headline"] == "Open at 4-5 km/s, wall perforated at 6 km/s."
+    (stated,) = document["outcomes"]
+    assert [row["outcome"] for row in stated["rows"]] == [None, None, 1.0]
+    assert stated["rows"][0]["at"] == {"speed": 4e3}
+    assert stated["rows"][0]["reason"] == (
+        "wall holds with geometry axisymmetric; wall perforated with geometry quarter"
+    )
+
+
+def stated(*rows: tuple[float | None, str, float]) -> dict[str, Any]:
+    """An outcome by its value, its reason and the thickness of a wall (mm)."""
+    return {
+        "words": list(HOLDS.outcomes),
+        "rows": [{"at": {"wall": 1e-3 * wall}, "outcome": value, "reason": why} for value, why, wall in rows],
+    }
+
+
+WALLS = [{"name": "wall", "unit": "m"}]
+FAST = [{"name": "speed", "value": 6.7e3}]
+
+
+@pytest.mark.parametrize(
+    ("rows", "fixed", "said"),
+    [
+        ([(0.0, "3 grids agree", 2)], [], "Wall holds (3 grids agree)."),
+        ([(1.0, "one grid", 2)], FAST, "At 6.7 km/s: wall perforated (one grid)."),
+        ([(None, "closed by film", 2)], FAST, "At 6.7 km/s: open: closed by film."),
+        ([(None, "why " * 30, 2)], [], "Open."),
+        (
+            [(1.0, "", 2), (0.0, "", 4), (1.0, "", 3)],
+            FAST,
+            "At 6.7 km/s: wall perforated at wall 2-3 mm, wall holds at 4 mm, open between.",
+        ),
+        (
+            [(1.0, "", 2), (None, "", 3), (0.0, "", 4)],
+            [],
+            "Wall perforated at wall 2 mm, open at 3 mm, wall holds at 4 mm.",
+        ),
+        ([(0.0, "", 2), (0.0, "", 4)], [], "Wall holds at wall 2-4 mm."),
+        (
+            [(value, "", wall) for wall, value in enumerate([0.0, 1.0, 0.0, 1.0, 0.0, None])],
+            [],
+            "Wall holds at 3 of 6 points, wall perforated at 2 of 6 points, open at 1 of 6 points.",
+        ),
+        ([], [], ""),
+    ],
+)
+def test_headline__says_where_an_outcome_is_known_and_where_open(
+    rows: list[tuple[float | None, str, float]], fixed: list[dict[str, Any]], said: str
+) -> None:
+    assert openings.of_outcomes(stated(*rows), {"fixed": fixed, "axes": WALLS}) == said
