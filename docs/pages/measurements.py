@@ -242,7 +242,7 @@ def _plate_impact() -> Sketch:
 
 
 def _shield() -> Sketch:
-    sketch = Sketch("A shield: bumper, debris and wall", 380)
+    sketch = Sketch("A shield: bumper, debris and wall", 460)
     middle = 0.5 * WIDTH
     for side in (-1, 1):
         bumper = [(middle + side * x, y) for x, y in ((300, 40), (70, 40), (58, 28), (62, 62), (76, 58), (300, 58))]
@@ -261,7 +261,19 @@ def _shield() -> Sketch:
     sketch.dashed(40, 298, WIDTH - 40, 298)
     sketch.dashed(170, 336, middle, 336)
     sketch.along(180, 298, 336, "wall_bulge")
-    sketch.text(middle, 368, "wall_perforated: 0 here; wall_hole_diameter where it is 1", colour="#0072b2")
+    sketch.shape([(290, 350), (390, 350), (384, 360), (296, 360)])
+    sketch.across(290, 390, 386, "wall_spall_diameter")
+    sketch.text(400, 359, "wall_detached_spall, wall_spall_velocity", "start", "#0072b2")
+    sketch.text(640, 320, "wall_momentum", "end", "#0072b2")
+    sketch.text(middle, 260, "wall_crater_depth_over_thickness", colour="#0072b2")
+    for row, text in enumerate(
+        (
+            "wall_perforated: 0 here; wall_hole_diameter where it is 1",
+            "wall_failed: 1 here, because spall came off",
+            "wall_attached_spall: 0 here; 1 where a gap within the wall is closed all round",
+        )
+    ):
+        sketch.text(middle, 412 + 18 * row, text, colour="#0072b2")
     return sketch
 
 

@@ -11,7 +11,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 
 from studies.convergence.richardson import Convergence, ConvergenceVerdict, Level, Sample, levels_of, notes_on_gaps
-from studies.quantities.measured import ENOUGH_GRIDS, NOT_DECIDED, TOO_COARSE
+from studies.quantities.measured import ENOUGH_GRIDS, doubts_of
 
 
 def agree(samples: Iterable[Sample], words: Sequence[str] = ("0", "1")) -> Convergence:
@@ -38,12 +38,6 @@ def agree(samples: Iterable[Sample], words: Sequence[str] = ("0", "1")) -> Conve
     if len(counted) == 1:
         return _outcome("single grid", "one resolution says nothing about the mesh", counted[0].value, levels)
     return _outcome("grids agree", f"{len(counted)} grids agree", counted[0].value, levels)
-
-
-def doubts_of(value: float, flags: Sequence[str]) -> str:
-    """The flags, in words, that leave an outcome of a run open; empty without any."""
-    doubting = [flag for flag in (TOO_COARSE, *(NOT_DECIDED if value == 0.0 else ())) if flag in flags]
-    return " and ".join(doubting).replace("_", " ")
 
 
 def _said(level: Level, words: Sequence[str]) -> Iterator[str]:

@@ -75,7 +75,7 @@ def outcome_of(result: Any | None, quantity: str) -> LimitOutcome | str:
     if result is None or result.state in UNFINISHED:
         return "unfinished"
     measured = getattr(result, "measurements", None) or {}
-    plain = {name: {"value": each.value} for name, each in measured.items() if name == quantity}
+    plain = {name: {"value": each.value, "flags": each.flags} for name, each in measured.items() if name == quantity}
     return outcome_in({"measurements": plain} if result.state == "succeeded" else None, quantity)
 
 

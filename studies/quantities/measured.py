@@ -1,6 +1,6 @@
 """A measured number: its uncertainty by parts, its history, and the flags that say what it is worth."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
 # Flags of a value with an unknown error: no law is compared with it.
@@ -8,7 +8,7 @@ TOO_COARSE = "too_coarse"  # read on a grid with fewer than two cells through th
 CLOSED_ON_AXIS = "closed_on_axis"  # a film of the plate still closes the hole
 CLOSED_BY_FILM = "closed_by_film"  # a ligament thinner than a cell closes what would else be a hole
 STILL_COMING = "still_coming"  # debris is on its way to what is measured
-NOT_DECIDED = (CLOSED_BY_FILM, STILL_COMING)  # an outcome of 0 may become 1, on another grid or later
+NOT_DECIDED = (CLOSED_BY_FILM, STILL_COMING)  # of an outcome of 0: it may become 1, on another grid or later
 MESH_DETERMINED = "mesh_determined"  # read off one grid, which decides such a value
 ENOUGH_GRIDS = 3  # of one point, that take the flags of one grid from its values: they show the mesh
 # The mesh is coarser than the pieces would be of which a value speaks: it alone made them.
@@ -46,6 +46,12 @@ class Measured:
     flags: tuple[str, ...]
     history: Mapping[str, list[float | None]]  # time (s) and value
     version: int  # of the definition
+
+
+def doubts_of(outcome: float, flags: Iterable[str]) -> str:
+    """The flags, in words, that leave an outcome of a run open, 1 or 0; empty without any."""
+    doubting = (TOO_COARSE, *(NOT_DECIDED if outcome == 0.0 else ()))
+    return " and ".join(flag for flag in flags if flag in doubting).replace("_", " ")
 
 
 def numerical_parts(parts: Mapping[str, float]) -> dict[str, float]:

@@ -7,13 +7,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.convergence.outcomes import doubts_of
 from studies.cubes import limits as cubes
 from studies.cubes import variables
 from studies.cubes.points import axes_of, main_quantities, places_of, plain, simulated
 from studies.cubes.reading import finite, flag_words
 from studies.cubes.variable import BETWEEN_OUTCOMES, OUTCOMES
 from studies.laws.fitting.least_squares import NotIdentified, nonlinear
+from studies.quantities.measured import doubts_of
 from studies.reports.figures import Figure, Panel, Series, numbers
 from studies.reports.view import Scale, title_of
 

@@ -5,8 +5,9 @@ next value is a pure function of the results of the runs so far, and nothing els
 and the results goes on with a search, or says where it ended.
 
 The first runs are those at both ends and in the middle. From then on the next value halves the widest gap between
-neighbours within the interval, from the highest 0 to the lowest 1, until no gap is wider than the tolerance or the most
-tries are used up. A run without an outcome is a try, so that it leaves the interval wider.
+neighbours within the interval, from the highest 0 to the lowest 1, until no gap is wider than the tolerance or the
+most tries are used up. A run without an outcome, or with a 0 that a flag leaves open, is a try, so that it leaves the
+interval wider.
 """
 
 import math
@@ -18,6 +19,7 @@ from typing import Any
 
 from studies import measurements
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
+from studies.quantities.measured import NOT_DECIDED
 from studies.quantities.parameters import Parameter, parse_value
 from studies.quantities.units import parse_quantity, readable, round_quantity
 
@@ -121,10 +123,12 @@ def _shown(outcome: LimitOutcome | str) -> str:
 
 
 def outcome_in(summary: Mapping[str, Any] | None, quantity: str) -> LimitOutcome:
-    """The outcome among the measurements of a result, as plain values; None without one."""
+    """The outcome among the measurements of a result, as plain values; None without one, or where it may change."""
     measured = ((summary or {}).get("measurements") or {}).get(quantity) or {}
     value = measured.get("value")
-    return None if value is None else value > 0.5
+    if value is None or (value == 0.0 and {*NOT_DECIDED} & {*measured.get("flags", ())}):
+        return None
+    return bool(value > 0.5)
 
 
 def read_search(parameter: Parameter, raw: Mapping[str, Any], field: str, quantities: Mapping[str, Any]) -> Search:

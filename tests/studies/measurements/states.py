@@ -628,6 +628,7 @@ def pit(depth_of_pit: float = PIT[1]) -> Change:
         moved.velocity[mine] = -SPALL_SPEED
         moved.normal[mine] = -2.0 * WALL
 
+    change.__name__ = f"pit of {1e3 * depth_of_pit:g} mm"
     return change
 
 

@@ -7,8 +7,9 @@ from typing import Any
 import pytest
 
 from studies.quantities.findings import InvalidInput
+from studies.quantities.measured import CLOSED_BY_FILM, STILL_COMING
 from studies.sweeps.cost import cost_of
-from studies.sweeps.search import LimitOutcome, Search, SearchedLimit, SearchVerdict, replay
+from studies.sweeps.search import LimitOutcome, Search, SearchedLimit, SearchVerdict, outcome_in, replay
 from studies.sweeps.sweep import Sweep
 
 SEARCH = Search("perforated", 100.0, 200.0, 2.0)
@@ -34,6 +35,22 @@ def test_search__brackets_a_limit_within_its_tolerance(exact: float) -> None:
     assert limit.upper - limit.lower <= SEARCH.tolerance
     assert len(limit.tried) <= SEARCH.most_tries
     assert limit.next is None
+
+
+@pytest.mark.parametrize(
+    ("value", "flag", "outcome"),
+    [
+        (0.0, "", False),
+        (1.0, "", True),
+        (None, "undecided", None),
+        (0.0, CLOSED_BY_FILM, None),
+        (0.0, STILL_COMING, None),
+        (1.0, STILL_COMING, True),
+    ],
+)
+def test_outcome__that_may_change_is_none(value: float | None, flag: str, outcome: LimitOutcome) -> None:
+    summary = {"measurements": {"perforated": {"value": value, "flags": [flag]}}}
+    assert outcome_in(summary, "perforated") is outcome
 
 
 @pytest.mark.parametrize("perforates", [True, False])
