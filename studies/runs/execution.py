@@ -203,6 +203,7 @@ def _stages(run: Run, observer: RunObserver, log: RunLog, threads: int | None, r
             log.stage(setting.problem, number)
         outcome = restart.read(observer, number) if number < observer.parameters.stages else None
         outcomes.append(outcome or _stage(observer, threads, restart))
+        observer.steps_before += outcomes[-1].snapshot.step
         following = observer.parameters.next_stage(setting, outcomes[-1], materials)
         if following is not None and outcome is None:
             restart.write(observer, number, outcomes[-1])
@@ -254,7 +255,7 @@ def _checkpointing(
         observer_state=state_text,
         restore_observer=restore,
         must_stop=control.must_stop,
-        on_checkpoint=control.checkpointed,
+        on_checkpoint=lambda step: control.checkpointed(observer.steps_before + step),
         log=explain,
     )
 

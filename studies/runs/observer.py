@@ -37,6 +37,7 @@ class RunObserver:
     readings: list[dict[str, Reading]] = field(default_factory=list)
     # Of each stage so far: its setting, and the place of its first reading.
     stages: list[tuple[Setting, int]] = field(default_factory=list)
+    steps_before: int = 0  # of the stages that have ended
     last_view: Any = None
     # Clock (s) and share of the run at the first observation of this process.
     first: tuple[float, float] | None = None
@@ -165,7 +166,7 @@ class RunObserver:
         return Progress(
             time=snapshot.time,
             end_time=end,
-            step=snapshot.step,
+            step=self.steps_before + snapshot.step,
             fraction=fraction,
             eta_seconds=self._time_left(fraction),
             measured={name: value for name, value in measured.items() if math.isfinite(value)},

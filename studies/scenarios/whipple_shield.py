@@ -231,10 +231,20 @@ class WhippleShield(ImpactSetUp):
         return 2
 
     @property
+    def _before_wall(self) -> float:
+        """Grid in front of the wall at most, in projectile diameters: that of ``Impact.grid``."""
+        shot, walls = self.shot, self.walls
+        assert shot.uprange is not None
+        assert walls.cells_per_wall is not None
+        cell = walls.wall_thickness / walls.cells_per_wall
+        return (
+            max(shot.uprange * shot.projectile_diameter, shot.length + 2.0 * cell) + cell
+        ) / shot.projectile_diameter
+
+    @property
     def _between(self) -> float:
         """Room between the bumper and the grid of the wall, in projectile diameters."""
-        assert self.shot.uprange is not None
-        return self.walls.stand_off / self.shot.projectile_diameter - self.shot.uprange
+        return self.walls.stand_off / self.shot.projectile_diameter - self._before_wall
 
     def filled(self) -> Self:
         diameter, numerics = self.shot.projectile_diameter, self.numerics
@@ -258,7 +268,7 @@ class WhippleShield(ImpactSetUp):
 
     def _refused(self) -> list[Finding]:
         """What stages cannot compute, by name."""
-        findings, least = [], LEAST_ROOM + (self.shot.uprange or 0.0)
+        findings, least = [], LEAST_ROOM + self._before_wall
         if self.shot.geometry == "half":
             cure = "set geometry to axisymmetric or quarter"
             findings.append(Finding("geometry", "half", "a shield that is hit at right angles", cure))
