@@ -86,7 +86,8 @@ def _stored(cell: Cell, quantity: str) -> ModelPart:
         metal = target.get("name", "no target")
         return _part(cell, quantity, {}, f"nothing is stored for {quantity} of {scenario} in {metal}")
     parameters, entry = cell.run.parameters, classes[0]
-    shares, borrowed = {}, []
+    shares: dict[str, float] = {}
+    borrowed = []
     for each in classes:
         more = stored_shares(each, quantity, float(parameters.get("speed") or each["speeds"][0]))
         for name in more.keys() - shares.keys():

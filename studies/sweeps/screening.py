@@ -39,13 +39,13 @@ def screens_of(run: Run) -> Iterator[Screen]:
     materials = materials_of(run)
     yield _screen(run, STRONGER, _of_strength(materials, 1.0 + STRENGTH_DEVIATION), {})
     yield _screen(run, WEAKER, _of_strength(materials, 1.0 - STRENGTH_DEVIATION), {})
-    for other in _of_other_strength(materials):
-        yield _exchanged(run, STRENGTH, materials, other)
+    for stronger_or_weaker in _of_other_strength(materials):
+        yield _exchanged(run, STRENGTH, materials, stronger_or_weaker)
     yield from _of_other_failure(run, materials)
-    eos = [other for material in _each_once(materials) if (other := _of_other_eos(material))]
-    for other in eos:
-        yield _exchanged(run, EOS, materials, other)
-    if not eos:
+    others = [other for material in _each_once(materials) if (other := _of_other_eos(material))]
+    for each in others:
+        yield _exchanged(run, EOS, materials, each)
+    if not others:
         names = ", ".join(material.name for material in _each_once(materials))
         yield Screen(EOS, None, f"no material has the strength of {names} and another form")
 
