@@ -39,8 +39,8 @@ def screens_of(run: Run) -> Iterator[Screen]:
     materials = materials_of(run)
     yield _screen(run, STRONGER, _of_strength(materials, 1.0 + STRENGTH_DEVIATION), {})
     yield _screen(run, WEAKER, _of_strength(materials, 1.0 - STRENGTH_DEVIATION), {})
-    for stronger_or_weaker in _of_other_strength(materials):
-        yield _exchanged(run, STRENGTH, materials, stronger_or_weaker)
+    for alternative in _of_other_strength(materials):
+        yield _exchanged(run, STRENGTH, materials, alternative)
     yield from _of_other_failure(run, materials)
     others = [other for material in _each_once(materials) if (other := _of_other_eos(material))]
     for each in others:
