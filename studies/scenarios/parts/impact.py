@@ -12,7 +12,6 @@ from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
 from typing import TYPE_CHECKING, Any
 
-from studies.convergence.orders import FORMAL_ORDER
 from studies.quantities.findings import Finding
 from studies.quantities.measured import CELLS_THROUGH, FEW_CELLS_THROUGH
 from studies.quantities.numerical_defaults import FEW_PARTICLES, RECIPES
@@ -92,7 +91,8 @@ OF_FEW_PARTICLES = {
 # The hole by areal density stays within it too; those in the mid-plane and at the lip jump by a third with single
 # particles, and nothing holds them.
 THROUGH_ENOUGH = 8.0  # cells, from which on no hole was off by more than 1 %
-THROUGH_FACTOR = 0.07 * 4.0**FORMAL_ORDER
+THROUGH_ORDER = 2.0
+THROUGH_FACTOR = 0.07 * 4.0**THROUGH_ORDER
 BY_CELLS_THROUGH = (
     "hole_diameter",
     "hole_diameter_areal",
@@ -364,7 +364,7 @@ class SettlingImpact(ImpactSetUp):
         shot, own, default = self.impact.shot, self.impact.numerics.choices, RECIPES["whipple"]
         parts: dict[str, float] = {}
         if measurement in BY_CELLS_THROUGH:
-            parts[CELLS_THROUGH] = THROUGH_FACTOR / self.cells()["cells_per_thickness"] ** FORMAL_ORDER
+            parts[CELLS_THROUGH] = THROUGH_FACTOR / self.cells()["cells_per_thickness"] ** THROUGH_ORDER
         few = own.particles_per_cell <= FEW_PARTICLES < default.particles_per_cell
         if few and own.shape == default.shape and measurement in OF_FEW_PARTICLES:
             coarse, fine = OF_FEW_PARTICLES[measurement]
