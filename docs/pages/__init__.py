@@ -36,7 +36,7 @@ def by_place(rows: Sequence[list[str]]) -> Iterator[list[str]]:
         yield from group
 
 
-def keep(document: dict[str, Any], file: Path) -> None:
+def keep(document: Any, file: Path) -> None:
     """Write results, each innermost object on a line of its own."""
     text = json.dumps(document, indent=1, ensure_ascii=False)
     innermost = re.compile(r"\{[^{}]*(?:\{[^{}]*\}[^{}]*)?\}")

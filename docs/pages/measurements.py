@@ -234,7 +234,7 @@ def _plate_impact() -> Sketch:
     sketch.across(340, 502, 276, "target_shock_front")
     sketch.text(340, 296, "fronts where the pressure falls to half")
     sketch.text(340, 364, "flyer_shock_speed, target_shock_speed: slope of the front's path", colour="#0072b2")
-    sketch.text(340, 388, "rear of the target: free_surface_velocity over time, its free_surface_peak and _minimum,")
+    sketch.text(340, 388, "rear of the target: free_surface_velocity, free_surface_peak, free_surface_minimum,")
     sketch.text(
         340, 406, "pullback_velocity between them; acoustic_stress and spall_strength are rho0 c0 / 2 times both"
     )

@@ -1,5 +1,6 @@
 """The stored model part: each metal has the runs behind it, and holds what other sourced models make of a shot."""
 
+import math
 import tempfile
 from collections.abc import Callable
 from pathlib import Path
@@ -63,7 +64,7 @@ def test_model_part__holds_what_failures_of_any_constant_make_of_a_shot(compared
     def hole(**failure: object) -> float:
         run = resolve("thin_plate", {**SHOT, **dict.fromkeys(roles, material.name), **failure}, roles)
         with tempfile.TemporaryDirectory() as folder:
-            return execute(run, Path(folder), threads=1).measurements[HOLE].value
+            return execute(run, Path(folder), threads=1).measurements[HOLE].value or math.nan
 
     base = hole()
     (stored,) = [each for each in classes() if (each["scenario"], each["material"]) == ("thin_plate", "al-2024-t3")]

@@ -97,7 +97,7 @@ def test_posterior__holds_known_constants_at_the_nominal_rate(compared: Callable
         scatters.append(float(np.median(posterior.scatters)))
         stress = np.log(flow_stress(drawn))
         held += [*inside(truth, drawn), inside(np.log(flow_stress(truth[None])[0]), stress)]
-        beforehand = np.random.default_rng(seed).uniform(*BOX.bounds.T, (2000, 5))
+        beforehand = np.random.default_rng(seed).uniform(BOX.bounds[:, 0], BOX.bounds[:, 1], (2000, 5))
         narrow.append(float(stress.std() / np.log(flow_stress(beforehand)).std()))
     # Of 24 intervals at 90 %, 18 or more hold the truth in 98 of 100 repetitions.
     compared(at_least("constants and flow stresses in their intervals, of 24", limit=18, got=float(sum(held))))
@@ -144,7 +144,7 @@ def test_emulator__is_that_of_the_bars_that_were_computed() -> None:
     assert emulator.error < 0.1
     rng, bounds = np.random.default_rng(2), BOX.bounds
     places = np.column_stack(
-        [rng.uniform(*bounds.T, (50, 5)), np.full(50, math.log(160.0)), np.full(50, math.log(4.0))]
+        [rng.uniform(bounds[:, 0], bounds[:, 1], (50, 5)), np.full(50, math.log(160.0)), np.full(50, math.log(4.0))]
     )
     away = emulator.strains(places) / exact.strains(places) - 1.0
     assert np.sqrt(np.mean(away**2)) < 2.0 * emulator.error

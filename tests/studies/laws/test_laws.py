@@ -145,7 +145,8 @@ def test_law__is_not_judged_by_the_shot_that_its_constant_is_fitted_to() -> None
     shots = list(matched_observations(cube, "crater_depth"))
     [evidence] = [each for each in evidence_of(cube, shots) if each.quantity == "crater_depth"]
     subjects = {each.name: each for each in evidence.subjects if each.reference == "observation"}
-    [own], [other] = subjects["crater_two_thirds"].points, subjects["charters_summers"].points
+    copper = next(number for number, shot in enumerate(shots) if shot.at.get("target", "copper-ofhc") == "copper-ofhc")
+    own, other = (subjects[name].points[copper] for name in ("crater_two_thirds", "charters_summers"))
     assert (own.state, own.unjudged) == ("unjudged", FITTED)
     assert other.state == "judged"
 

@@ -578,7 +578,8 @@ def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0, bo
     position = np.stack(lattice(*((across, along, np.zeros(1)) if flat else (across, across, along))), axis=-1)
     axis = 1 if flat else 2
     radius, depth = np.hypot(position[:, 0], 0.0 if flat else position[:, 1]), position[:, axis]
-    moved = Moved(*np.zeros((3, depth.size)), np.zeros(depth.size, bool))
+    normal, inwards, velocity = np.zeros((3, depth.size))
+    moved = Moved(normal, inwards, velocity, np.zeros(depth.size, bool))
     for change in changes:
         change(radius, depth, moved)
     setting = setting_of_plate(kind, thickness=WALL, radius=SPAN)

@@ -88,7 +88,7 @@ def test_rate__of_a_cloud_is_that_of_its_whole_body_in_every_geometry(geometry: 
     ],
 )
 def test_size__without_its_constant_is_refused_by_name(constant: str, flag: str, lost: tuple[str, ...]) -> None:
-    without = dataclasses.replace(TOUGH, **{constant: None})
+    without = dataclasses.replace(TOUGH, **{constant: None})  # type: ignore[arg-type]
     state = expanding(breakup=(TOUGH, without))
     for way in ("brittle", "ductile", "grady", "liquid"):
         reading = read(f"fragment_size_{way}", state)

@@ -210,7 +210,7 @@ SENTENCES = {
     "holes": [
         NO_SHOT,
         "The mesh error is unknown at 15 of 15 points.",
-        ELSEWHERE.format("12 of 15", 2),
+        ELSEWHERE.format("11 of 15", 2),
         NO_SCATTER,
         FLAGGED,
         RECALLED,
@@ -218,7 +218,7 @@ SENTENCES = {
     "refined": [
         NO_SHOT,
         "The mesh error is unknown at 1 of 6 points.",
-        ELSEWHERE.format("3 of 6", 2),
+        ELSEWHERE.format("1 of 6", 1.5),
         NO_SCATTER,
         RECALLED,
     ],
@@ -226,7 +226,6 @@ SENTENCES = {
         NO_SHOT,
         "The mesh error is unknown at 4 of 4 points.",
         "Nobody assessed how much another definition of the measured quantity would change it.",
-        ELSEWHERE.format("1 of 4", 1.2),
         NO_SCATTER,
     ],
 }

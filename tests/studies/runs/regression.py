@@ -67,7 +67,7 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
         "thick_plate",
         {**THESIS, "projectile": "copper-thesis-plastic", "target": "copper-thesis-plastic"},
     ),
-    "debris cloud": ("debris_cloud", {}),
+    "debris cloud": ("debris_cloud", {"projectile": "al-6061-t6", "target": "al-6061-t6"}),
     "Taylor bar": ("taylor_bar", {"reference_length": 8e-3, "reference_diameter": 10e-3, "reference_width": 9e-3}),
     "Taylor bar, quarter": ("taylor_bar", {"geometry": "quarter"}),
     "elastic bar": ("elastic_bar", {}),

@@ -167,7 +167,8 @@ def test_grid__of_a_bar_grows_with_its_spread_and_an_empty_node_changes_no_numbe
     got = float(fast.cells[0] * fast.spacing / radius)
     compared(at_least("radius of the grid over that of a bar at 500 m/s", limit=3.5, got=got))
     run = asked("taylor_bar", speed=100.0)
-    bar = scenarios.load("taylor_bar").record(run.parameters).at_wall(materials_of(run)["bar"])
+    taylor: Any = scenarios.load("taylor_bar").record(run.parameters)
+    bar = taylor.at_wall(materials_of(run)["bar"])
     lengths = []
     for wider in (1.0, 2.0):
         roomy = replace(bar, extent=replace(bar.extent, radius=wider * bar.extent.radius))
