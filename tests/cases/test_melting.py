@@ -191,7 +191,7 @@ def test_melting_point__rises_with_density_from_the_given_one(compared: Callable
         compared(absolute(f"{name}: thinned to a fifth (K)", expected=lowest, got=float(curve[0]), within=0.0))
 
 
-@pytest.mark.claim("breaking", "melting-keeps-energy")
+@pytest.mark.claim("breaking", "melting-keeps-energy", minutes=0.2)
 def test_melting__keeps_the_energy(compared: Callable[[Row], None]) -> None:
     """An impact in which matter melts keeps its energy, and none of it is hotter than its equation of state says."""
     metals = {"projectile": "al-2024-t3", "target": "al-6061-t6"}
