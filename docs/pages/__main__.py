@@ -14,17 +14,32 @@ from docs.pages import (
     measurements,
     shields,
     shots,
+    simulated_shields,
     tutorial,
     validation,
     verification,
 )
 
-PAGES = (accuracy, api, failure, gallery, laws, measurements, shields, shots, tutorial, validation, verification)
+PAGES = (
+    accuracy,
+    api,
+    failure,
+    gallery,
+    laws,
+    measurements,
+    shields,
+    shots,
+    simulated_shields,
+    tutorial,
+    validation,
+    verification,
+)
 COMPUTED = {
     "accuracy": verification,
     "failure": failure,
     "gallery": gallery,
     "shots": shots,
+    "simulated-shields": simulated_shields,
     "tutorial": tutorial,
     "validation": validation,
 }

@@ -20,6 +20,7 @@ from solver import PHYSICS_VERSION
 from studies import materials
 from studies.observations.shields.judged import RANGES, Judged, Share, equations, judge
 from studies.observations.shields.shots import OUTCOMES, ShieldShot, WallOutcome, published
+from studies.quantities.findings import InvalidInput
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from studies.runs.run import resolve
@@ -107,7 +108,11 @@ def _computed(asked: tuple[float, str, int], folder: Path) -> dict[str, Any]:
     grid, failure, number = asked
     shot = drawn()[number]
     roles = {role: materials.load(str(name)) for role, name in _materials(shot).items()}
-    run = resolve("whipple_shield", parameters_of(shot, failure, grid), roles)
+    about = {"shot": number, "failure": failure, "grid": grid}
+    try:
+        run = resolve("whipple_shield", parameters_of(shot, failure, grid), roles)
+    except InvalidInput:  # a space too short for two grids: nothing is said of the shot
+        return {**about, "state": "refused", "perforated": None, "flags": [], "seconds": 0.0}
     file = folder / run.id / "result.json"
     if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)
@@ -116,9 +121,7 @@ def _computed(asked: tuple[float, str, int], folder: Path) -> dict[str, Any]:
     wall = result.measurements.get("wall_perforated")
     print(shot.source, shot.shot, failure, grid, result.state, flush=True)
     return {
-        "shot": number,
-        "failure": failure,
-        "grid": grid,
+        **about,
         "state": result.state,
         "perforated": None if wall is None else wall.value,
         "flags": list(result.flags),
