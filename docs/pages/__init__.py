@@ -14,6 +14,11 @@ from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+from studies.quantities.files import RESULT
+from studies.runs.execution import execute
+from studies.runs.results import RunResult
+from studies.runs.run import Run
+
 DOCS = Path(__file__).parents[1]
 RESULTS = DOCS / "results"
 FEWEST = 3  # rows that stand below one with their place
@@ -43,6 +48,15 @@ def keep(document: Any, file: Path) -> None:
     lines = innermost.sub(lambda match: re.sub(r"\n\s*", " ", match[0]), text)
     file.parent.mkdir(exist_ok=True)
     file.write_text(lines + "\n", encoding="utf-8")
+
+
+def computed_once(run: Run, directory: Path) -> RunResult:
+    """The result of a run, computed where its directory has none."""
+    file = directory / RESULT
+    if not file.exists():
+        directory.mkdir(parents=True, exist_ok=True)
+        execute(run, directory, threads=1)
+    return RunResult.from_json(json.loads(file.read_text(encoding="utf-8")))
 
 
 def sentence(words: str) -> str:

@@ -16,14 +16,13 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from docs.pages import MADE, RESULTS, keep, table
+from docs.pages import MADE, RESULTS, computed_once, keep, table
 from solver import PHYSICS_VERSION
-from studies import materials
+from studies import materials, measurements
 from studies.cases.validation import plate_spall
+from studies.quantities.display import display_of, printed_in
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
-from studies.runs.execution import execute
-from studies.runs.results import RunResult
-from studies.runs.run import Run, resolve
+from studies.runs.run import resolve
 from studies.runs.stages import setting_of
 from studies.sweeps.sweep import Sweep
 
@@ -117,7 +116,7 @@ def _computed(asked: tuple[str, str, float, str, int], folder: Path) -> dict[str
     roles = {"projectile": loaded, "target": loaded}
     changes = {"speed": speed, "failure": failure, "cells_per_diameter": cells[grid]}
     run = resolve(scenario, {**SPHERE, **fixed, **dict.fromkeys(roles, metal), **changes}, roles)
-    result = _result(run, folder / run.id)
+    result = computed_once(run, folder / run.id)
     print(scenario, metal, f"{speed / 1e3:g} km/s", failure, f"{cells[grid]:.3g}", result.state, flush=True)
     measured = {name: result.measurements[name] for name in quantities if name in result.measurements}
     return {
@@ -147,18 +146,9 @@ def _signal(asked: tuple[str, str], folder: Path) -> dict[str, Any]:
     document = plate_spall.document(number, (FLYER_CELLS,), failure)
     document["fixed"]["end_time"] = f"{setting_of(longest.run).problem.end_time} s"
     (point,) = Sweep.parse(document).runs()
-    pull = _result(point.run, folder / point.run.id).measurements["pullback_velocity"]
+    pull = computed_once(point.run, folder / point.run.id).measurements["pullback_velocity"]
     published = list(plate_spall.pullbacks(number).values())
     return {"shot": shot, "failure": failure, "pull_back": pull.value, "published": published}
-
-
-def _result(run: Run, directory: Path) -> RunResult:
-    """The result of a run, computed where a directory has none."""
-    file = directory / "result.json"
-    if not file.exists():
-        directory.mkdir(parents=True, exist_ok=True)
-        execute(run, directory, threads=1)
-    return RunResult.from_json(json.loads(file.read_text(encoding="utf-8")))
 
 
 # ---- judged --------------------------------------------------------------------------------------
@@ -234,7 +224,7 @@ def pages() -> dict[str, str]:
                 *(f"{100 * m:.2g} ({100 * w:.2g}) %" for m, w in zip(changes, worst, strict=True)),
             ]
         )
-    heads = ["failure", "out by", "series that converge", "median change", *(kind.replace("_", " ") for kind in kinds)]
+    heads = ["failure", "out by", "series that converge", "median change", *map(_title, kinds)]
     parts = [
         "# Which failure is the default\n",
         MADE.format(source="`docs/results/failure.json`"),
@@ -263,25 +253,23 @@ def _choice(rows: Sequence[list[str]]) -> str:
 def _values(series: Sequence[Series], kinds: Sequence[str]) -> Iterator[str]:
     """A table of the values on the finest grid and the change from the grid before, for each quantity."""
     for kind in kinds:
-        rows = []
+        rows, unit = [], measurements.load(kind).unit
         for metal, speed in product(METALS, SPEEDS):
             cells = []
             for failure in FAILURES:
                 key = (metal, speed, failure, kind)
                 (each,) = [s for s in series if (s.metal, s.speed, s.failure, s.quantity) == key]
-                unit, number = _shown(kind, each.values[-1])
                 mark = "" if each.converges else "*"
-                cells.append(f"{number} {unit} ± {100 * each.change:.2g} %{mark}")
+                cells.append(
+                    f"{printed_in(each.values[-1], unit)} {display_of(unit).unit} ± {100 * each.change:.2g} %{mark}"
+                )
             rows.append([metal, f"{speed / 1e3:g} km/s", *cells])
-        yield table([kind.replace("_", " "), "speed", *FAILURES], rows) + "\n"
+        yield table([_title(kind), "speed", *FAILURES], rows) + "\n"
     yield "\\* does not converge.\n"
 
 
-def _shown(quantity: str, value: float) -> tuple[str, str]:
-    unit = {"hole_diameter": "mm", "cloud_radius": "mm", "crater_depth": "mm", "crater_diameter": "mm"}.get(quantity)
-    if unit:
-        return unit, f"{1e3 * value:.2f}"
-    return ("km/s", f"{value / 1e3:.3f}") if "velocity" in quantity else ("N s", f"{value:.3f}")
+def _title(quantity: str) -> str:
+    return measurements.load(quantity).title.lower()
 
 
 def drawings() -> dict[str, str]:

@@ -15,14 +15,12 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any, Literal
 
-from docs.pages import MADE, RESULTS, keep, table
+from docs.pages import MADE, RESULTS, computed_once, keep, table
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.observations.shields.judged import RANGES, Judged, Share, equations, judge
 from studies.observations.shields.shots import OUTCOMES, ShieldShot, WallOutcome, published
 from studies.quantities.findings import InvalidInput
-from studies.runs.execution import execute
-from studies.runs.results import RunResult
 from studies.runs.run import resolve
 
 STORED = RESULTS / "simulated-shields.json"
@@ -113,11 +111,7 @@ def _computed(asked: tuple[float, str, int], folder: Path) -> dict[str, Any]:
         run = resolve("whipple_shield", parameters_of(shot, failure, grid), roles)
     except InvalidInput:  # a space too short for two grids: nothing is said of the shot
         return {**about, "state": "refused", "perforated": None, "flags": [], "seconds": 0.0}
-    file = folder / run.id / "result.json"
-    if not file.exists():
-        file.parent.mkdir(parents=True, exist_ok=True)
-        execute(run, file.parent, threads=1)
-    result = RunResult.from_json(json.loads(file.read_text(encoding="utf-8")))
+    result = computed_once(run, folder / run.id)
     wall = result.measurements.get("wall_perforated")
     print(shot.source, shot.shot, failure, grid, result.state, flush=True)
     return {

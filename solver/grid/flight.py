@@ -27,7 +27,7 @@ class Flight(NamedTuple):
     arrivals: Arrivals  # their times on the clock of the next stage
     books: Books
     missed: float  # mass of debris that flies past the next grid, kg (per radian in axisymmetry)
-    ahead: float  # of the clock of the stage before, s
+    ahead: float  # time by which the clock of the next stage is later than that of this flight, s
 
 
 def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, shift: float, bodies: int) -> Flight:

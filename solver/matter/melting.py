@@ -25,7 +25,7 @@ from solver.matter.eos import pressure_terms, reference_density, reference_sound
 from solver.units import Dimensionless, Kelvin
 from solver.vectors import alike, anywhere, exp, log, maximum, minimum
 
-BISECTIONS = 60  # of a density ratio within 0.5 .. 1: to round-off
+BISECTIONS = 60  # halvings that bring a density ratio within 0.5 .. 1 to round-off
 # A melting point that falls as matter expands is met where both agree; each leaves a third of the error.
 ITERATIONS = 30
 
@@ -33,7 +33,7 @@ ITERATIONS = 30
 # thinner has gaps that are not the metal's.
 THINNEST_SOLID = 0.93
 
-# Of the classical Runge-Kutta rule, in each half of a release.
+# Steps of the classical Runge-Kutta rule in each half of a release.
 RELEASE_STEPS = 24
 SLOWEST = 0.2  # of c0, in a release: matter that boils has hardly any sound, and is molten long before
 

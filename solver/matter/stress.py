@@ -37,7 +37,7 @@ SOUND_SPEED_FLOOR = 0.2
 # Pa, of the equivalent stress in the triaxiality: matter that bears less is a liquid, and the ratio stays finite.
 LEAST_STRESS = 1.0
 
-# Of the range from room temperature to melting: matter that is held at its melting point has reached it.
+# Part of the range from room temperature to melting within which matter held at its melting point has reached it.
 ROUND_OFF = 1e-12
 
 JAUMANN = Jaumann()

@@ -122,7 +122,7 @@ def view(setting: Any, snapshot: Any) -> CloudView:
 def _residual(problem: Any, snapshot: Any, living: np.ndarray) -> np.ndarray:
     """Residual energy (n,) of the living particles (n, bool of all) and of the departed, J/kg.
 
-    What departed has no density any more: it flew free, and its energy is the residual one.
+    All energy of what departed counts as residual: it flies on as it was, and expands no more.
     """
     from solver.matter.melting import residual_energy
 

@@ -360,15 +360,17 @@ def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
 
 
 def molten_fraction(problem: Problem, snapshot: Any) -> float:
-    """Molten mass once all has expanded to no pressure, over that of the last stage; the departed as they left."""
+    """Molten mass once all has expanded to no pressure, over that of the last stage; the departed fly as they left."""
     from solver.matter.melting import melted_mass, residual_energy
 
     particles, departed = snapshot.particles, snapshot.departed
     molten = 0.0
     for number, body in enumerate(problem.bodies):
-        for some, which in ((particles, snapshot.body == number), (departed, departed.body == number)):
-            state = (getattr(some, name)[which] for name in ("density", "energy", "pressure"))
-            molten += melted_mass(body.matter, residual_energy(body.matter.eos, *state), some.mass[which])
+        mine, late = snapshot.body == number, departed.body == number
+        state = (getattr(particles, name)[mine] for name in ("density", "energy", "pressure"))
+        residual = residual_energy(body.matter.eos, *state), departed.energy[late]
+        mass = particles.mass[mine], departed.mass[late]
+        molten += melted_mass(body.matter, np.concatenate(residual), np.concatenate(mass))
     coming = 0.0 if problem.arrivals is None else float(problem.arrivals.table[MASS].sum())
     return molten / (float(sum(body.mass.sum() for body in problem.bodies)) + coming)
 

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from studies import materials
-from studies.cases.compared import EXACT, ComparedReading, Line, Picture, PublishedNumber
+from studies.cases.compared import ComparedReading, Line, Picture, PublishedNumber
 from studies.cases.rows import Row, equal, relative, zero
 from studies.cases.validation import Cubes, ValidationCase, ValidationLevel, of_observations
 from studies.quantities.display import decimals
@@ -118,7 +118,7 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
         lowest = float(cube.free_surface_minimum.values[-1])
         times, velocities, _ = np.array(lines[-1].points).T
         after = int(np.abs(velocities - peak).argmin())
-        time = float(times[after + int((velocities[after:] <= lowest * (1.0 + EXACT)).argmax())])
+        time = float(times[after + int(np.abs(velocities[after:] - lowest).argmin())])
         lines += [
             Line(f"experiment: minimum by {by}", ((time, peak - pull, 0.0),)) for by, pull in pullbacks(number).items()
         ]
