@@ -7,7 +7,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-import xarray as xr
 from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
@@ -24,10 +23,8 @@ from studies.cases.rows import Row, absolute, at_most, equal, relative
 from studies.cases.solutions.hugoniot import Solid, shocked
 from studies.cases.validation import load, numbers_of
 from studies.cases.validation.melted_projectile import QUANTITY
-from studies.cubes import cube
-from studies.runs.execution import execute
 from studies.scenarios.parts.matter import matter
-from studies.sweeps.sweep import Sweep
+from tests.cases.cubes import computed
 from tests.contracts.test_scenarios import asked, built
 
 METALS = ("al-2024-t3", "al-6061-t6", "al-7075-t6", "copper-ofhc", "lead", "ti-6al-4v", "tungsten")
@@ -218,17 +215,11 @@ def _melted() -> dict[str, Any]:
     return {**document, "axes": {**document["axes"], "plate_thickness": ["1 mm", "2 mm"]}}
 
 
-def _computed(plain: dict[str, Any], folder: Path) -> xr.Dataset:
-    sweep = Sweep.parse(plain)
-    results = {point.run.id: execute(point.run, folder / point.run.id, threads=1) for point in sweep.runs()}
-    return cube.build(sweep, results)
-
-
 @pytest.mark.claim("breaking", "melted-share", minutes=2.0)
 def test_melted_share__has_a_bar_that_holds_a_finer_grid(compared: Callable[[Row], None], tmp_path: Path) -> None:
     """The bar of a melted share on three grids up to 24 cells holds that on 48; both beside CALE."""
     melted = _melted()
-    coarse, fine = _computed(melted, tmp_path), _computed({**melted, "resolution": 48}, tmp_path)
+    coarse, fine = computed(melted, tmp_path), computed({**melted, "resolution": 48}, tmp_path)
     for number in numbers_of("melted_projectile", "debris_cloud"):
         at = {axis: number.at(axis) for axis in ("speed", "plate_thickness")}
         if at["plate_thickness"] > 2.5e-3:

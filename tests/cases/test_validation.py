@@ -3,7 +3,6 @@
 On three grids all take a core more than an hour. The pages of some are opened in a browser.
 """
 
-import tempfile
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
@@ -15,9 +14,7 @@ from service.settings import Settings
 from studies.cases import validation
 from studies.cases.rows import Row
 from studies.cases.validation import ValidationLevel
-from studies.cubes import cube
-from studies.runs.execution import execute
-from studies.sweeps.sweep import Sweep
+from tests.cases.cubes import computed
 from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
 
 BY_COMMAND = "taylor-bar"  # a single run
@@ -48,10 +45,7 @@ def test_case__holds_on_coarse_grids(name: str, compared: Callable[[Row], None],
     else:
         case, cubes = validation.load(name), {}
         for sweep_name, document in case.documents("quick").items():
-            sweep = Sweep.parse(document)
-            with tempfile.TemporaryDirectory() as folder:
-                results = {point.run.id: execute(point.run, Path(folder), threads=1) for point in sweep.runs()}
-            cubes[sweep_name] = cube.build(sweep, results)
+            cubes[sweep_name] = computed(document, tmp_path)
         rows = iter(case.rows("quick", cubes))
     for row in rows:
         compared(row)
