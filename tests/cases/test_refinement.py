@@ -51,7 +51,7 @@ def test_holes_and_craters__converge_to_the_value_of_a_finer_grid(
     finer = computed({**sweep, "resolution": FINER}, tmp_path)
     for name in load(scenario).settles:
         [of_grids] = refined(grids, name)
-        got = float(finer[name])
+        got = finer[name].item()
         _compare(f"{shot}: {name} (mm)", of_grids, got, display_of(grids[name].attrs["units"]).factor, compared)
 
 
