@@ -55,6 +55,7 @@ class Picture:
     x: str
     y: str
     lines: tuple[Line, ...]
+    ends: tuple[float, float] | None = None  # of y, which cut the bars: a share lies between 0 and 1
 
 
 @dataclass(frozen=True)

@@ -125,7 +125,7 @@ def draw(picture: Picture) -> str:
         for number, line in enumerate(picture.lines):
             if line.points:
                 _draw_line(axes, line, number)
-        axes.set(title=picture.title, xlabel=picture.x, ylabel=picture.y)
+        axes.set(title=picture.title, xlabel=picture.x, ylabel=picture.y, ylim=picture.ends)
         if len(picture.lines) > MOST_INSIDE:
             axes.legend(loc="center left", bbox_to_anchor=(1.0, 0.5))
         else:

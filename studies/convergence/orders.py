@@ -13,6 +13,8 @@ ORDERS = (0.5, 3.0)
 # Of the scheme for smooth fields. A higher observed order is not used to extrapolate. (So in Oberkampf and Roy, who
 # take a factor of safety of 3 where the orders differ by more than a tenth; here it is Roache's 1.25 for three grids.)
 FORMAL_ORDER = 2.0
+# The highest order that counts where no noise is known that may have raised it: Eça and Hoekstra (2014), Appendix A.
+HIGHEST_WITHOUT_NOISE = 1.05 * FORMAL_ORDER
 STEEPEST = 60.0  # order at which a search ends; anything beyond is as good as infinite
 
 
@@ -51,6 +53,7 @@ class Fit:
     """A power law of one order through the values of three grids, by weighted least squares."""
 
     limit: float  # at cells of no size
+    finest: float  # at the first of the spacings
     misfit: float  # root of the sum of the squares of the residuals, each over the standard uncertainty of its value
 
 
@@ -73,7 +76,7 @@ def fit(spacings: Sequence[float], values: Sequence[float], uncertainties: Seque
         w * x * x for w, x in zip(weights, apart, strict=True)
     )
     residuals = ((f - value - slope * x) / u for f, x, u in zip(values, apart, uncertainties, strict=True))
-    return Fit(value - slope * power, math.hypot(*residuals))
+    return Fit(value - slope * power, value + slope * apart[0], math.hypot(*residuals))
 
 
 def _growth(p: float, fine: float, middle: float, coarse: float) -> float:

@@ -13,7 +13,7 @@ The rules:
   measurement says a single run cannot see; of a resolution that lost an offset, the larger of the two.
 - Their differences are compared with the noise first: a difference that is not above it says
   nothing about the mesh. Then a change of sign is ``oscillatory``; an order outside of ``ORDERS``
-  is ``not in the asymptotic range``.
+  is ``not in the asymptotic range``, and one above the formal where no noise is known that may have raised it.
 - One rule holds for all points of a series, which a curve joins: either all are extrapolated with one order, or each
   has the value of its finest resolution. The order is the mean of those of the points that converge by themselves, at
   least half of all (the global average of Celik et al. 2008 for the points of a profile). A point that does not must
@@ -34,9 +34,12 @@ The rules:
         order, and at least the distance to each limit of an order that fits.
       - Else, where such an order fits them within their noise: the largest error of the finest that one of them gives.
         So an oscillation, or an order above 3, that lies within the scatter of the offsets costs this scatter alone.
-      - Else the coarsest is outside of the asymptotic range, or they diverge: the index of the two finest at the
-        assumed order; at the order of the sizes of the differences where that is lower, which counts as no lower than
-        the lowest of ``ORDERS``, and with a factor of safety of 3 if it is (Eça and Hoekstra 2014, Appendix A).
+      - Else, where noise is known and the sizes of the differences have an order that is not below ``ORDERS``, the
+        coarsest is outside of the asymptotic range: the index of the two finest at that order, at most the assumed one.
+      - Else they diverge, or nothing but their scatter about a fit tells their noise: the uncertainty of Eça and
+        Hoekstra (2014), Appendix A, by the better of least-squares fits of first and of second order: three times its
+        error, its standard deviation and its misfit of the finest. They ask for four grids; of three the standard
+        deviation has one degree of freedom.
 
       Of two grids the index with a factor of safety of 3 at the assumed order. Unknown for a single grid, and where
       grids do not differ and no noise is stated.
@@ -57,7 +60,7 @@ from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, get_args
 
-from studies.convergence.orders import FORMAL_ORDER, ORDERS, fit, observed_order
+from studies.convergence.orders import FORMAL_ORDER, HIGHEST_WITHOUT_NOISE, ORDERS, fit, observed_order
 from studies.quantities.measured import TOO_COARSE
 
 ConvergenceVerdict = Literal[
@@ -383,8 +386,9 @@ def _of_three(valued: Sequence[Level]) -> _Judged:
         if abs(steps[0]) >= abs(steps[1]):
             reason += " and do not shrink"
         return "oscillatory", reason, fine.value, mesh, {}
-    if not ORDERS[0] <= order <= ORDERS[1]:
-        reason = f"the observed order {order:.2g} is outside of {ORDERS[0]:g} to {ORDERS[1]:g}"
+    highest = ORDERS[1] if _noise_of(three, fine) else HIGHEST_WITHOUT_NOISE
+    if not ORDERS[0] <= order <= highest:
+        reason = f"the observed order {order:.2g} is outside of {ORDERS[0]:g} to {highest:g}"
         if order <= 0.0:
             reason = "the differences between resolutions grow with refinement"
         return "not in the asymptotic range", reason, fine.value, mesh, {"order": order}
@@ -427,16 +431,35 @@ def _mesh(error: float, value: float, limits: Sequence[float], spread: float) ->
 def _unsettled(three: Sequence[Level]) -> float:
     """Mesh error of three grids that are not extrapolated; NaN where neither they nor noise tell any."""
     fine, middle, coarse = three
+    noise = _noise_of(three, fine)
     errors = [abs(limit - fine.value) for limit in _limits_within_noise(three)]
     if not errors:
         near, far = abs(middle.value - fine.value), abs(coarse.value - middle.value)
         order = -math.inf
-        if near and far:
+        if noise and near and far:
             order = observed_order([level.spacing for level in three], (0.0, near, near + far))
-        order = min(order, ASSUMED_ORDER)
-        safety = SAFETY if order >= ORDERS[0] else SAFETY_UNOBSERVED
-        errors = [safety * abs(_error(fine, middle, max(order, ORDERS[0])))]
-    return _unknown_if_zero(math.hypot(max(errors), COVERAGE * _noise_of(three, fine)))
+        if order >= ORDERS[0]:
+            errors = [SAFETY * abs(_error(fine, middle, min(order, ASSUMED_ORDER)))]
+        else:
+            errors = [_error_by_least_squares(three)]
+    return _unknown_if_zero(math.hypot(max(errors), COVERAGE * noise))
+
+
+def _error_by_least_squares(three: Sequence[Level]) -> float:
+    """Uncertainty of the finest of three grids whose order is not asymptotic: Eça and Hoekstra (2014), Appendix A."""
+    spacings, values = [level.spacing for level in three], [level.value for level in three]
+    fits = []
+    for order in (ASSUMED_ORDER, FORMAL_ORDER):
+        for weights in ([1.0 for _ in three], [1.0 / h for h in spacings]):
+            fitted = fit(spacings, values, [weight**-0.5 for weight in weights], order)
+            # Standard deviation, Eq. 9: as many degrees of freedom as grids beyond two constants.
+            deviation = fitted.misfit * math.sqrt(len(three) / math.fsum(weights) / (len(three) - 2))
+            fits.append((deviation, abs(fitted.limit - fitted.finest), abs(values[0] - fitted.finest)))
+    deviation, error, misfit = min(fits)
+    spread = (max(values) - min(values)) / (len(three) - 1)  # Eq. 19
+    if deviation < spread:
+        return SAFETY_UNOBSERVED * error + deviation + misfit  # Eq. 20
+    return SAFETY_UNOBSERVED * deviation / spread * (error + deviation + misfit) if spread else 0.0  # Eq. 21
 
 
 def _limits_within_noise(three: Sequence[Level]) -> list[float]:

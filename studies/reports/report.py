@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.convergence.orders import FORMAL_ORDER, ORDERS
+from studies.convergence.orders import FORMAL_ORDER, HIGHEST_WITHOUT_NOISE, ORDERS
 from studies.convergence.richardson import ASSUMED_ORDER, COVERAGE, LEFT, SAFETY, SAFETY_UNOBSERVED, VERDICTS
 from studies.cubes import audit, reading
 from studies.cubes import variables as cubes
@@ -69,8 +69,9 @@ RULES = (
     "resolutions (Celik et al. 2008, J. Fluids Eng. 130, 078001). GCI is the grid convergence index over the finest "
     f"value, with a factor of safety of {SAFETY:g}; two resolutions show no order, so order {ASSUMED_ORDER:g} and a "
     f"factor of {SAFETY_UNOBSERVED:g} are assumed. A point is converging if the order lies between {ORDERS[0]:g} and "
-    f"{ORDERS[1]:g} and the differences exceed the scatter; only then is a number extrapolated. Either all points of a "
-    "series (those that differ in axes of numbers alone) have an extrapolated value, or none has. They are "
+    f"{ORDERS[1]:g} ({HIGHEST_WITHOUT_NOISE:g} where no scatter is known) and the differences exceed the scatter; only "
+    "then is a number extrapolated. Either all points of a series (those that differ in axes of numbers alone) have an "
+    "extrapolated value, or none has. They are "
     "extrapolated with the mean order of those that converge by themselves, if these are half of all or more, the "
     "others fit that order within their scatter, and the mesh errors, their squares added, are not larger than those "
     "of the finest values: close grids and low orders multiply noise. The mesh error has two parts: "
@@ -78,10 +79,9 @@ RULES = (
     f"that is {LEFT:g} of the correction, and at least the distance to the limit of any order from {ASSUMED_ORDER:g} "
     f"to {FORMAL_ORDER:g} that fits the three values within their scatter, or of the point's own. Of the finest value "
     f"of a point that converges it is {SAFETY:g} of the correction and at least these distances. Of other values it is "
-    f"the largest error that such an order gives; where none fits, it is the error of order {ASSUMED_ORDER:g}, or of "
-    f"a lower observed one down to {ORDERS[0]:g}, times {SAFETY:g}, or times {SAFETY_UNOBSERVED:g} where the order is "
-    "lower still (the "
-    "factors of Eça and Hoekstra 2014, J. Comput. Phys. 262, 104). Where some runs have nothing to "
+    f"the largest error that such an order gives; where none fits and noise is known, it is the error of order "
+    f"{ASSUMED_ORDER:g}, or of a lower observed one down to {ORDERS[0]:g}, times {SAFETY:g}; else the uncertainty of "
+    "Eça and Hoekstra (2014, J. Comput. Phys. 262, 104) by least squares. Where some runs have nothing to "
     "measure and others do, nothing is extrapolated and the mesh error is unknown."
 )
 NO_MESH_ERROR = (

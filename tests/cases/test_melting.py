@@ -19,7 +19,7 @@ from solver.problem import ArtificialViscosity
 from solver.simulation import start
 from studies import materials
 from studies.cases.compared import ComparedReading
-from studies.cases.rows import Row, absolute, at_most, equal, relative
+from studies.cases.rows import Row, absolute, at_most, equal, relative, reported
 from studies.cases.solutions.hugoniot import Solid, shocked
 from studies.cases.validation import load, numbers_of
 from studies.cases.validation.melted_projectile import QUANTITY
@@ -232,3 +232,5 @@ def test_melted_share__has_a_bar_that_holds_a_finer_grid(compared: Callable[[Row
         compared(Row(f"{where}: 48 cells", number.value, got, None, error=got - number.value))
         held = bar if bar is not None else math.nan
         compared(absolute(f"{where}: 48 cells within the bar of 24", expected=value, got=got, within=held))
+        left = min(value + held, 1.0) - max(value - held, 0.0)
+        compared(reported(f"{where}: of all shares that there are, those within the bar", left))
