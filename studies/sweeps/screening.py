@@ -1,10 +1,11 @@
 """Screening runs: a run again with each other strength, failure and equation of state that has a source.
 
-They show what the choice of models does to an answer; ``model_part: screen`` adds those of the middle of a sweep, and
-``python -m docs.model_part`` stores those of a few reference shots.
+They show what the choice of models does to an answer; ``model_part: screen`` adds those of the middle of a sweep, with
+the sweep's own materials as further strengths, and ``python -m docs.model_part`` stores those of a few reference shots.
 """
 
-from collections.abc import Iterator, Mapping
+import math
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 
 from studies import materials as shipped
@@ -22,6 +23,7 @@ SOURCED_FAILURES = ("none", "spall-rate", "johnson-cook", "johnson-cook-spall")
 
 STRENGTH, FAILURE, EOS = "strength", "failure", "equation of state"
 CONTRIBUTIONS = (STRENGTH, FAILURE, EOS)
+DRAWN = f"{STRENGTH} draw"  # how the change to a material of the sweep's own begins
 STRONGER, WEAKER = f"{STRENGTH} +{STRENGTH_DEVIATION:.0%}", f"{STRENGTH} -{STRENGTH_DEVIATION:.0%}"
 
 
@@ -34,13 +36,15 @@ class Screen:
     reason: str = ""  # why there is no run
 
 
-def screens_of(run: Run) -> Iterator[Screen]:
-    """Every change of a run."""
+def screens_of(run: Run, own: Iterable[Material] = ()) -> Iterator[Screen]:
+    """Every change of a run; ``own`` are materials of its sweep: draws of a calibration, say."""
     materials = materials_of(run)
     yield _screen(run, STRONGER, _of_strength(materials, 1.0 + STRENGTH_DEVIATION), {})
     yield _screen(run, WEAKER, _of_strength(materials, 1.0 - STRENGTH_DEVIATION), {})
     for alternative in _of_other_strength(materials):
         yield _exchanged(run, STRENGTH, materials, alternative)
+    for alternative in _of_strengths(materials, own):
+        yield _exchanged(run, DRAWN, materials, alternative)
     yield from _of_other_failure(run, materials)
     others = [other for material in _each_once(materials) if (other := _of_other_eos(material))]
     for each in others:
@@ -54,10 +58,13 @@ def contributions_of(base: float, answers: Mapping[str, float]) -> dict[str, flo
     """Relative standard uncertainties of an answer, from its values by the name of each change; those that can be told.
 
     The largest difference that a change makes: each alternative has a source, may be the right one, and is no limit
-    between which others lie.
+    between which others lie. Draws are equally likely: theirs is one, the root mean square.
     """
     differences = {name: abs(value - base) / abs(base) for name, value in answers.items()}
+    draws = [differences.pop(name) for name in answers if name.startswith(DRAWN)]
     each = {kind: [size for name, size in differences.items() if name.startswith(kind)] for kind in CONTRIBUTIONS}
+    if draws:
+        each[STRENGTH].append(math.sqrt(math.fsum(size**2 for size in draws) / len(draws)))
     return {kind: max(sizes) for kind, sizes in each.items() if sizes}
 
 
@@ -107,12 +114,16 @@ def _of_other_failure(run: Run, materials: Mapping[str, Material]) -> Iterator[S
 
 def _of_other_strength(materials: Mapping[str, Material]) -> Iterator[Material]:
     """The materials that ship of the same alloys, with another strength: other sources, other tempers."""
-    for material in _each_once(materials):
-        known = [material.strength]
-        for other in map(shipped.load, shipped.names()):
-            if other.alloy == material.alloy and other.strength not in known:
-                known.append(other.strength)
-                yield other
+    return _of_strengths(materials, map(shipped.load, shipped.names()))
+
+
+def _of_strengths(materials: Mapping[str, Material], others: Iterable[Material]) -> Iterator[Material]:
+    """Of some materials those of the same alloys with another strength, each strength once."""
+    alloys, known = {each.alloy for each in materials.values()}, [each.strength for each in materials.values()]
+    for other in others:
+        if other.alloy in alloys and other.strength not in known:
+            known.append(other.strength)
+            yield other
 
 
 def _of_other_eos(material: Material) -> Material | None:

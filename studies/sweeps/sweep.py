@@ -241,7 +241,7 @@ class Sweep:
         finest = {axis.name: axis.values[-1] for axis in self.refinements if axis.name == RESOLUTION}
         first = {axis.name: axis.values[0] for axis in self.refinements if axis.name == OFFSET}
         chosen = self._run({**middle, **finest, **first})
-        return chosen, list(screens_of(chosen))
+        return chosen, list(screens_of(chosen, self.materials.values()))
 
     def _middle(self) -> dict[str, Value]:
         """The values of the axes in the middle of the sweep; sampled, those of the point nearest to it."""

@@ -2,6 +2,7 @@
 
 ``shots`` reads the table, ``design`` says which bars are computed and over which ranges of the constants, ``emulator``
 interpolates these runs, ``posterior`` samples the constants (``emcee``), ``prediction`` holds shots against them, also
-those of a series that was left out, ``results`` writes files, and ``picture`` draws. Draws are carried on to holes and
-craters by ``studies/sweeps/strength_part.py``. Called by ``whipple calibrate``; docs/calibrate.md.
+those of a series that was left out, ``results`` writes files, and ``picture`` draws. A sweep with ``model_part:
+screen`` carries draws on to holes and craters (``studies.sweeps.screening``). Called by ``whipple calibrate``;
+docs/calibrate.md.
 """

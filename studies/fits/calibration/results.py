@@ -24,8 +24,8 @@ FEW = 400  # independent draws, below which ends of intervals are rough: 5 % of 
 CLOSE = 0.02  # of a prior range: so near to where the end of a uniform distribution would be, the range decides it
 
 REMARK = (
-    "# Draws of {material} calibrated to {table}, equally likely. Copy them into a sweep and name them on an axis;\n"
-    "# the spread of its answers is their strength part."
+    "# Draws of {material} calibrated to {table}, equally likely. Copy them into a sweep of {material}: with\n"
+    "# `model_part: screen` the spread of their answers is a strength part. Or name them on an axis."
 )
 UNITS = {"A": "Pa", "B": "Pa", "n": "1", "C": "1", "m": "1"}
 

@@ -22,9 +22,7 @@ from studies.fits.calibration.shots import SIZES, BarStrains, read_shots
 from studies.materials.reader import read_document, read_toml
 from studies.quantities.findings import InvalidInput
 from studies.runs.results import RunResult
-from studies.runs.run import Run
 from studies.sweeps.document import read_yaml
-from studies.sweeps.strength_part import read_draws, runs_of_draws, strength_part
 from studies.sweeps.sweep import Sweep
 from tests.service.support.command import run
 from tests.studies.support import fakes
@@ -150,34 +148,6 @@ def test_emulator__is_that_of_the_bars_that_were_computed() -> None:
     assert np.sqrt(np.mean(away**2)) < 2.0 * emulator.error
 
 
-# ---- files ---------------------------------------------------------------------------------------
-
-
-def test_files__read_as_what_was_calibrated(posterior: Posterior, tmp_path: Path) -> None:
-    predicted = predict(posterior, posterior.calibration.shots)
-    files = {file.name: file for file in write(tmp_path, COPPER, posterior, predicted, "lots")}
-    middle = calibrated(COPPER, posterior, "copper-ofhc-calibrated", "mean")
-    assert read_document(read_toml(files["material.toml"].read_text(), "material.toml")) == middle
-    document = {**HOLE, "materials": read_yaml(files["materials.yaml"].read_text(), "materials.yaml")["materials"]}
-    document["fixed"] = {name: value for name, value in HOLE["fixed"].items() if name != "target"}
-    document["axes"] = {"target": list(document["materials"])}
-    yields = [point.run.materials["target"]["strength"]["A"] for point in Sweep.parse(document).runs()]
-    assert len(yields) == 16
-    assert yields[0] == pytest.approx(math.exp(posterior.further_lots()[0, 0]), rel=1e-3)
-    name, draws = read_draws(files["calibration.nc"], 8)
-    assert name == "copper-ofhc"
-    assert draws[0]["A"] == pytest.approx(math.exp(posterior.further_lots()[0, 0]))
-    assert draw(posterior, predicted, tmp_path / "calibration.png").stat().st_size > 10_000
-
-
-def test_sentences__have_units(posterior: Posterior) -> None:
-    texts = list(sentences(posterior, predict(posterior, posterior.calibration.shots)))
-    assert any(text.startswith("A is ") and "MPa (90 %)" in text for text in texts)
-    assert texts[0].startswith("32 measured sizes (16 of final length, 16 of mushroom diameter) of 4 series")
-
-
-# ---- strength part -------------------------------------------------------------------------------
-
 HOLE: Mapping[str, Any] = {
     "name": "hole",
     "scenario": "thin_plate",
@@ -192,46 +162,27 @@ HOLE: Mapping[str, Any] = {
     "resolution": 8,
 }
 
-
-@pytest.fixture(scope="module")
-def hole() -> Run:
-    document = {**HOLE, "axes": {"speed": ["4 km/s"]}}
-    document["fixed"] = {name: value for name, value in HOLE["fixed"].items() if name != "speed"}
-    return next(iter(Sweep.parse(document).runs())).run
+# ---- files ---------------------------------------------------------------------------------------
 
 
-def drawn(yields: list[float]) -> list[dict[str, float]]:
-    return [{"A": value, "B": 3e8, "n": 0.3, "C": 0.02, "m": 1.0} for value in yields]
+def test_files__read_as_what_was_calibrated(posterior: Posterior, tmp_path: Path) -> None:
+    predicted = predict(posterior, posterior.calibration.shots)
+    files = {file.name: file for file in write(tmp_path, COPPER, posterior, predicted, "lots")}
+    middle = calibrated(COPPER, posterior, "copper-ofhc-calibrated", "mean")
+    assert read_document(read_toml(files["material.toml"].read_text(), "material.toml")) == middle
+    document = {**HOLE, "materials": read_yaml(files["materials.yaml"].read_text(), "materials.yaml")["materials"]}
+    document["fixed"] = {name: value for name, value in HOLE["fixed"].items() if name != "target"}
+    document["axes"] = {"target": list(document["materials"])}
+    yields = [point.run.materials["target"]["strength"]["A"] for point in Sweep.parse(document).runs()]
+    assert len(yields) == 16
+    assert yields[0] == pytest.approx(math.exp(posterior.further_lots()[0, 0]), rel=1e-3)
+    assert draw(posterior, predicted, tmp_path / "calibration.png").stat().st_size > 10_000
 
 
-def test_strength_part__is_the_spread_over_the_draws(hole: Run) -> None:
-    """A hole whose size is A itself spreads as A does; the aluminium keeps its constants."""
-    yields = np.linspace(1e8, 2e8, 9).tolist()
-
-    def answer(run: Run) -> float:
-        assert run.materials["projectile"]["strength"]["A"] == 324e6
-        return float(run.materials["target"]["strength"]["A"])
-
-    part = strength_part(hole, "hole_diameter", "copper-ofhc", drawn(yields), answer)
-    assert part.values == tuple(yields)
-    assert part.relative == pytest.approx(np.std(yields, ddof=1) / 1.5e8)
-    assert part.relative_error == pytest.approx(0.25)
-
-
-def test_strength_part__refuses_few_values(hole: Run) -> None:
-    with pytest.raises(InvalidInput, match="7 of 9"):
-        strength_part(
-            hole,
-            "hole_diameter",
-            "copper-ofhc",
-            drawn(np.linspace(1e8, 2e8, 9).tolist()),
-            lambda run: None if run.materials["target"]["strength"]["A"] > 1.8e8 else 1.0,
-        )
-
-
-def test_strength_part__refuses_draws_of_another_material(hole: Run) -> None:
-    with pytest.raises(InvalidInput, match="steel-4340"):
-        list(runs_of_draws(hole, "steel-4340", drawn([1e8])))
+def test_sentences__have_units(posterior: Posterior) -> None:
+    texts = list(sentences(posterior, predict(posterior, posterior.calibration.shots)))
+    assert any(text.startswith("A is ") and "MPa (90 %)" in text for text in texts)
+    assert texts[0].startswith("32 measured sizes (16 of final length, 16 of mushroom diameter) of 4 series")
 
 
 # ---- refusals ------------------------------------------------------------------------------------

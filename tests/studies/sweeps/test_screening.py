@@ -9,6 +9,7 @@ from studies import materials
 from studies.runs.run import Run, materials_of
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
+    DRAWN,
     FAILURE,
     STRENGTH,
     STRENGTH_DEVIATION,
@@ -96,6 +97,22 @@ def test_screen__of_a_failure_without_constants_says_so() -> None:
 def test_contributions__are_the_largest_difference_that_an_alternative_makes() -> None:
     answers = {STRONGER: 19.0, WEAKER: 21.0, "strength of another": 17.0, "failure spall-rate": 20.5}
     assert contributions_of(20.0, answers) == pytest.approx({STRENGTH: 0.15, FAILURE: 0.025})
+
+
+def test_contributions__of_draws_are_their_root_mean_square() -> None:
+    answers = {STRONGER: 19.8, f"{DRAWN} of one": 18.0, f"{DRAWN} of two": 22.0, f"{DRAWN} of three": 20.0}
+    assert contributions_of(20.0, answers) == pytest.approx({STRENGTH: 0.1 * math.sqrt(2.0 / 3.0)})
+
+
+def test_screens__are_the_materials_of_a_sweep_that_have_the_alloy_too() -> None:
+    own = {f"draw-{a}": {"base": "copper-ofhc", "strength": {"A": f"{a} MPa"}} for a in (60, 120)}
+    own["another"] = {"base": "al-6061-t6", "strength": {"A": "300 MPa"}}
+    _, screens = Sweep.parse({**DOCUMENT, "materials": own}).screening()
+    drawn = {each.name: each.run for each in screens if each.name.startswith(DRAWN)}
+    assert list(drawn) == [f"{DRAWN} of draw-60", f"{DRAWN} of draw-120"]
+    run = drawn[f"{DRAWN} of draw-60"]
+    assert run is not None
+    assert [materials_of(run)[role].value_at("strength.A") for role in ("projectile", "target")] == [60e6, 60e6]
 
 
 def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> None:
