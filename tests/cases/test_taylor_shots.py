@@ -7,6 +7,7 @@ from functools import cache
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
 import whipple
 from studies import materials
@@ -15,7 +16,7 @@ from studies.cubes.reading import open_cube
 from studies.fits.calibration.design import box_of, sweep_of
 from studies.fits.calibration.emulator import emulators_of
 from studies.fits.calibration.posterior import Calibration, posterior_of
-from studies.fits.calibration.prediction import LEVEL, leave_series_out
+from studies.fits.calibration.prediction import LEVEL, chances, leave_series_out
 from studies.fits.calibration.shots import read_shots
 from studies.observations.compared import ratio, stored
 from studies.sweeps.reading import published_shots
@@ -99,15 +100,23 @@ def test_intervals__hold_shots_of_series_that_were_left_out(
     calibration = calibration_of(table)
     for name, emulator in calibration.emulators.items():
         compared(reported(f"{name}: error of the emulator, of the strain", emulator.error))
-    inside = []
+    every = []
     for lot, predicted in leave_series_out(calibration):
-        inside += predicted.inside.tolist()
+        every.append(predicted)
         for name in predicted.shots.names:
             part = predicted.of(name)
             compared(reported(f"{lot}: {name}, share of {len(part.inside)} in their intervals", part.coverage))
             compared(reported(f"{lot}: {name}, measured over predicted, less 1", part.offset))
             width = float(np.median((part.high - part.low) / part.median))
             compared(reported(f"{lot}: {name}, width of the intervals over the size", width))
+    inside = np.concatenate([each.inside for each in every])
+    # Clopper and Pearson (1934), Biometrika 26, 404: of independent shots, which those of a series are not.
+    exact = binomtest(int(inside.sum()), len(inside)).proportion_ci(0.95)
+    compared(reported(f"{table}: lower end of the binomial interval of that share, 95 %", exact.low))
+    compared(reported(f"{table}: upper end", exact.high))
+    fewer, more = chances(every)
+    compared(reported(f"{table}: chance of no more inside, of series as predicted", fewer))
+    compared(reported(f"{table}: chance of no fewer", more))
     share = float(np.mean(inside))
     compared(absolute(f"{table}: share of {len(inside)} in their intervals", expected=LEVEL, got=share, within=WITHIN))
 

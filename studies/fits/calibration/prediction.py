@@ -1,6 +1,12 @@
-"""Shots held against a posterior: predicted sizes with intervals, also of a series that the posterior never had."""
+"""Shots held against a posterior: predicted sizes with intervals, also of a series that the posterior never had.
 
-from collections.abc import Iterator
+The shots of a series are not independent: one lot made them all, which the posterior may not know. How many of them
+fall into their intervals varies far more than as many independent shots would. So their number is held against series
+that are drawn from the posterior itself (posterior predictive checks: Gelman et al. 2013, Bayesian Data Analysis,
+section 6.3).
+"""
+
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -28,6 +34,7 @@ class PredictedShots:
     median: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    repeated: np.ndarray  # (draws, shots) whether sizes that are drawn from the posterior, a series at once, are inside
 
     @property
     def inside(self) -> np.ndarray:
@@ -48,7 +55,14 @@ class PredictedShots:
         """The shots of one quantity."""
         kept = self.shots.quantities == quantity
         columns = (self.measured, self.median, self.low, self.high)
-        return PredictedShots(self.shots.where(kept), *(column[kept] for column in columns))
+        return PredictedShots(self.shots.where(kept), *(column[kept] for column in columns), self.repeated[:, kept])
+
+
+def chances(series: Sequence[PredictedShots]) -> tuple[float, float]:
+    """The chances that no more, and that no fewer, sizes than measured are inside, of series that are as predicted."""
+    counted = sum(int(each.inside.sum()) for each in series)
+    repeated = np.sum([each.repeated.sum(axis=1) for each in series], axis=0)
+    return float(np.mean(repeated <= counted)), float(np.mean(repeated >= counted))
 
 
 def predict(posterior: Posterior, shots: BarStrains, seed: int = SEED) -> PredictedShots:
@@ -56,20 +70,25 @@ def predict(posterior: Posterior, shots: BarStrains, seed: int = SEED) -> Predic
     rng, known = np.random.default_rng(seed), posterior.calibration.shots.lots
     constants, draws = posterior.constants, len(posterior.constants)
     further = {lot: posterior.further_lots(seed + number)[:, 0] for number, lot in enumerate(shots.lots)}
-    yields = np.column_stack(
-        [posterior.lots[:, known.index(lot)] if lot in known else further[lot] for lot in shots.series.tolist()]
+    noisy = {lot: posterior.further_noises(seed + len(further) + number) for number, lot in enumerate(shots.lots)}
+    series = shots.series.tolist()
+    yields, noises = (
+        np.column_stack([shot[:, known.index(lot)] if lot in known else other[lot] for lot in series])
+        for shot, other in ((posterior.lots, further), (posterior.noises, noisy))
     )
     strains = np.empty((draws, len(shots.strains)))
     for number, name in enumerate(posterior.calibration.shots.names):
         rows = shots.quantities == name
         mine, emulator = shots.where(rows), posterior.calibration.emulators[name]
         computed = strains_of(emulator, constants, mine, yields[:, rows])
-        size = deviation_of(mine, computed, posterior.scatters[:, number, None], emulator.error)
+        scatter = posterior.scatters[:, number, None] * np.exp(noises[:, rows])
+        size = deviation_of(mine, computed, scatter, emulator.error)
         noise = size * rng.standard_t(FREEDOM, computed.shape)
         strains[:, rows] = np.exp(posterior.biases[:, number, None]) * computed + noise
     sizes = shots.sizes(strains)
     ends = np.quantile(sizes, (0.5 - 0.5 * LEVEL, 0.5, 0.5 + 0.5 * LEVEL), axis=0)
-    return PredictedShots(shots, shots.sizes(shots.strains), median=ends[1], low=ends[0], high=ends[2])
+    low, median, high = ends
+    return PredictedShots(shots, shots.sizes(shots.strains), median, low, high, (sizes >= low) & (sizes <= high))
 
 
 def leave_series_out(calibration: Calibration) -> Iterator[tuple[str, PredictedShots]]:

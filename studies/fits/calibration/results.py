@@ -12,7 +12,7 @@ import xarray as xr
 
 from studies.fits.calibration.design import LOGARITHMIC
 from studies.fits.calibration.posterior import Posterior
-from studies.fits.calibration.prediction import LEVEL, PredictedShots
+from studies.fits.calibration.prediction import LEVEL, PredictedShots, chances
 from studies.materials import Material
 from studies.quantities.display import display_alone
 from studies.quantities.files import write_atomically, write_text
@@ -54,7 +54,8 @@ def dataset_of(posterior: Posterior, predicted: PredictedShots, attributes: Mapp
         "A_of_series": (("draw", "series"), np.exp(posterior.lots), {"units": "Pa", "long_name": "A of each series"}),
         "lots_deviation": _plain("draw", posterior.lots_deviation, "standard deviation of ln A between lots"),
         "bias": _plain(("draw", "quantity"), posterior.biases, "ln of measured over computed strain"),
-        "scatter": _plain(("draw", "quantity"), posterior.scatters, "scatter of the strain, relative"),
+        "scatter": _plain(("draw", "quantity"), posterior.scatters, "scatter of the strain, relative, at no noise"),
+        "noise_of_series": _plain(("draw", "series"), posterior.noises, "ln of the scatter of a series over that"),
         "shot_series": ("shot", shots.series),
         "shot_quantity": ("shot", shots.quantities),
     }
@@ -170,15 +171,20 @@ def sentences(posterior: Posterior, predicted: PredictedShots) -> Iterator[str]:
 
 def sentences_left_out(series: Iterable[tuple[str, PredictedShots]]) -> Iterator[str]:
     """How each series that was left out is predicted from the others, and all of them together."""
-    level, inside = f"{100 * LEVEL:g} %", []
+    level, every = f"{100 * LEVEL:g} %", []
     for lot, predicted in series:
-        inside += predicted.inside.tolist()
+        every.append(predicted)
         count, total = int(predicted.inside.sum()), len(predicted.inside)
         yield (
             f"Without {lot}: {count} of its {total} sizes are in the {level} intervals from the other series; they are "
             f"{100.0 * predicted.offset:+.1f} % off the medians on average."
         )
-    yield f"All series left out in turn: {sum(inside)} of {len(inside)} sizes are in their {level} intervals."
+    inside = np.concatenate([each.inside for each in every])
+    fewer, more = chances(every)
+    yield (
+        f"All series left out in turn: {inside.sum()} of {len(inside)} sizes are in their {level} intervals. Of series "
+        f"as predicted no more are with a chance of {100.0 * fewer:.2g} %, no fewer with one of {100.0 * more:.2g} %."
+    )
 
 
 def _words(name: str) -> str:

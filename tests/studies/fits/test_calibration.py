@@ -16,7 +16,7 @@ from studies.fits.calibration.design import box_of, sweep_of
 from studies.fits.calibration.emulator import emulators_of
 from studies.fits.calibration.picture import draw
 from studies.fits.calibration.posterior import Calibration, Posterior, posterior_of
-from studies.fits.calibration.prediction import LEVEL, predict
+from studies.fits.calibration.prediction import LEVEL, chances, predict
 from studies.fits.calibration.results import calibrated, sentences, write
 from studies.fits.calibration.shots import SIZES, BarStrains, read_shots
 from studies.materials.reader import read_document, read_toml
@@ -123,6 +123,26 @@ def test_prediction__of_a_lot_that_was_not_shot_is_wider(posterior: Posterior) -
     other = predict(posterior, replace(shots, series=np.full(len(shots.series), "another lot")))
     assert (other.high - other.low).mean() > (own.high - own.low).mean()
     assert own.coverage > 0.75  # of 32 at 90 %: fewer than 25 in one of 100 repetitions
+
+
+def test_chances__know_that_the_shots_of_a_series_share_a_lot(posterior: Posterior) -> None:
+    shots = posterior.calibration.shots
+    other = predict(posterior, replace(shots, series=np.full(len(shots.series), "another lot")))
+    counts = other.repeated.sum(axis=1)
+    assert counts.mean() == pytest.approx(LEVEL * len(shots.series), rel=0.01)  # ends of intervals are between draws
+    independent = math.sqrt(len(shots.series) * LEVEL * (1.0 - LEVEL))
+    assert counts.std() > 2.0 * independent
+    inside = int(other.inside.sum())
+    assert chances([other]) == (np.mean(counts <= inside), np.mean(counts >= inside))
+
+
+def test_noise__of_a_series_is_found(posterior: Posterior) -> None:
+    shots = posterior.calibration.shots
+    scattered = np.exp(0.4 * np.random.default_rng(1).standard_normal(len(shots.strains))) * shots.strains
+    loud = short(replace(shots, strains=np.where(shots.series == shots.lots[0], scattered, shots.strains)))
+    first, *others = np.median(loud.noises, axis=0)
+    assert first > max(others) + 0.5
+    assert loud.further_noises().std() == pytest.approx(np.sqrt(np.mean(loud.unevenness**2)), rel=0.1)
 
 
 def test_emulator__is_that_of_the_bars_that_were_computed() -> None:
