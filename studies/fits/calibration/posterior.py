@@ -1,15 +1,13 @@
 """The posterior of Johnson-Cook constants: what is assumed beforehand, the likelihood of shots, and samples of both.
 
 A series of shots (one source) is one lot of the material, with a yield stress A of its own: tempers differ in A. The
-strain of a bar is that of the emulator times exp(bias), and about it shots scatter, those of one series more than those
-of another:
+strain of a bar is that of the emulator times exp(bias), and about it shots scatter:
 
     strain = exp(bias of the quantity) f(A of the lot, B, n, C, m; speed, length / diameter) + s t
-    s^2 = reading^2 + (exp(noise of the series) scatter of the quantity x f)^2 + (error of the emulator x f)^2
+    s^2 = reading^2 + (scatter of the quantity x f)^2 + (error of the emulator x f)^2
 
-Both that differ between series are random effects (Toman and Possolo 2009, Accred. Qual. Assur. 14, 553: laboratories
-differ in what they measure, and in how it scatters). t is of Student's distribution, whose tails keep shots that
-contradict each other from deciding (Lange, Little and Taylor 1989, J. Am. Stat. Assoc. 84, 881).
+with t of Student's distribution, whose tails keep shots that contradict each other from deciding (Lange, Little and
+Taylor 1989, J. Am. Stat. Assoc. 84, 881).
 """
 
 import math
@@ -34,10 +32,7 @@ SCATTER = 0.10
 # Scale of the half-normal prior of the standard deviation of ln A between lots: published A of copper (65, 90, 118 and
 # 157 MPa) have 0.37; tempers from annealed to hard are ln 4 = 1.4 apart.
 LOTS = 0.5
-# Scale of the half-normal prior of the standard deviation of the noise of a series, a logarithm: a shot of one source
-# scatters e times as much as that of another. No paper states it; a choice, made before it was sampled.
-UNEVEN = 1.0
-LEAST = 0.005  # of scatter, of lots and of noises: smaller ones make no difference
+LEAST = 0.005  # of scatter and of lots: smaller ones make no difference
 MOST = 3.0
 
 WALKERS = 64
@@ -68,9 +63,7 @@ class Posterior:
     lots_deviation: np.ndarray  # (draws,) standard deviation of ln A between lots
     lots: np.ndarray  # (draws, series) ln A of each series
     biases: np.ndarray  # (draws, quantities)
-    scatters: np.ndarray  # (draws, quantities) of a series of middling noise
-    unevenness: np.ndarray  # (draws,) standard deviation of the noise between series
-    noises: np.ndarray  # (draws, series) ln of the scatter of each series over that of a middling one
+    scatters: np.ndarray  # (draws, quantities)
     autocorrelation: float  # longest autocorrelation time of a chain, steps
     steps: int  # of a chain, that count
 
@@ -85,10 +78,6 @@ class Posterior:
         low, high = self.calibration.box.bounds[0]
         drawn[:, 0] = _truncated(drawn[:, 0], self.lots_deviation, (low, high), np.random.default_rng(seed))
         return drawn
-
-    def further_noises(self, seed: int = SEED) -> np.ndarray:
-        """The noise of a series that was not shot, (draws,)."""
-        return self.unevenness * np.random.default_rng(seed).standard_normal(len(self.unevenness))
 
 
 def posterior_of(
@@ -117,8 +106,6 @@ def posterior_of(
         lots=drawn[:, places["lots"]],
         biases=drawn[:, places["biases"]],
         scatters=np.exp(drawn[:, places["scatters"]]),
-        unevenness=np.exp(drawn[:, places["unevenness"]][:, 0]),
-        noises=drawn[:, places["noises"]],
         autocorrelation=float(np.max(times)),
         steps=steps,
     )
@@ -140,7 +127,6 @@ class _Density:
         self.calibration, shots = calibration, calibration.shots
         counts = {"constants": 5, "lots_deviation": 1, "lots": len(shots.lots)}
         counts |= {"biases": len(shots.names), "scatters": len(shots.names)}
-        counts |= {"unevenness": 1, "noises": len(shots.lots)}
         ends = np.cumsum([0, *counts.values()]).tolist()
         self.places = {name: slice(*ends[number : number + 2]) for number, name in enumerate(counts)}
         self.dimensions: int = ends[-1]
@@ -159,8 +145,6 @@ class _Density:
         biases = start[:, self.places["biases"]]
         biases[:] = 0.5 * BIAS * rng.standard_normal(biases.shape)
         start[:, self.places["scatters"]] = np.log(rng.uniform(0.02, 0.1, biases.shape))
-        start[:, self.places["unevenness"]] = np.log(rng.uniform(0.1, 1.0, (WALKERS, 1)))
-        start[:, self.places["noises"]] = 0.3 * rng.standard_normal(lots.shape)
         return start
 
     def __call__(self, parameters: np.ndarray) -> np.ndarray:
@@ -174,15 +158,13 @@ class _Density:
         from scipy.special import ndtr
 
         constants, lots, biases = (parameters[:, self.places[name]] for name in ("constants", "lots", "biases"))
-        sizes = np.column_stack(
-            [parameters[:, self.places[name]] for name in ("lots_deviation", "unevenness", "scatters")]
-        )
+        sizes = np.column_stack([parameters[:, self.places["lots_deviation"]], parameters[:, self.places["scatters"]]])
         low, high = self.calibration.box.bounds.T
         inside = ((constants >= low) & (constants <= high)).all(axis=1)
         inside &= ((lots >= low[0]) & (lots <= high[0])).all(axis=1)
         inside &= ((sizes >= math.log(LEAST)) & (sizes <= math.log(MOST))).all(axis=1)
         # Half-normal in the size, which is sampled by its logarithm: the Jacobian adds the logarithm.
-        scales = np.array([LOTS, UNEVEN, *[SCATTER] * len(self.parts)])
+        scales = np.array([LOTS, *[SCATTER] * len(self.parts)])
         density = (sizes - 0.5 * (np.exp(sizes) / scales) ** 2).sum(axis=1)
         density -= 0.5 * ((biases / BIAS) ** 2).sum(axis=1)
         # ln A of each lot: normal about that of the material, within the range of A.
@@ -190,8 +172,6 @@ class _Density:
         within = ndtr((high[0] - middle) / deviation) - ndtr((low[0] - middle) / deviation)
         away = (lots - middle[:, None]) / deviation[:, None]
         density -= (0.5 * away**2 + np.log(deviation * np.maximum(within, 1e-300))[:, None]).sum(axis=1)
-        noises, uneven = parameters[:, self.places["noises"]], sizes[:, 1, None]
-        density -= (0.5 * (noises / np.exp(uneven)) ** 2 + uneven).sum(axis=1)
         return np.where(inside, density, -np.inf)
 
     def _likelihood(self, parameters: np.ndarray) -> np.ndarray:
@@ -201,8 +181,7 @@ class _Density:
             emulator = self.calibration.emulators[name]
             computed = strains_of(emulator, constants, mine, lots[:, columns])
             bias = np.exp(parameters[:, self.places["biases"]][:, number, None])
-            noise = parameters[:, self.places["noises"]][:, columns]
-            scatter = np.exp(parameters[:, self.places["scatters"]][:, number, None] + noise)
+            scatter = np.exp(parameters[:, self.places["scatters"]][:, number, None])
             size = deviation_of(mine, computed, scatter, emulator.error)
             away = (mine.strains - bias * computed) / size
             density -= (np.log(size) + 0.5 * (FREEDOM + 1.0) * np.log1p(away**2 / FREEDOM)).sum(axis=1)

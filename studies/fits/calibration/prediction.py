@@ -70,19 +70,15 @@ def predict(posterior: Posterior, shots: BarStrains, seed: int = SEED) -> Predic
     rng, known = np.random.default_rng(seed), posterior.calibration.shots.lots
     constants, draws = posterior.constants, len(posterior.constants)
     further = {lot: posterior.further_lots(seed + number)[:, 0] for number, lot in enumerate(shots.lots)}
-    noisy = {lot: posterior.further_noises(seed + len(further) + number) for number, lot in enumerate(shots.lots)}
-    series = shots.series.tolist()
-    yields, noises = (
-        np.column_stack([shot[:, known.index(lot)] if lot in known else other[lot] for lot in series])
-        for shot, other in ((posterior.lots, further), (posterior.noises, noisy))
+    yields = np.column_stack(
+        [posterior.lots[:, known.index(lot)] if lot in known else further[lot] for lot in shots.series.tolist()]
     )
     strains = np.empty((draws, len(shots.strains)))
     for number, name in enumerate(posterior.calibration.shots.names):
         rows = shots.quantities == name
         mine, emulator = shots.where(rows), posterior.calibration.emulators[name]
         computed = strains_of(emulator, constants, mine, yields[:, rows])
-        scatter = posterior.scatters[:, number, None] * np.exp(noises[:, rows])
-        size = deviation_of(mine, computed, scatter, emulator.error)
+        size = deviation_of(mine, computed, posterior.scatters[:, number, None], emulator.error)
         noise = size * rng.standard_t(FREEDOM, computed.shape)
         strains[:, rows] = np.exp(posterior.biases[:, number, None]) * computed + noise
     sizes = shots.sizes(strains)

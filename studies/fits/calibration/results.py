@@ -54,8 +54,7 @@ def dataset_of(posterior: Posterior, predicted: PredictedShots, attributes: Mapp
         "A_of_series": (("draw", "series"), np.exp(posterior.lots), {"units": "Pa", "long_name": "A of each series"}),
         "lots_deviation": _plain("draw", posterior.lots_deviation, "standard deviation of ln A between lots"),
         "bias": _plain(("draw", "quantity"), posterior.biases, "ln of measured over computed strain"),
-        "scatter": _plain(("draw", "quantity"), posterior.scatters, "scatter of the strain, relative, at no noise"),
-        "noise_of_series": _plain(("draw", "series"), posterior.noises, "ln of the scatter of a series over that"),
+        "scatter": _plain(("draw", "quantity"), posterior.scatters, "scatter of the strain, relative"),
         "shot_series": ("shot", shots.series),
         "shot_quantity": ("shot", shots.quantities),
     }

@@ -136,15 +136,6 @@ def test_chances__know_that_the_shots_of_a_series_share_a_lot(posterior: Posteri
     assert chances([other]) == (np.mean(counts <= inside), np.mean(counts >= inside))
 
 
-def test_noise__of_a_series_is_found(posterior: Posterior) -> None:
-    shots = posterior.calibration.shots
-    scattered = np.exp(0.4 * np.random.default_rng(1).standard_normal(len(shots.strains))) * shots.strains
-    loud = short(replace(shots, strains=np.where(shots.series == shots.lots[0], scattered, shots.strains)))
-    first, *others = np.median(loud.noises, axis=0)
-    assert first > max(others) + 0.5
-    assert loud.further_noises().std() == pytest.approx(np.sqrt(np.mean(loud.unevenness**2)), rel=0.1)
-
-
 def test_emulator__is_that_of_the_bars_that_were_computed() -> None:
     shots, exact = synthetic(0)[0], TaylorStrain(1.0)
     sweep = Sweep.parse(sweep_of(COPPER, shots, runs=30))
