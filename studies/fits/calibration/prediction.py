@@ -54,8 +54,8 @@ class PredictedShots:
     def of(self, quantity: str) -> "PredictedShots":
         """The shots of one quantity."""
         kept = self.shots.quantities == quantity
-        columns = (self.measured, self.median, self.low, self.high)
-        return PredictedShots(self.shots.where(kept), *(column[kept] for column in columns), self.repeated[:, kept])
+        columns = ("measured", "median", "low", "high", "repeated")
+        return replace(self, shots=self.shots.where(kept), **{name: getattr(self, name)[..., kept] for name in columns})
 
 
 def chances(series: Sequence[PredictedShots]) -> tuple[float, float]:
