@@ -1,23 +1,24 @@
-"""Spall by voids that grow: tension is lost as they do, at the rate that the measured spall strengths have.
+"""Spall by voids that grow: matter that reaches its spall strength opens, and loses its tension as the voids grow.
 
-Voids of the part f of the volume open at the rate::
+Until the voids count matter is that of ``spall_rate``: it reaches the spall strength sigma_1 (rate / rate_1)^m. From
+then on voids of the part f of the volume open at the rate::
 
     df/dt = rate_1 (sigma / (sigma_1 w(f)))^(1/m)
 
-with the spall strength sigma_1 (rate / rate_1)^m of ``spall_rate``: it is the tension at which voids open as fast as
-matter is stretched, and tension grows no more (Wilkerson and Ramesh (2016), Phys. Rev. Lett. 117, 215503, of their Eq.
-10). w is the tension that porous matter bears over that of whole matter. A hollow sphere of plastic matter yields at
-(2/3) Y ln(1/f) (Carroll and Holt (1972), J. Appl. Phys. 43, 1626), and a void alone at (2/3) Y (1 - ln(3 Y / 2 E))
-(Bishop, Hill and Mott (1945), Proc. Phys. Soc. 57, 147; Eq. 2 of Wilkerson and Ramesh), so that
+The spall strength is the tension at which voids open as fast as matter is stretched, and tension grows no more
+(Wilkerson and Ramesh (2016), Phys. Rev. Lett. 117, 215503, of their Eq. 10): so here while w is 1. w is the tension
+that porous matter bears over that of whole matter. A hollow sphere of plastic matter yields at (2/3) Y ln(1/f) (Carroll
+and Holt (1972), J. Appl. Phys. 43, 1626), and a void alone at (2/3) Y (1 - ln(3 Y / 2 E)) (Bishop, Hill and Mott
+(1945), Proc. Phys. Soc. 57, 147; Eq. 2 of Wilkerson and Ramesh), so that
 
     w = ln f / ln f_0,   f_0 = 3 Y / (2 e E),   and 1 as long as f is less than f_0.
 
-At the void fraction of coalescence the voids link, and matter fails: damage is f over it. Whole matter between the
-voids bears the pressure of its own density, that of all over 1 - f (Herrmann (1969), J. Appl. Phys. 40, 2490), so that
-the work of opening is heat. Voids close before matter bears pressure, and open again without tension.
+At the void fraction of coalescence the voids link, and matter fails. Whole matter between the voids bears the pressure
+of its own density, that of all over 1 - f (Herrmann (1969), J. Appl. Phys. 40, 2490), so that the work of opening is
+heat. Voids close before matter bears pressure, and open again without tension.
 
-The strength is met by matter stretched at a constant rate; a softening that follows a rate keeps its width on any mesh.
-The rate limits tension, so the tensile floor does not; molten matter bears none where the rule of tension says so.
+Half of the damage is that of ``spall_rate``, the other half is f over that of coalescence. The rate limits tension, so
+the tensile floor does not; molten matter bears none where the rule of tension says so.
 """
 
 import math
@@ -25,9 +26,11 @@ from typing import Annotated, NamedTuple
 
 from solver.jit import device, gives, implements
 from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, opens, void_fraction
+from solver.matter.failure.spall_rate import RateDependentSpall
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
 from solver.vectors import log, maximum, minimum, power, where
 
+HALF = 0.5  # of the damage, before there are voids
 # Steps of Newton's rule from above: to round-off for any tension and time step (tests/solver/test_void_growth.py).
 NEWTONS = 8
 
@@ -50,22 +53,24 @@ gives(opens, VoidGrowth, True)
 
 @implements(void_fraction, VoidGrowth)
 def void_fraction_of_void_growth(failure, damage):
-    return failure.coalescence * damage
+    return failure.coalescence * maximum(damage - HALF, 0.0) * (1.0 / (1.0 - HALF))
 
 
 @implements(grown_damage, VoidGrowth)
 def grown_damage_of_void_growth(failure, damage, loading):
-    """Damage once the voids of a step have opened: implicit in the tension, of a matter of constant stiffness.
+    """Damage once the voids of a step have opened: implicit in the tension, of matter of constant stiffness.
 
     With x the tension over that which the voids leave: x + K rate_1 dt / (sigma_1 w) x^(1/m) = x before they open.
     """
-    voids = failure.coalescence * damage
+    until = RateDependentSpall(failure.strength, failure.strain_rate, failure.exponent, failure.bulk_modulus)
+    closed = HALF * grown_damage(until, minimum(damage, HALF) * (1.0 / HALF), loading)
+    voids = void_fraction(failure, damage)
     borne = failure.strength * log(maximum(voids, failure.dilute_voids)) * (1.0 / math.log(failure.dilute_voids))
     before = maximum(-loading.pressure, 0.0) / borne
     opening = failure.bulk_modulus * failure.strain_rate * loading.dt / borne
     after = _root(opening, 1.0 / failure.exponent, before)
-    grown = damage + (before - after) * borne * (1.0 / (failure.bulk_modulus * failure.coalescence))
-    return minimum(maximum(grown, damage), 1.0)
+    grown = (before - after) * borne * ((1.0 - HALF) / (failure.bulk_modulus * failure.coalescence))
+    return where(damage < HALF, closed, minimum(damage + maximum(grown, 0.0), 1.0))
 
 
 @device
