@@ -167,7 +167,7 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
 
 @device
 def pressure_around_voids(eos, voids, density, known, expansion, guess, floor):
-    """Pressure as of ``solve_pressure`` of matter with voids, a part of its volume under tension; closed, it has none."""
+    """Pressure as of ``solve_pressure`` of matter with voids, a part of its volume under tension; closed, none."""
     stretched = solve_pressure(eos, density / (1.0 - voids), known, expansion, guess, floor)
     closed = solve_pressure(eos, density, known, expansion, guess, floor)
     return where(stretched < 0.0, stretched, maximum(closed, 0.0))
