@@ -189,7 +189,7 @@ def test_pullback__is_that_of_a_published_plate_impact(name: str, compared: Call
     """The pull-back of a published plate impact comes out within 10 %, with constants that are not its own.
 
     Aluminium does: 188, 193 and 191 m/s on 50, 100 and 200 cells, of 192 if its source took the bulk sound speed (of
-    157 if the longitudinal one). Copper gives 63, 62 and 62 of 75 (62.5): by the bulk speed it misses by 17 %. Which
+    157 if the longitudinal one). Copper gives 63, 62 and 62 of 75 (62.5): by the bulk speed it misses by 18 %. Which
     speed a source took is not known. Lagrangian finite differences with the same laws give 63 in copper. In aluminium
     they give 168: the default artificial viscosity lets the shock of 11 GPa overshoot, which takes away a part of the
     elastic release; linear viscosities of 0.5 and 1 give 179.
