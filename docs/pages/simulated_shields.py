@@ -13,12 +13,14 @@ from concurrent.futures import ProcessPoolExecutor
 from itertools import product
 from multiprocessing import get_context
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any
 
 from docs.pages import MADE, RESULTS, computed_once, keep, table
 from solver import PHYSICS_VERSION
 from studies import materials
-from studies.observations.shields.judged import RANGES, Judged, Share, equations, judge
+from studies.observations.shields import joined
+from studies.observations.shields.joined import Kind, Simulated, SimulatedShot
+from studies.observations.shields.judged import RANGES, Judged, Share, equations, judge, range_of
 from studies.observations.shields.shots import OUTCOMES, ShieldShot, WallOutcome, published
 from studies.quantities.findings import InvalidInput
 from studies.runs.run import resolve
@@ -42,18 +44,20 @@ GRIDS = (1.0, 1.5)  # times the cells below
 LEAST_CELLS, MOST_CELLS = 16.0, 48.0  # across the projectile
 THROUGH_BUMPER, THROUGH_WALL = 6.0, 8.0  # cells, at least
 
-Simulated = Literal["perforated", "held", "open"]
-
 
 def drawn() -> list[ShieldShot]:
     """The shots that are simulated: normal ones on alloys that ship and can break, by a seed, alike in each stratum."""
     chance = random.Random(SEED)
+    return [shot for stratum in _strata().values() for shot in chance.sample(stratum, min(EACH, len(stratum)))]
+
+
+def _strata() -> dict[tuple[int, WallOutcome], list[ShieldShot]]:
+    """The shots that can be simulated, by the range of the speed and the outcome."""
     able = [shot for shot in published().shots if shot.obliquity == 0.0 and _breaks(shot)]
-    chosen = []
-    for (_, low, high), outcome in product(RANGES, OUTCOMES):
-        stratum = [shot for shot in able if low <= shot.speed < high and shot.outcome == outcome]
-        chosen += chance.sample(stratum, min(EACH, len(stratum)))
-    return chosen
+    return {
+        (place, outcome): [shot for shot in able if (range_of(shot.speed), shot.outcome) == (place, outcome)]
+        for place, outcome in product(range(len(RANGES)), OUTCOMES)
+    }
 
 
 def _materials(shot: ShieldShot) -> dict[str, str | None]:
@@ -100,6 +104,7 @@ def compute(directory: Path | None = None) -> None:
         with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
             rows = list(pool.map(_computed, asked, [folder] * len(asked)))
     keep({"physics": PHYSICS_VERSION, "command": COMMAND, "seed": SEED, "runs": rows}, STORED)
+    joined.store(simulations(rows))
 
 
 def _computed(asked: tuple[float, str, int], folder: Path) -> dict[str, Any]:
@@ -137,6 +142,26 @@ def simulated(runs: Sequence[Mapping[str, Any]]) -> Simulated:
 def outcomes(runs: Sequence[Mapping[str, Any]]) -> list[tuple[ShieldShot, Simulated]]:
     """Each shot that was drawn, with what is simulated."""
     return [(shot, simulated([run for run in runs if run["shot"] == number])) for number, shot in enumerate(drawn())]
+
+
+def simulations(runs: Sequence[Mapping[str, Any]]) -> dict[Kind, list[SimulatedShot]]:
+    """The shots that were drawn with what their runs of each kind say."""
+    strata = _strata()
+    shares = {key: min(EACH, len(shots)) / len(shots) for key, shots in strata.items()}
+    kinds = {}
+    for failures, grids in product((*((failure,) for failure in FAILURES), FAILURES), (GRIDS[:1], GRIDS)):
+        kind = Kind(tuple(sorted(failures)), "one" if len(grids) == 1 else "several")
+        mine = [run for run in runs if run["failure"] in failures and run["grid"] in grids]
+        kinds[kind] = [
+            SimulatedShot(
+                shot,
+                shares[range_of(shot.speed), shot.outcome],
+                shares[range_of(shot.speed), "perforated"] / shares[range_of(shot.speed), "held"],
+                told,
+            )
+            for shot, told in outcomes(mine)
+        ]
+    return kinds
 
 
 def rated(pairs: Sequence[tuple[WallOutcome, Simulated]]) -> tuple[Judged, int]:
@@ -181,7 +206,7 @@ def pages() -> dict[str, str]:
         _rule(len(told)),
         table(["what tells", "right of those decided", "95 %", "unsafe", "too careful", "open"], rows),
         "\nUnsafe: said to hold, and perforated. Right / decided / open of the simulation by speed and outcome:\n",
-        table(["speed", *OUTCOMES], list(_strata(told))),
+        table(["speed", *OUTCOMES], list(_by_speed(told))),
         "\nEach shot; in bold where the simulation is wrong or open:\n",
         table(["shot", "speed", "d, t_b, S, t_w (mm)", "measured", "simulated"], [_of_shot(*each) for each in told]),
     ]
@@ -207,7 +232,7 @@ def _row(name: str, judged: Judged, undecided: int) -> list[str]:
     return [name, share, interval, str(judged.unsafe.count), str(judged.careful.count), str(undecided)]
 
 
-def _strata(told: Sequence[tuple[ShieldShot, Simulated]]) -> Iterator[list[str]]:
+def _by_speed(told: Sequence[tuple[ShieldShot, Simulated]]) -> Iterator[list[str]]:
     for where, low, high in RANGES:
         cells = []
         for outcome in OUTCOMES:
@@ -227,3 +252,7 @@ def _of_shot(shot: ShieldShot, told: Simulated) -> list[str]:
 def drawings() -> dict[str, str]:
     """None."""
     return {}
+
+
+if __name__ == "__main__":  # the constants of the results as they are stored
+    joined.store(simulations(json.loads(STORED.read_text(encoding="utf-8"))["runs"]))

@@ -94,17 +94,28 @@ def terms(margins: Sequence[float], shots: Sequence[Shot | ShieldShot]) -> NDArr
 
 def fit(law: str, of: NDArray, failed: NDArray, laboratories: Sequence[str]) -> Curve:
     """The curve with the greatest posterior density for rows of ``terms``, their outcomes and laboratories."""
-    constants, prior = np.zeros(len(PRIOR)), np.diag(PRIOR**-2.0)
+    constants, covariance = most_probable(of, failed, PRIOR)
+    between = _between(expit(of @ constants), failed, laboratories)
+    return Curve(law, tuple(constants.tolist()), tuple(map(tuple, covariance.tolist())), between, len(of))
+
+
+def most_probable(
+    of: NDArray, failed: NDArray, prior: NDArray, known: NDArray | float = 0.0
+) -> tuple[NDArray, NDArray]:
+    """The constants c of logit P = ``known`` + ``of`` c with the greatest posterior density, and their covariance.
+
+    ``of`` has a row a shot, ``known`` what is in its logit without constants. The prior is normal about zero with the
+    standard deviations ``prior``; the covariance is the inverse curvature at the maximum, which Newton's method finds.
+    """
+    constants, tightness = np.zeros(len(prior)), np.diag(prior**-2.0)
     for _ in range(STEPS):
-        chance = expit(of @ constants)
-        curvature = of.T @ (of * (chance * (1.0 - chance))[:, np.newaxis]) + prior
-        step = np.linalg.solve(curvature, of.T @ (failed - chance) - prior @ constants)
+        chance = expit(known + of @ constants)
+        curvature = of.T @ (of * (chance * (1.0 - chance))[:, np.newaxis]) + tightness
+        step = np.linalg.solve(curvature, of.T @ (failed - chance) - tightness @ constants)
         constants = constants + step
         if np.abs(step).max() < STEP:
             break
-    covariance = np.linalg.inv(curvature)
-    between = _between(expit(of @ constants), failed, laboratories)
-    return Curve(law, tuple(constants.tolist()), tuple(map(tuple, covariance.tolist())), between, len(of))
+    return constants, np.linalg.inv(curvature)
 
 
 def _between(chance: NDArray, failed: NDArray, laboratories: Sequence[str]) -> float:
