@@ -39,6 +39,8 @@ from studies.observations.shields.validation import MEAN, predict
 
 STORED = Path(__file__).with_name("joined.json")
 PRIOR = np.array([2.5, 2.5])  # standard deviations of a and b
+# Cells across the projectile in simulated shots, or those that leave so many through the bumper where these are more.
+LEAST_CELLS, MOST_CELLS, THROUGH_BUMPER = 16.0, 48.0, 6.0
 Simulated = Literal["perforated", "held", "open"]
 NOT_JOINED = "simulation not yet joined"
 
@@ -105,6 +107,15 @@ class Scores:
         """The mean of P_e's square less P's, and 1.96 of its standard errors."""
         apart = self.before - self.after
         return float(apart.mean()), float(DEVIATE * apart.std(ddof=1) / math.sqrt(len(apart)))
+
+
+def cells_across(diameter: float, bumper_thickness: float) -> float:
+    """Cells across the projectile of a shot that was simulated, on its coarser grid.
+
+    >>> cells_across(5e-3, 1e-3), cells_across(5e-3, 3e-3), cells_across(10e-3, 1e-3)
+    (30.0, 16.0, 48.0)
+    """
+    return min(MOST_CELLS, max(LEAST_CELLS, THROUGH_BUMPER * diameter / bumper_thickness))
 
 
 def joint_of(chances: NDArray, shots: Sequence[SimulatedShot]) -> Joint:
