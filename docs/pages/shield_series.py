@@ -141,8 +141,8 @@ def pages() -> dict[str, str]:
     parts = [
         "# Two series that bracket a limit\n",
         MADE.format(source="`docs/results/shield-series.json`"),
-        "Shots near 7 km/s, simulated by the [rule of the drawn ones](simulated-shields.md), written down before any "
-        f"was run: its cells times {grids}, without failure and with Johnson and Cook's. The wall of 2219-T87 has no "
+        "Shots near 7 km/s, simulated by the rule of `docs/pages/simulated_shields.py`, written down before any was "
+        f"run: its cells times {grids}, without failure and with Johnson and Cook's. The wall of 2219-T87 has no "
         "fracture strains, so that its shots are computed without failure alone; spheres of 99.9 % aluminium are "
         "computed as 1100-O; the speed of 5.81 mm is the middle of 6.9 to 7.0 km/s. Open counts as not right. "
         f"Recomputed by `{COMMAND}`.\n",

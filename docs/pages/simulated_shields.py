@@ -19,6 +19,7 @@ from docs.pages import MADE, RESULTS, computed_once, keep, table
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.observations.shields import joined
+from studies.observations.shields.answers import shown
 from studies.observations.shields.joined import (
     LEAST_CELLS,
     MOST_CELLS,
@@ -206,6 +207,7 @@ def pages() -> dict[str, str]:
     for law in equations():
         judged = judge(law, shots)
         rows.append(_row(f"`{law.name}`", judged, len(shots) - judged.right.of))
+    scores = joined.validated(simulations(runs)[Kind(tuple(sorted(FAILURES)), "several")])
     parts = [
         "# Shots on shields, simulated\n",
         MADE.format(source="`docs/results/simulated-shields.json`"),
@@ -214,8 +216,14 @@ def pages() -> dict[str, str]:
         "\nUnsafe: said to hold, and perforated. Right / decided / open of the simulation by speed and outcome:\n",
         table(["speed", *OUTCOMES], list(_by_speed(told))),
         *_joined(runs),
-        "\nEach shot; in bold where the simulation is wrong or open:\n",
-        table(["shot", "speed", "d, t_b, S, t_w (mm)", "measured", "simulated"], [_of_shot(*each) for each in told]),
+        "\nEach shot; in bold where the simulation is wrong or open; P by the other laboratories, with its interval:\n",
+        table(
+            ["shot", "speed", "d, t_b, S, t_w (mm)", "measured", "simulated", "P without simulation", "P joined"],
+            [
+                [*_of_shot(shot, outcome), shown(before), shown(after)]
+                for (shot, outcome), before, after in zip(told, scores.before, scores.after, strict=True)
+            ],
+        ),
     ]
     return {"simulated-shields.md": "\n".join(parts)}
 

@@ -35,7 +35,7 @@ from scipy.special import expit, logit
 
 from studies.observations.shields.probability import DEVIATE, Probability, most_probable
 from studies.observations.shields.shots import ShieldShot, laboratory, published
-from studies.observations.shields.validation import MEAN, predict
+from studies.observations.shields.validation import predict
 
 STORED = Path(__file__).with_name("joined.json")
 PRIOR = np.array([2.5, 2.5])  # standard deviations of a and b
@@ -90,22 +90,29 @@ class Joint:
 
 @dataclass(frozen=True)
 class Scores:
-    """Brier scores of drawn shots whose laboratory is not seen."""
+    """Drawn shots predicted without their laboratory: P_e, and P that is joined with the simulation."""
 
-    before: NDArray  # squares of P_e less the outcome, by shot
-    after: NDArray  # the same of P
+    before: Sequence[Probability]
+    after: Sequence[Probability]
+    failed: NDArray  # 1 or 0, a shot
     shares: NDArray  # that were drawn
 
+    def squares(self) -> tuple[NDArray, NDArray]:
+        """The square of P_e and of P less the outcome of each shot."""
+        before, after = (np.array([each.value for each in said]) for said in (self.before, self.after))
+        return (before - self.failed) ** 2, (after - self.failed) ** 2
+
     def brier(self, *, weighted: bool = False) -> tuple[float, float]:
-        """Of P_e and of P; over all shots that might have been drawn where it is weighted."""
+        """Brier scores of P_e and of P; over all shots that might have been drawn where it is weighted."""
         weights = 1.0 / self.shares if weighted else np.ones(len(self.shares))
-        before, after = (float(np.average(each, weights=weights)) for each in (self.before, self.after))
+        before, after = (float(np.average(each, weights=weights)) for each in self.squares())
         return before, after
 
     @property
     def gained(self) -> tuple[float, float]:
         """The mean of P_e's square less P's, and 1.96 of its standard errors."""
-        apart = self.before - self.after
+        before, after = self.squares()
+        apart = before - after
         return float(apart.mean()), float(DEVIATE * apart.std(ddof=1) / math.sqrt(len(apart)))
 
 
@@ -118,40 +125,43 @@ def cells_across(diameter: float, bumper_thickness: float) -> float:
     return min(MOST_CELLS, max(LEAST_CELLS, THROUGH_BUMPER * diameter / bumper_thickness))
 
 
-def joint_of(chances: NDArray, shots: Sequence[SimulatedShot]) -> Joint:
+def joint_of(before: Sequence[Probability], shots: Sequence[SimulatedShot]) -> Joint:
     """The constants that join simulations with P_e of each shot."""
     told = np.array([[each.told == "perforated", each.told == "held"] for each in shots], float)
     failed = np.array([each.shot.is_perforated for each in shots], float)
-    known = logit(chances) + np.log([each.odds for each in shots])
+    known = logit([each.value for each in before]) + np.log([each.odds for each in shots])
     constants, covariance = most_probable(told, failed, PRIOR, known)
     rows = covariance.tolist()
     return Joint(float(constants[0]), float(constants[1]), (tuple(rows[0]), tuple(rows[1])), len(shots))
 
 
-def unseen(shots: Sequence[SimulatedShot], without: str = "") -> NDArray:
-    """P_e of each shot by curves that have seen neither its laboratory nor another one; NaN of those of that one."""
+def unseen(shots: Sequence[SimulatedShot], without: str = "") -> list[Probability]:
+    """P_e of each shot by curves that have seen neither its laboratory nor one that none of the shots is of."""
     chances = _unseen(without)
-    return np.array([chances.get(each.shot, math.nan) for each in shots])
+    return [chances[each.shot] for each in shots]
 
 
 @cache
-def _unseen(without: str) -> Mapping[ShieldShot, float]:
+def _unseen(without: str) -> Mapping[ShieldShot, Probability]:
+    """P_e of the published shots of all laboratories but one, each by the others of these."""
     seen = [shot for shot in published().shots if laboratory(shot) != without]
-    return dict(zip(seen, predict(seen).chance(MEAN).tolist(), strict=True))
+    predicted = predict(seen)
+    bounds = [
+        np.nanmean([expit(x + by * predicted.deviations[law]) for law, x in predicted.logits.items()], axis=0).tolist()
+        for by in (0.0, -DEVIATE, DEVIATE)
+    ]
+    return {shot: Probability(*values) for shot, *values in zip(seen, *bounds, strict=True)}
 
 
 def validated(shots: Sequence[SimulatedShot]) -> Scores:
     """Each shot predicted by the other laboratories alone, with and without its simulation."""
-    laboratories = np.array([laboratory(each.shot) for each in shots])
+    before, after = unseen(shots), list[Probability]()
+    for each, chance in zip(shots, before, strict=True):
+        others = [other for other in shots if laboratory(other.shot) != laboratory(each.shot)]
+        joint = joint_of(unseen(others, laboratory(each.shot)), others)
+        after.append(joint.probability(chance, each.told))
     failed = np.array([each.shot.is_perforated for each in shots], float)
-    before, after = unseen(shots), np.full(len(shots), math.nan)
-    for name in np.unique(laboratories):
-        others = [each for each, where in zip(shots, laboratories, strict=True) if where != name]
-        joint = joint_of(unseen(others, name), others)
-        for place in np.flatnonzero(laboratories == name).tolist():
-            chance = float(before[place])
-            after[place] = joint.probability(Probability(chance, chance, chance), shots[place].told).value
-    return Scores((before - failed) ** 2, (after - failed) ** 2, np.array([each.share for each in shots]))
+    return Scores(before, after, failed, np.array([each.share for each in shots]))
 
 
 # --- the constants that ship ------------------------------------------------------------------------

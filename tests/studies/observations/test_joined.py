@@ -20,6 +20,10 @@ BEFORE = Probability(0.4, 0.2, 0.65)
 JOINT = Joint(2.0, -1.0, ((0.09, 0.0), (0.0, 0.25)), 56)
 
 
+def _even(chance: float) -> Probability:
+    return Probability(chance, chance, chance)
+
+
 def told(right: float, seed: int = 3) -> list[SimulatedShot]:
     """The shots that are drawn, each told rightly with a chance; a tenth is open."""
     random = np.random.default_rng(seed)
@@ -33,7 +37,7 @@ def told(right: float, seed: int = 3) -> list[SimulatedShot]:
 
 def test_joint__has_the_constants_of_a_logistic_regression_with_known_logits() -> None:
     shots = [replace(each, odds=2.0) for each in told(0.8)]
-    joint = joint_of(np.full(len(shots), 1.0 / 3.0), shots)  # logit P_e + ln 2 = 0
+    joint = joint_of([_even(1.0 / 3.0)] * len(shots), shots)  # logit P_e + ln 2 = 0
     rows = [[each.told == "perforated", each.told == "held"] for each in shots]
     failed = [each.shot.is_perforated for each in shots]
     by_library = LogisticRegression(C=PRIOR[0] ** 2, fit_intercept=False, tol=1e-10).fit(rows, failed)
@@ -45,7 +49,7 @@ def test_joint__of_shots_that_were_drawn_by_outcome_is_that_of_all() -> None:
     once = told(0.8)
     twice = [each for each in once for _ in range(1 + each.shot.is_perforated)]
     all_shots, known, unknown = (
-        joint_of(np.full(len(shots), 0.4), shots)
+        joint_of([_even(0.4)] * len(shots), shots)
         for shots in (once, [replace(each, odds=2.0) for each in twice], twice)
     )
     for name in ("perforated", "held"):
@@ -68,11 +72,12 @@ def test_validated__gains_by_simulations_that_are_right_and_by_no_others(compare
 def test_unseen__knows_nothing_of_a_laboratory_that_is_left_out() -> None:
     shots = told(1.0)
     name = laboratory(shots[0].shot)
-    chances, less = unseen(shots), unseen(shots, name)
-    mine = np.array([laboratory(each.shot) == name for each in shots])
-    assert np.isnan(less[mine]).all()
-    assert np.isfinite(less[~mine]).all()
-    assert (less[~mine] != chances[~mine]).all()
+    others = [each for each in shots if laboratory(each.shot) != name]
+    chances, less = unseen(others), unseen(others, name)
+    assert all(few != all_laboratories for few, all_laboratories in zip(less, chances, strict=True))
+    assert all(each.low < each.value < each.high for each in less)
+    with pytest.raises(KeyError):
+        unseen(shots, name)
 
 
 def test_probability__moves_by_the_outcome_and_stays_where_it_is_open() -> None:
