@@ -24,9 +24,9 @@ from studies.observations.shields.joined import (
     LEAST_CELLS,
     MOST_CELLS,
     THROUGH_BUMPER,
-    Kind,
     Simulated,
     SimulatedShot,
+    SimulationKind,
     cells_across,
 )
 from studies.observations.shields.judged import RANGES, Judged, Share, equations, judge, range_of
@@ -151,13 +151,13 @@ def outcomes(runs: Sequence[Mapping[str, Any]]) -> list[tuple[ShieldShot, Simula
     return [(shot, simulated([run for run in runs if run["shot"] == number])) for number, shot in enumerate(drawn())]
 
 
-def simulations(runs: Sequence[Mapping[str, Any]]) -> dict[Kind, list[SimulatedShot]]:
+def simulations(runs: Sequence[Mapping[str, Any]]) -> dict[SimulationKind, list[SimulatedShot]]:
     """The shots that were drawn with what their runs of each kind say."""
     strata = _strata()
     shares = {key: min(EACH, len(shots)) / len(shots) for key, shots in strata.items()}
     kinds = {}
     for failures, grids in product((*((failure,) for failure in FAILURES), FAILURES), (GRIDS[:1], GRIDS)):
-        kind = Kind(tuple(sorted(failures)), "one" if len(grids) == 1 else "several")
+        kind = SimulationKind(tuple(sorted(failures)), "one" if len(grids) == 1 else "several")
         mine = [run for run in runs if run["failure"] in failures and run["grid"] in grids]
         kinds[kind] = [
             SimulatedShot(
@@ -207,7 +207,7 @@ def pages() -> dict[str, str]:
     for law in equations():
         judged = judge(law, shots)
         rows.append(_row(f"`{law.name}`", judged, len(shots) - judged.right.of))
-    scores = joined.validated(simulations(runs)[Kind(tuple(sorted(FAILURES)), "several")])
+    scores = joined.validated(simulations(runs)[SimulationKind(tuple(sorted(FAILURES)), "several")])
     parts = [
         "# Shots on shields, simulated\n",
         MADE.format(source="`docs/results/simulated-shields.json`"),

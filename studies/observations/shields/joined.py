@@ -46,7 +46,7 @@ NOT_JOINED = "simulation not yet joined"
 
 
 @dataclass(frozen=True)
-class Kind:
+class SimulationKind:
     """How the runs of a simulation are computed."""
 
     failures: tuple[str, ...]  # ascending
@@ -167,7 +167,7 @@ def validated(shots: Sequence[SimulatedShot]) -> Scores:
 # --- the constants that ship ------------------------------------------------------------------------
 
 
-def store(simulations: Mapping[Kind, Sequence[SimulatedShot]]) -> None:
+def store(simulations: Mapping[SimulationKind, Sequence[SimulatedShot]]) -> None:
     """Write the constants of each kind of simulation."""
     joints = {kind.name: asdict(joint_of(unseen(shots), shots)) for kind, shots in simulations.items()}
     STORED.write_text(json.dumps(joints, indent=1) + "\n", encoding="utf-8")
@@ -182,6 +182,6 @@ def _stored() -> Mapping[str, Joint]:
     return {name: Joint(**joint) for name, joint in stored.items()}
 
 
-def joint(kind: Kind) -> Joint | None:
+def joint(kind: SimulationKind) -> Joint | None:
     """The constants of a kind of simulation; None where no shots were simulated by such runs."""
     return _stored().get(kind.name)

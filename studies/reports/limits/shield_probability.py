@@ -10,7 +10,7 @@ import xarray as xr
 from studies.cubes.points import by_run, refinements_of
 from studies.laws import Shot
 from studies.observations.shields.answers import shown
-from studies.observations.shields.joined import NOT_JOINED, Kind, Simulated, cells_across, joint
+from studies.observations.shields.joined import NOT_JOINED, Simulated, SimulationKind, cells_across, joint
 from studies.observations.shields.probability import Probability, probability
 from studies.quantities.units import readable
 from studies.reports.limits.shield import ShieldLimit, WallRun, shot_at, shots_of
@@ -23,7 +23,7 @@ DOES: dict[bool | None, str] = {True: "perforates", False: "is held", None: "is 
 
 
 @dataclass(frozen=True)
-class Chance:
+class WallChance:
     """How likely the wall fails at a point of a sweep."""
 
     diameter: float  # m
@@ -44,9 +44,9 @@ class Chance:
         return f"{shown(self.best)} to fail; {after}"
 
 
-def chances_of(dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit]) -> list[list[Chance]]:
+def chances_of(dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit]) -> list[list[WallChance]]:
     """The chances of the runs of each limit; none where no equation covers a run."""
-    shots, chances = shots_of(dataset), list[list[Chance]]()
+    shots, chances = shots_of(dataset), list[list[WallChance]]()
     finest = float(dataset[RESOLUTION].max()) if RESOLUTION in refinements_of(dataset) else None
     for limit in limits:
         shot, settings = shot_at(shots, limit.at), _Settings(points, limit)
@@ -64,9 +64,9 @@ class _Settings:
         return self.at[name] if name in self.at else by_run(self.points, name)[0]
 
 
-def _of_limit(shot: Shot, limit: ShieldLimit, settings: _Settings, finest: float | None) -> Iterator[Chance]:
+def _of_limit(shot: Shot, limit: ShieldLimit, settings: _Settings, finest: float | None) -> Iterator[WallChance]:
     """Chances at one speed on one shield; ``finest`` is the resolution of the finest of several grids."""
-    kind = Kind((str(settings["failure"]),), "one" if finest is None else "several")
+    kind = SimulationKind((str(settings["failure"]),), "one" if finest is None else "several")
     constants = joint(kind)
     cells = float(settings[RESOLUTION]) if finest is None else finest
     for run in limit.runs:
@@ -80,7 +80,7 @@ def _of_limit(shot: Shot, limit: ShieldLimit, settings: _Settings, finest: float
         elif not why and cells < least * (1.0 - ROUNDED):
             why = f"the shots were simulated on at least {least:.0f} cells across"
         after = constants.probability(before, _told(run)) if constants and not why else None
-        yield Chance(run.diameter, run.perforated, before, after, why and f"{NOT_JOINED}: {why}")
+        yield WallChance(run.diameter, run.perforated, before, after, why and f"{NOT_JOINED}: {why}")
 
 
 def _told(run: WallRun) -> Simulated:
@@ -97,7 +97,7 @@ def _why_not(limit: ShieldLimit, settings: _Settings) -> str:
     return ""
 
 
-def in_words(limits: Sequence[ShieldLimit], chances: Sequence[Sequence[Chance]], one_mesh: bool) -> dict[str, Any]:
+def in_words(limits: Sequence[ShieldLimit], chances: Sequence[Sequence[WallChance]], one_mesh: bool) -> dict[str, Any]:
     """Headline of a sweep that brackets no limit, a sentence for each limit, and all chances as plain objects."""
     pairs = [(limit, mine) for limit, mine in zip(limits, chances, strict=True) if mine]
     single = [(limit, mine[0]) for limit, mine in pairs if len(limit.runs) == 1]
@@ -118,7 +118,7 @@ def in_words(limits: Sequence[ShieldLimit], chances: Sequence[Sequence[Chance]],
     }
 
 
-def _sentence(limit: ShieldLimit, chances: Sequence[Chance]) -> str:
+def _sentence(limit: ShieldLimit, chances: Sequence[WallChance]) -> str:
     """The chances at the ends of the interval, or of the one run; where it has none, of the middle run."""
     ends = [each for each in chances if each.diameter in (limit.lower, limit.upper)]
     ends = ends or [chances[len(chances) // 2]]
@@ -126,5 +126,5 @@ def _sentence(limit: ShieldLimit, chances: Sequence[Chance]) -> str:
     return f"At {readable(limit.speed, 'm s-1')}, {'. '.join(said)}."
 
 
-def _size(chance: Chance) -> str:
+def _size(chance: WallChance) -> str:
     return readable(float(f"{chance.diameter:.3g}"), "m")

@@ -12,7 +12,7 @@ from sklearn.linear_model import LogisticRegression
 from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, drawn, simulations
 from studies.cases.rows import at_most, equal
 from studies.observations.shields import joined
-from studies.observations.shields.joined import PRIOR, Joint, Kind, SimulatedShot, joint_of, unseen, validated
+from studies.observations.shields.joined import PRIOR, Joint, SimulatedShot, SimulationKind, joint_of, unseen, validated
 from studies.observations.shields.probability import Probability
 from studies.observations.shields.shots import laboratory
 
@@ -110,11 +110,11 @@ def test_kinds__have_the_outcomes_of_their_runs_alone() -> None:
         "johnson-cook and none, one grid": {"open"},
         "johnson-cook and none, several grids": {"open"},
     }
-    [shots] = [shots for kind, shots in simulations(runs).items() if kind == Kind(("none",), "one")]
+    [shots] = [shots for kind, shots in simulations(runs).items() if kind == SimulationKind(("none",), "one")]
     assert sum(1.0 / each.share for each in shots) == pytest.approx(322)  # the shots that can be simulated
     assert {each.shot.outcome for each in shots if each.share < 0.1} == {"perforated", "held"}
     assert len(shots) <= 6 * EACH
 
 
 def test_joint__is_none_of_a_kind_that_no_shot_was_simulated_by() -> None:
-    assert joined.joint(Kind(("spall-rate",), "several")) is None
+    assert joined.joint(SimulationKind(("spall-rate",), "several")) is None
