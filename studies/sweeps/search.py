@@ -99,7 +99,7 @@ class SearchedLimit:
     next: float | None  # the value to try next; None where no run is due
     lower: float = math.nan  # the highest 0 below the lowest 1
     upper: float = math.nan  # the lowest 1 above the highest 0
-    reason: str = ""  # why there is no limit
+    reason: str = ""  # why there is no limit, or a wider one than was asked for
 
     @property
     def value(self) -> float:
@@ -149,7 +149,12 @@ def _limit(
         gave = " and ".join(f"{_shown(outcomes[end])} at {readable(end, unit)}" for end in ends) or "undecided"
         reason = f"not bracketed: {search.quantity} is {gave}; it has to be 0 at the lower end and 1 at the upper one"
         return SearchedLimit(SearchVerdict.NOT_BRACKETED, tried, None, reason=reason)
-    return SearchedLimit(SearchVerdict.BRACKETED, tried, following, lower, upper)
+    reason = ""
+    if following is None and search.until is not None and math.log(upper / lower) > search.until * (1.0 + 1e-9):
+        inside = [value for value, outcome in outcomes.items() if outcome is None and lower < value < upper]
+        at = ", ".join(readable(float(f"{value:.3g}"), unit) for value in inside)
+        reason = f"wider than asked: {f'{search.quantity} is open at {at}' if at else 'no try is left'}"
+    return SearchedLimit(SearchVerdict.BRACKETED, tried, following, lower, upper, reason)
 
 
 def _halved(search: Search, outcomes: Mapping[float, LimitOutcome | str]) -> float | None:

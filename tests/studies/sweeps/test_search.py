@@ -200,6 +200,7 @@ def test_until__leaves_an_open_value_inside_its_interval() -> None:
     assert limit.verdict is SearchVerdict.BRACKETED
     assert limit.lower <= 280.0
     assert limit.upper >= 340.0
+    assert limit.reason.startswith("wider than asked: perforated is open at 2")
 
 
 def test_until__starts_on_a_shield_where_its_equations_and_shots_leave_it_open() -> None:
