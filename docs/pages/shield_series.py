@@ -1,6 +1,6 @@
 """Two published series of shots on shields that bracket a limit, simulated on three grids: docs/shield-series.md.
 
-``python -m docs.pages compute shield-series DIRECTORY`` computes what the directory does not have, and writes
+``python -m docs.pages compute shield-series DIRECTORY [SERIES]`` computes what the directory does not have, and writes
 docs/results/shield-series.json. The rule was written down before any of the shots was run. Cells and models are those
 of ``simulated_shields``, with a third grid between its two, and the outcome is that of reports: open where a grid, an
 offset or a failure says otherwise, and where the finest grid holds with a flag by which it may still be perforated.
@@ -69,14 +69,15 @@ def series() -> dict[str, Series]:
 # ---- computed ------------------------------------------------------------------------------------
 
 
-def compute(directory: Path | None = None) -> None:
-    """Compute every run that a directory does not have, and write the results."""
+def compute(directory: Path | None = None, *names: Path) -> None:
+    """Compute every run of the named series, or of all, that a directory does not have, and write the results."""
+    runs = json.loads(STORED.read_text(encoding="utf-8"))["runs"] if STORED.exists() else {}
     with tempfile.TemporaryDirectory() as temporary:
         folder = (directory or Path(temporary)).resolve()
-        runs = {
-            name: [list(runs_of(shot, each.failures, folder)) for shot in each.shots] for name, each in series().items()
-        }
-    keep({"physics": PHYSICS_VERSION, "command": COMMAND, "runs": runs}, STORED)
+        for name, each in series().items():
+            if not names or Path(name) in names:
+                runs[name] = [list(runs_of(shot, each.failures, folder)) for shot in each.shots]
+                keep({"physics": PHYSICS_VERSION, "command": COMMAND, "runs": runs}, STORED)
 
 
 def runs_of(shot: ShieldShot, failures: Sequence[str], folder: Path) -> Iterator[dict[str, Any]]:
@@ -136,7 +137,7 @@ def pages() -> dict[str, str]:
     rows = [
         _row(each.title, shot, runs)
         for name, each in series().items()
-        for shot, runs in zip(each.shots, stored[name], strict=True)
+        for shot, runs in zip(each.shots, stored.get(name, ()), strict=name in stored)
     ]
     parts = [
         "# Two series that bracket a limit\n",
