@@ -75,7 +75,7 @@ def _parser() -> ArgumentParser:
         "rest",
         nargs="*",
         metavar="DIRECTORY [CASE]",
-        help="keeps what is computed, so that the command resumes; the cases of a validation or series of shots, all by default",
+        help="keeps what is computed, so that the command resumes; cases of a validation, or series; all by default",
     )
     return parser
 
