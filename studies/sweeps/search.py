@@ -77,9 +77,10 @@ class Search:
     def mass(self, low: float, high: float, chance: Chance | None) -> float:
         """The chance that the limit lies between two values."""
         even = math.log(high / low) / math.log(self.high / self.low)
-        if chance is None:
+        whole = chance(self.high) - chance(self.low) if chance else 0.0
+        if chance is None or whole <= 0.0:  # a chance that is certain from end to end tells nothing
             return even
-        return EVEN * even + (1.0 - EVEN) * (chance(high) - chance(low)) / (chance(self.high) - chance(self.low))
+        return EVEN * even + (1.0 - EVEN) * (chance(high) - chance(low)) / whole
 
     def halving(self, low: float, high: float, chance: Chance | None) -> float:
         """The value below which the limit lies as likely as above, given that it lies between two values."""

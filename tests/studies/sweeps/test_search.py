@@ -169,7 +169,7 @@ def chance_about(middle: float) -> Chance:
 
 
 @pytest.mark.parametrize("exact", [101.0, 150.0, 300.0, 500.0, 799.0])
-@pytest.mark.parametrize("chance", [None, chance_about(310.0), chance_about(120.0)])
+@pytest.mark.parametrize("chance", [None, chance_about(310.0), chance_about(120.0), lambda value: 1.0])
 def test_until__narrows_the_interval_as_asked_whatever_guides_it(exact: float, chance: Chance | None) -> None:
     limit = replay(GUIDED, lambda speed: speed >= exact, "m s-1", chance)
     assert limit.verdict is SearchVerdict.BRACKETED
