@@ -12,12 +12,17 @@ from studies.cases.rows import Row, equal, reported
 @pytest.mark.parametrize(
     "name",
     [
-        pytest.param("piekutowski", marks=pytest.mark.claim("shields", "piekutowski", minutes=30.0)),
-        pytest.param("reimerdes", marks=pytest.mark.claim("shields", "reimerdes", minutes=60.0)),
+        pytest.param("piekutowski", marks=pytest.mark.claim("shields", "piekutowski", minutes=10.0)),
+        pytest.param("reimerdes", marks=pytest.mark.claim("shields", "reimerdes", minutes=65.0)),
     ],
 )
 def test_simulation__tells_the_outcome_of_each_shot(name: str, tmp_path: Path, compared: Callable[[Row], None]) -> None:
-    """A series of shots around the limit of a shield has its outcomes on three grids."""
+    """A series of shots around the limit of a shield has its outcomes on three grids.
+
+    That of Piekutowski and Poorman has not: all walls hold on all grids, also the four that were perforated (4.77 to
+    5.81 mm). No matter breaks there, as 2219-T87 has no published fracture strains: the deepest crater is 4 to 21 % of
+    the wall, which bulges by 1.5 to 5.6 mm.
+    """
     each = series()[name]
     for shot in each.shots:
         runs = list(runs_of(shot, each.failures, tmp_path))
