@@ -29,7 +29,7 @@ import hashlib
 import os
 import threading
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any, TextIO
 
@@ -46,10 +46,9 @@ __all__ = [
     "when_compiling",
 ]
 
-# Fused multiply-add is allowed; everything that could hide a NaN or reorder a sum is not.
-_FLOATING_POINT = {"contract"}
-# Nobody calls compiled functions from C: a wrapper for that is a tenth of the time of compiling (2026-11-25).
-_COMMON = {"fastmath": _FLOATING_POINT, "error_model": "numpy", "no_cfunc_wrapper": True}
+# Fused multiply-add is allowed; everything that could hide a NaN or reorder a sum is not. Nobody calls kernels from C:
+# wrappers for that take a tenth of the time of compiling (2026-11-25).
+_COMMON = {"fastmath": {"contract"}, "error_model": "numpy", "no_cfunc_wrapper": True}
 _OPTIONS = {**_COMMON, "forceinline": True}
 
 # s; longer than any kernel compiles: then the process that holds the lock has halted.
@@ -219,28 +218,16 @@ def _compiled_once(compile: Callable[..., Any], function: Callable[..., Any]) ->
                 folder.mkdir(parents=True, exist_ok=True)
                 file = (folder / f"{function.__module__}.{function.__qualname__}.lock").open("w")
                 _lock(stack.enter_context(file))
-            stack.enter_context(_no_garbage_collection())
+            # To look for garbage among numba's objects takes a seventh of the time, to keep it 40 MB (2026-11-25).
+            if gc.isenabled():
+                gc.disable()
+                stack.callback(gc.enable)
             try:
                 return compile(signature)
             except OSError:  # a folder that can be read alone: compiled and not kept, and this returns it
                 return compile(signature)
 
     return locked
-
-
-@contextlib.contextmanager
-def _no_garbage_collection() -> Iterator[None]:
-    """Let Python keep its garbage meanwhile: numba makes millions of objects, and the search takes a seventh of the time.
-
-    Garbage of all kernels of a run is 40 MB (2026-11-25).
-    """
-    enabled = gc.isenabled()
-    gc.disable()
-    try:
-        yield
-    finally:
-        if enabled:
-            gc.enable()
 
 
 def _lock(file: TextIO) -> None:
