@@ -12,6 +12,7 @@ from docs.pages import (
     gallery,
     laws,
     measurements,
+    shield_series,
     shields,
     shots,
     simulated_shields,
@@ -27,6 +28,7 @@ PAGES = (
     gallery,
     laws,
     measurements,
+    shield_series,
     shields,
     shots,
     simulated_shields,
@@ -38,6 +40,7 @@ COMPUTED = {
     "accuracy": verification,
     "failure": failure,
     "gallery": gallery,
+    "shield-series": shield_series,
     "shots": shots,
     "simulated-shields": simulated_shields,
     "tutorial": tutorial,
@@ -72,7 +75,7 @@ def _parser() -> ArgumentParser:
         "rest",
         nargs="*",
         metavar="DIRECTORY [CASE]",
-        help="keeps what is computed, so that the command resumes; the cases of a validation, all by default",
+        help="keeps what is computed, so that the command resumes; cases of a validation, or series; all by default",
     )
     return parser
 

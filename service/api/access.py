@@ -7,7 +7,8 @@ machine (DNS rebinding; visible in ``Host``), and by a page of another site that
 A request to a loopback name of a service that listens on the loopback comes from a user of this machine and
 needs no key. Every other request needs one, unless it comes from the address of a declared proxy, which has
 authenticated it. A key that is sent always counts: its name owns what is submitted with it, and its scopes
-are the limit. The store compares secrets as digests; they appear in no log and no response.
+are the limit. A browser that logged in with a key has a session in its place, whose orders need the token of a page
+too. The store compares secrets as digests; they appear in no log and no response.
 """
 
 from dataclasses import dataclass
@@ -22,6 +23,7 @@ from starlette import types
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
 
+from service.api.browsers import SESSION, FormFields, check_token, cookie
 from service.api.errors import (
     BadRequest,
     CrossSiteRequest,
@@ -30,7 +32,7 @@ from service.api.errors import (
     Unauthorized,
     problem_response,
 )
-from service.records.jobs import Scope, SweepStatus
+from service.records.jobs import KeyRow, Scope, SweepStatus
 from service.settings import Settings
 from studies.quantities.findings import Finding, InvalidInput
 
@@ -39,9 +41,9 @@ SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 SINGLE_HEADERS = ("Host", "Origin", "Sec-Fetch-Site")  # RFC 9112, section 3.2
 OWN_SITE = frozenset({"same-origin", "none"})  # "none": typed into the address bar
 LONGEST_SECRET = 200  # characters; the service makes shorter ones
-# Pages load the style sheet of the service only; the report sets a policy of its own.
+# Pages load style sheet and script of the service only; the report sets a policy of its own.
 PAGE_POLICY = (
-    "default-src 'none'; style-src 'self'; img-src 'self' data:; "
+    "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src 'self' data:; "
     "form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
 )
 # Other responses display and execute nothing if a browser takes them for a page.
@@ -49,7 +51,7 @@ OTHER_POLICY = "default-src 'none'; frame-ancestors 'none'; sandbox"
 SECURITY_HEADERS = {
     "X-Content-Type-Options": "nosniff",
     "X-Frame-Options": "DENY",
-    "Referrer-Policy": "no-referrer",
+    "Referrer-Policy": "same-origin",
     "Cross-Origin-Resource-Policy": "same-origin",
     "Cross-Origin-Opener-Policy": "same-origin",
     "Cache-Control": "no-store",  # files set a value of their own
@@ -179,14 +181,19 @@ class Caller:
 
     name: str  # name of the API key; empty without a key
     scopes: frozenset[Scope]
+    has_session: bool = False  # of a browser
 
     def may(self, scope: Scope) -> bool:
         """Whether the caller's scopes include ``scope``."""
         return any(scope in INCLUDES[own] for own in self.scopes)
 
+    def owns(self, sweep: SweepStatus) -> bool:
+        """Whether the sweep is the caller's own, or the caller has the scope ``admin``."""
+        return sweep.owner == self.name or self.may(Scope.ADMIN)
+
     def check_owns(self, sweep: SweepStatus) -> None:
-        """Raise Forbidden unless the sweep is the caller's own, or the caller has the scope ``admin``."""
-        if sweep.owner != self.name and not self.may(Scope.ADMIN):
+        """Raise Forbidden unless the caller owns the sweep."""
+        if not self.owns(sweep):
             raise Forbidden(
                 f"the sweep was submitted with another key; ask its owner, or use a key with the scope `{Scope.ADMIN}`",
                 scope=Scope.ADMIN,
@@ -206,9 +213,15 @@ def authorize(
     request: Request,
     required: SecurityScopes,
     credentials: Annotated[HTTPAuthorizationCredentials | None, Depends(bearer)],
+    form: FormFields,
 ) -> Caller:
-    """The caller, if it has the scopes that an endpoint requires; raises Unauthorized, Forbidden."""
+    """The caller, if it has the scopes that an endpoint requires.
+
+    Raises Unauthorized, Forbidden; CrossSiteRequest for an order of a session without its token.
+    """
     caller = _authenticate(request, credentials)
+    if caller.has_session and request.method not in SAFE_METHODS:
+        check_token(request, form)
     request.state.caller = caller.name
     for scope in map(Scope, required.scopes):
         if not caller.may(scope):
@@ -220,14 +233,13 @@ def authorize(
 
 def _authenticate(request: Request, credentials: HTTPAuthorizationCredentials | None) -> Caller:
     if credentials is not None:
-        secret = credentials.credentials
-        is_possible = 0 < len(secret) <= LONGEST_SECRET
-        key = request.app.state.store.keys.find(secret) if is_possible else None
-        if key is None:
-            raise Unauthorized("this key is unknown, revoked or expired; ask for another", key_was_sent=True)
+        key = key_of(request, credentials.credentials)
         return Caller(key.name, key.scopes)
     if "authorization" in request.headers:
         raise Unauthorized("write the header as `Authorization: Bearer KEY`", key_was_sent=True)
+    session = cookie(request, SESSION)
+    if session and (key := request.app.state.store.keys.of_session(session)):
+        return Caller(key.name, key.scopes, has_session=True)
     settings: Settings = request.app.state.settings
     if _is_from_trusted_proxy(request.scope, settings) or _is_local(request.scope, settings):
         return WITHOUT_KEY
@@ -235,6 +247,14 @@ def _authenticate(request: Request, credentials: HTTPAuthorizationCredentials | 
         "send `Authorization: Bearer KEY`; the operator of the service makes a key with `whipple keys create`",
         key_was_sent=False,
     )
+
+
+def key_of(request: Request, secret: str) -> KeyRow:
+    """The usable key with a secret; raises Unauthorized."""
+    key: KeyRow | None = request.app.state.store.keys.find(secret) if 0 < len(secret) <= LONGEST_SECRET else None
+    if key is None:
+        raise Unauthorized("this key is unknown, revoked or expired; ask for another", key_was_sent=True)
+    return key
 
 
 def _is_local(scope: types.Scope, settings: Settings) -> bool:
@@ -259,5 +279,6 @@ def requires(scope: Scope) -> Any:
     return Security(authorize, scopes=[scope.value])
 
 
+Reader = Annotated[Caller, requires(Scope.READ)]
 Submitter = Annotated[Caller, requires(Scope.SUBMIT)]
 Administrator = Annotated[Caller, requires(Scope.ADMIN)]

@@ -167,10 +167,8 @@ def problem_response(request: Request, error: Exception) -> Response:
     problem = next(PROBLEMS[kind] for kind in type(error).__mro__ if kind in PROBLEMS)
     if isinstance(error, InvalidInput):
         return _document(request, problem, _summary(error), _errors(request, error))
-    response = _document(request, problem, str(error))
-    if isinstance(error, RequestError):
-        response.headers.update(error.headers)
-    return response
+    headers = error.headers if isinstance(error, RequestError) else {}
+    return _document(request, problem, str(error), headers=headers)
 
 
 async def _respond_problem(request: Request, error: Exception) -> Response:
@@ -215,7 +213,12 @@ async def _respond_unexpected(request: Request, error: Exception) -> Response:
 
 
 def _document(
-    request: Request, problem: ProblemDetails, detail: str, extra: Mapping[str, Any] | None = None
+    request: Request,
+    problem: ProblemDetails,
+    detail: str,
+    extra: Mapping[str, Any] | None = None,
+    *,
+    headers: Mapping[str, str] = MappingProxyType({}),
 ) -> Response:
     body: dict[str, Any] = {
         "type": problem.type,
@@ -224,8 +227,8 @@ def _document(
         "detail": detail,
         **(extra or {}),
     }
-    headers = {} if problem.retry_after is None else {"Retry-After": str(problem.retry_after)}
-    return _response(request, body, headers)
+    again = {} if problem.retry_after is None else {"Retry-After": str(problem.retry_after)}
+    return _response(request, body, {**headers, **again})
 
 
 def _response(request: Request, body: dict[str, Any], headers: dict[str, str]) -> Response:
@@ -234,8 +237,8 @@ def _response(request: Request, body: dict[str, Any], headers: dict[str, str]) -
     headers |= {"X-Request-ID": request_id, "X-Content-Type-Options": "nosniff"}
     headers |= {"Vary": "Accept"}
     if "text/html" in request.headers.get("accept", ""):  # a browser that opens an address
-        page = request.app.state.problem_page(body)
-        return Response(page, body["status"], headers, "text/html; charset=utf-8")
+        page: Response = request.app.state.problem_page(request, body, headers)
+        return page
     # ASCII escapes can carry the lone surrogates that an input may contain.
     return Response(json.dumps(body), body["status"], headers, MEDIA_TYPE)
 

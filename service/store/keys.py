@@ -1,4 +1,7 @@
-"""API keys. A secret is shown once, at its creation; the store has its SHA-256."""
+"""API keys, and sessions of browsers that logged in with one.
+
+A secret is shown once, at its creation; the store has its SHA-256.
+"""
 
 import hashlib
 import hmac
@@ -13,12 +16,13 @@ import sqlalchemy as sa
 
 from service.records.jobs import KeyRow, NotFound, Scope, StoreUnavailable
 from service.store.connection import Database
-from service.store.tables import KEYS, StatementRow, now, one_row
+from service.store.tables import KEYS, SESSIONS, StatementRow, now, one_row
 
 MARK = "whp_"  # by which people and secret scanners recognise a secret of this service
 PREFIX_LENGTH = len(MARK) + 8
 SECRET_BYTES = 32
 USED_EVERY = timedelta(minutes=1)  # interval between two notes of the use of a key
+SESSION = timedelta(hours=12)  # a working day, after which a browser logs in again
 
 
 class Keys:
@@ -59,6 +63,28 @@ class Keys:
         if key.used is None or abs(moment - key.used) > USED_EVERY:
             self._note_use(key.id, moment)
         return key
+
+    def begin_session(self, key: KeyRow) -> str:
+        """Begin a session of a key; return its secret. Sessions past their time are removed."""
+        secret, moment = secrets.token_urlsafe(SECRET_BYTES), now()
+        row = {"sha256": _digest(secret), "key_id": key.id, "expires": moment + SESSION}
+        with self._database.writing() as connection:
+            connection.execute(SESSIONS.delete().where(SESSIONS.c.expires <= moment))
+            connection.execute(SESSIONS.insert().values(row))
+        return secret
+
+    def of_session(self, secret: str) -> KeyRow | None:
+        """The key of a session, if the session lasts and the key is usable."""
+        moment = now()
+        query = sa.select(KEYS).join_from(KEYS, SESSIONS).where(SESSIONS.c.sha256 == _digest(secret))
+        with self._database.reading() as connection:
+            row = connection.execute(query.where(SESSIONS.c.expires > moment, _is_usable(moment))).first()
+        return None if row is None else _record(row)
+
+    def end_session(self, secret: str) -> None:
+        """End a session, if it lasts."""
+        with self._database.writing() as connection:
+            connection.execute(SESSIONS.delete().where(SESSIONS.c.sha256 == _digest(secret)))
 
     def any_usable(self) -> bool:
         """Whether there is a key that can be used now."""

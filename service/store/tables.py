@@ -37,7 +37,7 @@ StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
-REVISION = "0006"  # of these tables: that of the newest file of ``service/migrations/versions``
+REVISION = "0007"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",
@@ -184,6 +184,15 @@ KEYS = sa.Table(
     sa.Column("used", UtcTime),
     sa.Column("revoked", UtcTime),
     sa.Index("keys_prefix", "prefix"),
+)
+
+# Browsers that are logged in; a session ends at its time, at log-out, and with its key.
+SESSIONS = sa.Table(
+    "sessions",
+    TABLES,
+    sa.Column("sha256", sa.String(64), primary_key=True),  # of the secret in the cookie
+    sa.Column("key_id", sa.ForeignKey("keys.id"), nullable=False),
+    sa.Column("expires", UtcTime, nullable=False),
 )
 
 # Idempotency keys of accepted submissions.

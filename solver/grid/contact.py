@@ -66,6 +66,19 @@ class ContactPair(NamedTuple):
     support: np.ndarray  # (m, 2) how far each reaches along the normal of its own surface, m
 
 
+class Side(NamedTuple):
+    """What contact reads and writes of the nodes of a body, as ``nodes.Nodes`` has it.
+
+    All nodes together took kernels twice as long to compile, and again where they have no columns for damping.
+    """
+
+    mass: np.ndarray
+    momentum: np.ndarray
+    force: np.ndarray
+    before: np.ndarray
+    surface: np.ndarray
+
+
 class BodySize(NamedTuple):
     """The size of a body's particles at the start."""
 
@@ -86,6 +99,7 @@ class NodalContact:
             BodySize(tuple(map(float, body.spacing)), float(body.density))  # type: ignore[arg-type]
             for body in problem.bodies
         ]
+        self.sides = [Side(*(getattr(field.nodes, name) for name in Side._fields)) for field in fields]
         self.pairs = [
             (
                 first,
@@ -105,19 +119,18 @@ class NodalContact:
         for field in self.fields:
             self._scatter_surface(field, table, shares, pack)
         for first, second, pair in self.pairs:
-            nodes, others = self.fields[first].nodes, self.fields[second].nodes
+            one, other = self.sides[first], self.sides[second]
             if self.knows_gap:
                 problem, sizes = self.problem, (self.sizes[first], self.sizes[second])
                 ranges = np.ascontiguousarray(shares[:, [first, second]].swapaxes(0, 1))
-                measure_gaps(problem.geometry, problem.shape, pack, table, ranges, sizes, nodes, others, pair)
+                measure_gaps(problem.geometry, problem.shape, pack, table, ranges, sizes, one, other, pair)
             ahead = 0.0 if self.contact.criterion == Criterion.MAPPED else dt
-            add_contact_forces(nodes, others, pair, self.contact.friction, ahead, dt)
+            add_contact_forces(one, other, pair, self.contact.friction, ahead, dt)
 
     def energy_removed(self) -> float:
         """Energy that contact removed in the step, J."""
         return math.fsum(
-            energy_removed(self.fields[first].nodes, self.fields[second].nodes, pair)
-            for first, second, pair in self.pairs
+            energy_removed(self.sides[first], self.sides[second], pair) for first, second, pair in self.pairs
         )
 
     def taken(self) -> np.ndarray:
@@ -148,9 +161,12 @@ def measure_gaps(geometry, shape, pack, table, ranges, sizes, first, second, pai
     smallest do not depend on the order of particles.
     """
     geometry, pack = unpacked(geometry), opened(pack)
-    low, high = np.full(3, np.inf), np.full(3, -np.inf)
+    low, high = np.empty(3), np.empty(3)
+    for axis in range(3):
+        low[axis], high[axis] = np.inf, -np.inf
     for i in range(first.mass.size):
-        pair.normal[i, :] = 0.0
+        for c in range(3):
+            pair.normal[i, c] = 0.0
         if first.mass[i] <= 0.0 or second.mass[i] <= 0.0:
             continue
         size = 0.0
@@ -159,15 +175,16 @@ def measure_gaps(geometry, shape, pack, table, ranges, sizes, first, second, pai
             size += pair.normal[i, c] ** 2
         if size <= 0.0:
             continue
-        pair.normal[i] /= math.sqrt(size)
-        pair.reach[i, :] = -np.inf
-        pair.support[i, :] = -np.inf
+        for c in range(3):
+            pair.normal[i, c] /= math.sqrt(size)
+        for body in range(2):
+            pair.reach[i, body] = pair.support[i, body] = -np.inf
         for axis in range(dimensions(geometry)):
             place = node_place(geometry, i, axis)
             low[axis], high[axis] = min(low[axis], place), max(high[axis], place)
     for body in range(2):
         for share in range(ranges.shape[1]):
-            begin, end = ranges[body, share]
+            begin, end = ranges[body, share, 0], ranges[body, share, 1]
             surface = first.surface if body == 0 else second.surface
             for start in range(begin, end, PACK):
                 stop = min(start + PACK, end)
@@ -273,7 +290,8 @@ def add_contact_forces(first, second, pair, friction, ahead, dt):
     gives_back = knows_gap and pair.taken[0] > 0.0
     normal, relative = np.empty(3), np.empty(3)
     for i in range(first.mass.size):
-        pair.impulse[i, :] = 0.0
+        for c in range(3):
+            pair.impulse[i, c] = 0.0
         if first.mass[i] <= 0.0 or second.mass[i] <= 0.0:
             continue
         size = approach = before = 0.0

@@ -9,7 +9,15 @@ from typing import NamedTuple
 
 from solver.jit import device
 from solver.matter.eos import reference_density, reference_sound_speed, solve_pressure, sound_speed_squared, temperature
-from solver.matter.failure import PointLoading, floor_until_failure, grown_damage, integrity, weakens
+from solver.matter.failure import (
+    PointLoading,
+    floor_until_failure,
+    grown_damage,
+    integrity,
+    opens,
+    void_fraction,
+    weakens,
+)
 from solver.matter.melting import melting_point, with_fusion
 from solver.matter.strength import hardening, rate_and_heat, stiffness, stored_part, under_pressure
 from solver.matter.tension import pressure_floor
@@ -110,12 +118,19 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     known = known - 0.5 * viscosity.heating * q * expansion
     floor = floor_until_failure(matter.failure, pressure_floor(matter.tension, homologous))
     floor = alike(floor, density)
-    pressure = solve_pressure(matter.eos, density, known, expansion, energy, floor)
+    if opens(matter.failure):
+        voids = void_fraction(matter.failure, old.damage)
+        pressure = pressure_around_voids(matter.eos, voids, density, known, expansion, energy, floor)
+    else:
+        pressure = solve_pressure(matter.eos, density, known, expansion, energy, floor)
     borne = maximum(pressure, floor)
     loading = PointLoading(
         old.plastic_strain + slip, slip, borne, -borne / maximum(equivalent, LEAST_STRESS), rate, homologous, dt
     )
     damage = grown_damage(matter.failure, old.damage, loading)
+    if opens(matter.failure):
+        voids = void_fraction(matter.failure, damage)
+        pressure = pressure_around_voids(matter.eos, voids, density, known, expansion, energy, floor)
     failed = damage >= 1.0
     if anywhere(failed):  # no tension, and no shear but that of rubble, from this step on
         lost = 0.5 * contract(new_deviator, shape_change) * per_mass
@@ -148,6 +163,14 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
         stored,
     )
     return new, present, acts
+
+
+@device
+def pressure_around_voids(eos, voids, density, known, expansion, guess, floor):
+    """Pressure as of ``solve_pressure`` of matter with voids, a part of its volume under tension; closed, none."""
+    stretched = solve_pressure(eos, density / (1.0 - voids), known, expansion, guess, floor)
+    closed = solve_pressure(eos, density, known, expansion, guess, floor)
+    return where(stretched < 0.0, stretched, maximum(closed, 0.0))
 
 
 @device

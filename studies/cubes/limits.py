@@ -64,7 +64,10 @@ VERDICT = Variable(
     group="result",
 )
 REASON = Variable(
-    *("limit_reason", "reason why there is no limit", lambda limit: limit.reason, (SEARCH,)),
+    "limit_reason",
+    "reason why there is no limit, or why its interval is wider than asked",
+    lambda limit: limit.reason,
+    (SEARCH,),
     kind="text",
     group="result",
 )

@@ -117,13 +117,20 @@ class FractureStrain:
 
 @dataclass(frozen=True)
 class SpallStrength:
-    """Spall strength at a strain rate, and its power (``matter/failure/spall_rate.py``): all numbers, or none."""
+    """Spall strength at a strain rate, and its power (``matter/failure/spall_rate.py``): all numbers, or none.
+
+    The voids are those of ``matter/failure/void_growth.py``, which a material may go without.
+    """
 
     strength: Annotated[Pascal | None, Described("spall strength at the strain rate of its source", 1e3, 1e12)] = None
     strain_rate: Annotated[PerSecond | None, Described("strain rate of the spall strength", 1.0, 1e12)] = None
     exponent: Annotated[
         Dimensionless | None, Described("power of the strain rate in the spall strength", 0.01, 1.0)
     ] = None
+    dilute_voids: Annotated[
+        Dimensionless | None, Described("void fraction up to which voids grow as if alone", 1e-9, 0.1)
+    ] = None
+    coalescence: Annotated[Dimensionless | None, Described("void fraction at which voids link", 1e-3, 0.9)] = None
 
 
 @dataclass(frozen=True)

@@ -41,6 +41,7 @@ from studies.reports.limits.residual import residual_curves, residual_figure
 from studies.reports.limits.searched import limits_of
 from studies.reports.limits.shield import shield_limits
 from studies.reports.limits.shield_figure import shield_figure
+from studies.reports.limits.shield_probability import chances_of, in_words
 from studies.reports.limits.shield_verdict import ShieldTerms, verdict_on_equations
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
@@ -60,7 +61,8 @@ from studies.sweeps.screening import CONTRIBUTIONS
 # error bar without the mesh error; bias as an interval
 # 11: a headline of at most twenty words with its table; what was not checked; bands with differences and uncertainty
 # 12: numbers of pieces that the mesh alone made are withheld; the sizes of fragments; the ballistic limit of a shield
-REPORT_VERSION = 12
+# 13: the probability that the wall of a shield fails
+REPORT_VERSION = 13
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
@@ -178,7 +180,11 @@ def _ballistic_limit(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any] 
     shapes = set(by_run(points, "projectile_shape"))
     units = {name: points[name].attrs.get("units") for name in limits[0].at}
     what = "spheres" if shapes == {"sphere"} else "projectiles"
-    return verdict_on_equations(limits, ShieldTerms(units, what, has_grids=bool(refinements_of(dataset))))
+    terms = ShieldTerms(units, what, has_grids=bool(refinements_of(dataset)))
+    verdict = verdict_on_equations(limits, terms)
+    chances = in_words(limits, chances_of(dataset, points, limits), one_mesh=not terms.has_grids)
+    headline = chances.pop("headline") or verdict["headline"]
+    return {**verdict, "headline": headline, "probability": chances}
 
 
 def _overview(runs: Sequence[dict[str, Any]]) -> dict[str, Any]:

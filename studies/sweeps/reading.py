@@ -106,7 +106,7 @@ class _DocumentReading:
         axes = self._axes(terms, combine)
         resolutions, offsets = self.findings.attempt(self._refinement) or ((), 1)
         self._check_size(axes, combine, len(resolutions or (0.0,)) * offsets)
-        self._check_search(axes, combine, resolutions, offsets)
+        self._check_search(axes, combine)
         self._check_completeness()
         ends = self._ends(terms, axes)
         table = self.document.get("observations")
@@ -277,7 +277,7 @@ class _DocumentReading:
             return read_range(parameter, name, values, reader, points)
         if isinstance(values, Mapping) and "limit_of" in values:
             search = read_search(parameter, values, field, terms.quantities)
-            return Axis(name, parameter.unit, search.start, search=search)
+            return Axis(name, parameter.unit, search.start(), search=search)
         reader = AxisReader(self.limits.max_values, terms.materials)
         return reader.read(parameter, name, values, field)
 
@@ -305,10 +305,8 @@ class _DocumentReading:
                 ends.append((at, end))
         return tuple(ends)
 
-    def _check_search(
-        self, axes: tuple[Axis, ...], combine: Combine, resolutions: tuple[float, ...], offsets: int
-    ) -> None:
-        """One axis is searched, for each point of a grid of the others, on the one grid of each."""
+    def _check_search(self, axes: tuple[Axis, ...], combine: Combine) -> None:
+        """One axis is searched, for each point of a grid of the others."""
         searched = [axis.name for axis in axes if axis.search]
         if not searched:
             return
@@ -316,12 +314,6 @@ class _DocumentReading:
         for refused, value, limit, cure in (
             (len(searched) > 1, ", ".join(searched), "one limit", "give the others as values"),
             (combine != "grid", combine, "combine: grid for a limit", "leave combine out"),
-            (
-                len(resolutions) > 1 or offsets > 1,
-                f"{len(resolutions)} resolutions, {offsets} offsets",
-                "one grid for a limit",
-                f"vary {RESOLUTION} as an axis",
-            ),
             (
                 self.document.get("model_part") == "screen",
                 "model_part: screen",

@@ -8,6 +8,12 @@ The first runs are those at both ends and in the middle. From then on the next v
 neighbours within the interval, from the highest 0 to the lowest 1, until no gap is wider than the tolerance or the
 most tries are used up. A run without an outcome, or with a 0 that a flag leaves open, is a try, so that it leaves the
 interval wider.
+
+``until: 10 %`` asks for an interval of this width over its values, and spends its runs where the answer is least known:
+each value halves the chance that the limit lies between two neighbours. For the wall of a shield that chance is half
+what equations and published shots say and half even in the logarithm, so that equations that err cost one run;
+elsewhere it is even. So the first value is one of which equations disagree, and an end is tried only where no run
+bounds the limit.
 """
 
 import math
@@ -21,14 +27,18 @@ from studies import measurements
 from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown, unknown_keys
 from studies.quantities.measured import NOT_DECIDED
 from studies.quantities.parameters import Parameter, parse_value
-from studies.quantities.units import parse_quantity, readable, round_quantity
+from studies.quantities.units import exact_number, parse_quantity, readable, round_quantity
 
-KEYS = ("limit_of", "between", "tolerance")
+KEYS = ("limit_of", "between", "tolerance", "until")
 EXAMPLE = "write {limit_of: perforated, between: [150 m/s, 250 m/s]}"
 TOLERANCE = 1.0 / 64.0  # of the interval, by default: six halvings
 FINEST = 1e-6  # of the interval: the least tolerance
+LEAST_UNTIL, MOST_UNTIL = 1e-3, 1.0  # of the values: widths that may be asked for
+EVEN = 0.5  # of the chance: what is even in the logarithm
+HALVINGS = 40  # of a gap, in the logarithm, until the value is found that halves its chance
 
 LimitOutcome = bool | None  # of an ended run; None: it failed, or ended undecided
+Chance = Callable[[float], float]  # that the limit lies below a value
 
 
 class SearchVerdict(StrEnum):
@@ -48,16 +58,37 @@ class Search:
     low: float  # SI
     high: float
     tolerance: float  # of the interval that is asked for, SI
+    until: float | None = None  # in its place: the width of the interval over its values
 
-    @property
-    def start(self) -> tuple[float, float, float]:
+    def start(self, chance: Chance | None = None) -> tuple[float, ...]:
         """The values of the first runs, which need no result."""
+        if self.until is not None:
+            return (self.halving(self.low, self.high, chance),)
         return self.low, round_quantity(0.5 * (self.low + self.high)), self.high
 
     @property
     def most_tries(self) -> int:
         """The most runs of a search."""
+        if self.until is not None:
+            # Each halves a chance, of which a gap that is wide enough has more than EVEN of its share of the logarithm.
+            return 2 + max(1, math.ceil(math.log2(math.log(self.high / self.low) / (EVEN * self.until))))
         return 2 + max(1, math.ceil(math.log2((self.high - self.low) / self.tolerance) - 1e-9))
+
+    def mass(self, low: float, high: float, chance: Chance | None) -> float:
+        """The chance that the limit lies between two values."""
+        even = math.log(high / low) / math.log(self.high / self.low)
+        whole = chance(self.high) - chance(self.low) if chance else 0.0
+        if chance is None or whole <= 0.0:  # a chance that is certain from end to end tells nothing
+            return even
+        return EVEN * even + (1.0 - EVEN) * (chance(high) - chance(low)) / whole
+
+    def halving(self, low: float, high: float, chance: Chance | None) -> float:
+        """The value below which the limit lies as likely as above, given that it lies between two values."""
+        half, below, above = 0.5 * self.mass(low, high, chance), low, high
+        for _ in range(HALVINGS if chance else 1):
+            middle = math.sqrt(below * above)
+            below, above = (below, middle) if self.mass(low, middle, chance) > half else (middle, above)
+        return round_quantity(middle)
 
 
 @dataclass(frozen=True)
@@ -69,7 +100,7 @@ class SearchedLimit:
     next: float | None  # the value to try next; None where no run is due
     lower: float = math.nan  # the highest 0 below the lowest 1
     upper: float = math.nan  # the lowest 1 above the highest 0
-    reason: str = ""  # why there is no limit
+    reason: str = ""  # why there is no limit, or a wider one than was asked for
 
     @property
     def value(self) -> float:
@@ -77,15 +108,18 @@ class SearchedLimit:
         return 0.5 * (self.lower + self.upper)
 
 
-def replay(search: Search, outcome_of: Callable[[float], LimitOutcome | str], unit: str) -> SearchedLimit:
+def replay(
+    search: Search, outcome_of: Callable[[float], LimitOutcome | str], unit: str, chance: Chance | None = None
+) -> SearchedLimit:
     """A search as its results tell it.
 
-    ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``unit`` (SI) is for reasons.
+    ``outcome_of`` gives the outcome of a value, or the state of a run that has not ended; ``unit`` (SI) is for reasons,
+    and ``chance`` guides a search with ``until``.
     """
-    tried = list(search.start)
+    tried = list(search.start(chance))
     while True:
         outcomes = {value: outcome_of(value) for value in sorted(tried)}
-        limit = _limit(search, outcomes, unit)
+        limit = _limit(search, outcomes, unit, chance)
         if limit.next is None:
             return limit
         tried.append(limit.next)
@@ -93,29 +127,56 @@ def replay(search: Search, outcome_of: Callable[[float], LimitOutcome | str], un
             return SearchedLimit(SearchVerdict.UNFINISHED, tuple(sorted(tried)), limit.next)
 
 
-def _limit(search: Search, outcomes: Mapping[float, LimitOutcome | str], unit: str) -> SearchedLimit:
+def _limit(
+    search: Search, outcomes: Mapping[float, LimitOutcome | str], unit: str, chance: Chance | None
+) -> SearchedLimit:
     """Where a search stands with these outcomes, by ascending value."""
     tried = tuple(outcomes)
     if any(isinstance(outcome, str) for outcome in outcomes.values()):
         return SearchedLimit(SearchVerdict.UNFINISHED, tried, None)
     ones = [value for value, outcome in outcomes.items() if outcome]
     zeros = [value for value, outcome in outcomes.items() if outcome is False]
-    is_reversed = outcomes[search.low] and outcomes[search.high] is False
+    is_reversed = outcomes.get(search.low) and outcomes.get(search.high) is False
     lower, upper = interval_of(outcomes)
     if not is_reversed and ones and zeros and max(zeros) > min(ones):
         lower = search.low if math.isnan(lower) else lower
         upper = search.high if math.isnan(upper) else upper
         return SearchedLimit(SearchVerdict.NON_MONOTONE, tried, None, lower, upper)
-    if is_reversed or not (zeros and ones):
-        gave = " and ".join(f"{_shown(outcomes[end])} at {readable(end, unit)}" for end in (search.low, search.high))
+    following = None
+    if len(tried) < search.most_tries:
+        following = _guided(search, outcomes, chance) if search.until is not None else _halved(search, outcomes)
+    if following is None and (is_reversed or not (zeros and ones)):
+        ends = [end for end in (search.low, search.high) if end in outcomes]
+        gave = " and ".join(f"{_shown(outcomes[end])} at {readable(end, unit)}" for end in ends) or "undecided"
         reason = f"not bracketed: {search.quantity} is {gave}; it has to be 0 at the lower end and 1 at the upper one"
         return SearchedLimit(SearchVerdict.NOT_BRACKETED, tried, None, reason=reason)
-    inside = [value for value in tried if lower <= value <= upper]
+    reason = ""
+    if following is None and search.until is not None and math.log(upper / lower) > search.until * (1.0 + 1e-9):
+        inside = [value for value, outcome in outcomes.items() if outcome is None and lower < value < upper]
+        at = ", ".join(readable(float(f"{value:.3g}"), unit) for value in inside)
+        reason = f"wider than asked: {f'{search.quantity} is open at {at}' if at else 'no try is left'}"
+    return SearchedLimit(SearchVerdict.BRACKETED, tried, following, lower, upper, reason)
+
+
+def _halved(search: Search, outcomes: Mapping[float, LimitOutcome | str]) -> float | None:
+    """The middle of the widest gap; None where none is wider than the tolerance, or nothing is bracketed."""
+    lower, upper = interval_of(outcomes)
+    inside = [value for value in outcomes if lower <= value <= upper]
     gaps = [(after - before, before) for before, after in pairwise(inside)]
-    width, before = max(gaps, key=lambda gap: (gap[0], -gap[1]))
-    enough = width <= search.tolerance * (1.0 + 1e-9) or len(tried) >= search.most_tries
-    following = None if enough else round_quantity(before + 0.5 * width)
-    return SearchedLimit(SearchVerdict.BRACKETED, tried, following, lower, upper)
+    width, before = max(gaps, key=lambda gap: (gap[0], -gap[1]), default=(0.0, 0.0))
+    return None if width <= search.tolerance * (1.0 + 1e-9) else round_quantity(before + 0.5 * width)
+
+
+def _guided(search: Search, outcomes: Mapping[float, LimitOutcome | str], chance: Chance | None) -> float | None:
+    """The value that halves the most likely gap of those that are too wide; then an end that bounds no run."""
+    assert search.until is not None
+    lower, upper = interval_of(outcomes)
+    low, high = (search.low if math.isnan(lower) else lower), (search.high if math.isnan(upper) else upper)
+    inside = sorted({low, high, *(value for value in outcomes if low < value < high)})
+    wide = [(a, b) for a, b in pairwise(inside) if math.log(b / a) > search.until * (1.0 + 1e-9)]
+    if wide:
+        return search.halving(*max(wide, key=lambda gap: search.mass(gap[0], gap[1], chance)), chance)
+    return next((end for end in (low, high) if end not in outcomes), None)
 
 
 def interval_of(outcomes: Mapping[float, LimitOutcome | str]) -> tuple[float, float]:
@@ -170,6 +231,12 @@ def read_search(parameter: Parameter, raw: Mapping[str, Any], field: str, quanti
         limit = f"more than {readable(low, unit)}"
         raise refusal(f"{field}.between[1]", between[1], limit, EXAMPLE)
     tolerance = round_quantity(TOLERANCE * (high - low))
+    if raw.get("until") is not None:
+        if raw.get("tolerance") is not None:
+            raise refusal(f"{field}.until", raw["until"], "until, or a tolerance", "give one of the two")
+        if low <= 0.0:
+            raise refusal(f"{field}.between[0]", between[0], "more than zero for until", "give a tolerance instead")
+        return Search(quantity, low, high, tolerance, _read_share(raw["until"], f"{field}.until"))
     if raw.get("tolerance") is not None:
         # A difference of two values, without the bounds of these.
         tolerance = float(parse_quantity(raw["tolerance"], unit, f"{field}.tolerance"))
@@ -177,6 +244,17 @@ def read_search(parameter: Parameter, raw: Mapping[str, Any], field: str, quanti
             limit = f"a millionth of the interval to all of it, {readable(high - low, unit)}"
             raise refusal(f"{field}.tolerance", raw["tolerance"], limit, "choose another one")
     return Search(quantity, low, high, tolerance)
+
+
+def _read_share(raw: Any, field: str) -> float:
+    """A share, "10 %" or 0.1."""
+    text = str(raw).strip()
+    percent = text.endswith("%")
+    share = float(exact_number(text.rstrip("% ") if percent else raw, field, "10 %"))
+    share = round_quantity(share / 100.0 if percent else share)
+    if not LEAST_UNTIL <= share <= MOST_UNTIL:
+        raise refusal(field, raw, f"{100.0 * LEAST_UNTIL:g} % to {100.0 * MOST_UNTIL:g} %", "write until: 10 %")
+    return share
 
 
 def read_end(parameter: Parameter, raw: Any, field: str, limit: str, example: str = EXAMPLE) -> float:

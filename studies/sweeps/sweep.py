@@ -33,7 +33,7 @@ from studies.sweeps.reading import (
     vocabulary,
 )
 from studies.sweeps.sampling import Sampling
-from studies.sweeps.search import LimitOutcome, SearchedLimit, replay
+from studies.sweeps.search import Chance, LimitOutcome, SearchedLimit, replay
 
 if TYPE_CHECKING:
     from studies.laws import Shot
@@ -142,12 +142,21 @@ class Sweep:
                 at,
                 replay(
                     axis.search,
-                    lambda value, at=at: outcome_of(self._run({**at, axis.name: value})),  # type: ignore[misc]
+                    lambda value, at=at: self._agreed(outcome_of, {**at, axis.name: value}),  # type: ignore[misc]
                     axis.unit or "1",
+                    self._chance(at),
                 ),
             )
             for _, at in _product(others)
         ]
+
+    def _agreed(
+        self, outcome_of: "Callable[[run.Run], LimitOutcome | str]", at: Mapping[str, Value]
+    ) -> "LimitOutcome | str":
+        """The outcome of all runs of a point; None where they disagree, and the state of one that has not ended."""
+        said = [outcome_of(self._run({**at, **refined})) for _, refined in _product(self.refinements)]
+        unfinished = next((each for each in said if isinstance(each, str)), None)
+        return unfinished or (said[0] if len({*said}) == 1 else None)
 
     def tried(self, limits: "Sequence[tuple[Mapping[str, Value], SearchedLimit]]") -> "Sweep":
         """The values that a search tried so far, as pairs with those of the other axes."""
@@ -221,14 +230,23 @@ class Sweep:
 
     def shots(self) -> "Iterator[Shot]":
         """The shot of each point, before it is refined; none where the scenario describes none."""
+        for _, coordinates in self._points():
+            shot = self._shot(coordinates)
+            if shot is not None:
+                yield shot
+
+    def _shot(self, coordinates: Mapping[str, Value]) -> "Shot | None":
+        """The shot of a point; None where the scenario describes none."""
         from studies.laws import shot_from
 
         defaults = declared(self.definition.parameters)
-        filled = {name: parameter.default for name, parameter in defaults.items()}
-        for _, coordinates in self._points():
-            values = {**self.fixed, **coordinates}
-            with suppress(KeyError):
-                yield shot_from({**filled, **values}, self._materials_at(values))
+        values = {**self.fixed, **coordinates}
+        with suppress(KeyError):
+            return shot_from(
+                {**{name: parameter.default for name, parameter in defaults.items()}, **values},
+                self._materials_at(values),
+            )
+        return None
 
     def screening(self) -> "tuple[run.Run, list[Screen]]":
         """The run in the middle of the sweep, on the finest grid, and its changes; raises InvalidInput.
@@ -304,8 +322,6 @@ class Sweep:
         preset = ACCURACY[name]
         record = self.definition.parameters
         fixed = {name: value for name, value in self.fixed.items() if name not in self.by_accuracy}
-        if self.searched and len(preset.resolutions) * preset.offsets > 1:
-            raise ValueError(f"{self.name}: the preset {name} has several grids, a limit takes one")
         free = declared(record).keys() - {*fixed, *(axis.name for axis in self.axes)}
         if RESOLUTION not in free or (preset.offsets > 1 and OFFSET not in free):
             raise ValueError(f"{self.name}: the preset {name} cannot set its resolution")
@@ -327,11 +343,33 @@ class Sweep:
     def _points(self) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
         """Index and coordinates of every point, before it is refined."""
         if self.combine == "grid":
-            yield from _product(self.axes)
+            for place, at in _product(self.axes):
+                yield place, self._started(at)
             return
         names = [axis.name for axis in self.axes]
         for number, values in enumerate(zip(*(axis.values for axis in self.axes), strict=True)):
             yield (number,), dict(zip(names, values, strict=True))
+
+    def _started(self, at: dict[str, Value]) -> dict[str, Value]:
+        """The values of a point; of a guided search the one with which it starts there."""
+        axis = self.searched
+        if axis is None or axis.search is None or axis.search.until is None:
+            return at
+        (first,) = axis.search.start(self._chance(at))
+        return {**at, axis.name: first}
+
+    def _chance(self, at: Mapping[str, Value]) -> "Chance | None":
+        """The chance that a searched limit lies below a value, by equations and shots; None where it is not known."""
+        from studies.laws import CRITICAL
+        from studies.observations.shields.probability import chance_of_diameter
+
+        axis = self.searched
+        assert axis is not None
+        assert axis.search is not None
+        if axis.search.until is None or axis.name != "projectile_diameter" or axis.search.quantity not in CRITICAL:
+            return None
+        shot = self._shot({**at, axis.name: axis.values[0]})
+        return chance_of_diameter(shot) if shot is not None and shot.shield is not None else None
 
     def _run(self, coordinates: Mapping[str, Value]) -> "run.Run":
         values = {**self.fixed, **coordinates}
@@ -391,7 +429,9 @@ def _written_axis(axis: Axis) -> Any:
         low, high, tolerance = (
             written(value, axis.unit) for value in (axis.search.low, axis.search.high, axis.search.tolerance)
         )
-        return {"limit_of": axis.search.quantity, "between": [low, high], "tolerance": tolerance}
+        until = axis.search.until
+        width = {"tolerance": tolerance} if until is None else {"until": until}
+        return {"limit_of": axis.search.quantity, "between": [low, high], **width}
     values = [written(value, axis.unit) for value in axis.values]
     if axis.bounds is None:
         return values

@@ -11,6 +11,7 @@ from solver.matter.eos import below_range, outside_range, reference_density
 from solver.matter.failure import weakens
 from solver.matter.laws import Matter
 from solver.matter.strength import stored_part
+from solver.matter.strength.johnson_cook import JohnsonCook
 from solver.matter.stress import JAUMANN, PointState, advance, signal_speed
 from solver.problem import ArtificialViscosity
 from solver.problem.geometry import AXES
@@ -40,7 +41,8 @@ LAWS: dict[str, Matter] = {
     )
     for laws in ([list(kind)[number % len(kind)] for kind in KINDS] for number in range(max(map(len, KINDS))))
 }
-LAWS["never melts"] = real_copper()._replace(melt_temperature=math.inf)
+SOFTENS = next(matter for matter in LAWS.values() if isinstance(matter.strength, JohnsonCook))
+LAWS["never melts"] = SOFTENS._replace(melt_temperature=math.inf)
 # Rows of the table that laws act on, and the counts and largest values of a step.
 ROWS = (*range(DENSITY, DAMAGE + 1), HARDENED, STORED)
 ACTS = ("tension_floors", "molten", "unstable")

@@ -29,6 +29,7 @@ COPPER: dict[str, tuple[float, ...]] = {
     "plastic-strain": (LIMIT,),
     "spall": (SPALL, TIME),
     "spall-rate": (SPALL, 1e5, 1.0 / 3.0, 138.6e9),
+    "void-growth": (SPALL, 1e5, 1.0 / 3.0, 1e-3, 0.15, 138.6e9),
 }
 BREAKS = sorted(set(MEMBERS) - {"none"})
 

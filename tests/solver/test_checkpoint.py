@@ -128,7 +128,7 @@ class Witness:
             restore_observer=self.recall,
             must_stop=self.leave,
             log=self.messages.append,
-            **changes,
+            **{"seconds_between": math.inf, **changes},  # however long its kernels compile
         )
         return simulate(problem, self.observe, interval=interval, threads=threads, shares=shares, checkpoint=checkpoint)
 

@@ -63,7 +63,7 @@ def crossed(
     faces: Any, place: tuple[float, float, float], *, velocity: Any = VELOCITY, geometry: Any = BOX, within: Any = None
 ) -> tuple[Any, np.ndarray, int]:
     """A stressed particle of 2 kg at a place (in cells) after faces acted, their impulse, how many they put back."""
-    particles = views(empty_table(1))
+    particles = views(empty_table(2))  # columns of two have the layout, and so the kernel, of any number
     particles.position[0] = np.array(place) * SPACING
     particles.velocity[0], particles.deviator[0], particles.mass[0] = velocity, STRESS, 2.0
     impulse = np.zeros(3)

@@ -5,7 +5,8 @@ sweep chooses it by name in ``failure`` and gives a field x of it that is ``Desc
 are ``FromMaterial`` or have a default.
 Damage 0 is whole and damage 1 has failed. Between them it is a record of what happened, and weakens only where a file
 gives ``weakens`` and ``integrity``: there the yield stress is that of the strength times the integrity, its hardening
-counts each plastic strain times the integrity, and pressure and elastic stiffness stay those of whole matter.
+counts each plastic strain times the integrity, and pressure and elastic stiffness stay those of whole matter; or opens
+where a file gives ``opens`` and ``void_fraction``: there the pressure is that of the matter between the voids.
 ``tests/contracts/test_failure.py`` asks each member that damage stays within 0..1, never falls, and that what has
 failed carries no tension, and no shear without a ``rubble_friction`` of its matter.
 """
@@ -51,6 +52,18 @@ def weakens(failure):
 def integrity(failure, damage):
     """Part 0..1 of the yield stress that damage leaves; by default all of it."""
     return 1.0
+
+
+@overridable
+def opens(failure):
+    """True where damage is voids, which take up volume under tension; by default it is not."""
+    return False
+
+
+@overridable
+def void_fraction(failure, damage):
+    """Part 0..1 of the volume that is voids while matter bears tension; by default none."""
+    return 0.0
 
 
 @overridable

@@ -1,11 +1,12 @@
 """Spall of copper and aluminium in plate impacts: the velocity of the free surface, and the spall strength it gives.
 
-The constants of the failure ``spall-rate`` are those of the materials' files, none of which comes from these shots:
-copper's are computed from dislocations and voids (Wilkerson and Ramesh 2016), those of 6061 are other plate impacts.
+The constants of the failures are those of the materials' files, none of which comes from these shots: copper's are
+computed from dislocations and voids (Wilkerson and Ramesh 2016), those of 6061 are other plate impacts.
 """
 
 import math
 from collections.abc import Iterator, Mapping
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -20,6 +21,7 @@ from studies.scenarios.parts.matter import elastic_speed
 TABLE = "plate-impacts"
 COMPUTED = ("copper-ofhc", "al-6061-t6")  # the targets of the table with constants of spall
 CELLS = "cells_per_thickness"
+FAILURES = ("spall-rate", "void-growth")  # of which the first has no part in the names of its sweeps
 GRIDS: dict[ValidationLevel, tuple[float, ...]] = {"quick": (20.0,), "thesis": (50.0,), "fine": (25.0, 50.0, 100.0)}
 # Set before any run. The comparison is no gate of this page: the claim ``pull-back`` is.
 STRENGTH = 0.1
@@ -58,15 +60,31 @@ def _sweeps(level: ValidationLevel) -> Mapping[str, Mapping[str, Any]]:
         name, number = chosen[0]
         made = document(number, GRIDS[level], "none")
         return {name: {**made, "fixed": {**made["fixed"], "end_time": "0.8 us"}}}
-    return {name: document(number, GRIDS[level]) for name, number in chosen}
+    return {
+        _sweep_name(name, failure): document(number, GRIDS[level], failure)
+        for failure in FAILURES
+        for name, number in chosen
+    }
+
+
+def _sweep_name(shot: str, failure: str) -> str:
+    return shot if failure == FAILURES[0] else f"{shot}-{failure}"
+
+
+def _published(cubes: Cubes) -> Iterator[tuple[str, PublishedNumber, str, Any]]:
+    """Of each cube: its name, the published number, the failure and the cube."""
+    for (name, number), failure in product(shots().items(), FAILURES):
+        sweep = _sweep_name(name, failure)
+        if sweep in cubes:
+            yield sweep, number, failure, cubes[sweep]
 
 
 def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
-    published = shots()
-    for name, cube in cubes.items():
+    for _, number, failure, cube in _published(cubes):
         for cells in map(float, cube[CELLS].values):
-            where = f"{_words(published[name])}, {cells:g} cells in the flyer"
-            speed = published[name].at("speed")
+            with_failure = "" if level == "quick" else f", {failure}"
+            where = f"{_words(number)}{with_failure}, {cells:g} cells in the flyer"
+            speed = number.at("speed")
             yield relative(
                 f"{where}: peak of the free surface (m/s)",
                 expected=speed,
@@ -79,7 +97,7 @@ def _rows(level: ValidationLevel, cubes: Cubes) -> Iterator[Row]:
                 pull = _read(cube, "pullback_velocity", cells)
                 yield equal(f"{where}: no pull-back without a failure", expected=True, got=math.isnan(pull))
             else:
-                yield from _pulled(where, published[name], cube, cells)
+                yield from _pulled(where, number, cube, cells)
 
 
 def _read(cube: Any, name: str, cells: float) -> float:
@@ -111,9 +129,8 @@ def pullbacks(number: PublishedNumber) -> dict[str, float]:
 
 def _pictures(cubes: Cubes) -> Iterator[Picture]:
     """Free surfaces from 0.85 of the peak on; the published minimum stands at the time of that of the finest grid."""
-    published = shots()
-    for name, cube in cubes.items():
-        number, peak = published[name], float(cube.free_surface_peak.values[-1])
+    for name, number, failure, cube in _published(cubes):
+        peak = float(cube.free_surface_peak.values[-1])
         lines = [_history(cube, cells, 0.85 * peak) for cells in map(float, cube[CELLS].values)]
         lowest = float(cube.free_surface_minimum.values[-1])
         times, velocities, _ = np.array(lines[-1].points).T
@@ -122,7 +139,7 @@ def _pictures(cubes: Cubes) -> Iterator[Picture]:
         lines += [
             Line(f"experiment: minimum by {by}", ((time, peak - pull, 0.0),)) for by, pull in pullbacks(number).items()
         ]
-        title = f"Free surface of {_words(number)}"
+        title = f"Free surface of {_words(number)}, {failure}"
         yield Picture(f"plate-spall-{name}", title, "time (us)", "velocity of the free surface (m/s)", tuple(lines))
 
 

@@ -58,10 +58,9 @@ class ShieldAnswer:
         if self.probability is None:
             sure = f"no probability: {self.outside[0] if self.outside else 'no equation covers it'}"
         else:
-            low, high = (f"{100.0 * each:.0f}" for each in (self.probability.low, self.probability.high))
             where = ", outside all shots" if self.outside else ""
             near = f"{self.near} {'shot' if self.near == 1 else 'shots'} near"
-            sure = f"{_percent(self.probability.value)} % ({low} to {high}) to fail{where}; {near}"
+            sure = f"{shown(self.probability)} to fail{where}; {near}"
         return "; ".join(filter(None, (sure, self._said()))) + "."
 
     def _said(self) -> str:
@@ -70,6 +69,12 @@ class ShieldAnswer:
         spoken = [(says, names) for says, names in groups.items() if names]
         verbs = ("say " if len(names) > 1 else "says " for _, names in spoken[:1])
         return ", ".join(f"{', '.join(names)} {next(verbs, '')}{says}" for says, names in spoken)
+
+
+def shown(probability: Probability) -> str:
+    """A probability with its interval: "42 % (27 to 58)"."""
+    low, high = (f"{100.0 * each:.0f}" for each in (probability.low, probability.high))
+    return f"{_percent(probability.value)} % ({low} to {high})"
 
 
 def _percent(chance: float) -> str:

@@ -24,7 +24,7 @@ The method, written down before its first fit:
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, astuple, dataclass
 from functools import cache
 from pathlib import Path
@@ -94,17 +94,28 @@ def terms(margins: Sequence[float], shots: Sequence[Shot | ShieldShot]) -> NDArr
 
 def fit(law: str, of: NDArray, failed: NDArray, laboratories: Sequence[str]) -> Curve:
     """The curve with the greatest posterior density for rows of ``terms``, their outcomes and laboratories."""
-    constants, prior = np.zeros(len(PRIOR)), np.diag(PRIOR**-2.0)
+    constants, covariance = most_probable(of, failed, PRIOR)
+    between = _between(expit(of @ constants), failed, laboratories)
+    return Curve(law, tuple(constants.tolist()), tuple(map(tuple, covariance.tolist())), between, len(of))
+
+
+def most_probable(
+    of: NDArray, failed: NDArray, prior: NDArray, known: NDArray | float = 0.0
+) -> tuple[NDArray, NDArray]:
+    """The constants c of logit P = ``known`` + ``of`` c with the greatest posterior density, and their covariance.
+
+    ``of`` has a row a shot, ``known`` what is in its logit without constants. The prior is normal about zero with the
+    standard deviations ``prior``; the covariance is the inverse curvature at the maximum, which Newton's method finds.
+    """
+    constants, tightness = np.zeros(len(prior)), np.diag(prior**-2.0)
     for _ in range(STEPS):
-        chance = expit(of @ constants)
-        curvature = of.T @ (of * (chance * (1.0 - chance))[:, np.newaxis]) + prior
-        step = np.linalg.solve(curvature, of.T @ (failed - chance) - prior @ constants)
+        chance = expit(known + of @ constants)
+        curvature = of.T @ (of * (chance * (1.0 - chance))[:, np.newaxis]) + tightness
+        step = np.linalg.solve(curvature, of.T @ (failed - chance) - tightness @ constants)
         constants = constants + step
         if np.abs(step).max() < STEP:
             break
-    covariance = np.linalg.inv(curvature)
-    between = _between(expit(of @ constants), failed, laboratories)
-    return Curve(law, tuple(constants.tolist()), tuple(map(tuple, covariance.tolist())), between, len(of))
+    return constants, np.linalg.inv(curvature)
 
 
 def _between(chance: NDArray, failed: NDArray, laboratories: Sequence[str]) -> float:
@@ -152,23 +163,36 @@ def probability(shot: Shot) -> Probability | None:
     return Probability(*(sum(values) / len(each) for values in zip(*map(astuple, each), strict=True)))
 
 
-def diameters_at(shot: Shot, chances: Sequence[float]) -> list[float]:
-    """The projectile's diameter, m, that fails with each of the chances, all else as in the shot; else NaN.
+def chance_of_diameter(shot: Shot) -> Callable[[float], float] | None:
+    """The probability as a function of the projectile's diameter, m, all else as in the shot; it rises.
 
-    A margin is ln d less that of a critical diameter, which does not depend on d.
+    A margin is ln d less that of a critical diameter, which does not depend on d. None where no equation covers a shot.
     """
-    from scipy.optimize import brentq
-
     covering = _covering(shot)
     if not covering:
+        return None
+
+    def chance(diameter: float) -> float:
+        larger = math.log(diameter / shot.projectile_diameter)
+        return sum(curve.chance(shot, x + larger) for curve, x in covering) / len(covering)
+
+    return chance
+
+
+def diameters_at(shot: Shot, chances: Sequence[float]) -> list[float]:
+    """The projectile's diameter, m, that fails with each of the chances, all else as in the shot; else NaN."""
+    from scipy.optimize import brentq
+
+    chance = chance_of_diameter(shot)
+    if chance is None:
         return [math.nan] * len(chances)
+    size = shot.projectile_diameter
 
-    def excess(logarithm: float, chance: float) -> float:
-        """Of the mean chance, where all margins are larger by a logarithm."""
-        return sum(curve.chance(shot, x + logarithm) for curve, x in covering) / len(covering) - chance
+    def excess(logarithm: float, asked: float) -> float:
+        return chance(size * math.exp(logarithm)) - asked
 
-    logarithms = [brentq(excess, -WIDEST, WIDEST, args=(chance,), xtol=1e-9) for chance in chances]
-    return [shot.projectile_diameter * math.exp(logarithm) for logarithm in logarithms]
+    logarithms = [brentq(excess, -WIDEST, WIDEST, args=(asked,), xtol=1e-9) for asked in chances]
+    return [size * math.exp(logarithm) for logarithm in logarithms]
 
 
 def _covering(shot: Shot) -> list[tuple[Curve, float]]:

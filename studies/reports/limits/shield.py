@@ -4,8 +4,10 @@ The interval reaches from the largest projectile whose wall holds to the smalles
 those of the sphere with the projectile's volume, as the equations have them.
 """
 
+import json
 import math
 from collections.abc import Iterator, Sequence
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from typing import Any, Literal
 
@@ -15,10 +17,14 @@ import xarray as xr
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, by_run, places_of, refined, refinements_of, simulated
-from studies.laws import CRITICAL, DRAWN_ONLY
+from studies.cubes.variable import variable_name
+from studies.laws import CRITICAL, DRAWN_ONLY, Shot
+from studies.quantities.findings import InvalidInput
 from studies.reports.verdict.evidence import UNJUDGED_STATES
 from studies.reports.view import view_of
+from studies.sweeps.reading import ACCEPTED
 from studies.sweeps.search import interval_of
+from studies.sweeps.sweep import Sweep
 
 WALL = "wall_perforated"
 DIAMETER = CRITICAL[WALL]
@@ -112,6 +118,20 @@ def shield_limits(cube: xr.Dataset, points: xr.Dataset) -> tuple[ShieldLimit, ..
             )
         )
     return tuple(limits)
+
+
+def shots_of(dataset: xr.Dataset) -> list[tuple[Place, Shot]]:
+    """The shots of a sweep with the values of its axes; none of a sweep of another version."""
+    with suppress(InvalidInput):
+        sweep = Sweep.parse(json.loads(dataset.attrs["sweep"]), ACCEPTED)
+        places = ({variable_name(name): value for name, value in at.items()} for at in sweep.coordinates())
+        return [(place, shot) for place, shot in zip(places, sweep.shots(), strict=True)]  # type: ignore[misc]
+    return []
+
+
+def shot_at(shots: Sequence[tuple[Place, Shot]], at: Place) -> Shot | None:
+    """The first shot at values of axes; None where there is none."""
+    return next((shot for place, shot in shots if all(place[name] == value for name, value in at.items())), None)
 
 
 def _wall_runs(cube: xr.Dataset, points: xr.Dataset) -> list[WallRun]:

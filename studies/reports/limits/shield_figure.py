@@ -1,24 +1,17 @@
 """The figure of the ballistic limit of a shield: diameter against speed, equations, and shots on shields like it."""
 
-import json
 import math
 from collections.abc import Iterator, Sequence
-from contextlib import suppress
 
 import xarray as xr
 
-from studies.cubes.points import Place, axes_of
-from studies.cubes.variable import variable_name
 from studies.laws import Shot
 from studies.observations.shields.shots import published
-from studies.quantities.findings import InvalidInput
 from studies.quantities.units import readable
 from studies.reports.figures import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Series
 from studies.reports.limits.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
-from studies.reports.limits.shield import DIAMETER, ShieldLimit
+from studies.reports.limits.shield import DIAMETER, ShieldLimit, shot_at, shots_of
 from studies.reports.view import MOST_PANELS, Scale, spread, title_of
-from studies.sweeps.reading import ACCEPTED
-from studies.sweeps.sweep import Sweep
 
 RUNS = {RUN_HELD: False, RUN_PERFORATED: True, RUN_UNDECIDED: None}
 
@@ -31,7 +24,8 @@ def shield_figure(dataset: xr.Dataset, limits: Sequence[ShieldLimit]) -> Iterato
     for limit in limits:
         shields.setdefault(tuple(limit.at.values()), []).append(limit)
     shown = spread(list(shields.values()), MOST_PANELS)
-    shots = [_shot_at(dataset, each[0].at) for each in shown]
+    every = shots_of(dataset)
+    shots = [shot_at(every, each[0].at) for each in shown]
     panels = (_panel(dataset, each, shot) for each, shot in zip(shown, shots, strict=True))
     yield Figure(
         name="ballistic_limit",
@@ -58,18 +52,6 @@ def _panel(dataset: xr.Dataset, limits: Sequence[ShieldLimit], shot: Shot | None
             sizes = tuple(run.diameter for run in each)
             series.append(Series("run", label, speeds, sizes, doubts=texts[0], notes=texts[1], connected=False))
     return Panel(title_of(dataset, at), at, tuple(series))
-
-
-def _shot_at(dataset: xr.Dataset, at: Place) -> Shot | None:
-    """A shot of the sweep at values of its axes; None of a sweep of another version."""
-    names = [name for name in axes_of(dataset) if name in at]
-    with suppress(InvalidInput):
-        sweep = Sweep.parse(json.loads(dataset.attrs["sweep"]), ACCEPTED)
-        for coordinates, shot in zip(sweep.coordinates(), sweep.shots(), strict=True):
-            place = {variable_name(name): value for name, value in coordinates.items()}
-            if all(place[name] == at[name] for name in names):
-                return shot
-    return None
 
 
 def _caption(left_out: int, shot: Shot | None) -> str:

@@ -64,8 +64,9 @@ _FailureParameters: Any = make_dataclass(
                 Choice(failures),
                 Described(
                     "failure model: none, plastic strain, tension beyond the spall strength for long enough, the spall "
-                    "strength of plate impacts at the strain rate, the damage of Johnson and Cook, plain or "
-                    "modified, which weakens, or that and the spall strength at once"
+                    "strength of plate impacts at the strain rate, that and voids which then grow until they link, the "
+                    "damage of Johnson and Cook, plain or modified, which weakens, or that and the spall strength at "
+                    "once"
                 ),
             ],
             field(default="none"),

@@ -18,8 +18,8 @@ CHROMIUM = os.environ.get("WHIPPLE_CHROMIUM") or shutil.which("chromium")
 FLAGS = (
     "--no-sandbox",
     "--disable-gpu",
-    # Whatever the page may ask for is answered by nobody.
-    "--host-resolver-rules=MAP * ~NOTFOUND",
+    # Whatever the page may ask for elsewhere is answered by nobody.
+    "--host-resolver-rules=MAP * ~NOTFOUND , EXCLUDE 127.0.0.1",
 )
 PATIENCE = 120_000  # ms: a cold browser on a busy machine
 WIDTHS, HEIGHT = (400, 1400), 900  # of the window, px
@@ -64,10 +64,8 @@ def opened(
     """A page from disk after its scripts have run, its messages, and its requests."""
     context = browser.new_context(viewport={"width": width, "height": HEIGHT}, color_scheme=scheme)
     page = context.new_page()
-    messages: list[str] = []
+    messages = messages_of(page)
     requests: list[str] = []
-    page.on("console", lambda message: messages.append(message.text))
-    page.on("pageerror", lambda error: messages.append(str(error)))
     page.on("request", lambda request: requests.append(request.url))
     try:
         page.goto(file.as_uri(), timeout=PATIENCE)
@@ -76,13 +74,21 @@ def opened(
         context.close()
 
 
+def messages_of(page: Page) -> list[str]:
+    """What a page says on the console from now on, and errors of its scripts."""
+    messages: list[str] = []
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
+    return messages
+
+
 def look(browser: Browser, file: Path, width: int, scheme: Scheme, picture: Path | None = None) -> Seen:
     """Open a page and what is folded on it, and keep a picture of all of it."""
     with opened(browser, file, width, scheme) as (page, messages, requests):
         page.evaluate("document.querySelectorAll('details.section').forEach(each => each.open = true)")
         wider = page.evaluate("document.documentElement.scrollWidth - innerWidth")
         cut = page.evaluate(CUT)
-        violations = Axe().run(page).response["violations"]
+        violations = violations_of(page)
         if picture:
             page.screenshot(path=picture, full_page=True)
         return Seen(
@@ -90,13 +96,15 @@ def look(browser: Browser, file: Path, width: int, scheme: Scheme, picture: Path
             requests=tuple(requests),
             wider=max(0, int(wider)),
             cut=tuple(dict.fromkeys(cut)),
-            violations=tuple(
-                f"{each['id']}: {node['html'][:120]}"
-                for each in violations
-                if each["impact"] in SERIOUS
-                for node in each["nodes"]
-            ),
+            violations=tuple(violations),
         )
+
+
+def violations_of(page: Page) -> list[str]:
+    """What a page has against it in accessibility, serious or worse (axe)."""
+    found = Axe().run(page).response["violations"]
+    serious = (each for each in found if each["impact"] in SERIOUS)
+    return [f"{each['id']}: {node['html'][:120]}" for each in serious for node in each["nodes"]]
 
 
 def rows_of(seen: Seen, name: str) -> Iterator[Row]:

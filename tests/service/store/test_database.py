@@ -13,7 +13,7 @@ from service import migrations
 from service.records.jobs import Cause, StoreUnavailable, Submission
 from service.store import Store, connection
 from service.store.connection import Database
-from service.store.tables import SWEEPS
+from service.store.tables import SESSIONS, SWEEPS
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import runs_of, sweep_of, wait_until
 from tests.service.support.rows import finish_all
@@ -22,7 +22,7 @@ NEXT = """
 import sqlalchemy as sa
 from alembic import op
 
-revision, down_revision = "next", "0006"
+revision, down_revision = "next", "0007"
 
 
 def upgrade():
@@ -123,13 +123,38 @@ def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> Non
         assert all(status.is_terminal for status in store.sweeps.page().items)
 
 
+def test_migration__adds_sessions_to_the_tables_before_them(own_url: str) -> None:
+    with closing(Store.open(own_url)) as store:
+        accepted = store.sweeps.create(Submission(sweep_of(runs_of("fine"))))
+        before = sa.MetaData()
+        with store.database.writing() as writing:
+            before.reflect(writing)
+            SESSIONS.drop(writing)
+            writing.exec_driver_sql("UPDATE alembic_version SET version_num = '0006'")
+    with closing(Store.open(own_url)) as store:
+        assert store.sweeps.get(accepted.id) == accepted
+        after = sa.MetaData()
+        with store.database.reading() as reading:
+            after.reflect(reading)
+    assert described(after) == described(before)
+
+
+def described(tables: sa.MetaData) -> set[tuple[str, str, str, bool]]:
+    """Every column with its type, and whether it may be empty."""
+    return {
+        (table.name, column.name, str(column.type), bool(column.nullable))
+        for table in tables.tables.values()
+        for column in table.c
+    }
+
+
 def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> None:
     Store.open(own_url).close()
     broken = with_next_revision(tmp_path, "raise RuntimeError('half way')")
     with closing(Database(own_url, broken, "next")) as database:
         with pytest.raises(RuntimeError, match="half way"):
             database.migrate()
-        assert database.revision() == "0006"
+        assert database.revision() == "0007"
         with database.reading() as reading:
             columns = {column["name"] for column in sa.inspect(reading).get_columns("sweeps")}
     assert columns == set(SWEEPS.c.keys())
@@ -146,7 +171,7 @@ def test_unknown_revision__is_refused_with_the_cure_and_left_alone(
     with pytest.raises(StoreUnavailable) as refused:
         Store.open(own_url, migrate=migrate)
     place = str(sa.make_url(own_url).database)
-    for part in (place, f"revision {revision}", "needs 0006", "new data directory", "open_cube"):
+    for part in (place, f"revision {revision}", "needs 0007", "new data directory", "open_cube"):
         assert part in str(refused.value)
     assert Store.revision(own_url) == revision
     assert {file: file.read_bytes() for file in tmp_path.glob("*.db")} == files
@@ -158,4 +183,4 @@ def test_empty_database__gets_tables_on_request_alone(tmp_path: Path) -> None:
         Store.open(url, migrate=False)
     assert Store.revision(url) is None
     Store.open(url).close()
-    assert Store.revision(url) == "0006"
+    assert Store.revision(url) == "0007"

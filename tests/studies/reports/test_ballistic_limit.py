@@ -187,8 +187,13 @@ def test_page__says_the_sentences_and_the_numbers_of_the_document(tmp_path: Path
     shown = read_page((tmp_path / "report.html").read_text())
     texts = {mark.text for mark in shown.marks}
     assert {each["sentence"] for each in document["ballistic_limit"]["regimes"]} <= texts
+    chances = document["ballistic_limit"]["probability"]
+    assert {*chances["sentences"]} <= texts
     mine = [mark for mark in shown.marks if mark.path.startswith("/ballistic_limit/rows") and mark.value is not None]
     assert len(mine) == 4 * len(SPEEDS) * len(equations())
+    probable = "/ballistic_limit/probability/rows"
+    mine += [mark for mark in shown.marks if mark.path.startswith(probable) and mark.value is not None]
+    assert len(mine) == 4 * len(SPEEDS) * len(equations()) + 5 * len(chances["rows"])
     for mark in mine:
         value = at(document, mark.path)
         assert mark.value == ("" if value is None else json.dumps(value))
@@ -269,10 +274,10 @@ def test_wide_interval__leaves_all_equations_in_agreement() -> None:
 
 def test_cylinder__is_compared_by_the_sphere_of_its_volume() -> None:
     fixed = {**SHIELD, "projectile_shape": "cylinder", "projectile_length": "4 mm"}
-    sweep = sweep_of(["4 mm"], fixed=fixed)
+    sweep = sweep_of(["4 mm", "5 mm"], fixed=fixed)
     document = document_of(sweep, computed(sweep))
     shot: Shot = next(iter(sweep.shots()))
-    [run] = document["ballistic_limit"]["rows"][0]["runs"]
+    [run, _] = document["ballistic_limit"]["rows"][0]["runs"]
     assert run["diameter"] == pytest.approx(shot.projectile_diameter)
     assert "projectiles" in document["headline"]
 

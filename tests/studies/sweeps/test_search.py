@@ -2,14 +2,17 @@
 
 import math
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import pytest
 
+from studies.observations.shields.probability import probability
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import CLOSED_BY_FILM, STILL_COMING
+from studies.runs.run import Run
 from studies.sweeps.cost import cost_of
-from studies.sweeps.search import LimitOutcome, Search, SearchedLimit, SearchVerdict, outcome_in, replay
+from studies.sweeps.search import Chance, LimitOutcome, Search, SearchedLimit, SearchVerdict, outcome_in, replay
 from studies.sweeps.sweep import Sweep
 
 SEARCH = Search("perforated", 100.0, 200.0, 2.0)
@@ -57,7 +60,7 @@ def test_outcome__that_may_change_is_none(value: float | None, flag: str, outcom
 def test_search__names_both_ends_that_give_the_same(perforates: bool) -> None:
     limit = searched(lambda speed: perforates)
     assert limit.verdict is SearchVerdict.NOT_BRACKETED
-    assert limit.tried == SEARCH.start
+    assert limit.tried == SEARCH.start()
     assert math.isnan(limit.value)
     for words in (f"{int(perforates)} at 100 m/s", f"{int(perforates)} at 200 m/s"):
         assert words in limit.reason
@@ -127,9 +130,120 @@ def test_search__is_refused_with_its_field(change: dict[str, Any], field: str) -
     assert [finding.field for finding in refused.value.findings] == [field]
 
 
-@pytest.mark.parametrize(
-    "change", [{"offsets": 3}, {"resolution": [8, 12]}, {"combine": "zip"}, {"model_part": "screen"}]
-)
-def test_search__takes_one_grid(change: dict[str, Any]) -> None:
+@pytest.mark.parametrize("change", [{"combine": "zip"}, {"model_part": "screen"}])
+def test_search__is_of_a_grid_without_screening(change: dict[str, Any]) -> None:
     with pytest.raises(InvalidInput, match=r"limit|zip"):
         Sweep.parse({**DOCUMENT, **change})
+
+
+def test_search__on_several_grids_leaves_open_what_they_disagree_about() -> None:
+    """The coarse grid perforates from 120, the fine one from 140 m/s."""
+    sweep = Sweep.parse({**DOCUMENT, "resolution": [8, 12]})
+    exact = {8.0: 120.0, 12.0: 140.0}
+
+    def outcome_of(run: Run) -> bool:
+        return float(run.parameters["speed"] or 0.0) >= exact[float(run.parameters["cells_per_diameter"] or 0.0)]
+
+    limits = sweep.limits(outcome_of)
+    for _, limit in limits:
+        assert limit.verdict is SearchVerdict.BRACKETED
+        assert 110.0 <= limit.lower < 120.0
+        assert 140.0 <= limit.upper <= 150.0
+    runs = sweep.tried(limits).runs()
+    assert len(runs) == 2 * sum(len(limit.tried) for _, limit in limits)
+    assert sweep.most_runs == 2 * 2 * (2 + 4)
+    [(_, waiting), *_] = sweep.limits(
+        lambda run: "running" if run.parameters["cells_per_diameter"] == 12.0 else outcome_of(run)
+    )
+    assert waiting.verdict is SearchVerdict.UNFINISHED
+
+
+# --- until -----------------------------------------------------------------------------------------
+
+GUIDED = Search("perforated", 100.0, 800.0, 1.0, until=0.1)
+
+
+def chance_about(middle: float) -> Chance:
+    """A chance that rises in the logarithm about a value, by a factor of 1.3 to either side of half of it."""
+    return lambda value: 1.0 / (1.0 + (value / middle) ** (-2.2 / math.log(1.3)))
+
+
+@pytest.mark.parametrize("exact", [101.0, 150.0, 300.0, 500.0, 799.0])
+@pytest.mark.parametrize("chance", [None, chance_about(310.0), chance_about(120.0), lambda value: 1.0])
+def test_until__narrows_the_interval_as_asked_whatever_guides_it(exact: float, chance: Chance | None) -> None:
+    limit = replay(GUIDED, lambda speed: speed >= exact, "m s-1", chance)
+    assert limit.verdict is SearchVerdict.BRACKETED
+    assert limit.lower < exact <= limit.upper
+    assert math.log(limit.upper / limit.lower) <= 0.1 * (1.0 + 1e-9)
+    assert len(limit.tried) <= GUIDED.most_tries
+
+
+def test_until__takes_fewer_runs_where_the_chance_is_right() -> None:
+    """Limits drawn from the chance itself, beside a plain search of the same width there."""
+    chance = chance_about(310.0)
+    limits = [next(v for v in range(100, 801) if chance(v) >= share) for share in (0.1, 0.3, 0.5, 0.7, 0.9)]
+    guided = [len(replay(GUIDED, lambda v, x=x: v >= x, "m s-1", chance).tried) for x in limits]  # type: ignore[misc]
+    plain = Search("perforated", 100.0, 800.0, 31.0)
+    halved = [len(replay(plain, lambda v, x=x: v >= x, "m s-1").tried) for x in limits]  # type: ignore[misc]
+    assert sum(guided) < 0.8 * sum(halved)
+
+
+@pytest.mark.parametrize("perforates", [True, False])
+def test_until__tries_an_end_before_it_says_that_nothing_is_bracketed(perforates: bool) -> None:
+    limit = replay(GUIDED, lambda speed: perforates, "m s-1", chance_about(310.0))
+    assert limit.verdict is SearchVerdict.NOT_BRACKETED
+    assert (GUIDED.low if perforates else GUIDED.high) in limit.tried
+
+
+def test_until__leaves_an_open_value_inside_its_interval() -> None:
+    limit = replay(GUIDED, lambda speed: None if 280.0 < speed < 340.0 else speed > 300.0, "m s-1")
+    assert limit.verdict is SearchVerdict.BRACKETED
+    assert limit.lower <= 280.0
+    assert limit.upper >= 340.0
+    assert limit.reason.startswith("wider than asked: perforated is open at 2")
+
+
+def test_until__starts_on_a_shield_where_its_equations_and_shots_leave_it_open() -> None:
+    document = {
+        "scenario": "whipple_shield",
+        "fixed": {
+            **{"projectile": "al-2017-t4", "bumper": "al-6061-t6", "wall": "al-6061-t6"},
+            **{"bumper_thickness": "1 mm", "stand_off": "10 cm", "wall_thickness": "3 mm"},
+        },
+        "axes": {
+            "speed": ["3 km/s", "7 km/s"],
+            "projectile_diameter": {"limit_of": "wall_perforated", "between": ["1 mm", "10 mm"], "until": "10 %"},
+        },
+        "resolution": 16,
+    }
+    sweep = Sweep.parse(document)
+    assert Sweep.parse(sweep.document()) == sweep
+    shots = list(sweep.shots())
+    assert [shot.speed for shot in shots] == [3000.0, 7000.0]
+    for shot in shots:
+        answers = [probability(replace(shot, projectile_diameter=d)) for d in (1e-3, shot.projectile_diameter, 1e-2)]
+        low, there, high = (answer.value for answer in answers if answer is not None)
+        even = math.log10(shot.projectile_diameter / 1e-3)
+        assert 0.5 * even + 0.5 * (there - low) / (high - low) == pytest.approx(0.5, abs=1e-6)
+    assert shots[0].projectile_diameter != shots[1].projectile_diameter
+    limits = sweep.limits(lambda run: float(run.parameters["projectile_diameter"] or 0.0) > 4.2e-3)
+    assert all(limit.lower <= 4.2e-3 < limit.upper <= 1.11 * limit.lower for _, limit in limits)
+    runs = {point.run.id for point in sweep.tried(limits).runs()}
+    assert runs >= {point.run.id for point in sweep.runs()}
+    assert cost_of(sweep).runs == sweep.most_runs
+
+
+@pytest.mark.parametrize(
+    ("change", "field"),
+    [
+        ({"until": "10 mm"}, "axes.speed.until"),
+        ({"until": "200 %"}, "axes.speed.until"),
+        ({"until": "10 %", "tolerance": "10 m/s"}, "axes.speed.until"),
+        ({"until": 0.1, "between": ["0 m/s", "100 m/s"]}, "axes.speed.between[0]"),
+    ],
+)
+def test_until__is_refused_with_its_field(change: dict[str, Any], field: str) -> None:
+    speed = {"limit_of": "perforated", "between": ["100 m/s", "200 m/s"], **change}
+    with pytest.raises(InvalidInput) as refused:
+        Sweep.parse({**DOCUMENT, "axes": {**DOCUMENT["axes"], "speed": speed}})
+    assert [finding.field for finding in refused.value.findings] == [field]

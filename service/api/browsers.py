@@ -1,0 +1,64 @@
+"""What browsers send with a request: the cookie of a session, and the token that proves that a page of ours was read.
+
+A form or script of a page sends the token with every order; a page of another site cannot read it. It is derived from
+a cookie that each browser gets with its first page, and from its session, so that it ends with the session.
+"""
+
+import hashlib
+import hmac
+import secrets
+from typing import Annotated
+from urllib.parse import parse_qsl
+
+from fastapi import Depends, Request, Response
+
+from service.api.errors import CrossSiteRequest
+
+SESSION, BROWSER = "whipple_session", "whipple_browser"  # cookies
+TOKEN_FIELD, TOKEN_HEADER = "csrf_token", "X-CSRF-Token"
+FORM = "application/x-www-form-urlencoded"
+LONGEST_FORM = 16 * 1024  # bytes
+LONGEST_COOKIE = 200  # characters; ours are shorter
+
+
+def cookie(request: Request, name: str) -> str:
+    """The value of a cookie; empty without one, or for one that is none of ours."""
+    value = request.cookies.get(name, "")
+    return value if len(value) <= LONGEST_COOKIE and value.isascii() else ""
+
+
+def set_cookie(request: Request, response: Response, name: str, value: str) -> None:
+    """Give a browser a cookie that scripts cannot read and other sites do not send; an empty one is removed."""
+    secure = request.url.scheme == "https"
+    age = None if value else 0
+    response.set_cookie(name, value, max_age=age, path="/", httponly=True, samesite="strict", secure=secure)
+
+
+async def _form(request: Request) -> dict[str, str]:
+    """The fields of a short form in the body of a browser's request; empty for another body."""
+    kind, length = request.headers.get("content-type", ""), request.headers.get("content-length", "")
+    is_short = length.isdigit() and int(length[:9]) <= LONGEST_FORM
+    if kind.partition(";")[0].strip().lower() != FORM or not is_short or not cookie(request, BROWSER):
+        return {}
+    return dict(parse_qsl((await request.body()).decode(errors="replace")))
+
+
+FormFields = Annotated[dict[str, str], Depends(_form)]
+
+
+def token_of(request: Request, browser: str) -> str:
+    """The token of a browser, and of its session if it has one."""
+    return hmac.new(browser.encode(), cookie(request, SESSION).encode(), hashlib.sha256).hexdigest()
+
+
+def check_token(request: Request, form: FormFields) -> None:
+    """Raise CrossSiteRequest unless a request has the token of its browser, in its header or its form."""
+    sent = request.headers.get(TOKEN_HEADER) or form.get(TOKEN_FIELD, "")
+    browser = cookie(request, BROWSER)
+    if not browser or not hmac.compare_digest(sent.encode(), token_of(request, browser).encode()):
+        raise CrossSiteRequest("this page is out of date, or not of this service: load it again, and repeat the order")
+
+
+def new_browser() -> str:
+    """A value of the cookie of a browser."""
+    return secrets.token_urlsafe(32)

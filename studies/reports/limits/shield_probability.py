@@ -1,0 +1,130 @@
+"""The probability that a simulated wall fails: from equations and shots, and joined with what the simulation says."""
+
+import math
+from collections.abc import Iterator, Sequence
+from dataclasses import asdict, dataclass, replace
+from typing import Any
+
+import xarray as xr
+
+from studies.cubes.points import by_run, refinements_of
+from studies.laws import Shot
+from studies.observations.shields.answers import shown
+from studies.observations.shields.joined import NOT_JOINED, Simulated, SimulationKind, cells_across, joint
+from studies.observations.shields.probability import Probability, probability
+from studies.quantities.units import readable
+from studies.reports.limits.shield import ShieldLimit, WallRun, shot_at, shots_of
+
+RESOLUTION = "cells_per_diameter"
+ROUNDED = 1e-6  # relative: of a number of cells
+MOST_SAID = 3  # speeds and shields with a sentence
+CALIBRATED = {"geometry": "axisymmetric", "projectile_shape": "sphere"}  # of the simulated shots
+DOES: dict[bool | None, str] = {True: "perforates", False: "is held", None: "is open"}
+
+
+@dataclass(frozen=True)
+class WallChance:
+    """How likely the wall fails at a point of a sweep."""
+
+    diameter: float  # m
+    perforated: bool | None  # by the simulation; None: open
+    before: Probability  # from equations and shots
+    joined: Probability | None  # with the simulation; None where it is not joined
+    why: str  # it is not joined; else empty
+
+    @property
+    def best(self) -> Probability:
+        """With the simulation where it is joined."""
+        return self.joined or self.before
+
+    @property
+    def sentence(self) -> str:
+        """ "71 % (45 to 88) to fail; 42 % (27 to 58) without simulation"."""
+        after = f"{shown(self.before)} without simulation" if self.joined else NOT_JOINED
+        return f"{shown(self.best)} to fail; {after}"
+
+
+def chances_of(dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit]) -> list[list[WallChance]]:
+    """The chances of the runs of each limit; none where no equation covers a run."""
+    shots, chances = shots_of(dataset), list[list[WallChance]]()
+    finest = float(dataset[RESOLUTION].max()) if RESOLUTION in refinements_of(dataset) else None
+    for limit in limits:
+        shot, settings = shot_at(shots, limit.at), _Settings(points, limit)
+        chances.append([] if shot is None else list(_of_limit(shot, limit, settings, finest)))
+    return chances
+
+
+class _Settings:
+    """How the runs of a limit are computed."""
+
+    def __init__(self, points: xr.Dataset, limit: ShieldLimit):
+        self.points, self.at = points, limit.at
+
+    def __getitem__(self, name: str) -> Any:
+        return self.at[name] if name in self.at else by_run(self.points, name)[0]
+
+
+def _of_limit(shot: Shot, limit: ShieldLimit, settings: _Settings, finest: float | None) -> Iterator[WallChance]:
+    """Chances at one speed on one shield; ``finest`` is the resolution of the finest of several grids."""
+    kind = SimulationKind((str(settings["failure"]),), "one" if finest is None else "several")
+    constants = joint(kind)
+    cells = float(settings[RESOLUTION]) if finest is None else finest
+    for run in limit.runs:
+        before = probability(replace(shot, speed=limit.speed, projectile_diameter=run.diameter))
+        if before is None:
+            continue
+        why = _why_not(limit, settings)
+        least = cells_across(run.diameter, shot.plate_thickness or math.inf)
+        if constants is None:
+            why = f"no shots were simulated with failure {kind.name}"
+        elif not why and cells < least * (1.0 - ROUNDED):
+            why = f"the shots were simulated on at least {least:.0f} cells across"
+        after = constants.probability(before, _told(run)) if constants and not why else None
+        yield WallChance(run.diameter, run.perforated, before, after, why and f"{NOT_JOINED}: {why}")
+
+
+def _told(run: WallRun) -> Simulated:
+    return "open" if run.perforated is None else "perforated" if run.perforated else "held"
+
+
+def _why_not(limit: ShieldLimit, settings: _Settings) -> str:
+    """Why no simulated shots are like the runs of a limit."""
+    if limit.normal_speed < limit.speed:
+        return "no shots were simulated at an angle"
+    for name, calibrated in CALIBRATED.items():
+        if str(settings[name]) != calibrated:
+            return f"no shots were simulated with {name.replace('_', ' ')} {settings[name]}"
+    return ""
+
+
+def in_words(limits: Sequence[ShieldLimit], chances: Sequence[Sequence[WallChance]], one_mesh: bool) -> dict[str, Any]:
+    """Headline of a sweep that brackets no limit, a sentence for each limit, and all chances as plain objects."""
+    pairs = [(limit, mine) for limit, mine in zip(limits, chances, strict=True) if mine]
+    single = [(limit, mine[0]) for limit, mine in pairs if len(limit.runs) == 1]
+    headline = ""
+    if single and len(single) == len(limits):
+        limit, worst = max(single, key=lambda pair: pair[1].best.value)
+        mesh = "; one mesh" if one_mesh else ""
+        headline = f"{readable(limit.speed, 'm s-1')}, {_size(worst)}: {worst.sentence}{mesh}."
+    why = list(dict.fromkeys(chance.why for _, mine in pairs for chance in mine if chance.why))
+    return {
+        "headline": headline,
+        "sentences": [_sentence(limit, mine) for limit, mine in pairs[:MOST_SAID]] + [f"{each}." for each in why],
+        "rows": [
+            {"at": dict(limit.at), "speed": limit.speed, **asdict(chance), "does": DOES[chance.perforated]}
+            for limit, mine in pairs
+            for chance in mine
+        ],
+    }
+
+
+def _sentence(limit: ShieldLimit, chances: Sequence[WallChance]) -> str:
+    """The chances at the ends of the interval, or of the one run; where it has none, of the middle run."""
+    ends = [each for each in chances if each.diameter in (limit.lower, limit.upper)]
+    ends = ends or [chances[len(chances) // 2]]
+    said = [f"{_size(each)} {DOES[each.perforated]}: {each.sentence}" for each in ends]
+    return f"At {readable(limit.speed, 'm s-1')}, {'. '.join(said)}."
+
+
+def _size(chance: WallChance) -> str:
+    return readable(float(f"{chance.diameter:.3g}"), "m")

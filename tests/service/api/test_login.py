@@ -1,0 +1,141 @@
+"""A browser logs in with a key, gives orders with the token of a page, and logs out."""
+
+import re
+from collections.abc import Iterator
+from contextlib import closing
+from datetime import UTC, datetime
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.api.browsers import SESSION, TOKEN_HEADER
+from service.records.jobs import Scope
+from service.settings import Settings
+from service.store import Store
+from service.store import keys as sessions
+from tests.service.support.api import SWEEP, Api, open_api
+
+HTML = {"Accept": "text/html"}
+
+
+@pytest.fixture
+def api(tmp_path: Path) -> Iterator[Api]:
+    """A service that asks for a key."""
+    with closing(Store.open(Settings(data=tmp_path).url)) as store:
+        store.keys.issue("nobody", [])
+    with open_api(tmp_path, host="0.0.0.0") as opened:
+        opened.http.headers.update(HTML)
+        yield opened
+
+
+def token_on(page: Any) -> str:
+    """The token in the forms of a page."""
+    [token] = set(re.findall(r'name="csrf_token" value="(\w+)"', page.text))
+    return token
+
+
+def log_in(api: Api, *scopes: Scope, to: str = "/", name: str = "anna") -> tuple[str, Any]:
+    """Log in with a new key; the id of the key and the page that is shown then."""
+    key, secret = api.store.keys.issue(name, scopes)
+    form = {"key": f" {secret}\n", "to": to, "csrf_token": token_on(api.http.get("/login"))}
+    page = api.http.post("/login", data=form)
+    assert page.status_code == 200, page.text
+    return key.id, page
+
+
+def test_page__asks_for_the_key_and_is_shown_once_logged_in(api: Api) -> None:
+    asked = api.http.get("/sweeps/none")
+    assert asked.status_code == 401
+    assert 'name="to" value="/sweeps/none"' in asked.text
+    wrong = api.http.post("/login", data={"key": "whp_wrong", "to": "/", "csrf_token": token_on(asked)})
+    assert wrong.status_code == 401
+    assert "this key is unknown" in wrong.text
+    assert SESSION not in api.http.cookies
+    _, page = log_in(api, Scope.READ)
+    assert page.url.path == "/"
+    assert "anna" in page.text
+    assert api.http.get("/v1/sweeps").status_code == 200
+
+
+def test_cookies__are_kept_from_scripts_and_other_sites(api: Api) -> None:
+    _, secret = api.store.keys.issue("anna", [Scope.READ])
+    page = api.http.get("/login")
+    login = {"key": secret, "to": "//example.org", "csrf_token": token_on(page)}
+    begun = api.http.post("/login", data=login, follow_redirects=False)
+    assert (begun.status_code, begun.headers["location"]) == (303, "/")
+    for response in (page, begun):
+        assert {"HttpOnly", "SameSite=strict", "Path=/"} <= set(response.headers["set-cookie"].split("; "))
+    assert secret not in begun.headers["set-cookie"]
+
+
+def test_order__needs_session_token_and_own_site(api: Api) -> None:
+    _, page = log_in(api, Scope.SUBMIT)
+    token = token_on(page)
+    send: dict[str, Any] = {"json": SWEEP, "headers": {TOKEN_HEADER: token}}
+    accepted = api.http.post("/v1/sweeps", **send)
+    assert accepted.status_code == 202
+    cancel = f"/sweeps/{accepted.json()['id']}/cancel"
+    assert api.http.post("/v1/sweeps", json=SWEEP).status_code == 403
+    for form in ({}, {"csrf_token": ""}, {"csrf_token": "0" * 64}):
+        assert api.http.post(cancel, data=form).status_code == 403
+    foreign = {"Origin": "https://example.org", "Sec-Fetch-Site": "cross-site"}
+    assert api.http.post(cancel, data={"csrf_token": token}, headers=foreign).status_code == 403
+    assert api.http.post(cancel, data={"csrf_token": token}).status_code == 200
+    del api.http.cookies[SESSION]
+    assert api.http.post(cancel, data={"csrf_token": token}).status_code in (401, 403)
+    assert api.http.post("/v1/sweeps", **send).status_code == 401
+
+
+@pytest.mark.parametrize("how", ["revoked", "expired", "logged out"])
+def test_session__ends(api: Api, how: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    key, page = log_in(api, Scope.READ)
+    secret = api.http.cookies[SESSION]
+    if how == "revoked":
+        api.store.keys.revoke(key)
+    elif how == "expired":
+        monkeypatch.setattr(sessions, "now", lambda: datetime.now(UTC) + sessions.SESSION)
+    else:
+        api.http.post("/logout", data={"csrf_token": token_on(page)})
+        assert SESSION not in api.http.cookies
+    api.http.cookies[SESSION] = secret
+    assert api.http.get("/").status_code == 401
+
+
+def test_page__offers_what_the_key_may_do(api: Api) -> None:
+    _, page = log_in(api, Scope.SUBMIT)
+    sent = api.http.post("/v1/sweeps", json=SWEEP, headers={TOKEN_HEADER: token_on(page)})
+    page_of_sweep = f"/sweeps/{sent.json()['id']}"
+
+    def offered() -> list[str]:
+        return re.findall(rf'action="{page_of_sweep}/(\w+)"', api.http.get(page_of_sweep).text)
+
+    assert offered() == ["cancel"]
+    for scope, name, may in ((Scope.READ, "anna", []), (Scope.SUBMIT, "bert", []), (Scope.ADMIN, "carl", ["cancel"])):
+        log_in(api, scope, name=name)
+        assert offered() == may
+    cancelled = api.http.post(f"{page_of_sweep}/cancel", data={"csrf_token": token_on(api.http.get(page_of_sweep))})
+    assert cancelled.url.path == page_of_sweep
+    api.compute()
+    assert offered() == ["retry", "delete"]  # it was cancelled
+    deleted = api.http.post(f"{page_of_sweep}/delete", data={"csrf_token": token_on(api.http.get(page_of_sweep))})
+    assert deleted.url.path == "/"
+    assert api.http.get(page_of_sweep).status_code == 404
+
+
+def test_page__that_is_opened_from_another_site_loads_itself_again_with_its_cookie(api: Api) -> None:
+    """A browser sends no cookie with the first request; the page sets none in place of the session's."""
+    response = api.http.get("/", headers={"Sec-Fetch-Site": "cross-site"})
+    assert '<meta http-equiv="refresh" content="0">' in response.text
+    assert SESSION not in response.headers.get("set-cookie", "")
+    assert 'content="0"' not in api.http.get("/").text
+
+
+def test_local_browser__needs_no_key_but_the_token(tmp_path: Path) -> None:
+    with open_api(tmp_path) as api:
+        id = api.submit()
+        page = api.http.get(f"/sweeps/{id}")
+        assert api.http.post(f"/sweeps/{id}/cancel").status_code == 403
+        cancelled = api.http.post(f"/sweeps/{id}/cancel", data={"csrf_token": token_on(page)}, headers=HTML)
+        assert cancelled.status_code == 200
+        assert "cancel" in cancelled.text

@@ -1,0 +1,120 @@
+"""The probability that a wall fails joined with simulations: its constants from outcomes that are drawn by chance."""
+
+import math
+from collections.abc import Callable
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from scipy.special import expit, logit
+from sklearn.linear_model import LogisticRegression
+
+from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, drawn, simulations
+from studies.cases.rows import at_most, equal
+from studies.observations.shields import joined
+from studies.observations.shields.joined import PRIOR, Joint, SimulatedShot, SimulationKind, joint_of, unseen, validated
+from studies.observations.shields.probability import Probability
+from studies.observations.shields.shots import laboratory
+
+BEFORE = Probability(0.4, 0.2, 0.65)
+JOINT = Joint(2.0, -1.0, ((0.09, 0.0), (0.0, 0.25)), 56)
+
+
+def _even(chance: float) -> Probability:
+    return Probability(chance, chance, chance)
+
+
+def told(right: float, seed: int = 3) -> list[SimulatedShot]:
+    """The shots that are drawn, each told rightly with a chance; a tenth is open."""
+    random = np.random.default_rng(seed)
+    shots = []
+    for shot in drawn():
+        other = "held" if shot.is_perforated else "perforated"
+        says = shot.outcome if random.random() < right else other
+        shots.append(SimulatedShot(shot, 0.5, 1.0, "open" if random.random() < 0.1 else says))  # type: ignore[arg-type]
+    return shots
+
+
+def test_joint__has_the_constants_of_a_logistic_regression_with_known_logits() -> None:
+    shots = [replace(each, odds=2.0) for each in told(0.8)]
+    joint = joint_of([_even(1.0 / 3.0)] * len(shots), shots)  # logit P_e + ln 2 = 0
+    rows = [[each.told == "perforated", each.told == "held"] for each in shots]
+    failed = [each.shot.is_perforated for each in shots]
+    by_library = LogisticRegression(C=PRIOR[0] ** 2, fit_intercept=False, tol=1e-10).fit(rows, failed)
+    assert (joint.perforated, joint.held) == pytest.approx(by_library.coef_[0], abs=1e-5)
+
+
+def test_joint__of_shots_that_were_drawn_by_outcome_is_that_of_all() -> None:
+    """With every perforated shot twice the constants stay where the odds say so, and rise by ln 2 where they do not."""
+    once = told(0.8)
+    twice = [each for each in once for _ in range(1 + each.shot.is_perforated)]
+    all_shots, known, unknown = (
+        joint_of([_even(0.4)] * len(shots), shots)
+        for shots in (once, [replace(each, odds=2.0) for each in twice], twice)
+    )
+    for name in ("perforated", "held"):
+        assert getattr(known, name) == pytest.approx(getattr(all_shots, name), abs=0.1)
+        assert getattr(unknown, name) - getattr(known, name) == pytest.approx(math.log(2.0), abs=0.1)
+
+
+@pytest.mark.claim("shields", "joined-by-rule")
+def test_validated__gains_by_simulations_that_are_right_and_by_no_others(compared: Callable[..., None]) -> None:
+    """Joined with outcomes drawn rightly in 9 of 10 the Brier score falls; with a coin's it stays as it was."""
+    right, coin = validated(told(0.9)), validated(told(0.5))
+    before, after = right.brier()
+    compared(at_most("Brier score, 9 of 10 right", limit=0.7 * before, got=after))
+    before, after = coin.brier()
+    compared(at_most("a coin: rise of the Brier score", limit=0.02, got=abs(after - before)))
+    low, high = np.add(coin.gained[0], (-coin.gained[1], coin.gained[1]))
+    compared(equal("a coin: nothing gained is in the interval", expected=True, got=bool(low < 0.0 < high)))
+
+
+def test_unseen__knows_nothing_of_a_laboratory_that_is_left_out() -> None:
+    shots = told(1.0)
+    name = laboratory(shots[0].shot)
+    others = [each for each in shots if laboratory(each.shot) != name]
+    chances, less = unseen(others), unseen(others, name)
+    assert all(few != all_laboratories for few, all_laboratories in zip(less, chances, strict=True))
+    assert all(each.low < each.value < each.high for each in less)
+    with pytest.raises(KeyError):
+        unseen(shots, name)
+
+
+def test_probability__moves_by_the_outcome_and_stays_where_it_is_open() -> None:
+    perforated, held = JOINT.probability(BEFORE, "perforated"), JOINT.probability(BEFORE, "held")
+    assert JOINT.probability(BEFORE, "open") == BEFORE
+    assert perforated.value == pytest.approx(expit(logit(0.4) + 2.0))
+    assert held.value == pytest.approx(expit(logit(0.4) - 1.0))
+    deviation = (logit(0.4) - logit(0.2)) / 1.96
+    low = logit(0.4) - 1.0 - 1.96 * math.hypot(deviation, 0.5)
+    assert held.low == pytest.approx(expit(low))
+    assert held.low < held.value < held.high
+    certain = Probability(1.0, 0.9, 1.0)
+    assert JOINT.probability(certain, "held") == certain
+
+
+def test_kinds__have_the_outcomes_of_their_runs_alone() -> None:
+    """Of runs without failure on a coarse grid that perforate, where all others hold."""
+    runs = [
+        {"shot": number, "failure": failure, "grid": grid, "perforated": float((failure, grid) == ("none", GRIDS[0]))}
+        for number in range(len(drawn()))
+        for failure in FAILURES
+        for grid in GRIDS
+    ]
+    says = {kind.name: {each.told for each in shots} for kind, shots in simulations(runs).items()}
+    assert says == {
+        "none, one grid": {"perforated"},
+        "none, several grids": {"open"},
+        "johnson-cook, one grid": {"held"},
+        "johnson-cook, several grids": {"held"},
+        "johnson-cook and none, one grid": {"open"},
+        "johnson-cook and none, several grids": {"open"},
+    }
+    [shots] = [shots for kind, shots in simulations(runs).items() if kind == SimulationKind(("none",), "one")]
+    assert sum(1.0 / each.share for each in shots) == pytest.approx(322)  # the shots that can be simulated
+    assert {each.shot.outcome for each in shots if each.share < 0.1} == {"perforated", "held"}
+    assert len(shots) <= 6 * EACH
+
+
+def test_joint__is_none_of_a_kind_that_no_shot_was_simulated_by() -> None:
+    assert joined.joint(SimulationKind(("spall-rate",), "several")) is None

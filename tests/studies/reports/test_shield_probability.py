@@ -1,0 +1,115 @@
+"""The probability that a simulated wall fails, in a report: without its simulation, and joined with it."""
+
+import json
+from collections.abc import Iterator, Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from studies.observations.shields import joined
+from studies.observations.shields.answers import shown
+from studies.observations.shields.joined import NOT_JOINED, Joint
+from studies.observations.shields.probability import Probability, probability
+from studies.reports.verdict.texts import MOST_WORDS
+from studies.runs.run import Run
+from studies.sweeps.sweep import Sweep
+from tests.studies.reports.test_ballistic_limit import PLAIN, SHIELD, computed, document_of, result_of, sweep_of
+
+ADDED = {"none, one grid": Joint(2.0, -1.0, ((0.1, 0.0), (0.0, 0.2)), 50)}
+FINE = 40  # cells: at least six through the bumper up to 6.7 mm
+
+
+@pytest.fixture(autouse=True)
+def _simulated(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> Iterator[None]:
+    """Constants of made-up simulated shots, without failure and on one grid."""
+    monkeypatch.setattr(joined, "STORED", tmp_path / "joined.json")
+    constants = {name: vars(each) for name, each in ADDED.items()}
+    joined.STORED.write_text(json.dumps(constants))
+    joined._stored.cache_clear()
+    yield
+    joined._stored.cache_clear()
+
+
+def rows_of(sweep: Sweep, **how: Any) -> list[Mapping[str, Any]]:
+    limits = document_of(sweep, computed(sweep, **how))["ballistic_limit"]
+    rows: list[Mapping[str, Any]] = limits["probability"]["rows"]
+    return rows
+
+
+def test_rows__have_the_probability_before_and_after_each_run() -> None:
+    sweep = sweep_of(PLAIN, resolution=FINE)
+    [first, *_] = sweep.shots()
+    rows = rows_of(sweep)
+    assert len(rows) == 9
+    for row in rows:
+        before = probability(replace(first, speed=row["speed"], projectile_diameter=row["diameter"]))
+        assert before is not None
+        after = ADDED["none, one grid"].probability(before, "perforated" if row["perforated"] else "held")
+        assert row["before"] == vars(before)
+        assert row["joined"] == vars(after)
+        assert (after.value > before.value) is row["perforated"]
+
+
+def test_headline__of_one_diameter_is_the_probability() -> None:
+    sweep = sweep_of(["5 mm"], resolution=FINE)
+    document = document_of(sweep, computed(sweep))
+    row = max(document["ballistic_limit"]["probability"]["rows"], key=lambda row: row["joined"]["value"])
+    after, before = (shown(Probability(**row[key])) for key in ("joined", "before"))
+    speed = f"{row['speed'] / 1e3:g} km/s"
+    assert document["headline"] == f"{speed}, 5 mm: {after} to fail; {before} without simulation; one mesh."
+    assert len(document["headline"].split()) <= MOST_WORDS
+
+
+@pytest.mark.parametrize(
+    ("changes", "why"),
+    [
+        ({"resolution": 16}, "on at least 24 cells across"),
+        ({"resolution": FINE, "fixed": {**SHIELD, "failure": "johnson-cook"}}, "failure johnson-cook, one grid"),
+        ({"resolution": FINE, "fixed": {**SHIELD, "geometry": "quarter"}}, "with geometry quarter"),
+        ({"resolution": [FINE, 48]}, "failure none, several grids"),
+    ],
+)
+def test_simulation__is_not_joined_where_no_shots_were_simulated_like_it(changes: dict[str, Any], why: str) -> None:
+    sweep = sweep_of(["4 mm"], **changes)
+    document = document_of(sweep, {point.run.id: result_of(point.run) for point in sweep.runs()})
+    rows = document["ballistic_limit"]["probability"]["rows"]
+    assert [row["joined"] for row in rows] == [None] * 3
+    assert all(row["why"].startswith(NOT_JOINED) and why in row["why"] for row in rows)
+    assert NOT_JOINED in document["headline"]
+    assert any(why in sentence for sentence in document["ballistic_limit"]["probability"]["sentences"])
+
+
+def test_simulation__is_not_joined_before_any_shot_was_simulated() -> None:
+    joined.STORED.unlink()
+    assert [row["joined"] for row in rows_of(sweep_of(["4 mm"], resolution=FINE))] == [None] * 3
+
+
+def test_open_run__leaves_the_probability_as_it_was() -> None:
+    sweep = sweep_of(["4 mm"], resolution=FINE)
+    results = computed(sweep)
+    lost = sweep.runs()[0].run.id
+    del results[lost]
+    rows = document_of(sweep, results)["ballistic_limit"]["probability"]["rows"]
+    [row] = [row for row in rows if row["perforated"] is None]
+    assert row["joined"] == row["before"]
+
+
+def test_search_on_several_grids__is_joined_by_what_such_simulations_add() -> None:
+    joined.STORED.write_text(json.dumps({"none, several grids": vars(ADDED["none, one grid"])}))
+    sweep = sweep_of({"limit_of": "wall_perforated", "between": ["1 mm", "9 mm"], "until": "10 %"}, resolution=[40, 54])
+    results: dict[str, Any] = {}
+
+    def outcome_of(run: Run) -> bool:
+        results[run.id] = result_of(run)
+        return results[run.id].measurements["wall_perforated"].value == 1.0
+
+    sweep.limits(outcome_of)
+    limits = document_of(sweep, results)["ballistic_limit"]
+    for row in limits["rows"]:
+        assert row["upper"] <= 1.11 * row["lower"]
+    chances = [row for row in limits["probability"]["rows"] if row["diameter"] <= 9e-3]
+    assert chances
+    assert all(row["joined"] is not None for row in chances)
+    assert {row["joined"]["value"] > row["before"]["value"] for row in chances} == {True, False}
