@@ -32,7 +32,7 @@ WORKERS = 2
 
 METALS = ("copper-ofhc", "al-6061-t6", "al-2024-t3", "al-7075-t6")
 SPEEDS = (3e3, 5e3, 7e3)  # m/s
-FAILURES = ("none", "spall-rate", "johnson-cook", "johnson-cook-spall")
+FAILURES = ("none", "spall-rate", "johnson-cook", "johnson-cook-spall", "void-growth")
 SPHERE = {"projectile_diameter": 8e-3, "projectile_shape": "sphere", "geometry": "axisymmetric"}
 # Of each scenario: parameters, cells across the sphere on three grids, and the quantities that are followed.
 TARGETS: Mapping[str, tuple[dict[str, Any], tuple[float, ...], tuple[str, ...]]] = {
@@ -52,7 +52,8 @@ SHOTS, FLYER_CELLS, NEAR_ENOUGH = ("copper-ofhc-190", "al-6061-t6-1335"), 50.0, 
 
 TEXT = """A hydrocode without failure parts matter where cells open between its particles; one with failure breaks it by
 a rule. The rule decides between the failures `none`, `spall-rate` (the spall strength of plate impacts at the strain
-rate), `johnson-cook` (Johnson and Cook's damage) and `johnson-cook-spall` (both); it was written down before any run:
+rate), `johnson-cook` (Johnson and Cook's damage), `johnson-cook-spall` (both) and `void-growth` (tension that is lost
+as voids grow); it was written down before any run:
 
 1. A failure is out if a run of it fails, if energy drifts by more than {drift:g} %, or if mass is lost.
 2. It is out if it misses the pull-back velocity of a [published plate impact](validation/plate-spall.md) by more than

@@ -2,12 +2,13 @@
 
 The clear hole is what a gauge that passes through the plate measures, and what hole laws mean.
 
-The plate that is connected to the rim is looked at in sectors of azimuth (one about the axis, of ten degrees in three
-dimensions) and, in each, in bins one cell high, counted from the original surface. The edge e of a sector is the
-radius at which the areal density of the plate falls to half of its nominal value. With d the diameter of the
-projectile, rho the undisturbed density and h the height of a bin, a full bin holds, within d of the edge and per
-radian, the mass M = rho h ((e + d)^2 - e^2) / 2. In each bin a is the radius inside which 1 % of M lies, its particles
-spread evenly over their widths. Solid matter from a radius c on has that mass between c and a, so that
+The plate that is connected to the rim, through matter that has not failed, is looked at in sectors of azimuth (one
+about the axis, of ten degrees in three dimensions) and, in each, in bins one cell high, counted from the original
+surface. The edge e of a sector is the radius at which the areal density of the plate falls to half of its nominal
+value. With d the diameter of the projectile, rho the undisturbed density and h the height of a bin, a full bin holds,
+within d of the edge and per radian, the mass M = rho h ((e + d)^2 - e^2) / 2. In each bin a is the radius inside which
+1 % of M lies, its particles spread evenly over their widths. Solid matter from a radius c on has that mass between c
+and a, so that
 
     c^2 = a^2 - 0.01 ((e + d)^2 - e^2).
 
@@ -89,13 +90,13 @@ def _flags(view: ImpactView, diameter: float) -> tuple[str, ...]:
 @measurement(
     title="Hole diameter",
     unit="m",
-    meaning="equal-area diameter of the clear hole in the plate that is connected to the rim: in each sector of "
-    "azimuth the least radius, over bins one cell high, of a wall of solid matter that holds, inside the radius where "
-    "the bin does, 1 % of what a full bin holds within a projectile diameter of the edge, where the areal density is "
-    "half; not perforated where more than a quarter of the plate stands within a cell of the axis, closed on axis "
-    "where less does: a film of it still closes the hole; near rim where it is wider than half of the plate, wide bar "
-    "where its uncertainty is more than a tenth of it",
-    version=5,
+    meaning="equal-area diameter of the clear hole in the plate that is connected to the rim through matter that has "
+    "not failed: in each sector of azimuth the least radius, over bins one cell high, of a wall of solid matter that "
+    "holds, inside the radius where the bin does, 1 % of what a full bin holds within a projectile diameter of the "
+    "edge, where the areal density is half; not perforated where more than a quarter of the plate stands within a "
+    "cell of the axis, closed on axis where less does: a film of it still closes the hole; near rim where it is wider "
+    "than half of the plate, wide bar where its uncertainty is more than a tenth of it",
+    version=6,
     widest=0.1,
 )
 def hole_diameter(view: ImpactView) -> Reading:
@@ -134,7 +135,7 @@ def _clear_radius(view: ImpactView, sector: int, edge: float) -> float:
     unit="m",
     meaning="equal-area diameter of the opening seen along the plate's normal, where the areal density of the plate "
     "that is connected to the rim falls to half of its nominal value; flags as those of the hole diameter",
-    version=2,
+    version=3,
 )
 def hole_diameter_areal(view: ImpactView) -> Reading:
     """Where the areal density of plate that hangs together with the rim falls to half its nominal value."""
@@ -150,7 +151,7 @@ def hole_diameter_areal(view: ImpactView) -> Reading:
     unit="m",
     meaning="equal-area diameter of the innermost particle edges of the connected plate within half a cell of its "
     "original mid-plane; not perforated, closed on axis and near rim as the hole diameter",
-    version=4,
+    version=5,
 )
 def hole_diameter_midplane(view: ImpactView) -> Reading:
     """Innermost particle edges, in each sector, within half a cell of the original mid-plane."""
@@ -172,7 +173,7 @@ def hole_diameter_midplane(view: ImpactView) -> Reading:
     unit="m",
     meaning="diameter from crest to crest of the lip on the entry side, within a projectile diameter of the hole; lip "
     "at window where the crest is within a cell of that distance: the plate may stand higher farther out",
-    version=3,
+    version=4,
 )
 def hole_diameter_lip(view: ImpactView) -> Reading:
     """Radius of the particle that stands highest above the entry face near the hole, in each sector."""

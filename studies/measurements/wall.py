@@ -1,11 +1,11 @@
 """A rear wall under debris: whether it has a clear hole, what came off its back, how deep it is cratered.
 
 The wall is looked at in columns of cells along its normal: rings one cell wide of a body of revolution, squares in
-three dimensions. Two of its particles hang together when their cells are the same or neighbours, as for the solver, and
-what hangs together, through its own matter, with what stood at its rim at rest is the connected wall: also where that
-has drawn away from what holds it (``rim_moved``). Other matter of the wall is free: it is spall where it flies on and
-no connected wall stands behind it in its column. So matter that a crater throws out, or that lies in one, is none; a
-plug that came out of a hole is. What has departed from the grid counts as it flew away.
+three dimensions. Two of its particles that have not failed hang together when their cells are the same or neighbours,
+as for the solver, and what hangs together, through its own matter, with what stood at its rim at rest is the connected
+wall: also where that has drawn away from what holds it (``rim_moved``). Other matter of the wall is free: it is spall
+where it flies on and no connected wall stands behind it in its column. So matter that a crater throws out, or that lies
+in one, is none; a plug that came out of a hole is. What has departed from the grid counts as it flew away.
 
 Light passes through a column without any particle of the connected wall. A ring of such columns leaves nothing
 connected within it: in a body of revolution the innermost column alone tells a hole, which a plug leaves too.
@@ -203,10 +203,11 @@ def wall_of(setting: Any, snapshot: Any) -> RearWall:
 
     position = np.concatenate([particles.position[here], flown(problem, departed, snapshot.time)[gone]])
     first = body.position[whole("number") - start]
-    on_grid = plate.target
+    on_grid, unbroken = plate.target, particles.damage[particles.alive == 1] < 1.0
     seed = np.zeros(on_grid.size, bool)
     seed[on_grid] = np.abs(first[: here.size, :axis]).max(axis=1) > setting.radius - HELD * cell
-    attached = hanging_together(problem.geometry, particles.position[particles.alive == 1], on_grid, seed)
+    among = on_grid & unbroken
+    attached = hanging_together(problem.geometry, particles.position[particles.alive == 1], among, seed)
     lines = tuple((first[:, each] / body.spacing[each]).astype(np.int64) for each in range(axis))
     other = (particles.alive == 1) & (snapshot.body != number)
     given = -float((particles.mass[other] * particles.velocity[other, axis]).sum())
@@ -275,9 +276,10 @@ def _doubt(wall: RearWall) -> tuple[str, ...]:
     title="Wall perforated",
     unit="1",
     meaning="1 where light passes through the wall along its normal: at least one column of cells, three cells from "
-    "the rim or more, has no particle of the wall that is connected to its rim; else 0. A plug that came out leaves a "
-    "hole. Closed by film where a wall without a hole has a column with less matter than fills a cell",
-    version=2,
+    "the rim or more, has no particle of the wall that is connected to its rim through matter that has not failed; "
+    "else 0. A plug that came out leaves a hole. Closed by film where a wall without a hole has a column with less "
+    "matter than fills a cell",
+    version=3,
     outcomes=("wall holds", "wall perforated"),
 )
 def wall_perforated(wall: RearWall) -> Reading:
@@ -292,7 +294,7 @@ def wall_perforated(wall: RearWall) -> Reading:
     meaning="1 where the wall is perforated, or has detached spall of more than 1 % of the mass of wall that the "
     "diameter of the projectile covers; else 0: the criterion of ballistic limits, no perforation and no detached "
     "spall. Closed by film as for a perforation",
-    version=1,
+    version=2,
     outcomes=("wall does not fail", "wall fails"),
 )
 def wall_failed(wall: RearWall) -> Reading:
@@ -308,7 +310,7 @@ def wall_failed(wall: RearWall) -> Reading:
     "more than 1 % of the volume of wall that the diameter of the projectile covers: it has parted behind the crater "
     "and nothing came off there; else 0. A crack that is narrower than a cell is not seen, and one that opens into "
     "the crater or to the back is none",
-    version=1,
+    version=2,
     outcomes=("no attached spall", "attached spall"),
 )
 def wall_attached_spall(wall: RearWall) -> Reading:
@@ -341,7 +343,7 @@ def wall_hole_diameter(wall: RearWall) -> Reading:
     "cells that are three or more from the rim the largest part that is neither in the wall which is connected to its "
     "rim nor came off its rear: that is free, and stood at rest behind all that is left of its line of particles; 1 "
     "where it is perforated",
-    version=1,
+    version=2,
 )
 def wall_crater_depth_over_thickness(wall: RearWall) -> Reading:
     """The part of a column that is missing in front."""
@@ -354,7 +356,7 @@ def wall_crater_depth_over_thickness(wall: RearWall) -> Reading:
     meaning="largest displacement along the flight of the wall's rear face: mean of its last layer of particles that "
     "is connected to the rim, over a column of cells at rest, the largest of all columns; no wall where none is left; "
     "still moving where its present velocity would have taken it a cell or more in the time of the wall's stage",
-    version=2,
+    version=3,
 )
 def wall_bulge(wall: RearWall) -> Reading:
     """The mean displacement of the rear layer in the column that went farthest."""
@@ -378,7 +380,7 @@ def wall_bulge(wall: RearWall) -> Reading:
     meaning="momentum along the flight that the wall which is connected to its rim has or has given to the rim: what "
     "debris brought to the wall, less that of all debris and of all free matter of the wall, departed included; of "
     "whole bodies",
-    version=1,
+    version=2,
 )
 def wall_momentum(wall: RearWall) -> Reading:
     """The balance: only the rim takes momentum along the flight from all that is there."""
@@ -399,7 +401,7 @@ def _spalled_face(wall: RearWall) -> float:
     unit="kg",
     meaning="mass of the wall's matter that is not connected to its rim, flies on, and has no connected wall behind it "
     "in its column of cells; what came out of a hole included; of whole bodies",
-    version=1,
+    version=2,
 )
 def wall_detached_spall(wall: RearWall) -> Reading:
     """The mass; its edge is known to a cell over the part of the rear face that came off."""
@@ -412,7 +414,7 @@ def wall_detached_spall(wall: RearWall) -> Reading:
     unit="m",
     meaning="equal-area diameter of the part of the rear face that came off: of the last layer of particles, at rest, "
     "that is detached spall; no spall where the wall has less than 1 % of the mass that the projectile covers",
-    version=1,
+    version=2,
 )
 def wall_spall_diameter(wall: RearWall) -> Reading:
     """The diameter of a circle with the area of the rear layer that came off."""
@@ -425,7 +427,7 @@ def wall_spall_diameter(wall: RearWall) -> Reading:
     title="Velocity of the spall",
     unit="m s-1",
     meaning="mean velocity along the flight, by mass, of detached spall; no spall as for the diameter of its face",
-    version=1,
+    version=2,
 )
 def wall_spall_velocity(wall: RearWall) -> Reading:
     if not wall.is_spalled:

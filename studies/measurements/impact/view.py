@@ -33,7 +33,7 @@ class ImpactView(OnGrid):
     sector: np.ndarray  # (n,) index of the azimuthal sector
     sectors: int
     target: np.ndarray  # (n,) whether the particle belongs to the target
-    attached: np.ndarray  # (n,) whether it touches, through the grid, the rim of the target
+    attached: np.ndarray  # (n,) whether it has not failed and touches, through the grid and the like, the target's rim
     attached_target: np.ndarray  # (n,) the same through particles of the target alone
     cell: float  # m
     radial_width: float  # of a particle, m
@@ -84,8 +84,8 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
     number = names.index(setting.target)
     target, body = body_of == number, problem.bodies[number]
     rim = rim_of(setting, plane, position[:, axis], target)
-    cell = _cells(problem.geometry, position)
-    attached_target = _touching(problem.geometry, cell, target, rim)
+    cell, whole = _cells(problem.geometry, position), particles.damage[living] < 1.0
+    attached_target = _touching(problem.geometry, cell, target & whole, rim)
     centre = np.zeros(plane.shape[1])
     is_oblique = any(np.delete(body.velocity, axis, axis=-1).any() for body in problem.bodies)
     if is_oblique:
@@ -108,7 +108,7 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
         sector=sector,
         sectors=sectors,
         target=target,
-        attached=_touching(problem.geometry, cell, np.ones_like(target), rim),
+        attached=_touching(problem.geometry, cell, whole, rim),
         attached_target=attached_target,
         cell=problem.geometry.spacing,
         radial_width=body.spacing[0],
@@ -229,7 +229,8 @@ def _cells(geometry: Any, position: np.ndarray) -> np.ndarray:
 def _touching(geometry: Any, cell: np.ndarray, among: np.ndarray, seed: np.ndarray) -> np.ndarray:
     """Which particles hang together with the seed: two touch when their cells are the same or neighbours.
 
-    That is when they share a node, which is all that makes them one body for the solver.
+    That is when they share a node, which is all that makes them one body for the solver. Matter that has failed bears
+    no tension and holds nothing: it is not ``among`` them.
     """
     touching = np.zeros(among.size, bool)
     if not (among & seed).any():

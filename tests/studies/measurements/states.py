@@ -563,6 +563,7 @@ class Moved(NamedTuple):
     inwards: np.ndarray
     velocity: np.ndarray  # along the normal
     has_departed: np.ndarray
+    has_failed: np.ndarray
 
 
 Change = Callable[[np.ndarray, np.ndarray, Moved], None]  # of the radius and the depth at rest
@@ -579,7 +580,7 @@ def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0, bo
     axis = 1 if flat else 2
     radius, depth = np.hypot(position[:, 0], 0.0 if flat else position[:, 1]), position[:, axis]
     normal, inwards, velocity = np.zeros((3, depth.size))
-    moved = Moved(normal, inwards, velocity, np.zeros(depth.size, bool))
+    moved = Moved(normal, inwards, velocity, *np.zeros((2, depth.size), bool))
     for change in changes:
         change(radius, depth, moved)
     setting = setting_of_plate(kind, thickness=WALL, radius=SPAN)
@@ -608,6 +609,7 @@ def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0, bo
     particles.position[: depth.size, axis] += moved.normal
     particles.position[: depth.size, :axis] *= (1.0 - moved.inwards / radius)[:, None]
     particles.velocity[: depth.size, axis] = moved.velocity
+    particles.damage[: depth.size] = moved.has_failed
     particles.mass[: depth.size] = DENSITY * (radius * PARTICLE**2 if flat else PARTICLE**3)
     particles.position[depth.size :, axis] = -WALL
     particles.velocity[depth.size :, axis] = -SPALL_SPEED
@@ -672,6 +674,11 @@ def plugged_out(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
     mine = radius < PIT[0]
     moved.normal[mine] = WALL + 2.0 * CELL
     moved.velocity[mine] = SPALL_SPEED
+
+
+def crushed(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:
+    """The matter of a plug has failed, and stands where it stood."""
+    moved.has_failed[radius < PIT[0]] = True
 
 
 def fallen_back(radius: np.ndarray, depth: np.ndarray, moved: Moved) -> None:

@@ -64,6 +64,7 @@ from tests.studies.measurements.states import (
     capped,
     collared_disc,
     cratered,
+    crushed,
     dented_disc,
     drawn_in,
     drilled_disc,
@@ -267,6 +268,7 @@ WALL_ANSWERS: list[tuple[tuple[Any, ...], tuple[int, ...], list[tuple[str, float
     ),
     ((pit(), littered), (0, 0, 0), [("detached_spall", 0.0, 0.0)]),
     ((fallen_back,), (1, 1, 0), [("detached_spall", 0.0, 0.0)]),
+    ((crushed,), (1, 1, 0), [("detached_spall", 0.0, 0.0)]),
     (
         (scabbed,),
         (0, 1, 0),
