@@ -19,7 +19,7 @@ from studies.runs.run import Run, materials_of, resolve
 # 602 MPa (OpenMPM3D's Taylor bar), 609 MPa (Steinberg 1996): 11 %.
 STRENGTH_DEVIATION = 0.10
 # Failures whose constants have a source in the file of a material, and none.
-SOURCED_FAILURES = ("none", "spall-rate", "johnson-cook", "johnson-cook-spall")
+SOURCED_FAILURES = ("none", "spall-rate", "johnson-cook", "johnson-cook-spall", "void-growth")
 
 STRENGTH, FAILURE, EOS = "strength", "failure", "equation of state"
 CONTRIBUTIONS = (STRENGTH, FAILURE, EOS)
