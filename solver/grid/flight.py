@@ -1,8 +1,9 @@
 """From one grid to the next: what has departed flies straight, and joins another grid at its face.
 
-Matter that a stage leaves behind, debris that flies past the next grid and what flies backwards stay in the books, so
-that those of the last stage hold everything from the first one on. A flight that crosses a plane of symmetry, or the
-axis, goes on as that of its mirror image; what the plane gives to it is booked as an impulse.
+Matter that a stage leaves behind, debris that flies past the next grid, what flies backwards and what would have come
+to the stage after its end stay in the books, so that those of the last stage hold everything from the first one on. A
+flight that crosses a plane of symmetry, or the axis, goes on as that of its mirror image; what the plane gives to it is
+booked as an impulse.
 """
 
 import math
@@ -11,13 +12,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.audit import Books, Ledger, body_balances, left_behind
+from solver.audit import BodyBalance, Books, Ledger, body_balances, left_behind
 from solver.grid.debris import clear_debris
 from solver.problem import Face, Problem
 from solver.problem.geometry import impact_axis
-from solver.state import S11, VX, VZ, Arrivals, Departed, Snapshot, X, Z, columns, joined, records, views
+from solver.state import (
+    HARDENED,
+    NONE_DEPARTED,
+    S11,
+    VX,
+    VZ,
+    Arrivals,
+    Departed,
+    Snapshot,
+    X,
+    Z,
+    columns,
+    joined,
+    records,
+    views,
+)
 from solver.steps.crossing import SHEAR
 
+NOTHING = BodyBalance(*[0.0] * 6)  # that a body has left behind
 ENTRY = 0.5  # cells inside the face of the next grid: no round-off puts what joins outside
 
 
@@ -26,7 +43,7 @@ class Flight(NamedTuple):
 
     arrivals: Arrivals  # their times on the clock of the next stage
     books: Books
-    missed: float  # mass of debris that flies past the next grid, kg (per radian in axisymmetry)
+    missed: float  # mass that flies past the next grid, or comes too late to its own, kg (per radian in axisymmetry)
     ahead: float  # time by which the clock of the next stage is later than that of this flight, s
 
 
@@ -43,10 +60,13 @@ def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, sh
     missed = Departed(*(array[past] for array in departed))
     axis = impact_axis(problem.geometry)
     before, base = problem.books, problem.books.ledger if problem.books else Ledger()
-    ledger = base.with_particles(missed, slice(None)).with_particles(stays, slice(None))
+    late, ledger = _late(problem, snapshot), base
+    for left_out in (missed, stays, late):
+        ledger = ledger.with_particles(left_out, slice(None))
     turned = ((arriving[VX : VZ + 1] - departed.velocity[which].T) * departed.mass[which]).sum(axis=1)
     nothing = views(arriving[:, :0]), departed.body[:0]
-    left = body_balances(problem.geometry, nothing, (missed, missed.body), (stays, stays.body), count=bodies)
+    behind = [(each, each.body) for each in (missed, stays, late)]
+    left = body_balances(problem.geometry, nothing, *behind, count=bodies)
     ahead = snapshot.time - float(time[0]) if time.size else 0.0
     return Flight(
         arrivals=Arrivals(time + ahead, departed.body[which], arriving),
@@ -54,9 +74,9 @@ def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, sh
             books,
             ledger=replace(ledger, expanding=books.ledger.expanding + expanding),
             impulse=books.impulse + turned,
-            left=left_behind(left, before.left) if before else left,
+            left=left_behind(left, (*before.left, *[NOTHING] * (bodies - len(before.left)))) if before else left,
         ),
-        missed=float(missed.mass[missed.velocity[:, axis] > 0.0].sum()),
+        missed=float(missed.mass[missed.velocity[:, axis] > 0.0].sum() + late.mass.sum()),
         ahead=ahead,
     )
 
@@ -72,6 +92,19 @@ def _ended(problem: Problem, snapshot: Snapshot) -> tuple[Departed, float, Depar
     expanding = float(particles.mass[np.setdiff1d(gone, clear_debris(problem, particles, body))].sum())
     stays = np.setdiff1d(np.flatnonzero(particles.alive), gone)
     return joined([snapshot.departed, recorded(gone)]), expanding, recorded(stays)
+
+
+def _late(problem: Problem, snapshot: Snapshot) -> Departed:
+    """Arrivals of a stage that have not joined it at its end, each at its own time of arrival."""
+    arrivals = problem.arrivals
+    if arrivals is None:
+        return NONE_DEPARTED
+    count = arrivals.time.size
+    first = problem.particle_count - count  # they join in order, with the last numbers of all
+    numbers = np.concatenate([snapshot.particles.number, snapshot.departed.number])
+    which = np.arange(max(0, int(numbers.max(initial=-1)) + 1 - first), count)
+    late = views(arrivals.table, first + np.arange(count))
+    return records(arrivals.time[which], late, arrivals.body, which, arrivals.table[HARDENED:])
 
 
 def _entering(

@@ -163,7 +163,8 @@ def reordered(state: Any) -> Any:
         plate = reordered(state.wall.plate)
         return dataclasses.replace(state, wall=dataclasses.replace(reordered(state.wall), plate=plate))
     if isinstance(state, ShieldView):
-        return dataclasses.replace(state, **{part: reordered(getattr(state, part)) for part in ("bumper", "cloud")})
+        bumpers = tuple(map(reordered, state.bumpers))
+        return dataclasses.replace(state, bumpers=bumpers, cloud=reordered(state.cloud))
     return chosen(state, np.random.default_rng(0).permutation(state.mass.size))
 
 
@@ -543,7 +544,7 @@ def shield() -> ShieldView:
     """A shield in the stage of its bumper, which has a hole."""
     place = ball(1e-3, 20e-3)
     debris = cloud(place, np.full(place.shape, (0.0, 0.0, CLOUD_SPEED)))
-    return ShieldView(None, 1.0, CELL, drilled_disc(HOLE), debris, missed=0.0, clock_ahead=0.0)
+    return ShieldView(None, 1.0, CELL, (drilled_disc(HOLE),), debris, missed=0.0, clock_ahead=0.0)
 
 
 # Walls
