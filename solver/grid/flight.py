@@ -45,13 +45,16 @@ class Flight(NamedTuple):
     books: Books
     missed: float  # mass that flies past the next grid, or comes too late to its own, kg (per radian in axisymmetry)
     ahead: float  # time by which the clock of the next stage is later than that of this flight, s
+    # Angular momentum, along the axis across line of flight and first axis, of what no plane has turned: by how much
+    # it differs at the two ends, over the sum of its absolute values.
+    angular_momentum_error: float
 
 
-def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, shift: float, bodies: int) -> Flight:
+def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, shift: np.ndarray, bodies: int) -> Flight:
     """The flight from the end of a stage to the grid ``geometry`` of the next one.
 
-    ``shift`` (m) is the place, along the line of flight, of the next origin on the present grid. The next clock goes on
-    from the end of this stage, and the first particle arrives then. Of the ``bodies`` of the next stage the first are
+    ``shift`` (3,) is the place of the next origin on the present grid, m. The next clock goes on from the end of this
+    stage, and the first particle arrives then. Of the ``bodies`` of the next stage the first are
     those of this one. Debris that is on a clear way out departs at the end, whatever its pressure.
     """
     departed, expanding, stays = _ended(problem, snapshot)
@@ -78,7 +81,25 @@ def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, sh
         ),
         missed=float(missed.mass[missed.velocity[:, axis] > 0.0].sum() + late.mass.sum()),
         ahead=ahead,
+        angular_momentum_error=_angular_momentum_error(departed, which, arriving, shift, axis),
     )
+
+
+def _angular_momentum_error(
+    departed: Departed, which: np.ndarray, arriving: np.ndarray, shift: np.ndarray, axis: int
+) -> float:
+    """How well the records (k,) of ``which`` keep their angular momentum as the columns that arrive, relative."""
+    straight = departed.velocity[which, 0] == arriving[VX]
+    ends = (
+        (departed.position[which].T, departed.velocity[which].T),
+        (arriving[X : Z + 1] + shift[:, None], arriving[VX : VZ + 1]),
+    )
+    first, last = (
+        (departed.mass[which] * (place[axis] * velocity[0] - place[0] * velocity[axis]))[straight]
+        for place, velocity in ends
+    )
+    scale = float(np.abs(first).sum())
+    return abs(float(last.sum() - first.sum())) / scale if scale else 0.0
 
 
 def _ended(problem: Problem, snapshot: Snapshot) -> tuple[Departed, float, Departed]:
@@ -108,14 +129,15 @@ def _late(problem: Problem, snapshot: Snapshot) -> Departed:
 
 
 def _entering(
-    problem: Problem, departed: Departed, geometry: Any, shift: float
+    problem: Problem, departed: Departed, geometry: Any, shift: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which records (k,) come to the face of the next grid, when (k,), and their columns there, in that order."""
     axis, table = impact_axis(problem.geometry), columns(departed)
     place = geometry.lower[axis] + ENTRY * geometry.spacing
     which = np.flatnonzero(departed.velocity[:, axis] > 0.0)
-    passed = (place + shift - departed.position[which, axis]) / departed.velocity[which, axis]
+    passed = (place + shift[axis] - departed.position[which, axis]) / departed.velocity[which, axis]
     arriving = flown_columns(problem, table[:, which], passed)
+    arriving[X : Z + 1] -= shift[:, None]
     arriving[X + axis] = place
     time = departed.time[which] + passed
     order = np.argsort(time, kind="stable")

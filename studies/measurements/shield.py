@@ -25,12 +25,13 @@ class ShieldView(WallView):
     cloud: CloudView  # behind the last of them
     missed: float  # part of all mass that flew past the next grid
     clock_ahead: float  # of the stage, s
+    angular_momentum_error: float | None = None  # the largest of its flights, relative; None: the planes hold it
 
 
 def view(setting: Any, snapshot: Any) -> ShieldView:
     """The view of a snapshot (``solver.state.Snapshot``) in a ``ShieldSetting``."""
     before, bumpers = setting.before, tuple(each.bumper for each in setting.before)
-    wall, coming = None, 1.0
+    wall, coming, is_half = None, 1.0, setting.problem.geometry.lower[0] < 0.0
     if len(before) < setting.bumpers:
         bumpers, cloud = (*bumpers, impact_view(setting, snapshot)), cloud_family.view(setting, snapshot)
     else:
@@ -45,6 +46,7 @@ def view(setting: Any, snapshot: Any) -> ShieldView:
         cloud,
         missed=sum(each.missed for each in before) / sum(each.mass for each in before) if before else 0.0,
         clock_ahead=sum(each.clock_ahead for each in before),
+        angular_momentum_error=max((each.angular_momentum_error for each in before), default=0.0) if is_half else None,
     )
 
 

@@ -26,11 +26,11 @@ from studies.quantities.parameters import MaterialName
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
 from studies.scenarios.parts.impact import MOMENTS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
-from studies.scenarios.parts.lattice import slab_clamp
+from studies.scenarios.parts.lattice import along_flight, slab_clamp
 from studies.scenarios.parts.matter import Fracture
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
-from studies.scenarios.parts.shot import RADIUS, Projectile, Settling, ShotOptions
+from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Projectile, Settling, ShotOptions
 from studies.scenarios.thin_plate import CAP_PER_DIAMETER
 
 if TYPE_CHECKING:
@@ -83,6 +83,7 @@ class BumperStage:
     coming: float  # mass that flies to the next grid
     missed: float  # mass that flies past it
     clock_ahead: float  # s
+    angular_momentum_error: float  # of the flight, relative
 
 
 @dataclass(frozen=True)
@@ -94,6 +95,7 @@ class Sheet:
     radius: float  # m: half its width where it is square
     cells: float  # through it
     stand_off: float  # empty space behind it, m; behind a wall it has no end
+    aside: float  # place of its middle, in the plane of an oblique flight, from the point of impact, m
 
     @property
     def cell(self) -> float:
@@ -165,7 +167,8 @@ class Walls:
         Metre | None,
         Described(
             "radius of a round wall, half the width of a square one; by default that of a cone of 30 degrees from the "
-            "first bumper, and 3.5 diameters at least",
+            "first bumper, and 3.5 diameters at least; in an oblique shot wider by half of the way between the normal "
+            "and the line of flight, midway between which is its middle",
             1e-5,
             10.0,
         ),
@@ -190,12 +193,12 @@ class Walls:
         ),
     ] = None
 
-    def filled(self, shot: ShotAtShield, way: float) -> Self:
-        """With all that follows from the shot and the way from the first bumper to the wall, m."""
+    def filled(self, shot: ShotAtShield, obliquity: float, way: float) -> Self:
+        """With all that follows from the shot, its angle, and the way from the first bumper to the wall, m."""
         diameter = shot.projectile_diameter
         cells = cells_through(self.wall_thickness, shot)
-        late = CAP_PER_DIAMETER * diameter + way / (SLOWEST * shot.speed)
-        wall = max(RADIUS * diameter, WALL_RADIUS * way)
+        late = CAP_PER_DIAMETER * diameter + way / (SLOWEST * shot.speed * math.cos(obliquity))
+        wall = max(RADIUS * diameter, WALL_RADIUS * way) + _aside(obliquity, way)
         return replace(
             self,
             bumper_radius=round_quantity(self.bumper_radius or RADIUS * diameter),
@@ -289,6 +292,7 @@ class WhippleShield(ImpactSetUp):
     fracture: Fracture
     numerics: Numerics
     settling: Settling
+    angles: Angles
     walls: Walls
     further: FurtherBumpers
 
@@ -301,6 +305,7 @@ class WhippleShield(ImpactSetUp):
             replace(self.shot, downrange=min(self.shot.downrange, self._room(0))),
             self.fracture,
             self.numerics,
+            self.angles,
             thickness=self.walls.bumper_thickness,
             radius=self.walls.bumper_radius,
             target="bumper",
@@ -319,7 +324,9 @@ class WhippleShield(ImpactSetUp):
             end_time=self.walls.wall_time,
             downrange=min(self.shot.downrange, self._room(number)),
         )
-        return replace(self.impact, shot=shot, thickness=sheet.thickness, radius=sheet.radius, target=sheet.name)
+        return replace(
+            self.impact, shot=shot, angles=UPRIGHT, thickness=sheet.thickness, radius=sheet.radius, target=sheet.name
+        )
 
     @property
     def sheets(self) -> tuple[Sheet, ...]:
@@ -328,12 +335,21 @@ class WhippleShield(ImpactSetUp):
         assert walls.bumper_radius is not None
         assert walls.wall_radius is not None
         assert walls.cells_per_wall is not None
-        first = Sheet("bumper", walls.bumper_thickness, walls.bumper_radius, self._through_first, walls.stand_off)
+        ways, lean = _ways(layers), self.angles.obliquity
+        first = Sheet("bumper", walls.bumper_thickness, walls.bumper_radius, self._through_first, walls.stand_off, 0.0)
         further = [
-            Sheet(name, thickness, _radius(walls.bumper_radius, way), cells_through(thickness, shot), space)
-            for (name, thickness, space), way in zip(layers[1:], _ways(layers)[:-1], strict=True)
+            Sheet(
+                name,
+                thickness,
+                radius=walls.bumper_radius + WALL_RADIUS * way + _aside(lean, way),
+                cells=cells_through(thickness, shot),
+                stand_off=space,
+                aside=_aside(lean, way),
+            )
+            for (name, thickness, space), way in zip(layers[1:], ways[:-1], strict=True)
         ]
-        return first, *further, Sheet("wall", walls.wall_thickness, walls.wall_radius, walls.cells_per_wall, math.inf)
+        size = walls.wall_thickness, walls.wall_radius, walls.cells_per_wall
+        return first, *further, Sheet("wall", *size, stand_off=math.inf, aside=_aside(lean, ways[-1]))
 
     @property
     def stages(self) -> int:
@@ -369,7 +385,7 @@ class WhippleShield(ImpactSetUp):
             shot=self.shot.filled(numerics, end_time=CAP_PER_DIAMETER * diameter),
             numerics=numerics.filled(few=self.shot.geometry != "axisymmetric"),
             settling=self.settling.filled(diameter),
-            walls=self.walls.filled(self.shot, _ways(self._layers)[-1]),
+            walls=self.walls.filled(self.shot, self.angles.obliquity, _ways(self._layers)[-1]),
         )
 
     def check(self, materials: Materials) -> list[Finding]:
@@ -379,14 +395,12 @@ class WhippleShield(ImpactSetUp):
         return [
             *self.impact.check(materials),
             *self.settling.check(self.shot.projectile_diameter),
+            *self.angles.check(self.shot),
             *self.walls.check(self.shot),
         ]
 
     def _refused(self) -> Iterator[Finding]:
         """What stages cannot compute, by name."""
-        if self.shot.geometry == "half":
-            cure = "set geometry to axisymmetric or quarter"
-            yield Finding("geometry", "half", "a shield that is hit at right angles", cure)
         if self.shot.debris != "retire":
             limit = "retire: followed debris does not come to the wall"
             yield Finding("debris", str(self.shot.debris), limit, "leave debris out")
@@ -418,9 +432,10 @@ class WhippleShield(ImpactSetUp):
         from solver.state import MASS
         from studies.measurements.shield import view
 
-        hit, target, snapshot = self.sheets[number], self.target(number + 1), outcome.snapshot
+        (hit, behind), target, snapshot = self.sheets[number : number + 2], self.target(number + 1), outcome.snapshot
         geometry, _ = target.grid()
-        shift, before = hit.thickness + hit.stand_off, setting.problem
+        before, shift = setting.problem, along_flight(self.shot.geometry, hit.thickness + hit.stand_off)
+        shift[0] = behind.aside - hit.aside
         flight = fly(before, snapshot, outcome.books, geometry=geometry, shift=shift, bodies=len(before.bodies) + 1)
         seen = view(setting, snapshot)
         ended = BumperStage(
@@ -430,6 +445,7 @@ class WhippleShield(ImpactSetUp):
             coming=float(flight.arrivals.table[MASS].sum()),
             missed=flight.missed,
             clock_ahead=flight.ahead,
+            angular_momentum_error=flight.angular_momentum_error,
         )
         return replace(
             setting,
@@ -488,8 +504,11 @@ class WhippleShield(ImpactSetUp):
 
     @staticmethod
     def numbers(view: Any) -> dict[str, float]:
-        """The part of all mass that flew past the next grid, and by how much the clock of the last stage is ahead."""
-        return {"missed_mass_fraction": view.missed, "clock_ahead": view.clock_ahead}
+        """What missed the next grid, by how much the clock is ahead, and whether flights kept angular momentum."""
+        numbers = {"missed_mass_fraction": view.missed, "clock_ahead": view.clock_ahead}
+        if view.angular_momentum_error is None:
+            return numbers
+        return {**numbers, "flight_angular_momentum_error": view.angular_momentum_error}
 
     def sections(self, setting: Any) -> "SectionOptions":
         from studies.films.section import SectionOptions
@@ -507,26 +526,32 @@ class WhippleShield(ImpactSetUp):
         if before is None or not values.get("stand_off") or not depth or not rim:
             return None
         shapes, dimensions, back = [*before.shapes], [*before.dimensions], values["bumper_thickness"]
-        layers = _layers(values)
+        layers, lean = _layers(values), values.get("obliquity") or 0.0
+        ways = _ways(layers)
         front = back + layers[0][2]
         dimensions.append(Dimension("stand_off", (0.0, back), (0.0, front)))
-        for (name, thickness, space), way in zip(layers[1:], _ways(layers), strict=False):
-            edge, back = _radius(values["bumper_radius"], way), front + thickness
-            shapes.append(Shape(name, -edge, edge, front, back))
-            dimensions.append(Dimension(f"{name}_thickness", (edge, front), (edge, back)))
+        for (name, thickness, space), way in zip(layers[1:], ways, strict=False):
+            aside, back = _aside(lean, way), front + thickness
+            edge = values["bumper_radius"] + WALL_RADIUS * way + aside
+            shapes.append(Shape(name, aside - edge, aside + edge, front, back))
+            dimensions.append(Dimension(f"{name}_thickness", (aside + edge, front), (aside + edge, back)))
             dimensions.append(Dimension(f"{name}_stand_off", (0.0, back), (0.0, back + space)))
             front = back + space
-        shapes.append(Shape("wall", -rim, rim, front, front + depth))
+        aside, back = _aside(lean, ways[-1]), front + depth
+        shapes.append(Shape("wall", aside - rim, aside + rim, front, back))
         dimensions += [
-            Dimension("wall_thickness", (rim, front), (rim, front + depth)),
-            Dimension("wall_radius", (0.0, front + depth), (rim, front + depth)),
+            Dimension("wall_thickness", (aside + rim, front), (aside + rim, back)),
+            Dimension("wall_radius", (aside, back), (aside + rim, back)),
         ]
         return Outline(tuple(shapes), tuple(dimensions))
 
 
-def _radius(first: float, way: float) -> float:
-    """Radius (m) of a further bumper: that of the first, outside of the cone that debris fills on the way (m)."""
-    return first + WALL_RADIUS * way
+def _aside(obliquity: float, way: float) -> float:
+    """Midway (m) between the normal and the line of flight some way (m) behind the first bumper.
+
+    Debris of an oblique shot flies in two clouds about these two, and between them.
+    """
+    return 0.5 * math.tan(obliquity) * way
 
 
 SCENARIO = Scenario(

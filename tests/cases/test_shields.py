@@ -56,6 +56,14 @@ SMALL: dict[str, Any] = {
     "wall_time": 8e-6,
     "stop": "end_time",
 }
+# At an angle, with sheets as wide as by default.
+OBLIQUE: dict[str, Any] = {
+    **{name: value for name, value in SMALL.items() if name not in ("bumper_radius", "wall_radius")},
+    "geometry": "half",
+    "stand_off": 30e-3,
+    "downrange": 1.0,
+    "obliquity": math.radians(45.0),
+}
 # With a second bumper.
 DOUBLE: dict[str, Any] = {**SMALL, "bumper_2": "al-6061-t6", "bumper_2_thickness": 0.5e-3, "bumper_2_stand_off": 15e-3}
 BEHIND = ("shield_momentum_behind", "shield_kinetic_energy_behind")
@@ -64,6 +72,7 @@ PROFILED = 5  # functions that take the most time
 # Of two geometries on 8 cells across, which leave a bumper of 1.6 cells: they differ in the rim and in the lattice.
 ALIKE = 0.1
 MASS_ERROR, ENERGY = 1e-12, 1e-10  # of the initial mass and momentum, of the initial energy
+HALVES = 1e-9  # of two models of the same body: they sum in another order, and a step multiplies what that changes
 Compared = Callable[..., None]
 
 
@@ -134,6 +143,50 @@ def test_quarter__keeps_them_and_hits_as_the_body_of_revolution(compared: Compar
     )
 
 
+@pytest.mark.claim("shields", "shield-half", minutes=0.1)
+def test_half__measures_as_a_quarter(compared: Compared, tmp_path: Path) -> None:
+    """Half of a shield that is hit at right angles measures what a quarter does."""
+    half = execute(asked(**{**SMALL, "geometry": "half"}), tmp_path / "half", threads=1)
+    quarter = execute(asked(**{**SMALL, "geometry": "quarter"}), tmp_path / "quarter", threads=1)
+    # The tip is one particle that the model has once or twice.
+    alike = [name for name in half.measurements if name != "shield_tip_velocity"]
+    values = {
+        name: (quarter.measurements[name].value, half.measurements[name].value)
+        for name in alike
+        if quarter.measurements[name].value or half.measurements[name].value
+    }
+    assert {"wall_momentum", "wall_bulge", "bumper_hole_diameter"} <= set(values)
+    compared(
+        *(
+            relative(f"half: {name}", expected=expected or math.nan, got=got or math.nan, within=HALVES)
+            for name, (expected, got) in values.items()
+        )
+    )
+
+
+@pytest.mark.claim("shields", "shield-oblique", minutes=0.1)
+def test_oblique__shield_keeps_all_and_its_debris_comes_to_the_wall(compared: Compared, tmp_path: Path) -> None:
+    """At 45 degrees a shield keeps mass, momentum, energy and in flight angular momentum; its wall meets its debris."""
+    result = execute(asked(**OBLIQUE), tmp_path, threads=1)
+    behind, numbers = result.measurements["shield_momentum_behind"].value or math.nan, result.numbers
+    compared(
+        *balances(result),
+        absolute(
+            "angular momentum unaccounted for in flight",
+            expected=0.0,
+            got=numbers["flight_angular_momentum_error"],
+            within=MASS_ERROR,
+        ),
+        at_most("mass that flies past the wall, of all", limit=0.01, got=numbers["missed_mass_fraction"]),
+        at_least("momentum on the wall, of what flies to it", limit=0.5, got=wall_momentum(result) / behind),
+        *(
+            reported(f"{name} ({measurements.load(name).unit})", each.value)
+            for name, each in result.measurements.items()
+            if each.value is not None
+        ),
+    )
+
+
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Path]:
     """A shield of two bumpers that never stopped, and its folder."""
@@ -193,7 +246,8 @@ def test_stored_state__is_measured_again_in_all_stages(whole: tuple[RunResult, P
 @pytest.mark.parametrize(
     ("changes", "field"),
     [
-        ({"geometry": "half"}, "geometry"),
+        ({"obliquity": 0.5}, "obliquity"),
+        ({"geometry": "half", "yaw": 0.1}, "yaw"),
         ({"debris": "follow"}, "debris"),
         ({"stand_off": 7e-3}, "stand_off"),
         ({"wall_radius": 4e-3}, "wall_radius"),

@@ -117,6 +117,7 @@ VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
             {"geometry": "quarter", "edges": "free"},
             {**CYLINDER, "wall_thickness": 40e-3},
             {"bumper_2": "al-2024-t3", "bumper_2_thickness": 2e-3, "bumper_2_stand_off": 4.0 * DIAMETER},
+            OBLIQUE,
         ),
     ),
     (
