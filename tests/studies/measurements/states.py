@@ -515,6 +515,7 @@ def setting_of_plate(kind: str, **changes: Any) -> Any:
                 geometry=grid(record, lower=lower, cells=extent, spacing=CELL),
                 bodies=(body_of("target", DENSITY),),
                 absorbers=(),
+                arrivals=None,
             ),
             "target": "target",
             "projectile_diameter": DIAMETER,
