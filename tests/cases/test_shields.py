@@ -5,6 +5,7 @@ import hashlib
 import json
 import math
 import pstats
+import resource
 import time
 from collections.abc import Callable
 from dataclasses import replace
@@ -20,8 +21,10 @@ from solver.simulation import Outcome, simulate
 from solver.state import MASS
 from studies import materials, measurements
 from studies.cases.rows import Row, absolute, at_least, at_most, equal, relative, reported
+from studies.cubes import cube
 from studies.measurements.wall import wall_of
 from studies.quantities.findings import InvalidInput
+from studies.reports.limits.outcomes import outcomes_of
 from studies.runs.execution import execute
 from studies.runs.remeasure import remeasure
 from studies.runs.results import RunControl, RunResult
@@ -394,6 +397,79 @@ def test_limit__of_a_shield_is_found_by_a_sweep(compared: Compared, tmp_path: Pa
     compared(
         equal(f"where the search stands, of {tried}", expected="bracketed", got=limit.verdict.value),
         reported("diameter from which on the wall is perforated (mm)", 1e3 * limit.value),
+    )
+
+
+# Six diameters from bumper to wall, on as many cells as are not under-resolved.
+RINGS: dict[str, Any] = {
+    "scenario": "whipple_shield",
+    "fixed": {
+        **{name: value for name, value in LIMIT["fixed"].items() if name != "uprange"},
+        "projectile_diameter": "5 mm",
+        "stand_off": "30 mm",
+    },
+    "axes": {"geometry": ["axisymmetric", "quarter"]},
+    "resolution": 16,
+}
+
+
+@pytest.mark.claim("shields", "shield-rings", minutes=4.0)
+@pytest.mark.parametrize("thickness", ["2 mm", "4 mm"])
+def test_rings__load_the_wall_as_a_quarter_or_leave_its_outcome_open(
+    thickness: str, compared: Compared, tmp_path: Path
+) -> None:
+    """Rings of debris put the momentum of three dimensions on a wall, and where they differ its outcome is open."""
+    sweep = Sweep.parse({**RINGS, "fixed": {**RINGS["fixed"], "wall_thickness": thickness}})
+    runs = {str(point.coordinates["geometry"]): point.run for point in sweep.runs()}
+    results = {name: execute(run, tmp_path / name, threads=1) for name, run in runs.items()}
+    dataset = cube.build(sweep, {run.id: results[name] for name, run in runs.items()})
+    [rows] = [each["rows"] for each in outcomes_of(dataset) if each["quantity"] == OUTCOME]
+    flat, box = results["axisymmetric"], results["quarter"]
+    said = [outcome_in(each.as_json(), OUTCOME) for each in (flat, box)]
+    agreed = said[0] if said[0] == said[1] else None
+    where = f"wall of {thickness}"
+    compared(
+        equal(
+            f"{where}: outcome in the report, of {said[0]} in rings and {said[1]} in three dimensions",
+            expected=None if agreed is None else float(agreed),
+            got=rows[0]["outcome"],
+        ),
+        *(
+            relative(f"{where}: {name}", expected=value_of(name)(flat), got=value_of(name)(box), within=ALIKE)
+            for name in ("wall_momentum", "bumper_hole_diameter", *BEHIND)
+        ),
+        *(
+            reported(f"{where}: {name} in {kind}", value_of(name)(each))
+            for name in ("wall_hole_diameter", "wall_crater_depth_over_thickness", "wall_bulge", "wall_detached_spall")
+            for kind, each in (("rings", flat), ("three dimensions", box))
+        ),
+    )
+
+
+MILLIONS: dict[str, Any] = {
+    **SHOT,
+    "geometry": "quarter",
+    "cells_per_diameter": 42.0,
+    "stand_off": 30e-3,
+    "stop": "end_time",
+    "end_time": 4e-6,
+    "wall_time": 4e-6,
+}
+
+
+@pytest.mark.claim("shields", "shield-millions", minutes=20.0)
+def test_quarter__of_two_million_particles_balances_with_two_threads(compared: Compared, tmp_path: Path) -> None:
+    """A quarter of two million particles runs with two threads and keeps mass, momentum and energy."""
+    begin, used = time.monotonic(), time.process_time()
+    result = execute(asked(**MILLIONS), tmp_path, threads=2)
+    numbers = result.numbers
+    compared(
+        at_least("particles, in millions", limit=2.0, got=1e-6 * numbers["particles"]),
+        *balances(result),
+        reported("minutes", (time.monotonic() - begin) / 60.0),
+        reported("minutes of a core", (time.process_time() - used) / 60.0),
+        reported("memory (GB)", 1e-6 * resource.getrusage(resource.RUSAGE_SELF).ru_maxrss),
+        reported("particle-steps, in millions", 1e-6 * numbers["particle_steps"]),
     )
 
 
