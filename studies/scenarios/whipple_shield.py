@@ -336,7 +336,8 @@ class WhippleShield(ImpactSetUp):
         assert walls.wall_radius is not None
         assert walls.cells_per_wall is not None
         ways, lean = _ways(layers), self.angles.obliquity
-        first = Sheet("bumper", walls.bumper_thickness, walls.bumper_radius, self._through_first, walls.stand_off, 0.0)
+        through = walls.bumper_thickness / shot.cell
+        first = Sheet("bumper", walls.bumper_thickness, walls.bumper_radius, through, walls.stand_off, aside=0.0)
         further = [
             Sheet(
                 name,
@@ -358,11 +359,6 @@ class WhippleShield(ImpactSetUp):
     @property
     def _layers(self) -> list[tuple[str, float, float]]:
         return _layers({**vars(self.walls), **vars(self.further)})
-
-    @property
-    def _through_first(self) -> float:
-        """Cells through the first bumper."""
-        return self.walls.bumper_thickness / self.shot.cell
 
     def _before(self, sheet: Sheet) -> float:
         """Grid in front of a sheet behind the first at most, in projectile diameters: that of ``Impact.grid``."""
