@@ -270,6 +270,20 @@ def test_bumper__of_no_thickness_is_none() -> None:
     assert asked(**{**DOUBLE, "bumper_2_thickness": 0.0}).id == asked(**SMALL).id != asked(**DOUBLE).id
 
 
+def test_outline__has_each_sheet_where_its_grid_stands() -> None:
+    further = {name: value for name, value in DOUBLE.items() if name.startswith("bumper_2")}
+    run = asked(**{**OBLIQUE, **further})
+    shield, place = cast(WhippleShield, load(run.scenario).record(run.parameters)), 0.0
+    drawn = shield.outline(run.parameters)
+    assert drawn is not None
+    for shape, sheet in zip(drawn.shapes[1:], shield.sheets, strict=True):
+        expected = (sheet.aside - sheet.radius, sheet.aside + sheet.radius, place, place + sheet.thickness)
+        assert shape.body == sheet.name
+        assert (shape.left, shape.right, shape.top, shape.bottom) == pytest.approx(expected, abs=1e-12)
+        place += sheet.thickness + sheet.stand_off
+    assert "bumper_2_stand_off" in [each.parameter for each in drawn.dimensions]
+
+
 def plain(result: RunResult) -> str:
     """The digest of a result without its provenance."""
     text = json.dumps({name: value for name, value in result.as_json().items() if name != "provenance"})

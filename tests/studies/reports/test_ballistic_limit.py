@@ -16,6 +16,7 @@ from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.laws import CRITICAL, Shot, load
 from studies.observations.shields.judged import equations
+from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import Measured
 from studies.reports import report
 from studies.reports.answers.question import read_question
@@ -122,6 +123,11 @@ def test_shot__of_a_wall_without_a_yield_stress_has_no_answer() -> None:
     assert "no yield stress" in said.reason
     document = document_of(sweep, computed(sweep))
     assert [row["equations"] for row in document["ballistic_limit"]["rows"]] == [[], [], []]
+
+
+def test_constant__of_a_bumper_without_a_material_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="give bumper_2"):
+        sweep_of(PLAIN, fixed={**SHIELD, "bumper_2.density": "2.7 g/cm3"}).runs()
 
 
 @pytest.mark.parametrize(("bumpers", "expected"), [(2, {"whipple_srl_three_walls"}), (3, set())])
