@@ -453,9 +453,10 @@ def test_rings__load_the_wall_as_a_quarter_or_leave_its_outcome_open(
             for name in ("wall_momentum", "bumper_hole_diameter", *BEHIND)
         ),
         *(
-            reported(f"{where}: {name} in {kind}", value_of(name)(each))
+            reported(f"{where}: {name} in {kind}", value)
             for name in ("wall_hole_diameter", "wall_crater_depth_over_thickness", "wall_bulge", "wall_detached_spall")
             for kind, each in (("rings", flat), ("three dimensions", box))
+            if (value := each.measurements[name].value) is not None
         ),
     )
 
@@ -464,7 +465,7 @@ def test_rings__load_the_wall_as_a_quarter_or_leave_its_outcome_open(
 MILLIONS: dict[str, Any] = {**SHOT, "geometry": "quarter", "stop": "end_time", "end_time": 4e-6, "wall_time": 2e-6}
 
 
-@pytest.mark.claim("shields", "shield-millions", minutes=20.0)
+@pytest.mark.claim("shields", "shield-millions", minutes=13.0)
 def test_quarter__of_four_million_particles_balances_with_two_threads(compared: Compared, tmp_path: Path) -> None:
     """A quarter of four million particles runs with two threads and keeps mass, momentum and energy."""
     begin, used = time.monotonic(), time.process_time()
