@@ -242,7 +242,7 @@ def _plate_impact() -> Sketch:
 
 
 def _shield() -> Sketch:
-    sketch = Sketch("A shield: bumper, debris and wall", 460)
+    sketch = Sketch("A shield: bumper, debris and wall", 496)
     middle = 0.5 * WIDTH
     for side in (-1, 1):
         bumper = [(middle + side * x, y) for x, y in ((300, 40), (70, 40), (58, 28), (62, 62), (76, 58), (300, 58))]
@@ -271,6 +271,8 @@ def _shield() -> Sketch:
             "wall_perforated: 0 here; wall_hole_diameter where it is 1",
             "wall_failed: 1 here, because spall came off",
             "wall_attached_spall: 0 here; 1 where a gap within the wall is closed all round",
+            "bumper_2_hole_diameter, bumper_3_hole_diameter, bumper_4_hole_diameter: holes of further bumpers",
+            "shield_...: behind the last bumper",
         )
     ):
         sketch.text(middle, 412 + 18 * row, text, colour="#0072b2")

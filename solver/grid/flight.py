@@ -1,8 +1,9 @@
 """From one grid to the next: what has departed flies straight, and joins another grid at its face.
 
-Matter that a stage leaves behind, debris that flies past the next grid and what flies backwards stay in the books, so
-that those of the last stage hold everything from the first one on. A flight that crosses a plane of symmetry, or the
-axis, goes on as that of its mirror image; what the plane gives to it is booked as an impulse.
+Matter that a stage leaves behind, debris that flies past the next grid, what flies backwards and what would have come
+to the stage after its end stay in the books, so that those of the last stage hold everything from the first one on. A
+flight that crosses a plane of symmetry, or the axis, goes on as that of its mirror image; what the plane gives to it is
+booked as an impulse.
 """
 
 import math
@@ -11,13 +12,29 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from solver.audit import Books, Ledger, body_balances, left_behind
+from solver.audit import BodyBalance, Books, Ledger, body_balances, left_behind
 from solver.grid.debris import clear_debris
 from solver.problem import Face, Problem
 from solver.problem.geometry import impact_axis
-from solver.state import S11, VX, VZ, Arrivals, Departed, Snapshot, X, Z, columns, joined, records, views
+from solver.state import (
+    HARDENED,
+    NONE_DEPARTED,
+    S11,
+    VX,
+    VZ,
+    Arrivals,
+    Departed,
+    Snapshot,
+    X,
+    Z,
+    columns,
+    joined,
+    records,
+    views,
+)
 from solver.steps.crossing import SHEAR
 
+NOTHING = BodyBalance(*[0.0] * 6)  # that a body has left behind
 ENTRY = 0.5  # cells inside the face of the next grid: no round-off puts what joins outside
 
 
@@ -26,15 +43,18 @@ class Flight(NamedTuple):
 
     arrivals: Arrivals  # their times on the clock of the next stage
     books: Books
-    missed: float  # mass of debris that flies past the next grid, kg (per radian in axisymmetry)
+    missed: float  # mass that flies past the next grid, or comes too late to its own, kg (per radian in axisymmetry)
     ahead: float  # time by which the clock of the next stage is later than that of this flight, s
+    # Angular momentum, along the axis across line of flight and first axis, of what no plane has turned: by how much
+    # it differs at the two ends, over the sum of its absolute values.
+    angular_momentum_error: float
 
 
-def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, shift: float, bodies: int) -> Flight:
+def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, shift: np.ndarray, bodies: int) -> Flight:
     """The flight from the end of a stage to the grid ``geometry`` of the next one.
 
-    ``shift`` (m) is the place, along the line of flight, of the next origin on the present grid. The next clock goes on
-    from the end of this stage, and the first particle arrives then. Of the ``bodies`` of the next stage the first are
+    ``shift`` (3,) is the place of the next origin on the present grid, m. The next clock goes on from the end of this
+    stage, and the first particle arrives then. Of the ``bodies`` of the next stage the first are
     those of this one. Debris that is on a clear way out departs at the end, whatever its pressure.
     """
     departed, expanding, stays = _ended(problem, snapshot)
@@ -43,10 +63,13 @@ def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, sh
     missed = Departed(*(array[past] for array in departed))
     axis = impact_axis(problem.geometry)
     before, base = problem.books, problem.books.ledger if problem.books else Ledger()
-    ledger = base.with_particles(missed, slice(None)).with_particles(stays, slice(None))
+    late, ledger = _late(problem, snapshot), base
+    for left_out in (missed, stays, late):
+        ledger = ledger.with_particles(left_out, slice(None))
     turned = ((arriving[VX : VZ + 1] - departed.velocity[which].T) * departed.mass[which]).sum(axis=1)
     nothing = views(arriving[:, :0]), departed.body[:0]
-    left = body_balances(problem.geometry, nothing, (missed, missed.body), (stays, stays.body), count=bodies)
+    behind = [(each, each.body) for each in (missed, stays, late)]
+    left = body_balances(problem.geometry, nothing, *behind, count=bodies)
     ahead = snapshot.time - float(time[0]) if time.size else 0.0
     return Flight(
         arrivals=Arrivals(time + ahead, departed.body[which], arriving),
@@ -54,11 +77,29 @@ def fly(problem: Problem, snapshot: Snapshot, books: Books, *, geometry: Any, sh
             books,
             ledger=replace(ledger, expanding=books.ledger.expanding + expanding),
             impulse=books.impulse + turned,
-            left=left_behind(left, before.left) if before else left,
+            left=left_behind(left, (*before.left, *[NOTHING] * (bodies - len(before.left)))) if before else left,
         ),
-        missed=float(missed.mass[missed.velocity[:, axis] > 0.0].sum()),
+        missed=float(missed.mass[missed.velocity[:, axis] > 0.0].sum() + late.mass.sum()),
         ahead=ahead,
+        angular_momentum_error=_angular_momentum_error(departed, which, arriving, shift, axis),
     )
+
+
+def _angular_momentum_error(
+    departed: Departed, which: np.ndarray, arriving: np.ndarray, shift: np.ndarray, axis: int
+) -> float:
+    """How well the records (k,) of ``which`` keep their angular momentum as the columns that arrive, relative."""
+    straight = departed.velocity[which, 0] == arriving[VX]
+    ends = (
+        (departed.position[which].T, departed.velocity[which].T),
+        (arriving[X : Z + 1] + shift[:, None], arriving[VX : VZ + 1]),
+    )
+    first, last = (
+        (departed.mass[which] * (place[axis] * velocity[0] - place[0] * velocity[axis]))[straight]
+        for place, velocity in ends
+    )
+    scale = float(np.abs(first).sum())
+    return abs(float(last.sum() - first.sum())) / scale if scale else 0.0
 
 
 def _ended(problem: Problem, snapshot: Snapshot) -> tuple[Departed, float, Departed]:
@@ -74,15 +115,29 @@ def _ended(problem: Problem, snapshot: Snapshot) -> tuple[Departed, float, Depar
     return joined([snapshot.departed, recorded(gone)]), expanding, recorded(stays)
 
 
+def _late(problem: Problem, snapshot: Snapshot) -> Departed:
+    """Arrivals of a stage that have not joined it at its end, each at its own time of arrival."""
+    arrivals = problem.arrivals
+    if arrivals is None:
+        return NONE_DEPARTED
+    count = arrivals.time.size
+    first = problem.particle_count - count  # they join in order, with the last numbers of all
+    numbers = np.concatenate([snapshot.particles.number, snapshot.departed.number])
+    which = np.arange(max(0, int(numbers.max(initial=-1)) + 1 - first), count)
+    late = views(arrivals.table, first + np.arange(count))
+    return records(arrivals.time[which], late, arrivals.body, which, arrivals.table[HARDENED:])
+
+
 def _entering(
-    problem: Problem, departed: Departed, geometry: Any, shift: float
+    problem: Problem, departed: Departed, geometry: Any, shift: np.ndarray
 ) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Which records (k,) come to the face of the next grid, when (k,), and their columns there, in that order."""
     axis, table = impact_axis(problem.geometry), columns(departed)
     place = geometry.lower[axis] + ENTRY * geometry.spacing
     which = np.flatnonzero(departed.velocity[:, axis] > 0.0)
-    passed = (place + shift - departed.position[which, axis]) / departed.velocity[which, axis]
+    passed = (place + shift[axis] - departed.position[which, axis]) / departed.velocity[which, axis]
     arriving = flown_columns(problem, table[:, which], passed)
+    arriving[X : Z + 1] -= shift[:, None]
     arriving[X + axis] = place
     time = departed.time[which] + passed
     order = np.argsort(time, kind="stable")

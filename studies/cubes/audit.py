@@ -64,6 +64,11 @@ AUDIT = (
     ),
     _share("expanding_mass_fraction", meaning="mass whose pressure still drove it apart as it left, over the initial"),
     _share("missed_mass_fraction", meaning="debris that flew past the grid of a shield's wall, over the initial mass"),
+    _share(
+        "flight_angular_momentum_error",
+        meaning="angular momentum about the normal of the plane of symmetry that debris of a half shield does not keep "
+        "in its flights from sheet to sheet, over the sum of its absolute values",
+    ),
     AuditNumber("clock_ahead", "s", "by how much the clock of the stage of a shield's wall is ahead", shown=False),
     # Zero in every scenario but those of bars.
     AuditNumber("load_work", "J", "work of pressures and gravity up to the end, on whole bodies", shown=False),

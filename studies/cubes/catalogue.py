@@ -136,7 +136,8 @@ def _observed(observation: Any, sweep: Any, scenario: Any) -> Observed:
     defaults = {name: each.default for name, each in declared(scenario.parameters).items()}
     stated = {**sweep.fixed, **observation.parameters}
     try:
-        materials = {role: _material(role, stated, defaults, sweep) for role in scenario.materials}
+        named = [role for role in scenario.materials if stated.get(role, defaults[role]) is not None]
+        materials = {role: _material(role, stated, defaults, sweep) for role in named}
         shot = laws.shot_from({**defaults, **stated}, materials)
     except (KeyError, InvalidInput):
         shot = None

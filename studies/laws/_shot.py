@@ -30,6 +30,7 @@ class Shield:
     wall_yield_stress: Pascal
     wall_density: KilogramPerCubicMetre | None = None  # None: that of the bumper
     inner_bumper: InnerBumper | None = None  # None: two walls
+    further_bumpers: int = 0  # behind the inner one: no equation is about such a shield
 
 
 @dataclass(frozen=True)
@@ -96,6 +97,9 @@ def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material] |
     >>> shot = {"speed": 6500.0, "projectile": "al-2017-t4", "projectile_diameter": 5e-3, "bumper_thickness": 1e-3}
     >>> shot_from({**shot, **shield}).shield.wall_yield_stress
     276000000.0
+    >>> inner = {"bumper_2": "al-6061-t6", "bumper_2_thickness": 5e-4, "bumper_2_stand_off": 0.05}
+    >>> shot_from({**shot, **shield, **inner}).shield.inner_bumper
+    InnerBumper(thickness=0.0005, stand_off=0.05)
     """
     values = {name: value for name, value in parameters.items() if value is not None}
     target, *others = SHIELD_ROLES if "bumper_thickness" in values else ("target",)
@@ -114,12 +118,15 @@ def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material] |
 
 def _shield(values: Mapping[str, Any], wall: Material) -> Shield:
     """The shield, its wall of the first yield stress that its material states; NaN where it states none."""
+    inner = values.get("bumper_2_thickness")
     return Shield(
         bumper_thickness=values["bumper_thickness"],
         wall_thickness=values["wall_thickness"],
         stand_off=values["stand_off"],
         wall_yield_stress=wall.yield_stresses[0].value if wall.yield_stresses else math.nan,
         wall_density=wall.density,
+        inner_bumper=InnerBumper(inner, values["bumper_2_stand_off"]) if inner else None,
+        further_bumpers=sum(bool(values.get(f"bumper_{place}_thickness")) for place in (3, 4)),
     )
 
 

@@ -81,7 +81,8 @@ def _fast_diameter(shield: HandbookShield, speed: float, cosine: float, delta: f
 
 def _without_inner_bumper(shot: Shot, variant: str = "") -> str:
     """Why a shot has no critical diameter of three walls; empty where it meets a shield of three."""
-    return "" if shot.shield and shot.shield.inner_bumper else "the target is no shield of two bumpers and a wall"
+    is_of_three = shot.shield and shot.shield.inner_bumper and not shot.shield.further_bumpers
+    return "" if is_of_three else "the target is no shield of two bumpers and a wall"
 
 
 VALIDATED = Limit(

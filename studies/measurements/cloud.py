@@ -39,7 +39,7 @@ class CloudView(OnGrid):
 
     radius: np.ndarray  # (n,) from the axis, m
     depth: np.ndarray  # (n,) along the flight from the plate's original front surface, m
-    initial_radius: np.ndarray  # (n,) the same before the impact, m
+    initial_radius: np.ndarray  # (n,) the same before the impact, of debris from another grid as it came, m
     initial_depth: np.ndarray  # (n,) m
     axial_velocity: np.ndarray  # (n,) m/s
     transverse_velocity: np.ndarray  # (n,) not negative, m/s
@@ -73,6 +73,7 @@ def view(setting: Any, snapshot: Any) -> CloudView:
     """The view of a snapshot (``solver.state.Snapshot``) in a ``CloudSetting``."""
     from solver.grid.debris import flown
     from solver.problem.geometry import impact_axis
+    from solver.state import X, Z
 
     problem, particles, departed = setting.problem, snapshot.particles, snapshot.departed
     living = particles.alive == 1
@@ -83,9 +84,13 @@ def view(setting: Any, snapshot: Any) -> CloudView:
 
     position = np.concatenate([particles.position[living], flown(problem, departed, snapshot.time)])
     velocity, body = whole("velocity"), np.concatenate([snapshot.body[living], departed.body])
-    initial = np.concatenate([each.position for each in problem.bodies])[whole("number")]
+    initial = np.concatenate([each.position for each in problem.bodies])
+    if problem.arrivals is not None:  # they have the last numbers of all
+        initial = np.concatenate([initial, problem.arrivals.table[X : Z + 1].T])
+    initial = initial[whole("number")]
     across = [0] if axis == 1 else [0, 1]
-    target = body == [each.name for each in problem.bodies].index(setting.target)
+    names = [each.name for each in problem.bodies]
+    target = body == names.index(setting.target)
     on_grid = np.arange(body.size) < living.sum()
     rim = rim_of(setting, position[:, across], position[:, axis], target & on_grid)
     cell = np.floor((position - problem.geometry.lower) / problem.geometry.spacing)
@@ -105,7 +110,7 @@ def view(setting: Any, snapshot: Any) -> CloudView:
         mass=whole("mass") * (2.0 * np.pi / setting.sector),
         energy=whole("energy"),
         residual=_residual(problem, snapshot, living),
-        projectile=~target,
+        projectile=body == names.index("projectile"),
         plate=plate,
         fragment=fragment,
         copies=_copies(problem, axis, cell, fragment),

@@ -1,8 +1,9 @@
-"""A shield: the hole of its bumper and the debris between bumper and wall, at the end of the bumper's stage.
+"""A shield: the holes of its bumpers and the debris behind the last of them, each at the end of the bumper's stage.
 
 Their definitions are those of a hole (``hole``) and of a debris cloud (``cloud``); those of the wall are in ``wall``.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -12,51 +13,78 @@ from studies.measurements.cloud import CloudView
 from studies.measurements.hole import hole_diameter
 from studies.measurements.impact.view import ImpactView
 from studies.measurements.impact.view import view as impact_view
-from studies.measurements.wall import WallView, wall_of
+from studies.measurements.wall import LATE, NOT_REACHED, WallView, wall_of
+from studies.quantities.measured import STILL_COMING
 
 
 @dataclass(frozen=True)
 class ShieldView(WallView):
-    """A shield in one of its stages; there is no wall in that of the bumper."""
+    """A shield in one of its stages; there is no wall in that of a bumper."""
 
-    bumper: ImpactView
-    cloud: CloudView
-    missed: float  # part of all mass that flew past the wall's grid
-    clock_ahead: float  # of the wall's stage, s
+    bumpers: tuple[ImpactView, ...]  # those that debris has come to so far
+    cloud: CloudView  # behind the last of them
+    missed: float  # part of all mass that flew past the next grid
+    clock_ahead: float  # of the stage, s
+    angular_momentum_error: float | None = None  # the largest of its flights, relative; None: the planes hold it
 
 
 def view(setting: Any, snapshot: Any) -> ShieldView:
     """The view of a snapshot (``solver.state.Snapshot``) in a ``ShieldSetting``."""
-    before, cell = setting.before, setting.problem.geometry.spacing
-    if before is None:
-        bumper, cloud = impact_view(setting, snapshot), cloud_family.view(setting, snapshot)
-        return ShieldView(None, 1.0, cell, bumper, cloud, missed=0.0, clock_ahead=0.0)
-    coming = snapshot.waiting / before.coming if before.coming else 0.0
-    wall = wall_of(setting, snapshot)
-    return ShieldView(wall, coming, cell, before.bumper, before.cloud, before.missed, before.clock_ahead)
+    before, bumpers = setting.before, tuple(each.bumper for each in setting.before)
+    wall, coming, is_half = None, 1.0, setting.problem.geometry.lower[0] < 0.0
+    if len(before) < setting.bumpers:
+        bumpers, cloud = (*bumpers, impact_view(setting, snapshot)), cloud_family.view(setting, snapshot)
+    else:
+        wall, cloud = wall_of(setting, snapshot), before[-1].cloud
+    if before:
+        coming = snapshot.waiting / before[-1].coming if before[-1].coming else 0.0
+    return ShieldView(
+        wall,
+        coming,
+        setting.problem.geometry.spacing,
+        bumpers,
+        cloud,
+        missed=sum(each.missed for each in before) / sum(each.mass for each in before) if before else 0.0,
+        clock_ahead=sum(each.clock_ahead for each in before),
+        angular_momentum_error=max((each.angular_momentum_error for each in before), default=0.0) if is_half else None,
+    )
 
 
-def _of(part: str, read: Measurement, name: str, title: str, where: str) -> Measurement:
-    """A measurement of an impact or a cloud, of a part of the shield."""
+def _hole_of(name: str, where: str, place: int) -> Measurement:
+    """The hole of a bumper by its place, from 0 on."""
 
-    def read_part(view: ShieldView) -> Reading:
-        return read.read(getattr(view, part))
+    def read(view: ShieldView) -> Reading:
+        if place >= len(view.bumpers):
+            return Reading(math.nan, flags=(NOT_REACHED,))
+        reading = hole_diameter.read(view.bumpers[place])
+        is_coming = view.wall is None and 0 < place == len(view.bumpers) - 1 and view.coming > LATE
+        return replace(reading, flags=(*reading.flags, STILL_COMING)) if is_coming else reading
 
-    return replace(read, name=name, title=title, meaning=f"{where}: {read.meaning}", read=read_part)
+    title, meaning = f"Hole of {where}", f"of {where}: {hole_diameter.meaning}"
+    return replace(hole_diameter, name=f"{name}_hole_diameter", title=title, meaning=meaning, read=read)
+
+
+def _of_cloud(name: str, short: str) -> Measurement:
+    """A measurement of the cloud behind the last bumper."""
+    of_cloud = _CLOUD[name]
+
+    def read(view: ShieldView) -> Reading:
+        return of_cloud.read(view.cloud)
+
+    title, meaning = f"{of_cloud.title}, bumper", f"at the end of the last bumper's stage: {of_cloud.meaning}"
+    return replace(of_cloud, name=f"shield_{short}", title=title, meaning=meaning, read=read)
 
 
 _CLOUD = {each.name: each for each in cloud_family.MEASUREMENT}
-_BEHIND = "at the end of the bumper's stage"
 
 MEASUREMENT = (
-    _of("bumper", hole_diameter, "bumper_hole_diameter", "Hole of the bumper", "of the bumper"),
+    _hole_of("bumper", "the bumper", 0),
     *(
-        _of("cloud", _CLOUD[name], f"shield_{short}", f"{_CLOUD[name].title}, bumper", _BEHIND)
-        for name, short in (
-            ("tip_velocity_percent", "tip_velocity"),
-            ("rear_velocity", "rear_velocity"),
-            ("momentum_behind", "momentum_behind"),
-            ("kinetic_energy_behind", "kinetic_energy_behind"),
-        )
+        _hole_of(f"bumper_{place + 1}", f"the {ordinal} bumper", place)
+        for place, ordinal in enumerate(("second", "third", "fourth"), 1)
     ),
+    _of_cloud("tip_velocity_percent", "tip_velocity"),
+    _of_cloud("rear_velocity", "rear_velocity"),
+    _of_cloud("momentum_behind", "momentum_behind"),
+    _of_cloud("kinetic_energy_behind", "kinetic_energy_behind"),
 )

@@ -56,6 +56,7 @@ class RearWall(OnGrid):
     attached: np.ndarray  # (n,) whether it is connected wall
     given: float  # momentum along the flight that debris has brought and does not have any more, N s
     columns: tuple[int, ...]  # of the grid along the axes of the plane
+    lower: tuple[float, ...]  # where they begin, m; 0 is a plane of symmetry, or the axis
     copies: float  # of the model in a whole body of three dimensions; 1 of a body of revolution
     cell: float  # m
     width: float  # of a particle along the normal, m
@@ -82,14 +83,17 @@ class RearWall(OnGrid):
         return self._column(self.first_place)
 
     def _column(self, place: np.ndarray) -> np.ndarray:
-        index = np.clip((place / self.cell).astype(np.int64), 0, np.array(self.columns) - 1)
+        index = np.clip(((place - self.lower) / self.cell).astype(np.int64), 0, np.array(self.columns) - 1)
         return np.ravel_multi_index(tuple(index.T), self.columns)
 
     @property
     def within(self) -> np.ndarray:
         """(columns,) Whether a column is clear of the rim."""
-        ends = [self.cell * (np.arange(count) + 1.0) <= self.radius - RIM * self.cell for count in self.columns]
-        inside: np.ndarray = np.logical_and.reduce(np.meshgrid(*ends, indexing="ij")).ravel()
+        last, clear = self.radius - RIM * self.cell, []
+        for lower, count in zip(self.lower, self.columns, strict=True):
+            edges = lower + self.cell * np.arange(count + 1.0)
+            clear.append((edges[1:] <= last) & ((edges[:-1] >= -last) | (lower == 0.0)))
+        inside: np.ndarray = np.logical_and.reduce(np.meshgrid(*clear, indexing="ij")).ravel()
         return inside
 
     @property
@@ -115,8 +119,9 @@ class RearWall(OnGrid):
 
     def _spread(self, place: np.ndarray, mass: np.ndarray) -> np.ndarray:
         """Mass (columns,) of particles that are each spread over a cell, kg; planes of symmetry mirror it."""
-        below = np.floor(place / self.cell - 0.5)
-        part = place / self.cell - 0.5 - below
+        middle = (place - self.lower) / self.cell - 0.5
+        below = np.floor(middle)
+        part = middle - below
         total = np.zeros(math.prod(self.columns))
         for corner in product((0, 1), repeat=len(self.columns)):
             share = np.where(corner, part, 1.0 - part).prod(axis=1)
@@ -166,7 +171,8 @@ class RearWall(OnGrid):
         occupied = np.zeros((math.prod(self.columns), int(np.ptp(row)) + 1), bool)
         occupied[self.column[self.attached], row - row.min()] = True
         # Outside are both sides along the normal and all beyond the rim; none is behind a plane of symmetry.
-        empty = np.pad(~occupied.reshape(*self.columns, -1), [*[(0, 1)] * len(self.columns), (1, 1)], constant_values=1)
+        beyond = [*((int(lower < 0.0), 1) for lower in self.lower), (1, 1)]
+        empty = np.pad(~occupied.reshape(*self.columns, -1), beyond, constant_values=1)
         label, _ = ndimage.label(empty)
         count = ((label > 0) & (label != label[(-1,) * label.ndim])).sum(axis=-1)
         volume: Any = self.copies * self.cell ** (1 + len(self.columns))
@@ -208,7 +214,8 @@ def wall_of(setting: Any, snapshot: Any) -> RearWall:
     seed[on_grid] = np.abs(first[: here.size, :axis]).max(axis=1) > setting.radius - HELD * cell
     among = on_grid & unbroken
     attached = hanging_together(problem.geometry, particles.position[particles.alive == 1], among, seed)
-    lines = tuple((first[:, each] / body.spacing[each]).astype(np.int64) for each in range(axis))
+    lines = [np.floor(first[:, each] / body.spacing[each]).astype(np.int64) for each in range(axis)]
+    lines = [each - np.min(each, initial=0) for each in lines]
     other = (particles.alive == 1) & (snapshot.body != number)
     given = -float((particles.mass[other] * particles.velocity[other, axis]).sum())
     given -= float((departed.mass * departed.velocity[:, axis])[departed.body != number].sum())
@@ -230,6 +237,7 @@ def wall_of(setting: Any, snapshot: Any) -> RearWall:
         attached=np.concatenate([attached[on_grid], np.zeros(gone.size, bool)]),
         given=copies * given,
         columns=tuple(int(count) for count in problem.geometry.cells[:axis]),
+        lower=tuple(map(float, problem.geometry.lower[:axis])),
         copies=1.0 if axis == 1 else copies,
         cell=cell,
         width=body.spacing[axis],

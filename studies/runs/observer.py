@@ -15,6 +15,7 @@ from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
 from studies.quantities.measured import MESH_DETERMINED, TOO_COARSE, Measured
+from studies.quantities.parameters import flat
 from studies.runs import settling
 from studies.runs.results import Progress
 from studies.scenarios import Scenario, Setting, SetUp
@@ -44,7 +45,8 @@ class RunObserver:
 
     def __post_init__(self) -> None:
         self.begin(self.setting)
-        measured = [measurements.load(name) for name in self.scenario.measurements]
+        self.names = self.scenario.measured(self.scenario.roles(flat(self.parameters)))
+        measured = [measurements.load(name) for name in self.names]
         self.of_a_state = [measurement for measurement in measured if not measurement.follows]
         self.of_a_history = [measurement for measurement in measured if measurement.follows]
 
@@ -93,7 +95,7 @@ class RunObserver:
 
     def measured(self) -> dict[str, Measured]:
         """The last readings with their uncertainty and history."""
-        return {name: self.measured_as(name) for name in self.scenario.measurements}
+        return {name: self.measured_as(name) for name in self.names}
 
     def growth(self, name: str) -> float:
         """Growth of a measurement within the last window of its stage; NaN where it has none."""

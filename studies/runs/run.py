@@ -118,12 +118,13 @@ def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str
     """The run of a scenario with checked parameters (SI) and its materials; raises InvalidInput with every finding."""
     chosen = scenarios.load(scenario)
     values = parse_parameters(chosen.parameters, parameters, "parameters", si=True)
-    absent = [name for name in chosen.materials if name not in materials]
+    roles = chosen.roles(values)
+    absent = [name for name in roles if name not in materials]
     if absent:
         raise InvalidInput(Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent)
     filled = chosen.record(values).filled()
-    resolved = {name: materials[name].resolved() for name in chosen.materials}
-    findings = filled.check({name: materials[name] for name in chosen.materials})
+    resolved = {name: materials[name].resolved() for name in roles}
+    findings = filled.check({name: materials[name] for name in roles})
     if findings:
         raise InvalidInput(findings)
     return Run(scenario, flat(filled), resolved)

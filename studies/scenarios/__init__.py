@@ -9,13 +9,15 @@ tests build it at its corners, weigh its bodies and audit ten steps; give it sma
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from solver.registry import entries
+from solver.units import Described
 from studies.quantities.findings import Finding, nearest_cure, refusal
-from studies.quantities.parameters import declared, describe, nested
+from studies.quantities.parameters import declared, describe, marks, nested
 from studies.scenarios.parts.outline import Outline
 
 if TYPE_CHECKING:
@@ -147,8 +149,10 @@ class Scenario:
     title: str
     description: str
     parameters: type[SetUp]
-    materials: tuple[str, ...]  # parameters that name a material
+    materials: tuple[str, ...]  # parameters that name a material; of a body that a run may lack, where they act
     measurements: tuple[str, ...]  # quantities read off its runs
+    # Measurements of a body that a run may lack, each with the parameter of the body's material.
+    of_role: Mapping[str, str] = field(default_factory=dict)
     settles: tuple[str, ...] = ()  # the measurements that should have stopped growing at the end
     # Paths of constants of materials that its measurements read, and no simulation: they are part of a run's identity.
     measured_with: tuple[str, ...] = ()
@@ -161,6 +165,16 @@ class Scenario:
     def record(self, values: Mapping[str, Any]) -> SetUp:
         """The parameters of values by name (SI)."""
         return nested(self.parameters, values)
+
+    def roles(self, values: Mapping[str, Any]) -> tuple[str, ...]:
+        """The parameters that name a material of a run with these values by name, defaults filled in."""
+        acts = {name: mark.acts for name, mark in marks(self.parameters, Described).items() if mark.acts}
+        record = SimpleNamespace(**values)
+        return tuple(name for name in self.materials if name not in acts or acts[name](record))
+
+    def measured(self, roles: Collection[str]) -> tuple[str, ...]:
+        """The measurements of a run, or of a sweep, whose bodies have these roles."""
+        return tuple(name for name in self.measurements if name not in self.of_role or self.of_role[name] in roles)
 
     def too_coarse(self, cells: Mapping[str, float]) -> bool:
         """True for a grid so coarse that the error of its measurements is unknown."""

@@ -1,20 +1,22 @@
 """A Whipple shield: a projectile breaks up on a bumper, and its debris hits a wall behind an empty space.
 
-Two stages, each on a grid of its own, because the space between is a hundred times the thickness of the bumper. The
-first is the impact on the bumper. What comes off leaves its grid as soon as nothing of the bumper can meet it and its
-own pressure drives it apart no more, and flies straight. The second has the wall alone, at the face of whose grid each
-particle joins with all of its state at the time of its arrival. Debris whose path misses that grid stays in the books.
+Each sheet has a stage and a grid of its own, because the space between is a hundred times its thickness. The first is
+the impact on the bumper. What comes off leaves its grid as soon as nothing of the bumper can meet it and its own
+pressure drives it apart no more, and flies straight. The next has the next sheet alone, a further bumper or the wall,
+at the face of whose grid each particle joins with all of its state at the time of its arrival. Debris whose path misses
+that grid stays in the books, and so do the bumper that was hit and what flies back from it.
 
 A body of revolution smears debris off the axis into rings, which load the wall evenly: what single fragments do to it
 shows in three dimensions alone.
 
-On the clock of a run the second stage goes on where the first one ends: the number ``clock_ahead`` (s) says by how much
-that is later than the moment, after the first touch, at which debris comes to the grid of the wall.
+On the clock of a run each stage goes on where the one before ends: the number ``clock_ahead`` (s) says by how much that
+is later, for the wall, than the moment, after the first touch, at which debris comes to its grid.
 """
 
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from itertools import accumulate, pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
@@ -24,11 +26,11 @@ from studies.quantities.parameters import MaterialName
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
 from studies.scenarios.parts.impact import MOMENTS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
-from studies.scenarios.parts.lattice import slab_clamp
+from studies.scenarios.parts.lattice import along_flight, slab_clamp
 from studies.scenarios.parts.matter import Fracture
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
-from studies.scenarios.parts.shot import RADIUS, Projectile, Settling, ShotOptions
+from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Projectile, Settling, ShotOptions
 from studies.scenarios.thin_plate import CAP_PER_DIAMETER
 
 if TYPE_CHECKING:
@@ -44,39 +46,61 @@ SPREAD = 0.02
 # Of the impact speed: matter that is slower has not come to the wall when its stage ends at the latest. It has 4 % of
 # the kinetic energy of what comes first.
 SLOWEST = 0.2
-# Of the space between bumper and wall: radius of the wall that is modelled. Clouds open by 30 degrees to either side
-# and less (their largest radius is about half of their length); what flies past is counted.
+# Of the way from the first bumper: radius of a sheet that is modelled. Clouds open by 30 degrees to either side and
+# less (their largest radius is about half of their length); what flies past is counted.
 WALL_RADIUS = math.tan(math.radians(30.0))
-# Of the cells across the projectile: through the wall. At 32 across, 8: a hole is within 1 % from there on.
+# Of the cells across the projectile: through the wall, and each bumper but the first. At 32 across, 8: a hole is within
+# 1 % from there on.
 WALL_CELLS = 0.25
-# Cells of the bumper in one of the wall, at most: coarser ones would not resolve a solid piece of the projectile.
+# Cells of the first bumper in one of these, at most: coarser ones would not resolve a solid piece of the projectile.
 WIDEST_CELL = 2.0
-# Steps of the wall's stage over those of its undisturbed state: the viscosity of what flies into it shortens them, by
+# Steps of a later stage over those of its undisturbed state: the viscosity of what flies into it shortens them, by
 # six (5 mm of aluminium at 6.5 km/s, 32 cells, 2026-11-25), and the stage settles in half of its time.
 WALL_STEPS = 3.0
-LEAST_ROOM = 1.0  # behind the bumper, projectile diameters: what comes off needs a place in which it expands
+LEAST_ROOM = 1.0  # behind a bumper, projectile diameters: what comes off needs a place in which it expands
 LEAST_CELLS: Mapping[str, float] = {"cells_per_diameter": 16.0, "cells_per_thickness": 6.0, "cells_per_wall": 8.0}
 FEWEST_CELLS: Mapping[str, float] = {"cells_per_thickness": 2.0, "cells_per_wall": 2.0}
+BUMPERS = ("bumper", "bumper_2", "bumper_3", "bumper_4")  # by their place: a shield has the first, and may have more
 
 
 @dataclass(frozen=True)
 class ShieldSetting(ImpactSetting):
-    """A stage of a shield: the impact on the bumper, or that of the debris on the wall."""
+    """A stage of a shield: the impact on the first bumper, or that of debris on the next sheet."""
 
     melting: tuple[Any, ...] = ()  # no melted share is measured
     breakup: tuple[Any, ...] = ()  # and no size of fragments
-    before: "BumperStage | None" = None  # of the stage of the wall: that of the bumper
+    bumpers: int = 1  # of the shield
+    before: "tuple[BumperStage, ...]" = ()  # the stages of the bumpers in front
 
 
 @dataclass(frozen=True)
 class BumperStage:
-    """The end of the bumper's stage, and the flight from there."""
+    """The end of a bumper's stage, and the flight from there; masses in kg (per radian in axisymmetry)."""
 
     bumper: Any  # studies.measurements.impact.view.ImpactView
     cloud: Any  # studies.measurements.cloud.CloudView
-    coming: float  # mass that flies to the wall's grid, kg (per radian in axisymmetry)
-    missed: float  # part of all mass that flies past the wall's grid
+    mass: float  # of the bodies that were not there before
+    coming: float  # mass that flies to the next grid
+    missed: float  # mass that flies past it
     clock_ahead: float  # s
+    angular_momentum_error: float  # of the flight, relative
+
+
+@dataclass(frozen=True)
+class Sheet:
+    """A bumper or the wall."""
+
+    name: str  # of its body, and of the parameter of its material
+    thickness: float  # m
+    radius: float  # m: half its width where it is square
+    cells: float  # through it
+    stand_off: float  # empty space behind it, m; behind a wall it has no end
+    aside: float  # place of its middle, in the plane of an oblique flight, from the point of impact, m
+
+    @property
+    def cell(self) -> float:
+        """Size of a cell, m."""
+        return self.thickness / self.cells
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -93,28 +117,28 @@ class ShotAtShield(ShotOptions, Sheets):
 
     edges: Annotated[
         Literal["fixed", "free"],
-        Described("what holds the rims of bumper and wall; debris that flies past them leaves the grid"),
+        Described("what holds the rims of bumpers and wall; debris that flies past them leaves the grid"),
     ] = "fixed"
     end_time: Annotated[
         Second | None,
         Described(
-            "latest end of the bumper's stage; by default 7.5 ms per metre of diameter (60 us at 8 mm)", 1e-9, 1.0
+            "latest end of the first bumper's stage; by default 7.5 ms per metre of diameter (60 us at 8 mm)", 1e-9, 1.0
         ),
     ] = None
     debris: Annotated[
-        DebrisName | None, Described("debris flies straight from bumper to wall: retire is the one choice")
+        DebrisName | None, Described("debris flies straight from sheet to sheet: retire is the one choice")
     ] = "retire"
     uprange: Annotated[
         Dimensionless | None,
         Described(
-            "grid in front of bumper and wall, in projectile diameters; by default that of the recipe", 0.5, 50.0
+            "grid in front of bumpers and wall, in projectile diameters; by default that of the recipe", 0.5, 50.0
         ),
     ] = None
     downrange: Annotated[
         Dimensionless | None,
         Described(
-            "grid behind bumper and wall, in projectile diameters; by default that of the recipe, and behind the "
-            "bumper no more than the grid of the wall leaves",
+            "grid behind bumpers and wall, in projectile diameters; by default that of the recipe, and behind a "
+            "bumper no more than the next grid leaves",
             0.5,
             50.0,
         ),
@@ -123,10 +147,17 @@ class ShotAtShield(ShotOptions, Sheets):
 
 @dataclass(frozen=True, kw_only=True)
 class Walls:
-    """The sheets of a shield and the space between them."""
+    """The first bumper of a shield, its wall, and the space behind that bumper."""
 
     bumper_thickness: Annotated[Metre, Described("thickness of the bumper", 1e-6, 1.0)]
-    stand_off: Annotated[Metre, Described("space between the back of the bumper and the front of the wall", 1e-4, 10.0)]
+    stand_off: Annotated[
+        Metre,
+        Described(
+            "space between the back of the bumper and the front of what is next: the wall, or a second bumper",
+            1e-4,
+            10.0,
+        ),
+    ]
     wall_thickness: Annotated[Metre, Described("thickness of the rear wall", 1e-6, 1.0)]
     bumper_radius: Annotated[
         Metre | None,
@@ -136,7 +167,8 @@ class Walls:
         Metre | None,
         Described(
             "radius of a round wall, half the width of a square one; by default that of a cone of 30 degrees from the "
-            "bumper, and 3.5 diameters at least",
+            "first bumper, and 3.5 diameters at least; in an oblique shot wider by half of the way between the normal "
+            "and the line of flight, midway between which is its middle",
             1e-5,
             10.0,
         ),
@@ -153,19 +185,20 @@ class Walls:
     wall_time: Annotated[
         Second | None,
         Described(
-            "latest end of the wall's stage after its first debris; by default 7.5 ms per metre of diameter, and what "
-            "a fifth of the impact speed takes from bumper to wall",
+            "latest end of the wall's stage, and of those of further bumpers, after its first debris; by default "
+            "7.5 ms per metre of diameter, and what a fifth of the impact speed takes from the first bumper to the "
+            "wall",
             1e-9,
             1.0,
         ),
     ] = None
 
-    def filled(self, shot: ShotAtShield) -> Self:
-        """With all that follows from the shot."""
+    def filled(self, shot: ShotAtShield, obliquity: float, way: float) -> Self:
+        """With all that follows from the shot, its angle, and the way from the first bumper to the wall, m."""
         diameter = shot.projectile_diameter
-        cells = max(WALL_CELLS * shot.cells_per_diameter, self.wall_thickness / (WIDEST_CELL * shot.cell))
-        late = CAP_PER_DIAMETER * diameter + self.stand_off / (SLOWEST * shot.speed)
-        wall = max(RADIUS * diameter, WALL_RADIUS * self.stand_off)
+        cells = cells_through(self.wall_thickness, shot)
+        late = CAP_PER_DIAMETER * diameter + way / (SLOWEST * shot.speed * math.cos(obliquity))
+        wall = max(RADIUS * diameter, WALL_RADIUS * way) + _aside(obliquity, way)
         return replace(
             self,
             bumper_radius=round_quantity(self.bumper_radius or RADIUS * diameter),
@@ -189,6 +222,68 @@ class Walls:
         return findings
 
 
+def cells_through(thickness: float, shot: ShotAtShield) -> float:
+    """Cells through a sheet (m) behind the first bumper, by default."""
+    return max(WALL_CELLS * shot.cells_per_diameter, thickness / (WIDEST_CELL * shot.cell))
+
+
+def _has(count: int) -> Callable[[Any], bool]:
+    """Whether a shield has so many bumpers."""
+    return lambda record: all(getattr(record, f"{name}_thickness") for name in BUMPERS[1:count])
+
+
+@dataclass(frozen=True, kw_only=True)
+class FurtherBumpers:
+    """The bumpers behind the first one: each is there where it has a thickness, and all in front of it have."""
+
+    bumper_2: Annotated[MaterialName | None, Described("material of a second bumper", acts=_has(2))] = None
+    bumper_2_thickness: Annotated[
+        Metre, Described("thickness of a second bumper, 0 for none", 0.0, 1.0, neutral=True)
+    ] = 0.0
+    bumper_2_stand_off: Annotated[
+        Metre | None, Described("space behind the second bumper", 1e-4, 10.0, acts=_has(2))
+    ] = None
+    bumper_3: Annotated[MaterialName | None, Described("material of a third bumper", acts=_has(3))] = None
+    bumper_3_thickness: Annotated[
+        Metre, Described("thickness of a third bumper, 0 for none", 0.0, 1.0, neutral=True)
+    ] = 0.0
+    bumper_3_stand_off: Annotated[
+        Metre | None, Described("space behind the third bumper", 1e-4, 10.0, acts=_has(3))
+    ] = None
+    bumper_4: Annotated[MaterialName | None, Described("material of a fourth bumper", acts=_has(4))] = None
+    bumper_4_thickness: Annotated[
+        Metre, Described("thickness of a fourth bumper, 0 for none", 0.0, 1.0, neutral=True)
+    ] = 0.0
+    bumper_4_stand_off: Annotated[
+        Metre | None, Described("space behind the fourth bumper", 1e-4, 10.0, acts=_has(4))
+    ] = None
+
+    def check(self) -> Iterator[Finding]:
+        """A bumper has a space behind it and another one in front of it."""
+        for place, name in enumerate(BUMPERS[1:], 2):
+            thickness, behind = f"{name}_thickness", f"{name}_stand_off"
+            if getattr(self, thickness) and not _has(place)(self):
+                value, before = readable(getattr(self, thickness), "m"), f"{BUMPERS[place - 2]}_thickness"
+                yield Finding(thickness, value, f"0 m without {BUMPERS[place - 2]}", f"give {before}")
+            elif getattr(self, thickness) and getattr(self, behind) is None:
+                yield Finding(behind, "nothing", f"the space behind {name}", f"give {behind}")
+
+
+def _layers(values: Any) -> list[tuple[str, float, float]]:
+    """Name, thickness and space behind (m) of each bumper of parameters by name, the outermost first."""
+    thicknesses = [values.get(f"{name}_thickness") or 0.0 for name in BUMPERS]
+    count = thicknesses.index(0.0) if 0.0 in thicknesses else len(BUMPERS)
+    spaces = [values["stand_off"], *(values.get(f"{name}_stand_off") or 0.0 for name in BUMPERS[1:])]
+    return list(zip(BUMPERS[:count], thicknesses, spaces, strict=False))
+
+
+def _ways(layers: list[tuple[str, float, float]]) -> list[float]:
+    """The way (m) from the back of the first bumper to the front of each sheet behind it, the wall last."""
+    spaces = accumulate(space for _, _, space in layers)
+    thicknesses = accumulate((thickness for _, thickness, _ in layers[1:]), initial=0.0)
+    return [space + thickness for space, thickness in zip(spaces, thicknesses, strict=True)]
+
+
 @dataclass(frozen=True, kw_only=True)
 class WhippleShield(ImpactSetUp):
     """Parameters of a shield."""
@@ -197,54 +292,87 @@ class WhippleShield(ImpactSetUp):
     fracture: Fracture
     numerics: Numerics
     settling: Settling
+    angles: Angles
     walls: Walls
+    further: FurtherBumpers
 
     @property
     def impact(self) -> Impact:
-        """The projectile in front of the bumper, on a grid that ends before that of the wall."""
+        """The projectile in front of the first bumper, on a grid that ends before that of the next sheet."""
         assert self.walls.bumper_radius is not None
         assert self.shot.downrange is not None
-        shot = replace(self.shot, downrange=min(self.shot.downrange, self._between))
         return Impact(
-            shot,
+            replace(self.shot, downrange=min(self.shot.downrange, self._room(0))),
             self.fracture,
             self.numerics,
+            self.angles,
             thickness=self.walls.bumper_thickness,
             radius=self.walls.bumper_radius,
             target="bumper",
-            expansion=0.5 * (SPREAD * shot.speed) ** 2,
+            expansion=0.5 * (SPREAD * self.shot.speed) ** 2,
+        )
+
+    def target(self, number: int) -> Impact:
+        """A sheet on a grid of its own; the projectile is there for the first one alone."""
+        if number == 0:
+            return self.impact
+        sheet = self.sheets[number]
+        assert self.shot.downrange is not None
+        shot = replace(
+            self.shot,
+            cells_per_diameter=sheet.cells * self.shot.projectile_diameter / sheet.thickness,
+            end_time=self.walls.wall_time,
+            downrange=min(self.shot.downrange, self._room(number)),
+        )
+        return replace(
+            self.impact, shot=shot, angles=UPRIGHT, thickness=sheet.thickness, radius=sheet.radius, target=sheet.name
         )
 
     @property
-    def rear(self) -> Impact:
-        """The wall on a grid of its own; its projectile is not there."""
-        walls = self.walls
-        assert walls.cells_per_wall is not None
+    def sheets(self) -> tuple[Sheet, ...]:
+        """The bumpers, the outermost first, and the wall."""
+        walls, shot, layers = self.walls, self.shot, self._layers
+        assert walls.bumper_radius is not None
         assert walls.wall_radius is not None
-        cells = walls.cells_per_wall * self.shot.projectile_diameter / walls.wall_thickness
-        shot = replace(self.shot, cells_per_diameter=cells, end_time=walls.wall_time)
-        thickness, radius = walls.wall_thickness, walls.wall_radius
-        return replace(self.impact, shot=shot, thickness=thickness, radius=radius, target="wall")
+        assert walls.cells_per_wall is not None
+        ways, lean = _ways(layers), self.angles.obliquity
+        through = walls.bumper_thickness / shot.cell
+        first = Sheet("bumper", walls.bumper_thickness, walls.bumper_radius, through, walls.stand_off, aside=0.0)
+        further = [
+            Sheet(
+                name,
+                thickness,
+                radius=walls.bumper_radius + WALL_RADIUS * way + _aside(lean, way),
+                cells=cells_through(thickness, shot),
+                stand_off=space,
+                aside=_aside(lean, way),
+            )
+            for (name, thickness, space), way in zip(layers[1:], ways[:-1], strict=True)
+        ]
+        size = walls.wall_thickness, walls.wall_radius, walls.cells_per_wall
+        return first, *further, Sheet("wall", *size, stand_off=math.inf, aside=_aside(lean, ways[-1]))
 
     @property
     def stages(self) -> int:
-        return 2
+        return len(self._layers) + 1
 
     @property
-    def _before_wall(self) -> float:
-        """Grid in front of the wall at most, in projectile diameters: that of ``Impact.grid``."""
-        shot, walls = self.shot, self.walls
+    def _layers(self) -> list[tuple[str, float, float]]:
+        return _layers({**vars(self.walls), **vars(self.further)})
+
+    def _before(self, sheet: Sheet) -> float:
+        """Grid in front of a sheet behind the first at most, in projectile diameters: that of ``Impact.grid``."""
+        shot = self.shot
         assert shot.uprange is not None
-        assert walls.cells_per_wall is not None
-        cell = walls.wall_thickness / walls.cells_per_wall
-        return (
-            max(shot.uprange * shot.projectile_diameter, shot.length + 2.0 * cell) + cell
-        ) / shot.projectile_diameter
+        before = max(shot.uprange * shot.projectile_diameter, shot.length + 2.0 * sheet.cell) + sheet.cell
+        return before / shot.projectile_diameter
 
-    @property
-    def _between(self) -> float:
-        """Room between the bumper and the grid of the wall, in projectile diameters."""
-        return self.walls.stand_off / self.shot.projectile_diameter - self._before_wall
+    def _room(self, number: int) -> float:
+        """Room between a sheet and the next grid, in projectile diameters; without end behind the wall."""
+        sheets = self.sheets
+        if number + 1 == len(sheets):
+            return math.inf
+        return sheets[number].stand_off / self.shot.projectile_diameter - self._before(sheets[number + 1])
 
     def filled(self) -> Self:
         diameter, numerics = self.shot.projectile_diameter, self.numerics
@@ -253,86 +381,97 @@ class WhippleShield(ImpactSetUp):
             shot=self.shot.filled(numerics, end_time=CAP_PER_DIAMETER * diameter),
             numerics=numerics.filled(few=self.shot.geometry != "axisymmetric"),
             settling=self.settling.filled(diameter),
-            walls=self.walls.filled(self.shot),
+            walls=self.walls.filled(self.shot, self.angles.obliquity, _ways(self._layers)[-1]),
         )
 
     def check(self, materials: Materials) -> list[Finding]:
-        findings = [*self._refused()]
+        findings = [*self.further.check()] or [*self._refused()]
         if findings:
             return findings
         return [
             *self.impact.check(materials),
             *self.settling.check(self.shot.projectile_diameter),
+            *self.angles.check(self.shot),
             *self.walls.check(self.shot),
         ]
 
-    def _refused(self) -> list[Finding]:
+    def _refused(self) -> Iterator[Finding]:
         """What stages cannot compute, by name."""
-        findings, least = [], LEAST_ROOM + self._before_wall
-        if self.shot.geometry == "half":
-            cure = "set geometry to axisymmetric or quarter"
-            findings.append(Finding("geometry", "half", "a shield that is hit at right angles", cure))
         if self.shot.debris != "retire":
             limit = "retire: followed debris does not come to the wall"
-            findings.append(Finding("debris", str(self.shot.debris), limit, "leave debris out"))
-        if self._between < LEAST_ROOM - 1e-9:
-            away = readable(round_quantity(least * self.shot.projectile_diameter), "m")
-            limit = f"at least the grid in front of the wall and {LEAST_ROOM:g} projectile diameter, {away}"
-            cure = "reduce uprange, or compute bumper and wall on one grid as a deck"
-            findings.append(Finding("stand_off", readable(self.walls.stand_off, "m"), limit, cure))
-        return findings
+            yield Finding("debris", str(self.shot.debris), limit, "leave debris out")
+        for number, (sheet, behind) in enumerate(pairwise(self.sheets)):
+            if self._room(number) >= LEAST_ROOM - 1e-9:
+                continue
+            least = (LEAST_ROOM + self._before(behind)) * self.shot.projectile_diameter
+            away = readable(round_quantity(least), "m")
+            limit = f"at least the grid in front of {behind.name} and {LEAST_ROOM:g} projectile diameter, {away}"
+            cure = "reduce uprange, or compute the sheets on one grid as a deck"
+            name = "stand_off" if number == 0 else f"{sheet.name}_stand_off"
+            yield Finding(name, readable(sheet.stand_off, "m"), limit, cure)
 
     def build(self, materials: Materials) -> Setting:
-        setting = self.impact.build(materials)
-        return ShieldSetting(**{**vars(setting), "settles": ("bumper_hole_diameter",)})
+        setting = vars(self.impact.build(materials))
+        return ShieldSetting(**{**setting, "settles": self._settles(0), "bumpers": self.stages - 1})
+
+    def _settles(self, number: int) -> tuple[str, ...]:
+        """What the stage of a sheet waits for."""
+        last = number == self.stages - 1
+        return ("wall_perforated", "wall_bulge") if last else (f"{BUMPERS[number]}_hole_diameter",)
 
     def next_stage(self, setting: Any, outcome: "Outcome", materials: Materials) -> Setting | None:
-        """The wall, to which the debris of the bumper flies."""
-        if setting.before is not None:
+        """The next sheet, to which the debris of a bumper flies."""
+        number = len(setting.before)
+        if number + 1 == self.stages:
             return None
         from solver.grid.flight import fly
         from solver.state import MASS
         from studies.measurements.shield import view
 
-        walls, rear, snapshot = self.walls, self.rear, outcome.snapshot
-        geometry, _ = rear.grid()
-        shift, before = walls.bumper_thickness + walls.stand_off, setting.problem
+        (hit, behind), target, snapshot = self.sheets[number : number + 2], self.target(number + 1), outcome.snapshot
+        geometry, _ = target.grid()
+        before, shift = setting.problem, along_flight(self.shot.geometry, hit.thickness + hit.stand_off)
+        shift[0] = behind.aside - hit.aside
         flight = fly(before, snapshot, outcome.books, geometry=geometry, shift=shift, bodies=len(before.bodies) + 1)
-        seen, whole = view(setting, snapshot), sum(float(each.mass.sum()) for each in before.bodies)
+        seen = view(setting, snapshot)
+        ended = BumperStage(
+            bumper=seen.bumpers[-1],
+            cloud=seen.cloud,
+            mass=sum(float(each.mass.sum()) for each in before.bodies),
+            coming=float(flight.arrivals.table[MASS].sum()),
+            missed=flight.missed,
+            clock_ahead=flight.ahead,
+            angular_momentum_error=flight.angular_momentum_error,
+        )
         return replace(
             setting,
-            problem=self._wall_problem(materials["wall"], before, flight, begin=snapshot.time),
-            target="wall",
-            thickness=rear.thickness,
-            radius=rear.radius,
-            settles=("wall_perforated", "wall_bulge"),
-            before=BumperStage(
-                bumper=seen.bumper,
-                cloud=seen.cloud,
-                coming=float(flight.arrivals.table[MASS].sum()),
-                missed=flight.missed / whole,
-                clock_ahead=flight.ahead,
-            ),
+            problem=self._problem_behind(target, materials[target.target], before, flight, begin=snapshot.time),
+            target=target.target,
+            thickness=target.thickness,
+            radius=target.radius,
+            settles=self._settles(number + 1),
+            before=(*setting.before, ended),
         )
 
-    def _wall_problem(self, wall: "Material", before: "Problem", flight: "Flight", *, begin: float) -> "Problem":
-        """The wall and, still without particles, the bodies of the stage ``before``; its clock begins at a time (s)."""
+    def _problem_behind(
+        self, target: Impact, material: "Material", before: "Problem", flight: "Flight", *, begin: float
+    ) -> "Problem":
+        """A sheet and, still without particles, the bodies of the stage ``before``; its clock begins at a time (s)."""
         import numpy as np
 
         from solver.problem import Problem, Retirement
 
-        rear, cell = self.rear, self.rear.shot.cell
-        geometry, faces = rear.grid()
+        geometry, faces = target.grid()
         nothing, still = np.zeros(0), np.zeros(3)
         gone = [replace(each, position=np.zeros((0, 3)), velocity=still, mass=nothing) for each in before.bodies]
         return Problem(
             geometry=geometry,
-            bodies=(*gone, rear.body("wall", wall, geometry, *rear.points(), still)),
+            bodies=(*gone, target.body(target.target, material, geometry, *target.points(), still)),
             faces=faces,
-            clamp=slab_clamp(self.shot.geometry, rear.thickness, cell),
+            clamp=slab_clamp(self.shot.geometry, target.thickness, target.shot.cell),
             start_time=begin,
-            end_time=begin + rear.end_time,
-            retirement=Retirement(body=len(gone), after=begin + rear.clear, expansion=rear.expansion),
+            end_time=begin + target.end_time,
+            retirement=Retirement(body=len(gone), after=begin + target.clear, expansion=target.expansion),
             arrivals=flight.arrivals,
             books=flight.books,
             **self.numerics.arguments(),
@@ -342,15 +481,16 @@ class WhippleShield(ImpactSetUp):
         return self.settling.rate
 
     def size(self, materials: Materials) -> Size:
-        """The most particles of a stage, and as many steps as give the work of both."""
-        first, second = self.impact.size(), self.rear.size()
-        most = max(first.particles, second.particles)
-        work = first.particles * first.steps + WALL_STEPS * second.particles * second.steps
+        """The most particles of a stage, and as many steps as give the work of all."""
+        first, *later = (self.target(number).size() for number in range(self.stages))
+        most = max(each.particles for each in (first, *later))
+        work = first.particles * first.steps + sum(WALL_STEPS * each.particles * each.steps for each in later)
         return Size(particles=most, steps=round(work / most))
 
     def cells(self) -> dict[str, float]:
-        assert self.walls.cells_per_wall is not None
-        return {**self.impact.cells(), "cells_per_wall": self.walls.cells_per_wall}
+        """Cells across the projectile, through the bumper that has the fewest, and through the wall."""
+        *bumpers, wall = (sheet.cells for sheet in self.sheets)
+        return {**self.impact.cells(), "cells_per_thickness": min(bumpers), "cells_per_wall": wall}
 
     @staticmethod
     def view(setting: Any, snapshot: Any) -> Any:
@@ -360,14 +500,17 @@ class WhippleShield(ImpactSetUp):
 
     @staticmethod
     def numbers(view: Any) -> dict[str, float]:
-        """The part of all mass that flew past the wall's grid, and by how much the clock of its stage is ahead."""
-        return {"missed_mass_fraction": view.missed, "clock_ahead": view.clock_ahead}
+        """What missed the next grid, by how much the clock is ahead, and whether flights kept angular momentum."""
+        numbers = {"missed_mass_fraction": view.missed, "clock_ahead": view.clock_ahead}
+        if view.angular_momentum_error is None:
+            return numbers
+        return {**numbers, "flight_angular_momentum_error": view.angular_momentum_error}
 
     def sections(self, setting: Any) -> "SectionOptions":
         from studies.films.section import SectionOptions
 
         shot = self.shot
-        if setting.before is not None:
+        if setting.before:
             return SectionOptions()
         moments = tuple(moment * max(shot.projectile_diameter, shot.length) / shot.speed for moment in MOMENTS)
         return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
@@ -375,28 +518,44 @@ class WhippleShield(ImpactSetUp):
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:
         before = outline(values, thickness="bumper_thickness", radius="bumper_radius", target="bumper")
-        space, depth, rim = (values.get(name) for name in ("stand_off", "wall_thickness", "wall_radius"))
-        if before is None or not space or not depth or not rim:
+        depth, rim = values.get("wall_thickness"), values.get("wall_radius")
+        if before is None or not values.get("stand_off") or not depth or not rim:
             return None
-        back = values["bumper_thickness"]
-        front = back + space
-        return Outline(
-            (*before.shapes, Shape("wall", -rim, rim, front, front + depth)),
-            (
-                *before.dimensions,
-                Dimension("stand_off", (0.0, back), (0.0, front)),
-                Dimension("wall_thickness", (rim, front), (rim, front + depth)),
-                Dimension("wall_radius", (0.0, front + depth), (rim, front + depth)),
-            ),
-        )
+        shapes, dimensions, back = [*before.shapes], [*before.dimensions], values["bumper_thickness"]
+        layers, lean = _layers(values), values.get("obliquity") or 0.0
+        ways = _ways(layers)
+        front = back + layers[0][2]
+        dimensions.append(Dimension("stand_off", (0.0, back), (0.0, front)))
+        for (name, thickness, space), way in zip(layers[1:], ways, strict=False):
+            aside, back = _aside(lean, way), front + thickness
+            edge = values["bumper_radius"] + WALL_RADIUS * way + aside
+            shapes.append(Shape(name, aside - edge, aside + edge, front, back))
+            dimensions.append(Dimension(f"{name}_thickness", (aside + edge, front), (aside + edge, back)))
+            dimensions.append(Dimension(f"{name}_stand_off", (0.0, back), (0.0, back + space)))
+            front = back + space
+        aside, back = _aside(lean, ways[-1]), front + depth
+        shapes.append(Shape("wall", aside - rim, aside + rim, front, back))
+        dimensions += [
+            Dimension("wall_thickness", (aside + rim, front), (aside + rim, back)),
+            Dimension("wall_radius", (aside, back), (aside + rim, back)),
+        ]
+        return Outline(tuple(shapes), tuple(dimensions))
+
+
+def _aside(obliquity: float, way: float) -> float:
+    """Midway (m) between the normal and the line of flight some way (m) behind the first bumper.
+
+    Debris of an oblique shot flies in two clouds about these two, and between them.
+    """
+    return 0.5 * math.tan(obliquity) * way
 
 
 SCENARIO = Scenario(
     name="whipple_shield",
     title="Whipple shield",
-    description="A sphere or cylinder breaks up on a bumper, and its debris hits a wall: whether it holds is measured.",
+    description="A sphere or cylinder breaks up on bumpers, and its debris hits a wall: whether it holds is measured.",
     parameters=WhippleShield,
-    materials=("projectile", "bumper", "wall"),
+    materials=("projectile", *BUMPERS, "wall"),
     measurements=(
         "wall_perforated",
         "wall_failed",
@@ -408,12 +567,13 @@ SCENARIO = Scenario(
         "wall_spall_diameter",
         "wall_spall_velocity",
         "wall_attached_spall",
-        "bumper_hole_diameter",
+        *(f"{name}_hole_diameter" for name in BUMPERS),
         "shield_tip_velocity",
         "shield_rear_velocity",
         "shield_momentum_behind",
         "shield_kinetic_energy_behind",
     ),
+    of_role={f"{name}_hole_diameter": name for name in BUMPERS[1:]},
     settles=("bumper_hole_diameter", "wall_perforated", "wall_bulge"),
     least_cells=LEAST_CELLS,
     fewest_cells=FEWEST_CELLS,

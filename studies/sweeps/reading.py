@@ -438,7 +438,8 @@ def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Ma
     parameters = dict(declared(scenario.parameters))
     for role, names in roles.items():
         parameters |= _constants(role, [own[n] if n in own else shipped.load(n) for n in names])
-    quantities = {name: measurements.load(name).unit for name in scenario.measurements}
+    present = [role for role, names in roles.items() if names]
+    quantities = {name: measurements.load(name).unit for name in scenario.measured(present)}
     return AllowedNames(quantities, parameters, sorted({*shipped.names(), *own}))
 
 

@@ -14,7 +14,7 @@ from studies import scenarios
 from studies.materials import Material
 from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
-from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput, refusal
 from studies.quantities.numerical_defaults import FEW_PARTICLES
 from studies.quantities.parameters import Value, declared
 from studies.quantities.units import round_quantity
@@ -293,10 +293,10 @@ class Sweep:
         scenario = self.definition
         varied = {axis.name: axis.values for axis in self.axes}
         defaults = declared(scenario.parameters)
-        return {
-            role: tuple(str(name) for name in varied.get(role, (self.fixed.get(role, defaults[role].default),)))
-            for role in scenario.materials
+        values = {
+            role: varied.get(role, (self.fixed.get(role, defaults[role].default),)) for role in scenario.materials
         }
+        return {role: tuple(str(name) for name in names if name is not None) for role, names in values.items()}
 
     def material(self, name: str) -> Material:
         """A material by name: the user's own, or one that ships."""
@@ -393,14 +393,15 @@ class Sweep:
         return tuple(coordinates[axis.name] for axis in self.axes)
 
     def _materials_at(self, values: Mapping[str, Value]) -> dict[str, Material]:
-        """The materials by role, with the constants among the values of a point."""
+        """The materials by role, of those that are named, with the constants among the values of a point."""
         defaults = declared(self.definition.parameters)
-        materials = {
-            role: self.material(str(values.get(role, defaults[role].default))) for role in self.definition.materials
-        }
+        names = {role: values.get(role, defaults[role].default) for role in self.definition.materials}
+        materials = {role: self.material(str(name)) for role, name in names.items() if name is not None}
         for path, value in values.items():
             role, dot, constant = path.partition(".")
             if dot:
+                if role not in materials:
+                    raise refusal(path, value, f"a constant of a material that {role} names", f"give {role}")
                 assert value is None or isinstance(value, float)
                 materials[role] = materials[role].with_value(constant, value)
         return materials

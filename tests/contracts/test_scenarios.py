@@ -111,7 +111,15 @@ VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
             {**CYLINDER, "end_time": 1e-5},
         ),
     ),
-    (("whipple_shield",), ({"geometry": "quarter", "edges": "free"}, {**CYLINDER, "wall_thickness": 40e-3})),
+    (
+        ("whipple_shield",),
+        (
+            {"geometry": "quarter", "edges": "free"},
+            {**CYLINDER, "wall_thickness": 40e-3},
+            {"bumper_2": "al-2024-t3", "bumper_2_thickness": 2e-3, "bumper_2_stand_off": 4.0 * DIAMETER},
+            OBLIQUE,
+        ),
+    ),
     (
         BARS,
         (
@@ -186,8 +194,8 @@ def asked(scenario: str, **changes: Any) -> Run:
     given = {**SMALL[scenario], **changes}
     chosen = scenarios.load(scenario)
     defaults = declared(chosen.parameters)
-    names = {role: str(given.get(role, defaults[role].default)) for role in chosen.materials}
-    return resolve(scenario, given, {role: materials.load(name) for role, name in names.items()})
+    names = {role: given.get(role, defaults[role].default) for role in chosen.materials}
+    return resolve(scenario, given, {role: materials.load(name) for role, name in names.items() if name})
 
 
 def given_of(run: Run) -> SetUp:

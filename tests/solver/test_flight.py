@@ -12,7 +12,7 @@ from solver.grid.debris import clear_debris
 from solver.grid.flight import Flight, flown_columns, fly
 from solver.problem import Face, Problem, Retirement
 from solver.simulation import Outcome, simulate, start
-from solver.state import S12, STORED, VX, VZ, Arrivals, X, Y, Z, columns, empty_table
+from solver.state import MASS, S12, STORED, VX, VZ, Arrivals, X, Y, Z, columns, empty_table
 from tests.solver.bodies import ABOUT_AXIS, FREE, SPACING, assert_balanced, block, box, real_copper
 from tests.solver.test_debris import behind
 
@@ -34,7 +34,8 @@ def ended() -> Outcome:
 def flight(outcome: Outcome | None = None, problem: Problem | None = None) -> Flight:
     """The flight of the block to a grid of 20 cells along it."""
     outcome, problem = outcome or ended(), problem or before()
-    return fly(problem, outcome.snapshot, outcome.books, geometry=box(12, 20), shift=SHIFT, bodies=3)
+    shift = np.array([0.0, SHIFT, 0.0])
+    return fly(problem, outcome.snapshot, outcome.books, geometry=box(12, 20), shift=shift, bodies=3)
 
 
 def arriving(**changes: Any) -> Problem:
@@ -97,7 +98,7 @@ def test_flight__across_a_plane_of_symmetry_books_what_the_plane_gives() -> None
     first = Problem(geometry, (debris, target), faces, end_time=1e-7, retirement=rule)
     outcome = simulate(first, threads=1)
     there = box(8, 8, 10)
-    flown = fly(first, outcome.snapshot, outcome.books, geometry=there, shift=40e-3, bodies=3)
+    flown = fly(first, outcome.snapshot, outcome.books, geometry=there, shift=np.array([0.0, 0.0, 40e-3]), bodies=3)
     assert (flown.arrivals.table[VX] == 200.0).all()
     bodies = [replace(each, position=np.zeros((0, 3)), velocity=np.zeros(3), mass=np.zeros(0)) for each in first.bodies]
     wall = block(there, (0.0, 0.0, 4.0), (8.0, 8.0, 6.0), name="wall", matter=real_copper())
@@ -112,6 +113,23 @@ def test_flight__across_a_plane_of_symmetry_books_what_the_plane_gives() -> None
         books=flown.books,
     )
     assert_balanced(simulate(second, threads=1).audit)
+
+
+def test_flight__to_a_grid_aside_keeps_angular_momentum() -> None:
+    faces, geometry = (FREE, (Face.SYMMETRIC, Face.FREE), FREE), box(8, 8, 24)
+    debris = block(geometry, (3.0, 1.0, 12.0), (4.0, 2.0, 13.0), velocity=(300.0, 0.0, SPEED), matter=real_copper())
+    target = block(geometry, (0.0, 0.0, 6.0), (8.0, 8.0, 8.0), name="target", matter=real_copper())
+    problem = Problem(geometry, (debris, target), faces, end_time=1e-7, retirement=Retirement(body=1, after=0.0))
+    outcome, shift = simulate(problem, threads=1), np.array([8e-3, 0.0, 40e-3])
+    flown = fly(problem, outcome.snapshot, outcome.books, geometry=box(8, 8, 10), shift=shift, bodies=3)
+    table = flown.arrivals.table
+    x, _, z = table[X : Z + 1] + shift[:, None]
+    turning = (table[MASS] * (z * table[VX] - x * table[VZ])).sum()
+    at_rest = debris.position
+    expected = (debris.mass * (at_rest[:, 2] * 300.0 - at_rest[:, 0] * SPEED)).sum()
+    assert turning == pytest.approx(expected, rel=EXACT, abs=0.0)
+    assert flown.angular_momentum_error <= EXACT
+    assert abs(table[X]).max() < 8.0 * SPACING
 
 
 def test_flight__that_misses_the_next_grid_stays_in_the_books() -> None:

@@ -22,8 +22,9 @@ MOUTH = 2.0  # cells below the original surface, in which the mouth of a crater 
 class ImpactView(OnGrid):
     """Living particles about the line of flight, and the numbers of the set-up.
 
-    An oblique shot makes its hole beside the first touch: its particles stand about the middle of the hole. Matter
-    counts by its undisturbed volume: a particle of another metal has the mass that its volume of the target would have.
+    An oblique shot makes its hole beside the first touch, and its debris beside the middle: particles stand about the
+    middle of the hole. Matter counts by its undisturbed volume: a particle of another metal has the mass that its
+    volume of the target would have.
     """
 
     radius: np.ndarray  # (n,) m
@@ -87,7 +88,11 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
     cell, whole = _cells(problem.geometry, position), particles.damage[living] < 1.0
     attached_target = _touching(problem.geometry, cell, target & whole, rim)
     centre = np.zeros(plane.shape[1])
-    is_oblique = any(np.delete(body.velocity, axis, axis=-1).any() for body in problem.bodies)
+    # Debris from another grid, too, opens a half model beside its middle.
+    is_half = axis == 2 and problem.geometry.lower[0] < 0.0
+    is_oblique = (is_half and problem.arrivals is not None) or any(
+        np.delete(body.velocity, axis, axis=-1).any() for body in problem.bodies
+    )
     if is_oblique:
         centre = _centre_of_opening(
             plane[attached_target],

@@ -40,7 +40,8 @@ class ShotParameters:
     wall: Annotated[MaterialName | None, Described("material of a shield's wall; by default that of its bumper")] = None
     wall_thickness: Annotated[Metre | None, Described("thickness of a shield's wall", 1e-6, 1.0)] = None
     stand_off: Annotated[
-        Metre | None, Described("distance from the back of a shield's bumper to the front of its wall", 1e-6, 10.0)
+        Metre | None,
+        Described("distance from the back of a shield's bumper to its wall, or to a second bumper", 1e-6, 10.0),
     ] = None
     inner_thickness: Annotated[
         Metre | None,

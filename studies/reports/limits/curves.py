@@ -20,9 +20,11 @@ LIKE = 0.4
 
 
 def like_shields(shot: Shot) -> list[ShieldShot]:
-    """The published shots on shields like that of a shot, at any speed and of any diameter."""
+    """The published shots on shields like that of a shot, at any speed and of any diameter; all have one bumper."""
     assert shot.shield is not None
     mine = shot.shield
+    if mine.inner_bumper:
+        return []
 
     def apart(each: ShieldShot) -> float:
         pairs = (

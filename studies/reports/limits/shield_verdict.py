@@ -113,7 +113,8 @@ def _sentence(
             why = joined(list(dict.fromkeys(limit.unjudged for limit in limits if limit.unjudged)))
             says = f"{says}, because runs are {why}" if word == "unjudged" else says
             groups.append(f"{says}: {', '.join(map(_in_regime, mine))}")
-    return f"{capital(name)} the limit is {held}. {capital('; '.join(groups) or 'no equation answers')}."
+    answers = "; ".join(groups) or "no equation is about such a shield"
+    return f"{capital(name)} the limit is {held}. {capital(answers)}."
 
 
 def _in_regime(equation: Mapping[str, Any]) -> str:
@@ -171,6 +172,8 @@ def _headline(limits: Sequence[ShieldLimit], terms: ShieldTerms) -> str:
     if not known:
         return "No verdict: no run tells whether the wall holds."
     limit = max(known, key=lambda each: (each.is_bracketed, each.speed))
+    if not entries:
+        return _stated(limit, ["no equation is about such a shield"], terms)
     if limit.unjudged:
         return _stated(limit, [f"no equation is judged: {limit.unjudged}", "no equation is judged"], terms)
     return _stated(limit, ["no equation is told apart"], terms)

@@ -163,7 +163,8 @@ def reordered(state: Any) -> Any:
         plate = reordered(state.wall.plate)
         return dataclasses.replace(state, wall=dataclasses.replace(reordered(state.wall), plate=plate))
     if isinstance(state, ShieldView):
-        return dataclasses.replace(state, **{part: reordered(getattr(state, part)) for part in ("bumper", "cloud")})
+        bumpers = tuple(map(reordered, state.bumpers))
+        return dataclasses.replace(state, bumpers=bumpers, cloud=reordered(state.cloud))
     return chosen(state, np.random.default_rng(0).permutation(state.mass.size))
 
 
@@ -514,6 +515,7 @@ def setting_of_plate(kind: str, **changes: Any) -> Any:
                 geometry=grid(record, lower=lower, cells=extent, spacing=CELL),
                 bodies=(body_of("target", DENSITY),),
                 absorbers=(),
+                arrivals=None,
             ),
             "target": "target",
             "projectile_diameter": DIAMETER,
@@ -543,7 +545,7 @@ def shield() -> ShieldView:
     """A shield in the stage of its bumper, which has a hole."""
     place = ball(1e-3, 20e-3)
     debris = cloud(place, np.full(place.shape, (0.0, 0.0, CLOUD_SPEED)))
-    return ShieldView(None, 1.0, CELL, drilled_disc(HOLE), debris, missed=0.0, clock_ahead=0.0)
+    return ShieldView(None, 1.0, CELL, (drilled_disc(HOLE),), debris, missed=0.0, clock_ahead=0.0)
 
 
 # Walls
@@ -552,6 +554,7 @@ WALL, SPAN = 6e-3, 8e-3  # thickness and radius
 PIT, SCAB = (2e-3, 2.5e-3), (2.5e-3, 2e-3)  # radius, and depth from the front or from the back, m
 SPALL_SPEED = 400.0  # m/s
 BULGE = 1.3e-3  # m
+ASIDE = -3e-3  # m, from the middle of a half model's wall to that of its changes
 AGE = 50e-6  # s, of the wall's stage
 PIECE = 1e-6  # kg, of debris
 
@@ -573,23 +576,26 @@ def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0, bo
     """A wall after some changes, as a geometry shows it, on a grid with three thicknesses before and behind it.
 
     Of two pieces of debris, in the model, as many as have ``bounced`` joined at the speed of spall and went back at it.
+    A half model has its changes beside its middle.
     """
-    flat = kind == "axisymmetric"
+    flat, half = kind == "axisymmetric", kind == "half"
     across, along = line(0.0, SPAN), line(0.0, WALL)
-    position = np.stack(lattice(*((across, along, np.zeros(1)) if flat else (across, across, along))), axis=-1)
-    axis = 1 if flat else 2
-    radius, depth = np.hypot(position[:, 0], 0.0 if flat else position[:, 1]), position[:, axis]
+    first = line(-SPAN, SPAN) if half else across
+    position = np.stack(lattice(*((first, along, np.zeros(1)) if flat else (first, across, along))), axis=-1)
+    axis, aside = 1 if flat else 2, ASIDE if half else 0.0
+    radius, depth = np.hypot(position[:, 0] - aside, 0.0 if flat else position[:, 1]), position[:, axis]
     normal, inwards, velocity = np.zeros((3, depth.size))
     moved = Moved(normal, inwards, velocity, *np.zeros((2, depth.size), bool))
     for change in changes:
         change(radius, depth, moved)
     setting = setting_of_plate(kind, thickness=WALL, radius=SPAN)
     cells, deep = round(SPAN / CELL), round(7.0 * WALL / CELL)
-    lower = (0.0, -3.0 * WALL, 0.0) if flat else (0.0, 0.0, -3.0 * WALL)
+    left, wide = (-SPAN, 2 * cells) if half else (0.0, cells)
+    lower = (0.0, -3.0 * WALL, 0.0) if flat else (left, 0.0, -3.0 * WALL)
     geometry = grid(
         Axisymmetric if flat else Cartesian3D,
         lower=lower,
-        cells=(cells, deep, 0) if flat else (cells, cells, deep),
+        cells=(cells, deep, 0) if flat else (wide, cells, deep),
         spacing=CELL,
     )
     body = SimpleNamespace(**{**vars(body_of("target", DENSITY)), "position": position, "mass": np.ones(depth.size)})

@@ -448,9 +448,10 @@ def test_reading__is_the_known_answer(name: str, build: Build, expected: float, 
 
 
 @pytest.mark.claim("shields", "wall-known-answers")
-@pytest.mark.parametrize("kind", ["axisymmetric", "quarter"])
+@pytest.mark.parametrize("kind", ["axisymmetric", "quarter", "half"])
 def test_walls__are_read_as_the_known_answers(kind: str, compared: Callable[..., None]) -> None:
-    """Hole, crater, bulge, spall and momentum of made walls are read as they are, in two and in three dimensions."""
+    """Hole, crater, bulge, spall and momentum of made walls are read as they are, in two and three dimensions, and
+    beside the middle of a half model."""
     for changes, outcomes, numbers in WALL_ANSWERS:
         state = walled(*changes, kind=kind)
         told = [read(f"wall_{name}", state).value for name in ("perforated", "failed", "attached_spall")]
@@ -464,7 +465,7 @@ def test_walls__are_read_as_the_known_answers(kind: str, compared: Callable[...,
         )
 
 
-@pytest.mark.parametrize(("kind", "copies"), [("axisymmetric", 2.0 * math.pi), ("quarter", 4.0)])
+@pytest.mark.parametrize(("kind", "copies"), [("axisymmetric", 2.0 * math.pi), ("quarter", 4.0), ("half", 2.0)])
 @pytest.mark.parametrize("bounced", [0, 1, 2])
 def test_wall_momentum__is_twice_that_of_debris_that_went_back(kind: str, copies: float, bounced: int) -> None:
     """The first of two pieces has departed since; one that has not joined brought nothing."""

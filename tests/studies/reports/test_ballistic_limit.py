@@ -16,6 +16,7 @@ from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.laws import CRITICAL, Shot, load
 from studies.observations.shields.judged import equations
+from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import Measured
 from studies.reports import report
 from studies.reports.answers.question import read_question
@@ -122,6 +123,30 @@ def test_shot__of_a_wall_without_a_yield_stress_has_no_answer() -> None:
     assert "no yield stress" in said.reason
     document = document_of(sweep, computed(sweep))
     assert [row["equations"] for row in document["ballistic_limit"]["rows"]] == [[], [], []]
+
+
+def test_constant__of_a_bumper_without_a_material_is_refused() -> None:
+    with pytest.raises(InvalidInput, match="give bumper_2"):
+        sweep_of(PLAIN, fixed={**SHIELD, "bumper_2.density": "2.7 g/cm3"}).runs()
+
+
+@pytest.mark.parametrize(("bumpers", "expected"), [(2, {"whipple_srl_three_walls"}), (3, set())])
+def test_shield__of_several_bumpers_has_the_equations_about_as_many(bumpers: int, expected: set[str]) -> None:
+    further = {
+        name: value
+        for place in range(2, bumpers + 1)
+        for name, value in (
+            (f"bumper_{place}", "al-6061-t6"),
+            (f"bumper_{place}_thickness", "0.5 mm"),
+            (f"bumper_{place}_stand_off", "50 mm"),
+        )
+    }
+    sweep = sweep_of(PLAIN, fixed={**SHIELD, **further})
+    document = document_of(sweep, computed(sweep))
+    rows = document["ballistic_limit"]["rows"]
+    assert [{each["law"] for each in row["equations"]} for row in rows] == [expected] * len(SPEEDS)
+    assert not marks(document, HELD) | marks(document, FAILED)  # all published shots are on one bumper
+    assert ("no equation is about such a shield" in document["headline"]) == (not expected)
 
 
 @pytest.mark.claim(
