@@ -40,7 +40,7 @@ help:
 # The demo computes everything itself; the first time it compiles the kernels too.
 demo: $(RUNTIME)
 	@$(BIN)/whipple demo --out $(OUT)
-	@echo "open $(OUT)/shield.html and $(OUT)/holes/report.html; others: aluminium, sphere, craters"
+	@echo "open $(OUT)/shield.html and $(OUT)/holes/report.html; others: aluminium, sphere, craters, shield"
 
 demo-full: $(RUNTIME)
 	@$(BIN)/whipple demo --full --out $(OUT)-full

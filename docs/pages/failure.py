@@ -44,6 +44,7 @@ TARGETS: Mapping[str, tuple[dict[str, Any], tuple[float, ...], tuple[str, ...]]]
     ),
     "thick_plate": ({"edges": "absorbing"}, (4.0, 6.0, 9.0), ("crater_depth", "crater_diameter")),
 }
+DEFAULT, HOLE = "none", "hole_diameter"
 SMALL = 0.01  # a change to the finest grid that needs no smaller one than the change before
 NEAR = 0.05  # shares of converging series that are nearer than this are alike
 LOST_MASS = 1e-12
@@ -201,6 +202,11 @@ def _share(series: Sequence[Series]) -> float:
     return sum(each.converges for each in series) / len(series)
 
 
+def _changes(series: Sequence[Series]) -> list[float]:
+    """The changes to the finest grid of those series that have values."""
+    return [each.change for each in series if math.isfinite(each.change)]
+
+
 def pages() -> dict[str, str]:
     """docs/failure.md."""
     if not STORED.exists():
@@ -213,8 +219,7 @@ def pages() -> dict[str, str]:
     for failure in FAILURES:
         mine = [each for each in series if each.failure == failure]
         of_kind = [[each for each in mine if each.quantity == kind] for kind in kinds]
-        changes = [median(each.change for each in several) for several in of_kind]
-        worst = [max(each.change for each in several) for several in of_kind]
+        changes = [_changes(several) for several in of_kind]
         balance = out([run for run in runs if run["failure"] == failure])
         signals = missed([each for each in document["signals"] if each["failure"] == failure])
         rows.append(
@@ -222,8 +227,8 @@ def pages() -> dict[str, str]:
                 f"`{failure}`",
                 "; ".join([*balance, *signals]) or "nothing",
                 f"{100 * _share(mine):.0f} %",
-                f"{100 * median(each.change for each in mine):.2g} %",
-                *(f"{100 * m:.2g} ({100 * w:.2g}) %" for m, w in zip(changes, worst, strict=True)),
+                f"{100 * median(_changes(mine)):.2g} %",
+                *(f"{100 * median(each):.2g} ({100 * max(each):.2g}) %" for each in changes),
             ]
         )
     heads = ["failure", "out by", "series that converge", "median change", *map(_title, kinds)]
@@ -233,22 +238,29 @@ def pages() -> dict[str, str]:
         TEXT.format(drift=100 * ENERGY_DRIFT_LIMIT, metals=", ".join(METALS)),
         f"Recomputed by `{COMMAND}`; change of each quantity to the finest grid: median (largest).\n",
         table(heads, rows),
-        _choice(rows),
+        _choice(rows, series),
         "\nThe finest values:\n",
         *_values(series, kinds),
     ]
     return {"failure.md": "\n".join(parts)}
 
 
-def _choice(rows: Sequence[list[str]]) -> str:
-    """What the rule chooses of the rows of the table."""
-    left = [row[0] for row in rows if row[1] == "nothing"]
-    if left:
-        return f"\nNothing excludes {' and '.join(left)}.\n"
+def _choice(rows: Sequence[list[str]], series: Sequence[Series]) -> str:
+    """What the rule chooses of the rows of the table, and how far it is from what is the default."""
+    left = [row[0].strip("`") for row in rows if row[1] == "nothing"]
+    if not left:
+        return f"\nEvery failure is out, so that the rule chooses none of them, and the default stays `{DEFAULT}`.\n"
+    chosen = max(left, key=lambda name: _share([each for each in series if each.failure == name]))
+    value = {(each.failure, each.metal, each.speed, each.quantity): each.values[-1] for each in series}
+    apart = [
+        abs(value[chosen, metal, speed, HOLE] / value[DEFAULT, metal, speed, HOLE] - 1.0)
+        for metal, speed in product(METALS, SPEEDS)
+    ]
+    names, most = " and ".join(f"`{name}`" for name in left), f"{100 * max(apart):.1f} %"
     return (
-        "\nEvery failure is out by its pull-back, so that the rule chooses none of them, and the default stays what it "
-        "was, `none`. What another choice changes is the failure's contribution to the "
-        "[model part](report.md#the-words) of each bar.\n"
+        f"\nNothing excludes {names}, and the rule chooses `{chosen}`. The default is still `{DEFAULT}`, until what "
+        f"stands on it is computed anew; holes with either differ by {most} at most. What another choice changes is the "
+        "failure's contribution to the [model part](report.md#the-words) of each bar.\n"
     )
 
 
@@ -262,9 +274,11 @@ def _values(series: Sequence[Series], kinds: Sequence[str]) -> Iterator[str]:
                 key = (metal, speed, failure, kind)
                 (each,) = [s for s in series if (s.metal, s.speed, s.failure, s.quantity) == key]
                 mark = "" if each.converges else "*"
-                cells.append(
-                    f"{printed_in(each.values[-1], unit)} {display_of(unit).unit} ± {100 * each.change:.2g} %{mark}"
+                value, change = (
+                    f"{printed_in(each.values[-1], unit)} {display_of(unit).unit}",
+                    f"{100 * each.change:.2g}",
                 )
+                cells.append(f"{value} ± {change} %{mark}" if math.isfinite(each.change) else "no value*")
             rows.append([metal, f"{speed / 1e3:g} km/s", *cells])
         yield table([_title(kind), "speed", *FAILURES], rows) + "\n"
     yield "\\* does not converge.\n"

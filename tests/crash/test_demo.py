@@ -34,7 +34,7 @@ def test_demo__extrapolates_whole_curves_and_its_bars_hold_a_finer_grid(
     tmp_path: Path, compared: Callable[..., None]
 ) -> None:
     """No curve of the demo mixes extrapolated and computed values; bars of its holes hold a grid twice as fine."""
-    for name in DEMO:
+    for name in set(DEMO) - {"shield"}:  # an outcome is no curve
         document = read_yaml(examples.text(name), name)
         cube = computed(document, tmp_path / name)
         for quantity in quantities_of(cube):
@@ -59,6 +59,7 @@ SHAPES = {
     "aluminium": {"speed": 3, "plate_thickness": 2},
     "sphere": {"speed": 1},
     "craters": {"speed": 4},
+    "shield": {"failure": 2},
 }
 
 

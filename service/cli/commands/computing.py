@@ -39,8 +39,8 @@ Full = Annotated[
 ]
 
 PUBLICATION = ("studies.reports.publish", "studies.reports.page")
-DEMO = ("holes", "aluminium", "sphere", "craters")
-FULL = ("holes-full", "aluminium-full", "craters-full")
+DEMO = ("holes", "aluminium", "sphere", "craters", "shield")
+FULL = ("holes-full", "aluminium-full", "craters-full", "shield-full")
 KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that compiles them
 
 
