@@ -259,8 +259,8 @@ def _choice(rows: Sequence[list[str]], series: Sequence[Series]) -> str:
     names, most = " and ".join(f"`{name}`" for name in left), f"{100 * max(apart):.1f} %"
     return (
         f"\nNothing excludes {names}, and the rule chooses `{chosen}`. The default is still `{DEFAULT}`, until what "
-        f"stands on it is computed anew; holes with either differ by {most} at most. What another choice changes is the "
-        "failure's contribution to the [model part](report.md#the-words) of each bar.\n"
+        f"stands on it is computed anew; holes with either differ by {most} at most. What another choice changes is "
+        "the failure's contribution to the [model part](report.md#the-words) of each bar.\n"
     )
 
 
