@@ -65,8 +65,7 @@ as voids grow); it was written down before any run:
    grid decides.
 
 Measured holes and craters decide nothing. Spheres of 8 mm hit plates of 2 mm and blocks of the same metal at 3, 5 and
-7 km/s: {metals}. `void-growth` came after these runs and has been through none of them; its pull-backs stand with the
-plate impacts.
+7 km/s: {metals}.
 """
 
 

@@ -156,7 +156,7 @@ DEEP = 3.0
     "first fills half of a window of two cells in a column of a quarter projectile diameter about the axis (of an "
     "oblique shot, in the column along its trace where it is deepest) on the way down; near back where the block "
     "is thinner than three of these depths and its back reflects waves",
-    version=6,
+    version=5,
 )
 def crater_depth(view: ImpactView) -> Reading:
     """Where matter connected to the target begins, in a column about the axis, walking down into the crater.
@@ -178,7 +178,7 @@ def crater_depth(view: ImpactView) -> Reading:
     "an oblique shot, from the middle of the mouth), in six layers of two cells, one cell apart below the surface, "
     "continued to it by the conic of revolution through them, its square quadratic in the depth; in a crater of less "
     "than fourteen cells the layers are thinner and nearer to each other, so that they end above half of its depth",
-    version=7,
+    version=6,
 )
 def crater_diameter(view: ImpactView) -> Reading:
     """Where walls begin on the way out from the axis, in six layers, continued to the original surface."""
@@ -188,7 +188,7 @@ def crater_diameter(view: ImpactView) -> Reading:
     return Reading(equal_area_diameter(radii), parts_of(view, radii))
 
 
-@measurement(title="Crater depth over diameter", unit="1", meaning="crater depth divided by crater diameter", version=7)
+@measurement(title="Crater depth over diameter", unit="1", meaning="crater depth divided by crater diameter", version=6)
 def crater_depth_over_diameter(view: ImpactView) -> Reading:
     depth, diameter = crater_depth.read(view), crater_diameter.read(view)
     ratio = depth.value / diameter.value
@@ -208,7 +208,7 @@ def crater_depth_over_diameter(view: ImpactView) -> Reading:
     "the area inside the wall in layers a cell high, where the wall of a sector is the radius at which matter "
     "connected to the target, by its undisturbed volume, first fills half of a window of two cells, halved by area, on "
     "the way out",
-    version=4,
+    version=3,
 )
 def crater_volume(view: ImpactView) -> Reading:
     """The areas inside the wall of layers a cell high, from the original surface to the floor.
@@ -246,7 +246,7 @@ AT_EDGE = 2.0
     "volume, fills half of a window of one cell on the way down, in rings one cell wide about the axis, mean over the "
     "sectors of azimuth; a lip thinner than half of a cell is none, and one within two cells of the end of the grid, "
     "where ejecta still hang together with it, has no height",
-    version=3,
+    version=2,
 )
 def crater_lip_height(view: ImpactView) -> Reading:
     """The highest ring of attached matter about the axis, each ring a cell wide and every half of a cell."""
@@ -308,7 +308,7 @@ def _height(view: ImpactView, middle: float) -> float:
     unit="1",
     meaning="share of its largest depth by which a crater has become shallower at the end, over all observations; "
     "before maximum where it is deepest at the end",
-    version=3,
+    version=2,
     follows=(crater_depth.name,),
 )
 def crater_rebound(history: History) -> Reading:

@@ -34,8 +34,8 @@ class ImpactView(OnGrid):
     sector: np.ndarray  # (n,) index of the azimuthal sector
     sectors: int
     target: np.ndarray  # (n,) whether the particle belongs to the target
-    attached: np.ndarray  # (n,) whether it has not failed and touches, through the grid and the like, the target's rim
-    attached_target: np.ndarray  # (n,) the same through particles of the target alone
+    attached: np.ndarray  # (n,) whether it touches, through the grid, the rim of the target
+    attached_target: np.ndarray  # (n,) the same through particles of the target alone that have not failed
     cell: float  # m
     radial_width: float  # of a particle, m
     axial_width: float  # of a particle, m
@@ -85,8 +85,8 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
     number = names.index(setting.target)
     target, body = body_of == number, problem.bodies[number]
     rim = rim_of(setting, plane, position[:, axis], target)
-    cell, whole = _cells(problem.geometry, position), particles.damage[living] < 1.0
-    attached_target = _touching(problem.geometry, cell, target & whole, rim)
+    cell = _cells(problem.geometry, position)
+    attached_target = _touching(problem.geometry, cell, target & (particles.damage[living] < 1.0), rim)
     centre = np.zeros(plane.shape[1])
     # Debris from another grid, too, opens a half model beside its middle.
     is_half = axis == 2 and problem.geometry.lower[0] < 0.0
@@ -113,7 +113,7 @@ def view(setting: Any, snapshot: Any) -> ImpactView:
         sector=sector,
         sectors=sectors,
         target=target,
-        attached=_touching(problem.geometry, cell, whole, rim),
+        attached=_touching(problem.geometry, cell, np.ones_like(target), rim),
         attached_target=attached_target,
         cell=problem.geometry.spacing,
         radial_width=body.spacing[0],
@@ -235,7 +235,7 @@ def _touching(geometry: Any, cell: np.ndarray, among: np.ndarray, seed: np.ndarr
     """Which particles hang together with the seed: two touch when their cells are the same or neighbours.
 
     That is when they share a node, which is all that makes them one body for the solver. Matter that has failed bears
-    no tension and holds nothing: it is not ``among`` them.
+    no tension and holds nothing: of a plate or a wall it is not ``among`` them. On the floor of a crater it lies.
     """
     touching = np.zeros(among.size, bool)
     if not (among & seed).any():
