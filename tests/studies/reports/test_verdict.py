@@ -371,7 +371,7 @@ def check_details(details: list[str], frame: xr.Dataset) -> None:
             if "plate_thickness" not in frame.dims and (slope := re.search(r"([+−][\d.]+) ± \S+ percentage", text)):
                 expected = 1e5 * np.polyfit(flat["speed"], residual, 1)[0]
                 assert float(slope[1].replace("−", "-")) == pytest.approx(expected, abs=0.0501)
-        elif text.startswith("Exponents") and "plate_thickness" not in frame.dims:
+        elif text.startswith("Exponents") and "plate_thickness" not in frame.dims and "not determined" not in text:
             words = re.search(r"of speed ([\d.]+) .+ against (\S+) in the law", text)
             assert words
             for key, said in zip(("value", "law"), words.groups(), strict=True):

@@ -78,6 +78,7 @@ def test_screens__are_every_other_source_of_strength_failure_and_equation_of_sta
         "failure spall-rate",
         "failure johnson-cook",
         "failure johnson-cook-spall",
+        "failure void-growth",
         "equation of state of copper-ofhc-tillotson",
     ]
     assert all(screens.values())
