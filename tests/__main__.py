@@ -51,6 +51,7 @@ TESTS = {
     "api": [f"tests/service/{room}" for room in ("api", "cli", "client", "files")],
     "doors": ["tests/crash", "tests/docs"],
     "solver": ["tests/contracts", "tests/solver"],
+    "cases": ["tests/cases", "tests/claims"],
 }
 # Python compiles the installed modules when they are first imported: here once, before eight processes do it at a time.
 MODULES = Stage(
@@ -69,8 +70,9 @@ STAGES = (
     Stage("rules", 5, ["ruff", "check", "--quiet"]),
     Stage("format", 5, ["ruff", "format", "--check", "--quiet"]),
     Stage("solver", 300, [*PYTEST, *TESTS["solver"]]),
+    Stage("cases", 200, [*PYTEST, *TESTS["cases"]]),
+    Stage("other tests", 250, [*PYTEST, *(f"--ignore={path}" for paths in TESTS.values() for path in paths)]),
     Stage("store", 200, [*PYTEST, *TESTS["store"]]),
-    Stage("other tests", 310, [*PYTEST, *(f"--ignore={path}" for paths in TESTS.values() for path in paths)]),
     Stage("api", 180, [*PYTEST, *TESTS["api"]]),
     Stage("crashes", 220, [*PYTEST, *TESTS["crashes"]]),
     Stage("doors", 100, [*PYTEST, *TESTS["doors"], *(f"--ignore={path}" for path in TESTS["crashes"])]),
