@@ -181,7 +181,7 @@ class Caller:
 
     name: str  # name of the API key; empty without a key
     scopes: frozenset[Scope]
-    has_session: bool = False  # of a browser
+    has_session: bool = False  # whether the session of a browser stands in place of the key
 
     def may(self, scope: Scope) -> bool:
         """Whether the caller's scopes include ``scope``."""

@@ -1,7 +1,8 @@
 """What browsers send with a request: the cookie of a session, and the token that proves that a page of ours was read.
 
-A form or script of a page sends the token with every order; a page of another site cannot read it. It is derived from
-a cookie that each browser gets with its first page, and from its session, so that it ends with the session.
+A form or script of a page sends the token with every order; a page of another site cannot read it. The token is
+derived from a cookie that each browser gets with its first page, and from the cookie of the log-in: a new log-in makes
+another token.
 """
 
 import hashlib

@@ -74,7 +74,7 @@ class Keys:
         return secret
 
     def of_session(self, secret: str) -> KeyRow | None:
-        """The key of a session, if the session lasts and the key is usable."""
+        """The usable key with which a session was begun; None for a session that has ended."""
         moment = now()
         query = sa.select(KEYS).join_from(KEYS, SESSIONS).where(SESSIONS.c.sha256 == _digest(secret))
         with self._database.reading() as connection:

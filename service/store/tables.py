@@ -190,7 +190,7 @@ KEYS = sa.Table(
 SESSIONS = sa.Table(
     "sessions",
     TABLES,
-    sa.Column("sha256", sa.String(64), primary_key=True),  # of the secret in the cookie
+    sa.Column("sha256", sa.String(64), primary_key=True),  # digest of the secret that the cookie carries
     sa.Column("key_id", sa.ForeignKey("keys.id"), nullable=False),
     sa.Column("expires", UtcTime, nullable=False),
 )

@@ -87,7 +87,7 @@ def show_sweep(request: Request, id: SweepId, caller: Reader, store: AppStore, a
 
 
 def _orders(caller: Caller, sweep: SweepStatus) -> list[Order]:
-    """What a caller may do with a sweep in its state."""
+    """The orders that a caller may give for a sweep in its present state."""
     if not caller.may(Scope.SUBMIT) or not caller.owns(sweep):
         return []
     if not sweep.is_terminal:
@@ -128,7 +128,7 @@ def show_login(request: Request) -> Response:
 
 @docs_router.post("/login", dependencies=[Depends(check_token)])
 def log_in(request: Request, form: FormFields, store: AppStore) -> Response:
-    """Begin the session of a key, and show the page that was asked for; a wrong key is asked for again."""
+    """Log a browser in with a key, and show the page that it asked for; with a wrong key, the form again."""
     try:
         key = key_of(request, form.get("key", "").strip())
     except Unauthorized as error:
@@ -140,7 +140,7 @@ def log_in(request: Request, form: FormFields, store: AppStore) -> Response:
 
 @docs_router.post("/logout", dependencies=[Depends(check_token)])
 def log_out(request: Request, store: AppStore) -> Response:
-    """End the session."""
+    """Log the browser out."""
     store.keys.end_session(cookie(request, SESSION))
     response = RedirectResponse("/login", SEE_OTHER)
     set_cookie(request, response, SESSION, "")

@@ -30,7 +30,7 @@ from solver.matter.failure.spall_rate import RateDependentSpall
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
 from solver.vectors import log, maximum, minimum, power, where
 
-HALF = 0.5  # of the damage, before there are voids
+HALF = 0.5  # damage at which voids begin: below it counts the time until the spall strength is reached
 # Steps of Newton's rule from above: to round-off for any tension and time step (tests/solver/test_void_growth.py).
 NEWTONS = 8
 
@@ -43,7 +43,7 @@ class VoidGrowth(NamedTuple):
     exponent: Annotated[Dimensionless, FromMaterial("spall.exponent")]  # m
     dilute_voids: Annotated[Dimensionless, FromMaterial("spall.dilute_voids")]  # f_0
     coalescence: Annotated[Dimensionless, FromMaterial("spall.coalescence")]
-    bulk_modulus: Annotated[Pascal, FromMaterial("stiffness")]  # of the equation of state
+    bulk_modulus: Annotated[Pascal, FromMaterial("stiffness")]  # K of the equation of state
 
 
 FAILURE = FailureEntry("void-growth", VoidGrowth)

@@ -124,7 +124,7 @@ def test_page__offers_what_the_key_may_do(api: Api) -> None:
 
 
 def test_page__that_is_opened_from_another_site_loads_itself_again_with_its_cookie(api: Api) -> None:
-    """A browser sends no cookie with the first request; the page sets none in place of the session's."""
+    """The first request carries no cookie, and the response sets none that would replace the one of the log-in."""
     response = api.http.get("/", headers={"Sec-Fetch-Site": "cross-site"})
     assert '<meta http-equiv="refresh" content="0">' in response.text
     assert SESSION not in response.headers.get("set-cookie", "")
