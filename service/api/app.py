@@ -14,9 +14,11 @@ from service.api.access import Access, check_binding, requires
 from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
 from service.api.middleware import RequestLog, Turns
+from service.api.pages import documentation, login, rendering
+from service.api.pages import sweeps as sweep_pages
 from service.api.partial_cubes import PartialCubes
 from service.api.readers import Readers
-from service.api.routes import catalogue, events, files, health, pages, queue, runs, sweeps
+from service.api.routes import catalogue, events, files, health, queue, runs, sweeps
 from service.api.schemas import problem_schemas
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
@@ -30,10 +32,10 @@ __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
 # Routes that need the scope ``read``; those that change something ask for more themselves.
 GUARDED = (
     *(sweeps.router, files.router, runs.router, queue.router, events.router),
-    *(catalogue.router, health.metrics_router, pages.router),
+    *(catalogue.router, health.metrics_router, sweep_pages.router),
 )
 # Probes of machines without a key, and the documentation.
-OPEN = (health.router, pages.docs_router)
+OPEN = (health.router, documentation.router, login.router)
 STATIC = Path(__file__).parent / "static"
 CACHE = "cache"  # folder of partial cubes, in the data directory
 PROBLEM: dict[str, Any] = {
@@ -76,7 +78,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.artifacts = Artifacts(settings.data)
     app.state.event_streams, app.state.metrics = streams, metrics
-    app.state.problem_page = pages.problem_page
+    app.state.problem_page = rendering.problem_page
     app.state.readers = Readers()
     app.state.readiness = health.ReadinessCheck()
     app.state.partial_cubes = PartialCubes(settings.data / CACHE)

@@ -1,0 +1,69 @@
+"""Rendering of pages: templates, the token of their forms, and problem documents as pages."""
+
+import json
+import re
+from collections.abc import Mapping
+from typing import Any
+
+from fastapi import Request, Response
+from fastapi.responses import HTMLResponse
+from jinja2 import Environment, PackageLoader, select_autoescape
+from markupsafe import Markup, escape
+
+from service import version
+from service.api.access import Caller
+from service.api.browsers import BROWSER, TOKEN_FIELD, cookie, new_browser, set_cookie, token_of
+from studies.quantities.display import duration
+
+SEE_OTHER = 303  # an order was carried out: read the page that shows what it did
+UNAUTHORIZED, KEY_WAS_SENT = 401, 'error="invalid_token"'
+
+
+def code(text: str | None) -> Markup:
+    """A description with its `quoted` words as code.
+
+    >>> str(code("see `next_cursor` <here>"))
+    'see <code>next_cursor</code> &lt;here&gt;'
+    """
+    return Markup(re.sub("`([^`]+)`", r"<code>\1</code>", str(escape(text or ""))))
+
+
+TEMPLATES = Environment(
+    loader=PackageLoader("service.api"), autoescape=select_autoescape(), trim_blocks=True, lstrip_blocks=True
+)
+TEMPLATES.filters |= {"code": code, "duration": duration, "pretty": lambda value: json.dumps(value, indent=2)}
+
+
+def rendered(template: str, **content: Any) -> str:
+    return TEMPLATES.get_template(template).render(version=version(), **content)
+
+
+def page(
+    request: Request,
+    template: str,
+    caller: Caller | None = None,
+    *,
+    status: int = 200,
+    headers: Mapping[str, str] | None = None,
+    **content: Any,
+) -> Response:
+    """A page whose forms have the token of the browser, which gets its cookie if it has none."""
+    browser = cookie(request, BROWSER) or new_browser()
+    field = {"name": TOKEN_FIELD, "value": token_of(request, browser)}
+    text = rendered(template, caller=caller, token=field, **content)
+    response = HTMLResponse(text, status, headers=dict(headers or {}))
+    if not cookie(request, BROWSER):
+        set_cookie(request, response, BROWSER, browser)
+    return response
+
+
+def problem_page(request: Request, problem: Mapping[str, Any], headers: Mapping[str, str]) -> Response:
+    """A problem document as a page: where a key is missing, the form to log in with one."""
+    status = problem["status"]
+    if status != UNAUTHORIZED:
+        return page(request, "problem.html", status=status, headers=headers, problem=problem)
+    to = problem["instance"] if request.method == "GET" else "/"
+    # A page that is opened from another site comes without our cookie, and with it when it loads itself again.
+    again = request.headers.get("sec-fetch-site") == "cross-site"
+    wrong = problem if KEY_WAS_SENT in headers["WWW-Authenticate"] else None
+    return page(request, "login.html", status=status, headers=headers, problem=wrong, to=to, again=again)
