@@ -13,12 +13,13 @@ from urllib.parse import parse_qsl
 
 from fastapi import Depends, Request, Response
 
-from service.api.errors import CrossSiteRequest
+from service.api.errors import BadRequest, CrossSiteRequest, PayloadTooLarge
 
 SESSION, BROWSER = "whipple_session", "whipple_browser"  # cookies
 TOKEN_FIELD, TOKEN_HEADER = "csrf_token", "X-CSRF-Token"
 FORM = "application/x-www-form-urlencoded"
-LONGEST_FORM = 16 * 1024  # bytes
+LONGEST_FORM = 256 * 1024  # bytes; with a table of a thousand shots it has half of that
+MOST_FIELDS = 500  # of a form; that of a new sweep has less than a hundred
 LONGEST_COOKIE = 200  # characters; ours are shorter
 
 
@@ -36,12 +37,19 @@ def set_cookie(request: Request, response: Response, name: str, value: str) -> N
 
 
 async def _form(request: Request) -> dict[str, str]:
-    """The fields of a short form in the body of a browser's request; empty for another body."""
+    """The fields of a form in the body of a browser's request; empty for another body.
+
+    Raises PayloadTooLarge, BadRequest.
+    """
     kind, length = request.headers.get("content-type", ""), request.headers.get("content-length", "")
-    is_short = length.isdigit() and int(length[:9]) <= LONGEST_FORM
-    if kind.partition(";")[0].strip().lower() != FORM or not is_short or not cookie(request, BROWSER):
+    if kind.partition(";")[0].strip().lower() != FORM or not length.isdigit() or not cookie(request, BROWSER):
         return {}
-    return dict(parse_qsl((await request.body()).decode(errors="replace")))
+    if int(length[:9]) > LONGEST_FORM:
+        raise PayloadTooLarge(f"a form of {length[:9]} bytes; at most {LONGEST_FORM}: send more to POST /v1/sweeps")
+    try:
+        return dict(parse_qsl((await request.body()).decode(errors="replace"), max_num_fields=MOST_FIELDS))
+    except ValueError:
+        raise BadRequest(f"a form of more than {MOST_FIELDS} fields") from None
 
 
 FormFields = Annotated[dict[str, str], Depends(_form)]

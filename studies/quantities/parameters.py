@@ -92,6 +92,14 @@ def declared(record: type) -> Mapping[str, Parameter]:
     return _declared(record)
 
 
+def grouped(record: type) -> Mapping[str, tuple[str, ...]]:
+    """The names of a record's parameters by the field whose record holds them; of its own, under an empty name."""
+    groups = {name: tuple(declared(part)) for name, part in _parts(record).items()}
+    inside = {name for names in groups.values() for name in names}
+    own = tuple(name for name in declared(record) if name not in inside)
+    return {**({"": own} if own else {}), **groups}
+
+
 @cache
 def marks(record: type, kind: type) -> Mapping[str, Any]:
     """The mark of a kind of each parameter that carries one."""

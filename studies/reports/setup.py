@@ -11,22 +11,28 @@ from studies import scenarios
 from studies.cubes.points import by_run, plain
 from studies.cubes.variable import variable_name
 from studies.quantities.findings import InvalidInput
+from studies.quantities.parameters import declared
 from studies.quantities.units import readable
 
 
 def setup_of(dataset: xr.Dataset) -> dict[str, Any] | None:
     """The set-up of the first run: outlines, dimensions, speed and materials; None where the scenario draws none."""
     values = {name: values_of(dataset, name) for name in _parameters(dataset)}
-    first = {name: each[0] for name, each in values.items() if each}
     try:
         scenario = scenarios.load(dataset.attrs["scenario"])
     except InvalidInput:  # a scenario of another version
         return None
-    outline = scenario.parameters.outline(first)
+    return setup(scenario, values)
+
+
+def setup(scenario: scenarios.Scenario, values: Mapping[str, Sequence[Any]]) -> dict[str, Any] | None:
+    """The set-up of the first of the values (SI) of each parameter, as ``setup_of`` gives it."""
+    outline = scenario.parameters.outline({name: each[0] for name, each in values.items() if each})
     if outline is None:
         return None
+    units = {name: each.unit or "1" for name, each in declared(scenario.parameters).items()}
     names = dict.fromkeys([d.parameter for d in outline.dimensions])
-    labels = {name: _label(dataset, name, values[name]) for name in (*names, "speed") if values.get(name)}
+    labels = {name: _label(units[name], values[name]) for name in (*names, "speed") if values.get(name)}
     bodies = [shape.body for shape in outline.shapes if shape.body in scenario.materials]
     materials = {body: _texts(values[body]) for body in bodies if values.get(body)}
     spoken = [f"{name.replace('_', ' ')} {label}" for name, label in labels.items()]
@@ -59,9 +65,8 @@ def _parameters(dataset: xr.Dataset) -> Mapping[str, Any]:
     return parameters
 
 
-def _label(dataset: xr.Dataset, parameter: str, values: Sequence[float | str]) -> str:
+def _label(unit: str, values: Sequence[float | str]) -> str:
     """A length or a speed in the unit that people read, with its range where the sweep varies it."""
-    unit = dataset[variable_name(parameter)].attrs["units"]
     low, high = (readable(end, unit) for end in (min(map(float, values)), max(map(float, values))))
     if low == high:
         return low

@@ -31,6 +31,12 @@ def code(text: str | None) -> Markup:
 TEMPLATES = Environment(
     loader=PackageLoader("service.api"), autoescape=select_autoescape(), trim_blocks=True, lstrip_blocks=True
 )
+# The pages that every page links.
+PAGES = (
+    *(("/", "Sweeps"), ("/new", "New"), ("/shields", "Shields"), ("/scenarios", "Scenarios"), ("/laws", "Laws")),
+    *(("/materials", "Materials"), ("/shots", "Shots"), ("/docs", "API")),
+)
+TEMPLATES.globals["pages"] = PAGES
 TEMPLATES.filters |= {"code": code, "duration": duration, "pretty": lambda value: json.dumps(value, indent=2)}
 
 
@@ -50,7 +56,7 @@ def page(
     """A page whose forms have the token of the browser, which gets its cookie if it has none."""
     browser = cookie(request, BROWSER) or new_browser()
     field = {"name": TOKEN_FIELD, "value": token_of(request, browser)}
-    text = rendered(template, caller=caller, token=field, **content)
+    text = rendered(template, caller=caller, token=field, here=request.url.path, **content)
     response = HTMLResponse(text, status, headers=dict(headers or {}))
     if not cookie(request, BROWSER):
         set_cookie(request, response, BROWSER, browser)

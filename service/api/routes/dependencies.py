@@ -114,9 +114,16 @@ async def _read(
     media_type = _media_type(request)
     if media_type not in PARSERS:
         raise UnsupportedMediaType(f"{media_type[:80]!r}; send one of: {', '.join(PARSERS)}")
+    async with read_posted(request, Posted(media_type, body, settings.max_runs), part) as read:
+        yield read
+
+
+@asynccontextmanager
+async def read_posted(request: Request, posted: Posted, part: Callable[[Any, Posted], Read]) -> AsyncIterator[Read]:
+    """Let a child process read a document, and keep the child during the block; raises InvalidInput."""
     readers: Readers = request.app.state.readers
     async with readers.slot(request.state.caller):
-        read = await readers.read(Posted(media_type, body, settings.max_runs), part)
+        read = await readers.read(posted, part)
         if isinstance(read, Refusal):
             request.state.pointers = read.pointers
             raise InvalidInput(read.findings)

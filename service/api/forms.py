@@ -1,0 +1,232 @@
+"""Forms of a sweep in a child process: the fields of a page as a document, and a document as fields.
+
+A field holds what the document holds, as a person writes it: ``6 km/s``, ``3 km/s, 6 km/s``, ``2 km/s to 7 km/s step 1
+km/s``, or the document's own YAML in brackets. A field with several values is an axis. What has no field of its own
+stands in the field ``more``, as YAML.
+"""
+
+import json
+import re
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pprint import pformat
+from textwrap import indent
+from typing import Any
+
+import yaml
+
+from service.api.documents import read_yaml
+from service.api.reading import EstimatedSweep, Posted, estimated
+from service.records.expansion import ExpandedSweep, expand
+from studies import scenarios
+from studies.quantities.findings import Finding, Findings, InvalidInput
+from studies.quantities.parameters import Parameter, Value, declared
+from studies.runs.run import estimate
+from studies.sweeps.reading import KEYS, RESOLUTION, SweepLimits
+from studies.sweeps.sweep import Sweep
+
+MORE = "more"  # the field of what has no field of its own
+WORDS = ("title", "name", "combine", "accuracy", "model_part", "observations")  # fields that hold a text of the document
+COUNTS = ("offsets", "points", "seed")  # and whole numbers
+OF_PARAMETERS = ("fixed", "axes")
+RANGE = re.compile(r"(.+?)\s+to\s+(.+?)(?:\s+step\s+(.+))?")
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+BOOLEANS: Mapping[str, bool] = {"true": True, "false": False}
+
+
+@dataclass(frozen=True)
+class AskedSweep:
+    """What a page says of the form that it shows."""
+
+    fields: Mapping[str, str]
+    yaml: str  # the document; empty where the form has none
+    own_materials: tuple[str, ...]
+    python: str  # the same as a dictionary of Python
+    findings: tuple[Finding, ...]
+    estimated: EstimatedSweep | None  # None where the form is refused, or submitted
+    expanded: ExpandedSweep | None  # of a form that is submitted and accepted
+    setup: tuple[str, str] | None  # drawing of the set-up and its alternative text
+
+
+def asked(form: Any, posted: Posted) -> AskedSweep:
+    """The sweep of a form: of ``fields``, and of a ``document`` that they change; expanded if it is to be submitted."""
+    fields = {**fields_of(form["document"]), **form["fields"]}
+    findings = Findings()
+    document = findings.attempt(document_of, fields)
+    sweep = None if document is None else findings.attempt(Sweep.parse, document, SweepLimits(posted.max_runs))
+    cost = expanded = None
+    if sweep is not None and form["submit"]:
+        expanded = findings.attempt(expand, sweep, lambda run: estimate(run).core_seconds)
+    if sweep is not None and expanded is None:
+        cost = findings.attempt(estimated, document, posted)
+    return AskedSweep(
+        fields=fields,
+        yaml="" if document is None else as_yaml(document),
+        own_materials=tuple(map(str, sweep.materials)) if sweep else (),
+        python="" if document is None else pformat(document, width=100, sort_dicts=False),
+        findings=tuple(dict.fromkeys(findings)),
+        estimated=cost,
+        expanded=expanded,
+        setup=None if sweep is None or cost is None else _setup(sweep),
+    )
+
+
+# --- fields to document ---------------------------------------------------------------------------
+
+
+def document_of(fields: Mapping[str, str]) -> dict[str, Any]:
+    """The document of a form; empty fields are left out. Raises InvalidInput naming the fields.
+
+    >>> fields = {"scenario": "thin_plate", "speed": "3 km/s, 6 km/s", "projectile_diameter": "8 mm", "offset": ""}
+    >>> document_of(fields)
+    {'scenario': 'thin_plate', 'fixed': {'projectile_diameter': '8 mm'}, 'axes': {'speed': ['3 km/s', '6 km/s']}}
+    """
+    findings = Findings()
+    record = declared(scenarios.load(fields["scenario"]).parameters)
+    written = {name: text.strip() for name, text in fields.items() if text.strip()}
+    document: dict[str, Any] = {name: written[name] for name in WORDS if name in written}
+    document |= {"scenario": fields["scenario"], "fixed": {}, "axes": {}}
+    for name, parameter in record.items():
+        if name in written:
+            text = fields[name] if parameter.kind == "text" else written[name]
+            value = findings.attempt(read_value, name, text, parameter)
+            document["axes" if isinstance(value, list | dict) else "fixed"][name] = value
+    if RESOLUTION in record and "resolution" in written:
+        document["resolution"] = findings.attempt(read_value, "resolution", written["resolution"], record[RESOLUTION])
+    document |= {name: _number(written[name]) for name in COUNTS if name in written}
+    if "materials" in written:
+        document["materials"] = findings.attempt(_read_yaml, "materials", written["materials"])
+    more = findings.attempt(_read_yaml, MORE, written[MORE]) if MORE in written else None
+    findings.check()
+    if isinstance(more, Mapping):
+        document |= {name: _joined(document.get(name), part) for name, part in more.items()}
+    elif more is not None:
+        raise InvalidInput([Finding(MORE, "no mapping", "keys of a sweep with their values", "write laws: [...]")])
+    _give_axis(document)
+    ordered = {**{key: document[key] for key in KEYS if key in document}, **document}
+    return {key: part for key, part in ordered.items() if part not in ({}, None)}
+
+
+def read_value(field: str, text: str, parameter: Parameter) -> Any:
+    """The value of a field as a document has it: one, a list, or a range; raises InvalidInput naming the field."""
+    if parameter.kind == "text":
+        return text
+    if text[0] in "[{":
+        return _read_yaml(field, text)
+    ends = RANGE.fullmatch(text)
+    if ends and parameter.kind in ("quantity", "integer"):
+        low, high, step = ends.groups()
+        if step is None:
+            return {"low": _number(low), "high": _number(high)}
+        return {"start": _number(low), "stop": _number(high), "step": _number(step)}
+    if "," in text:
+        return [_one(part.strip(), parameter) for part in text.split(",") if part.strip()]
+    return _one(text, parameter)
+
+
+def _one(text: str, parameter: Parameter) -> Any:
+    if parameter.kind == "boolean":
+        return BOOLEANS.get(text.lower(), text)
+    return _number(text) if parameter.kind in ("quantity", "integer") else text
+
+
+def _number(text: str) -> Any:
+    """A number as one, any other text as it is."""
+    if not NUMBER.fullmatch(text):
+        return text
+    return int(text) if text.lstrip("+-").isdigit() else float(text)
+
+
+def _read_yaml(field: str, text: str) -> Any:
+    """The content of a field in YAML; raises InvalidInput naming the field."""
+    try:
+        return read_yaml(f"value:\n{indent(text, ' ')}".encode())["value"]
+    except InvalidInput as error:
+        raise InvalidInput(Finding(field, each.value, each.limit, each.cure) for each in error.findings) from None
+
+
+def _joined(part: Any, more: Any) -> Any:
+    return {**part, **more} if isinstance(part, dict) and isinstance(more, dict) else more
+
+
+def _give_axis(document: dict[str, Any]) -> None:
+    """Make the first of the values an axis of one, because a sweep has an axis."""
+    fixed = document["fixed"]
+    if not document["axes"] and isinstance(fixed, dict) and fixed:
+        name = next(iter(fixed))
+        document["axes"] = {name: [fixed.pop(name)]}
+
+
+# --- document to fields ---------------------------------------------------------------------------
+
+
+def fields_of(document: Mapping[str, Any]) -> dict[str, str]:
+    """The fields of a document; what has none stands in the field ``more``."""
+    if not document:
+        return {}
+    record = declared(scenarios.load(document["scenario"]).parameters)
+    fields = {"scenario": str(document["scenario"])}
+    more: dict[str, Any] = {}
+    for key, part in document.items():
+        if key in OF_PARAMETERS:
+            known = {name: value for name, value in part.items() if name in record}
+            fields |= {name: _written(value) for name, value in known.items()}
+            more |= {key: left} if (left := {name: value for name, value in part.items() if name not in record}) else {}
+        elif key == "materials":
+            fields |= {key: as_yaml(part)} if part else {}
+        elif key in (*WORDS, *COUNTS, "resolution") and (key != "observations" or isinstance(part, str)):
+            fields |= {} if part is None else {key: _written(part)}
+        elif key != "scenario" and part not in (None, [], {}):
+            more[key] = part
+    return fields | ({MORE: as_yaml(more)} if more else {})
+
+
+def _written(value: Any) -> str:
+    """A value, a list or a range as a person writes it into a field."""
+    if isinstance(value, Mapping):
+        if set(value) == {"start", "stop", "step"}:
+            return f"{value['start']} to {value['stop']} step {value['step']}"
+        return f"{value['low']} to {value['high']}" if set(value) == {"low", "high"} else json.dumps(value)
+    if isinstance(value, list):
+        texts = [_written(each) for each in value]
+        return json.dumps(value) if any(set(text) & set(",[{") for text in texts) else ", ".join(texts)
+    return json.dumps(value) if isinstance(value, bool) else str(value)
+
+
+class _Dumper(yaml.SafeDumper):
+    """Writes lists and ranges in one line, and texts of several lines as they are."""
+
+    def represent_sequence(self, tag: str, sequence: Any, flow_style: bool | None = None) -> Any:
+        return super().represent_sequence(tag, sequence, not any(isinstance(each, dict | list) for each in sequence))
+
+    def represent_mapping(self, tag: str, mapping: Any, flow_style: bool | None = None) -> Any:
+        return super().represent_mapping(tag, mapping, bool({"start", "low", "limit_of"} & {*mapping}))
+
+
+def _represent_text(dumper: yaml.SafeDumper, text: str) -> Any:
+    return dumper.represent_scalar("tag:yaml.org,2002:str", text, "|" if "\n" in text else None)
+
+
+_Dumper.add_representer(str, _represent_text)
+
+
+def as_yaml(document: Any) -> str:
+    """A document as YAML; every line of a text in it is indented."""
+    text: str = yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=10_000)
+    return text
+
+
+# --- drawing --------------------------------------------------------------------------------------
+
+
+def _setup(sweep: Sweep) -> tuple[str, str] | None:
+    """The set-up of the first run as an image, with its alternative text; None where the scenario draws none."""
+    from studies.reports.drawing.images import as_image
+    from studies.reports.drawing.sketches import setup_sketch
+    from studies.reports.setup import setup
+
+    first = next(iter(sweep.every_run(1))).run.parameters
+    materials = {role: [*names] for role, names in sweep.roles().items()}
+    axes: dict[str, list[Value]] = {axis.name: [*axis.values] for axis in sweep.axes}
+    document = setup(sweep.definition, {**{name: [value] for name, value in first.items()}, **materials, **axes})
+    return (as_image(setup_sketch(document)), document["alt"]) if document else None

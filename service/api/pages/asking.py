@@ -1,0 +1,351 @@
+"""The form of a new sweep, made from the record of its scenario; its cost, its set-up, and the same request elsewhere.
+
+A child process reads the form (``service.api.forms``), as it reads the documents of programs. The page comes back with
+what it found, so that the form works without scripts; a script asks for the same page while a person writes.
+"""
+
+import hashlib
+import json
+import re
+import secrets
+from collections import defaultdict
+from collections.abc import AsyncIterator, Collection, Iterable, Mapping
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.responses import HTMLResponse, RedirectResponse
+
+from service.api.access import Caller, Submitter
+from service.api.browsers import FormFields, check_token
+from service.api.forms import COUNTS, MORE, WORDS, AskedSweep, asked
+from service.api.pages.rendering import SEE_OTHER, page
+from service.api.reading import Posted
+from service.api.routes import sweeps
+from service.api.routes.dependencies import AppSettings, AppStore, read_posted
+from service.api.schemas import example_sweeps
+from service.client.client import KEY_VARIABLE
+from service.records.jobs import PRIORITIES, Keep, Submission
+from studies import materials, scenarios
+from studies.quantities.findings import Finding, refusal
+from studies.quantities.parameters import Parameter, declared, grouped
+from studies.quantities.units import readable
+from studies.scenarios import Scenario
+from studies.sweeps.accuracy import ACCURACY
+from studies.sweeps.axes import RANGE_KEYS
+from studies.sweeps.reading import COMBINATIONS, MODEL_PARTS
+
+router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+
+ORDER, ONCE, SUBMIT = "order", "once", "submit"  # fields of the form that are none of the sweep
+UNPROCESSABLE = 422
+NOTHING = "nothing"  # the value in the finding of a field that is missing
+OF_PARAMETERS = re.compile(r"(?:fixed|axes|parameters)\.(.+)")  # the field of a finding
+OF_MORE = ("laws", "ends")
+PRESET, SWEEP = "preset", "sweep"  # in the address: what a form begins with, beside values of its fields
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of the form."""
+
+    name: str
+    label: str
+    hint: str
+    kind: str = "line"  # "line", "choice" or "lines"
+    placeholder: str = ""
+    choices: tuple[str, ...] = ()
+    options: str = ""  # id of the list of names that a line may have
+    required: bool = False
+
+
+@dataclass(frozen=True)
+class Group:
+    """Fields that belong together."""
+
+    title: str
+    fields: tuple[Field, ...]
+    is_open: bool = False
+
+
+OF_DOCUMENT = (
+    Group(
+        "Resolution",
+        (
+            Field(
+                "accuracy",
+                "Accuracy",
+                "sets resolution and offsets by name; below is what each costs",
+                "choice",
+                choices=tuple(ACCURACY),
+            ),
+            Field(
+                "resolution",
+                "Resolution",
+                "cells across the projectile or bar; of several values follows an error bar: 16, 24, 32",
+            ),
+            Field("offsets", "Offsets", "positions of the grid against the bodies at each resolution, which narrow it"),
+        ),
+        is_open=True,
+    ),
+    Group(
+        "Name of the sweep",
+        (
+            Field("title", "Title", "stands above the report"),
+            Field("name", "Name", "names files; by default the scenario"),
+        ),
+        is_open=True,
+    ),
+    Group(
+        "Materials of your own",
+        (
+            Field(
+                "materials",
+                "Materials",
+                "in YAML, by name; a base gives all that you leave out, and fields above may then name them",
+                "lines",
+                placeholder="my-alloy:\n  base: al-6061-t6\n  strength:\n    A: 300 MPa",
+            ),
+        ),
+    ),
+    Group(
+        "Measured shots beside the runs",
+        (
+            Field(
+                "observations",
+                "Shots",
+                "the name of a table that ships (see Shots), or your own as CSV: paste it, or choose its file",
+                "lines",
+                placeholder="speed [km/s],hole_diameter [mm],source\n6.18,27.5,my notebook",
+            ),
+        ),
+    ),
+    Group(
+        "How axes are combined, and more of the document",
+        (
+            Field("combine", "Combine", "every value with every other is grid; zip takes them in pairs", "choice", choices=COMBINATIONS),
+            Field("points", "Points", "of axes that are sampled between two ends: 4 km/s to 8 km/s"),
+            Field("seed", "Seed", "of sampled points"),
+            Field("model_part", "Model part", "where the uncertainty of the models comes from", "choice", choices=MODEL_PARTS),
+            Field(
+                MORE,
+                "More",
+                "further keys in YAML: constants of materials, fitted laws, ends",
+                "lines",
+                placeholder="axes:\n  target.strength.A: [250 MPa, 300 MPa]",
+            ),
+        ),
+    ),
+)  # fmt: skip
+
+
+@router.get("/new")
+def choose_scenario(request: Request, caller: Submitter) -> Response:
+    """The scenarios, each with its presets."""
+    listed = [(scenarios.load(name), [*_presets(name).items()]) for name in scenarios.names()]
+    return page(request, "new.html", caller, scenarios=listed)
+
+
+# --- the form -------------------------------------------------------------------------------------
+
+
+async def _asked(
+    request: Request, scenario: str, form: FormFields, caller: Submitter, settings: AppSettings, store: AppStore
+) -> AsyncIterator[AskedSweep]:
+    """What a child process makes of a form that was sent, or of that with which a page begins."""
+    chosen = scenarios.load(scenario)
+    document: Mapping[str, Any] = {}
+    fields = {name: text for name, text in (form or request.query_params).items() if name in _names(chosen)}
+    if not form:
+        document = _beginning(request.query_params.get(PRESET), request.query_params.get(SWEEP), chosen, store)
+    content = {
+        "fields": {**fields, "scenario": scenario},
+        "document": document,
+        "submit": form.get(ORDER) == SUBMIT,
+    }
+    posted = Posted("application/json", json.dumps(content).encode(), settings.max_runs)
+    async with read_posted(request, posted, asked) as read:
+        yield read
+
+
+AskedForm = Annotated[AskedSweep, Depends(_asked)]
+
+
+def _beginning(preset: str | None, sweep: str | None, scenario: Scenario, store: Any) -> Mapping[str, Any]:
+    """The document with which a form begins: that of a preset, of a sweep, or none."""
+    if sweep:
+        document: Mapping[str, Any] = store.sweeps.document(sweep)
+        return document if document["scenario"] == scenario.name else {}
+    if preset:
+        presets = _presets(scenario.name)
+        if preset not in presets:
+            raise refusal(PRESET, preset, f"a preset of {scenario.name}", f"use one of: {', '.join(presets)}")
+        return presets[preset]
+    return {}
+
+
+@router.get("/new/{scenario}")
+def show_form(
+    request: Request, scenario: str, caller: Submitter, asked: AskedForm, store: AppStore, settings: AppSettings
+) -> Response:
+    """The form, empty or with the values of a preset, a sweep or the address."""
+    return _form_page(request, scenarios.load(scenario), caller, asked, store, settings)
+
+
+@router.post("/new/{scenario}", dependencies=[Depends(check_token)])
+def read_form(
+    request: Request,
+    scenario: str,
+    caller: Submitter,
+    form: FormFields,
+    asked: AskedForm,
+    store: AppStore,
+    settings: AppSettings,
+) -> Response:
+    """Submit the sweep of a form, and show its page; where it is refused or only looked at, the form again."""
+    if asked.expanded is None:
+        return _form_page(request, scenarios.load(scenario), caller, asked, store, settings, form)
+    once = form.get(ONCE, ""), asked.yaml, form.get("priority"), form.get("keep")
+    digest = hashlib.sha256(json.dumps(once).encode()).hexdigest()
+    # Of a form that is sent twice there is one sweep.
+    submission = Submission(asked.expanded, caller.name, *_options(form), (digest, digest))
+    return RedirectResponse(f"/sweeps/{store.sweeps.create(submission).id}", SEE_OTHER)
+
+
+def _options(form: Mapping[str, str]) -> tuple[int, Keep]:
+    """Priority of a sweep, and the files that it keeps; raises InvalidInput."""
+    priority, keep = form.get("priority") or "0", form.get("keep") or Keep.FINAL
+    if keep not in set(Keep):
+        raise refusal("keep", keep, f"one of {', '.join(Keep)}", "choose one")
+    if not priority.removeprefix("-").isdecimal() or int(priority[:9]) not in PRIORITIES:
+        raise refusal("priority", priority, f"a whole number from {PRIORITIES[0]} to {PRIORITIES[-1]}", "write 0")
+    return int(priority), Keep(keep)
+
+
+def _form_page(
+    request: Request,
+    scenario: Scenario,
+    caller: Caller,
+    asked: AskedSweep,
+    store: Any,
+    settings: Any,
+    form: Mapping[str, str] | None = None,
+) -> Response:
+    sent = form or {}
+    groups = [*_groups(scenario, asked.fields)]
+    is_submitted = sent.get(ORDER) == SUBMIT
+    placed = _placed(asked.findings, _names(scenario))
+    missing = {} if is_submitted else {name: found for name, found in placed.items() if _is_missing(found)}
+    estimate = None if asked.estimated is None else sweeps.estimate_sweep(asked.estimated, store, settings, request)
+    return page(
+        request,
+        "ask.html",
+        caller,
+        status=UNPROCESSABLE if is_submitted else 200,
+        scenario=scenario,
+        presets=_presets(scenario.name),
+        groups=groups,
+        values=asked.fields,
+        findings={name: found for name, found in placed.items() if name not in missing},
+        missing={name: _label(name) for name in missing if name},
+        asked=asked,
+        estimate=estimate,
+        workers=request.app.state.engine.workers() or settings.workers,
+        names=sorted({*materials.names(), *asked.own_materials}),
+        options={"priority": sent.get("priority", "0"), "keep": sent.get("keep", Keep.FINAL)},
+        keeps=[*Keep],
+        priorities=PRIORITIES,
+        once=sent.get(ONCE) or secrets.token_urlsafe(),
+        order=ORDER,
+        address=str(request.base_url).rstrip("/"),
+        key_variable=KEY_VARIABLE if caller.name else "",
+    )
+
+
+def _presets(scenario: str) -> dict[str, dict[str, Any]]:
+    """The shipped sweeps of a scenario, by name."""
+    return {
+        name: each["value"] for name, each in example_sweeps().items() if each["value"]["scenario"] == scenario
+    }
+
+
+# --- fields ---------------------------------------------------------------------------------------
+
+
+def _names(scenario: Scenario) -> set[str]:
+    """The fields of a sweep's document."""
+    return {*declared(scenario.parameters), *WORDS, *COUNTS, "resolution", "materials", MORE}
+
+
+def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterable[Group]:
+    """The groups of fields: first what is required or has a value, last what the records of the scenario hold else."""
+    record = declared(scenario.parameters)
+    first = [name for name, each in record.items() if each.required or name in scenario.materials[:1] or values.get(name)]
+    first += [name for name in scenario.materials if name not in first and not record[name].optional]
+    yield Group("Set-up", tuple(_field(record[name]) for name in record if name in first), is_open=True)
+    for group in OF_DOCUMENT:
+        yield group if not any(values.get(each.name) for each in group.fields) else Group(group.title, group.fields, True)
+    for title, names in grouped(scenario.parameters).items():
+        fields = tuple(_field(record[name]) for name in names if name not in first)
+        if fields:
+            yield Group(_label(title or "further"), fields)
+
+
+def _field(parameter: Parameter) -> Field:
+    """The field of a parameter."""
+    limit = "" if parameter.kind in ("text", "boolean") else f"; {parameter.limit()}"
+    default = parameter.default
+    if parameter.kind == "quantity" and default is not None:
+        default = readable(float(default), parameter.unit or "1")  # type: ignore[arg-type]
+    if isinstance(default, bool):
+        default = str(default).lower()
+    is_material = parameter.kind == "material"
+    choices = parameter.choices or (("true", "false") if parameter.kind == "boolean" else ())
+    return Field(
+        name=parameter.name,
+        label=_label(parameter.name),
+        hint=f"{parameter.meaning}{limit}",
+        kind="lines" if parameter.longest > 1000 else "line",
+        placeholder="" if default is None else str(default),
+        choices=choices,
+        options="materials" if is_material else f"choices-{parameter.name}" if choices else "",
+        required=parameter.required,
+    )
+
+
+def _label(name: str) -> str:
+    """The name of a parameter in words."""
+    return name.replace("_", " ").capitalize()
+
+
+# --- findings -------------------------------------------------------------------------------------
+
+
+def _is_missing(found: Iterable[Finding]) -> bool:
+    return all(each.value == NOTHING for each in found)
+
+
+def _placed(findings: Iterable[Finding], names: Collection[str]) -> dict[str, list[Finding]]:
+    """The findings at each field; those of no field under an empty name."""
+    placed = defaultdict[str, list[Finding]](list)
+    for finding in findings:
+        placed[_field_of(finding, names)].append(finding)
+    return placed
+
+
+def _field_of(finding: Finding, names: Collection[str]) -> str:
+    """The field of the form that a finding is about; empty for none.
+
+    >>> paths = ("axes.speed[1]", "axes.speed.stop", "axes.target.strength.A", "materials.mine.density", "axes")
+    >>> [_field_of(Finding(path, "", "", ""), {"speed", "target", "materials"}) for path in paths]
+    ['speed', 'speed', 'more', 'materials', '']
+    """
+    inside = OF_PARAMETERS.fullmatch(finding.field)
+    path, _, _ = (inside[1] if inside else finding.field).partition("[")
+    stem, _, end = path.rpartition(".")
+    if path in names:
+        return path
+    if inside:
+        return stem if stem in names and end in RANGE_KEYS else MORE
+    head, _, _ = path.partition(".")
+    return head if head in names else MORE if head in OF_MORE else ""

@@ -1,0 +1,65 @@
+// Shows cost, set-up and findings of a form while it is written: asks for its page, and takes over what is beside it.
+const form = document.querySelector("form.ask");
+const look = form.querySelector(".look");
+let waiting = 0;
+let isAsking = false;
+
+async function ask() {
+  if (isAsking) return soon();
+  isAsking = true;
+  try {
+    const body = new URLSearchParams(new FormData(form));
+    const response = await fetch(form.action, { method: "POST", body, headers: { Accept: "text/html" } });
+    const page = new DOMParser().parseFromString(await response.text(), "text/html");
+    if (page.querySelector("#preview")) show(page);
+    else document.querySelector("#preview").textContent = page.querySelector(".notice")?.textContent ?? page.title;
+  } catch {
+    document.querySelector("#preview").textContent = "The service does not answer.";
+  } finally {
+    isAsking = false;
+  }
+}
+
+function show(page) {
+  const opened = [...document.querySelectorAll("#elsewhere details")].map((each) => each.open);
+  for (const id of ["preview", "elsewhere"])
+    document.getElementById(id).replaceChildren(...page.getElementById(id).childNodes);
+  document.querySelectorAll("#elsewhere details").forEach((each, place) => (each.open = opened[place] ?? each.open));
+  for (const finding of form.querySelectorAll(".finding")) {
+    const now = page.getElementById(finding.id);
+    finding.replaceChildren(...(now?.childNodes ?? []));
+    const field = document.getElementById(finding.id.replace("finding-", ""));
+    if (now?.textContent) field.setAttribute("aria-invalid", "true");
+    else field.removeAttribute("aria-invalid");
+  }
+  document.getElementById("materials").replaceChildren(...page.getElementById("materials").childNodes);
+}
+
+function soon() {
+  clearTimeout(waiting);
+  waiting = setTimeout(ask, 400);
+}
+
+look.hidden = true; // still the button of the Enter key, which so submits nothing
+form.addEventListener("input", soon);
+form.addEventListener("submit", (event) => {
+  if (event.submitter?.value === "submit") return;
+  event.preventDefault();
+  ask();
+});
+for (const file of form.querySelectorAll("input[type=file]")) {
+  file.hidden = false;
+  file.addEventListener("change", async () => {
+    document.getElementById(file.dataset.into).value = await file.files[0].text();
+    soon();
+  });
+}
+// A link to a field that is folded away opens its group.
+form.addEventListener("click", (event) => {
+  const link = event.target.closest("#preview a[href^='#']");
+  const field = link && document.getElementById(link.getAttribute("href").slice(1));
+  if (!field) return;
+  event.preventDefault();
+  field.closest("details").open = true;
+  field.focus();
+});
