@@ -15,6 +15,7 @@ from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
 from service.api.middleware import RequestLog, Turns
 from service.api.pages import asking, documentation, login, rendering
+from service.api.pages import catalogue as catalogue_pages
 from service.api.pages import sweeps as sweep_pages
 from service.api.partial_cubes import PartialCubes
 from service.api.readers import Readers
@@ -32,7 +33,7 @@ __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
 # Routes that need the scope ``read``; those that change something ask for more themselves.
 GUARDED = (
     *(sweeps.router, files.router, runs.router, queue.router, events.router),
-    *(catalogue.router, health.metrics_router, sweep_pages.router, asking.router),
+    *(catalogue.router, health.metrics_router, sweep_pages.router, asking.router, catalogue_pages.router),
 )
 # Probes of machines without a key, and the documentation.
 OPEN = (health.router, documentation.router, login.router)
@@ -80,6 +81,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.event_streams, app.state.metrics = streams, metrics
     app.state.problem_page = rendering.problem_page
     app.state.readers = Readers()
+    app.state.drawings = {}  # pictures of materials, by name
     app.state.readiness = health.ReadinessCheck()
     app.state.partial_cubes = PartialCubes(settings.data / CACHE)
     for router in OPEN:

@@ -147,3 +147,12 @@ def answered_as_cube(document: Any, _posted: Posted) -> bytes:
     from studies.reports.answers import cube, question
 
     return cube.netcdf(question.read_question(document))
+
+
+def drawn_material(document: Any, _posted: Posted) -> list[tuple[str, str]]:
+    """The pictures of a material that ships, each with its title, as images."""
+    from studies import materials
+    from studies.reports.drawing.images import as_image
+    from studies.reports.drawing.material import drawings
+
+    return [(title, as_image(drawing)) for title, drawing in drawings(materials.load(document["name"]))]

@@ -1,0 +1,203 @@
+"""The catalogue as pages: scenarios, laws with their formulas, materials with what they are known by, measured shots."""
+
+import json
+from collections.abc import AsyncIterator, Iterator, Mapping
+from dataclasses import dataclass
+from itertools import islice
+from typing import Annotated, Any
+
+from fastapi import APIRouter, Depends, Query, Request, Response
+from fastapi.responses import HTMLResponse
+
+from service.api.access import Reader
+from service.api.pages.formulas import formula
+from service.api.pages.rendering import page
+from service.api.reading import Posted, drawn_material
+from service.api.routes.dependencies import AppSettings, read_posted
+from studies import laws, materials, measurements, observations, scenarios
+from studies.laws import NOT_FOUND, Law, Limit
+from studies.materials import CONFIDENCES, Material
+from studies.observations.shields import shots as shield_shots
+from studies.quantities.parameters import declared
+from studies.quantities.units import readable
+
+router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+
+SHOWN = 100  # shots on shields on one page
+SHIELDS = "shields"  # the table of shots on shields
+# Columns of shots on shields, and those by which they are chosen.
+COLUMNS = (
+    *("outcome", "speed", "obliquity", "projectile_diameter", "bumper_thickness", "stand_off", "wall_thickness"),
+    *("wall_yield_stress", "projectile_material", "bumper_material", "wall_material", "source", "shot"),
+)
+FILTERS = ("outcome", "speed", "projectile_diameter", "bumper_thickness", "wall_thickness", "source")
+SECTIONS: Mapping[str, str] = {
+    "": "At rest",
+    "elastic": "Elasticity",
+    "eos": "Equation of state",
+    "thermal": "Heat",
+    "strength": "Strength",
+    "tension": "Tension",
+    "fracture": "Fracture of Johnson and Cook",
+    "spall": "Spall",
+    "yield_stresses": "Yield stresses, for laws",
+}
+
+
+@router.get("/scenarios")
+def show_scenarios(request: Request, caller: Reader) -> Response:
+    """Every scenario with its parameters and what it measures."""
+    listed = [scenarios.load(name) for name in scenarios.names()]
+    titles = {name: measurements.load(name).title for each in listed for name in each.measurements}
+    return page(
+        request,
+        "scenarios.html",
+        caller,
+        scenarios=[(each, declared(each.parameters).values()) for each in listed],
+        titles=titles,
+        readable=readable,
+    )
+
+
+# --- laws -----------------------------------------------------------------------------------------
+
+
+@router.get("/laws")
+def show_laws(request: Request, caller: Reader) -> Response:
+    """Every law with its formula, range and source, by what it predicts."""
+    every = [laws.load(name) for name in laws.names()]
+    answered = {law.quantity for law in every}
+    measured = sorted(answered - {*laws.UNMEASURED}, reverse=True)
+    titles = {name: measurements.load(name).title for name in measured}
+    titles |= {name: title for name, title in laws.UNMEASURED.items() if name in answered}
+    return page(
+        request,
+        "laws.html",
+        caller,
+        quantities=[(name, title, laws.answering(name)) for name, title in titles.items()],
+        formula=formula,
+        limit=_limit,
+        confidences=CONFIDENCES,
+    )
+
+
+def _limit(law: Law, limit: Limit) -> str:
+    """A limit of a law's range, with its source where that is another one than the law's."""
+    is_own = limit.source in law.source or (not limit.is_published and limit.source != NOT_FOUND)
+    notes = [*([] if is_own else [limit.source]), *([] if limit.machine_checked else ["not checked"])]
+    return f"{limit.words} ({', '.join(notes)})" if notes else limit.words
+
+
+# --- materials ------------------------------------------------------------------------------------
+
+
+@router.get("/materials")
+def show_materials(request: Request, caller: Reader) -> Response:
+    """Every material that ships, with its models."""
+    listed = [materials.load(name) for name in materials.names()]
+    return page(request, "materials.html", caller, materials=listed, readable=readable)
+
+
+async def _drawings(name: str, request: Request, _: Reader, settings: AppSettings) -> AsyncIterator[list[Any]]:
+    """The pictures of a material, made once by a child process."""
+    kept: dict[str, list[Any]] = request.app.state.drawings
+    if materials.load(name).name not in kept:
+        posted = Posted("application/json", json.dumps({"name": name}).encode(), settings.max_runs)
+        async with read_posted(request, posted, drawn_material) as drawn:
+            kept[name] = drawn
+    yield kept[name]
+
+
+@router.get("/materials/{name}")
+def show_material(
+    request: Request, name: str, caller: Reader, drawings: Annotated[list[Any], Depends(_drawings)]
+) -> Response:
+    """A material: every constant with its source, its Hugoniot and its flow stress."""
+    material = materials.load(name)
+    return page(
+        request,
+        "material.html",
+        caller,
+        material=material,
+        sections=[*_sections(material)],
+        drawings=drawings,
+        confidences=CONFIDENCES,
+    )
+
+
+@dataclass(frozen=True)
+class Row:
+    """A constant of a material as a page shows it."""
+
+    name: str
+    meaning: str
+    value: str
+    source: str
+    confidence: str
+
+
+def _sections(material: Material) -> Iterator[tuple[str, str, list[Row]]]:
+    """Title, model and constants of each section that has any."""
+    parameters = material.parameters()
+    for section, title in SECTIONS.items():
+        rows = []
+        for path, constant in material.sources.items():
+            inside, _, name = path.partition(".") if "." in path else ("", "", path)
+            if inside == section:
+                meaning = parameters[path].meaning if path in parameters else "stated, and not used"
+                value = "none" if constant.value is None else readable(constant.value, constant.unit)
+                is_yield = section == "yield_stresses"
+                rows.append(Row(name, "" if is_yield else meaning, value, constant.source, constant.confidence))
+        if rows:
+            yield title, getattr(getattr(material, section, None), "kind", ""), rows
+
+
+# --- shots ----------------------------------------------------------------------------------------
+
+
+@router.get("/shots")
+def show_tables(request: Request, caller: Reader) -> Response:
+    """The tables of measured shots that ship."""
+    tables = [(name, _remark(name), sum(1 for _ in observations.rows_of(observations.text(name), name))) for name in observations.names()]
+    return page(request, "shots.html", caller, tables=tables, shields=len(shield_shots.published().shots))
+
+
+def _remark(table: str) -> str:
+    """The remarks before a table, which say what it is."""
+    lines = observations.text(table).splitlines()
+    return " ".join(line.removeprefix("#").strip() for line in lines[: next(n for n, line in enumerate(lines) if not line.startswith("#"))])
+
+
+@router.get(f"/shots/{SHIELDS}")
+def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Query(ge=0)] = 0) -> Response:
+    """Measured shots on shields, those that the address chooses."""
+    chosen = {name: text for name in FILTERS if (text := request.query_params.get(name, "").strip())}
+    within = shield_shots.read_filters([f"{name}={text}" for name, text in chosen.items()])
+    found = shield_shots.filtered(shield_shots.published().shots, *within)
+    fields = declared(shield_shots.ShieldShot)
+    rows = [
+        [readable(getattr(each, name), unit) if (unit := fields[name].unit) else getattr(each, name) for name in COLUMNS]
+        for each in islice(found, begin, begin + SHOWN)
+    ]
+    return page(
+        request,
+        "shield_shots.html",
+        caller,
+        columns=[name.replace("_", " ") for name in COLUMNS],
+        rows=rows,
+        found=found,
+        begin=begin,
+        shown=SHOWN,
+        chosen=chosen,
+        filters=FILTERS,
+        choices={"outcome": shield_shots.OUTCOMES, "source": sorted(shield_shots.sources())},
+        following=str(request.url.include_query_params(begin=begin + SHOWN).query),
+        citation=shield_shots.citation,
+    )
+
+
+@router.get("/shots/{table}")
+def show_shots(request: Request, table: str, caller: Reader) -> Response:
+    """A table of measured shots, as it ships."""
+    rows = [row for _, row in observations.rows_of(observations.text(table), table)]
+    return page(request, "shot_table.html", caller, table=table, remark=_remark(table), rows=rows, columns=[*rows[0]])
