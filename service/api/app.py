@@ -14,7 +14,7 @@ from service.api.access import Access, check_binding, requires
 from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
 from service.api.middleware import RequestLog, Turns
-from service.api.pages import asking, documentation, login, rendering
+from service.api.pages import asking, documentation, login, rendering, shields
 from service.api.pages import catalogue as catalogue_pages
 from service.api.pages import sweeps as sweep_pages
 from service.api.partial_cubes import PartialCubes
@@ -33,7 +33,7 @@ __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
 # Routes that need the scope ``read``; those that change something ask for more themselves.
 GUARDED = (
     *(sweeps.router, files.router, runs.router, queue.router, events.router),
-    *(catalogue.router, health.metrics_router, sweep_pages.router, asking.router, catalogue_pages.router),
+    *(catalogue.router, health.metrics_router, sweep_pages.router, asking.router, catalogue_pages.router, shields.router),
 )
 # Probes of machines without a key, and the documentation.
 OPEN = (health.router, documentation.router, login.router)

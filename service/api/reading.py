@@ -17,6 +17,8 @@ from dataclasses import dataclass
 from types import FrameType
 from typing import Any, TypeVar
 
+from markupsafe import Markup
+
 from service.api.documents import pointer, read_json, read_yaml
 from service.records.expansion import ExpandedSweep, expand
 from studies.quantities.findings import Finding, InvalidInput
@@ -156,3 +158,33 @@ def drawn_material(document: Any, _posted: Posted) -> list[tuple[str, str]]:
     from studies.reports.drawing.material import drawings
 
     return [(title, as_image(drawing)) for title, drawing in drawings(materials.load(document["name"]))]
+
+
+@dataclass(frozen=True)
+class AnsweredForm:
+    """What laws and shots say of the shot of a form, as HTML; or what is wrong with the form."""
+
+    findings: tuple[Finding, ...]
+    headline: str = ""
+    body: str = ""
+    sheet: str = ""  # the same as a page by itself
+
+
+def answered_form(document: Any, _posted: Posted) -> AnsweredForm:
+    """The answer to the shot of a form, whose fields have one value each."""
+    from studies.reports.answers import answer, page, picture, question
+    from studies.reports.drawing.images import as_images
+
+    try:
+        asked = question.read_question(document)
+    except InvalidInput as error:
+        return AnsweredForm(error.findings)
+
+    def drawn(figure: Any) -> Markup:
+        images = zip(("wide", "narrow"), as_images(picture.drawn_for_page(figure)), strict=True)
+        tag = '<img class="chart {}" src="{}" alt="{}">'
+        return Markup("").join(Markup(tag).format(width, image, figure.title) for width, image in images)
+
+    [given] = answer.answers(asked)
+    shot = asked.shot(asked.fixed)
+    return AnsweredForm((), given.headline(), page.body(given, shot, drawn), page.page(given, shot))

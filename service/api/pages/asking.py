@@ -6,11 +6,8 @@ what it found, so that the form works without scripts; a script asks for the sam
 
 import hashlib
 import json
-import re
 import secrets
-from collections import defaultdict
-from collections.abc import AsyncIterator, Collection, Iterable, Mapping
-from dataclasses import dataclass
+from collections.abc import AsyncIterator, Iterable, Mapping
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request, Response
@@ -19,6 +16,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 from service.api.access import Caller, Submitter
 from service.api.browsers import FormFields, check_token
 from service.api.forms import COUNTS, MORE, WORDS, AskedSweep, asked
+from service.api.pages.fields import Field, Group, field_of, is_missing, label_of, placed
 from service.api.pages.rendering import SEE_OTHER, page
 from service.api.reading import Posted
 from service.api.routes import sweeps
@@ -27,45 +25,17 @@ from service.api.schemas import example_sweeps
 from service.client.client import KEY_VARIABLE
 from service.records.jobs import PRIORITIES, Keep, Submission
 from studies import materials, scenarios
-from studies.quantities.findings import Finding, refusal
-from studies.quantities.parameters import Parameter, declared, grouped
-from studies.quantities.units import readable
+from studies.quantities.findings import refusal
+from studies.quantities.parameters import declared, grouped
 from studies.scenarios import Scenario
 from studies.sweeps.accuracy import ACCURACY
-from studies.sweeps.axes import RANGE_KEYS
 from studies.sweeps.reading import COMBINATIONS, MODEL_PARTS
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
 ORDER, ONCE, SUBMIT = "order", "once", "submit"  # fields of the form that are none of the sweep
 UNPROCESSABLE = 422
-NOTHING = "nothing"  # the value in the finding of a field that is missing
-OF_PARAMETERS = re.compile(r"(?:fixed|axes|parameters)\.(.+)")  # the field of a finding
-OF_MORE = ("laws", "ends")
 PRESET, SWEEP = "preset", "sweep"  # in the address: what a form begins with, beside values of its fields
-
-
-@dataclass(frozen=True)
-class Field:
-    """A field of the form."""
-
-    name: str
-    label: str
-    hint: str
-    kind: str = "line"  # "line", "choice" or "lines"
-    placeholder: str = ""
-    choices: tuple[str, ...] = ()
-    options: str = ""  # id of the list of names that a line may have
-    required: bool = False
-
-
-@dataclass(frozen=True)
-class Group:
-    """Fields that belong together."""
-
-    title: str
-    fields: tuple[Field, ...]
-    is_open: bool = False
 
 
 OF_DOCUMENT = (
@@ -234,8 +204,8 @@ def _form_page(
     sent = form or {}
     groups = [*_groups(scenario, asked.fields)]
     is_submitted = sent.get(ORDER) == SUBMIT
-    placed = _placed(asked.findings, _names(scenario))
-    missing = {} if is_submitted else {name: found for name, found in placed.items() if _is_missing(found)}
+    at = placed(asked.findings, _names(scenario), MORE)
+    missing = {} if is_submitted else {name: found for name, found in at.items() if is_missing(found)}
     estimate = None if asked.estimated is None else sweeps.estimate_sweep(asked.estimated, store, settings, request)
     return page(
         request,
@@ -246,8 +216,8 @@ def _form_page(
         presets=_presets(scenario.name),
         groups=groups,
         values=asked.fields,
-        findings={name: found for name, found in placed.items() if name not in missing},
-        missing={name: _label(name) for name in missing if name},
+        findings={name: found for name, found in at.items() if name not in missing},
+        missing={name: label_of(name) for name in missing if name},
         asked=asked,
         estimate=estimate,
         workers=request.app.state.engine.workers() or settings.workers,
@@ -282,70 +252,10 @@ def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterable[Group]:
     record = declared(scenario.parameters)
     first = [name for name, each in record.items() if each.required or name in scenario.materials[:1] or values.get(name)]
     first += [name for name in scenario.materials if name not in first and not record[name].optional]
-    yield Group("Set-up", tuple(_field(record[name]) for name in record if name in first), is_open=True)
+    yield Group("Set-up", tuple(field_of(record[name]) for name in record if name in first), is_open=True)
     for group in OF_DOCUMENT:
         yield group if not any(values.get(each.name) for each in group.fields) else Group(group.title, group.fields, True)
     for title, names in grouped(scenario.parameters).items():
-        fields = tuple(_field(record[name]) for name in names if name not in first)
+        fields = tuple(field_of(record[name]) for name in names if name not in first)
         if fields:
-            yield Group(_label(title or "further"), fields)
-
-
-def _field(parameter: Parameter) -> Field:
-    """The field of a parameter."""
-    limit = "" if parameter.kind in ("text", "boolean") else f"; {parameter.limit()}"
-    default = parameter.default
-    if parameter.kind == "quantity" and default is not None:
-        default = readable(float(default), parameter.unit or "1")  # type: ignore[arg-type]
-    if isinstance(default, bool):
-        default = str(default).lower()
-    is_material = parameter.kind == "material"
-    choices = parameter.choices or (("true", "false") if parameter.kind == "boolean" else ())
-    return Field(
-        name=parameter.name,
-        label=_label(parameter.name),
-        hint=f"{parameter.meaning}{limit}",
-        kind="lines" if parameter.longest > 1000 else "line",
-        placeholder="" if default is None else str(default),
-        choices=choices,
-        options="materials" if is_material else f"choices-{parameter.name}" if choices else "",
-        required=parameter.required,
-    )
-
-
-def _label(name: str) -> str:
-    """The name of a parameter in words."""
-    return name.replace("_", " ").capitalize()
-
-
-# --- findings -------------------------------------------------------------------------------------
-
-
-def _is_missing(found: Iterable[Finding]) -> bool:
-    return all(each.value == NOTHING for each in found)
-
-
-def _placed(findings: Iterable[Finding], names: Collection[str]) -> dict[str, list[Finding]]:
-    """The findings at each field; those of no field under an empty name."""
-    placed = defaultdict[str, list[Finding]](list)
-    for finding in findings:
-        placed[_field_of(finding, names)].append(finding)
-    return placed
-
-
-def _field_of(finding: Finding, names: Collection[str]) -> str:
-    """The field of the form that a finding is about; empty for none.
-
-    >>> paths = ("axes.speed[1]", "axes.speed.stop", "axes.target.strength.A", "materials.mine.density", "axes")
-    >>> [_field_of(Finding(path, "", "", ""), {"speed", "target", "materials"}) for path in paths]
-    ['speed', 'speed', 'more', 'materials', '']
-    """
-    inside = OF_PARAMETERS.fullmatch(finding.field)
-    path, _, _ = (inside[1] if inside else finding.field).partition("[")
-    stem, _, end = path.rpartition(".")
-    if path in names:
-        return path
-    if inside:
-        return stem if stem in names and end in RANGE_KEYS else MORE
-    head, _, _ = path.partition(".")
-    return head if head in names else MORE if head in OF_MORE else ""
+            yield Group(label_of(title or "further"), fields)

@@ -8,6 +8,7 @@ from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import HTMLResponse
+from markupsafe import Markup
 
 from service.api.access import Reader
 from service.api.pages.formulas import formula
@@ -18,8 +19,8 @@ from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit
 from studies.materials import CONFIDENCES, Material
 from studies.observations.shields import shots as shield_shots
+from studies.quantities.display import display_alone, printed_in, with_unit
 from studies.quantities.parameters import declared
-from studies.quantities.units import readable
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
@@ -44,6 +45,16 @@ SECTIONS: Mapping[str, str] = {
 }
 
 
+def shown(value: float, unit: str | None) -> str:
+    """A number with all of its digits, in the unit that people read.
+
+    >>> shown(74217892800.0, "Pa"), shown(1.4, "1"), shown(896.0, "J kg-1 K-1")
+    ('74.2178928 GPa', '1.4', '896 J kg⁻¹ K⁻¹')
+    """
+    display = display_alone(value, unit)
+    return f"{value * display.factor:.12g} {display.unit}".rstrip()
+
+
 @router.get("/scenarios")
 def show_scenarios(request: Request, caller: Reader) -> Response:
     """Every scenario with its parameters and what it measures."""
@@ -55,7 +66,7 @@ def show_scenarios(request: Request, caller: Reader) -> Response:
         caller,
         scenarios=[(each, declared(each.parameters).values()) for each in listed],
         titles=titles,
-        readable=readable,
+        shown=shown,
     )
 
 
@@ -81,11 +92,11 @@ def show_laws(request: Request, caller: Reader) -> Response:
     )
 
 
-def _limit(law: Law, limit: Limit) -> str:
+def _limit(law: Law, limit: Limit) -> Markup:
     """A limit of a law's range, with its source where that is another one than the law's."""
     is_own = limit.source in law.source or (not limit.is_published and limit.source != NOT_FOUND)
     notes = [*([] if is_own else [limit.source]), *([] if limit.machine_checked else ["not checked"])]
-    return f"{limit.words} ({', '.join(notes)})" if notes else limit.words
+    return formula(limit.words) + (f" ({', '.join(notes)})" if notes else "")
 
 
 # --- materials ------------------------------------------------------------------------------------
@@ -95,7 +106,7 @@ def _limit(law: Law, limit: Limit) -> str:
 def show_materials(request: Request, caller: Reader) -> Response:
     """Every material that ships, with its models."""
     listed = [materials.load(name) for name in materials.names()]
-    return page(request, "materials.html", caller, materials=listed, readable=readable)
+    return page(request, "materials.html", caller, materials=listed, shown=shown)
 
 
 async def _drawings(name: str, request: Request, _: Reader, settings: AppSettings) -> AsyncIterator[list[Any]]:
@@ -145,7 +156,7 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[Row]]]:
             inside, _, name = path.partition(".") if "." in path else ("", "", path)
             if inside == section:
                 meaning = parameters[path].meaning if path in parameters else "stated, and not used"
-                value = "none" if constant.value is None else readable(constant.value, constant.unit)
+                value = "none" if constant.value is None else shown(constant.value, constant.unit)
                 is_yield = section == "yield_stresses"
                 rows.append(Row(name, "" if is_yield else meaning, value, constant.source, constant.confidence))
         if rows:
@@ -175,15 +186,16 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
     within = shield_shots.read_filters([f"{name}={text}" for name, text in chosen.items()])
     found = shield_shots.filtered(shield_shots.published().shots, *within)
     fields = declared(shield_shots.ShieldShot)
+    units = {name: fields[name].unit for name in COLUMNS}
     rows = [
-        [readable(getattr(each, name), unit) if (unit := fields[name].unit) else getattr(each, name) for name in COLUMNS]
+        [(name, printed_in(getattr(each, name), unit) if unit else getattr(each, name)) for name, unit in units.items()]
         for each in islice(found, begin, begin + SHOWN)
     ]
     return page(
         request,
         "shield_shots.html",
         caller,
-        columns=[name.replace("_", " ") for name in COLUMNS],
+        columns=[with_unit(name.replace("_", " "), unit) for name, unit in units.items()],
         rows=rows,
         found=found,
         begin=begin,

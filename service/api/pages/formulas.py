@@ -35,6 +35,9 @@ def formula(equation: str) -> Markup:
     return Markup("").join(_Reading(tokens).pieces())
 
 
+LONGEST = 2  # nodes of a formula that a further group would make too wide for a telephone
+
+
 class _Reading:
     """The tokens of an equation, from first to last."""
 
@@ -51,7 +54,8 @@ class _Reading:
                 continue
             terms: list[list[str]] = [[]]
             for node in nodes:
-                if node.startswith("<mo>") and terms[-1]:
+                is_sign, is_group = node.startswith("<mo>"), node.startswith(("<msup", "<mrow", "<mfrac"))
+                if terms[-1] and (is_sign or (is_group and len(terms[-1]) >= LONGEST)):
                     terms.append([])
                 terms[-1].append(node.replace("<mo>", '<mo form="infix">') if node.startswith("<mo>") else node)
             yield Markup(" ").join(Markup(f"<math>{''.join(term)}</math>") for term in terms)

@@ -1,10 +1,12 @@
 """The answer to one shot as a page of one sheet: headline, picture, laws; folded below, shots and sources."""
 
+from collections.abc import Callable
 from functools import cache
 from importlib.resources import files
 from typing import Any
 
 from jinja2 import Environment, FunctionLoader, StrictUndefined
+from markupsafe import Markup
 
 from studies import laws
 from studies.laws import Shot
@@ -18,15 +20,24 @@ from studies.reports.figures import Figure
 
 def page(answer: ShotAnswer, shot: Shot) -> str:
     """One HTML file that needs no network."""
-    drawn: Figure = picture(shot, answer.target)
+    return _rendered("answer.html", answer, shot, drawn_for_page)
+
+
+def body(answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> str:
+    """What a page says below the headline, for pages of one's own; ``drawn`` is how the figure becomes HTML."""
+    return _rendered("body.html", answer, shot, drawn)
+
+
+def _rendered(template: str, answer: ShotAnswer, shot: Shot, drawn: Callable[[Figure], Markup]) -> str:
+    figure = picture(shot, answer.target)
     return (
         _environment()
-        .get_template("answer.html")
+        .get_template(template)
         .render(
             answer=answer,
             target=of_target(shot, answer.target),
-            figure=drawn,
-            drawing=drawn_for_page(drawn),
+            figure=figure,
+            drawing=drawn(figure),
             readable=readable,
             bounds=printed_bounds,
             unit=lambda unit: display_of(unit).unit,

@@ -1,0 +1,94 @@
+"""Fields of forms, made from the parameters of a record, and the places of findings among them."""
+
+import re
+from collections import defaultdict
+from collections.abc import Collection, Iterable
+from dataclasses import dataclass
+from typing import Literal
+
+from studies.quantities.findings import Finding
+from studies.quantities.parameters import LONGEST_WORD, Parameter
+from studies.quantities.units import readable
+from studies.sweeps.axes import RANGE_KEYS
+
+NOTHING = "nothing"  # the value in the finding of a field that is missing
+OF_PARAMETERS = re.compile(r"(?:fixed|axes|parameters)\.(.+)")  # the field of a finding
+OF_MORE = ("laws", "ends")
+
+
+@dataclass(frozen=True)
+class Field:
+    """A field of a form."""
+
+    name: str
+    label: str
+    hint: str
+    kind: Literal["line", "choice", "lines"] = "line"
+    placeholder: str = ""
+    choices: tuple[str, ...] = ()
+    options: str = ""  # id of the list of names that a line may have
+    required: bool = False
+
+
+@dataclass(frozen=True)
+class Group:
+    """Fields that belong together."""
+
+    title: str
+    fields: tuple[Field, ...]
+    is_open: bool = False
+
+
+def field_of(parameter: Parameter, label: str = "") -> Field:
+    """The field of a parameter."""
+    limit = "" if parameter.kind in ("text", "boolean") else f"; {parameter.limit()}"
+    default = parameter.default
+    if parameter.kind == "quantity" and isinstance(default, float):
+        default = readable(default, parameter.unit or "1")
+    choices = ("true", "false") if parameter.kind == "boolean" else parameter.choices
+    own_list = f"choices-{parameter.name}" if choices else ""
+    return Field(
+        name=parameter.name,
+        label=label or label_of(parameter.name),
+        hint=f"{parameter.meaning}{limit}",
+        kind="lines" if parameter.longest > LONGEST_WORD else "line",
+        placeholder="" if default is None else str(default).lower() if isinstance(default, bool) else str(default),
+        choices=choices,
+        options="materials" if parameter.kind == "material" else own_list,
+        required=parameter.required,
+    )
+
+
+def label_of(name: str) -> str:
+    """The name of a parameter in words."""
+    return name.replace("_", " ").capitalize()
+
+
+def is_missing(found: Iterable[Finding]) -> bool:
+    """Whether findings say no more than that a field is empty."""
+    return all(each.value == NOTHING for each in found)
+
+
+def placed(findings: Iterable[Finding], names: Collection[str], more: str = "") -> dict[str, list[Finding]]:
+    """The findings at each field; those of no field under an empty name, or under that of a field for ``more``.
+
+    >>> paths = ("axes.speed[1]", "axes.speed.stop", "axes.target.strength.A", "materials.mine.density", "axes")
+    >>> [*placed([Finding(path, "", "", "") for path in paths], {"speed", "target", "materials"}, "more")]
+    ['speed', 'more', 'materials', '']
+    """
+    at = defaultdict[str, list[Finding]](list)
+    for finding in findings:
+        at[_place(finding, names, more)].append(finding)
+    return dict(at)
+
+
+def _place(finding: Finding, names: Collection[str], more: str) -> str:
+    inside = OF_PARAMETERS.fullmatch(finding.field)
+    path, _, _ = (inside[1] if inside else finding.field).partition("[")
+    stem, _, end = path.rpartition(".")
+    if path in names:
+        return path
+    if inside:
+        return stem if stem in names and end in RANGE_KEYS else more
+    head, _, _ = path.partition(".")
+    return head if head in names else more if head in OF_MORE else ""

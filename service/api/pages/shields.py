@@ -1,0 +1,111 @@
+"""What published laws and measured shots say of one shield, at once: a form, and the answer of a child process."""
+
+import json
+from collections.abc import AsyncIterator, Mapping
+from functools import cache
+from typing import Annotated, Any
+from urllib.parse import urlencode
+
+from fastapi import APIRouter, Depends, Request, Response
+from fastapi.responses import HTMLResponse
+
+from service.api.access import Reader
+from service.api.pages.fields import field_of, placed
+from service.api.pages.rendering import page
+from service.api.reading import AnsweredForm, Posted, answered_form
+from service.api.routes.dependencies import AppSettings, read_posted
+from service.client.client import KEY_VARIABLE
+from studies import materials
+from studies.observations.shields.shots import published
+from studies.quantities.findings import InvalidInput
+from studies.quantities.parameters import declared
+from studies.reports.answers import EXAMPLE
+from studies.reports.answers.question import ShotParameters
+from studies.sweeps.document import read_yaml
+
+router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+
+# The sheet has its styles inside, and runs and loads nothing.
+SHEET_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'"
+# Of a shield the target is its bumper.
+LABELS = {"target": "Bumper", "plate_thickness": "Bumper thickness", "inner_thickness": "Second bumper's thickness"}
+LABELS |= {"inner_stand_off": "Second bumper's stand-off"}
+ALWAYS = (
+    *("speed", "obliquity", "projectile", "projectile_diameter", "target", "plate_thickness", "stand_off", "wall"),
+    "wall_thickness",
+)
+# Parameters of the scenario that simulates a shield, by those of the question.
+SIMULATED = {
+    **dict.fromkeys(("speed", "projectile", "projectile_diameter", "projectile_length", "stand_off", "wall_thickness")),
+    **{"target": "bumper", "plate_thickness": "bumper_thickness", "wall": "wall", "obliquity": "obliquity"},
+    **{"inner_thickness": "bumper_2_thickness", "inner_stand_off": "bumper_2_stand_off"},
+}
+
+
+@cache
+def _example() -> Mapping[str, str]:
+    """The shield that ships."""
+    document = read_yaml(EXAMPLE.read_text(encoding="utf-8"), EXAMPLE.name)
+    return {name: str(value) for name, value in document.items()}
+
+
+def _fields(request: Request) -> Mapping[str, str]:
+    """The fields of a form in the address; without any, those of the shield that ships."""
+    known = declared(ShotParameters)
+    given = {name: text.strip() for name, text in request.query_params.items() if name in known}
+    return {name: text for name, text in given.items() if text} or _example()
+
+
+Fields = Annotated[Mapping[str, str], Depends(_fields)]
+
+
+async def _answer(request: Request, fields: Fields, _: Reader, settings: AppSettings) -> AsyncIterator[AnsweredForm]:
+    posted = Posted("application/json", json.dumps(fields).encode(), settings.max_runs)
+    async with read_posted(request, posted, answered_form) as answer:
+        yield answer
+
+
+Answer = Annotated[AnsweredForm, Depends(_answer)]
+
+
+@router.get("/shields")
+def show_shield(request: Request, caller: Reader, fields: Fields, answer: Answer) -> Response:
+    """The form of a shield, and what laws and shots say of it."""
+    every = {name: field_of(each, LABELS.get(name, "")) for name, each in declared(ShotParameters).items()}
+    return page(
+        request,
+        "shields.html",
+        caller,
+        first=[every[name] for name in ALWAYS],
+        others=[each for name, each in every.items() if name not in ALWAYS],
+        values=fields,
+        findings=placed(answer.findings, every),
+        answer=answer,
+        is_example=fields == _example(),
+        names=materials.names(),
+        shots=len(published().shots),
+        query=urlencode(fields),
+        simulation=_simulation(fields),
+        address=str(request.base_url).rstrip("/"),
+        key_variable=KEY_VARIABLE if caller.name else "",
+    )
+
+
+def _simulation(fields: Mapping[str, str]) -> str:
+    """The address of the form that simulates a shield; empty for another target."""
+    if "wall_thickness" not in fields:
+        return ""
+    given: dict[str, Any] = {"wall": fields["target"], **fields} if "target" in fields else dict(fields)
+    if "projectile_length" in given:
+        given["projectile_shape"] = "cylinder"
+    names = {**{name: name for name in given}, **{name: other or name for name, other in SIMULATED.items()}}
+    allowed = {*SIMULATED, "projectile_shape"}
+    return "/new/whipple_shield?" + urlencode({names[name]: text for name, text in given.items() if name in allowed})
+
+
+@router.get("/shields/sheet")
+def show_sheet(answer: Answer) -> Response:
+    """The answer on one sheet of A4, to print or to keep; raises InvalidInput."""
+    if answer.findings:
+        raise InvalidInput(answer.findings)
+    return HTMLResponse(answer.sheet, headers={"Content-Security-Policy": SHEET_POLICY})
