@@ -61,7 +61,7 @@ def field_of(parameter: Parameter, label: str = "") -> Field:
 
 def label_of(name: str) -> str:
     """The name of a parameter in words."""
-    return name.replace("_", " ").capitalize()
+    return name.replace("stand_off", "stand-off").replace("_", " ").capitalize()
 
 
 def is_missing(found: Iterable[Finding]) -> bool:

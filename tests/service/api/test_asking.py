@@ -1,0 +1,193 @@
+"""The form of a new sweep, the page of a shield and the catalogue, by requests; a browser: tests/crash/test_asking.py."""
+
+import re
+from collections.abc import Iterator
+from contextlib import closing
+from html import unescape
+from pathlib import Path
+from typing import Any
+
+import pytest
+
+from service.api.browsers import TOKEN_FIELD
+from service.api.forms import COUNTS, MORE, WORDS, document_of, fields_of
+from service.api.pages.asking import ONCE, ORDER, SUBMIT
+from service.api.pages.formulas import formula
+from service.records.jobs import Scope
+from service.settings import Settings
+from service.store import Store
+from studies import laws, scenarios
+from studies.quantities.parameters import declared
+from studies.sweeps import examples
+from studies.sweeps.document import read_yaml
+from studies.sweeps.sweep import Sweep
+from tests.service.api.test_login import log_in, token_on
+from tests.service.support.api import SWEEP, Api, open_api
+
+FORM = "/new/thin_plate"
+FIELDS = {**SWEEP["fixed"], "speed": "3 km/s, 6 km/s", "resolution": "8", "name": "two-speeds"}
+
+
+@pytest.fixture
+def api(tmp_path: Path) -> Iterator[Api]:
+    """A service that a browser asks for pages."""
+    with open_api(tmp_path) as opened:
+        opened.http.headers.update({"Accept": "text/html"})
+        yield opened
+
+
+def send(api: Api, fields: dict[str, str], **more: Any) -> Any:
+    """The response to the form of a page, filled in and submitted."""
+    token = token_on(api.http.get("/login"))
+    return api.http.post(FORM, data={ORDER: SUBMIT, **fields, "csrf_token": token}, **more)
+
+
+def findings(page: Any) -> dict[str, str]:
+    """What the page of a form says at each field."""
+    texts = re.findall(r'id="finding-(\w+)">\s*([^<]*?)\s*</p>', page.text)
+    return {name: unescape(text) for name, text in texts if text}
+
+
+def runs_of(api: Api, page: Any) -> set[str]:
+    """The runs of the sweep whose page is shown."""
+    id = page.url.path.removeprefix("/sweeps/")
+    points = api.http.get(f"/v1/sweeps/{id}/runs", headers={"Accept": "application/json"}).json()
+    return {item["run"]["id"] for item in points["items"]}
+
+
+def test_form__submits_the_sweep_of_its_document(api: Api) -> None:
+    sent = send(api, FIELDS)
+    assert sent.url.path.startswith("/sweeps/")
+    assert "two-speeds" in sent.text
+    assert runs_of(api, sent) == {point.run.id for point in Sweep.parse(SWEEP).runs()}
+
+
+def test_form__that_is_sent_twice_is_one_sweep(api: Api) -> None:
+    once = {**FIELDS, ONCE: "a page"}
+    paths = [send(api, fields).url.path for fields in (once, once, {**once, "speed": "5 km/s"})]
+    assert paths[0] == paths[1] != paths[2]
+
+
+def test_form__says_at_each_field_what_is_refused_and_keeps_what_was_written(api: Api) -> None:
+    refused = send(api, {**FIELDS, "speed": "3 km/s, 6", "plate_thickness": "", "materials": "- none", "title": "<b>"})
+    assert refused.status_code == 422
+    said = findings(refused)
+    assert said.keys() == {"speed", "plate_thickness", "materials"}
+    assert "6 km/s" in said["speed"]
+    assert 'value="3 km/s, 6"' in refused.text
+    assert "<b>" not in refused.text
+    assert api.http.get("/v1/sweeps", headers={"Accept": "application/json"}).json()["items"] == []
+
+
+def test_form__that_is_looked_at_has_cost_and_set_up_and_submits_nothing(api: Api) -> None:
+    looked = send(api, {**FIELDS, ORDER: "look"})
+    assert looked.status_code == 200
+    assert "2 runs" in looked.text
+    assert 'alt="The set-up of the first run, to scale' in looked.text
+    assert "speed: [3 km/s, 6 km/s]" in looked.text
+    missing = send(api, {**FIELDS, "speed": "", ORDER: "look"})
+    assert findings(missing) == {}
+    assert 'Still needed: <a href="#speed">' in missing.text
+    assert api.http.get("/v1/sweeps", headers={"Accept": "application/json"}).json()["items"] == []
+
+
+def test_form__begins_with_a_preset_a_sweep_or_the_address(api: Api) -> None:
+    sent = send(api, FIELDS).url.path.removeprefix("/sweeps/")
+    for query, value in (
+        ("preset=holes", "2 km/s to 7 km/s step 1 km/s"),
+        (f"sweep={sent}", "3 km/s, 6 km/s"),
+        ("speed=4+km/s", "4 km/s"),
+    ):
+        assert f'id="speed" name="speed" value="{value}"' in api.http.get(f"{FORM}?{query}").text
+
+
+def test_form__takes_no_order_without_the_token_of_its_page(api: Api) -> None:
+    form = {**FIELDS, ORDER: SUBMIT}
+    assert api.http.post(FORM, data=form).status_code == 403
+    foreign = {"Origin": "https://example.org", "Sec-Fetch-Site": "cross-site"}
+    assert send(api, FIELDS, headers=foreign).status_code == 403
+    assert api.http.get("/v1/sweeps", headers={"Accept": "application/json"}).json()["items"] == []
+
+
+def test_form__that_is_too_long_is_refused_as_such(api: Api) -> None:
+    refused = send(api, {**FIELDS, "observations": "x" * (1 << 18)})
+    assert refused.status_code == 413
+    assert "POST /v1/sweeps" in refused.text
+
+
+def test_form__is_offered_to_keys_that_may_submit(tmp_path: Path) -> None:
+    with closing(Store.open(Settings(data=tmp_path).url)) as store:
+        store.keys.issue("nobody", [])
+    with open_api(tmp_path, host="0.0.0.0") as api:
+        api.http.headers.update({"Accept": "text/html"})
+        for scope, offered in ((Scope.READ, 0), (Scope.SUBMIT, 1)):
+            _, page = log_in(api, scope, name=f"key of {scope}")
+            assert ('href="/new"' in page.text) == bool(offered)
+            assert ("New sweep of this" in api.http.get("/scenarios").text) == bool(offered)
+            assert api.http.get(FORM).status_code == (200 if offered else 403)
+
+
+@pytest.mark.parametrize("name", examples.names())
+def test_example__keeps_its_runs_as_fields_of_a_form(name: str) -> None:
+    document = read_yaml(examples.text(name), name)
+    ours = Sweep.parse(document_of(fields_of(document)))
+    assert {point.run.id for point in ours.every_run(4)} == {point.run.id for point in Sweep.parse(document).every_run(4)}
+
+
+def test_document__without_a_field_for_all_stays_whole() -> None:
+    document = {
+        **SWEEP,
+        "axes": {"speed": {"low": "3 km/s", "high": "6 km/s"}, "target.strength.A": [2e8, 3e8]},
+        "combine": "sobol",
+        "points": 4,
+        "seed": 1,
+        "materials": {"mine": {"base": "copper-ofhc", "density": "9 g/cm3"}},
+        "observations": [{"speed": "3 km/s", "quantity": "hole_diameter", "value": "9 mm", "source": "me"}],
+    }
+    assert document_of(fields_of(document)) == document
+
+
+def test_fields__of_a_form_are_no_parameters() -> None:
+    taken = {ORDER, ONCE, "priority", "keep", TOKEN_FIELD, *WORDS, *COUNTS, "resolution", "materials", MORE}
+    for name in scenarios.names():
+        assert not taken & declared(scenarios.load(name).parameters).keys()
+
+
+@pytest.mark.claim("pages", "shields", minutes=0.1)
+def test_shield__is_answered_with_a_figure_and_its_findings_stand_at_the_fields(api: Api) -> None:
+    page = api.http.get("/shields")
+    assert "to fail" in page.text
+    assert page.text.count('src="data:image/svg+xml') == 2
+    assert "/new/whipple_shield?" in page.text
+    asked = "speed=6&projectile=al-2017-t4&projectile_diameter=5+mm&target=al-6061-t6&wall_thickness=3+mm"
+    refused = api.http.get(f"/shields?{asked}")
+    assert findings(refused).keys() == {"speed", "plate_thickness", "stand_off"}
+    assert api.http.get(f"/shields/sheet?{asked}").status_code == 422
+    assert "unsafe-inline" in api.http.get("/shields/sheet").headers["Content-Security-Policy"]
+
+
+def test_law__is_typeset_with_every_number_and_quantity_of_its_equation() -> None:
+    for name in laws.names():
+        equation = laws.load(name).equation
+        bare = re.sub("<[^>]*>|[\\s·×]", "", str(formula(equation)))
+        for sign, written in (("−", "-"), ("≤", "<="), ("≥", ">="), ("ρ", "rho"), ("θ", "theta"), ("δ", "delta")):
+            bare = bare.replace(sign, written)
+        bare = re.sub("[][(){}/_^]|&lt;", "", bare.replace("ε", "epsilon"))
+        plain = re.sub(r"(?<=\d) x(?= \d)|sqrt|[][(){}/_^<\s]", "", equation)
+        assert bare.replace("<=", "=") == plain.replace("<=", "="), name
+
+
+@pytest.mark.claim("pages", "materials", minutes=0.1)
+def test_material__is_drawn_and_every_constant_has_its_source(api: Api) -> None:
+    page = api.http.get("/materials/copper-ofhc")
+    assert page.text.count('src="data:image/svg+xml') == 4
+    assert "Johnson" in page.text
+    assert api.http.get("/materials/coper").status_code == 422
+
+
+def test_shots__on_shields_are_chosen_by_the_address(api: Api) -> None:
+    page = api.http.get("/shots/shields?speed=6+km/s+to+7+km/s&outcome=held")
+    held = int(re.search(r"(\d+) shots; the wall failed in 0", page.text)[1])  # type: ignore[index]
+    assert 0 < held < 842
+    assert api.http.get("/shots/shields?speed=6").status_code == 422
+    assert "27.5 to 34.5" in api.http.get("/shots/holes").text
