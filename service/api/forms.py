@@ -5,7 +5,6 @@ km/s``, or the document's own YAML in brackets. A field with several values is a
 stands in the field ``more``, as YAML.
 """
 
-import json
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -31,6 +30,7 @@ COUNTS = ("offsets", "points", "seed")  # and whole numbers
 OF_PARAMETERS = ("fixed", "axes")
 RANGE = re.compile(r"(.+?)\s+to\s+(.+?)(?:\s+step\s+(.+))?")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+WIDEST = 10_000  # letters in a line of YAML
 BOOLEANS: Mapping[str, bool] = {"true": True, "false": False}
 
 
@@ -102,7 +102,7 @@ def document_of(fields: Mapping[str, str]) -> dict[str, Any]:
         document |= {name: _joined(document.get(name), part) for name, part in more.items()}
     elif more is not None:
         raise InvalidInput([Finding(MORE, "no mapping", "keys of a sweep with their values", "write laws: [...]")])
-    _give_axis(document)
+    _give_axis(document, record)
     ordered = {**{key: document[key] for key in KEYS if key in document}, **document}
     return {key: part for key, part in ordered.items() if part not in ({}, None)}
 
@@ -149,12 +149,17 @@ def _joined(part: Any, more: Any) -> Any:
     return {**part, **more} if isinstance(part, dict) and isinstance(more, dict) else more
 
 
-def _give_axis(document: dict[str, Any]) -> None:
-    """Make the first of the values an axis of one, because a sweep has an axis."""
+def _give_axis(document: dict[str, Any], record: Mapping[str, Parameter]) -> None:
+    """Make a value an axis of one, because a sweep has an axis: the first, or of nothing but texts a default."""
     fixed = document["fixed"]
-    if not document["axes"] and isinstance(fixed, dict) and fixed:
-        name = next(iter(fixed))
-        document["axes"] = {name: [fixed.pop(name)]}
+    if document["axes"] or not isinstance(fixed, dict) or not fixed:
+        return
+    names = [name for name in fixed if name in record and record[name].kind != "text"]
+    counts = [each for each in record.values() if each.kind == "integer" and each.default is not None]
+    if names:
+        document["axes"] = {names[0]: [fixed.pop(names[0])]}
+    elif counts:
+        document["axes"] = {counts[0].name: [counts[0].default]}
 
 
 # --- document to fields ---------------------------------------------------------------------------
@@ -186,11 +191,16 @@ def _written(value: Any) -> str:
     if isinstance(value, Mapping):
         if set(value) == {"start", "stop", "step"}:
             return f"{value['start']} to {value['stop']} step {value['step']}"
-        return f"{value['low']} to {value['high']}" if set(value) == {"low", "high"} else json.dumps(value)
+        return f"{value['low']} to {value['high']}" if set(value) == {"low", "high"} else _in_one_line(value)
     if isinstance(value, list):
         texts = [_written(each) for each in value]
-        return json.dumps(value) if any(set(text) & set(",[{") for text in texts) else ", ".join(texts)
-    return json.dumps(value) if isinstance(value, bool) else str(value)
+        return _in_one_line(value) if any(set(text) & set(",[{") for text in texts) else ", ".join(texts)
+    return str(value).lower() if isinstance(value, bool) else str(value)
+
+
+def _in_one_line(value: Any) -> str:
+    """A value as YAML in brackets."""
+    return str(yaml.safe_dump(value, default_flow_style=True, sort_keys=False, width=WIDEST)).strip()
 
 
 class _Dumper(yaml.SafeDumper):
@@ -212,7 +222,7 @@ _Dumper.add_representer(str, _represent_text)
 
 def as_yaml(document: Any) -> str:
     """A document as YAML; every line of a text in it is indented."""
-    text: str = yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=10_000)
+    text: str = yaml.dump(document, Dumper=_Dumper, sort_keys=False, allow_unicode=True, width=WIDEST)
     return text
 
 

@@ -29,7 +29,7 @@ from studies.quantities.findings import refusal
 from studies.quantities.parameters import declared, grouped
 from studies.scenarios import Scenario
 from studies.sweeps.accuracy import ACCURACY
-from studies.sweeps.reading import COMBINATIONS, MODEL_PARTS
+from studies.sweeps.reading import COMBINATIONS, MODEL_PARTS, OFFSET, RESOLUTION
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
@@ -107,6 +107,9 @@ OF_DOCUMENT = (
         ),
     ),
 )  # fmt: skip
+
+# The parameter of a scenario that a field sets.
+NEEDED = {"accuracy": RESOLUTION, "resolution": RESOLUTION, "offsets": OFFSET}
 
 
 @router.get("/new")
@@ -254,7 +257,10 @@ def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterable[Group]:
     first += [name for name in scenario.materials if name not in first and not record[name].optional]
     yield Group("Set-up", tuple(field_of(record[name]) for name in record if name in first), is_open=True)
     for group in OF_DOCUMENT:
-        yield group if not any(values.get(each.name) for each in group.fields) else Group(group.title, group.fields, True)
+        fields = tuple(each for each in group.fields if NEEDED.get(each.name, first[0]) in record)
+        is_open = group.is_open or any(values.get(each.name) for each in fields)
+        if fields:
+            yield Group(group.title, fields, is_open)
     for title, names in grouped(scenario.parameters).items():
         fields = tuple(field_of(record[name]) for name in names if name not in first)
         if fields:

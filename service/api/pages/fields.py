@@ -72,9 +72,9 @@ def is_missing(found: Iterable[Finding]) -> bool:
 def placed(findings: Iterable[Finding], names: Collection[str], more: str = "") -> dict[str, list[Finding]]:
     """The findings at each field; those of no field under an empty name, or under that of a field for ``more``.
 
-    >>> paths = ("axes.speed[1]", "axes.speed.stop", "axes.target.strength.A", "materials.mine.density", "axes")
-    >>> [*placed([Finding(path, "", "", "") for path in paths], {"speed", "target", "materials"}, "more")]
-    ['speed', 'more', 'materials', '']
+    >>> paths = ("axes.speed[1]", "axes.speed.stop", "axes.target.strength.A", "deck line 1", "axes")
+    >>> [*placed([Finding(path, "", "", "") for path in paths], {"speed", "target", "deck"}, "more")]
+    ['speed', 'more', 'deck', '']
     """
     at = defaultdict[str, list[Finding]](list)
     for finding in findings:
@@ -90,5 +90,5 @@ def _place(finding: Finding, names: Collection[str], more: str) -> str:
         return path
     if inside:
         return stem if stem in names and end in RANGE_KEYS else more
-    head, _, _ = path.partition(".")
+    head = re.split(r"\W", path, maxsplit=1)[0]
     return head if head in names else more if head in OF_MORE else ""

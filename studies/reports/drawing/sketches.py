@@ -82,6 +82,8 @@ def _shape(axes: Axes, shape: Mapping[str, Any], place: Placing, sign: float, do
             # Beside the arrow: its dimensions stand beside the body.
             left = middle - FLIGHT * max(0.0, shape["heading"][0]) - 9.0
             _lines(axes, left, y - APART - FLIGHT, _label(shape["body"], name, left), "right")
+    elif name and LETTER * len(shape["body"]) > 0.5 * wide - 7.5:  # beside the axis there is no room for it
+        _lines(axes, x - 4.5, bottom + 8.0, _label(shape["body"], name, 0.0), "right")
     elif name:
         # Left of the axis where the body is wide enough.
         lines = _label(shape["body"], name, 0.5 * wide - 7.5)
@@ -126,6 +128,8 @@ def _dimension(axes: Axes, dimension: Mapping[str, Any], place: Placing, label: 
     arrow(axes, "measured", (x1, x2), (y, y))
     if is_above:
         write(axes, "measured", min(x1, x2) - 4.5, y + 3.0, label, "right")
+    elif LETTER * len(label) > abs(x2 - x1):
+        write(axes, "measured", max(x1, x2) + 4.5, y + 9.0, label, "left")
     else:
         write(axes, "measured", 0.5 * (x1 + x2), y + 12.0, label, "center")
 
