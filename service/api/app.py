@@ -33,7 +33,14 @@ __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
 # Routes that need the scope ``read``; those that change something ask for more themselves.
 GUARDED = (
     *(sweeps.router, files.router, runs.router, queue.router, events.router),
-    *(catalogue.router, health.metrics_router, sweep_pages.router, asking.router, catalogue_pages.router, shields.router),
+    *(
+        catalogue.router,
+        health.metrics_router,
+        sweep_pages.router,
+        asking.router,
+        catalogue_pages.router,
+        shields.router,
+    ),
 )
 # Probes of machines without a key, and the documentation.
 OPEN = (health.router, documentation.router, login.router)

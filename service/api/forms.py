@@ -8,6 +8,7 @@ stands in the field ``more``, as YAML.
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from itertools import islice
 from pprint import pformat
 from textwrap import indent
 from typing import Any
@@ -18,6 +19,7 @@ from service.api.documents import read_yaml
 from service.api.reading import EstimatedSweep, Posted, estimated
 from service.records.expansion import ExpandedSweep, expand
 from studies import scenarios
+from studies.observations import written
 from studies.quantities.findings import Finding, Findings, InvalidInput
 from studies.quantities.parameters import Parameter, Value, declared
 from studies.runs.run import estimate
@@ -25,7 +27,14 @@ from studies.sweeps.reading import KEYS, RESOLUTION, SweepLimits
 from studies.sweeps.sweep import Sweep
 
 MORE = "more"  # the field of what has no field of its own
-WORDS = ("title", "name", "combine", "accuracy", "model_part", "observations")  # fields that hold a text of the document
+WORDS = (
+    "title",
+    "name",
+    "combine",
+    "accuracy",
+    "model_part",
+    "observations",
+)  # fields that hold a text of the document
 COUNTS = ("offsets", "points", "seed")  # and whole numbers
 OF_PARAMETERS = ("fixed", "axes")
 RANGE = re.compile(r"(.+?)\s+to\s+(.+?)(?:\s+step\s+(.+))?")
@@ -83,20 +92,20 @@ def document_of(fields: Mapping[str, str]) -> dict[str, Any]:
     """
     findings = Findings()
     record = declared(scenarios.load(fields["scenario"]).parameters)
-    written = {name: text.strip() for name, text in fields.items() if text.strip()}
-    document: dict[str, Any] = {name: written[name] for name in WORDS if name in written}
+    given = {name: text.strip() for name, text in fields.items() if text.strip()}
+    document: dict[str, Any] = {name: given[name] for name in WORDS if name in given}
     document |= {"scenario": fields["scenario"], "fixed": {}, "axes": {}}
     for name, parameter in record.items():
-        if name in written:
-            text = fields[name] if parameter.kind == "text" else written[name]
+        if name in given:
+            text = fields[name] if parameter.kind == "text" else given[name]
             value = findings.attempt(read_value, name, text, parameter)
             document["axes" if isinstance(value, list | dict) else "fixed"][name] = value
-    if RESOLUTION in record and "resolution" in written:
-        document["resolution"] = findings.attempt(read_value, "resolution", written["resolution"], record[RESOLUTION])
-    document |= {name: _number(written[name]) for name in COUNTS if name in written}
-    if "materials" in written:
-        document["materials"] = findings.attempt(_read_yaml, "materials", written["materials"])
-    more = findings.attempt(_read_yaml, MORE, written[MORE]) if MORE in written else None
+    if RESOLUTION in record and "resolution" in given:
+        document["resolution"] = findings.attempt(read_value, "resolution", given["resolution"], record[RESOLUTION])
+    document |= {name: _number(given[name]) for name in COUNTS if name in given}
+    if "materials" in given:
+        document["materials"] = findings.attempt(_read_yaml, "materials", given["materials"])
+    more = findings.attempt(_read_yaml, MORE, given[MORE]) if MORE in given else None
     findings.check()
     if isinstance(more, Mapping):
         document |= {name: _joined(document.get(name), part) for name, part in more.items()}
@@ -150,16 +159,16 @@ def _joined(part: Any, more: Any) -> Any:
 
 
 def _give_axis(document: dict[str, Any], record: Mapping[str, Parameter]) -> None:
-    """Make a value an axis of one, because a sweep has an axis: the first, or of nothing but texts a default."""
+    """Make a value an axis of one, because a sweep has an axis: the first that is no text, else a default."""
     fixed = document["fixed"]
-    if document["axes"] or not isinstance(fixed, dict) or not fixed:
+    if document["axes"] or not isinstance(fixed, dict):
         return
-    names = [name for name in fixed if name in record and record[name].kind != "text"]
-    counts = [each for each in record.values() if each.kind == "integer" and each.default is not None]
-    if names:
-        document["axes"] = {names[0]: [fixed.pop(names[0])]}
-    elif counts:
-        document["axes"] = {counts[0].name: [counts[0].default]}
+    name = next((name for name in fixed if name in record and record[name].kind != "text"), None)
+    if name is not None:
+        document["axes"] = {name: [fixed.pop(name)]}
+        return
+    numbers = (each for each in record.values() if each.kind in ("quantity", "integer") and each.default is not None)
+    document["axes"] = {each.name: [written(each.default, each.unit)] for each in islice(numbers, 1)}
 
 
 # --- document to fields ---------------------------------------------------------------------------

@@ -20,7 +20,15 @@ from tests.crash.support.browser import CUT, HEIGHT, PATIENCE, SCHEMES, WIDTHS, 
 from tests.crash.support.serving import ROOT, Service, http, serving
 
 PAGES = (
-    *("/", "/new", "/new/thin_plate", "/new/whipple_shield?preset=shield", "/shields", "/shields?speed=6", "/scenarios"),
+    *(
+        "/",
+        "/new",
+        "/new/thin_plate",
+        "/new/whipple_shield?preset=shield",
+        "/shields",
+        "/shields?speed=6",
+        "/scenarios",
+    ),
     *("/laws", "/materials", "/materials/copper-ofhc", "/shots", "/shots/holes", "/shots/shields"),
 )
 BEYOND = "Math.max(0, document.documentElement.scrollWidth - innerWidth)"

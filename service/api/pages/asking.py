@@ -131,11 +131,7 @@ async def _asked(
     fields = {name: text for name, text in (form or request.query_params).items() if name in _names(chosen)}
     if not form:
         document = _beginning(request.query_params.get(PRESET), request.query_params.get(SWEEP), chosen, store)
-    content = {
-        "fields": {**fields, "scenario": scenario},
-        "document": document,
-        "submit": form.get(ORDER) == SUBMIT,
-    }
+    content = {"fields": {**fields, "scenario": scenario}, "document": document, "submit": form.get(ORDER) == SUBMIT}
     posted = Posted("application/json", json.dumps(content).encode(), settings.max_runs)
     async with read_posted(request, posted, asked) as read:
         yield read
@@ -237,9 +233,7 @@ def _form_page(
 
 def _presets(scenario: str) -> dict[str, dict[str, Any]]:
     """The shipped sweeps of a scenario, by name."""
-    return {
-        name: each["value"] for name, each in example_sweeps().items() if each["value"]["scenario"] == scenario
-    }
+    return {name: each["value"] for name, each in example_sweeps().items() if each["value"]["scenario"] == scenario}
 
 
 # --- fields ---------------------------------------------------------------------------------------
@@ -253,15 +247,17 @@ def _names(scenario: Scenario) -> set[str]:
 def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterable[Group]:
     """The groups of fields: first what is required or has a value, last what the records of the scenario hold else."""
     record = declared(scenario.parameters)
-    first = [name for name, each in record.items() if each.required or name in scenario.materials[:1] or values.get(name)]
-    first += [name for name in scenario.materials if name not in first and not record[name].optional]
-    yield Group("Set-up", tuple(field_of(record[name]) for name in record if name in first), is_open=True)
+    groups = grouped(scenario.parameters)
+    own = {name for name in groups.get("", ()) if record[name].default is not None}
+    bodies = {name for name in scenario.materials if not record[name].optional}
+    first = [name for name in record if record[name].required or name in own | bodies or values.get(name)]
+    yield Group("Set-up", tuple(field_of(record[name]) for name in first), is_open=True)
     for group in OF_DOCUMENT:
-        fields = tuple(each for each in group.fields if NEEDED.get(each.name, first[0]) in record)
+        fields = tuple(each for each in group.fields if each.name not in NEEDED or NEEDED[each.name] in record)
         is_open = group.is_open or any(values.get(each.name) for each in fields)
         if fields:
             yield Group(group.title, fields, is_open)
-    for title, names in grouped(scenario.parameters).items():
+    for title, names in groups.items():
         fields = tuple(field_of(record[name]) for name in names if name not in first)
         if fields:
             yield Group(label_of(title or "further"), fields)

@@ -169,14 +169,20 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[Row]]]:
 @router.get("/shots")
 def show_tables(request: Request, caller: Reader) -> Response:
     """The tables of measured shots that ship."""
-    tables = [(name, _remark(name), sum(1 for _ in observations.rows_of(observations.text(name), name))) for name in observations.names()]
+    tables = [
+        (name, _remark(name), sum(1 for _ in observations.rows_of(observations.text(name), name)))
+        for name in observations.names()
+    ]
     return page(request, "shots.html", caller, tables=tables, shields=len(shield_shots.published().shots))
 
 
 def _remark(table: str) -> str:
     """The remarks before a table, which say what it is."""
     lines = observations.text(table).splitlines()
-    return " ".join(line.removeprefix("#").strip() for line in lines[: next(n for n, line in enumerate(lines) if not line.startswith("#"))])
+    return " ".join(
+        line.removeprefix("#").strip()
+        for line in lines[: next(n for n, line in enumerate(lines) if not line.startswith("#"))]
+    )
 
 
 @router.get(f"/shots/{SHIELDS}")

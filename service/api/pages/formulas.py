@@ -132,7 +132,9 @@ class _Reading:
             group = self._node()
             return f"<msqrt>{_bare(group)}</msqrt>" if text == "sqrt" else f"<mrow><mi>{text}</mi>{group}</mrow>"
         if kind == "bracket" and text in CLOSING:
-            inside = "".join(f"<mtext>{escape(n)}</mtext>" if isinstance(n, _Words) else n for n in self._nodes(CLOSING[text]))
+            inside = "".join(
+                f"<mtext>{escape(n)}</mtext>" if isinstance(n, _Words) else n for n in self._nodes(CLOSING[text])
+            )
             self.place += 1
             high = str("<mfrac" in inside).lower()
             left, right = (f'<mo stretchy="{high}">{bracket}</mo>' for bracket in (text, CLOSING[text]))

@@ -13,6 +13,7 @@ from service.api.browsers import TOKEN_FIELD
 from service.api.forms import COUNTS, MORE, WORDS, document_of, fields_of
 from service.api.pages.asking import ONCE, ORDER, SUBMIT
 from service.api.pages.formulas import formula
+from service.api.pages.rendering import PAGES
 from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
@@ -22,6 +23,7 @@ from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.service.api.test_login import log_in, token_on
+from tests.service.api.test_pages import Links
 from tests.service.support.api import SWEEP, Api, open_api
 
 FORM = "/new/thin_plate"
@@ -131,7 +133,9 @@ def test_form__is_offered_to_keys_that_may_submit(tmp_path: Path) -> None:
 def test_example__keeps_its_runs_as_fields_of_a_form(name: str) -> None:
     document = read_yaml(examples.text(name), name)
     ours = Sweep.parse(document_of(fields_of(document)))
-    assert {point.run.id for point in ours.every_run(4)} == {point.run.id for point in Sweep.parse(document).every_run(4)}
+    assert {point.run.id for point in ours.every_run(4)} == {
+        point.run.id for point in Sweep.parse(document).every_run(4)
+    }
 
 
 def test_document__without_a_field_for_all_stays_whole() -> None:
@@ -153,7 +157,7 @@ def test_fields__of_a_form_are_no_parameters() -> None:
         assert not taken & declared(scenarios.load(name).parameters).keys()
 
 
-@pytest.mark.claim("pages", "shields", minutes=0.1)
+@pytest.mark.claim("pages", "shield-page", minutes=0.1)
 def test_shield__is_answered_with_a_figure_and_its_findings_stand_at_the_fields(api: Api) -> None:
     page = api.http.get("/shields")
     assert "to fail" in page.text
@@ -164,6 +168,18 @@ def test_shield__is_answered_with_a_figure_and_its_findings_stand_at_the_fields(
     assert findings(refused).keys() == {"speed", "plate_thickness", "stand_off"}
     assert api.http.get(f"/shields/sheet?{asked}").status_code == 422
     assert "unsafe-inline" in api.http.get("/shields/sheet").headers["Content-Security-Policy"]
+
+
+@pytest.mark.claim("pages", "links", minutes=0.2)
+@pytest.mark.parametrize("path", ["/new", "/scenarios", "/laws", "/shots"])
+def test_page__with_which_a_person_asks_has_no_dead_link(api: Api, path: str) -> None:
+    """Every link of the pages with which a person asks leads to a page."""
+    links = Links(api.http.get(path).text)
+    for address in set(links.addresses) - {address for address, _ in PAGES}:
+        page, _, id = address.partition("#")
+        assert re.match(r"/(?!/)|#|data:", address), address
+        assert not page.startswith("/") or api.http.get(page).status_code == 200, address
+        assert page or id in links.ids, address
 
 
 def test_law__is_typeset_with_every_number_and_quantity_of_its_equation() -> None:
@@ -177,7 +193,7 @@ def test_law__is_typeset_with_every_number_and_quantity_of_its_equation() -> Non
         assert bare.replace("<=", "=") == plain.replace("<=", "="), name
 
 
-@pytest.mark.claim("pages", "materials", minutes=0.1)
+@pytest.mark.claim("pages", "material-page", minutes=0.1)
 def test_material__is_drawn_and_every_constant_has_its_source(api: Api) -> None:
     page = api.http.get("/materials/copper-ofhc")
     assert page.text.count('src="data:image/svg+xml') == 4
