@@ -8,7 +8,7 @@ from contextlib import closing
 from pathlib import Path
 
 import pytest
-from playwright.sync_api import Page, expect
+from playwright.sync_api import Browser, Page, expect
 
 from service.settings import Settings
 from service.store import Store
@@ -16,7 +16,17 @@ from studies.cases.rows import Row, equal
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
-from tests.crash.support.browser import CUT, HEIGHT, PATIENCE, SCHEMES, WIDTHS, chromium, messages_of, violations_of
+from tests.crash.support.browser import (
+    CUT,
+    HEIGHT,
+    PATIENCE,
+    SCHEMES,
+    WIDTHS,
+    Scheme,
+    chromium,
+    messages_of,
+    violations_of,
+)
 from tests.crash.support.serving import ROOT, Service, http, serving
 
 PAGES = (
@@ -58,22 +68,28 @@ def test_page__reads_on_a_telephone_and_on_a_desk(
     """Pages with which a person asks: no serious violation of accessibility, no message, no request elsewhere."""
     with chromium() as browser:
         for scheme in SCHEMES:
-            context = browser.new_context(viewport={"width": width, "height": HEIGHT}, color_scheme=scheme)
-            page = context.new_page()
-            messages = messages_of(page)
-            requests: list[str] = []
-            page.on("request", lambda request, to=requests: to.append(request.url))
-            for path in PAGES:
-                page.goto(f"{service.url}{path}", timeout=PATIENCE)
-                where = f"{path}, {width} px, {scheme}"
-                compared(equal(f"{where}: serious violations", expected=[], got=violations_of(page)))
-                cut = [*page.evaluate(CUT), *page.evaluate(CUT_FORMULAS)]
-                compared(equal(f"{where}: elements beyond the window", expected=[], got=cut))
-                compared(equal(f"{where}: wider than the window (px)", expected=0, got=page.evaluate(BEYOND)))
-            elsewhere = [url for url in requests if not url.startswith((service.url, "data:"))]
-            compared(equal(f"{width} px, {scheme}: messages", expected=[], got=messages))
-            compared(equal(f"{width} px, {scheme}: requests elsewhere", expected=[], got=elsewhere))
-            context.close()
+            for row in looked_at(service, browser, width, scheme):
+                compared(row)
+
+
+def looked_at(service: Service, browser: Browser, width: int, scheme: Scheme) -> Iterator[Row]:
+    """What must not be there on any page, in a window of a width."""
+    context = browser.new_context(viewport={"width": width, "height": HEIGHT}, color_scheme=scheme)
+    page = context.new_page()
+    messages = messages_of(page)
+    requests: list[str] = []
+    page.on("request", lambda request: requests.append(request.url))
+    for path in PAGES:
+        page.goto(f"{service.url}{path}", timeout=PATIENCE)
+        where = f"{path}, {width} px, {scheme}"
+        yield equal(f"{where}: serious violations", expected=[], got=violations_of(page))
+        cut = [*page.evaluate(CUT), *page.evaluate(CUT_FORMULAS)]
+        yield equal(f"{where}: elements beyond the window", expected=[], got=cut)
+        yield equal(f"{where}: wider than the window (px)", expected=0, got=page.evaluate(BEYOND))
+    elsewhere = [url for url in requests if not url.startswith((service.url, "data:"))]
+    yield equal(f"{width} px, {scheme}: messages", expected=[], got=messages)
+    yield equal(f"{width} px, {scheme}: requests elsewhere", expected=[], got=elsewhere)
+    context.close()
 
 
 @pytest.mark.browser

@@ -1,7 +1,7 @@
 """The form of a new sweep, made from the record of its scenario; its cost, its set-up, and the same request elsewhere.
 
-A child process reads the form (``service.api.forms``), as it reads the documents of programs. The page comes back with
-what it found, so that the form works without scripts; a script asks for the same page while a person writes.
+A child process reads the form (``service.api.pages.forms``), as it reads the documents of programs. The page comes back
+with what it found, so that the form works without scripts; a script asks for the same page while a person writes.
 """
 
 import hashlib
@@ -15,17 +15,17 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 
 from service.api.access import Caller, Submitter
 from service.api.browsers import FormFields, check_token
-from service.api.forms import COUNTS, MORE, WORDS, AskedSweep, asked
-from service.api.pages.fields import Field, Group, field_of, is_missing, label_of, placed
+from service.api.pages.fields import FieldGroup, FormField, field_of, is_missing, label_of, placed
+from service.api.pages.forms import COUNTS, MORE, WORDS, AskedSweep, asked
 from service.api.pages.rendering import SEE_OTHER, page
 from service.api.reading import Posted
 from service.api.routes import sweeps
 from service.api.routes.dependencies import AppSettings, AppStore, read_posted
-from service.api.schemas import example_sweeps
+from service.api.schemas import EstimateModel, example_sweeps
 from service.client.client import KEY_VARIABLE
 from service.records.jobs import PRIORITIES, Keep, Submission
 from studies import materials, scenarios
-from studies.quantities.findings import refusal
+from studies.quantities.findings import nearest_cure, refusal
 from studies.quantities.parameters import declared, grouped
 from studies.scenarios import Scenario
 from studies.sweeps.accuracy import ACCURACY
@@ -35,41 +35,42 @@ router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
 ORDER, ONCE, SUBMIT = "order", "once", "submit"  # fields of the form that are none of the sweep
 UNPROCESSABLE = 422
-PRESET, SWEEP = "preset", "sweep"  # in the address: what a form begins with, beside values of its fields
 
 
 OF_DOCUMENT = (
-    Group(
+    FieldGroup(
         "Resolution",
         (
-            Field(
+            FormField(
                 "accuracy",
                 "Accuracy",
                 "sets resolution and offsets by name; below is what each costs",
                 "choice",
                 choices=tuple(ACCURACY),
             ),
-            Field(
+            FormField(
                 "resolution",
                 "Resolution",
                 "cells across the projectile or bar; of several values follows an error bar: 16, 24, 32",
             ),
-            Field("offsets", "Offsets", "positions of the grid against the bodies at each resolution, which narrow it"),
+            FormField(
+                "offsets", "Offsets", "positions of the grid against the bodies at each resolution, which narrow it"
+            ),
         ),
         is_open=True,
     ),
-    Group(
+    FieldGroup(
         "Name of the sweep",
         (
-            Field("title", "Title", "stands above the report"),
-            Field("name", "Name", "names files; by default the scenario"),
+            FormField("title", "Title", "stands above the report"),
+            FormField("name", "Name", "names files; by default the scenario"),
         ),
         is_open=True,
     ),
-    Group(
+    FieldGroup(
         "Materials of your own",
         (
-            Field(
+            FormField(
                 "materials",
                 "Materials",
                 "in YAML, by name; a base gives all that you leave out, and fields above may then name them",
@@ -78,10 +79,10 @@ OF_DOCUMENT = (
             ),
         ),
     ),
-    Group(
+    FieldGroup(
         "Measured shots beside the runs",
         (
-            Field(
+            FormField(
                 "observations",
                 "Shots",
                 "the name of a table that ships (see Shots), or your own as CSV: paste it, or choose its file",
@@ -90,14 +91,26 @@ OF_DOCUMENT = (
             ),
         ),
     ),
-    Group(
+    FieldGroup(
         "How axes are combined, and more of the document",
         (
-            Field("combine", "Combine", "every value with every other is grid; zip takes them in pairs", "choice", choices=COMBINATIONS),
-            Field("points", "Points", "of axes that are sampled between two ends: 4 km/s to 8 km/s"),
-            Field("seed", "Seed", "of sampled points"),
-            Field("model_part", "Model part", "where the uncertainty of the models comes from", "choice", choices=MODEL_PARTS),
-            Field(
+            FormField(
+                "combine",
+                "Combine",
+                "every value with every other is grid; zip takes them in pairs",
+                "choice",
+                choices=COMBINATIONS,
+            ),
+            FormField("points", "Points", "of axes that are sampled between two ends: 4 km/s to 8 km/s"),
+            FormField("seed", "Seed", "of sampled points"),
+            FormField(
+                "model_part",
+                "Model part",
+                "where the uncertainty of the models comes from",
+                "choice",
+                choices=MODEL_PARTS,
+            ),
+            FormField(
                 MORE,
                 "More",
                 "further keys in YAML: constants of materials, fitted laws, ends",
@@ -106,7 +119,7 @@ OF_DOCUMENT = (
             ),
         ),
     ),
-)  # fmt: skip
+)
 
 # The parameter of a scenario that a field sets.
 NEEDED = {"accuracy": RESOLUTION, "resolution": RESOLUTION, "offsets": OFFSET}
@@ -122,15 +135,36 @@ def choose_scenario(request: Request, caller: Submitter) -> Response:
 # --- the form -------------------------------------------------------------------------------------
 
 
+def _beginning(
+    scenario: str,
+    form: FormFields,
+    store: AppStore,
+    preset: Annotated[str | None, Query()] = None,
+    sweep: Annotated[str | None, Query()] = None,
+) -> Mapping[str, Any]:
+    """The document with which a form begins: that of a preset or of a sweep; of a form that was sent, none."""
+    if form or not (preset or sweep):
+        return {}
+    if sweep:
+        document: Mapping[str, Any] = store.sweeps.document(sweep)
+        return document if document["scenario"] == scenario else {}
+    presets = _presets(scenario)
+    if preset not in presets:
+        raise refusal("preset", preset, f"a preset of {scenario}", nearest_cure(preset, presets))
+    return presets[preset]
+
+
 async def _asked(
-    request: Request, scenario: str, form: FormFields, caller: Submitter, settings: AppSettings, store: AppStore
+    request: Request,
+    scenario: str,
+    form: FormFields,
+    _: Submitter,
+    settings: AppSettings,
+    document: Annotated[Mapping[str, Any], Depends(_beginning)],
 ) -> AsyncIterator[AskedSweep]:
     """What a child process makes of a form that was sent, or of that with which a page begins."""
-    chosen = scenarios.load(scenario)
-    document: Mapping[str, Any] = {}
-    fields = {name: text for name, text in (form or request.query_params).items() if name in _names(chosen)}
-    if not form:
-        document = _beginning(request.query_params.get(PRESET), request.query_params.get(SWEEP), chosen, store)
+    known = _names(scenarios.load(scenario))
+    fields = {name: text for name, text in (form or request.query_params).items() if name in known}
     content = {"fields": {**fields, "scenario": scenario}, "document": document, "submit": form.get(ORDER) == SUBMIT}
     posted = Posted("application/json", json.dumps(content).encode(), settings.max_runs)
     async with read_posted(request, posted, asked) as read:
@@ -140,43 +174,30 @@ async def _asked(
 AskedForm = Annotated[AskedSweep, Depends(_asked)]
 
 
-def _beginning(preset: str | None, sweep: str | None, scenario: Scenario, store: Any) -> Mapping[str, Any]:
-    """The document with which a form begins: that of a preset, of a sweep, or none."""
-    if sweep:
-        document: Mapping[str, Any] = store.sweeps.document(sweep)
-        return document if document["scenario"] == scenario.name else {}
-    if preset:
-        presets = _presets(scenario.name)
-        if preset not in presets:
-            raise refusal(PRESET, preset, f"a preset of {scenario.name}", f"use one of: {', '.join(presets)}")
-        return presets[preset]
-    return {}
+def _estimate(request: Request, asked: AskedForm, store: AppStore, settings: AppSettings) -> EstimateModel | None:
+    """The cost of the sweep of a form; None of one that is refused, or submitted."""
+    return None if asked.estimated is None else sweeps.estimate_sweep(asked.estimated, store, settings, request)
+
+
+FormEstimate = Annotated[EstimateModel | None, Depends(_estimate)]
 
 
 @router.get("/new/{scenario}")
-def show_form(
-    request: Request, scenario: str, caller: Submitter, asked: AskedForm, store: AppStore, settings: AppSettings
-) -> Response:
+def show_form(request: Request, caller: Submitter, asked: AskedForm, estimate: FormEstimate) -> Response:
     """The form, empty or with the values of a preset, a sweep or the address."""
-    return _form_page(request, scenarios.load(scenario), caller, asked, store, settings)
+    return _form_page(request, caller, asked, estimate, {})
 
 
 @router.post("/new/{scenario}", dependencies=[Depends(check_token)])
 def read_form(
-    request: Request,
-    scenario: str,
-    caller: Submitter,
-    form: FormFields,
-    asked: AskedForm,
-    store: AppStore,
-    settings: AppSettings,
+    request: Request, caller: Submitter, form: FormFields, asked: AskedForm, estimate: FormEstimate, store: AppStore
 ) -> Response:
     """Submit the sweep of a form, and show its page; where it is refused or only looked at, the form again."""
     if asked.expanded is None:
-        return _form_page(request, scenarios.load(scenario), caller, asked, store, settings, form)
+        return _form_page(request, caller, asked, estimate, form)
+    # Of a form that is sent twice there is one sweep.
     once = form.get(ONCE, ""), asked.yaml, form.get("priority"), form.get("keep")
     digest = hashlib.sha256(json.dumps(once).encode()).hexdigest()
-    # Of a form that is sent twice there is one sweep.
     submission = Submission(asked.expanded, caller.name, *_options(form), (digest, digest))
     return RedirectResponse(f"/sweeps/{store.sweeps.create(submission).id}", SEE_OTHER)
 
@@ -192,20 +213,13 @@ def _options(form: Mapping[str, str]) -> tuple[int, Keep]:
 
 
 def _form_page(
-    request: Request,
-    scenario: Scenario,
-    caller: Caller,
-    asked: AskedSweep,
-    store: Any,
-    settings: Any,
-    form: Mapping[str, str] | None = None,
+    request: Request, caller: Caller, asked: AskedSweep, estimate: EstimateModel | None, form: Mapping[str, str]
 ) -> Response:
-    sent = form or {}
-    groups = [*_groups(scenario, asked.fields)]
-    is_submitted = sent.get(ORDER) == SUBMIT
+    scenario = scenarios.load(asked.fields["scenario"])
+    is_submitted = form.get(ORDER) == SUBMIT
     at = placed(asked.findings, _names(scenario), MORE)
     missing = {} if is_submitted else {name: found for name, found in at.items() if is_missing(found)}
-    estimate = None if asked.estimated is None else sweeps.estimate_sweep(asked.estimated, store, settings, request)
+    state = request.app.state
     return page(
         request,
         "ask.html",
@@ -213,18 +227,18 @@ def _form_page(
         status=UNPROCESSABLE if is_submitted else 200,
         scenario=scenario,
         presets=_presets(scenario.name),
-        groups=groups,
+        groups=[*_groups(scenario, asked.fields)],
         values=asked.fields,
         findings={name: found for name, found in at.items() if name not in missing},
         missing={name: label_of(name) for name in missing if name},
         asked=asked,
         estimate=estimate,
-        workers=request.app.state.engine.workers() or settings.workers,
+        workers=state.engine.workers() or state.settings.workers,
         names=sorted({*materials.names(), *asked.own_materials}),
-        options={"priority": sent.get("priority", "0"), "keep": sent.get("keep", Keep.FINAL)},
+        options={"priority": form.get("priority", "0"), "keep": form.get("keep", Keep.FINAL)},
         keeps=[*Keep],
         priorities=PRIORITIES,
-        once=sent.get(ONCE) or secrets.token_urlsafe(),
+        once=form.get(ONCE) or secrets.token_urlsafe(),
         order=ORDER,
         address=str(request.base_url).rstrip("/"),
         key_variable=KEY_VARIABLE if caller.name else "",
@@ -244,20 +258,20 @@ def _names(scenario: Scenario) -> set[str]:
     return {*declared(scenario.parameters), *WORDS, *COUNTS, "resolution", "materials", MORE}
 
 
-def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterable[Group]:
+def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterable[FieldGroup]:
     """The groups of fields: first what is required or has a value, last what the records of the scenario hold else."""
     record = declared(scenario.parameters)
     groups = grouped(scenario.parameters)
     own = {name for name in groups.get("", ()) if record[name].default is not None}
     bodies = {name for name in scenario.materials if not record[name].optional}
     first = [name for name in record if record[name].required or name in own | bodies or values.get(name)]
-    yield Group("Set-up", tuple(field_of(record[name]) for name in first), is_open=True)
+    yield FieldGroup("Set-up", tuple(field_of(record[name]) for name in first), is_open=True)
     for group in OF_DOCUMENT:
         fields = tuple(each for each in group.fields if each.name not in NEEDED or NEEDED[each.name] in record)
         is_open = group.is_open or any(values.get(each.name) for each in fields)
         if fields:
-            yield Group(group.title, fields, is_open)
+            yield FieldGroup(group.title, fields, is_open)
     for title, names in groups.items():
         fields = tuple(field_of(record[name]) for name in names if name not in first)
         if fields:
-            yield Group(label_of(title or "further"), fields)
+            yield FieldGroup(label_of(title or "further"), fields)

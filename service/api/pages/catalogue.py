@@ -1,4 +1,4 @@
-"""The catalogue as pages: scenarios, laws with their formulas, materials with what they are known by, measured shots."""
+"""The catalogue as pages: scenarios, laws with their formulas, materials with their curves, and measured shots."""
 
 import json
 from collections.abc import AsyncIterator, Iterator, Mapping
@@ -137,7 +137,7 @@ def show_material(
 
 
 @dataclass(frozen=True)
-class Row:
+class ShownConstant:
     """A constant of a material as a page shows it."""
 
     name: str
@@ -147,7 +147,7 @@ class Row:
     confidence: str
 
 
-def _sections(material: Material) -> Iterator[tuple[str, str, list[Row]]]:
+def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant]]]:
     """Title, model and constants of each section that has any."""
     parameters = material.parameters()
     for section, title in SECTIONS.items():
@@ -158,7 +158,9 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[Row]]]:
                 meaning = parameters[path].meaning if path in parameters else "stated, and not used"
                 value = "none" if constant.value is None else shown(constant.value, constant.unit)
                 is_yield = section == "yield_stresses"
-                rows.append(Row(name, "" if is_yield else meaning, value, constant.source, constant.confidence))
+                rows.append(
+                    ShownConstant(name, "" if is_yield else meaning, value, constant.source, constant.confidence)
+                )
         if rows:
             yield title, getattr(getattr(material, section, None), "kind", ""), rows
 

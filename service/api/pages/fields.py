@@ -17,7 +17,7 @@ OF_MORE = ("laws", "ends")
 
 
 @dataclass(frozen=True)
-class Field:
+class FormField:
     """A field of a form."""
 
     name: str
@@ -31,15 +31,15 @@ class Field:
 
 
 @dataclass(frozen=True)
-class Group:
+class FieldGroup:
     """Fields that belong together."""
 
     title: str
-    fields: tuple[Field, ...]
+    fields: tuple[FormField, ...]
     is_open: bool = False
 
 
-def field_of(parameter: Parameter, label: str = "") -> Field:
+def field_of(parameter: Parameter, label: str = "") -> FormField:
     """The field of a parameter."""
     limit = "" if parameter.kind in ("text", "boolean") else f"; {parameter.limit()}"
     default = parameter.default
@@ -47,7 +47,7 @@ def field_of(parameter: Parameter, label: str = "") -> Field:
         default = readable(default, parameter.unit or "1")
     choices = ("true", "false") if parameter.kind == "boolean" else parameter.choices
     own_list = f"choices-{parameter.name}" if choices else ""
-    return Field(
+    return FormField(
         name=parameter.name,
         label=label or label_of(parameter.name),
         hint=f"{parameter.meaning}{limit}",

@@ -28,17 +28,22 @@ TOKEN = re.compile(
 def formula(equation: str) -> Markup:
     """An equation as HTML with MathML.
 
-    >>> print(formula("D = 2 p, p by Charters"))
-    <math><mi>D</mi></math> <math><mo form="infix">=</mo><mn>2</mn><mi>p</mi></math>, <math><mi>p</mi></math> by Charters
+    >>> print(formula("D = 2 p, p by all"))
+    <math><mi>D</mi></math> <math><mo form="infix">=</mo><mn>2</mn><mi>p</mi></math>, <math><mi>p</mi></math> by all
+    >>> print(formula("D = 2^"))
+    D = 2^
     """
     tokens = [(match.lastgroup or "", match[0]) for match in TOKEN.finditer(equation)]
-    return Markup("").join(_Reading(tokens).pieces())
+    try:
+        return Markup("").join(_Equation(tokens).pieces())
+    except IndexError:  # it ends before its bracket, its power or its denominator
+        return escape(equation)
 
 
 LONGEST = 2  # nodes of a formula that a further group would make too wide for a telephone
 
 
-class _Reading:
+class _Equation:
     """The tokens of an equation, from first to last."""
 
     def __init__(self, tokens: list[tuple[str, str]]):

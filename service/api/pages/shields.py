@@ -56,20 +56,22 @@ def _fields(request: Request) -> Mapping[str, str]:
     return {name: text for name, text in given.items() if text} or _example()
 
 
-Fields = Annotated[Mapping[str, str], Depends(_fields)]
+ShieldFields = Annotated[Mapping[str, str], Depends(_fields)]
 
 
-async def _answer(request: Request, fields: Fields, _: Reader, settings: AppSettings) -> AsyncIterator[AnsweredForm]:
+async def _answer(
+    request: Request, fields: ShieldFields, _: Reader, settings: AppSettings
+) -> AsyncIterator[AnsweredForm]:
     posted = Posted("application/json", json.dumps(fields).encode(), settings.max_runs)
     async with read_posted(request, posted, answered_form) as answer:
         yield answer
 
 
-Answer = Annotated[AnsweredForm, Depends(_answer)]
+AnswerToForm = Annotated[AnsweredForm, Depends(_answer)]
 
 
 @router.get("/shields")
-def show_shield(request: Request, caller: Reader, fields: Fields, answer: Answer) -> Response:
+def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: AnswerToForm) -> Response:
     """The form of a shield, and what laws and shots say of it."""
     every = {name: field_of(each, LABELS.get(name, "")) for name, each in declared(ShotParameters).items()}
     return page(
@@ -104,7 +106,7 @@ def _simulation(fields: Mapping[str, str]) -> str:
 
 
 @router.get("/shields/sheet")
-def show_sheet(answer: Answer) -> Response:
+def show_sheet(answer: AnswerToForm) -> Response:
     """The answer on one sheet of A4, to print or to keep; raises InvalidInput."""
     if answer.findings:
         raise InvalidInput(answer.findings)

@@ -11,17 +11,17 @@ from importlib.resources import files
 
 from markupsafe import Markup
 
+# Canvases are those of browsers.
+LIGHT = "svg { --page: #fff; font-family: Helvetica, Arial, sans-serif } "
+LABELS = ".measured text, .small text { paint-order: stroke; stroke: var(--page); stroke-width: 2.2px }"
+
 
 @cache
 def _style() -> str:
     """The rules of a report's style sheet about its pictures, for the canvas of a browser."""
     sheet = files("studies.reports").joinpath("templates", "report.css").read_text(encoding="utf-8")
     [dark] = re.findall(r"\.picture (\{ --c-[^}]*\})", sheet)
-    # The canvases of browsers.
-    return (
-        f"svg {{ --page: #fff; font-family: Helvetica, Arial, sans-serif }} @media (prefers-color-scheme: dark) {{ svg {dark} "
-        "svg { --page: #121212 } } .measured text, .small text { paint-order: stroke; stroke: var(--page); stroke-width: 2.2px }"
-    )
+    return LIGHT + f"@media (prefers-color-scheme: dark) {{ svg {dark} svg {{ --page: #121212 }} }} " + LABELS
 
 
 def as_image(drawing: Markup) -> str:

@@ -1,4 +1,4 @@
-"""The form of a new sweep, the page of a shield and the catalogue, by requests; a browser: tests/crash/test_asking.py."""
+"""The form of a new sweep, the page of a shield and the catalogue, by requests; tests/crash has a browser."""
 
 import re
 from collections.abc import Iterator
@@ -10,8 +10,8 @@ from typing import Any
 import pytest
 
 from service.api.browsers import TOKEN_FIELD
-from service.api.forms import COUNTS, MORE, WORDS, document_of, fields_of
 from service.api.pages.asking import ONCE, ORDER, SUBMIT
+from service.api.pages.forms import COUNTS, MORE, WORDS, document_of, fields_of
 from service.api.pages.formulas import formula
 from service.api.pages.rendering import PAGES
 from service.records.jobs import Scope
