@@ -75,10 +75,10 @@ def test_screens__are_every_other_source_of_strength_failure_and_equation_of_sta
         STRONGER,
         WEAKER,
         "strength of copper-ofhc-steinberg",
+        "failure none",
         "failure spall-rate",
         "failure johnson-cook",
         "failure johnson-cook-spall",
-        "failure void-growth",
         "equation of state of copper-ofhc-tillotson",
     ]
     assert all(screens.values())
