@@ -84,7 +84,7 @@ def test_screens__are_every_other_source_of_strength_failure_and_equation_of_sta
     assert all(screens.values())
     on = screens["failure spall-rate"]
     assert on is not None
-    back = {each.name: each.run for each in screens_of(on)}["failure none"]
+    back = {each.name: each.run for each in screens_of(on)}["failure void-growth"]
     assert back is not None
     assert back.id == run_of("copper-ofhc").id
 
