@@ -15,11 +15,13 @@ from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
 from service.api.middleware import RequestLog, Turns
 from service.api.pages import documentation, login, rendering
+from service.api.pages import runs as run_pages
 from service.api.pages import sweeps as sweep_pages
 from service.api.partial_cubes import PartialCubes
 from service.api.readers import Readers
 from service.api.routes import catalogue, events, files, health, queue, runs, sweeps
 from service.api.schemas import problem_schemas
+from service.api.views import Views
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.queue.status import DispatcherStatus
@@ -32,12 +34,12 @@ __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
 # Routes that need the scope ``read``; those that change something ask for more themselves.
 GUARDED = (
     *(sweeps.router, files.router, runs.router, queue.router, events.router),
-    *(catalogue.router, health.metrics_router, sweep_pages.router),
+    *(catalogue.router, health.metrics_router, sweep_pages.router, run_pages.router),
 )
 # Probes of machines without a key, and the documentation.
 OPEN = (health.router, documentation.router, login.router)
 STATIC = Path(__file__).parent / "static"
-CACHE = "cache"  # folder of partial cubes, in the data directory
+CACHE, VIEWS = "cache", "views"  # folders of partial cubes and of pictures of runs, in the data directory
 PROBLEM: dict[str, Any] = {
     "description": "A problem document (RFC 9457)",
     "content": {errors.MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}},
@@ -82,6 +84,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.readers = Readers()
     app.state.readiness = health.ReadinessCheck()
     app.state.partial_cubes = PartialCubes(settings.data / CACHE)
+    app.state.views = Views(settings.data / VIEWS)
     for router in OPEN:
         app.include_router(router)
     for router in GUARDED:

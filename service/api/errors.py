@@ -117,6 +117,10 @@ class PartialCubeFailed(RequestError, status=500, title="Partial cube failed"):
     """The cube of the unfinished sweep could not be made."""
 
 
+class ViewFailed(RequestError, status=500, title="Picture failed"):
+    """The picture of a run could not be made."""
+
+
 class FileDamaged(RequestError, status=500, title="File damaged"):
     """The file on the disk is not the one that was registered."""
 

@@ -267,6 +267,29 @@ class PointRow:
 
 
 @dataclass(frozen=True)
+class Place:
+    """Where a run stands in a sweep."""
+
+    sweep_id: str
+    title: str
+    owner: str
+    coordinates: Mapping[str, float | str]  # SI
+
+
+@dataclass(frozen=True)
+class Cell:
+    """A point of a sweep as a grid of them shows it."""
+
+    ordinal: int
+    run_id: str
+    coordinates: Mapping[str, float | str]  # SI
+    state: State  # as in PointRow
+    fraction: float | None  # of the running attempt, 0 to 1
+    value: float | None  # of the quantity that the grid shows, SI
+    uncertainty: float | None
+
+
+@dataclass(frozen=True)
 class PublishedRun:
     """A run as a publication needs it."""
 

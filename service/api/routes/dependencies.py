@@ -28,6 +28,7 @@ from service.api.reading import (
     expanded,
 )
 from service.api.schemas import SweepChange
+from service.api.views import Views
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.records.jobs import PRIORITIES, Keep, Submission
@@ -57,6 +58,7 @@ AppStore = Annotated[Store, _part("store")]
 AppSettings = Annotated[Settings, _part("settings")]
 AppArtifacts = Annotated[Artifacts, _part("artifacts")]
 AppPartialCubes = Annotated[PartialCubes, _part("partial_cubes")]
+AppViews = Annotated[Views, _part("views")]
 AppEventStreams = Annotated[EventStreams, _part("event_streams")]
 
 SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps")]
@@ -114,9 +116,16 @@ async def _read(
     media_type = _media_type(request)
     if media_type not in PARSERS:
         raise UnsupportedMediaType(f"{media_type[:80]!r}; send one of: {', '.join(PARSERS)}")
+    async with read_in_child(request, Posted(media_type, body, settings.max_runs), part) as read:
+        yield read
+
+
+@asynccontextmanager
+async def read_in_child(request: Request, posted: Posted, part: Callable[[Any, Posted], Read]) -> AsyncIterator[Read]:
+    """What a child process makes of a document; the child stays taken during the block. Raises InvalidInput."""
     readers: Readers = request.app.state.readers
     async with readers.slot(request.state.caller):
-        read = await readers.read(Posted(media_type, body, settings.max_runs), part)
+        read = await readers.read(posted, part)
         if isinstance(read, Refusal):
             request.state.pointers = read.pointers
             raise InvalidInput(read.findings)

@@ -16,10 +16,10 @@ from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSO
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
 
-# The report contains its script; the sandbox isolates that script from this service.
+# The report contains its script; the sandbox isolates that script from this service. The page of its sweep frames it.
 REPORT_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
-    "img-src data: blob:; font-src data:; frame-ancestors 'none'; base-uri 'none'; "
+    "img-src data: blob:; font-src data:; frame-ancestors 'self'; base-uri 'none'; "
     "sandbox allow-scripts allow-downloads allow-popups"
 )
 
@@ -78,7 +78,7 @@ def download_runs_csv(
     operation_id="get_report_html",
 )
 def download_report_html(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
-    policy = {"Content-Security-Policy": REPORT_POLICY}
+    policy = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
     return send_file(request, _published(store, artifacts, id, REPORT_HTML, headers=policy))
 
 

@@ -1,5 +1,6 @@
 """Runs: one simulation each, with its log and its files."""
 
+from pathlib import Path as FilePath
 from typing import Annotated
 
 from fastapi import APIRouter, Path, Request, Response
@@ -8,8 +9,9 @@ from fastapi.responses import FileResponse
 from service.api.downloads import Download, media_type_of, send_file, serves
 from service.api.routes.dependencies import AppArtifacts, AppStore, PageLimit, Prefix, RunId
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
-from service.files.artifacts import LOG, OF_A_RUN
-from service.records.jobs import NotFound, State
+from service.files.artifacts import LOG, OF_A_RUN, Artifacts
+from service.records.jobs import NotFound, State, Stored
+from service.store import Store
 
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
 
@@ -54,17 +56,24 @@ def download_file(
     "(`Range: bytes=1000-` returns the rest)",
 )
 def download_log(id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
-    registered = [stored for stored in store.runs.files(id) if stored.name == LOG]
-    last = store.retention.last_attempts([id]).get(id)
-    if last is None or last.token is None:
-        raise NotFound("log", id)
-    if registered and last.state not in (State.RUNNING, State.CANCELLING):
-        [log] = registered
-        return send_file(request, Download(artifacts.path(log), f"{id}-{LOG}", log.sha256))
-    file = artifacts.log_of(id, last.attempt, last.token)
-    if not file.is_file():
-        raise NotFound("log", id)
+    file, registered = log_of(id, store, artifacts)
+    if registered:
+        return send_file(request, Download(file, f"{id}-{LOG}", registered.sha256))
     if "range" in request.headers:
         return FileResponse(file, media_type=media_type_of(LOG))
     # ``FileResponse`` would send more bytes than announced while the log grows (up to 16 MiB).
     return Response(file.read_bytes(), media_type=media_type_of(LOG))
+
+
+def log_of(id: str, store: Store, artifacts: Artifacts) -> tuple[FilePath, Stored | None]:
+    """The log of the last attempt of a run, and its record once that has ended; raises NotFound."""
+    registered = next((stored for stored in store.runs.files(id) if stored.name == LOG), None)
+    last = store.retention.last_attempts([id]).get(id)
+    if last is None or last.token is None:
+        raise NotFound("log", id)
+    if registered and last.state not in (State.RUNNING, State.CANCELLING):
+        return artifacts.path(registered), registered
+    file = artifacts.log_of(id, last.attempt, last.token)
+    if not file.is_file():
+        raise NotFound("log", id)
+    return file, None

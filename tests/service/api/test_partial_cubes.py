@@ -10,7 +10,8 @@ import pytest
 import xarray as xr
 
 from service.api.errors import PartialCubeFailed
-from service.api.partial_cubes import MOST_FILES, PartialCubes
+from service.api.made_files import MOST_FILES
+from service.api.partial_cubes import PartialCubes
 from service.records.jobs import Lease
 from studies.quantities.measured import Measured
 from studies.runs.results import RunResult
