@@ -26,7 +26,10 @@ class Line:
 
 
 def chart(title: str, lines: Sequence[Line], *, x: str, y: str, marked: bool = False) -> Markup:
-    """A figure with a line for each label, points ``marked`` or not; empty where no point has a value."""
+    """A figure with a line for each label, points ``marked`` or not; empty where no point has a value.
+
+    ``x`` is the label of the axis below, ``y`` the unit of the other one.
+    """
     every, lines = len(lines), [line for k, line in enumerate(lines) if _is_drawn(k, len(lines))]
     known = [_known(line) for line in lines]
     points = [point for line in known for point in line]
@@ -50,7 +53,7 @@ def chart(title: str, lines: Sequence[Line], *, x: str, y: str, marked: bool = F
     return Markup(
         '<figure class="chart"><figcaption>{}</figcaption><svg viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">{}'
         "</svg>{}</figure>"
-    ).format(title, WIDTH, HEIGHT, f"{title}: {y} against {x}", Markup("").join(parts), legend)
+    ).format(title, WIDTH, HEIGHT, f"{title} ({y}) against {x}" if y else f"{title} against {x}", Markup("").join(parts), legend)
 
 
 def _is_drawn(number: int, count: int) -> bool:

@@ -66,7 +66,7 @@ class Layout:
 
 def layout_of(document: Mapping[str, Any], planned: int) -> Layout:
     """The layout of a canonical document."""
-    axes = document["axes"]
+    axes = document.get("axes", {})
     if document.get("combine") != "grid" or not all(isinstance(values, list) for values in axes.values()):
         return Layout((), planned)
     dimensions = [Dimension(name, tuple(map(_plain, values))) for name, values in axes.items()]
@@ -234,7 +234,7 @@ def figure_of(sheet: Sheet, cells: Sequence[Cell], name: str, scenario: str) -> 
         quantity.title,
         lines,
         x=with_unit(along.label, _unit_of(scenario, along.name)),
-        y=with_unit(quantity.title, quantity.unit),
+        y=y.unit,
         marked=True,
     )
 

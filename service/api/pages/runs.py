@@ -140,9 +140,8 @@ def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> list[Markup]
             measurement = measurements.load(name)
             x = [_scaled(time, "s") for time in history["time"]]
             y = [_scaled(value, measurement.unit) for value in history["value"]]
-            title = measurement.title
-            label = with_unit(title, measurement.unit)
-            drawn.append(chart(title, [Line(title, x, y)], x=with_unit("time", "s"), y=label))
+            unit = display_of(measurement.unit).unit
+            drawn.append(chart(measurement.title, [Line("", x, y)], x=with_unit("time", "s"), y=unit))
     return [each for each in drawn if each]
 
 
@@ -157,7 +156,7 @@ def _energies(histories: Mapping[str, Any]) -> Markup:
     sums |= {label: histories[name] for label, name in of_run.items()}
     lines = [Line(label, x, [value / 1e3 for value in values]) for label, values in sums.items() if any(values)]
     lines.append(Line("all together", x, [sum(each) / 1e3 for each in zip(*sums.values(), strict=True)]))
-    return chart("Energy", lines, x=with_unit("time", "s"), y="energy (kJ)")
+    return chart("Energy", lines, x=with_unit("time", "s"), y="kJ")
 
 
 def _scaled(value: float | None, unit: str) -> float | None:
