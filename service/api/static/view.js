@@ -60,7 +60,7 @@ class Picture {
     this.canvas = figure.querySelector("canvas");
     this.find = (name) => figure.querySelector(`[name=${name}]`);
     this.key = figure.querySelector(".key");
-    this.said = figure.querySelector("output");
+    this.said = figure.querySelector(".at");
     this.turns = view.low.length === 3;
     this.fill(figure);
     figure.querySelector(".controls").hidden = false;
