@@ -14,11 +14,7 @@ from service.records.jobs import Stored
 from studies.quantities.files import FILM, SECTIONS, STATE
 
 # The files of a run from which each view is made; any one of them will do, the first one best.
-SOURCES: Mapping[str, tuple[str, ...]] = {
-    "film": (FILM, SECTIONS),
-    "cloud": (STATE,),
-    "radiograph": (SECTIONS,),
-}
+SOURCES: Mapping[str, tuple[str, ...]] = {"film": (FILM, SECTIONS), "cloud": (STATE,), "radiograph": (SECTIONS,)}
 
 
 class Views(MadeFiles):

@@ -144,5 +144,9 @@ def _cancel(browser: Browser, service: Service, compared: Callable[[Row], None])
     page.goto(f"{service.url}/sweeps/{id}")
     page.get_by_role("button", name="Cancel").press("Enter")
     expect(page.locator("#status .state")).to_have_text("cancelled", timeout=PATIENCE)
-    compared(equal("cells of a cancelled sweep", expected=["cancelled"] * 6, got=page.locator(".cells td a").all_inner_texts()))
+    compared(
+        equal(
+            "cells of a cancelled sweep", expected=["cancelled"] * 6, got=page.locator(".cells td a").all_inner_texts()
+        )
+    )
     page.close()

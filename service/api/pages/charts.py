@@ -53,7 +53,14 @@ def chart(title: str, lines: Sequence[Line], *, x: str, y: str, marked: bool = F
     return Markup(
         '<figure class="chart"><figcaption>{}</figcaption><svg viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">{}'
         "</svg>{}</figure>"
-    ).format(title, WIDTH, HEIGHT, f"{title} ({y}) against {x}" if y else f"{title} against {x}", Markup("").join(parts), legend)
+    ).format(
+        title,
+        WIDTH,
+        HEIGHT,
+        f"{title} ({y}) against {x}" if y else f"{title} against {x}",
+        Markup("").join(parts),
+        legend,
+    )
 
 
 def _is_drawn(number: int, count: int) -> bool:
@@ -94,7 +101,9 @@ class _Scale:
 
 def _known(line: Line) -> list[Point]:
     bars = line.bars or [None] * len(line.x)
-    return [(x, y, bar or 0.0) for x, y, bar in zip(line.x, line.y, bars, strict=True) if x is not None and y is not None]
+    return [
+        (x, y, bar or 0.0) for x, y, bar in zip(line.x, line.y, bars, strict=True) if x is not None and y is not None
+    ]
 
 
 def _thinned(points: list[Point]) -> list[Point]:
@@ -127,8 +136,6 @@ def _text(text: str, x: float, y: float, anchor: str) -> Markup:
 def _drawn(points: list[Point], across: _Scale, up: _Scale, number: int, *, marked: bool) -> Markup:
     path = "M" + "L".join(f"{across(x):.1f} {up(y):.1f}" for x, y, _ in points)
     if marked:
-        path += "".join(
-            f"M{across(x):.1f} {up(y - bar):.1f}V{up(y + bar):.1f}" for x, y, bar in points if bar
-        )
+        path += "".join(f"M{across(x):.1f} {up(y - bar):.1f}V{up(y + bar):.1f}" for x, y, bar in points if bar)
     dots = "".join(f'<circle cx="{across(x):.1f}" cy="{up(y):.1f}" r="3"/>' for x, y, _ in points) if marked else ""
     return Markup('<g class="c{}"><path d="{}"/>{}</g>').format(number, path, Markup(dots))

@@ -137,10 +137,13 @@ class Sheet:
         for k, dimension in enumerate(self.layout.dimensions):
             if k in self.layout.rows_and_columns or len(dimension.texts) < 2:
                 continue
-            words = [".".join(str(n if j == k else at) for j, at in enumerate(self.at)) for n in range(len(dimension.texts))]
-            yield dimension.label, [
-                (text, None if n == self.at[k] else words[n]) for n, text in enumerate(dimension.texts)
+            words = [
+                ".".join(str(n if j == k else at) for j, at in enumerate(self.at)) for n in range(len(dimension.texts))
             ]
+            yield (
+                dimension.label,
+                [(text, None if n == self.at[k] else words[n]) for n, text in enumerate(dimension.texts)],
+            )
 
     @property
     def word(self) -> str:
@@ -230,13 +233,7 @@ def figure_of(sheet: Sheet, cells: Sequence[Cell], name: str, scenario: str) -> 
                 bars=[_scaled(mine[k].uncertainty, y.factor) for k in order],
             )
         )
-    return chart(
-        quantity.title,
-        lines,
-        x=with_unit(along.label, _unit_of(scenario, along.name)),
-        y=y.unit,
-        marked=True,
-    )
+    return chart(quantity.title, lines, x=with_unit(along.label, _unit_of(scenario, along.name)), y=y.unit, marked=True)
 
 
 def _scaled(value: float | None, factor: float) -> float | None:

@@ -59,6 +59,12 @@ def test_pages__of_many_sweeps_and_runs_are_bounded(api: Api, compared: Callable
         asked = [text for text in sent if not text.startswith("BEGIN")]
         compared(at_most(f"{name}: statements", limit=MOST_STATEMENTS, got=len(asked)))
     cells = CELLS.findall(found["large sweep"])
-    compared(equal("runs in the grid, of which some have succeeded", expected=(400, True), got=(len(cells), "succeeded" in cells)))
+    compared(
+        equal(
+            "runs in the grid, of which some have succeeded",
+            expected=(400, True),
+            got=(len(cells), "succeeded" in cells),
+        )
+    )
     compared(equal("sweeps on the first page", expected=50, got=found["sweeps"].count(LINK)))
     compared(equal("sweeps that were found", expected=10, got=found["sweeps that are searched"].count(LINK)))
