@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from service.api.errors import PartialCubeFailed
-from service.api.partial_cubes import MOST_FILES, PartialCubes
+from service.api.conversions import MOST_FILES, Conversions
+from service.api.errors import ConversionFailed
 from service.records.jobs import Lease
 from studies.quantities.measured import Measured
 from studies.runs.results import RunResult
@@ -80,13 +80,13 @@ def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_t
 def test_partial_cube__beyond_a_limit_is_refused_and_leaves_no_file(
     tmp_path: Path, limit: dict[str, int], message: str
 ) -> None:
-    cubes = PartialCubes(tmp_path / "cache", **limit)
-    with pytest.raises(PartialCubeFailed, match=message):
-        cubes.file(SWEEP, [], tmp_path, "running")
+    cubes = Conversions(tmp_path / "cache", **limit)
+    with pytest.raises(ConversionFailed, match=message):
+        cubes.partial_cube(SWEEP, [], tmp_path, "running")
     assert not list((tmp_path / "cache").iterdir())
 
 
-class EmptyPartialCubes(PartialCubes):
+class EmptyFiles(Conversions):
     """Writes an empty file in place of each cube."""
 
     def _run_child(self, file: Path, inputs: str) -> None:
@@ -99,7 +99,7 @@ def test_partial_cubes__that_were_used_last_are_kept(tmp_path: Path) -> None:
     for number in range(MOST_FILES + 5):
         (folder / f"{number}.nc").touch()
         os.utime(folder / f"{number}.nc", (number, number))
-    made, _ = EmptyPartialCubes(folder).file(SWEEP, [], tmp_path, "running")
+    made, _ = EmptyFiles(folder).partial_cube(SWEEP, [], tmp_path, "running")
     kept = {file.name for file in folder.iterdir()}
     assert made.name in kept
     assert len(kept) == MOST_FILES
