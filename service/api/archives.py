@@ -1,6 +1,7 @@
 """All files of a sweep as one ZIP file, streamed: a piece of a file is in memory at a time.
 
-The files are stored as they are, most of them are compressed already, so that the length of the whole is known before.
+The files are stored as they are, most of them are compressed already, so that the length of the whole is known before. One of them
+has the digests of the others, as ``sha256sum --check`` reads them.
 """
 
 import hashlib
@@ -12,8 +13,8 @@ from zipstream import ZipStream
 from service.api.errors import FileDamaged
 from service.files.artifacts import Artifacts
 from service.records.jobs import Stored
+from studies.quantities.files import DIGESTS
 
-DIGESTS = "SHA256SUMS"  # of every other file, as `sha256sum --check` reads them
 _PIECE = 1 << 20  # bytes
 
 

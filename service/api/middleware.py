@@ -125,6 +125,7 @@ class Heads:
 
         async def send_head(message: Message) -> None:
             if message["type"] == "http.response.start":
+                scope["method"] = "HEAD"  # as the server and the log know it
                 await send(message)
                 await send({"type": "http.response.body", "body": b""})
                 rest.cancel()
@@ -134,7 +135,7 @@ class Heads:
             with CancelScope() as rest:
                 await self._app(scope, receive, send_head)
         finally:
-            scope["method"] = "HEAD"  # as the log and the server know it
+            scope["method"] = "HEAD"
 
 
 class Turns:

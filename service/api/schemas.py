@@ -23,7 +23,7 @@ from service.records.jobs import (
     SweepState,
     SweepStatus,
 )
-from studies.quantities.files import SWEEP_FILES
+from studies.quantities.files import ARCHIVE, SWEEP_FILES
 from studies.sweeps import examples
 from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
@@ -105,7 +105,8 @@ class SweepModel(SweepStatus):
         here = f"/v1/sweeps/{row.id}"
         action = "retry" if row.is_terminal else "cancel"
         files = [name for name in files if name in SWEEP_FILES]
-        names = ("runs", "events", "history", "document", action, *files)
+        made = [ARCHIVE] if row.is_terminal else []
+        names = ("runs", "events", "history", "document", action, *files, *made)
         return cls(**vars(row), links={"self": here, **{name: f"{here}/{name}" for name in names}})
 
 

@@ -8,11 +8,13 @@ A service on another machine needs an API key: ``Client(url, key=...)``, or the 
 ``WHIPPLE_API_KEY``.
 """
 
+import hashlib
 import json
 import os
 import re
 import time
 import uuid
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,7 +26,7 @@ from service.client.connection import Connection, ServiceError, Unreachable
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import SweepStatus
 from solver.errors import WhippleError
-from studies.quantities.files import RUNS_CSV, SWEEP_FILES
+from studies.quantities.files import ARCHIVE, DIGESTS, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
@@ -287,6 +289,11 @@ class SweepHandle:
             self._connection.download(f"{self._path}/{name}{query}", folder / name)
         return folder
 
+    def fetch_archive(self, file: str | Path) -> Path:
+        """Download every file of the sweep and of its runs as one ZIP file; each is checked against its digest."""
+        _folder(Path(file).parent)
+        return self._connection.download(f"{self._path}/{ARCHIVE}", Path(file), check=_check_archive)
+
     def open_cube(self) -> "Dataset":
         """The cube, opened remotely: accessed values are loaded, not the file.
 
@@ -329,6 +336,16 @@ def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> dict[
         sweep = read_sweep_file(Path(sweep))
     content = json.dumps(sweep, default=str).encode()
     return {"content": content, "headers": {"Content-Type": "application/json", **(headers or {})}}
+
+
+def _check_archive(file: Path) -> None:
+    """Raise ServiceError unless each file of an archive has the digest that the archive says."""
+    with zipfile.ZipFile(file) as archive:
+        digests = dict(line.split("  ", 1)[::-1] for line in archive.read(DIGESTS).decode().splitlines())
+        for name in {*archive.namelist(), *digests} - {DIGESTS}:
+            with archive.open(name) as stored:
+                if hashlib.file_digest(stored, "sha256").hexdigest() != digests.get(name):
+                    raise ServiceError(200, "Damaged download", f"{name} of the archive: the digest is wrong")
 
 
 def _folder(out: str | Path) -> Path:

@@ -11,7 +11,7 @@ FILM = "film.npz"  # its frames
 MOST_FRAMES = 1000  # of them
 SECTIONS = "sections.npz"  # its section at a few times, for the pictures of reports
 CUBE, RUNS_CSV, REPORT_HTML, REPORT_JSON = SWEEP_FILES = (*("cube.nc", "runs.csv", "report.html", "report.json"),)
-ARCHIVE = "archive.zip"  # all files of a sweep
+ARCHIVE, DIGESTS = "archive.zip", "SHA256SUMS"  # all files of a sweep, and in it the digests of the others
 ZARR = "cube.zarr.zip"
 VTK = "vtk.zip"  # film and final state of a run for other programs
 ALL_RUNS_CSV = "runs-all.csv"  # every column of the runs, offered in place of RUNS_CSV

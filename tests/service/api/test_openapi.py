@@ -21,11 +21,10 @@ from schemathesis.generation import GenerationMode
 from schemathesis.specs.openapi.checks import ensure_resource_availability, positive_data_acceptance
 
 from service.api.app import build_app
-from service.api.conversions import Conversions
 from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
-from tests.service.support.api import Api, open_api, sweep_of
+from tests.service.support.api import Api, SameFile, open_api, sweep_of
 
 HOST = "whipple.example.org"
 SEED = 20261121
@@ -85,14 +84,6 @@ class Stage:
 
     async def __call__(self, *message: Any) -> None:
         await self.app(*message)
-
-
-class SameFile(Conversions):
-    """Gives the same file for everything: the results of these tests are empty."""
-
-    def _make(self, file: Path, order: str) -> None:
-        file.parent.mkdir(exist_ok=True)
-        file.write_text("{}")
 
 
 @pytest.fixture(scope="module")
