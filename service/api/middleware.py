@@ -18,6 +18,7 @@ from typing import Any
 
 import h11
 from anyio import CancelScope, CapacityLimiter
+from anyio.lowlevel import checkpoint
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -129,6 +130,7 @@ class Heads:
                 await send(message)
                 await send({"type": "http.response.body", "body": b""})
                 rest.cancel()
+                await checkpoint()  # ends the response here
 
         scope["method"] = "GET"
         try:
