@@ -1,9 +1,12 @@
-"""Partial cubes over HTTP, made by a child process within limits."""
+"""Files over HTTP that a child process makes within limits: partial cubes, and results for other programs."""
 
+import io
 import json
 import os
+import zipfile
 from dataclasses import replace
 from pathlib import Path
+from typing import get_args
 
 import numpy as np
 import pytest
@@ -11,10 +14,18 @@ import xarray as xr
 
 from service.api.conversions import MOST_FILES, Conversions
 from service.api.errors import ConversionFailed
-from service.records.jobs import Lease
+from service.api.routes.runs import FilmField
+from service.files.artifacts import describe
+from service.records.jobs import Kind, Lease
+from studies.cubes import cube
+from studies.films.film import SCALARS
 from studies.quantities.measured import Measured
+from studies.runs.execution import execute
 from studies.runs.results import RunResult
-from tests.service.support.api import SWEEP, Api
+from tests.service.support.api import SWEEP, Api, sweep_of
+from tests.studies.reports.test_figures import built
+from tests.studies.runs.solved import asked
+from tests.studies.support import fakes
 
 HOLE = 0.0148  # m
 
@@ -105,3 +116,66 @@ def test_partial_cubes__that_were_used_last_are_kept(tmp_path: Path) -> None:
     assert len(kept) == MOST_FILES
     assert f"{MOST_FILES + 4}.nc" in kept
     assert "0.nc" not in kept
+
+
+# --- results for other programs -----------------------------------------------------------------------
+
+
+def with_files(api: Api) -> tuple[str, str]:
+    """A sweep and its run, with the files of a real run and of a real cube."""
+    id = api.submit(**sweep_of(axes={"speed": ["5 km/s"]}))
+    for lease in iter(lambda: next(iter(api.store.leases.take(1, api.term())), None), None):
+        folder = api.settings.data / lease.id
+        folder.mkdir(exist_ok=True)
+        if lease.kind is Kind.RUN:
+            run, ended = lease.id, api.result(lease.id)
+            execute(asked("thin_plate"), folder, threads=1, film=True)
+            files = [replace(describe(file), path=f"{run}/{file.name}") for file in sorted(folder.iterdir())]
+            api.store.leases.finish(lease, replace(ended, files=tuple(files)))
+        else:
+            file = describe(cube.write(built(fakes.holes()), folder / "cube.nc"))
+            api.store.leases.publish(lease, [replace(file, path=f"{lease.id}/cube.nc")], seconds=0.1)
+    return id, run
+
+
+@pytest.mark.claim("pages", "conversions", minutes=0.5)
+def test_conversions__of_a_run_and_a_cube_are_what_their_programs_open(
+    api: Api, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Over REST a run is VTK, GIF and MP4, and a cube is Zarr; without an extra the service says what it lacks."""
+    id, run = with_files(api)
+    vtk = api.http.get(f"/v1/runs/{run}/vtk.zip")
+    assert vtk.status_code == 200, vtk.text
+    with zipfile.ZipFile(io.BytesIO(vtk.content)) as opened:
+        assert {"film.pvd", "film-000.vtu", "state.vtu", "departed.vtu"} < set(opened.namelist())
+        assert b"UNITS_LABEL" in opened.read("state.vtu")
+    assert api.http.get(f"/v1/runs/{run}/vtk.zip").headers["ETag"] == vtk.headers["ETag"]
+    speed, pressure = (api.http.get(f"/v1/runs/{run}/film.gif?field={field}").content for field in ("speed", "pressure"))
+    assert speed[:6] == pressure[:6] == b"GIF89a"
+    assert speed != pressure
+    film = api.http.get(f"/v1/runs/{run}/film.mp4")
+    assert (film.content[4:8], film.headers["Content-Type"]) == (b"ftyp", "video/mp4")
+    (tmp_path / "cube.zarr.zip").write_bytes(api.http.get(f"/v1/sweeps/{id}/cube.zarr.zip").content)
+    stored = api.settings.data / api.store.sweeps.get_with_file(id, "cube.nc")[1].path  # type: ignore[union-attr]
+    with zipfile.ZipFile(tmp_path / "cube.zarr.zip") as opened, xr.open_dataset(stored) as written:
+        opened.extractall(tmp_path / "cube.zarr")
+        with xr.open_zarr(tmp_path / "cube.zarr") as read:
+            xr.testing.assert_identical(read.load(), written.load())
+    (tmp_path / "zarr.py").write_text("raise ImportError('no zarr here')")
+    monkeypatch.syspath_prepend(tmp_path)
+    for file in (api.settings.data / "cache").iterdir():
+        file.unlink()
+    lacking = api.http.get(f"/v1/sweeps/{id}/cube.zarr.zip")
+    assert lacking.status_code == 501
+    assert "whipple[zarr]" in lacking.json()["detail"]
+
+
+def test_conversions__of_what_was_not_kept_or_is_no_field_are_refused(api: Api) -> None:
+    api.submit()
+    api.compute()
+    [point, _] = api.store.sweeps.points(api.http.get("/v1/sweeps").json()["items"][0]["id"]).items
+    for name in ("vtk.zip", "film.gif", "film.mp4"):
+        assert api.http.get(f"/v1/runs/{point.run.id}/{name}").status_code == 404
+    assert api.http.get(f"/v1/runs/{point.run.id}/film.gif?field=colour").status_code == 422
+    assert api.http.get(f"/v1/runs/{point.run.id}/film.avi").status_code == 422
+    assert get_args(FilmField) == SCALARS
