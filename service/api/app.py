@@ -31,7 +31,7 @@ __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
 
 # Routes that need the scope ``read``; those that change something ask for more themselves.
 GUARDED = (
-    *(sweeps.router, files.router, runs.router, queue.router, events.router),
+    *(sweeps.submitting, sweeps.router, files.router, runs.router, queue.router, events.router),
     *(catalogue.router, health.metrics_router, sweep_pages.router),
 )
 # Probes of machines without a key, and the documentation.
@@ -71,6 +71,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
         redoc_url=None,
         openapi_url=None,  # FastAPI's own route writes the document anew for each request
         responses={"4XX": PROBLEM, "5XX": PROBLEM},
+        openapi_tags=documentation.TAGS,
         generate_unique_id_function=lambda route: route.name,
     )
     streams = EventStreams(store)

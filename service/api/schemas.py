@@ -113,7 +113,9 @@ class SweepModel(SweepStatus):
 class SweepChange(BaseModel):
     """The fields of a sweep that may be changed."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    model_config = ConfigDict(
+        strict=True, extra="forbid", frozen=True, json_schema_extra={"examples": [{"priority": -10}]}
+    )
 
     priority: int = Field(
         ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first"

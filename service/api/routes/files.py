@@ -17,7 +17,7 @@ from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
 from studies.quantities.files import ALL_RUNS_CSV, ARCHIVE, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, ZARR
 
-router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
+router = APIRouter(prefix="/v1/sweeps/{id}", tags=["results"])
 
 # The report contains its script; the sandbox isolates that script from this service.
 REPORT_POLICY = (

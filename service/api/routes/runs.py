@@ -39,7 +39,7 @@ def list_files(id: RunId, store: AppStore) -> Items[FileModel]:
 @serves(router, "/{id}/files/{name}", OF_A_RUN, "A file of a run")
 def download_file(
     id: RunId,
-    name: Annotated[str, Path(description="Name from the list of files")],
+    name: Annotated[str, Path(description="Name from the list of files", examples=["result.json"])],
     request: Request,
     store: AppStore,
     artifacts: AppArtifacts,
@@ -80,7 +80,7 @@ def download_animation(
     store: AppStore,
     artifacts: AppArtifacts,
     conversions: AppConversions,
-    format: Annotated[Literal["gif", "mp4"], Path(description="GIF or MP4")],
+    format: Annotated[Literal["gif", "mp4"], Path(description="GIF or MP4", examples=["gif"])],
     field: Annotated[FilmField, Query(description="What the colours show")] = "speed",
 ) -> Response:
     film = store.runs.file(id, FILM)
