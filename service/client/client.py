@@ -12,6 +12,7 @@ import hashlib
 import json
 import os
 import re
+import tempfile
 import time
 import uuid
 import zipfile
@@ -26,12 +27,13 @@ from service.client.connection import Connection, ServiceError, Unreachable
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import SweepStatus
 from solver.errors import WhippleError
-from studies.quantities.files import ARCHIVE, DIGESTS, RUNS_CSV, SWEEP_FILES
+from studies.quantities.files import ARCHIVE, CUBE, DIGESTS, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.client.html import RunDocument
     from studies.cubes.reading import Dataset
+    from studies.reports.drawing.notebook import Figures
 
 __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle", "SweepStatus", "Unreachable"]
 
@@ -129,7 +131,7 @@ class Client:
         """A run with its parameters."""
         from service.client.html import RunDocument
 
-        return RunDocument(self._connection.json("GET", f"/v1/runs/{id}"))
+        return RunDocument(self._connection.json("GET", f"/v1/runs/{id}"), self._connection)
 
     def find_run(self, prefix: str) -> str:
         """The id of the run whose id begins so; raises InvalidInput with the candidates if they are several."""
@@ -300,11 +302,20 @@ class SweepHandle:
         A retry replaces the file: open it again afterwards. Raises ServiceError, and MissingExtra if the
         libraries are not installed.
         """
+        import studies.reports.accessor  # noqa: F401 # its figures: cube.whipple
         from service.client.remote_cube import open_remote
 
         # Reports why there is no cube.
         self._connection.text(f"{self._path}/cube.nc", headers={"Range": "bytes=0-0"})
         return open_remote(f"{self.client.url}{self._path}/cube.nc", self._connection.headers)
+
+    def plot(self) -> "Figures":
+        """The figures of the report, drawn from the cube, which is downloaded; raises ServiceError without one."""
+        from service.client.results import SweepFolder
+
+        with tempfile.TemporaryDirectory() as folder:
+            self._connection.download(f"{self._path}/{CUBE}", Path(folder) / CUBE)
+            return SweepFolder(folder).plot()
 
     # --- commands --------------------------------------------------------------------------------
 

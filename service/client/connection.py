@@ -75,6 +75,10 @@ class Connection:
         """The text body of a response to GET."""
         return self._request("GET", path, **options).text
 
+    def content(self, path: str, **options: Any) -> bytes:
+        """The body of a response to GET."""
+        return self._request("GET", path, **options).content
+
     def pages(self, path: str, **query: str) -> Iterator[dict[str, Any]]:
         """The items of all pages of a list."""
         cursor: dict[str, str] = {}

@@ -15,6 +15,7 @@ import xarray as xr
 from service.api.conversions import MOST_FILES, Conversions
 from service.api.errors import ConversionFailed
 from service.api.routes.runs import FilmField
+from service.client.client import Client
 from service.files.artifacts import describe
 from service.records.jobs import Kind, Lease
 from studies.cubes import cube
@@ -22,7 +23,7 @@ from studies.films.film import SCALARS
 from studies.quantities.measured import Measured
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
-from tests.service.support.api import SWEEP, Api, sweep_of
+from tests.service.support.api import SWEEP, Api, served, sweep_of
 from tests.studies.reports.test_figures import built
 from tests.studies.runs.solved import asked
 from tests.studies.support import fakes
@@ -153,6 +154,9 @@ def test_conversions__of_a_run_and_a_cube_are_what_their_programs_open(
     speed, pressure = (api.http.get(f"/v1/runs/{run}/film.gif?field={field}").content for field in ("speed", "pressure"))
     assert speed[:6] == pressure[:6] == b"GIF89a"
     assert speed != pressure
+    with served(api) as url, Client(url) as client:
+        assert client.run(run).film("pressure").gif == pressure
+        assert client.sweep(id).plot().names[0] == "hole_diameter_laws"
     film = api.http.get(f"/v1/runs/{run}/film.mp4")
     assert (film.content[4:8], film.headers["Content-Type"]) == (b"ftyp", "video/mp4")
     (tmp_path / "cube.zarr.zip").write_bytes(api.http.get(f"/v1/sweeps/{id}/cube.zarr.zip").content)
