@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from solver.errors import WhippleError
-from studies.quantities.files import FILM, RESULT, STATE
+from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
 
 if TYPE_CHECKING:
     from service.records.expansion import ExpandedSweep
@@ -89,6 +89,8 @@ class Keep(StrEnum):
 
 # Files of a run that only some sweeps keep, and the least retention that includes them.
 KEPT_BY = {STATE: Keep.FINAL, FILM: Keep.FILM}
+# The views of a run that pages draw, and the files from which each is made: any one of them will do, the first best.
+VIEWS: Mapping[str, tuple[str, ...]] = {"film": (FILM, SECTIONS), "cloud": (STATE,), "radiograph": (SECTIONS,)}
 
 
 class Scope(StrEnum):
@@ -267,7 +269,7 @@ class PointRow:
 
 
 @dataclass(frozen=True)
-class Place:
+class RunPlace:
     """Where a run stands in a sweep."""
 
     sweep_id: str
@@ -277,7 +279,7 @@ class Place:
 
 
 @dataclass(frozen=True)
-class Cell:
+class GridCell:
     """A point of a sweep as a grid of them shows it."""
 
     ordinal: int

@@ -16,8 +16,8 @@ from service.records.expansion import ExpandedSweep, expand, expanded_points
 from service.records.jobs import (
     ACTIVE,
     SWEEP_TERMINAL,
-    Cell,
     Conflict,
+    GridCell,
     Kind,
     Lease,
     Page,
@@ -350,7 +350,7 @@ class Sweeps:
         items = tuple(point_record(row) for row in rows[:limit])
         return Page(items, str(items[-1].ordinal) if len(rows) > limit else None)
 
-    def cells(self, id: str, ordinals: Sequence[int], quantity: str) -> tuple[Cell, ...]:
+    def cells(self, id: str, ordinals: Sequence[int], quantity: str) -> tuple[GridCell, ...]:
         """These points of a sweep, each with the value of a quantity: one statement, at most ROWS_PER_STATEMENT."""
         value, uncertainty = (
             JOBS.c.summary["measurements", quantity, part].as_float().label(part) for part in ("value", "uncertainty")
@@ -363,7 +363,7 @@ class Sweeps:
             .order_by(POINTS.c.ordinal)
         )
         with self._database.reading() as connection:
-            return tuple(Cell(**row._mapping) for row in connection.execute(query))
+            return tuple(GridCell(**row._mapping) for row in connection.execute(query))
 
     def _page_of(self, connection: sa.Connection, rows: Sequence[StatementRow], limit: int) -> Page[SweepStatus]:
         """The first ``limit`` sweeps, and the cursor of the next page."""

@@ -39,7 +39,7 @@ LOGARITHMIC = frozenset({"areal_density"})  # thin matter beside a plate that is
 
 
 @dataclass(frozen=True)
-class Points:
+class FrameOfPoints:
     """Points at one time."""
 
     time: float  # s
@@ -55,7 +55,7 @@ class View:
     bodies: tuple[str, ...]
     width: tuple[float, ...]  # of a point of each body, m; 0: as small as can be seen
     mirrored: bool  # whether the other side of the axis is the mirror image
-    frames: tuple[Points, ...]
+    frames: tuple[FrameOfPoints, ...]
     note: str  # what was left out, and what a point stands for
 
 
@@ -120,7 +120,7 @@ def _field(name: str, values: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
 
 def _thinned(view: View) -> View:
     """A view with as many frames and points as it may have; what is left out is evenly so, and its note says it."""
-    frames: Sequence[Points] = view.frames
+    frames: Sequence[FrameOfPoints] = view.frames
     notes = [view.note]
     if len(frames) > MOST_FRAMES:
         chosen = np.unique(np.linspace(0, len(frames) - 1, MOST_FRAMES).round().astype(int))

@@ -14,7 +14,7 @@ from solver.problem.geometry import impact_axis
 from studies import scenarios
 from studies.films.film_dataset import open_film
 from studies.films.film_section import sections_of
-from studies.films.packed import Points, View
+from studies.films.packed import FrameOfPoints, View
 from studies.films.radiograph import AREAL_DENSITY
 from studies.films.section import read_sections
 from studies.quantities.display import printed_alone
@@ -37,7 +37,7 @@ def film(run: Run, file: Path) -> View:
         bodies=sections.bodies,
         width=tuple(sections.spacing.max(axis=1).tolist()),
         mirrored=sections.mirrored,
-        frames=tuple(Points(each.time, each.position * (1.0, sign), each.body, each.fields) for each in frames),
+        frames=tuple(FrameOfPoints(each.time, each.position * (1.0, sign), each.body, each.fields) for each in frames),
         note="",
     )
 
@@ -56,7 +56,7 @@ def radiograph(run: Run, file: Path) -> View:
         width=(taken.pixel,),
         mirrored=True,
         frames=(
-            Points(
+            FrameOfPoints(
                 sections.states[-1].time,
                 np.stack([(column + 0.5) * taken.pixel, along * _downward(run)], axis=1),
                 np.zeros(row.size, np.uint8),
@@ -112,7 +112,9 @@ def cloud(run: Run, file: Path) -> View:
         bodies=names,
         width=(0.0,) * len(names),
         mirrored=False,
-        frames=(Points(snapshot.time, place, body[each], {name: values[each] for name, values in fields.items()}),),
+        frames=(
+            FrameOfPoints(snapshot.time, place, body[each], {name: values[each] for name, values in fields.items()}),
+        ),
         note=f"Points have the same mass: {', '.join(notes)}.",
     )
 

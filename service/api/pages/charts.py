@@ -16,7 +16,7 @@ TICKS = 5
 
 
 @dataclass(frozen=True)
-class Line:
+class ChartLine:
     """Points in the units of the axes; None where there is none."""
 
     label: str
@@ -25,7 +25,7 @@ class Line:
     bars: Sequence[float | None] = ()  # half lengths of error bars
 
 
-def chart(title: str, lines: Sequence[Line], *, x: str, y: str, marked: bool = False) -> Markup:
+def chart(title: str, lines: Sequence[ChartLine], *, x: str, y: str, marked: bool = False) -> Markup:
     """A figure with a line for each label, points ``marked`` or not; empty where no point has a value.
 
     ``x`` is the label of the axis below, ``y`` the unit of the other one.
@@ -68,7 +68,7 @@ def _is_drawn(number: int, count: int) -> bool:
     return count <= MOST_LINES or number * MOST_LINES // count != (number - 1) * MOST_LINES // count
 
 
-Point = tuple[float, float, float]  # x, y, half length of its error bar
+ChartPoint = tuple[float, float, float]  # x, y, half length of its error bar
 
 
 @dataclass(frozen=True)
@@ -99,14 +99,14 @@ class _Scale:
         return [self.low + self.step * k for k in range(round((self.high - self.low) / self.step) + 1)]
 
 
-def _known(line: Line) -> list[Point]:
+def _known(line: ChartLine) -> list[ChartPoint]:
     bars = line.bars or [None] * len(line.x)
     return [
         (x, y, bar or 0.0) for x, y, bar in zip(line.x, line.y, bars, strict=True) if x is not None and y is not None
     ]
 
 
-def _thinned(points: list[Point]) -> list[Point]:
+def _thinned(points: list[ChartPoint]) -> list[ChartPoint]:
     stride = -(-len(points) // MOST_POINTS)
     return points if stride == 1 else [*points[:-1:stride], points[-1]]
 
@@ -133,7 +133,7 @@ def _text(text: str, x: float, y: float, anchor: str) -> Markup:
     return Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>').format(x, y, anchor, text)
 
 
-def _drawn(points: list[Point], across: _Scale, up: _Scale, number: int, *, marked: bool) -> Markup:
+def _drawn(points: list[ChartPoint], across: _Scale, up: _Scale, number: int, *, marked: bool) -> Markup:
     path = "M" + "L".join(f"{across(x):.1f} {up(y):.1f}" for x, y, _ in points)
     if marked:
         path += "".join(f"M{across(x):.1f} {up(y - bar):.1f}V{up(y + bar):.1f}" for x, y, bar in points if bar)

@@ -1,6 +1,5 @@
 """Sweeps that a page makes of a stored one: with further values on an axis, or of one of its runs with its film."""
 
-import json
 from collections.abc import AsyncIterator, Mapping
 from typing import Annotated, Any
 
@@ -8,8 +7,7 @@ from fastapi import Depends, Request
 
 from service.api.access import Submitter
 from service.api.browsers import FormFields
-from service.api.reading import Posted, alone, longer
-from service.api.routes.dependencies import AppSettings, AppStore, RunId, SweepId, read_in_child
+from service.api.routes.dependencies import AppSettings, AppStore, RunId, SweepId, derived_sweep
 from service.records.jobs import Conflict, Keep, Submission, SweepStatus
 
 MOST_PLACES = 10  # sweeps of a run that are looked at
@@ -30,10 +28,6 @@ def _of_run(id: RunId, store: AppStore) -> dict[str, Any]:
     return {"sweep": store.sweeps.document(place.sweep_id), "at": place.coordinates, "run": run.id, "title": title}
 
 
-def _posted(change: Mapping[str, Any], settings: AppSettings) -> Posted:
-    return Posted("application/json", json.dumps(change).encode(), settings.max_runs)
-
-
 async def _longer(
     request: Request,
     caller: Submitter,
@@ -44,7 +38,7 @@ async def _longer(
     """A sweep with the values of a form on one of its axes; raises InvalidInput."""
     status, document = stored
     change = {"sweep": document, "axis": form.get("axis", ""), "values": form.get("values", "")}
-    async with read_in_child(request, _posted(change, settings), longer) as sweep:
+    async with derived_sweep(request, settings, "longer", change) as sweep:
         yield Submission(sweep, caller.name, status.priority, status.keep)
 
 
@@ -52,7 +46,7 @@ async def _filmed(
     request: Request, caller: Submitter, settings: AppSettings, run: Annotated[dict[str, Any], Depends(_of_run)]
 ) -> AsyncIterator[Submission]:
     """A sweep of a single run that keeps its film and its final state; raises InvalidInput."""
-    async with read_in_child(request, _posted(run, settings), alone) as sweep:
+    async with derived_sweep(request, settings, "alone", run) as sweep:
         yield Submission(sweep, caller.name, keep=Keep.FILM)
 
 

@@ -11,8 +11,8 @@ from typing import Any
 
 from markupsafe import Markup
 
-from service.api.pages.charts import Line, chart
-from service.records.jobs import Cell, State
+from service.api.pages.charts import ChartLine, chart
+from service.records.jobs import GridCell, State
 from studies import measurements, scenarios
 from studies.measurements import Measurement
 from studies.quantities.display import display_of, kind_of, printed_beside, with_unit
@@ -26,7 +26,7 @@ SHADES = 5  # of the colour of a value, between the smallest and the largest tha
 
 
 @dataclass(frozen=True)
-class Dimension:
+class GridAxis:
     """An axis of a grid, or its resolutions or offsets."""
 
     name: str  # as in coordinates
@@ -38,10 +38,10 @@ class Dimension:
 
 
 @dataclass(frozen=True)
-class Layout:
+class GridLayout:
     """The grid of a document; without dimensions its points are a list."""
 
-    dimensions: tuple[Dimension, ...]
+    dimensions: tuple[GridAxis, ...]
     planned: int
 
     @property
@@ -64,18 +64,18 @@ class Layout:
         return tuple(sorted(order[:2], key=lambda k: -len(self.dimensions[k].texts)))
 
 
-def layout_of(document: Mapping[str, Any], planned: int) -> Layout:
+def layout_of(document: Mapping[str, Any], planned: int) -> GridLayout:
     """The layout of a canonical document."""
     axes = document.get("axes", {})
     if document.get("combine") != "grid" or not all(isinstance(values, list) for values in axes.values()):
-        return Layout((), planned)
-    dimensions = [Dimension(name, tuple(map(_plain, values))) for name, values in axes.items()]
+        return GridLayout((), planned)
+    dimensions = [GridAxis(name, tuple(map(_plain, values))) for name, values in axes.items()]
     resolutions, offsets = document.get("resolution"), document.get("offsets", 1)
     if isinstance(resolutions, list):
-        dimensions.append(Dimension(RESOLUTION, tuple(map(_plain, resolutions))))
+        dimensions.append(GridAxis(RESOLUTION, tuple(map(_plain, resolutions))))
     if offsets > 1:
-        dimensions.append(Dimension(OFFSET, tuple(f"{k}/{offsets}" for k in range(offsets))))
-    return Layout(tuple(dimensions), planned)
+        dimensions.append(GridAxis(OFFSET, tuple(f"{k}/{offsets}" for k in range(offsets))))
+    return GridLayout(tuple(dimensions), planned)
 
 
 def _plain(value: Any) -> str:
@@ -83,15 +83,15 @@ def _plain(value: Any) -> str:
 
 
 @dataclass(frozen=True)
-class Sheet:
+class GridSheet:
     """The part of a layout that a page shows."""
 
-    layout: Layout
+    layout: GridLayout
     at: tuple[int, ...]  # place on each dimension; on those of the sheet itself 0
     first: int = 0  # row, or point of a list
 
     @staticmethod
-    def read(layout: Layout, text: str, first: int) -> "Sheet":
+    def read(layout: GridLayout, text: str, first: int) -> "GridSheet":
         """The sheet that a query names by its places; the finest resolution where it names none."""
         lengths = [len(each.texts) for each in layout.dimensions]
         places = [int(part) for part in text.split(".") if part.isdigit() and len(part) < 6]
@@ -99,7 +99,7 @@ class Sheet:
             places = [len(each.texts) - 1 if each.name == RESOLUTION else 0 for each in layout.dimensions]
         own = layout.rows_and_columns
         at = tuple(0 if k in own else min(place, lengths[k] - 1) for k, place in enumerate(places))
-        return Sheet(layout, at, first)
+        return GridSheet(layout, at, first)
 
     @property
     def rows(self) -> range:
@@ -152,7 +152,7 @@ class Sheet:
 
 
 @dataclass(frozen=True)
-class Shown:
+class ShownCell:
     """A cell as the page prints it."""
 
     run_id: str
@@ -167,25 +167,25 @@ def quantities_of(scenario: str) -> tuple[str, ...]:
     return scenarios.load(scenario).measurements
 
 
-def shown_cells(cells: Sequence[Cell], quantity: Measurement, scenario: str) -> dict[int, Shown]:
+def shown_cells(cells: Sequence[GridCell], quantity: Measurement, scenario: str) -> dict[int, ShownCell]:
     """Cells as they are printed, by their places in the order of the sweep."""
     values = [cell.value for cell in cells if cell.value is not None]
     low, high = min(values, default=0.0), max(values, default=0.0)
     return {cell.ordinal: _shown(cell, quantity, scenario, low, high) for cell in cells}
 
 
-def _shown(cell: Cell, quantity: Measurement, scenario: str, low: float, high: float) -> Shown:
+def _shown(cell: GridCell, quantity: Measurement, scenario: str, low: float, high: float) -> ShownCell:
     place = in_words(scenario, cell.coordinates)
     if cell.value is None:
         percent = cell.state is State.RUNNING and cell.fraction is not None
         text = f"{cell.fraction:.0%}" if percent else "no value" if cell.state is State.SUCCEEDED else cell.state.value
-        return Shown(cell.run_id, cell.state, text, None, place)
+        return ShownCell(cell.run_id, cell.state, text, None, place)
     if quantity.is_outcome:
         text = quantity.outcomes[round(cell.value)]
     else:
         text = printed_beside(cell.value, kind_of(quantity.unit), cell.uncertainty)
     shade = min(SHADES - 1, int((cell.value - low) / (high - low) * SHADES)) if high > low else 0
-    return Shown(cell.run_id, cell.state, text, shade, place)
+    return ShownCell(cell.run_id, cell.state, text, shade, place)
 
 
 def in_words(scenario: str, coordinates: Mapping[str, Any]) -> str:
@@ -208,7 +208,7 @@ def _unit_of(scenario: str, name: str) -> str | None:
     return parameter.unit if parameter else None
 
 
-def figure_of(sheet: Sheet, cells: Sequence[Cell], name: str, scenario: str) -> Markup:
+def figure_of(sheet: GridSheet, cells: Sequence[GridCell], name: str, scenario: str) -> Markup:
     """The quantity of the cells over the rows of their sheet, a line for each column; empty where rows are words."""
     own = sheet.layout.rows_and_columns
     quantity = measurements.load(name)
@@ -226,7 +226,7 @@ def figure_of(sheet: Sheet, cells: Sequence[Cell], name: str, scenario: str) -> 
         order = sorted(range(len(mine)), key=lambda k: at[k])  # type: ignore[arg-type, return-value]
         label = sheet.layout.dimensions[own[1]] if len(own) > 1 else None
         lines.append(
-            Line(
+            ChartLine(
                 label=f"{label.label} {label.texts[column]}" if label else quantity.title,
                 x=[float(at[k]) * x.factor for k in order],  # type: ignore[arg-type]
                 y=[_scaled(mine[k].value, y.factor) for k in order],

@@ -3,26 +3,23 @@
 from collections.abc import Iterator, Mapping, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import Annotated, Any, Literal
+from typing import Any
 
 from fastapi import APIRouter, Depends, Request, Response
-from fastapi import Path as PathParameter
 from fastapi.responses import HTMLResponse, RedirectResponse
 from markupsafe import Markup
 
 from service.api.access import Reader
 from service.api.browsers import check_token
-from service.api.downloads import Download, send_file
-from service.api.pages.charts import Line, chart
+from service.api.pages.charts import ChartLine, chart
 from service.api.pages.derived import FilmedRun
 from service.api.pages.grid import in_words, quantities_of, value_of
 from service.api.pages.rendering import SEE_OTHER, page
-from service.api.routes.dependencies import AppArtifacts, AppStore, AppViews, RunId
+from service.api.routes.dependencies import AppArtifacts, AppStore, RunId
 from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
-from service.api.views import SOURCES
-from service.files.artifacts import LOG, Artifacts
-from service.records.jobs import TERMINAL, NotFound, Place, RunRow, Scope, State, Stored
+from service.files.artifacts import Artifacts
+from service.records.jobs import TERMINAL, VIEWS, NotFound, RunPlace, RunRow, Scope, State, Stored
 from service.store import Store
 from studies import measurements, scenarios
 from studies.quantities.display import display_of, kind_of, printed_beside, with_unit
@@ -57,7 +54,7 @@ def show_run(request: Request, id: RunId, caller: Reader, store: AppStore, artif
         measured=list(_measured(run)),
         so_far=list(_so_far(run)),
         charts=_charts(artifacts, result, run.scenario) if result else [],
-        views=[view for view, sources in SOURCES.items() if names & {*sources}],
+        views=[view for view, sources in VIEWS.items() if names & {*sources}],
         has_film=FILM in names,
         may_film=run.state is State.SUCCEEDED and FILM not in names and caller.may(Scope.SUBMIT),
         parameters=list(_parameters(spec, _asked(store, places))),
@@ -67,25 +64,6 @@ def show_run(request: Request, id: RunId, caller: Reader, store: AppStore, artif
         links=RunModel.of(run).links,
         events=RunModel.of(run).links["events"] if is_open else None,
     )
-
-
-@router.get("/runs/{id}/views/{view}", response_class=Response)
-def send_view(
-    request: Request,
-    id: RunId,
-    view: Annotated[Literal["film", "cloud", "radiograph"], PathParameter()],
-    _: Reader,
-    store: AppStore,
-    artifacts: AppArtifacts,
-    views: AppViews,
-) -> Response:
-    """A packed view of a run, which the script of its page draws."""
-    files = {file.name: file for file in store.runs.files(id)}
-    source = next((files[name] for name in SOURCES[view] if name in files), None)
-    if source is None:
-        raise NotFound("file", f"{id}/{view}")
-    path, sha256 = views.file(view, store.runs.spec(id), source, artifacts)
-    return send_file(request, Download(path, f"{id}-{view}", sha256, headers={"Content-Encoding": "gzip"}))
 
 
 @router.post("/runs/{id}/film", dependencies=[Depends(check_token)])
@@ -141,7 +119,7 @@ def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> list[Markup]
             x = [_scaled(time, "s") for time in history["time"]]
             y = [_scaled(value, measurement.unit) for value in history["value"]]
             unit = display_of(measurement.unit).unit
-            drawn.append(chart(measurement.title, [Line("", x, y)], x=with_unit("time", "s"), y=unit))
+            drawn.append(chart(measurement.title, [ChartLine("", x, y)], x=with_unit("time", "s"), y=unit))
     return [each for each in drawn if each]
 
 
@@ -154,8 +132,8 @@ def _energies(histories: Mapping[str, Any]) -> Markup:
     of_run = {"removed by contact": "contact_energy", "otherwise removed": "otherwise_removed_energy"}
     sums = {label: [sum(each) for each in zip(*histories[name], strict=True)] for label, name in of_bodies.items()}
     sums |= {label: histories[name] for label, name in of_run.items()}
-    lines = [Line(label, x, [value / 1e3 for value in values]) for label, values in sums.items() if any(values)]
-    lines.append(Line("all together", x, [sum(each) / 1e3 for each in zip(*sums.values(), strict=True)]))
+    lines = [ChartLine(label, x, [value / 1e3 for value in values]) for label, values in sums.items() if any(values)]
+    lines.append(ChartLine("all together", x, [sum(each) / 1e3 for each in zip(*sums.values(), strict=True)]))
     return chart("Energy", lines, x=with_unit("time", "s"), y="kJ")
 
 
@@ -163,7 +141,7 @@ def _scaled(value: float | None, unit: str) -> float | None:
     return None if value is None else value * display_of(unit).factor
 
 
-def _asked(store: Store, places: Sequence[Place]) -> set[str]:
+def _asked(store: Store, places: Sequence[RunPlace]) -> set[str]:
     """The parameters that the youngest sweep of a run names."""
     if not places:
         return set()

@@ -10,7 +10,7 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 from service.api.access import Caller, Reader, Submitter
 from service.api.browsers import check_token
 from service.api.pages.derived import LongerSweep
-from service.api.pages.grid import Sheet, figure_of, layout_of, quantities_of, shown_cells
+from service.api.pages.grid import GridSheet, figure_of, layout_of, quantities_of, shown_cells
 from service.api.pages.rendering import SEE_OTHER, page
 from service.api.routes import sweeps
 from service.api.routes.dependencies import AppArtifacts, AppSettings, AppStore, SweepId
@@ -76,7 +76,7 @@ def show_sweep(
     status, names = store.sweeps.get_with_files(id)
     report = store.sweeps.get_with_file(id, REPORT_JSON)[1] if REPORT_JSON in names else None
     document = store.sweeps.document(id)
-    shown = Sheet.read(layout_of(document, status.planned), sheet, row)
+    shown = GridSheet.read(layout_of(document, status.planned), sheet, row)
     quantities = quantities_of(status.scenario)
     name = quantity if quantity in quantities else quantities[0]
     cells = store.sweeps.cells(id, [ordinal for each in shown.ordinals for ordinal in each], name)

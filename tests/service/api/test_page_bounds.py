@@ -28,11 +28,11 @@ def _fill(store: Store) -> str:
     chosen = sa.select(JOBS.c.id).where(JOBS.c.kind == Kind.RUN).order_by(JOBS.c.ordinal).limit(COMPUTED)
     with store.database.writing() as connection:
         end = JOBS.update().where(JOBS.c.id.in_(chosen)).values(state=State.SUCCEEDED, summary=MEASURED)
-        run: str = connection.execute(end.returning(JOBS.c.id)).scalars().first()
+        run = connection.execute(end.returning(JOBS.c.id)).scalars().all()[0]
         for number in range(SWEEPS - 1):
             sweep = sweep_of(runs_of("fine", first=number), name=f"sweep {number}")
             accept(connection, Submission(sweep), sweep, now())
-    return run
+    return str(run)
 
 
 @pytest.mark.claim("pages", "bounds", minutes=0.5)

@@ -6,7 +6,7 @@ from html.parser import HTMLParser
 import pytest
 
 from service.api.errors import PROBLEMS
-from service.api.pages.charts import Line, chart
+from service.api.pages.charts import ChartLine, chart
 from service.api.pages.grid import layout_of
 from service.records.jobs import Keep
 from tests.service.support.api import Api
@@ -184,11 +184,11 @@ def test_orders__need_the_token_of_a_page(api: Api) -> None:
 
 
 def test_chart__has_round_ticks_and_text_as_text() -> None:
-    drawn = chart("<Hole>", [Line("a", [0.0, 9.7], [1.0, None]), Line("b", [1.0], [3.0])], x="t (µs)", y="mm")
+    drawn = chart("<Hole>", [ChartLine("a", [0.0, 9.7], [1.0, None]), ChartLine("b", [1.0], [3.0])], x="t (µs)", y="mm")
     assert "&lt;Hole&gt;" in drawn
     assert [tick for tick in ("0", "0.2", "1", "3") if f">{tick}</text>" in drawn] == ["0", "0.2", "1", "3"]
     assert drawn.count("<circle") == 2
-    assert not chart("none", [Line("a", [1.0], [None])], x="", y="")
+    assert not chart("none", [ChartLine("a", [1.0], [None])], x="", y="")
 
 
 def test_docs__list_every_operation_and_every_problem(shared_api: Api) -> None:

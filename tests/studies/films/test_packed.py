@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from studies.films.packed import LEVELS, MOST_BYTES, MOST_FRAMES, STEPS, UNKNOWN, Points, View, packed, write
+from studies.films.packed import LEVELS, MOST_BYTES, MOST_FRAMES, STEPS, UNKNOWN, FrameOfPoints, View, packed, write
 from studies.runs import views
 from tests.studies.runs.solved import asked, solved
 
 
 def unpacked(content: bytes) -> tuple[dict[str, Any], np.ndarray, np.ndarray, np.ndarray]:
-    """The text of a view, positions (components, n) in m, bodies (n,) and levels (fields, n), as its script has them."""
+    """The text of a view, positions (components, n) in m, bodies (n,) and levels (fields, n)."""
     length = int.from_bytes(content[:4], "little")
     text = json.loads(content[4 : 4 + length])
     components, count, place = len(text["low"]), sum(text["counts"]), 4 + length
@@ -28,7 +28,7 @@ def unpacked(content: bytes) -> tuple[dict[str, Any], np.ndarray, np.ndarray, np
 def view_of(count: int, frames: int = 1, note: str = "") -> View:
     random = np.random.default_rng(1)
     points = [
-        Points(
+        FrameOfPoints(
             time=1e-6 * number,
             position=random.random((count, 2)),
             body=np.arange(count) % 2,
