@@ -135,7 +135,9 @@ def _text(text: str, x: float, y: float, anchor: str) -> Markup:
 
 def _drawn(points: list[ChartPoint], across: _Scale, up: _Scale, number: int, *, marked: bool) -> Markup:
     path = "M" + "L".join(f"{across(x):.1f} {up(y):.1f}" for x, y, _ in points)
+    marks = ""
     if marked:
-        path += "".join(f"M{across(x):.1f} {up(y - bar):.1f}V{up(y + bar):.1f}" for x, y, bar in points if bar)
-    dots = "".join(f'<circle cx="{across(x):.1f}" cy="{up(y):.1f}" r="3"/>' for x, y, _ in points) if marked else ""
-    return Markup('<g class="c{}"><path d="{}"/>{}</g>').format(number, path, Markup(dots))
+        bars = "".join(f"M{across(x):.1f} {up(y - bar):.1f}V{up(y + bar):.1f}" for x, y, bar in points if bar)
+        marks = f'<path class="bar" d="{bars}"/>' if bars else ""
+        marks += "".join(f'<circle cx="{across(x):.1f}" cy="{up(y):.1f}" r="3"/>' for x, y, _ in points)
+    return Markup('<g class="c{}"><path d="{}"/>{}</g>').format(number, path, Markup(marks))

@@ -189,8 +189,11 @@ def _shown(cell: GridCell, quantity: Measurement, scenario: str, low: float, hig
 
 
 def in_words(scenario: str, coordinates: Mapping[str, Any]) -> str:
-    """Coordinates (SI) for people: "speed 6 km/s, plate thickness 2 mm"."""
-    return ", ".join(f"{name.replace('_', ' ')} {value_of(scenario, name, at)}" for name, at in coordinates.items())
+    """Coordinates (SI) for people, to four digits: "speed 6 km/s, plate thickness 2 mm"."""
+    return ", ".join(
+        f"{name.replace('_', ' ')} {value_of(scenario, name, float(f'{at:.4g}') if isinstance(at, float) else at)}"
+        for name, at in coordinates.items()
+    )
 
 
 def value_of(scenario: str, name: str, value: Any) -> str:

@@ -28,7 +28,7 @@ def paths(api: Api) -> Iterator[str]:
     for route in (route for router in (*OPEN, *GUARDED) for route in router.routes):
         if isinstance(route, APIRoute) and "GET" in route.methods:
             named = run if "/runs/" in route.path else id
-            yield route.path.format(id=named, name="result.json", format="gif")
+            yield route.path.format(id=named, name="result.json", format="gif", view="film")
     yield "/static/style.css"
 
 

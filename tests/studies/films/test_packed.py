@@ -56,7 +56,7 @@ def test_packed__is_what_went_in(tmp_path: Path) -> None:
     assert (levels[1] == UNKNOWN).all()
 
 
-@pytest.mark.parametrize(("count", "frames"), [(1_000_000, 1), (20_000, 2 * MOST_FRAMES)])
+@pytest.mark.parametrize(("count", "frames"), [(2_000_000, 1), (20_000, 2 * MOST_FRAMES)])
 def test_packed__of_many_points_is_thinned_and_says_so(count: int, frames: int) -> None:
     content = packed(view_of(count, frames, note="Whole."))
     text, *_ = unpacked(content)
