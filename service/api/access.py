@@ -41,10 +41,11 @@ SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 SINGLE_HEADERS = ("Host", "Origin", "Sec-Fetch-Site")  # RFC 9112, section 3.2
 OWN_SITE = frozenset({"same-origin", "none"})  # "none": typed into the address bar
 LONGEST_SECRET = 200  # characters; the service makes shorter ones
-# Pages load style sheet and script of the service only; the report sets a policy of its own.
+# Pages load style sheet, scripts and frames of the service only; the report, which the page of its sweep shows in a
+# frame, sets a policy of its own.
 PAGE_POLICY = (
     "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src 'self' data:; "
-    "form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
+    "frame-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
 )
 # Other responses display and execute nothing if a browser takes them for a page.
 OTHER_POLICY = "default-src 'none'; frame-ancestors 'none'; sandbox"

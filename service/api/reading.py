@@ -13,7 +13,7 @@ import resource
 import signal
 import time
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import FrameType
 from typing import Any, TypeVar
 
@@ -24,7 +24,7 @@ from service.records.expansion import ExpandedSweep, expand
 from studies.quantities.findings import Finding, InvalidInput
 from studies.runs.run import estimate
 from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
-from studies.sweeps.reading import SweepLimits
+from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import warnings_of
 
@@ -124,6 +124,34 @@ def read(posted: Posted, part: Callable[[Any, Posted], Read]) -> Read | Refusal:
 def expanded(document: Any, posted: Posted) -> ExpandedSweep:
     """The sweep with its runs, to be stored."""
     return expand(_sweep(document, posted), lambda run: estimate(run).core_seconds)
+
+
+def longer(change: Any, posted: Posted) -> ExpandedSweep:
+    """A sweep with further values on one of its axes; those of ``change`` are texts separated by commas."""
+    values = [_number_or_text(value.strip()) for value in change["values"].split(",")]
+    sweep = Sweep.parse(change["sweep"], ACCEPTED).with_values(change["axis"], values)
+    # Once more, under the limits of a sweep that is posted.
+    return expanded(sweep.document(), posted)
+
+
+def alone(change: Any, posted: Posted) -> ExpandedSweep:
+    """The sweep of a single run of a sweep, at some coordinates."""
+    sweep = Sweep.parse(change["sweep"], ACCEPTED)
+    if {*change["at"]} < {axis.name for axis in sweep.axes}:  # a run that screens the models
+        cure = "submit a sweep with these parameters"
+        raise InvalidInput([Finding("run", change["run"], "a run at a point of the axes of its sweep", cure)])
+    single = expanded(replace(sweep.of_point(change["at"]), title=change["title"]).document(), posted)
+    if single.points[0].run_id != change["run"]:
+        cure = "retry its sweep: results of different versions stay separate"
+        raise InvalidInput([Finding("run", change["run"], "a run of this version of the physics", cure)])
+    return single
+
+
+def _number_or_text(text: str) -> Any:
+    try:
+        return float(text) if "." in text else int(text)
+    except ValueError:
+        return text
 
 
 def estimated(document: Any, posted: Posted) -> EstimatedSweep:

@@ -25,7 +25,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, Generic, Self, TypeVar
 
 from solver.errors import WhippleError
-from studies.quantities.files import FILM, RESULT, STATE
+from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
 
 if TYPE_CHECKING:
     from service.records.expansion import ExpandedSweep
@@ -89,6 +89,8 @@ class Keep(StrEnum):
 
 # Files of a run that only some sweeps keep, and the least retention that includes them.
 KEPT_BY = {STATE: Keep.FINAL, FILM: Keep.FILM}
+# The views of a run that pages draw, and the files from which each is made: any one of them will do, the first best.
+VIEWS: Mapping[str, tuple[str, ...]] = {"film": (FILM, SECTIONS), "cloud": (STATE,), "radiograph": (SECTIONS,)}
 
 
 class Scope(StrEnum):
@@ -264,6 +266,29 @@ class PointRow:
     coordinates: Mapping[str, float | str]  # SI
     state: State  # the run's, or ``cancelled`` if this sweep no longer waits for it
     run: RunRow
+
+
+@dataclass(frozen=True)
+class RunPlace:
+    """Where a run stands in a sweep."""
+
+    sweep_id: str
+    title: str
+    owner: str
+    coordinates: Mapping[str, float | str]  # SI
+
+
+@dataclass(frozen=True)
+class GridCell:
+    """A point of a sweep as a grid of them shows it."""
+
+    ordinal: int
+    run_id: str
+    coordinates: Mapping[str, float | str]  # SI
+    state: State  # as in PointRow
+    fraction: float | None  # of the running attempt, 0 to 1
+    value: float | None  # of the quantity that the grid shows, SI
+    uncertainty: float | None
 
 
 @dataclass(frozen=True)

@@ -6,7 +6,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import TERMINAL, Kind, MeasuredRun, NotFound, RunRow, State, Stored
+from service.records.jobs import TERMINAL, Kind, MeasuredRun, NotFound, RunPlace, RunRow, State, Stored
 from service.store.connection import Database
 from service.store.events import log_event
 from service.store.tables import (
@@ -53,6 +53,18 @@ class Runs:
         query = sa.select(JOBS.c.spec).where(JOBS.c.id == id, JOBS.c.kind == Kind.RUN)
         with self._database.reading() as connection:
             return one_row(connection, query, "run", id).spec
+
+    def places(self, id: str, most: int) -> tuple[RunPlace, ...]:
+        """Where a run stands in the youngest sweeps that have it."""
+        query = (
+            sa.select(SWEEPS.c.id.label("sweep_id"), SWEEPS.c.title, SWEEPS.c.owner, POINTS.c.coordinates)
+            .join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
+            .where(POINTS.c.run_id == id)
+            .order_by(SWEEPS.c.number.desc())
+            .limit(most)
+        )
+        with self._database.reading() as connection:
+            return tuple(RunPlace(**row._mapping) for row in connection.execute(query))
 
     def known(self, ids: Iterable[str]) -> set[str]:
         """Those of these runs that are finished or under way, so that a sweep of them computes nothing new."""

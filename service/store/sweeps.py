@@ -17,6 +17,7 @@ from service.records.jobs import (
     ACTIVE,
     SWEEP_TERMINAL,
     Conflict,
+    GridCell,
     Kind,
     Lease,
     Page,
@@ -281,9 +282,28 @@ class Sweeps:
         with self._database.reading() as connection:
             return self._page_of(connection, connection.execute(query).all(), limit)
 
-    def page_with_files(self, *, cursor: str | None = None, limit: int = 50) -> SweepsWithFiles:
-        """Sweeps with their files, the youngest first, and the state of the queue: two statements."""
-        page = _youngest(SWEEPS_AND_FILES, cursor, limit).subquery()
+    def page_with_files(
+        self,
+        *,
+        text: str = "",
+        state: SweepState | None = None,
+        owner: str | None = None,
+        cursor: str | None = None,
+        limit: int = 50,
+    ) -> SweepsWithFiles:
+        """Sweeps with their files, the youngest first, and the state of the queue: two statements.
+
+        ``text`` is part of the title, name or scenario, or the beginning of the id, of those that are wanted.
+        """
+        wanted = _youngest(SWEEPS_AND_FILES, cursor, limit)
+        if text:
+            words = [SWEEPS.c[name].icontains(text, autoescape=True) for name in ("title", "name", "scenario")]
+            wanted = wanted.where(sa.or_(*words, SWEEPS.c.id.istartswith(text, autoescape=True)))
+        if state is not None:
+            wanted = wanted.where(SWEEP_STATE.in_([state]))
+        if owner is not None:
+            wanted = wanted.where(SWEEPS.c.owner == owner)
+        page = wanted.subquery()
         query = (
             sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, page)
             .select_from(CONTROL.outerjoin(page, sa.true()))  # the table has exactly one row
@@ -329,6 +349,21 @@ class Sweeps:
             rows = connection.execute(query).all()
         items = tuple(point_record(row) for row in rows[:limit])
         return Page(items, str(items[-1].ordinal) if len(rows) > limit else None)
+
+    def cells(self, id: str, ordinals: Sequence[int], quantity: str) -> tuple[GridCell, ...]:
+        """These points of a sweep, each with the value of a quantity: one statement, at most ROWS_PER_STATEMENT."""
+        value, uncertainty = (
+            JOBS.c.summary["measurements", quantity, part].as_float().label(part) for part in ("value", "uncertainty")
+        )
+        query = (
+            sa.select(POINTS.c.ordinal, POINTS.c.run_id, POINTS.c.coordinates, POINT_STATE.label("state"))
+            .add_columns(JOBS.c.fraction, value, uncertainty)
+            .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
+            .where(POINTS.c.sweep_id == id, POINTS.c.ordinal.in_(ordinals))
+            .order_by(POINTS.c.ordinal)
+        )
+        with self._database.reading() as connection:
+            return tuple(GridCell(**row._mapping) for row in connection.execute(query))
 
     def _page_of(self, connection: sa.Connection, rows: Sequence[StatementRow], limit: int) -> Page[SweepStatus]:
         """The first ``limit`` sweeps, and the cursor of the next page."""

@@ -228,6 +228,43 @@ class Sweep:
         """The values of the axes at each point, before it is refined; SI, by axis name."""
         return [at for _, at in self._points()]
 
+    def of_point(self, at: Mapping[str, Value]) -> "Sweep":
+        """The sweep of a single run of this one, by its coordinates (SI): the same run, and nothing beside it."""
+        axes = (*self.axes, *self.refinements)
+        end = self._own_ends.get(self._key(at))
+        return replace(
+            self,
+            fixed={**self.fixed, **({} if end is None else {END: end})},
+            axes=tuple(Axis(axis.name, axis.unit, (at[axis.name],)) for axis in axes),
+            combine="grid",
+            sampling=None,
+            resolutions=self.resolutions if len(self.resolutions) == 1 else (),
+            offsets=1,
+            observations=(),
+            model_part="none",
+            ends=(),
+        )
+
+    def with_values(self, name: str, added: Sequence[Any]) -> "Sweep":
+        """The sweep with further values on an axis, or further resolutions; raises InvalidInput.
+
+        Values that ascend still do.
+        """
+        document = self.document()
+        if name == RESOLUTION and self.resolutions:
+            document["resolution"] = [*self.resolutions, *added]
+            return Sweep.parse(document)
+        axis = next((axis for axis in self.axes if axis.name == name), None)
+        if axis is None or self.combine != "grid" or axis.search:
+            limit = "an axis with values of its own, of a sweep with combine: grid"
+            raise refusal("axis", name, limit, "submit another sweep")
+        document["axes"] = {**document["axes"], name: [*document["axes"][name], *added]}
+        longer = Sweep.parse(document)
+        if list(axis.values) != sorted(axis.values, key=_by_size):
+            return longer
+        axes = (replace(a, values=tuple(sorted(a.values, key=_by_size))) if a.name == name else a for a in longer.axes)
+        return replace(longer, axes=tuple(axes))
+
     def shots(self) -> "Iterator[Shot]":
         """The shot of each point, before it is refined; none where the scenario describes none."""
         for _, coordinates in self._points():
@@ -438,3 +475,8 @@ def _written_axis(axis: Axis) -> Any:
         return values
     low, high = (written(end, axis.unit) for end in axis.bounds)
     return {"low": low, "high": high, "values": values}
+
+
+def _by_size(value: Value) -> tuple[bool, float, str]:
+    """The order of numbers by size, and of words after them."""
+    return (True, 0.0, str(value)) if isinstance(value, str) or value is None else (False, float(value), "")

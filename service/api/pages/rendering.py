@@ -13,7 +13,7 @@ from markupsafe import Markup, escape
 from service import version
 from service.api.access import Caller
 from service.api.browsers import BROWSER, TOKEN_FIELD, cookie, new_browser, set_cookie, token_of
-from studies.quantities.display import duration
+from studies.quantities.display import display_of, duration
 
 SEE_OTHER = 303  # an order was carried out: read the page that shows what it did
 UNAUTHORIZED, KEY_WAS_SENT = 401, 'error="invalid_token"'
@@ -37,7 +37,12 @@ PAGES = (
     *(("/materials", "Materials"), ("/shots", "Shots"), ("/docs", "API")),
 )
 TEMPLATES.globals["pages"] = PAGES
-TEMPLATES.filters |= {"code": code, "duration": duration, "pretty": lambda value: json.dumps(value, indent=2)}
+TEMPLATES.filters |= {
+    "code": code,
+    "duration": duration,
+    "pretty": lambda value: json.dumps(value, indent=2),
+    "shown_unit": lambda unit: display_of(unit).unit,
+}
 
 
 def rendered(template: str, **content: Any) -> str:

@@ -1,57 +1,102 @@
-"""The list of sweeps, and a sweep with its orders."""
+"""The list of sweeps, and a sweep: its grid of runs as they end, its report, and what may be done with it."""
 
+from functools import lru_cache
 from typing import Annotated, Literal
+from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 
 from service.api.access import Caller, Reader, Submitter
 from service.api.browsers import check_token
+from service.api.pages.derived import LongerSweep
+from service.api.pages.grid import GridSheet, figure_of, layout_of, quantities_of, shown_cells
 from service.api.pages.rendering import SEE_OTHER, page
 from service.api.routes import sweeps
 from service.api.routes.dependencies import AppArtifacts, AppSettings, AppStore, SweepId
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
 from service.records.jobs import Scope, Stored, SweepState, SweepStatus
+from studies import measurements
 from studies.quantities.files import REPORT_JSON
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
 Order = Literal["cancel", "retry", "delete"]
+LONGEST_TEXT = 200  # characters of what is searched for
+MOST_PLACE = 10**6  # of a row in a query
 
 
 @router.get("/")
 def show_sweeps(
-    request: Request, caller: Reader, store: AppStore, cursor: Annotated[str | None, Query()] = None
+    request: Request,
+    caller: Reader,
+    store: AppStore,
+    q: Annotated[str, Query(max_length=LONGEST_TEXT)] = "",
+    state: Annotated[SweepState | Literal[""], Query()] = "",
+    own: Annotated[bool, Query()] = False,
+    cursor: Annotated[str | None, Query()] = None,
 ) -> Response:
-    """The sweeps with state, progress and links to report and cube."""
-    front = store.sweeps.page_with_files(cursor=cursor)
+    """The sweeps with state, progress and links to their pages, reports and cubes."""
+    front = store.sweeps.page_with_files(
+        text=q.strip(), state=SweepState(state) if state else None, owner=caller.name if own else None, cursor=cursor
+    )
     found = front.sweeps
+    asked = {"q": q, "state": str(state), "own": "true" if own else ""}
     return page(
         request,
         "sweeps.html",
         caller,
         sweeps=[SweepModel.of(row, front.files[row.id]) for row in found.items],
-        next_cursor=found.next_cursor,
+        older=urlencode({**_given(asked), "cursor": found.next_cursor}) if found.next_cursor else None,
+        asked=asked,
+        is_narrowed=bool(_given(asked)),
+        states=list(SweepState),
         queue=front,
         events="/v1/queue/events",
     )
 
 
+def _given(asked: dict[str, str]) -> dict[str, str]:
+    return {name: value for name, value in asked.items() if value}
+
+
 @router.get("/sweeps/{id}")
-def show_sweep(request: Request, id: SweepId, caller: Reader, store: AppStore, artifacts: AppArtifacts) -> Response:
-    """A sweep with the headline of its report, and what the caller may do with it."""
-    row, names = store.sweeps.get_with_files(id)
-    _, report = store.sweeps.get_with_file(id, REPORT_JSON)
-    sweep = SweepModel.of(row, names)
+def show_sweep(
+    request: Request,
+    id: SweepId,
+    caller: Reader,
+    store: AppStore,
+    artifacts: AppArtifacts,
+    quantity: Annotated[str, Query(max_length=LONGEST_TEXT)] = "",
+    sheet: Annotated[str, Query(max_length=LONGEST_TEXT)] = "",
+    row: Annotated[int, Query(ge=0, le=MOST_PLACE)] = 0,
+) -> Response:
+    """A sweep with its grid of runs, its report, and what the caller may do with it."""
+    status, names = store.sweeps.get_with_files(id)
+    report = store.sweeps.get_with_file(id, REPORT_JSON)[1] if REPORT_JSON in names else None
+    document = store.sweeps.document(id)
+    shown = GridSheet.read(layout_of(document, status.planned), sheet, row)
+    quantities = quantities_of(status.scenario)
+    name = quantity if quantity in quantities else quantities[0]
+    cells = store.sweeps.cells(id, [ordinal for each in shown.ordinals for ordinal in each], name)
+    sweep = SweepModel.of(status, names)
     return page(
         request,
         "sweep.html",
         caller,
         sweep=sweep,
         headline=_headline(artifacts, report),
-        orders=_orders(caller, row),
-        events=None if row.is_terminal else sweep.links["events"],
+        orders=_orders(caller, status),
+        document=document,
+        sheet=shown,
+        cells=shown_cells(cells, measurements.load(name), status.scenario),
+        quantity=measurements.load(name),
+        quantities=[measurements.load(each) for each in quantities],
+        figure=figure_of(shown, cells, name, status.scenario),
+        may_add=bool(shown.layout.dimensions) and caller.may(Scope.SUBMIT),
+        link=lambda **changes: "?" + urlencode({"quantity": name, "sheet": shown.word, "row": shown.first, **changes}),
+        events=None if status.is_terminal else sweep.links["events"],
     )
 
 
@@ -62,6 +107,12 @@ def _orders(caller: Caller, sweep: SweepStatus) -> list[Order]:
     if not sweep.is_terminal:
         return ["cancel"]
     return ["delete"] if sweep.state == SweepState.SUCCEEDED else ["retry", "delete"]
+
+
+@router.post("/sweeps/{id}/values", dependencies=[Depends(check_token)])
+def add_values(longer: LongerSweep, store: AppStore) -> Response:
+    """Submit a sweep with further values on an axis, and show it; what was computed is not computed again."""
+    return RedirectResponse(f"/sweeps/{store.sweeps.create(longer).id}", SEE_OTHER)
 
 
 @router.post("/sweeps/{id}/{order}", dependencies=[Depends(check_token)])
@@ -83,4 +134,10 @@ def _headline(artifacts: Artifacts, report: Stored | None) -> str:
     """The headline of a report; empty without a report, or in one of an early version."""
     if report is None or not artifacts.is_there(report):
         return ""
+    return _headline_of(artifacts, report)
+
+
+@lru_cache(maxsize=256)
+def _headline_of(artifacts: Artifacts, report: Stored) -> str:
+    """The headline of a report, which has megabytes; its record has the digest of its content."""
     return str(artifacts.read_json(report).get("headline", ""))

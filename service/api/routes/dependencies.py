@@ -1,20 +1,21 @@
 """Dependencies of endpoints: parts of the app, request bodies, submissions, and the Link header of pages."""
 
 import hashlib
+import json
 import re
-from collections.abc import AsyncIterator, Callable
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import asynccontextmanager
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from fastapi import Depends, Header, Path, Query, Request, Response
 from pydantic import ValidationError
 from starlette.requests import ClientDisconnect
 
 from service.api.access import Submitter
+from service.api.conversions import Conversions
 from service.api.documents import pointer, read_json
 from service.api.errors import BadRequest, PayloadTooLarge, ServiceNotReady, UnsupportedMediaType
 from service.api.event_streams import EventStreams
-from service.api.partial_cubes import PartialCubes
 from service.api.readers import Readers
 from service.api.reading import (
     PARSERS,
@@ -22,14 +23,17 @@ from service.api.reading import (
     Posted,
     Read,
     Refusal,
+    alone,
     answered,
     answered_as_cube,
     estimated,
     expanded,
+    longer,
 )
 from service.api.schemas import SweepChange
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
+from service.records.expansion import ExpandedSweep
 from service.records.jobs import PRIORITIES, Keep, Submission
 from service.settings import Settings
 from service.store import Store
@@ -56,7 +60,7 @@ def _part(name: str) -> Any:
 AppStore = Annotated[Store, _part("store")]
 AppSettings = Annotated[Settings, _part("settings")]
 AppArtifacts = Annotated[Artifacts, _part("artifacts")]
-AppPartialCubes = Annotated[PartialCubes, _part("partial_cubes")]
+AppConversions = Annotated[Conversions, _part("conversions")]
 AppEventStreams = Annotated[EventStreams, _part("event_streams")]
 
 SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps")]
@@ -116,6 +120,16 @@ async def _read(
         raise UnsupportedMediaType(f"{media_type[:80]!r}; send one of: {', '.join(PARSERS)}")
     async with read_posted(request, Posted(media_type, body, settings.max_runs), part) as read:
         yield read
+
+
+@asynccontextmanager
+async def derived_sweep(
+    request: Request, settings: Settings, part: Literal["longer", "alone"], change: Mapping[str, Any]
+) -> AsyncIterator[ExpandedSweep]:
+    """A sweep that is made of a stored one (``reading.longer``, ``reading.alone``); raises InvalidInput."""
+    posted = Posted("application/json", json.dumps(change).encode(), settings.max_runs)
+    async with read_posted(request, posted, {"longer": longer, "alone": alone}[part]) as sweep:
+        yield sweep
 
 
 @asynccontextmanager

@@ -1,17 +1,24 @@
 """Runs: one simulation each, with its log and its files."""
 
-from typing import Annotated
+from pathlib import Path as FilePath
+from typing import Annotated, Literal
 
-from fastapi import APIRouter, Path, Request, Response
+from fastapi import APIRouter, Path, Query, Request, Response
 from fastapi.responses import FileResponse
 
 from service.api.downloads import Download, media_type_of, send_file, serves
-from service.api.routes.dependencies import AppArtifacts, AppStore, PageLimit, Prefix, RunId
+from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, PageLimit, Prefix, RunId
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
-from service.files.artifacts import LOG, OF_A_RUN
-from service.records.jobs import NotFound, State
+from service.files.artifacts import LOG, OF_A_RUN, Artifacts
+from service.records.jobs import VIEWS, NotFound, State, Stored
+from service.store import Store
+from studies.quantities.files import FILM, RESULT, STATE, VTK
 
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
+
+WAIT_FOR_VIEW = 20.0  # s that a page waits while another one's picture is made
+
+FilmField = Literal["speed", "pressure", "temperature", "plastic_strain", "damage"]  # studies.films.film.SCALARS
 
 
 @router.get("")
@@ -36,7 +43,7 @@ def list_files(id: RunId, store: AppStore) -> Items[FileModel]:
 @serves(router, "/{id}/files/{name}", OF_A_RUN, "A file of a run")
 def download_file(
     id: RunId,
-    name: Annotated[str, Path(description="Name from the list of files")],
+    name: Annotated[str, Path(description="Name from the list of files", examples=["result.json"])],
     request: Request,
     store: AppStore,
     artifacts: AppArtifacts,
@@ -48,23 +55,88 @@ def download_file(
 
 @serves(
     router,
+    f"/{{id}}/{VTK}",
+    (VTK,),
+    "Film and final state for ParaView and other readers of VTK (`film.pvd`, `state.vtu`), with units and times; what "
+    "is in it follows from the retention of the run",
+)
+def download_vtk(
+    id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts, conversions: AppConversions
+) -> Response:
+    files = {file.name: file for file in store.runs.files(id)}
+    if not {STATE, FILM} & set(files):
+        raise NotFound("file", f"{id}/{STATE}")
+    sources = [files[name] for name in (STATE, FILM, RESULT) if name in files]
+    path, sha256 = conversions.file(VTK, sources, artifacts.root)
+    return send_file(request, Download(path, f"{id}-{VTK}", sha256, is_attachment=True))
+
+
+@serves(
+    router,
+    "/{id}/film.{format}",
+    ("film.gif", "film.mp4"),
+    "The film of a run that kept it, as an animation: one section, coloured by a field. An MP4 needs ffmpeg, or the "
+    "extra `video`, on the service",
+)
+def download_animation(
+    id: RunId,
+    request: Request,
+    store: AppStore,
+    artifacts: AppArtifacts,
+    conversions: AppConversions,
+    format: Annotated[Literal["gif", "mp4"], Path(description="GIF or MP4", examples=["gif"])],
+    field: Annotated[FilmField, Query(description="What the colours show")] = "speed",
+) -> Response:
+    film = store.runs.file(id, FILM)
+    path, sha256 = conversions.file(format, [film], artifacts.root, field=field)
+    return send_file(request, Download(path, f"{id}-film.{format}", sha256))
+
+
+@router.get("/{id}/views/{view}", include_in_schema=False)
+def download_view(
+    id: RunId,
+    request: Request,
+    store: AppStore,
+    artifacts: AppArtifacts,
+    conversions: AppConversions,
+    view: Annotated[Literal["film", "cloud", "radiograph"], Path()],
+) -> Response:
+    """What the page of a run draws, packed (``studies.films.packed``)."""
+    files = {file.name: file for file in store.runs.files(id)}
+    source = next((files[name] for name in VIEWS[view] if name in files), None)
+    if source is None:
+        raise NotFound("file", f"{id}/{VIEWS[view][0]}")
+    run = store.runs.spec(id)
+    path, sha256 = conversions.file(f"{view}.view", [source], artifacts.root, wait=WAIT_FOR_VIEW, run=run)
+    return send_file(request, Download(path, f"{id}-{view}", sha256, headers={"Content-Encoding": "gzip"}))
+
+
+@serves(
+    router,
     "/{id}/log",
     (LOG,),
     "The output of the solver in the last attempt; of a running run, the output until now "
     "(`Range: bytes=1000-` returns the rest)",
 )
 def download_log(id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
-    registered = [stored for stored in store.runs.files(id) if stored.name == LOG]
-    last = store.retention.last_attempts([id]).get(id)
-    if last is None or last.token is None:
-        raise NotFound("log", id)
-    if registered and last.state not in (State.RUNNING, State.CANCELLING):
-        [log] = registered
-        return send_file(request, Download(artifacts.path(log), f"{id}-{LOG}", log.sha256))
-    file = artifacts.log_of(id, last.attempt, last.token)
-    if not file.is_file():
-        raise NotFound("log", id)
+    file, registered = log_of(id, store, artifacts)
+    if registered:
+        return send_file(request, Download(file, f"{id}-{LOG}", registered.sha256))
     if "range" in request.headers:
         return FileResponse(file, media_type=media_type_of(LOG))
     # ``FileResponse`` would send more bytes than announced while the log grows (up to 16 MiB).
     return Response(file.read_bytes(), media_type=media_type_of(LOG))
+
+
+def log_of(id: str, store: Store, artifacts: Artifacts) -> tuple[FilePath, Stored | None]:
+    """The log of the last attempt of a run, and its record once that has ended; raises NotFound."""
+    registered = next((stored for stored in store.runs.files(id) if stored.name == LOG), None)
+    last = store.retention.last_attempts([id]).get(id)
+    if last is None or last.token is None:
+        raise NotFound("log", id)
+    if registered and last.state not in (State.RUNNING, State.CANCELLING):
+        return artifacts.path(registered), registered
+    file = artifacts.log_of(id, last.attempt, last.token)
+    if not file.is_file():
+        raise NotFound("log", id)
+    return file, None

@@ -110,14 +110,16 @@ def test_page__offers_what_the_key_may_do(api: Api) -> None:
     def offered() -> list[str]:
         return re.findall(rf'action="{page_of_sweep}/(\w+)"', api.http.get(page_of_sweep).text)
 
-    assert offered() == ["cancel"]
-    for scope, name, may in ((Scope.READ, "anna", []), (Scope.SUBMIT, "bert", []), (Scope.ADMIN, "carl", ["cancel"])):
+    assert offered() == ["cancel", "values"]
+    # Anyone who may submit may submit a longer sweep.
+    others = {"anna": (Scope.READ, []), "bert": (Scope.SUBMIT, ["values"]), "carl": (Scope.ADMIN, ["cancel", "values"])}
+    for name, (scope, may) in others.items():
         log_in(api, scope, name=name)
         assert offered() == may
     cancelled = api.http.post(f"{page_of_sweep}/cancel", data={"csrf_token": token_on(api.http.get(page_of_sweep))})
     assert cancelled.url.path == page_of_sweep
     api.compute()
-    assert offered() == ["retry", "delete"]  # it was cancelled
+    assert offered() == ["retry", "delete", "values"]  # it was cancelled
     deleted = api.http.post(f"{page_of_sweep}/delete", data={"csrf_token": token_on(api.http.get(page_of_sweep))})
     assert deleted.url.path == "/"
     assert api.http.get(page_of_sweep).status_code == 404

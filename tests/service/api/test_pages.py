@@ -6,10 +6,22 @@ from html.parser import HTMLParser
 import pytest
 
 from service.api.errors import PROBLEMS
+from service.api.pages.charts import ChartLine, chart
+from service.api.pages.grid import layout_of
 from service.api.pages.rendering import PAGES
+from service.records.jobs import Keep
 from tests.service.support.api import Api
+from tests.service.support.rows import TERM
 
-SCRIPT = '<script src="/static/live.js" defer>'
+SCRIPT, VIEWS = ('<script src="/static/live.js" defer>', '<script src="/static/view.js" defer>')
+
+
+FIXED = {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"}
+
+
+def token_of(api: Api, page: str) -> dict[str, str]:
+    """The field of a form with the token of a page."""
+    return dict(re.findall(r'name="(csrf_token)" value="(\w+)"', api.http.get(page).text)[:1])
 
 
 class Links(HTMLParser):
@@ -29,18 +41,19 @@ class Links(HTMLParser):
                 self.ids.add(value or "")
 
 
-@pytest.mark.parametrize("path", ["/", "/docs", "/sweeps/{id}"])
+@pytest.mark.parametrize("path", ["/", "/docs", "/sweeps/{id}", "/runs/{run}"])
 def test_page__needs_no_other_machine_and_has_no_dead_link(api: Api, path: str) -> None:
     id = api.submit()
     api.compute()
-    response = api.http.get(path.format(id=id))
+    run = api.store.sweeps.points(id).items[0].run.id
+    response = api.http.get(path.format(id=id, run=run))
     assert response.headers["Content-Type"].startswith("text/html")
     assert response.headers["Content-Security-Policy"].startswith("default-src 'none'")
-    assert re.findall("<script[^>]*>", response.text) in ([], [SCRIPT])
+    assert re.findall("<script[^>]*>", response.text) in ([], [SCRIPT], [VIEWS])
     links = Links(response.text)
     seen_from_the_first = {address for address, _ in PAGES} if path != "/" else set()
     for address in set(links.addresses) - seen_from_the_first:
-        assert re.match(r"/(?!/)|#|data:,$", address), address
+        assert re.match(r"/(?!/)|#|\?|data:,$", address), address
         page, _, id = address.partition("#")
         if page.startswith("/"):
             assert api.http.get(page).status_code == 200, address
@@ -91,6 +104,95 @@ def test_sweeps__print_what_a_user_wrote_as_text(api: Api) -> None:
         assert "&lt;script&gt;" in page
 
 
+def test_sweeps__rows_link_to_pages_and_files_for_people(api: Api) -> None:
+    id = api.submit()
+    api.compute()
+    rows = api.http.get("/").text.partition("<tbody>")[2]
+    here = f"/v1/sweeps/{id}"
+    assert Links(rows).addresses == [f"/sweeps/{id}", f"{here}/report.html", f"{here}/cube.nc", f"{here}/runs.csv"]
+
+
+@pytest.mark.parametrize(
+    ("query", "found"), [("?q=COPP", True), ("?q=100%25", False), ("?state=queued", True), ("?state=failed", False)]
+)
+def test_sweeps__are_searched(api: Api, query: str, found: bool) -> None:
+    id = api.submit(title="Holes in copper")
+    page = api.http.get(f"/{query}").text
+    assert (f"/sweeps/{id}" in page) is found
+    assert ("No sweep is like that" in page) is not found
+
+
+def test_sweep__is_a_grid_whose_cells_lead_to_the_runs(api: Api) -> None:
+    id = api.submit(axes={"speed": ["3 km/s", "6 km/s"], "plate_thickness": ["2 mm", "3 mm", "4 mm"]}, fixed=FIXED)
+    [first] = api.store.leases.take(1, api.term())
+    api.store.leases.finish(first, api.result(first.id))
+    page = api.http.get(f"/sweeps/{id}").text
+    cells = re.findall(r'<td class="([^"]+)"><a href="/runs/(\w+)">([^<]+)</a>', page)
+    runs = {point.index: point.run.id for point in api.store.sweeps.points(id).items}
+    # Rows are the longer axis.
+    assert [run for _, run, _ in cells] == [runs[speed, plate] for plate in range(3) for speed in range(2)]
+    assert (cells[0][0], cells[0][2]) == ("succeeded v0", "14.80")
+    assert {text for _, _, text in cells[1:]} == {"queued"}
+    assert "<circle" in page
+    resolved = api.http.get(f"/sweeps/{id}?quantity=hole_diameter_lip&sheet=rubbish").text
+    assert "no value" in resolved
+
+
+def test_layout__has_a_sheet_for_each_value_of_the_other_axes() -> None:
+    axes = {"speed": ["3 km/s", "6 km/s"], "geometry": ["half", "quarter"], "plate_thickness": ["1 mm", "2 mm", "3 mm"]}
+    layout = layout_of({"axes": axes, "combine": "grid", "resolution": [8, 16], "offsets": 3}, 72)
+    assert layout.rows_and_columns == (2, 0)
+    assert layout.places == (36, 18, 6, 3, 1)
+    sampled = {"axes": {"speed": {"low": "3 km/s", "high": "6 km/s"}}, "combine": "sobol"}
+    assert layout_of(sampled, 8).dimensions == ()
+
+
+def test_sweep__gets_further_values_in_their_order_and_computes_only_those(api: Api) -> None:
+    id = api.submit()
+    api.compute()
+    form = {"axis": "speed", "values": "4 km/s, 5500 m/s", **token_of(api, f"/sweeps/{id}")}
+    answer = api.http.post(f"/sweeps/{id}/values", data=form, follow_redirects=False)
+    assert answer.status_code == 303, answer.text
+    longer = answer.headers["Location"].removeprefix("/sweeps/")
+    assert api.store.sweeps.document(longer)["axes"]["speed"] == ["3 km/s", "4 km/s", "5.5 km/s", "6 km/s"]
+    status = api.store.sweeps.get(longer)
+    assert (status.planned, status.reused, status.new) == (4, 2, 2)
+    refused = api.http.post(f"/sweeps/{id}/values", data={**form, "values": "3 mm"}, headers={"Accept": "text/html"})
+    assert refused.status_code == 422
+    assert "speed" in refused.text
+
+
+def test_run__that_kept_no_film_is_computed_again_alone(api: Api) -> None:
+    id = api.submit(resolution=[8, 12], offsets=2)
+    api.compute()
+    run = api.store.sweeps.points(id).items[-1].run.id
+    page = f"/runs/{run}"
+    answer = api.http.post(f"{page}/film", data=token_of(api, f"/sweeps/{id}"), follow_redirects=False)
+    assert (answer.status_code, answer.headers.get("Location")) == (303, page), answer.text
+    film = api.store.runs.places(run, 1)[0]
+    assert film.title == "Film of a run of two-speeds"
+    assert [point.run.id for point in api.store.sweeps.points(film.sweep_id).items] == [run]
+    assert api.store.sweeps.get(film.sweep_id).keep is Keep.FILM
+    [lease] = api.store.leases.take(5, TERM + 1)
+    assert (lease.id, lease.keep) == (run, Keep.FILM)
+
+
+def test_orders__need_the_token_of_a_page(api: Api) -> None:
+    id = api.submit()
+    api.compute()
+    run = api.store.sweeps.points(id).items[0].run.id
+    for address in (f"/sweeps/{id}/values", f"/runs/{run}/film"):
+        assert api.http.post(address, data={"axis": "speed", "values": "4 km/s"}).status_code == 403
+
+
+def test_chart__has_round_ticks_and_text_as_text() -> None:
+    drawn = chart("<Hole>", [ChartLine("a", [0.0, 9.7], [1.0, None]), ChartLine("b", [1.0], [3.0])], x="t (µs)", y="mm")
+    assert "&lt;Hole&gt;" in drawn
+    assert [tick for tick in ("0", "0.2", "1", "3") if f">{tick}</text>" in drawn] == ["0", "0.2", "1", "3"]
+    assert drawn.count("<circle") == 2
+    assert not chart("none", [ChartLine("a", [1.0], [None])], x="", y="")
+
+
 def test_docs__list_every_operation_and_every_problem(shared_api: Api) -> None:
     page = shared_api.http.get("/docs").text
     for path, methods in shared_api.http.get("/openapi.json").json()["paths"].items():
@@ -113,9 +215,8 @@ def luminance(colour: str) -> float:
 
 def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(shared_api: Api) -> None:
     sheet = shared_api.http.get("/static/style.css").text
-    light, dark = (
-        dict(re.findall(r"--(\w+): (#[0-9a-f]{6});", block)) for block in re.findall(r":root \{([^}]*)\}", sheet)
-    )
+    blocks = re.findall(r":root \{([^}]*)\}", sheet)  # light and dark in turns
+    light, dark = (dict(re.findall(r"--(\w+): (#[0-9a-f]{6});", "".join(blocks[turn::2]))) for turn in (0, 1))
     assert light.keys() == dark.keys() >= {"accent", "quiet", "good", "bad", "open"}
     assert not re.findall(r"(?<![-\w])color: #", sheet)
     for colours, canvas in ((light, LIGHT), (dark, DARK)):

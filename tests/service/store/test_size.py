@@ -141,6 +141,8 @@ QUERIES: dict[str, Query] = {
     "document": lambda f: f.store.sweeps.document(f.part),
     "points": lambda f: f.store.sweeps.points(f.part),
     "points of a state": lambda f: f.store.sweeps.points(f.part, state=State.QUEUED),
+    "cells": lambda f: f.store.sweeps.cells(f.part, range(50), "hole_diameter"),
+    "places of a run": lambda f: f.store.runs.places(run_id(7), 5),
     "run": lambda f: f.store.runs.get(run_id(7)),
     "spec of a run": lambda f: f.store.runs.spec(run_id(7)),
     "files of a run": lambda f: f.store.runs.files(run_id(7)),

@@ -1,0 +1,54 @@
+"""Sweeps that a page makes of a stored one: with further values on an axis, or of one of its runs with its film."""
+
+from collections.abc import AsyncIterator, Mapping
+from typing import Annotated, Any
+
+from fastapi import Depends, Request
+
+from service.api.access import Submitter
+from service.api.browsers import FormFields
+from service.api.routes.dependencies import AppSettings, AppStore, RunId, SweepId, derived_sweep
+from service.records.jobs import Conflict, Keep, Submission, SweepStatus
+
+MOST_PLACES = 10  # sweeps of a run that are looked at
+
+
+def _stored(id: SweepId, store: AppStore) -> tuple[SweepStatus, Mapping[str, Any]]:
+    """A sweep and its document; raises NotFound."""
+    return store.sweeps.get(id), store.sweeps.document(id)
+
+
+def _of_run(id: RunId, store: AppStore) -> dict[str, Any]:
+    """A run in one of its sweeps, as ``reading.alone`` takes it; raises NotFound, Conflict."""
+    run = store.runs.get(id)
+    place = next((each for each in store.runs.places(id, MOST_PLACES) if "screening" not in each.coordinates), None)
+    if place is None:
+        raise Conflict("no sweep has this run at a point of its axes any more; submit one that does")
+    title = f"Film of a run of {place.title}"[:200]
+    return {"sweep": store.sweeps.document(place.sweep_id), "at": place.coordinates, "run": run.id, "title": title}
+
+
+async def _longer(
+    request: Request,
+    caller: Submitter,
+    form: FormFields,
+    settings: AppSettings,
+    stored: Annotated[tuple[SweepStatus, Mapping[str, Any]], Depends(_stored)],
+) -> AsyncIterator[Submission]:
+    """A sweep with the values of a form on one of its axes; raises InvalidInput."""
+    status, document = stored
+    change = {"sweep": document, "axis": form.get("axis", ""), "values": form.get("values", "")}
+    async with derived_sweep(request, settings, "longer", change) as sweep:
+        yield Submission(sweep, caller.name, status.priority, status.keep)
+
+
+async def _filmed(
+    request: Request, caller: Submitter, settings: AppSettings, run: Annotated[dict[str, Any], Depends(_of_run)]
+) -> AsyncIterator[Submission]:
+    """A sweep of a single run that keeps its film and its final state; raises InvalidInput."""
+    async with derived_sweep(request, settings, "alone", run) as sweep:
+        yield Submission(sweep, caller.name, keep=Keep.FILM)
+
+
+LongerSweep = Annotated[Submission, Depends(_longer)]
+FilmedRun = Annotated[Submission, Depends(_filmed)]

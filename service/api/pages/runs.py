@@ -1,0 +1,170 @@
+"""A run from the inside: what it measured and when, pictures of its matter, its parameters, log and files."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from functools import lru_cache
+from pathlib import Path
+from typing import Any
+
+from fastapi import APIRouter, Depends, Request, Response
+from fastapi.responses import HTMLResponse, RedirectResponse
+from markupsafe import Markup
+
+from service.api.access import Reader
+from service.api.browsers import check_token
+from service.api.pages.charts import ChartLine, chart
+from service.api.pages.derived import FilmedRun
+from service.api.pages.grid import in_words, quantities_of, value_of
+from service.api.pages.rendering import SEE_OTHER, page
+from service.api.routes.dependencies import AppArtifacts, AppStore, RunId
+from service.api.routes.runs import log_of
+from service.api.schemas import FileModel, RunModel
+from service.files.artifacts import Artifacts
+from service.records.jobs import TERMINAL, VIEWS, NotFound, RunPlace, RunRow, Scope, State, Stored
+from service.store import Store
+from studies import measurements, scenarios
+from studies.quantities.display import display_of, kind_of, printed_beside, with_unit
+from studies.quantities.files import FILM, RESULT
+from studies.quantities.parameters import declared
+from studies.sweeps.reading import RESOLUTION
+
+router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+
+MOST_SWEEPS = 5  # of a run, whose links are shown
+LARGEST_RESULT = 8 << 20  # bytes of a result whose histories are drawn; usual are 20 kB
+LOG_BYTES = 4096  # of the end of a log
+MOST_CHARTS = 24  # histories of measurements that are drawn
+
+
+@router.get("/runs/{id}")
+def show_run(request: Request, id: RunId, caller: Reader, store: AppStore, artifacts: AppArtifacts) -> Response:
+    """A run: its state, histories, pictures, parameters, log and files."""
+    run, spec, files = store.runs.get(id), store.runs.spec(id), store.runs.files(id)
+    places = store.runs.places(id, MOST_SWEEPS + 1)
+    names = {file.name for file in files}
+    result = next((file for file in files if file.name == RESULT), None)
+    is_open = run.state not in TERMINAL
+    return page(
+        request,
+        "run.html",
+        caller,
+        run=run,
+        scenario=scenarios.load(run.scenario),
+        places=[(place, in_words(run.scenario, place.coordinates)) for place in places[:MOST_SWEEPS]],
+        is_in_more=len(places) > MOST_SWEEPS,
+        measured=list(_measured(run)),
+        so_far=list(_so_far(run)),
+        charts=_charts(artifacts, result, run.scenario) if result else [],
+        views=[view for view, sources in VIEWS.items() if names & {*sources}],
+        has_film=FILM in names,
+        may_film=run.state is State.SUCCEEDED and FILM not in names and caller.may(Scope.SUBMIT),
+        parameters=list(_parameters(spec, _asked(store, places))),
+        materials=spec["materials"],
+        log=_log_end(store, artifacts, id),
+        files=[FileModel.of(id, file) for file in files],
+        links=RunModel.of(run).links,
+        events=RunModel.of(run).links["events"] if is_open else None,
+    )
+
+
+@router.post("/runs/{id}/film", dependencies=[Depends(check_token)])
+def compute_film(id: RunId, filmed: FilmedRun, store: AppStore) -> Response:
+    """Compute a run again that kept no film, for a sweep of it alone that keeps one; its page shows it then."""
+    store.sweeps.create(filmed)
+    return RedirectResponse(f"/runs/{id}", SEE_OTHER)
+
+
+def _measured(run: RunRow) -> Iterator[dict[str, Any]]:
+    """What a run measured, in the order of its scenario, as people read it."""
+    found = (run.summary or {}).get("measurements", {})
+    for name in quantities_of(run.scenario):
+        if name in found:
+            yield _printed(name, found[name].get("value"), found[name].get("uncertainty"), found[name].get("flags", ()))
+
+
+def _so_far(run: RunRow) -> Iterator[dict[str, Any]]:
+    """What a running run has measured so far."""
+    if run.state in (State.RUNNING, State.CANCELLING) and run.progress:
+        for name, value in (run.progress.get("measured") or {}).items():
+            yield _printed(name, value, None, ())
+
+
+def _printed(name: str, value: float | None, uncertainty: float | None, flags: Sequence[str]) -> dict[str, Any]:
+    measurement = measurements.load(name)
+    kind = kind_of(measurement.unit)
+    if measurement.is_outcome and value is not None:
+        text = measurement.outcomes[round(value)]
+    else:
+        text = printed_beside(value, kind, uncertainty)
+    return {
+        "title": measurement.title,
+        "meaning": measurement.meaning,
+        "text": text,
+        "bar": printed_beside(uncertainty, kind, uncertainty) if uncertainty else "",
+        "unit": "" if measurement.is_outcome else display_of(measurement.unit).unit,
+        "flags": [flag.replace("_", " ") for flag in flags],
+    }
+
+
+@lru_cache(maxsize=64)
+def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> list[Markup]:
+    """The histories of a result: energies, then measurements in the order of the scenario."""
+    if result.size > LARGEST_RESULT or not artifacts.is_there(result):
+        return []
+    plain = artifacts.read_json(result)
+    drawn = [_energies(plain.get("histories") or {})]
+    for name in [name for name in quantities_of(scenario) if name in plain.get("measurements", {})][:MOST_CHARTS]:
+        history = plain["measurements"][name]["history"]
+        if len(history["time"]) > 1:
+            measurement = measurements.load(name)
+            x = [_scaled(time, "s") for time in history["time"]]
+            y = [_scaled(value, measurement.unit) for value in history["value"]]
+            unit = display_of(measurement.unit).unit
+            drawn.append(chart(measurement.title, [ChartLine("", x, y)], x=with_unit("time", "s"), y=unit))
+    return [each for each in drawn if each]
+
+
+def _energies(histories: Mapping[str, Any]) -> Markup:
+    """Where the energy of all bodies is over time."""
+    if not histories:
+        return Markup("")
+    x = [_scaled(time, "s") for time in histories["time"]]
+    of_bodies = {"kinetic": "kinetic_energy", "internal": "internal_energy", "has left the grid": "departed_energy"}
+    of_run = {"removed by contact": "contact_energy", "otherwise removed": "otherwise_removed_energy"}
+    sums = {label: [sum(each) for each in zip(*histories[name], strict=True)] for label, name in of_bodies.items()}
+    sums |= {label: histories[name] for label, name in of_run.items()}
+    lines = [ChartLine(label, x, [value / 1e3 for value in values]) for label, values in sums.items() if any(values)]
+    lines.append(ChartLine("all together", x, [sum(each) / 1e3 for each in zip(*sums.values(), strict=True)]))
+    return chart("Energy", lines, x=with_unit("time", "s"), y="kJ")
+
+
+def _scaled(value: float | None, unit: str) -> float | None:
+    return None if value is None else value * display_of(unit).factor
+
+
+def _asked(store: Store, places: Sequence[RunPlace]) -> set[str]:
+    """The parameters that the youngest sweep of a run names."""
+    if not places:
+        return set()
+    document = store.sweeps.document(places[0].sweep_id)
+    return {*places[0].coordinates, *document.get("fixed", {}), RESOLUTION}
+
+
+def _parameters(spec: Mapping[str, Any], asked: set[str]) -> Iterator[dict[str, Any]]:
+    """Each parameter, and whether the sweep asked for its value, or it is a default or follows from others."""
+    described = declared(scenarios.load(spec["scenario"]).parameters)
+    for name, value in spec["parameters"].items():
+        meaning = described[name].meaning if name in described else ""
+        text = value_of(spec["scenario"], name, value)
+        yield {"name": name, "text": text, "meaning": meaning, "asked": name in asked}
+
+
+def _log_end(store: Store, artifacts: Artifacts, id: str) -> str:
+    """The last lines of the log of a run; empty without one."""
+    try:
+        file: Path = log_of(id, store, artifacts)[0]
+        with file.open("rb") as log:
+            log.seek(max(0, file.stat().st_size - LOG_BYTES))
+            text = log.read(LOG_BYTES).decode(errors="replace")
+    except (NotFound, OSError):
+        return ""
+    return text if file.stat().st_size <= LOG_BYTES else text.partition("\n")[2]

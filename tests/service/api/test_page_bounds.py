@@ -1,0 +1,70 @@
+"""Pages of 1 000 sweeps, one of them of nearly 10 000 runs: bytes and statements are bounded."""
+
+import re
+from collections.abc import Callable
+
+import pytest
+import sqlalchemy as sa
+
+from service.records.jobs import Kind, State, Submission
+from service.store import Store
+from service.store.submission import accept
+from service.store.tables import JOBS, now
+from studies.cases.rows import Row, at_most, equal
+from tests.service.support.api import LARGE_SWEEPS, Api
+from tests.service.support.fakes import runs_of, sweep_of
+from tests.service.support.rows import statements
+
+SWEEPS, COMPUTED = 1000, 450  # a grid shows 400 runs at once
+MOST_BYTES = 120_000  # of a page
+MOST_STATEMENTS = 8  # to make one, that of its transaction aside
+CELLS = re.compile(r'<td class="(\w+)[ "]')
+LINK = '<td><a href="/sweeps/'
+MEASURED = {"measurements": {"hole_diameter": {"value": 0.0148, "uncertainty": 1e-4, "flags": []}}}
+
+
+def _fill(store: Store) -> str:
+    """Let the first runs of a store have results, and add sweeps, in one transaction; a run with a result."""
+    chosen = sa.select(JOBS.c.id).where(JOBS.c.kind == Kind.RUN).order_by(JOBS.c.ordinal).limit(COMPUTED)
+    with store.database.writing() as connection:
+        end = JOBS.update().where(JOBS.c.id.in_(chosen)).values(state=State.SUCCEEDED, summary=MEASURED)
+        run = connection.execute(end.returning(JOBS.c.id)).scalars().all()[0]
+        for number in range(SWEEPS - 1):
+            sweep = sweep_of(runs_of("fine", first=number), name=f"sweep {number}")
+            accept(connection, Submission(sweep), sweep, now())
+    return str(run)
+
+
+@pytest.mark.claim("pages", "bounds", minutes=0.5)
+def test_pages__of_many_sweeps_and_runs_are_bounded(api: Api, compared: Callable[[Row], None]) -> None:
+    """With 1 000 sweeps, one of 9 990 runs, every page takes at most 8 statements and 120 kB."""
+    answer = api.http.post("/v1/sweeps", json=LARGE_SWEEPS["a grid of 999 x 10"])
+    assert answer.status_code == 202, answer.text
+    large = answer.json()["id"]
+    run = _fill(api.store)
+    pages = {
+        "sweeps": "/",
+        "sweeps that are searched": "/?q=sweep+99&state=queued&own=true",
+        "large sweep": f"/sweeps/{large}",
+        "its last rows": f"/sweeps/{large}?row=990",
+        "a run of it": f"/runs/{run}",
+    }
+    found = {}
+    for name, address in pages.items():
+        with statements(api.store) as sent:
+            response = api.http.get(address)
+        assert response.status_code == 200, response.text
+        found[name] = response.text
+        compared(at_most(f"{name}: bytes", limit=MOST_BYTES, got=len(response.content)))
+        asked = [text for text in sent if not text.startswith("BEGIN")]
+        compared(at_most(f"{name}: statements", limit=MOST_STATEMENTS, got=len(asked)))
+    cells = CELLS.findall(found["large sweep"])
+    compared(
+        equal(
+            "runs in the grid, of which some have succeeded",
+            expected=(400, True),
+            got=(len(cells), "succeeded" in cells),
+        )
+    )
+    compared(equal("sweeps on the first page", expected=50, got=found["sweeps"].count(LINK)))
+    compared(equal("sweeps that were found", expected=10, got=found["sweeps that are searched"].count(LINK)))

@@ -1,0 +1,100 @@
+"""Packed views: what a page draws is what a run has, in bounded bytes."""
+
+import gzip
+import json
+import math
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from studies.films.packed import LEVELS, MOST_BYTES, MOST_FRAMES, STEPS, UNKNOWN, FrameOfPoints, View, packed, write
+from studies.runs import views
+from tests.studies.runs.solved import asked, solved
+
+
+def unpacked(content: bytes) -> tuple[dict[str, Any], np.ndarray, np.ndarray, np.ndarray]:
+    """The text of a view, positions (components, n) in m, bodies (n,) and levels (fields, n)."""
+    length = int.from_bytes(content[:4], "little")
+    text = json.loads(content[4 : 4 + length])
+    components, count, place = len(text["low"]), sum(text["counts"]), 4 + length
+    steps = np.frombuffer(content, "<u2", components * count, place).reshape(components, count)
+    low, high = (np.array(text[end])[:, None] for end in ("low", "high"))
+    rest = np.frombuffer(content, np.uint8, offset=place + 2 * components * count).reshape(-1, count)
+    return text, low + steps / STEPS * (high - low), rest[0], rest[1:]
+
+
+def view_of(count: int, frames: int = 1, note: str = "") -> View:
+    random = np.random.default_rng(1)
+    points = [
+        FrameOfPoints(
+            time=1e-6 * number,
+            position=random.random((count, 2)),
+            body=np.arange(count) % 2,
+            fields={"speed": random.random(count) * 7e3, "pressure": np.full(count, np.nan)},
+        )
+        for number in range(frames)
+    ]
+    return View(("projectile", "target"), (1e-3, 1e-3), mirrored=True, frames=tuple(points), note=note)
+
+
+def test_packed__is_what_went_in(tmp_path: Path) -> None:
+    view = view_of(500, frames=3)
+    write(view, tmp_path / "view.gz")
+    text, position, body, levels = unpacked(gzip.decompress((tmp_path / "view.gz").read_bytes()))
+    assert (text["counts"], text["times"]) == ([500] * 3, [0.0, 1e-6, 2e-6])
+    assert position == pytest.approx(np.concatenate([frame.position for frame in view.frames]).T, abs=1.0 / STEPS)
+    assert body.tolist() == [0, 1] * 750
+    speed, pressure = text["fields"]
+    assert (speed["unit"], pressure["unit"]) == ("km/s", "MPa")
+    shown = (speed["low"] + levels[0] / LEVELS * (speed["high"] - speed["low"])) * 1e3
+    asked_for = np.concatenate([frame.fields["speed"] for frame in view.frames])
+    inside = (asked_for > speed["low"] * 1e3) & (asked_for < speed["high"] * 1e3)
+    assert shown[inside] == pytest.approx(asked_for[inside], abs=7e3 / LEVELS)
+    assert inside.mean() > 0.98
+    assert (levels[1] == UNKNOWN).all()
+
+
+@pytest.mark.parametrize(("count", "frames"), [(2_000_000, 1), (20_000, 2 * MOST_FRAMES)])
+def test_packed__of_many_points_is_thinned_and_says_so(count: int, frames: int) -> None:
+    content = packed(view_of(count, frames, note="Whole."))
+    text, *_ = unpacked(content)
+    assert len(content) < MOST_BYTES + 10_000
+    assert len(text["times"]) == min(frames, MOST_FRAMES)
+    assert text["times"][-1] == 1e-6 * (frames - 1)
+    stride = math.ceil(count / text["counts"][0])
+    assert f"One of {stride} particles" in text["note"]
+    assert text["note"].startswith("Whole.")
+    assert text["width"][0] == pytest.approx(1e-3 * math.sqrt(stride))
+
+
+def test_film__of_a_run_without_one_has_the_sections_that_reports_show() -> None:
+    view = views.film(asked("debris_cloud"), solved("debris_cloud") / "sections.npz")
+    assert [frame.time for frame in view.frames] == sorted(frame.time for frame in view.frames)
+    assert view.mirrored
+    assert view.frames[-1].position[:, 1].max() > 0.0  # debris is below the plate
+    assert packed(view)
+
+
+def test_cloud__is_turned_about_the_axis_and_has_the_mass_of_the_bodies() -> None:
+    run, folder = asked("debris_cloud"), solved("debris_cloud")
+    view = views.cloud(run, folder / "state.npz")
+    [points] = view.frames
+    x, y, _ = points.position.T
+    assert points.position.shape == (views.MOST_POINTS, 3)
+    assert abs(x.mean()) < 0.02 * np.abs(x).max()
+    assert np.hypot(x, y).min() >= 0.0
+    assert x.std() == pytest.approx(y.std(), rel=0.02)
+    share = float(view.note.partition("point of projectile is ")[2].split()[0]) * 1e-6
+    diameter = float(run.parameters["projectile_diameter"] or 0.0)
+    mass = math.pi / 6.0 * diameter**3 * run.materials["projectile"]["density"]
+    assert share * np.sum(points.body == 0) == pytest.approx(mass, rel=1e-3)
+
+
+def test_radiograph__of_a_run_without_one_is_a_note() -> None:
+    view = views.radiograph(asked("thin_plate"), solved("thin_plate") / "sections.npz")
+    content = packed(view)
+    assert json.loads(content[4:]) == {"note": view.note, "times": []}
+    assert "thin_plate keep no radiograph" in view.note
+    assert views.radiograph(asked("debris_cloud"), solved("debris_cloud") / "sections.npz").frames
