@@ -15,8 +15,7 @@ from typing import Any
 
 import yaml
 
-from service.api.documents import read_yaml
-from service.api.reading import EstimatedSweep, Posted, estimated
+from service.api.reading import PARSERS, EstimatedSweep, Posted, estimated
 from service.records.expansion import ExpandedSweep, expand
 from studies import scenarios
 from studies.observations import written
@@ -39,6 +38,7 @@ COUNTS = ("offsets", "points", "seed")  # and whole numbers
 OF_PARAMETERS = ("fixed", "axes")
 RANGE = re.compile(r"(.+?)\s+to\s+(.+?)(?:\s+step\s+(.+))?")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+YAML = "application/yaml"
 WIDEST = 10_000  # letters in a line of YAML
 BOOLEANS: Mapping[str, bool] = {"true": True, "false": False}
 
@@ -149,7 +149,7 @@ def _number(text: str) -> Any:
 def _read_yaml(field: str, text: str) -> Any:
     """The content of a field in YAML; raises InvalidInput naming the field."""
     try:
-        return read_yaml(f"value:\n{indent(text, ' ')}".encode())["value"]
+        return PARSERS[YAML](f"value:\n{indent(text, ' ')}".encode())["value"]
     except InvalidInput as error:
         raise InvalidInput(Finding(field, each.value, each.limit, each.cure) for each in error.findings) from None
 
