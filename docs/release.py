@@ -20,7 +20,7 @@ import yaml
 ROOT = Path(__file__).parents[1]
 NUMBER = r"(\d+)\.(\d+)\.(\d+)"
 UNRELEASED = "## Unreleased\n"
-BUILD = "import sys, setuptools.build_meta as b; b.build_wheel(sys.argv[1]); b.build_sdist(sys.argv[1])"
+BUILD = "import sys, setuptools.build_meta as b; out = sys.argv[1]; b.build_wheel(out); b.build_sdist(out)"
 
 
 def versions(root: Path) -> dict[str, str]:
@@ -54,14 +54,14 @@ def state_version(root: Path, version: str, today: str) -> None:
 
 
 def build(root: Path, version: str, *, with_image: bool) -> list[str]:
-    """Build what is published from the last commit, and return what was built; raises CalledProcessError."""
+    """Build what is published from the last commit, and return what was built."""
     out = root / "dist"
     out.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as source:
         archive = subprocess.run(["git", "archive", "HEAD"], cwd=root, check=True, capture_output=True).stdout
         subprocess.run(["tar", "-x", "-C", source], input=archive, check=True)
         _run(source, sys.executable, "-c", BUILD, str(out))
-        files = sorted(str(file) for file in out.glob(f"whipple-{version}*"))
+        files = [str(out / f"whipple-{version}{ending}") for ending in ("-py3-none-any.whl", ".tar.gz")]
         _run(source, sys.executable, "-m", "twine", "check", "--strict", *files)
         if not with_image:
             return files
@@ -103,7 +103,10 @@ def _parts(version: str) -> tuple[int, ...]:
 
 
 def _run(folder: str | Path, *command: str) -> None:
-    subprocess.run(command, cwd=folder, check=True)
+    """Run a program; what it prints is shown where it fails, which ends the release without a tag."""
+    done = subprocess.run(command, cwd=folder, check=False, capture_output=True, text=True)
+    if done.returncode:
+        sys.exit(f"{done.stdout}{done.stderr}{command[0]} failed; correct it, and release the same version again")
 
 
 if __name__ == "__main__":
