@@ -43,7 +43,10 @@ def state_version(root: Path, version: str, today: str) -> None:
         raise ValueError(f"{version} is not newer than {stated['CHANGELOG.md']}, the last release")
     changes: Mapping[str, tuple[tuple[str, str], ...]] = {
         "pyproject.toml": ((rf'^version = "{NUMBER}"$', f'version = "{version}"'),),
-        "CITATION.cff": (("^date-released:.*\n", ""), (rf"^version: {NUMBER}$", f"version: {version}\ndate-released: {today}")),
+        "CITATION.cff": (
+            ("^date-released:.*\n", ""),
+            (rf"^version: {NUMBER}$", f"version: {version}\ndate-released: {today}"),
+        ),
         "CHANGELOG.md": ((f"^{UNRELEASED}", f"{UNRELEASED}\n## {version} ({today})\n"),),
     }
     for name, replacements in changes.items():

@@ -62,7 +62,7 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
     """
     import xarray
 
-    import studies.reports.accessor  # noqa: F401 # its figures: cube.whipple
+    import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
 
     if str(path).startswith(("http://", "https://")):
         from service.client.remote_cube import open_remote

@@ -1,7 +1,7 @@
 """All files of a sweep as one ZIP file, streamed: a piece of a file is in memory at a time.
 
-The files are stored as they are, most of them are compressed already, so that the length of the whole is known before. One of them
-has the digests of the others, as ``sha256sum --check`` reads them.
+The files are stored as they are, most of them are compressed already, so that the length of the whole is known before.
+One of them has the digests of the others, as ``sha256sum --check`` reads them.
 """
 
 import hashlib
@@ -26,7 +26,9 @@ def archive_of(artifacts: Artifacts, files: Mapping[str, Stored], texts: Mapping
     """
     lacking = [name for name, stored in files.items() if not artifacts.is_there(stored)]
     if lacking:
-        raise FileDamaged(f"{len(lacking)} files are lost or damaged, the first is {lacking[0]}; `whipple doctor` lists them")
+        raise FileDamaged(
+            f"{len(lacking)} files are lost or damaged, the first is {lacking[0]}; `whipple doctor` lists them"
+        )
     digests = {name: stored.sha256 for name, stored in files.items()}
     digests |= {name: hashlib.sha256(text).hexdigest() for name, text in texts.items()}
     lines = "".join(f"{sha256}  {name}\n" for name, sha256 in sorted(digests.items()))

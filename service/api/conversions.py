@@ -143,14 +143,15 @@ def _outcome(run: Mapping[str, Any]) -> Mapping[str, Any]:
 
 
 def _vtk(inputs: Mapping[str, Any], file: Path) -> None:
-    from studies.reports.exports import export_vtk, zipped
+    from studies.quantities.files import zipped
+    from studies.runs.exports import export_vtk
 
     zipped(lambda folder: export_vtk(_sources(inputs), folder), file)
 
 
 def _zarr(inputs: Mapping[str, Any], file: Path) -> None:
+    from studies.cubes.exports import export_zarr
     from studies.cubes.reading import open_cube
-    from studies.reports.exports import export_zarr
 
     [cube] = _sources(inputs).values()
     export_zarr(open_cube(cube), file)

@@ -33,7 +33,7 @@ from studies.quantities.findings import Finding, InvalidInput
 if TYPE_CHECKING:
     from service.client.html import RunDocument
     from studies.cubes.reading import Dataset
-    from studies.reports.drawing.notebook import Figures
+    from studies.reports.notebook import Figures
 
 __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle", "SweepStatus", "Unreachable"]
 
@@ -302,7 +302,7 @@ class SweepHandle:
         A retry replaces the file: open it again afterwards. Raises ServiceError, and MissingExtra if the
         libraries are not installed.
         """
-        import studies.reports.accessor  # noqa: F401 # its figures: cube.whipple
+        import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
         from service.client.remote_cube import open_remote
 
         # Reports why there is no cube.

@@ -1,7 +1,10 @@
-"""Sweeps and runs as tables, for notebooks."""
+"""Sweeps and runs as tables, and films of runs, for notebooks."""
 
+import base64
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from html import escape
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.records.jobs import SweepStatus
@@ -10,9 +13,23 @@ from studies.quantities.units import readable
 
 if TYPE_CHECKING:
     from service.client.connection import Connection
-    from service.client.results import Animation
 
 DIGITS = 4  # of a measured value
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A moving picture; a notebook shows it."""
+
+    gif: bytes
+
+    def _repr_html_(self) -> str:
+        return f'<img alt="film of the run" src="data:image/gif;base64,{base64.b64encode(self.gif).decode()}">'
+
+    def save(self, file: str | Path) -> Path:
+        """Write it into a file."""
+        Path(file).write_bytes(self.gif)
+        return Path(file)
 
 
 class RunDocument(dict[str, Any]):
@@ -22,10 +39,8 @@ class RunDocument(dict[str, Any]):
         super().__init__(document)
         self._connection = connection
 
-    def film(self, field: str = "speed") -> "Animation":
+    def film(self, field: str = "speed") -> Animation:
         """The film of the run, coloured by a field; raises ServiceError where it was not kept."""
-        from service.client.results import Animation
-
         return Animation(self._connection.content(f"/v1/runs/{self['id']}/film.gif", params={"field": field}))
 
     def _repr_html_(self) -> str:

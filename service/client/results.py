@@ -1,34 +1,17 @@
-"""Results in a notebook: the folder of a sweep that was computed here, and the film of a run."""
+"""The folder of a sweep that was computed here, for notebooks."""
 
-import base64
 import json
 import tempfile
-from dataclasses import dataclass
 from pathlib import Path, PosixPath
 from typing import TYPE_CHECKING
 
-from service.client.html import table
+from service.client.html import Animation, table
 from studies.quantities.files import CUBE, FILM, REPORT_HTML, REPORT_JSON
 from studies.quantities.findings import refusal
 
 if TYPE_CHECKING:
     from studies.cubes.reading import Dataset
-    from studies.reports.drawing.notebook import Figures
-
-
-@dataclass(frozen=True)
-class Animation:
-    """A moving picture; a notebook shows it."""
-
-    gif: bytes
-
-    def _repr_html_(self) -> str:
-        return f'<img alt="film of the run" src="data:image/gif;base64,{base64.b64encode(self.gif).decode()}">'
-
-    def save(self, file: str | Path) -> Path:
-        """Write it into a file."""
-        Path(file).write_bytes(self.gif)
-        return Path(file)
+    from studies.reports.notebook import Figures
 
 
 class SweepFolder(PosixPath):
@@ -42,12 +25,16 @@ class SweepFolder(PosixPath):
         if not report.is_file():
             return None
         document = json.loads(report.read_bytes())
-        rows = [("headline", document["headline"]), ("runs", len(document["runs"])), ("report", Path(self, REPORT_HTML))]
+        rows = [
+            ("headline", document["headline"]),
+            ("runs", len(document["runs"])),
+            ("report", Path(self, REPORT_HTML)),
+        ]
         return table(document["title"], rows)
 
     def open_cube(self) -> "Dataset":
         """The cube, in memory; raises InvalidInput where there is none."""
-        import studies.reports.accessor  # noqa: F401 # its figures: cube.whipple
+        import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
         from studies.cubes.reading import open_cube
 
         return open_cube(Path(self, CUBE))

@@ -2,7 +2,8 @@
 
 The arrays of a VTU follow its XML, compressed by zlib: "appended raw" of VTK's own description (docs.vtk.org, VTK File
 Formats). Four numbers precede each array: blocks (1), their size, the size of a shorter last block (0: there is none),
-and the compressed size. The unit of an array is its ``UNITS_LABEL`` (vtkDataArray), the time of a file its ``TimeValue``.
+and the compressed size. The unit of an array is its ``UNITS_LABEL`` (vtkDataArray), the time of a file its
+``TimeValue``.
 """
 
 import zlib

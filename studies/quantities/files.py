@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -38,6 +39,20 @@ def write_atomically(path: Path, fill: Callable[[Path], object]) -> Path:
 def write_text(path: Path, text: str) -> Path:
     """Write a text file atomically, as UTF-8."""
     return write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def zipped(fill: Callable[[Path], object], file: Path) -> Path:
+    """One ZIP file of the folder that ``fill`` writes, whose files are compressed already."""
+
+    def write(part: Path) -> None:
+        with tempfile.TemporaryDirectory(dir=file.parent, prefix=f".{file.name}.", suffix=".part") as name:
+            folder = Path(name)
+            fill(folder)
+            with zipfile.ZipFile(part, "w", zipfile.ZIP_STORED) as archive:
+                for each in sorted(filter(Path.is_file, folder.rglob("*"))):
+                    archive.write(each, each.relative_to(folder))
+
+    return write_atomically(file, write)
 
 
 def to_disk(path: Path) -> None:

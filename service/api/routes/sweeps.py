@@ -64,7 +64,9 @@ def _links(operations: tuple[str, ...], id: str) -> dict[str, Any]:
     return {"links": {name: {"operationId": name, "parameters": {"id": id}} for name in operations}}
 
 
-@submitting.post("", status_code=202, openapi_extra=SWEEP_BODY, responses={202: _links(SWEEP_LINKS, "$response.body#/id")})
+@submitting.post(
+    "", status_code=202, openapi_extra=SWEEP_BODY, responses={202: _links(SWEEP_LINKS, "$response.body#/id")}
+)
 def submit_sweep(submission: PostedSubmission, store: AppStore, response: Response) -> SweepModel:
     """Accept a sweep. Once the response is sent, the sweep is on disk and will be computed.
 

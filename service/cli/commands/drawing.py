@@ -21,29 +21,36 @@ def export(
     vtk: Annotated[
         Path | None, typer.Option(help="Folder for VTK files: film.pvd with a VTU file per frame, state.vtu.")
     ] = None,
-    zarr: Annotated[Path | None, typer.Option(help="Zarr store of the cube: a folder, or a file NAME.zarr.zip.")] = None,
+    zarr: Annotated[
+        Path | None, typer.Option(help="Zarr store of the cube: a folder, or a file NAME.zarr.zip.")
+    ] = None,
     csv: Annotated[Path | None, typer.Option(help="Table of the runs of the cube, with every column.")] = None,
 ) -> None:
     """Convert film and final state of a run to VTK files for ParaView, or a cube to Zarr and CSV."""
+    from studies.cubes.exports import export_csv, export_zarr
     from studies.cubes.reading import open_cube
-    from studies.reports import exports
+    from studies.runs.exports import export_vtk, files_of
 
     if not (vtk or zarr or csv):
-        raise refusal("export", str(source), "--vtk, --zarr or --csv", "name what is to be written, for example --vtk out")
+        raise refusal(
+            "export", str(source), "--vtk, --zarr or --csv", "name what is to be written, for example --vtk out"
+        )
     if not source.exists():
         raise _no_such_file(source)
-    written = [] if vtk is None else exports.export_vtk(exports.files_of(source), folder_of(vtk))
+    written = [] if vtk is None else export_vtk(files_of(source), folder_of(vtk))
     if zarr or csv:
         cube = open_cube(source)
-        written += [exports.export_zarr(cube, zarr)] if zarr else []
-        written += [exports.export_csv(cube, csv)] if csv else []
+        written += [export_zarr(cube, zarr)] if zarr else []
+        written += [export_csv(cube, csv)] if csv else []
     print("open " + ", ".join(map(str, written)))
 
 
 @app.command()
 def film(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="film.npz of a run, or its folder.")],
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .gif, or .mp4 (ffmpeg, or the extra video).")],
+    out: Annotated[
+        Path, typer.Argument(metavar="OUT", help="File to write: .gif, or .mp4 (ffmpeg, or the extra video).")
+    ],
     field: Annotated[
         str, typer.Option(help="Colours: speed, pressure, temperature, plastic_strain or damage.")
     ] = "speed",

@@ -59,7 +59,9 @@ def test_archive__has_every_file_with_its_digest_and_is_never_in_memory(
     registered = {stored.name: stored.sha256 for stored in api.store.publications.files(id)}
     registered |= {f"runs/{run}/{each.name}": each.sha256 for run in runs for each in api.store.runs.files(run)}
     compared(equal("digests", expected=registered, got={name: digest(tmp_path / "all" / name) for name in registered}))
-    checked = subprocess.run(["sha256sum", "--check", "SHA256SUMS"], cwd=tmp_path / "all", capture_output=True, text=True)
+    checked = subprocess.run(
+        ["sha256sum", "--check", "SHA256SUMS"], cwd=tmp_path / "all", capture_output=True, text=True
+    )
     assert checked.returncode == 0, checked.stderr
     assert checked.stdout.count(": OK") == len(names) - 1
     assert (tmp_path / "other" / "archive.zip").stat().st_size == archive.stat().st_size

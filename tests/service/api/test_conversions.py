@@ -151,7 +151,9 @@ def test_conversions__of_a_run_and_a_cube_are_what_their_programs_open(
         assert {"film.pvd", "film-000.vtu", "state.vtu", "departed.vtu"} < set(opened.namelist())
         assert b"UNITS_LABEL" in opened.read("state.vtu")
     assert api.http.get(f"/v1/runs/{run}/vtk.zip").headers["ETag"] == vtk.headers["ETag"]
-    speed, pressure = (api.http.get(f"/v1/runs/{run}/film.gif?field={field}").content for field in ("speed", "pressure"))
+    speed, pressure = (
+        api.http.get(f"/v1/runs/{run}/film.gif?field={field}").content for field in ("speed", "pressure")
+    )
     assert speed[:6] == pressure[:6] == b"GIF89a"
     assert speed != pressure
     with served(api) as url, Client(url) as client:

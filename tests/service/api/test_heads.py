@@ -36,6 +36,7 @@ def paths(api: Api) -> Iterator[str]:
 def test_head__is_what_get_says_without_its_body(api: Api, compared: Callable[..., None]) -> None:
     """Every route with GET responds to HEAD with the same status and headers, and no body."""
     api.http.app.state.conversions = SameFile(api.settings.data / "cache")  # type: ignore[attr-defined]
+    streams = api.http.app.state.event_streams  # type: ignore[attr-defined]
     routes = list(paths(api))
     assert len(routes) > 30
     with served(api) as url, httpx.Client(base_url=url, timeout=20.0) as http:
@@ -45,7 +46,6 @@ def test_head__is_what_get_says_without_its_body(api: Api, compared: Callable[..
             assert head.content == b""
             if path == ENDLESS:
                 assert head.headers["content-type"].startswith("text/event-stream")
-                streams = api.http.app.state.event_streams  # type: ignore[attr-defined]
                 wait_until(lambda: streams.open == 0)  # no stream goes on for nobody
                 continue
             compared(equal(path, expected=said(http.get(path)), got=said(head)))

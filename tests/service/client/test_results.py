@@ -61,7 +61,7 @@ def test_figures__are_those_of_the_report_and_are_saved(folder: SweepFolder, tmp
         assert cube.whipple.plot_laws().names == of_laws.names == ["hole_diameter_laws"]
     figures = folder.plot()
     assert figures.names == expected
-    [first, *_] = re.findall("data:image/svg[+]xml;base64,([^\"]*)", figures._repr_html_())
+    [first, *_] = re.findall('data:image/svg[+]xml;base64,([^"]*)', figures._repr_html_())
     assert b"<svg" in base64.b64decode(first)
     assert [file.name for file in of_laws.save(tmp_path / "figures", "svg")] == ["hole_diameter_laws.svg"]
     assert figures.drawing("hole_diameter_laws").axes

@@ -11,8 +11,8 @@ from solver.state import Snapshot
 from studies.films.film import SCALARS, Film
 from studies.quantities.findings import InvalidInput
 from tests.service.support.command import run
+from tests.studies.cubes.test_exports import read
 from tests.studies.films.test_film import small_problem, states
-from tests.studies.reports.test_exports import read
 
 LEFT, ABSENT = 3, 5  # particles: gone between the two frames, and before both
 FIELDS = SCALARS

@@ -57,19 +57,10 @@ def test_sections_of_a_film__have_the_particles_of_each_frame(folder: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("out", "field", "message"),
-    [
-        ("film.avi", "speed", ".gif or .mp4"),
-        ("film.gif", "temperatur", "'temperature'"),
-    ],
+    ("out", "field", "message"), [("film.avi", "speed", ".gif or .mp4"), ("film.gif", "temperatur", "'temperature'")]
 )
 def test_film__that_cannot_be_drawn_is_refused_with_a_cure(
-    out: str,
-    field: str,
-    message: str,
-    folder: Path,
-    tmp_path: Path,
-    capsys: pytest.CaptureFixture[str],
+    out: str, field: str, message: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
     assert run("film", folder, tmp_path / out, "--field", field) == 2
     assert message in capsys.readouterr().err

@@ -19,8 +19,8 @@ from solver.state import Departed, Particles
 from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.films.vtk import UNITS
-from studies.reports.exports import export_vtk, files_of
 from studies.runs.execution import execute
+from studies.runs.exports import export_vtk, files_of
 from studies.runs.remeasure import load_state
 from tests.service.support.command import run
 from tests.studies.reports.test_figures import built
@@ -58,7 +58,10 @@ def arrays(grid: Any) -> dict[str, tuple[np.ndarray, str | None]]:
     data = grid.GetPointData()
     listed = {data.GetArrayName(k): data.GetArray(k) for k in range(data.GetNumberOfArrays())}
     listed["position"] = grid.GetPoints().GetData()
-    return {name: (vtk_to_numpy(each), each.GetInformation().Get(vtkDataArray.UNITS_LABEL())) for name, each in listed.items()}
+    return {
+        name: (vtk_to_numpy(each), each.GetInformation().Get(vtkDataArray.UNITS_LABEL()))
+        for name, each in listed.items()
+    }
 
 
 def about(grid: Any) -> tuple[float, list[str]]:
@@ -97,7 +100,9 @@ def test_export__is_read_by_vtk_with_every_field_unit_and_time(
     assert set(UNITS) == {*Particles._fields, *Departed._fields} - {"alive", "number", "body", "remembered"}
     film = whipple.open_film(folder)
     listed = list(ET.parse(tmp_path / "film.pvd").iter("DataSet"))
-    compared(equal("times", expected=film.time.values.tolist(), got=[float(each.attrib["timestep"]) for each in listed]))
+    compared(
+        equal("times", expected=film.time.values.tolist(), got=[float(each.attrib["timestep"]) for each in listed])
+    )
     for index, entry in enumerate(listed):
         frame = film.isel(time=index).dropna("particle")
         grid = read(tmp_path / entry.attrib["file"])

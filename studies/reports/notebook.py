@@ -1,4 +1,7 @@
-"""The figures of a report in a notebook, which shows them with their captions."""
+"""The figures of a report in a notebook, which shows them with their captions.
+
+Importing the module adds ``cube.whipple`` to every dataset of xarray; Matplotlib is loaded when something is drawn.
+"""
 
 import base64
 import io
@@ -6,15 +9,14 @@ from collections.abc import Iterable
 from dataclasses import dataclass
 from html import escape
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
 from studies.quantities.findings import nearest_cure, refusal
-from studies.reports import compare, report
-from studies.reports.drawing.canvas import as_file, drawn_in_style
-from studies.reports.drawing.charts import chart, draw
-from studies.reports.figures import Figure
+
+if TYPE_CHECKING:
+    from studies.reports.figures import Figure
 
 OF_LAWS = ("_laws", "_residuals_map")  # in the name of a figure that shows laws, over one axis and over two
 
@@ -23,7 +25,7 @@ OF_LAWS = ("_laws", "_residuals_map")  # in the name of a figure that shows laws
 class Figures:
     """Figures of a report; a notebook shows them, each with its caption."""
 
-    figures: tuple[Figure, ...]
+    figures: tuple["Figure", ...]
 
     def _repr_html_(self) -> str:
         return "".join(
@@ -39,29 +41,45 @@ class Figures:
 
     def drawing(self, name: str = "") -> Any:
         """A figure as one of Matplotlib, by default the first; raises InvalidInput for an unknown name."""
+        from studies.reports.drawing.canvas import drawn_in_style
+        from studies.reports.drawing.charts import chart
+
         with drawn_in_style():
             return chart(self.figures[self.names.index(_known(name, self.names)) if name else 0])
 
     def save(self, folder: str | Path, format: str = "png") -> list[Path]:
         """Write each figure into a folder, as png, svg or pdf."""
+        from studies.reports.drawing.charts import draw
+
         Path(folder).mkdir(parents=True, exist_ok=True)
         return [draw(each, Path(folder) / f"{each.name}.{format}") for each in self.figures]
 
 
-def figures_of(cube: xr.Dataset) -> Figures:
-    """Every figure of the report of a cube."""
-    return Figures(tuple(report.every_figure(cube, compare.compare(cube))))
+@xr.register_dataset_accessor("whipple")
+class CubeFigures:
+    """What is drawn of a cube, as in its report."""
+
+    def __init__(self, cube: xr.Dataset):
+        self._cube = cube
+
+    def plot(self) -> Figures:
+        """Every figure of the report."""
+        from studies.reports import compare, report
+
+        return Figures(tuple(report.every_figure(self._cube, compare.compare(self._cube))))
+
+    def plot_laws(self, quantity: str = "") -> Figures:
+        """Simulation, laws and observations: of every main quantity, or of one. Raises InvalidInput."""
+        every = ((each, each.name.partition(word)) for each in self.plot().figures for word in OF_LAWS)
+        drawn = [(name, each) for each, (name, word, _) in every if word]
+        wanted = _known(quantity, [name for name, _ in drawn]) if quantity else ""
+        return Figures(tuple(each for name, each in drawn if wanted in ("", name)))
 
 
-def figures_of_laws(cube: xr.Dataset, quantity: str) -> Figures:
-    """Those that show laws, of every quantity if none is named; raises InvalidInput."""
-    every = ((each, each.name.partition(word)) for each in figures_of(cube).figures for word in OF_LAWS)
-    drawn = [(name, each) for each, (name, word, _) in every if word]
-    wanted = _known(quantity, [name for name, _ in drawn]) if quantity else ""
-    return Figures(tuple(each for name, each in drawn if wanted in ("", name)))
+def _svg(figure: "Figure") -> str:
+    from studies.reports.drawing.canvas import as_file, drawn_in_style
+    from studies.reports.drawing.charts import chart
 
-
-def _svg(figure: Figure) -> str:
     file = io.BytesIO()
     with drawn_in_style():
         as_file(chart(figure), file, "svg")
@@ -72,5 +90,6 @@ def _known(name: str, names: Iterable[str]) -> str:
     """The name, if it is one of these; raises InvalidInput with the nearest one."""
     known = list(dict.fromkeys(names))
     if name not in known:
-        raise refusal("figure", name, ", ".join(known) or "none: this cube has no such figure", nearest_cure(name, known))
+        limit = ", ".join(known) or "none: this cube has no such figure"
+        raise refusal("figure", name, limit, nearest_cure(name, known))
     return name
