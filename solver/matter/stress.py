@@ -130,7 +130,8 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     damage = grown_damage(matter.failure, old.damage, loading)
     if opens(matter.failure):
         voids = void_fraction(matter.failure, damage)
-        pressure = pressure_around_voids(matter.eos, voids, density, known, expansion, energy, floor)
+        if anywhere(voids > 0.0):
+            pressure = pressure_around_voids(matter.eos, voids, density, known, expansion, energy, floor)
     failed = damage >= 1.0
     if anywhere(failed):  # no tension, and no shear but that of rubble, from this step on
         lost = 0.5 * contract(new_deviator, shape_change) * per_mass
@@ -168,8 +169,10 @@ def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
 @device
 def pressure_around_voids(eos, voids, density, known, expansion, guess, floor):
     """Pressure as of ``solve_pressure`` of matter with voids, a part of its volume under tension; closed, none."""
-    stretched = solve_pressure(eos, density / (1.0 - voids), known, expansion, guess, floor)
     closed = solve_pressure(eos, density, known, expansion, guess, floor)
+    if not anywhere(voids > 0.0):
+        return closed
+    stretched = solve_pressure(eos, density / (1.0 - voids), known, expansion, guess, floor)
     return where(stretched < 0.0, stretched, maximum(closed, 0.0))
 
 

@@ -122,9 +122,10 @@ def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str
     absent = [name for name in roles if name not in materials]
     if absent:
         raise InvalidInput(Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent)
-    filled = chosen.record(values).filled()
-    resolved = {name: materials[name].resolved() for name in roles}
-    findings = filled.check({name: materials[name] for name in roles})
+    given = {name: materials[name] for name in roles}
+    filled = chosen.record(values).filled(given)
+    resolved = {name: material.resolved() for name, material in given.items()}
+    findings = filled.check(given)
     if findings:
         raise InvalidInput(findings)
     return Run(scenario, flat(filled), resolved)

@@ -72,7 +72,7 @@ class SetUp(ABC):
     keeps_particles: ClassVar[bool] = False
 
     @abstractmethod
-    def filled(self) -> Self:
+    def filled(self, materials: Materials) -> Self:
         """The same parameters with the defaults that follow from others, at 12 significant digits."""
 
     @abstractmethod

@@ -123,13 +123,14 @@ class DebrisCloud(ImpactSetUp):
         thickness, radius = self.plate.plate_thickness, self.plate.radius
         return Impact(self.shot, self.fracture, self.numerics, thickness=thickness, radius=radius)
 
-    def filled(self) -> Self:
+    def filled(self, materials: Materials) -> Self:
         shot, diameter = self.shot, self.shot.projectile_diameter
         end_time = shot.end_time or FLIGHT * diameter / shot.speed
         farthest = FASTEST * shot.speed * end_time / diameter
         downrange = round_quantity(shot.downrange or min(farthest + BEHIND_TIP, MOST_ROOM))
         return replace(
             self,
+            fracture=self.fracture.filled(materials),
             shot=replace(shot, downrange=downrange).filled(self.numerics, end_time=end_time),
             numerics=self.numerics.filled(few=shot.geometry != "axisymmetric"),
             plate=self.plate.filled(diameter),

@@ -117,7 +117,7 @@ class DeckRun(SetUp):
         """End of the run, s."""
         return self.end_time or self.read.end_time
 
-    def filled(self) -> Self:
+    def filled(self, materials: Materials) -> Self:
         deck, step = self.read, None
         if self.numerics.fixed_dt is None and self.step == "deck":
             step = round_quantity(fixed_step(deck) / self.refinement)

@@ -112,7 +112,7 @@ class ElasticBar(BarSetUp):
         )
         return Bar(extent=extent, wall=self.wall, loading=self.loading, numerics=self.numerics, method=self.method)
 
-    def filled(self) -> Self:
+    def filled(self, materials: Materials) -> Self:
         numerics, is_solid = self.numerics, self.wall.geometry != "axisymmetric"
         if self.method.method != "mpm":
             numerics = replace(numerics, particles_per_cell=numerics.particles_per_cell or 1)

@@ -14,7 +14,7 @@ from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh
-from studies.scenarios.parts.matter import Fracture, check_constants, elastic_speed, eos_forms, matter
+from studies.scenarios.parts.matter import NO_FAILURE, Fracture, check_constants, elastic_speed, eos_forms, matter
 from studies.scenarios.parts.numerics import Numerics
 
 if TYPE_CHECKING:
@@ -103,9 +103,10 @@ class PlateImpact(SetUp):
         width = self.cells_across * self.cell
         return 0.5 * width**2 if self.geometry == "axisymmetric" else width**2
 
-    def filled(self) -> Self:
+    def filled(self, materials: Materials) -> Self:
         target = round_quantity(self.thicknesses[1])
-        return replace(self, target_thickness=target, numerics=self.numerics.filled())
+        fracture = self.fracture.filled(materials, NO_FAILURE)
+        return replace(self, target_thickness=target, fracture=fracture, numerics=self.numerics.filled())
 
     def check(self, materials: Materials) -> list[Finding]:
         findings = [*self.numerics.check(self.end_time), *self.fracture.check(materials), *check_constants(materials)]
@@ -189,7 +190,7 @@ class PlateImpact(SetUp):
         """End of the run, s."""
         if self.end_time:
             return self.end_time
-        if self.fracture.failure == "none":
+        if self.fracture.failure == NO_FAILURE:
             return CROSSED * self._crossing(materials)
         flyer, target = materials["flyer"], materials["target"]
         crossed = self.thicknesses[1] / shocks(flyer, target, self.speed).speeds[1]

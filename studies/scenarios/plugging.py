@@ -256,7 +256,7 @@ class Plugging(SetUp):
         )
         return projectile, plate
 
-    def filled(self) -> Self:
+    def filled(self, materials: Materials) -> Self:
         return replace(
             self,
             plate_radius=round_quantity(self.radius),

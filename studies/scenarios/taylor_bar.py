@@ -99,7 +99,7 @@ class TaylorBar(BarSetUp):
     loading: Loading
     numerics: Numerics
 
-    def filled(self) -> Self:
+    def filled(self, materials: Materials) -> Self:
         return replace(
             self,
             end_time=round_quantity(self.end_time or END_PER_LENGTH * self.bar_length),

@@ -53,10 +53,11 @@ class ThickPlate(SettlingImpact):
         records = self.shot, self.fracture, self.numerics, self.angles
         return Impact(*records, thickness=self.target_depth, radius=self.target_radius, deep=True)
 
-    def filled(self) -> Self:
+    def filled(self, materials: Materials) -> Self:
         diameter = self.shot.projectile_diameter
         return replace(
             self,
+            fracture=self.fracture.filled(materials),
             shot=self.shot.filled(self.numerics, end_time=CAP_PER_DIAMETER * diameter),
             numerics=self.numerics.filled(few=self.shot.geometry != "axisymmetric"),
             settling=self.settling.filled(diameter),

@@ -8,8 +8,8 @@ from solver.units import Described, Radian
 from studies.quantities.findings import Finding
 from studies.scenarios import Materials, Scenario
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, SettlingImpact, outline
-from studies.scenarios.parts.matter import Fracture
-from studies.scenarios.parts.method import ParticleMethod, check_method
+from studies.scenarios.parts.matter import DEFAULT_FAILURE, NO_FAILURE, Fracture
+from studies.scenarios.parts.method import ParticleMethod, check_method, is_on_grid
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Outline
 from studies.scenarios.parts.shot import STEEPEST, Angles, ImpactShot, Plate, Settling
@@ -48,10 +48,11 @@ class ThinPlate(SettlingImpact):
         records = self.shot, self.fracture, self.numerics, self.angles, self.method
         return Impact(*records, thickness=thickness, radius=radius)
 
-    def filled(self) -> Self:
+    def filled(self, materials: Materials) -> Self:
         diameter = self.shot.projectile_diameter
         return replace(
             self,
+            fracture=self.fracture.filled(materials, DEFAULT_FAILURE if is_on_grid(self.method) else NO_FAILURE),
             shot=self.shot.filled(self.numerics, self.method, end_time=CAP_PER_DIAMETER * diameter),
             numerics=self.numerics.filled(few=self.shot.geometry != "axisymmetric", method=self.method),
             settling=self.settling.filled(diameter),

@@ -27,7 +27,7 @@ from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
 from studies.scenarios.parts.impact import MOMENTS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
 from studies.scenarios.parts.lattice import along_flight, slab_clamp
-from studies.scenarios.parts.matter import Fracture
+from studies.scenarios.parts.matter import NO_FAILURE, Fracture
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Projectile, Settling, ShotOptions
@@ -374,10 +374,12 @@ class WhippleShield(ImpactSetUp):
             return math.inf
         return sheets[number].stand_off / self.shot.projectile_diameter - self._before(sheets[number + 1])
 
-    def filled(self) -> Self:
+    def filled(self, materials: Materials) -> Self:
         diameter, numerics = self.shot.projectile_diameter, self.numerics
         return replace(
             self,
+            # Of matter that never breaks: with it shots were computed, and what a simulation adds was measured.
+            fracture=self.fracture.filled(materials, NO_FAILURE),
             shot=self.shot.filled(numerics, end_time=CAP_PER_DIAMETER * diameter),
             numerics=numerics.filled(few=self.shot.geometry != "axisymmetric"),
             settling=self.settling.filled(diameter),

@@ -6,10 +6,11 @@ the sweep's own materials as further strengths, and ``python -m docs.model_part`
 
 import math
 from collections.abc import Iterable, Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 from studies import materials as shipped
 from studies.materials import Material
+from studies.materials.schema import OPTIONAL
 from studies.quantities.findings import InvalidInput
 from studies.runs.run import Run, materials_of, resolve
 
@@ -94,10 +95,17 @@ def _each_once(materials: Mapping[str, Material]) -> list[Material]:
 
 
 def _exchanged(run: Run, kind: str, materials: Mapping[str, Material], other: Material) -> Screen:
-    """The run with another material in every role that has its alloy."""
-    changed = {role: other if each.alloy == other.alloy else each for role, each in materials.items()}
+    """The run with another material in every role that has its alloy; it breaks as the one that it replaces."""
+    changed = {
+        role: _breaking_like(each, other) if each.alloy == other.alloy else each for role, each in materials.items()
+    }
     names = {role: material.name for role, material in changed.items()}
     return _screen(run, f"{kind} of {other.name}", changed, names)
+
+
+def _breaking_like(material: Material, other: Material) -> Material:
+    """Another source of a material, with the constants of its failures: few sources have them."""
+    return replace(other, **{section: getattr(material, section) for section in OPTIONAL})
 
 
 def _of_other_failure(run: Run, materials: Mapping[str, Material]) -> Iterator[Screen]:

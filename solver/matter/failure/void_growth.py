@@ -28,7 +28,7 @@ from solver.jit import device, gives, implements
 from solver.matter.failure import FailureEntry, floor_until_failure, grown_damage, opens, void_fraction
 from solver.matter.failure.spall_rate import RateDependentSpall
 from solver.units import Dimensionless, FromMaterial, Pascal, PerSecond
-from solver.vectors import log, maximum, minimum, power, where
+from solver.vectors import anywhere, log, maximum, minimum, power, where
 
 HALF = 0.5  # damage at which voids begin: below it counts the time until the spall strength is reached
 # Steps of Newton's rule from above: to round-off for any tension and time step (tests/solver/test_void_growth.py).
@@ -62,8 +62,12 @@ def grown_damage_of_void_growth(failure, damage, loading):
 
     With x the tension over that which the voids leave: x + K rate_1 dt / (sigma_1 w) x^(1/m) = x before they open.
     """
+    if not anywhere(loading.pressure < 0.0):  # as most points are most of the time
+        return damage
     until = RateDependentSpall(failure.strength, failure.strain_rate, failure.exponent, failure.bulk_modulus)
     closed = HALF * grown_damage(until, minimum(damage, HALF) * (1.0 / HALF), loading)
+    if not anywhere(damage >= HALF):
+        return closed
     voids = void_fraction(failure, damage)
     borne = failure.strength * log(maximum(voids, failure.dilute_voids)) * (1.0 / math.log(failure.dilute_voids))
     before = maximum(-loading.pressure, 0.0) / borne

@@ -13,7 +13,9 @@ from studies.observations.shields.answers import shown
 from studies.observations.shields.joined import NOT_JOINED, Simulated, SimulationKind, cells_across, joint
 from studies.observations.shields.probability import Probability, probability
 from studies.quantities.units import readable
+from studies.reports.limits.outcomes import OF_MODEL
 from studies.reports.limits.shield import ShieldLimit, WallRun, shot_at, shots_of
+from studies.reports.verdict.texts import joined, shortest, words
 
 RESOLUTION = "cells_per_diameter"
 ROUNDED = 1e-6  # relative: of a number of cells
@@ -42,6 +44,9 @@ class WallChance:
         """ "71 % (45 to 88) to fail; 42 % (27 to 58) without simulation"."""
         after = f"{shown(self.before)} without simulation" if self.joined else NOT_JOINED
         return f"{shown(self.best)} to fail; {after}"
+
+
+Computed = tuple[ShieldLimit, Sequence[WallChance]]
 
 
 def chances_of(dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit]) -> list[list[WallChance]]:
@@ -98,18 +103,17 @@ def _why_not(limit: ShieldLimit, settings: _Settings) -> str:
 
 
 def in_words(limits: Sequence[ShieldLimit], chances: Sequence[Sequence[WallChance]], one_mesh: bool) -> dict[str, Any]:
-    """Headline of a sweep that brackets no limit, a sentence for each limit, and all chances as plain objects."""
+    """Headline of a sweep that brackets no limit, a sentence for each shot, and all chances as plain objects."""
     pairs = [(limit, mine) for limit, mine in zip(limits, chances, strict=True) if mine]
-    single = [(limit, mine[0]) for limit, mine in pairs if len(limit.runs) == 1]
+    groups = _of_shots(pairs)
     headline = ""
-    if single and len(single) == len(limits):
-        limit, worst = max(single, key=lambda pair: pair[1].best.value)
-        mesh = "; one mesh" if one_mesh else ""
-        headline = f"{readable(limit.speed, 'm s-1')}, {_size(worst)}: {worst.sentence}{mesh}."
+    if len(pairs) == len(limits) and all(len(limit.runs) == 1 for limit in limits):
+        worst = max(groups, key=lambda group: max(mine[0].best.value for _, mine in group))
+        headline = _headline(worst, "; one mesh." if one_mesh else ".")
     why = list(dict.fromkeys(chance.why for _, mine in pairs for chance in mine if chance.why))
     return {
         "headline": headline,
-        "sentences": [_sentence(limit, mine) for limit, mine in pairs[:MOST_SAID]] + [f"{each}." for each in why],
+        "sentences": [_sentence(group) for group in groups[:MOST_SAID]] + [f"{each}." for each in why],
         "rows": [
             {"at": dict(limit.at), "speed": limit.speed, **asdict(chance), "does": DOES[chance.perforated]}
             for limit, mine in pairs
@@ -118,12 +122,42 @@ def in_words(limits: Sequence[ShieldLimit], chances: Sequence[Sequence[WallChanc
     }
 
 
-def _sentence(limit: ShieldLimit, chances: Sequence[WallChance]) -> str:
-    """The chances at the ends of the interval, or of the one run; where it has none, of the middle run."""
-    ends = [each for each in chances if each.diameter in (limit.lower, limit.upper)]
-    ends = ends or [chances[len(chances) // 2]]
-    said = [f"{_size(each)} {DOES[each.perforated]}: {each.sentence}" for each in ends]
-    return f"At {readable(limit.speed, 'm s-1')}, {'. '.join(said)}."
+def _of_shots(pairs: Sequence[Computed]) -> list[list[Computed]]:
+    """Limits of one speed and shield together, however they are computed."""
+    groups: dict[tuple[Any, ...], list[Computed]] = {}
+    for limit, chances in pairs:
+        shield = [(name, value) for name, value in limit.at.items() if name not in OF_MODEL]
+        groups.setdefault((limit.speed, *shield), []).append((limit, chances))
+    return list(groups.values())
+
+
+def _headline(group: Sequence[Computed], end: str) -> str:
+    """What the simulation of one shot says, and how likely the wall fails."""
+    chances = [chance for _, [chance] in group]
+    worst = max(chances, key=lambda each: each.best.value)
+    begin = f"{readable(group[0][0].speed, 'm s-1')}, {_size(worst)}:"
+    if worst.joined:
+        return f"{begin} {worst.sentence}{end}"
+    outcomes = {each.perforated for each in chances}
+    does = DOES[outcomes.pop()] if len(outcomes) == 1 else DOES[None]
+    why = " (models disagree)" if len(outcomes) > 1 else ""
+    likely = f"{shown(worst.before)} to fail by"
+    return shortest(
+        [f"{begin} {does} in simulation{why}; {likely} {known}{end}" for known in ("equations and shots", "equations")]
+    )
+
+
+def _sentence(group: Sequence[Computed]) -> str:
+    """The chances of a shot at the ends of the interval, or of the one run; where it has none, of the middle run."""
+    said: dict[tuple[str, str], list[str]] = {}
+    for limit, chances in group:
+        ends = [each for each in chances if each.diameter in (limit.lower, limit.upper)]
+        model = ", ".join(f"{words(name)} {value}" for name, value in limit.at.items() if name in OF_MODEL)
+        for each in ends or [chances[len(chances) // 2]]:
+            does = DOES[each.perforated] + (f" with {model}" if model else "")
+            said.setdefault((_size(each), each.sentence), []).append(does)
+    texts = [f"{size} {joined(list(dict.fromkeys(does)))}: {sentence}" for (size, sentence), does in said.items()]
+    return f"At {readable(group[0][0].speed, 'm s-1')}, {'. '.join(texts)}."
 
 
 def _size(chance: WallChance) -> str:

@@ -6,8 +6,8 @@ they take, and from where, stands in their own files.
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field, make_dataclass
-from typing import TYPE_CHECKING, Annotated, Any
+from dataclasses import dataclass, field, make_dataclass, replace
+from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, Unit, marked
@@ -25,6 +25,8 @@ if TYPE_CHECKING:
 
 HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
 PROJECTILES = ("projectile", "flyer")  # the roles whose materials may go without what a failure takes
+# Of the failures that nothing excludes it converges best: docs/failure.md, by a rule that was written before its runs.
+DEFAULT_FAILURE, NO_FAILURE = "void-growth", "none"
 
 
 def failures() -> Mapping[str, Any]:
@@ -60,16 +62,16 @@ _FailureParameters: Any = make_dataclass(
         (
             "failure",
             Annotated[
-                str,
+                str | None,
                 Choice(failures),
                 Described(
                     "failure model: none, plastic strain, tension beyond the spall strength for long enough, the spall "
                     "strength of plate impacts at the strain rate, that and voids which then grow until they link, the "
                     "damage of Johnson and Cook, plain or modified, which weakens, or that and the spall strength at "
-                    "once"
+                    "once; by default void-growth on a grid where one target is hit that has its constants"
                 ),
             ],
-            field(default="none"),
+            field(default=None),
         ),
         (
             "rubble_friction",
@@ -100,6 +102,14 @@ _FailureParameters: Any = make_dataclass(
 class Fracture(_FailureParameters):
     """What breaks matter for good: the choice of a failure, and the constants of each that a sweep gives."""
 
+    def filled(self, materials: Materials, default: str = DEFAULT_FAILURE) -> Self:
+        """With the default failure where all targets have its constants, and with none elsewhere."""
+        if self.failure is not None:
+            return self
+        targets = {role: material for role, material in materials.items() if role not in PROJECTILES}
+        failure = NO_FAILURE if any(_absent(default, targets)) else default
+        return replace(self, failure=failure)  # type: ignore[call-arg]  # a field of a class that is made at run time
+
     def of(self, material: "Material") -> Any:
         """The solver's record of the failure, with the constants of a material.
 
@@ -107,7 +117,7 @@ class Fracture(_FailureParameters):
         """
         record = failures()[self.failure].record
         if _goes_without(record, material):
-            return failures()["none"].record()
+            return failures()[NO_FAILURE].record()
         constants = {
             constant: getattr(self, parameter)
             for parameter, kind, constant in _failure_constants()
@@ -125,20 +135,25 @@ class Fracture(_FailureParameters):
             if self.failure != kind and value is not None:
                 cure = f"leave {name} out, or set failure to {kind}"
                 yield Finding(name, f"{value:g}", f"no value without failure {kind}", cure)
-        if self.failure == "none" and self.rubble_friction > 0.0:
+        if self.failure == NO_FAILURE and self.rubble_friction > 0.0:
             cure = "leave rubble_friction out, or choose a failure"
             yield Finding("rubble_friction", f"{self.rubble_friction:g}", "no rubble without a failure", cure)
-        record = failures()[self.failure].record
-        for role, material in materials.items():
-            if role in PROJECTILES and len(materials) > 1 and _goes_without(record, material):
-                continue  # a projectile without the section never fails
-            for name, value in material.taken(record).items():
-                taken = marked(record, FromMaterial)[name]
-                if value is None or (value == 0.0 and taken.above_zero):
-                    meaning = material.parameters()[taken.path].meaning
-                    limit = f"a material with a {meaning}, which {material.name} has not"
-                    cure = f"set {role}.{taken.path}, or choose another failure"
-                    yield Finding("failure", self.failure, limit, cure)
+        yield from _absent(self.failure, materials)
+
+
+def _absent(failure: str, materials: Materials) -> Iterator[Finding]:
+    """The constants that a failure takes from a material, which has none."""
+    record = failures()[failure].record
+    for role, material in materials.items():
+        if role in PROJECTILES and len(materials) > 1 and _goes_without(record, material):
+            continue  # a projectile without the section never fails
+        for name, value in material.taken(record).items():
+            taken = marked(record, FromMaterial)[name]
+            if value is None or (value == 0.0 and taken.above_zero):
+                meaning = material.parameters()[taken.path].meaning
+                limit = f"a material with a {meaning}, which {material.name} has not"
+                cure = f"set {role}.{taken.path}, or choose another failure"
+                yield Finding("failure", failure, limit, cure)
 
 
 def _goes_without(record: Any, material: "Material") -> bool:
@@ -171,7 +186,7 @@ def matter(
         shear_modulus=material.elastic.shear_modulus,
         room_temperature=material.thermal.room_temperature,
         melt_temperature=_or_infinite(melt),
-        failure=failure or failures()["none"].record(),
+        failure=failure or failures()[NO_FAILURE].record(),
         rubble_friction=rubble_friction,
         melting=_melting(material, eos, melt),
     )

@@ -18,6 +18,8 @@ from studies.sweeps.sweep import Sweep
 from tests.studies.reports.test_ballistic_limit import PLAIN, SHIELD, computed, document_of, result_of, sweep_of
 
 ADDED = {"none, one grid": Joint(2.0, -1.0, ((0.1, 0.0), (0.0, 0.2)), 50)}
+SHOT = {"speed": "7 km/s", "projectile_diameter": "4 mm"}
+LIMITS = {"none": lambda speed: 5e-3, "johnson-cook": lambda speed: 3e-3}  # made up, m
 FINE = 40  # cells: at least six through the bumper up to 6.7 mm
 
 
@@ -62,6 +64,17 @@ def test_headline__of_one_diameter_is_the_probability() -> None:
     assert len(document["headline"].split()) <= MOST_WORDS
 
 
+def test_shot__is_told_once_with_what_each_failure_says() -> None:
+    joined.STORED.unlink()
+    sweep = sweep_of(["4 mm"], axes={"failure": ["none", "johnson-cook"]}, fixed={**SHIELD, **SHOT}, resolution=FINE)
+    runs = [point.run for point in sweep.runs()]
+    document = document_of(sweep, {run.id: result_of(run, LIMITS[str(run.parameters["failure"])]) for run in runs})
+    sentence, *_ = document["ballistic_limit"]["probability"]["sentences"]
+    assert sentence.startswith("At 7 km/s, 4 mm is held with failure none and perforates with failure johnson-cook: ")
+    assert document["headline"].startswith("7 km/s, 4 mm: is open in simulation (models disagree); ")
+    assert len(document["headline"].split()) <= MOST_WORDS
+
+
 @pytest.mark.parametrize(
     ("changes", "why"),
     [
@@ -77,7 +90,7 @@ def test_simulation__is_not_joined_where_no_shots_were_simulated_like_it(changes
     rows = document["ballistic_limit"]["probability"]["rows"]
     assert [row["joined"] for row in rows] == [None] * 3
     assert all(row["why"].startswith(NOT_JOINED) and why in row["why"] for row in rows)
-    assert NOT_JOINED in document["headline"]
+    assert "in simulation; " in document["headline"]
     assert any(why in sentence for sentence in document["ballistic_limit"]["probability"]["sentences"])
 
 

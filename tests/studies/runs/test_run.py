@@ -90,7 +90,7 @@ TAKEN: list[tuple[str, str, tuple[str, dict[str, str]], tuple[str, dict[str, str
     ("tension.fracture_toughness", "al-6061-t6", ("thin_plate", {}), ("debris_cloud", {})),
     ("tension.surface_tension", "copper-ofhc", ("thin_plate", {}), ("debris_cloud", {})),
     ("tension.spall_strength", "copper-ofhc", ("thin_plate", {"tension": "unlimited"}), ("thin_plate", {})),
-    ("spall.strength", "copper-ofhc", ("thin_plate", {}), ("thin_plate", {"failure": "spall-rate"})),
+    ("spall.strength", "copper-ofhc", ("thin_plate", {"failure": "none"}), ("thin_plate", {})),
     ("fracture.D1", "weldox-460-e", ("thin_plate", {}), ("thin_plate", {"failure": "modified-johnson-cook"})),
 ]
 

@@ -16,6 +16,7 @@ from solver.matter.tension.unlimited import UnlimitedTension
 from studies import materials
 from studies.scenarios import Materials
 from studies.scenarios.parts.matter import Fracture, check_constants, matter
+from tests.contracts.test_scenarios import asked
 
 COPPER = materials.load("copper-ofhc")
 THESIS = materials.load("copper-thesis-plastic")  # no spall strength
@@ -64,7 +65,7 @@ def test_matter__without_a_spall_strength_or_a_floor_bears_any_tension(material:
 @pytest.mark.parametrize(
     ("given", "expected"),
     [
-        (Fracture(), NoFailure()),
+        (Fracture(failure="none"), NoFailure()),
         (Fracture(failure="plastic-strain", failure_strain=2.0), PlasticStrainLimit(2.0)),
         (Fracture(failure="spall", failure_time=1e-6), Spall(1.9e9, 1e-6)),
     ],
@@ -89,3 +90,22 @@ def test_damage__breaks_the_materials_that_state_its_constants() -> None:
 def test_damage__is_refused_where_the_target_states_none_of_its_constants() -> None:
     first, *_ = DAMAGE.check({"projectile": WELDOX, "target": ARNE})
     assert "set target.fracture.D1" in first.cure
+
+
+@pytest.mark.parametrize(
+    ("scenario", "changes", "expected"),
+    [
+        ("thin_plate", {}, "void-growth"),
+        ("thick_plate", {}, "void-growth"),
+        ("debris_cloud", {"projectile": "lead"}, "void-growth"),  # a projectile without constants never fails
+        ("thin_plate", {"target": "al-2017-t4"}, "none"),
+        ("thin_plate", {"failure": "none"}, "none"),
+        ("thin_plate", {"method": "sph", "geometry": "quarter"}, "none"),
+        ("whipple_shield", {}, "none"),
+        ("plate_impact", {}, "none"),
+    ],
+)
+def test_failure__is_void_growth_by_default_where_the_target_has_its_constants(
+    scenario: str, changes: dict[str, Any], expected: str
+) -> None:
+    assert asked(scenario, **changes).parameters["failure"] == expected

@@ -71,7 +71,7 @@ REFUSED: list[tuple[str, dict[str, Any], str, str]] = [
     ("thin_plate", {"failure": "plastic-strain"}, "failure_strain", "a value for failure plastic-strain"),
     ("thin_plate", {"failure": "spall"}, "failure_time", "give failure_time"),
     ("thin_plate", {"failure_strain": 1.0}, "failure_strain", "no value without failure plastic-strain"),
-    ("thin_plate", {"rubble_friction": 0.6}, "rubble_friction", "no rubble without a failure"),
+    ("thin_plate", {"failure": "none", "rubble_friction": 0.6}, "rubble_friction", "no rubble without a failure"),
     ("thin_plate", {**STRAIN, "failure_time": 1e-6}, "failure_time", "set failure to spall"),
     ("thin_plate", {**SPALL, "target": "copper-thesis-plastic"}, "failure", "set target.tension.spall_strength"),
     *(
