@@ -37,9 +37,7 @@ def ended(api: Api) -> str:
 def test_archive__has_every_file_with_its_digest_and_is_never_in_memory(
     api: Api, tmp_path: Path, compared: Callable[..., None]
 ) -> None:
-    """The archive of a sweep has every file that is registered for it and its runs, each with its digest, and is sent
-    and received in pieces.
-    """
+    """The archive of a sweep has every file of it and of its runs, each with its registered digest, sent in pieces."""
     id = ended(api)
     runs = {point.run.id for point in api.store.sweeps.points(id).items}
     published = {*FILES, *ALL_RUNS}
