@@ -100,7 +100,7 @@ def test_archive__with_a_damaged_file_is_never_whole(api: Api, tmp_path: Path) -
 def test_client__takes_no_archive_whose_files_are_not_those_of_its_digests(
     content: dict[str, bytes], tmp_path: Path
 ) -> None:
-    listed = f"{hashlib.sha256(b'cube').hexdigest()}  cube.nc\n"
+    listed = f"{hashlib.sha256(b'cube').hexdigest()}  cube.nc\n".encode()
     file = tmp_path / "served.zip"
     with zipfile.ZipFile(file, "w") as archive:
         for name, text in {**content, "SHA256SUMS": listed}.items():
