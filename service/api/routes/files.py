@@ -7,10 +7,10 @@ from typing import Annotated
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import StreamingResponse
 
-from service.api.archives import archive_of
 from service.api.conversions import Conversions
 from service.api.downloads import Download, media_type_of, send_file, serves
 from service.api.errors import NotReady
+from service.api.routes.archives import archive_of
 from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, SweepId
 from service.files.artifacts import Artifacts
 from service.records.jobs import NotFound, SweepStatus
