@@ -21,6 +21,8 @@ async function ask() {
 }
 
 function show(page) {
+  const runs = page.querySelector(".cost strong")?.textContent;
+  document.querySelector(".ask [role=status]").textContent = runs ?? "Not yet a sweep";
   const opened = [...document.querySelectorAll("#elsewhere details")].map((each) => each.open);
   for (const id of ["preview", "elsewhere"])
     document.getElementById(id).replaceChildren(...page.getElementById(id).childNodes);
