@@ -1,6 +1,7 @@
 """The catalogue as pages: scenarios, laws with their formulas, materials with their curves, and measured shots."""
 
 import json
+import math
 from collections.abc import AsyncIterator, Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
@@ -196,14 +197,14 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
     fields = declared(shield_shots.ShieldShot)
     units = {name: fields[name].unit for name in COLUMNS}
     rows = [
-        [(name, printed_in(getattr(each, name), unit) if unit else getattr(each, name)) for name, unit in units.items()]
+        [(name, _cell(getattr(each, name), unit)) for name, unit in units.items()]
         for each in islice(found, begin, begin + SHOWN)
     ]
     return page(
         request,
         "shield_shots.html",
         caller,
-        columns=[with_unit(name.replace("_", " "), unit) for name, unit in units.items()],
+        columns=[_heading(name.replace("_", " "), unit) for name, unit in units.items()],
         rows=rows,
         found=found,
         begin=begin,
@@ -214,6 +215,17 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
         following=str(request.url.include_query_params(begin=begin + SHOWN).query),
         citation=shield_shots.citation,
     )
+
+
+def _heading(name: str, unit: str | None) -> str:
+    return f"{name} (deg)" if unit == "rad" else with_unit(name, unit)
+
+
+def _cell(value: Any, unit: str | None) -> str:
+    """A number in the unit of its column; people read angles in degrees."""
+    if unit == "rad":
+        return f"{math.degrees(value):.4g}"
+    return printed_in(value, unit) if unit else str(value)
 
 
 @router.get("/shots/{table}")
