@@ -79,7 +79,8 @@ def show_sweep(
     shown = GridSheet.read(layout_of(document, status.planned), sheet, row)
     quantities = quantities_of(status.scenario)
     name = quantity if quantity in quantities else quantities[0]
-    cells = store.sweeps.cells(id, [ordinal for each in shown.ordinals for ordinal in each], name)
+    ordinals = [*shown.beside, *(ordinal for each in shown.ordinals for ordinal in each)]
+    cells = store.sweeps.cells(id, ordinals, name)
     sweep = SweepModel.of(status, names)
     return page(
         request,

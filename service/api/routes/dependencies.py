@@ -118,7 +118,19 @@ async def _read(
     media_type = _media_type(request)
     if media_type not in PARSERS:
         raise UnsupportedMediaType(f"{media_type[:80]!r}; send one of: {', '.join(PARSERS)}")
-    async with _in_child(request, Posted(media_type, body, settings.max_runs), part) as read:
+    async with read_posted(request, Posted(media_type, body, settings.max_runs), part) as read:
+        yield read
+
+
+@asynccontextmanager
+async def read_posted(request: Request, posted: Posted, part: Callable[[Any, Posted], Read]) -> AsyncIterator[Read]:
+    """Let a child process read a document, and keep the child during the block; raises InvalidInput."""
+    readers: Readers = request.app.state.readers
+    async with readers.slot(request.state.caller):
+        read = await readers.read(posted, part)
+        if isinstance(read, Refusal):
+            request.state.pointers = read.pointers
+            raise InvalidInput(read.findings)
         yield read
 
 
@@ -128,19 +140,8 @@ async def derived_sweep(
 ) -> AsyncIterator[ExpandedSweep]:
     """A sweep that is made of a stored one (``reading.longer``, ``reading.alone``); raises InvalidInput."""
     posted = Posted("application/json", json.dumps(change).encode(), settings.max_runs)
-    async with _in_child(request, posted, {"longer": longer, "alone": alone}[part]) as sweep:
+    async with read_posted(request, posted, {"longer": longer, "alone": alone}[part]) as sweep:
         yield sweep
-
-
-@asynccontextmanager
-async def _in_child(request: Request, posted: Posted, part: Callable[[Any, Posted], Read]) -> AsyncIterator[Read]:
-    readers: Readers = request.app.state.readers
-    async with readers.slot(request.state.caller):
-        read = await readers.read(posted, part)
-        if isinstance(read, Refusal):
-            request.state.pointers = read.pointers
-            raise InvalidInput(read.findings)
-        yield read
 
 
 async def _estimated(request: Request, body: RequestBody, settings: AppSettings) -> AsyncIterator[EstimatedSweep]:

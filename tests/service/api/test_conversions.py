@@ -3,7 +3,9 @@
 import io
 import json
 import os
+import re
 import zipfile
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
@@ -18,6 +20,7 @@ from service.api.routes.runs import FilmField
 from service.client.client import Client
 from service.files.artifacts import describe
 from service.records.jobs import Kind, Lease
+from studies.cases.rows import Row, equal
 from studies.cubes import cube
 from studies.films.film import SCALARS
 from studies.quantities.measured import Measured
@@ -74,6 +77,24 @@ def test_partial_cube__has_the_results_so_far_and_says_so(api: Api, tmp_path: Pa
     response = api.http.get(partial)
     assert response.headers["ETag"] != tag
     assert any("damaged" in str(reason) for reason in opened(response.content, tmp_path).run_reason.values)
+
+
+@pytest.mark.claim("pages", "report-so-far", minutes=0.2)
+def test_report__of_the_results_so_far_says_that_it_is_not_complete(api: Api, compared: Callable[[Row], None]) -> None:
+    """The report of a sweep that has not ended is made on request, and its title says how far the sweep is."""
+    report = f"/v1/sweeps/{api.submit()}/report.html"
+    first, second = api.store.leases.take(2, api.term())
+    compared(equal("status without a result", expected=409, got=api.http.get(f"{report}?partial=true").status_code))
+    finish(api, first)
+    response = api.http.get(f"{report}?partial=true")
+    said = re.findall(r"<h1>.*?\((not complete: .*?)\)<", response.text)
+    compared(equal("its title", expected=["not complete: running, 1 of 2 runs have a result"], got=said))
+    policy = response.headers["Content-Security-Policy"]
+    compared(equal("its scripts are in a sandbox", expected=True, got="sandbox allow-scripts" in policy))
+    compared(equal("status as a whole", expected=409, got=api.http.get(report).status_code))
+    finish(api, second)
+    api.compute()
+    compared(equal("at the end", expected=api.http.get(report).text, got=api.http.get(f"{report}?partial=true").text))
 
 
 def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_the_end_is_the_cube(api: Api) -> None:
