@@ -10,6 +10,7 @@ import json
 import logging
 import os
 import resource
+import shutil
 import subprocess
 import sys
 import threading
@@ -88,7 +89,7 @@ class Conversions:
             for number, other in enumerate(files):
                 kept += other.stat().st_size
                 if other != file and (number >= MOST_FILES or kept > MOST_BYTES):
-                    other.unlink(missing_ok=True)
+                    _remove(other)
         finally:
             self._making.release()
 
@@ -120,6 +121,14 @@ class Conversions:
                 raise NotAvailable(error.stdout.strip()) from None
             log.error("a conversion failed (status %d)\n%s", error.returncode, error.stderr)
             raise ConversionFailed("the log of the service has the error under this request_id") from None
+
+
+def _remove(path: Path) -> None:
+    """Remove a file, or the folder that a child left which was killed."""
+    if path.is_dir():
+        shutil.rmtree(path, ignore_errors=True)
+    else:
+        path.unlink(missing_ok=True)
 
 
 # --- in the child process -------------------------------------------------------------------------

@@ -350,13 +350,20 @@ def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> dict[
 
 
 def _check_archive(file: Path) -> None:
-    """Raise ServiceError unless each file of an archive has the digest that the archive says."""
+    """Raise ServiceError unless an archive has the files, with the digests, that it says."""
     with zipfile.ZipFile(file) as archive:
-        digests = dict(line.split("  ", 1)[::-1] for line in archive.read(DIGESTS).decode().splitlines())
-        for name in {*archive.namelist(), *digests} - {DIGESTS}:
-            with archive.open(name) as stored:
-                if hashlib.file_digest(stored, "sha256").hexdigest() != digests.get(name):
-                    raise ServiceError(200, "Damaged download", f"{name} of the archive: the digest is wrong")
+        expected = dict(line.split("  ", 1)[::-1] for line in archive.read(DIGESTS).decode().splitlines())
+        received = {name: _digest(archive, name) for name in archive.namelist() if name != DIGESTS}
+    if wrong := sorted(name for name in {*expected, *received} if expected.get(name) != received.get(name)):
+        raise ServiceError(200, "Damaged download", f"{wrong[0]} of the archive: the digest is wrong")
+
+
+def _digest(archive: zipfile.ZipFile, name: str) -> str:
+    sha256 = hashlib.sha256()
+    with archive.open(name) as stored:
+        while piece := stored.read(1 << 20):
+            sha256.update(piece)
+    return sha256.hexdigest()
 
 
 def _folder(out: str | Path) -> Path:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 class SweepFolder(PosixPath):
     """The folder with the results of a sweep, a path as any other; a notebook shows what its report says."""
 
-    def with_segments(self, *segments: "str | Path") -> Path:  # type: ignore[override] # what is inside is a plain path
+    def with_segments(self, *segments: "str | Path") -> Path:  # what is inside is a plain path
         return Path(*segments)
 
     def _repr_html_(self) -> str | None:

@@ -1,5 +1,6 @@
 """All files of a sweep as one archive: whole, with digests, never in memory at once, and never with a damaged file."""
 
+import hashlib
 import subprocess
 import tracemalloc
 import zipfile
@@ -7,6 +8,7 @@ from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
+import httpx
 import pytest
 
 from service.client.client import Client
@@ -37,9 +39,7 @@ def ended(api: Api) -> str:
 def test_archive__has_every_file_with_its_digest_and_is_never_in_memory(
     api: Api, tmp_path: Path, compared: Callable[..., None]
 ) -> None:
-    """The archive of a sweep has every file that is registered for it and its runs, each with its digest, and is sent
-    and received in pieces.
-    """
+    """The archive of a sweep has every file of it and of its runs, each with its registered digest, sent in pieces."""
     id = ended(api)
     runs = {point.run.id for point in api.store.sweeps.points(id).items}
     published = {*FILES, *ALL_RUNS}
@@ -90,3 +90,22 @@ def test_archive__with_a_damaged_file_is_never_whole(api: Api, tmp_path: Path) -
         with pytest.raises(ServiceError, match=r"1 files are lost or damaged.*state\.npz"):
             client.sweep(id).fetch_archive(tmp_path / "archive.zip")
     assert not list(tmp_path.glob("*.zip*"))
+
+
+@pytest.mark.parametrize(
+    "content",
+    [{"cube.nc": b"other"}, {"cube.nc": b"cube", "more.txt": b"not listed"}, {}],
+    ids=["other", "more", "less"],
+)
+def test_client__takes_no_archive_whose_files_are_not_those_of_its_digests(
+    content: dict[str, bytes], tmp_path: Path
+) -> None:
+    listed = f"{hashlib.sha256(b'cube').hexdigest()}  cube.nc\n".encode()
+    file = tmp_path / "served.zip"
+    with zipfile.ZipFile(file, "w") as archive:
+        for name, text in {**content, "SHA256SUMS": listed}.items():
+            archive.writestr(name, text)
+    transport = httpx.MockTransport(lambda _: httpx.Response(200, content=file.read_bytes()))
+    with Client(transport=transport, patience=0.0) as client, pytest.raises(ServiceError, match="digest"):
+        client.sweep("0" * 32).fetch_archive(tmp_path / "archive.zip")
+    assert not (tmp_path / "archive.zip").exists()

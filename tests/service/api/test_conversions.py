@@ -132,10 +132,14 @@ def test_partial_cubes__that_were_used_last_are_kept(tmp_path: Path) -> None:
     for number in range(MOST_FILES + 5):
         (folder / f"{number}.nc").touch()
         os.utime(folder / f"{number}.nc", (number, number))
+    left = folder / ".0.zarr.zip.x1.part"  # by a child that was killed
+    (left / "speed").mkdir(parents=True)
+    os.utime(left, (0, 0))
     made, _ = EmptyFiles(folder).partial_cube(SWEEP, [], tmp_path, "running")
     kept = {file.name for file in folder.iterdir()}
     assert made.name in kept
     assert len(kept) == MOST_FILES
+    assert not left.exists()
     assert f"{MOST_FILES + 4}.nc" in kept
     assert "0.nc" not in kept
 

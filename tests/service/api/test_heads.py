@@ -26,7 +26,7 @@ def paths(api: Api) -> Iterator[str]:
     api.compute()
     run = api.store.sweeps.points(id).items[0].run.id
     for route in (route for router in (*OPEN, *GUARDED) for route in router.routes):
-        if isinstance(route, APIRoute) and "GET" in route.methods:
+        if isinstance(route, APIRoute) and "GET" in (route.methods or ()):
             named = run if "/runs/" in route.path else id
             yield route.path.format(id=named, name="result.json", format="gif", view="film")
     yield "/static/style.css"
