@@ -29,7 +29,7 @@ from tests.service.support.api import Api, open_api, sweep_of
 
 HOST = "whipple.example.org"
 SEED = 20261121
-EXAMPLES, SEQUENCES = 4, 5  # of each operation, and of operations one after the other
+EXAMPLES, SEQUENCES = 2, 3  # of each operation, and of operations one after the other
 THOROUGH = 60  # of both, for the claim
 STEPS = 10  # of a sequence
 SEEDS = 4  # at most, until the sequences have met every kind of answer

@@ -11,6 +11,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+import pytest
 import sqlalchemy as sa
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -32,6 +33,7 @@ from service.records.jobs import (
 )
 from service.store.fair_queueing import LAST
 from service.store.tables import JOBS, POINTS, SWEEPS
+from tests.claims.marked import in_full
 from tests.service.support.fakes import open_store, run_id, settings_in, stored, sweep_of
 from tests.service.support.rows import finish_all, result
 from tests.service.support.targets import FakeRun
@@ -306,5 +308,7 @@ class Rules(RuleBasedStateMachine):
             return list(reading.execute(query).scalars())
 
 
-Rules.TestCase.settings = settings(max_examples=12, stateful_step_count=30)
-TestRules = Rules.TestCase
+Rules.TestCase.settings = settings(max_examples=100 if in_full() else 5, stateful_step_count=30)
+TestRules = pytest.mark.claim(
+    "queue", "any-order", minutes=1.0, short=True, says="the store keeps its rules under any order of events"
+)(Rules.TestCase)

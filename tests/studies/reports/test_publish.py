@@ -59,7 +59,8 @@ def outcomes(document: dict) -> dict[str, dict]:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("out")
-    files = publish(HOLES, json.loads(json.dumps(outcomes(HOLES))), folder / "holes")
+    with undrawn():
+        files = publish(HOLES, json.loads(json.dumps(outcomes(HOLES))), folder / "holes")
     assert files == {name: str(folder / "holes" / name) for name in PUBLISHED}
     return folder / "holes"
 
