@@ -6,6 +6,7 @@ On three grids all take a core more than an hour. The pages of some are opened i
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -30,8 +31,8 @@ def _unwatched(name: str) -> Iterator:
     yield lambda status: None
 
 
-def _rows(names: Sequence[str], level: ValidationLevel, folder: Path) -> Iterator[Row]:
-    settings = Settings(data=folder / STORE)
+def _rows(names: Sequence[str], level: ValidationLevel, folder: Path, **more: Any) -> Iterator[Row]:
+    settings = Settings(data=folder / STORE, **more)
     for each in validated(selected(names, level), level, folder, settings, _unwatched):
         yield each.row
 
@@ -45,9 +46,9 @@ def _rows(names: Sequence[str], level: ValidationLevel, folder: Path) -> Iterato
 )
 def test_case__holds_on_coarse_grids(name: str, compared: Callable[[Row], None], tmp_path: Path) -> None:
     """Every validation case holds on coarse grids."""
-    # One by the command, the others without its service and reports, which cost most.
+    # One by the command, without figures in its report, the others without its service and report, which cost most.
     if name == BY_COMMAND:
-        rows = _rows([name], "quick", tmp_path)
+        rows = _rows([name], "quick", tmp_path, targets_module="tests.crash.support.solving")
     else:
         case, cubes = validation.load(name), {}
         for sweep_name, document in case.documents("quick").items():

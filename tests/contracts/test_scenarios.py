@@ -133,13 +133,7 @@ VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
         ),
     ),
     (("elastic_bar",), ({"poisson_ratio": 0.0}, {"poisson_ratio": 0.49})),
-    (
-        ("taylor_bar",),
-        (
-            {"bar": "al-2024-t3"},
-            {"thermal_softening": False, "bar": "copper-ofhc"},
-        ),
-    ),
+    (("taylor_bar",), ({"bar": "al-2024-t3"}, {"thermal_softening": False, "bar": "copper-ofhc"})),
     (
         ("plate_impact",),
         (
@@ -163,15 +157,7 @@ VARIED: tuple[tuple[tuple[str, ...], tuple[Changes, ...]], ...] = (
             {"speed": 2000.0},
         ),
     ),
-    (
-        ("deck",),
-        (
-            {"contact": "none"},
-            {"refinement": 2},
-            {"step": "stable"},
-            {"end_time": 1e-6},
-        ),
-    ),
+    (("deck",), ({"contact": "none"}, {"refinement": 2}, {"step": "stable"}, {"end_time": 1e-6})),
 )
 VARIATIONS = CORNERS + tuple(
     (name, change) for scenarios_of, changes in VARIED for name in scenarios_of for change in changes

@@ -38,9 +38,7 @@ class KillPlan:
 
 
 ON_SQLITE = KillPlan({Victim.RUN: 28, Victim.SERVICE: 12})
-ON_POSTGRESQL = KillPlan(
-    {Victim.RUN: 12, Victim.WORKER: 10, Victim.SCHEDULER: 8, Victim.SERVICE: 10}, external=True
-)
+ON_POSTGRESQL = KillPlan({Victim.RUN: 12, Victim.WORKER: 10, Victim.SCHEDULER: 8, Victim.SERVICE: 10}, external=True)
 SAYS = "kills -9 lose and double nothing: one registered result a run, with the bits of one that nobody disturbed; "
 
 
