@@ -1,8 +1,8 @@
 """Runs in which each step needs the one before: whoever resumes wrongly gets another number.
 
-Stands in for ``studies.runs.execution`` and ``studies.reports.publish``. Cube and report are the real ones, without figures; a run takes
-``WHIPPLE_TEST_SECONDS``, keeps a checkpoint after each of its steps and leaves its process id in ``pid``.
-Those whose speed ``FAILING`` names in the environment behave as runs of ``targets`` with that behaviour.
+Stands in for ``studies.runs.execution`` and ``studies.reports.publish``. Cube and report are the real ones, without
+figures; a run takes ``WHIPPLE_TEST_SECONDS``, keeps a checkpoint after each of its steps and leaves its process id in
+``pid``. Those whose speed ``FAILING`` names in the environment behave as runs of ``targets`` with that behaviour.
 """
 
 import json

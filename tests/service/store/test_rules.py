@@ -5,10 +5,8 @@ over from each other. Whatever happens, an attempt counts once, nobody waits in 
 computed for nobody, and in the end every sweep that was accepted has ended.
 """
 
-import atexit
 import shutil
 import tempfile
-from functools import cache
 from pathlib import Path
 
 import pytest
@@ -43,15 +41,6 @@ PRIORITY = st.integers(-2, 2)
 STEP = st.sampled_from([None, 100, 200])
 
 
-@cache
-def empty_store() -> Path:
-    """An empty store, made once, then copied."""
-    folder = Path(tempfile.mkdtemp(prefix="whipple-rules-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    open_store(settings_in(folder)).close()
-    return folder
-
-
 class Rules(RuleBasedStateMachine):
     """A store, people and dispatchers, in any order."""
 
@@ -61,7 +50,6 @@ class Rules(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.folder = Path(tempfile.mkdtemp(prefix="whipple-rules-"))
-        shutil.copytree(empty_store(), self.folder, dirs_exist_ok=True)
         self.store = open_store(settings_in(self.folder))
         self.deleted: set[str] = set()
         self.sent: dict[str, tuple[str, str]] = {}  # idempotency key: body, sweep

@@ -1,4 +1,4 @@
-"""For ``studies.runs.execution`` and ``studies.reports.publish`` in a child: those of crash tests, a definition changed.
+"""For ``studies.runs.execution`` and ``studies.reports.publish`` in a child: those of crash tests, one definition new.
 
 Importing it changes the definition (``tests.service.support.changed_measurement``), so no test imports it. Nothing is
 solved any more: a run that is asked for all the same fails, and says so.
