@@ -2,7 +2,7 @@
 
 import json
 import math
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -98,14 +98,6 @@ PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Any], float]]] = {
 OF_OTHER_METHODS = ("smoothed", "elements", "elements, four points", "coupled")
 
 
-def named(names: Iterable[str], claim: str) -> list[Any]:
-    """Parameters of a claim; elements of four points, whose kernels nothing else has, are in the claim alone."""
-    return [
-        pytest.param(name, marks=pytest.mark.claim(*claim.split(), minutes=0.1 if "four points" in name else 0.0))
-        for name in names
-    ]
-
-
 @dataclass
 class Witness:
     """An observer with a memory, and a caller that leaves after given numbers of steps."""
@@ -182,7 +174,8 @@ def stopped(problem: Problem, file: Path, step: int = STOPPED, **changes: Any) -
 # The same bits
 
 
-@pytest.mark.parametrize("name", named(PROBLEMS, "speed same-bits"))
+@pytest.mark.claim("speed", "same-bits")
+@pytest.mark.parametrize("name", PROBLEMS)
 def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(name: str, file: Path) -> None:
     """A run that stopped before, at or after a reordering goes on with the bits and memory of one that did not."""
     problem, carries = PROBLEMS[name][0](), PROBLEMS[name][1]
@@ -205,7 +198,8 @@ def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(name: str, file
         file.unlink()
 
 
-@pytest.mark.parametrize("name", named(["outflow", "retired", "arrivals", *OF_OTHER_METHODS], "methods methods-speed"))
+@pytest.mark.claim("methods", "methods-speed")
+@pytest.mark.parametrize("name", ["outflow", "retired", "arrivals", *OF_OTHER_METHODS])
 def test_restart__with_other_threads_ends_with_the_same_bits(name: str, file: Path) -> None:
     """Two threads change no bit of any method."""
     problem = PROBLEMS[name][0]()
