@@ -4,8 +4,10 @@ import io
 import json
 import os
 import re
+import threading
 import zipfile
 from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
@@ -15,11 +17,11 @@ import pytest
 import xarray as xr
 
 from service.api.conversions import MOST_FILES, Conversions
-from service.api.errors import ConversionFailed
+from service.api.errors import Busy, ConversionFailed
 from service.api.routes.runs import FilmField
 from service.client.client import Client
 from service.files.artifacts import describe
-from service.records.jobs import Kind, Lease
+from service.records.jobs import Kind, Lease, Stored
 from studies.cases.rows import Row, equal
 from studies.cubes import cube
 from studies.films.film import SCALARS
@@ -27,6 +29,7 @@ from studies.quantities.measured import Measured
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from tests.service.support.api import SWEEP, Api, served, sweep_of
+from tests.service.support.fakes import DEADLINE
 from tests.studies.reports.test_figures import built
 from tests.studies.runs.solved import asked
 from tests.studies.support import fakes
@@ -142,6 +145,38 @@ def test_partial_cubes__that_were_used_last_are_kept(tmp_path: Path) -> None:
     assert not left.exists()
     assert f"{MOST_FILES + 4}.nc" in kept
     assert "0.nc" not in kept
+
+
+class SlowFiles(Conversions):
+    """Writes an empty file once it may."""
+
+    def __init__(self, folder: Path):
+        super().__init__(folder)
+        self.begun, self.may_end = threading.Event(), threading.Event()
+        self.made = 0
+
+    def _run_child(self, file: Path, inputs: str) -> None:
+        self.begun.set()
+        assert self.may_end.wait(DEADLINE)
+        self.made += 1
+        file.touch()
+
+
+def test_file__of_one_request_is_waited_for_by_another_of_a_page_alone(tmp_path: Path) -> None:
+    files, source = SlowFiles(tmp_path), Stored("state.npz", "state.npz", 0, "")
+
+    def made(wait: float) -> Path:
+        return files.file("cloud.view", [source], tmp_path, wait=wait)[0]
+
+    with ThreadPoolExecutor() as threads:
+        first = threads.submit(made, 0.0)
+        assert files.begun.wait(DEADLINE)
+        second = threads.submit(made, DEADLINE)
+        with pytest.raises(Busy):
+            made(0.0)
+        files.may_end.set()
+        assert first.result() == second.result()
+    assert files.made == 1
 
 
 # --- results for other programs -----------------------------------------------------------------------
