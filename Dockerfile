@@ -21,7 +21,7 @@ RUN python -m venv /opt/whipple
 ENV PATH=/opt/whipple/bin:$PATH
 # The libraries first: they change less often than the source, and their layer is kept.
 COPY pyproject.toml constraints.txt ./
-RUN python -c "import tomllib; own = tomllib.load(open('pyproject.toml', 'rb'))['project']; print(*own['dependencies'], *own['optional-dependencies']['postgres'], *own['optional-dependencies']['cluster'], sep='\n')" > libraries.txt \
+RUN python -c "import tomllib; own = tomllib.load(open('pyproject.toml', 'rb'))['project']; print(*own['dependencies'], *(each for extra in ('postgres', 'cluster', 'zarr', 'video') for each in own['optional-dependencies'][extra]), sep='\n')" > libraries.txt \
  && pip install --no-cache-dir --constraint constraints.txt --requirement libraries.txt
 COPY . .
 RUN pip install --no-cache-dir --no-deps .

@@ -24,17 +24,19 @@ print(f"set up in {time.time() - begin:.0f} s, of which {max(0, there - begin):.
 endef
 export SET_UP
 
-TARGETS := help demo demo-full test claims soak bench map clean
+TARGETS := help demo demo-full test pythons claims soak bench map release clean
 .PHONY: $(TARGETS)
 
 help:
 	@echo "make demo               set up, compute the example sweeps into $(OUT)/, print its time"
 	@echo "make demo-full          the same with more thicknesses and finer grids, into $(OUT)-full/"
 	@echo "make test               set up, then every check: rules, types, imports, tests"
+	@echo "make pythons            the same with each supported Python, in an environment of its own"
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
 	@echo "make soak [SEED=n]      what the queue says about itself, with other kills each time: half an hour and more"
 	@echo "make bench [JSON=file]  measure speed (docs/speed.md); never part of pass or fail"
 	@echo "make map                print what imports what and where there is too much, and write docs/house.md"
+	@echo "make release VERSION=n  version, changelog and citation, wheel, image and tag of a release"
 	@echo "make clean              remove the environment, caches and the demo's results"
 
 # The demo computes everything itself; the first time it compiles the kernels too.
@@ -48,6 +50,11 @@ demo-full: $(RUNTIME)
 test: $(DEVELOPMENT)
 	@$(BIN)/python -m tests
 
+# A Python that is missing: pip install uv, then uv python install 3.13 (or pyenv install 3.13).
+pythons:
+	@for version in 3.11 3.12 3.13; do \
+		echo "--- Python $$version"; $(MAKE) --no-print-directory test PYTHON=python$$version VENV=$(VENV)-$$version; done
+
 # "make claims house": the words after claims are names of sets or claims, not targets of its own.
 ifeq (claims,$(firstword $(MAKECMDGOALS)))
 NAME ?= $(filter-out $(TARGETS),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
@@ -59,6 +66,7 @@ endif
 endif
 
 claims: $(DEVELOPMENT)
+	@$(BIN)/python -c 'import vtkmodules' 2>/dev/null || $(PIP) --editable '.[readers]'
 	@$(BIN)/python -m tests.claims $(NAME)
 
 # The seed decides what is killed when; it is printed, and SEED= repeats it.
@@ -72,8 +80,12 @@ bench: $(DEVELOPMENT)
 map: $(DEVELOPMENT)
 	@$(BIN)/python -m tests.house
 
+# Nothing is uploaded. IMAGE=no: where there is neither docker nor podman.
+release: $(DEVELOPMENT)
+	@$(BIN)/python -m docs.release $(VERSION) $(if $(filter no,$(IMAGE)),--without-image)
+
 clean:
-	@rm -rf $(VENV) .cache build *.egg-info $(OUT) $(OUT)-full
+	@rm -rf $(VENV) $(VENV)-3.* .cache build *.egg-info $(OUT) $(OUT)-full
 
 # An environment that works is kept; one that is missing or too old is made anew.
 $(RUNTIME): pyproject.toml constraints.txt

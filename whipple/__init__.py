@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     import xarray
 
     from service.client.client import Client
+    from service.client.results import SweepFolder
 
 __all__ = ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"]
 
@@ -27,8 +28,11 @@ def run_sweep(
     overwrite: bool = False,
     keep: str = "final",
     every_column: bool = False,
-) -> Path:
+) -> "SweepFolder":
     """Compute a sweep on this machine, without a server, and return the folder with its results.
+
+    The folder is a path that a notebook shows as a table; ``plot()`` draws the figures of its report, and ``film()``
+    the film of a run.
 
     ``document`` is a mapping or the path of a YAML file. The folder holds ``cube.nc``,
     ``runs.csv``, ``report.html`` and ``report.json``; called again with the same folder, it resumes: values on the
@@ -39,21 +43,26 @@ def run_sweep(
     """
     from service.cli.local import run_sweep
     from service.client.progress import is_watched, showing_progress
+    from service.client.results import SweepFolder
 
     if not is_watched():
-        return Path(run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column))
+        return SweepFolder(run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column))
     with showing_progress(Path(out).name) as show:
         computed = run_sweep(document, out, overwrite=overwrite, keep=keep, every_column=every_column, progress=show)
-        return Path(computed)
+        return SweepFolder(computed)
 
 
 def open_cube(path: str | Path) -> "xarray.Dataset":
     """Open the cube of a sweep: ``path`` is a ``cube.nc``, a folder that holds one, or its address.
 
+    ``cube.whipple.plot_laws()`` and ``cube.whipple.plot()`` draw the figures of its report.
+
     An address (``http://.../v1/sweeps/ID/cube.nc``) is read as it is looked at, with the key in
     ``WHIPPLE_API_KEY`` if there is one; that needs ``pip install 'whipple[remote]'``.
     """
     import xarray
+
+    import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
 
     if str(path).startswith(("http://", "https://")):
         from service.client.remote_cube import open_remote

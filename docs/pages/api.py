@@ -15,6 +15,8 @@ PARAGRAPH = "\n\n"
 MODULES: dict[str, tuple[str, ...]] = {
     "whipple": (),
     "service.client.client": ("SweepHandle",),
+    "service.client.results": ("SweepFolder",),
+    "studies.reports.notebook": ("CubeFigures", "Figures"),
     "studies.laws": ("names", "load", "answering", "shot_from", "Shot", "Shield", "Law", "LawValue"),
     "studies.reports.answers.question": ("read_question", "Question", "ShotParameters"),
     "studies.reports.answers.answer": ("answers", "ShotAnswer", "QuantityAnswer", "LawAnswer"),

@@ -11,12 +11,12 @@ from fastapi.staticfiles import StaticFiles
 from service import version
 from service.api import errors
 from service.api.access import Access, check_binding, requires
+from service.api.conversions import Conversions
 from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
-from service.api.middleware import RequestLog, Turns
+from service.api.middleware import Heads, RequestLog, Turns
 from service.api.pages import documentation, login, rendering
 from service.api.pages import sweeps as sweep_pages
-from service.api.partial_cubes import PartialCubes
 from service.api.readers import Readers
 from service.api.routes import catalogue, events, files, health, queue, runs, sweeps
 from service.api.schemas import problem_schemas
@@ -31,13 +31,13 @@ __all__ = ["DispatcherStatus", "StartEngine", "build_app", "open_service"]
 
 # Routes that need the scope ``read``; those that change something ask for more themselves.
 GUARDED = (
-    *(sweeps.router, files.router, runs.router, queue.router, events.router),
+    *(sweeps.submitting, sweeps.router, files.router, runs.router, queue.router, events.router),
     *(catalogue.router, health.metrics_router, sweep_pages.router),
 )
 # Probes of machines without a key, and the documentation.
 OPEN = (health.router, documentation.router, login.router)
 STATIC = Path(__file__).parent / "static"
-CACHE = "cache"  # folder of partial cubes, in the data directory
+CACHE = "cache"  # folder of files that are made when they are asked for, in the data directory
 PROBLEM: dict[str, Any] = {
     "description": "A problem document (RFC 9457)",
     "content": {errors.MEDIA_TYPE: {"schema": {"$ref": "#/components/schemas/ProblemDocument"}}},
@@ -71,6 +71,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
         redoc_url=None,
         openapi_url=None,  # FastAPI's own route writes the document anew for each request
         responses={"4XX": PROBLEM, "5XX": PROBLEM},
+        openapi_tags=documentation.TAGS,
         generate_unique_id_function=lambda route: route.name,
     )
     streams = EventStreams(store)
@@ -81,7 +82,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.problem_page = rendering.problem_page
     app.state.readers = Readers()
     app.state.readiness = health.ReadinessCheck()
-    app.state.partial_cubes = PartialCubes(settings.data / CACHE)
+    app.state.conversions = Conversions(settings.data / CACHE)
     for router in OPEN:
         app.include_router(router)
     for router in GUARDED:
@@ -89,6 +90,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.add_middleware(Access, settings=settings)
     app.add_middleware(Turns)
+    app.add_middleware(Heads)
     # The middleware added last is the outermost.
     app.add_middleware(RequestLog, metrics=metrics)
     errors.install(app)

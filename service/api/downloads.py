@@ -1,4 +1,4 @@
-"""Endpoints that respond with a file: GET and HEAD, described alike in OpenAPI.
+"""Endpoints that respond with a file, described alike in OpenAPI.
 
 The strong entity tag of a file is its SHA-256; the file is read to compare it once, and again when its size or a time
 of it changes. Starlette's ``FileResponse`` implements Range and If-Range; If-None-Match (304) and If-Match (412) are
@@ -27,6 +27,9 @@ MEDIA_TYPES = {
     ".html": "text/html; charset=utf-8",
     ".json": "application/json",
     ".txt": "text/plain; charset=utf-8",
+    ".zip": "application/zip",
+    ".gif": "image/gif",
+    ".mp4": "video/mp4",
 }
 BINARY = {"schema": {"type": "string", "format": "binary"}}
 TEXT = {"schema": {"type": "string"}}
@@ -56,7 +59,7 @@ def media_type_of(name: str) -> str:
 
 
 def send_file(request: Request, download: Download) -> Response:
-    """The response to a GET or HEAD of a file; raises NotFound, FileDamaged, PreconditionFailed."""
+    """The response to a GET of a file; raises NotFound, FileDamaged, PreconditionFailed."""
     try:
         status = download.path.stat()
         found = _digest(download.path, _version(status))
@@ -109,27 +112,19 @@ def _tags(header: str) -> set[str]:
 def serves(
     router: APIRouter, path: str, names: tuple[str, ...], description: str, **options: Any
 ) -> Callable[[Endpoint], Endpoint]:
-    """Add an endpoint for GET and HEAD of a file that is like one of ``names``."""
+    """Add an endpoint for a file that is like one of ``names``."""
     types = [media_type_of(name).partition(";")[0] for name in names]
     content = {name: JSON if name.endswith("json") else TEXT if "text" in name else BINARY for name in types}
     partial = {"description": "The part that `Range` requests", "content": dict.fromkeys(content, BINARY)}
 
-    def add(endpoint: Endpoint) -> Endpoint:
-        for method in ("GET", "HEAD"):
-            router.add_api_route(
-                path,
-                endpoint,
-                methods=[method],
-                description=f"{description}.",
-                response_class=Response,
-                responses={
-                    200: {"description": description, "content": content},
-                    206: partial,
-                    304: {"description": "Unchanged"},
-                },
-                include_in_schema=method == "GET",
-                **options,
-            )
-        return endpoint
-
-    return add
+    return router.get(
+        path,
+        description=f"{description}.",
+        response_class=Response,
+        responses={
+            200: {"description": description, "content": content},
+            206: partial,
+            304: {"description": "Unchanged"},
+        },
+        **options,
+    )

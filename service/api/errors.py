@@ -113,8 +113,12 @@ class Forbidden(RequestError, status=403, title="Forbidden"):
         self.headers = {"WWW-Authenticate": f'Bearer realm="whipple", {error}'}
 
 
-class PartialCubeFailed(RequestError, status=500, title="Partial cube failed"):
-    """The cube of the unfinished sweep could not be made."""
+class ConversionFailed(RequestError, status=500, title="Conversion failed"):
+    """The file, which is made when it is asked for, could not be made."""
+
+
+class NotAvailable(RequestError, status=501, title="Not available"):
+    """This service lacks what it takes to make the file; `detail` says what its operator can install."""
 
 
 class FileDamaged(RequestError, status=500, title="File damaged"):
@@ -198,12 +202,13 @@ async def _respond_http(request: Request, error: Exception) -> Response:
 
 
 def _methods(request: Request) -> list[str]:
-    """The methods of a path, over all of its routes."""
-    return [
+    """The methods of a path, over all of its routes; HEAD is wherever GET is (``middleware.Heads``)."""
+    routed = {
         method
         for method in METHODS
         if any(route.matches({**request.scope, "method": method})[0] is Match.FULL for route in request.app.routes)
-    ]
+    }
+    return [method for method in METHODS if method in routed or (method == "HEAD" and "GET" in routed)]
 
 
 async def _respond_unexpected(request: Request, error: Exception) -> Response:

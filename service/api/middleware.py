@@ -17,7 +17,8 @@ import time
 from typing import Any
 
 import h11
-from anyio import CapacityLimiter
+from anyio import CancelScope, CapacityLimiter
+from anyio.lowlevel import checkpoint
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
@@ -107,6 +108,36 @@ class RequestLog:
             if id is not None and route.startswith(prefix):
                 fields[field] = str(id)[:LONGEST_ID]
         log.log(level, "%s %s %d", method, route, status, extra=fields)
+
+
+class Heads:
+    """The middleware that responds to HEAD wherever there is a GET: with its status and headers, and no body.
+
+    What the GET would send after its headers is not made: a stream of events ends at once.
+    """
+
+    def __init__(self, app: ASGIApp):
+        self._app = app
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if scope["type"] != "http" or scope["method"] != "HEAD":
+            await self._app(scope, receive, send)
+            return
+
+        async def send_head(message: Message) -> None:
+            if message["type"] == "http.response.start":
+                scope["method"] = "HEAD"  # as the server and the log know it
+                await send(message)
+                await send({"type": "http.response.body", "body": b""})
+                rest.cancel()
+                await checkpoint()  # ends the response here
+
+        scope["method"] = "GET"
+        try:
+            with CancelScope() as rest:
+                await self._app(scope, receive, send_head)
+        finally:
+            scope["method"] = "HEAD"
 
 
 class Turns:

@@ -23,7 +23,7 @@ from service.records.jobs import (
     SweepState,
     SweepStatus,
 )
-from studies.quantities.files import SWEEP_FILES
+from studies.quantities.files import ARCHIVE, SWEEP_FILES
 from studies.sweeps import examples
 from studies.sweeps.cost import PresetCost
 from studies.sweeps.document import read_yaml
@@ -105,14 +105,17 @@ class SweepModel(SweepStatus):
         here = f"/v1/sweeps/{row.id}"
         action = "retry" if row.is_terminal else "cancel"
         files = [name for name in files if name in SWEEP_FILES]
-        names = ("runs", "events", "history", "document", action, *files)
+        made = [ARCHIVE] if row.is_terminal else []
+        names = ("runs", "events", "history", "document", action, *files, *made)
         return cls(**vars(row), links={"self": here, **{name: f"{here}/{name}" for name in names}})
 
 
 class SweepChange(BaseModel):
     """The fields of a sweep that may be changed."""
 
-    model_config = ConfigDict(strict=True, extra="forbid", frozen=True)
+    model_config = ConfigDict(
+        strict=True, extra="forbid", frozen=True, json_schema_extra={"examples": [{"priority": -10}]}
+    )
 
     priority: int = Field(
         ge=PRIORITIES[0], le=PRIORITIES[-1], description="Sweeps of smaller numbers are computed first"

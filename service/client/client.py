@@ -8,11 +8,14 @@ A service on another machine needs an API key: ``Client(url, key=...)``, or the 
 ``WHIPPLE_API_KEY``.
 """
 
+import hashlib
 import json
 import os
 import re
+import tempfile
 import time
 import uuid
+import zipfile
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -24,12 +27,13 @@ from service.client.connection import Connection, ServiceError, Unreachable
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import SweepStatus
 from solver.errors import WhippleError
-from studies.quantities.files import RUNS_CSV, SWEEP_FILES
+from studies.quantities.files import ARCHIVE, CUBE, DIGESTS, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
     from service.client.html import RunDocument
     from studies.cubes.reading import Dataset
+    from studies.reports.notebook import Figures
 
 __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle", "SweepStatus", "Unreachable"]
 
@@ -127,7 +131,7 @@ class Client:
         """A run with its parameters."""
         from service.client.html import RunDocument
 
-        return RunDocument(self._connection.json("GET", f"/v1/runs/{id}"))
+        return RunDocument(self._connection.json("GET", f"/v1/runs/{id}"), self._connection)
 
     def find_run(self, prefix: str) -> str:
         """The id of the run whose id begins so; raises InvalidInput with the candidates if they are several."""
@@ -287,17 +291,31 @@ class SweepHandle:
             self._connection.download(f"{self._path}/{name}{query}", folder / name)
         return folder
 
+    def fetch_archive(self, file: str | Path) -> Path:
+        """Download every file of the sweep and of its runs as one ZIP file; each is checked against its digest."""
+        _folder(Path(file).parent)
+        return self._connection.download(f"{self._path}/{ARCHIVE}", Path(file), check=_check_archive)
+
     def open_cube(self) -> "Dataset":
         """The cube, opened remotely: accessed values are loaded, not the file.
 
         A retry replaces the file: open it again afterwards. Raises ServiceError, and MissingExtra if the
         libraries are not installed.
         """
+        import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
         from service.client.remote_cube import open_remote
 
         # Reports why there is no cube.
         self._connection.text(f"{self._path}/cube.nc", headers={"Range": "bytes=0-0"})
         return open_remote(f"{self.client.url}{self._path}/cube.nc", self._connection.headers)
+
+    def plot(self) -> "Figures":
+        """The figures of the report, drawn from the cube, which is downloaded; raises ServiceError without one."""
+        from service.client.results import SweepFolder
+
+        with tempfile.TemporaryDirectory() as folder:
+            self._connection.download(f"{self._path}/{CUBE}", Path(folder) / CUBE)
+            return SweepFolder(folder).plot()
 
     # --- commands --------------------------------------------------------------------------------
 
@@ -329,6 +347,23 @@ def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> dict[
         sweep = read_sweep_file(Path(sweep))
     content = json.dumps(sweep, default=str).encode()
     return {"content": content, "headers": {"Content-Type": "application/json", **(headers or {})}}
+
+
+def _check_archive(file: Path) -> None:
+    """Raise ServiceError unless an archive has the files, with the digests, that it says."""
+    with zipfile.ZipFile(file) as archive:
+        expected = dict(line.split("  ", 1)[::-1] for line in archive.read(DIGESTS).decode().splitlines())
+        received = {name: _digest(archive, name) for name in archive.namelist() if name != DIGESTS}
+    if wrong := sorted(name for name in {*expected, *received} if expected.get(name) != received.get(name)):
+        raise ServiceError(200, "Damaged download", f"{wrong[0]} of the archive: the digest is wrong")
+
+
+def _digest(archive: zipfile.ZipFile, name: str) -> str:
+    sha256 = hashlib.sha256()
+    with archive.open(name) as stored:
+        while piece := stored.read(1 << 20):
+            sha256.update(piece)
+    return sha256.hexdigest()
 
 
 def _folder(out: str | Path) -> Path:

@@ -75,6 +75,10 @@ class Connection:
         """The text body of a response to GET."""
         return self._request("GET", path, **options).text
 
+    def content(self, path: str, **options: Any) -> bytes:
+        """The body of a response to GET."""
+        return self._request("GET", path, **options).content
+
     def pages(self, path: str, **query: str) -> Iterator[dict[str, Any]]:
         """The items of all pages of a list."""
         cursor: dict[str, str] = {}
@@ -85,15 +89,20 @@ class Connection:
                 return
             cursor = {"cursor": page["next_cursor"]}
 
-    def download(self, path: str, file: Path) -> Path:
-        """Stream a file to its place: whole and with the right digest, or not at all."""
+    def download(self, path: str, file: Path, check: Callable[[Path], None] | None = None) -> Path:
+        """Stream a file to its place: whole and with the right digest, or not at all.
+
+        ``check`` raises in place of the digest, for a file that is made while it is sent.
+        """
 
         def fetch(part: Path) -> None:
             def attempt(_repeated: bool) -> None:
                 with self._http.stream("GET", path) as response:
                     self._check_stream(response)
                     digest = _write(response, part)
-                if f'"{digest}"' != response.headers.get("etag"):
+                if check is not None:
+                    check(part)
+                elif f'"{digest}"' != response.headers.get("etag"):
                     raise ServiceError(200, "Damaged download", f"{path}: the digest is wrong")
 
             self._repeat(attempt)

@@ -1,18 +1,47 @@
-"""Sweeps and runs as tables, for notebooks."""
+"""Sweeps and runs as tables, and films of runs, for notebooks."""
 
+import base64
 from collections.abc import Iterable, Mapping
+from dataclasses import dataclass
 from html import escape
-from typing import Any
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from service.records.jobs import SweepStatus
 from studies.quantities.display import duration
 from studies.quantities.units import readable
 
+if TYPE_CHECKING:
+    from service.client.connection import Connection
+
 DIGITS = 4  # of a measured value
+
+
+@dataclass(frozen=True)
+class Animation:
+    """A moving picture; a notebook shows it."""
+
+    gif: bytes
+
+    def _repr_html_(self) -> str:
+        return f'<img alt="film of the run" src="data:image/gif;base64,{base64.b64encode(self.gif).decode()}">'
+
+    def save(self, file: str | Path) -> Path:
+        """Write it into a file."""
+        Path(file).write_bytes(self.gif)
+        return Path(file)
 
 
 class RunDocument(dict[str, Any]):
     """A run as the service describes it; a notebook shows it as a table."""
+
+    def __init__(self, document: Mapping[str, Any], connection: "Connection"):
+        super().__init__(document)
+        self._connection = connection
+
+    def film(self, field: str = "speed") -> Animation:
+        """The film of the run, coloured by a field; raises ServiceError where it was not kept."""
+        return Animation(self._connection.content(f"/v1/runs/{self['id']}/film.gif", params={"field": field}))
 
     def _repr_html_(self) -> str:
         rows = [("state", self.get("state")), ("reason", self.get("reason"))]
@@ -21,12 +50,12 @@ class RunDocument(dict[str, Any]):
         return table(f"run {self.get('id', '')[:12]}: {self.get('scenario', '')}", rows)
 
 
-def sweep_table(sweep: SweepStatus, report: str) -> str:
-    """A sweep at one moment; ``report`` is the address of its report."""
+def sweep_table(sweep: SweepStatus, report: str = "") -> str:
+    """A sweep at one moment; ``report`` is the address of its report, if there is one."""
     bar = f'<progress max="1" value="{sweep.progress:.3f}"></progress> {sweep.progress:.0%}'
     rows = [("state", sweep.state), ("runs", sweep.tally), ("reason", sweep.reason)]
     rows += [("time left", duration(sweep.eta_seconds or None))]
-    link = f'<a href="{escape(report)}">report</a>' if sweep.state == "succeeded" else ""
+    link = f'<a href="{escape(report)}">report</a>' if report and sweep.state == "succeeded" else ""
     return table(f"{sweep.name} ({sweep.id[:12]})", rows, below=f"{bar} {link}")
 
 

@@ -1,11 +1,12 @@
-"""Progress of a sweep while somebody waits: a bar on a terminal or in a notebook, else lines or nothing."""
+"""Progress of a sweep while somebody waits: a bar on a terminal, a table in a notebook, else lines or nothing."""
 
 import math
 import sys
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from importlib.util import find_spec
+from importlib import import_module
 
+from service.client.html import sweep_table
 from service.records.jobs import SweepStatus
 from studies.quantities.display import duration, escaped
 
@@ -21,10 +22,12 @@ def is_watched() -> bool:
 
 @contextmanager
 def showing_progress(name: str) -> Iterator[Show]:
-    """A function that shows the status of a sweep: as a bar on a terminal or in a notebook, else as lines."""
+    """A function that shows the status of a sweep: as a bar on a terminal, a table in a notebook, else as lines."""
     name = escaped(name)
-    # A bar in a notebook moves with ipywidgets alone.
-    if not (sys.stderr.isatty() or (_in_notebook() and find_spec("ipywidgets"))):
+    if _in_notebook():
+        yield _ProgressTable()
+        return
+    if not sys.stderr.isatty():
         yield _ProgressLines(name)
         return
     from rich.console import Console
@@ -49,6 +52,17 @@ def showing_progress(name: str) -> Iterator[Show]:
             )
 
         yield show
+
+
+class _ProgressTable:
+    """The sweep as a table with a bar, which takes the place of the last one."""
+
+    def __init__(self) -> None:
+        self._ipython = import_module("IPython.display")  # there, in a notebook
+        self._shown = self._ipython.display(self._ipython.HTML(""), display_id=True)
+
+    def __call__(self, sweep: SweepStatus) -> None:
+        self._shown.update(self._ipython.HTML(sweep_table(sweep)))
 
 
 class _ProgressLines:

@@ -29,6 +29,7 @@ from service.store.tables import (
     now,
     one_row,
     release_publications,
+    runs_of,
     stored_record,
 )
 
@@ -78,6 +79,16 @@ class Publications:
         query = query.where(JOBS.c.sweep_id == sweep_id).order_by(ARTIFACTS.c.name)
         with self._database.reading() as connection:
             return tuple(stored_record(row) for row in connection.execute(query))
+
+    def archived(self, sweep_id: str) -> dict[str, Stored]:
+        """The published files of a sweep and those of its runs, by their paths in an archive of them all."""
+        query = sa.select(ARTIFACTS, JOBS.c.kind).join(JOBS, JOBS.c.id == ARTIFACTS.c.job_id)
+        query = query.where((JOBS.c.sweep_id == sweep_id) | JOBS.c.id.in_(runs_of(sweep_id)))
+        with self._database.reading() as connection:
+            rows = connection.execute(query.order_by(JOBS.c.kind, JOBS.c.id, ARTIFACTS.c.name)).all()
+        return {
+            f"runs/{row.job_id}/{row.name}" if row.kind == Kind.RUN else row.name: stored_record(row) for row in rows
+        }
 
     def lose_results(self, lease: Lease, losses: Sequence[Loss], *, most: int) -> bool:
         """End a publication that found results of its runs lost: it waits until they are computed again.

@@ -2,6 +2,7 @@
 
 import os
 import tempfile
+import zipfile
 from collections.abc import Callable
 from pathlib import Path
 
@@ -11,6 +12,9 @@ FILM = "film.npz"  # its frames
 MOST_FRAMES = 1000  # of them
 SECTIONS = "sections.npz"  # its section at a few times, for the pictures of reports
 CUBE, RUNS_CSV, REPORT_HTML, REPORT_JSON = SWEEP_FILES = (*("cube.nc", "runs.csv", "report.html", "report.json"),)
+ARCHIVE, DIGESTS = "archive.zip", "SHA256SUMS"  # all files of a sweep, and in it the digests of the others
+ZARR = "cube.zarr.zip"
+VTK = "vtk.zip"  # film and final state of a run for other programs
 ALL_RUNS_CSV = "runs-all.csv"  # every column of the runs, offered in place of RUNS_CSV
 
 READABLE_BY_ALL = 0o644  # mkstemp makes private files; results are for others too
@@ -35,6 +39,20 @@ def write_atomically(path: Path, fill: Callable[[Path], object]) -> Path:
 def write_text(path: Path, text: str) -> Path:
     """Write a text file atomically, as UTF-8."""
     return write_atomically(path, lambda file: file.write_text(text, encoding="utf-8"))
+
+
+def zipped(fill: Callable[[Path], object], file: Path) -> Path:
+    """One ZIP file of the folder that ``fill`` writes, whose files are compressed already."""
+
+    def write(part: Path) -> None:
+        with tempfile.TemporaryDirectory(dir=file.parent, prefix=f".{file.name}.", suffix=".part") as name:
+            folder = Path(name)
+            fill(folder)
+            with zipfile.ZipFile(part, "w", zipfile.ZIP_STORED) as archive:
+                for each in sorted(filter(Path.is_file, folder.rglob("*"))):
+                    archive.write(each, each.relative_to(folder))
+
+    return write_atomically(file, write)
 
 
 def to_disk(path: Path) -> None:

@@ -1,6 +1,8 @@
 """The documentation of the API; open to callers without a key, because problem documents point there."""
 
 import json
+import re
+import shlex
 import threading
 from collections.abc import Iterator, Mapping
 from functools import cache
@@ -14,6 +16,25 @@ from service.api.errors import INTERNAL_ERROR, PROBLEMS
 from service.api.pages.rendering import rendered
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
+
+TAGS = [  # the parts of the page, in the order of work; each route has one of these names
+    {
+        "name": "submit",
+        "description": "A sweep document goes in; the response has its id and address. Examples use a document in "
+        "`sweep.json`, such as one of those below, and ids in `$SWEEP` and `$RUN`.",
+    },
+    {"name": "watch", "description": "See how far a sweep is, change its priority, stop it, or try again."},
+    {"name": "results", "description": "Cube, table and report of a sweep, and everything of it in one file."},
+    {"name": "runs", "description": "One simulation each: its parameters, its log, its files, its film."},
+    {"name": "catalogue", "description": "What a sweep may ask for, and what laws say without a run."},
+    {
+        "name": "keys",
+        "description": "Requests from other machines need a key. The operator makes one with `whipple keys create`; it "
+        "has the scopes `read`, `submit` or `admin`, and goes with each request.",
+    },
+    {"name": "operations", "description": "The queue as a whole, and what monitors read."},
+]
+EVENTS, FILE = "text/event-stream", re.compile(r"\.\w+$")
 
 ADDRESS = "\0"  # occurs in no text of the page
 BUILDING = threading.Lock()  # ``cache`` alone lets every thread that finds nothing build the page
@@ -39,12 +60,9 @@ def show_openapi(request: Request) -> Response:
 @cache
 def _documentation(app: FastAPI) -> str:
     """The page with ``ADDRESS`` in place of that of the service; rendering it takes 50 ms (2026-11)."""
-    return rendered(
-        "docs.html",
-        operations=list(_operations(app.openapi())),
-        problems=[*PROBLEMS.values(), INTERNAL_ERROR],
-        address=ADDRESS,
-    )
+    operations = list(_operations(app.openapi()))
+    groups = [{**tag, "operations": [each for each in operations if each["tags"] == [tag["name"]]]} for tag in TAGS]
+    return rendered("docs.html", groups=groups, problems=[*PROBLEMS.values(), INTERNAL_ERROR], address=ADDRESS)
 
 
 @cache
@@ -55,4 +73,30 @@ def _openapi(app: FastAPI) -> bytes:
 def _operations(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     for path, methods in document["paths"].items():
         for method, operation in methods.items():
-            yield {**operation, "path": path, "method": method.upper()}
+            example = _example(path, method, operation)
+            yield {**operation, "path": path, "method": method.upper(), "example": example}
+
+
+def _example(path: str, method: str, operation: Mapping[str, Any]) -> str:
+    """A call of an operation with curl, ids as variables of the shell."""
+    place = path.replace("{id}", "$RUN" if path.startswith("/v1/runs") else "$SWEEP")
+    for parameter in operation.get("parameters", ()):
+        if parameter["in"] == "path" and parameter["name"] != "id":
+            place = place.replace(f"{{{parameter['name']}}}", parameter["schema"]["examples"][0])
+    body = operation.get("requestBody", {}).get("content", {}).get("application/json")
+    words = ["curl"]
+    if method not in ("get", "post") or (method == "post" and body is None):
+        words.append(f"-X {method.upper()}")
+    if EVENTS in operation["responses"].get("200", {}).get("content", {}):
+        words.append("-N")
+    elif method == "get" and FILE.search(place):
+        words.append("-O")
+    if body is not None:
+        words.append(f"--json {_body(body)}")
+    return " ".join([*words, f"{ADDRESS}{place}"])
+
+
+def _body(content: Mapping[str, Any]) -> str:
+    """The example of a body; those of sweeps are in a file."""
+    examples = [content["example"]] if "example" in content else content["schema"].get("examples", [])
+    return shlex.quote(json.dumps(examples[0])) if examples else "@sweep.json"

@@ -11,10 +11,10 @@ from pydantic import ValidationError
 from starlette.requests import ClientDisconnect
 
 from service.api.access import Submitter
+from service.api.conversions import Conversions
 from service.api.documents import pointer, read_json
 from service.api.errors import BadRequest, PayloadTooLarge, ServiceNotReady, UnsupportedMediaType
 from service.api.event_streams import EventStreams
-from service.api.partial_cubes import PartialCubes
 from service.api.readers import Readers
 from service.api.reading import (
     PARSERS,
@@ -56,7 +56,7 @@ def _part(name: str) -> Any:
 AppStore = Annotated[Store, _part("store")]
 AppSettings = Annotated[Settings, _part("settings")]
 AppArtifacts = Annotated[Artifacts, _part("artifacts")]
-AppPartialCubes = Annotated[PartialCubes, _part("partial_cubes")]
+AppConversions = Annotated[Conversions, _part("conversions")]
 AppEventStreams = Annotated[EventStreams, _part("event_streams")]
 
 SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps")]

@@ -12,7 +12,7 @@ from service.api.schemas import EventModel, PageOf
 from service.records.jobs import Event
 from studies.quantities.findings import Finding, InvalidInput, shown
 
-router = APIRouter(prefix="/v1", tags=["events"])
+router = APIRouter(prefix="/v1")
 
 LONGEST_NUMBER = 18  # digits
 MESSAGES = (
@@ -71,6 +71,7 @@ def _last_event_or_newest(last_event: LastEvent, store: AppStore) -> int:
 
 @router.get(
     "/sweeps/{id}/events",
+    tags=["watch"],
     response_class=EventSourceResponse,
     description="All events of a sweep and its runs: past ones first, then as they happen." + MESSAGES.format(end=ENDS),
 )
@@ -83,6 +84,7 @@ async def follow_sweep(
 
 @router.get(
     "/runs/{id}/events",
+    tags=["runs"],
     response_class=EventSourceResponse,
     description="All events of a run: past ones first, then as they happen." + MESSAGES.format(end=ENDS),
 )
@@ -95,6 +97,7 @@ async def follow_run(
 
 @router.get(
     "/queue/events",
+    tags=["operations"],
     response_class=EventSourceResponse,
     description="New events of all sweeps and runs, or all events after `Last-Event-ID`."
     + MESSAGES.format(end="The stream stays open."),
@@ -106,7 +109,7 @@ async def follow_queue(
         yield message
 
 
-@router.get("/sweeps/{id}/history")
+@router.get("/sweeps/{id}/history", tags=["watch"])
 def list_sweep_events(
     id: SweepId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: PageLimit = 100
 ) -> PageOf[EventModel]:
@@ -116,7 +119,7 @@ def list_sweep_events(
     return _page(request, response, events, limit)
 
 
-@router.get("/runs/{id}/history")
+@router.get("/runs/{id}/history", tags=["runs"])
 def list_run_events(
     id: RunId, store: AppStore, request: Request, response: Response, cursor: Cursor = None, limit: PageLimit = 100
 ) -> PageOf[EventModel]:

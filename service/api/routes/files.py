@@ -1,20 +1,23 @@
 """Cube and report of a sweep as files: bytes with a checksum, never opened here."""
 
+import json
 import re
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
+from fastapi.responses import StreamingResponse
 
-from service.api.downloads import Download, send_file, serves
+from service.api.archives import archive_of
+from service.api.conversions import Conversions
+from service.api.downloads import Download, media_type_of, send_file, serves
 from service.api.errors import NotReady
-from service.api.partial_cubes import PartialCubes
-from service.api.routes.dependencies import AppArtifacts, AppPartialCubes, AppStore, SweepId
+from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, SweepId
 from service.files.artifacts import Artifacts
 from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
-from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV
+from studies.quantities.files import ALL_RUNS_CSV, ARCHIVE, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, ZARR
 
-router = APIRouter(prefix="/v1/sweeps/{id}", tags=["files"])
+router = APIRouter(prefix="/v1/sweeps/{id}", tags=["results"])
 
 # The report contains its script; the sandbox isolates that script from this service.
 REPORT_POLICY = (
@@ -37,7 +40,7 @@ def download_cube(
     request: Request,
     store: AppStore,
     artifacts: AppArtifacts,
-    cubes: AppPartialCubes,
+    conversions: AppConversions,
     partial: Annotated[
         bool, Query(description="Return the cube of the results so far while the sweep is unfinished")
     ] = False,
@@ -45,7 +48,7 @@ def download_cube(
     if partial:
         sweep, stored = store.sweeps.get_with_file(id, CUBE)
         if stored is None:
-            return send_file(request, _partial(store, artifacts, cubes, sweep))
+            return send_file(request, _partial(store, artifacts, conversions, sweep))
     return send_file(request, _published(store, artifacts, id, CUBE, is_attachment=True))
 
 
@@ -93,6 +96,45 @@ def download_report_json(id: SweepId, request: Request, store: AppStore, artifac
     return send_file(request, _published(store, artifacts, id, REPORT_JSON))
 
 
+@serves(
+    router,
+    f"/{ARCHIVE}",
+    (ARCHIVE,),
+    "Everything of a sweep that has ended in one file: its document, what it published, and the stored files of its "
+    "runs in `runs/ID/`; `SHA256SUMS` has the digest of each (`sha256sum --check SHA256SUMS`)",
+    operation_id="get_archive_zip",
+)
+def download_archive(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
+    sweep = store.sweeps.get(id)
+    if not sweep.is_terminal:
+        raise NotReady(f"the sweep is {_progress(sweep)}")
+    document = json.dumps(store.sweeps.document(id), ensure_ascii=False, indent=1).encode()
+    archive = archive_of(artifacts, store.publications.archived(id), {"sweep.json": document})
+    filename = f"{_plain(sweep.name)}-{ARCHIVE}"
+    return StreamingResponse(
+        archive,
+        media_type=media_type_of(ARCHIVE),
+        headers={"Content-Length": str(len(archive)), "Content-Disposition": f'attachment; filename="{filename}"'},
+    )
+
+
+@serves(
+    router,
+    f"/{ZARR}",
+    (ZARR,),
+    "The cube as a Zarr store in a ZIP file; needs the extra `zarr` on the service",
+    operation_id="get_cube_zarr",
+)
+def download_zarr(
+    id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts, conversions: AppConversions
+) -> Response:
+    sweep, stored = store.sweeps.get_with_file(id, CUBE)
+    if stored is None:
+        raise _absent(sweep, CUBE)
+    path, sha256 = conversions.file("zarr.zip", [stored], artifacts.root)
+    return send_file(request, Download(path, f"{_plain(sweep.name)}-{ZARR}", sha256, is_attachment=True))
+
+
 def _published(
     store: Store,
     artifacts: Artifacts,
@@ -105,22 +147,27 @@ def _published(
     """A file of a sweep that has ended; raises NotFound, NotReady."""
     sweep, stored = store.sweeps.get_with_file(id, name)
     if stored is None:
-        if sweep.is_terminal:
-            raise NotFound("file", f"{sweep.id}/{name}")
-        raise NotReady(f"the sweep is {_progress(sweep)}")
+        raise _absent(sweep, name)
     filename = f"{_plain(sweep.name)}-{name}"
     return Download(artifacts.path(stored), filename, stored.sha256, is_attachment, headers or {})
 
 
-def _partial(store: Store, artifacts: Artifacts, cubes: PartialCubes, sweep: SweepStatus) -> Download:
-    """The cube of the results so far; raises NotReady, Busy, PartialCubeFailed."""
+def _partial(store: Store, artifacts: Artifacts, conversions: Conversions, sweep: SweepStatus) -> Download:
+    """The cube of the results so far; raises NotReady, Busy, ConversionFailed."""
     document, outcomes = store.publications.inputs(sweep.id)
     results = sum(outcome.path is not None for outcome in outcomes)
     if not results:
         raise NotReady(f"the sweep is {_progress(sweep)}, and none of its runs has a result yet")
     state = f"{sweep.state}, {results} of {len(outcomes)} runs have a result"
-    path, sha256 = cubes.file(document, outcomes, artifacts.root, state)
+    path, sha256 = conversions.partial_cube(document, outcomes, artifacts.root, state)
     return Download(path, f"{_plain(sweep.name)}-partial-{CUBE}", sha256, is_attachment=True)
+
+
+def _absent(sweep: SweepStatus, name: str) -> Exception:
+    """The error for a file that a sweep has not published."""
+    if sweep.is_terminal:
+        return NotFound("file", f"{sweep.id}/{name}")
+    return NotReady(f"the sweep is {_progress(sweep)}")
 
 
 def _progress(sweep: SweepStatus) -> str:

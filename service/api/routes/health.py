@@ -20,7 +20,7 @@ from service.records.jobs import QueueRow, StoreUnavailable
 from service.settings import Settings
 from studies.runs.run import PHYSICS_VERSION
 
-router = APIRouter(tags=["service"])
+router = APIRouter(tags=["operations"])
 
 # Seconds for which an outcome is reused: any client may ask, and each check takes the write lock.
 REUSE_SECONDS = 1.0
@@ -99,7 +99,7 @@ def show_version() -> VersionModel:
     return VersionModel(version=version(), physics_version=PHYSICS_VERSION, python=platform.python_version())
 
 
-metrics_router = APIRouter(tags=["service"])
+metrics_router = APIRouter(tags=["operations"])
 
 
 @metrics_router.get(

@@ -7,7 +7,7 @@ from service.api.routes.dependencies import AppSettings, AppStore
 from service.api.routes.health import why_not_ready
 from service.api.schemas import QueueModel
 
-router = APIRouter(prefix="/v1/queue", tags=["queue"])
+router = APIRouter(prefix="/v1/queue", tags=["operations"])
 
 
 @router.get("")

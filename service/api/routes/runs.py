@@ -1,17 +1,20 @@
 """Runs: one simulation each, with its log and its files."""
 
-from typing import Annotated
+from typing import Annotated, Literal
 
-from fastapi import APIRouter, Path, Request, Response
+from fastapi import APIRouter, Path, Query, Request, Response
 from fastapi.responses import FileResponse
 
 from service.api.downloads import Download, media_type_of, send_file, serves
-from service.api.routes.dependencies import AppArtifacts, AppStore, PageLimit, Prefix, RunId
+from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, PageLimit, Prefix, RunId
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
 from service.files.artifacts import LOG, OF_A_RUN
 from service.records.jobs import NotFound, State
+from studies.quantities.files import FILM, RESULT, STATE, VTK
 
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
+
+FilmField = Literal["speed", "pressure", "temperature", "plastic_strain", "damage"]  # studies.films.film.SCALARS
 
 
 @router.get("")
@@ -36,7 +39,7 @@ def list_files(id: RunId, store: AppStore) -> Items[FileModel]:
 @serves(router, "/{id}/files/{name}", OF_A_RUN, "A file of a run")
 def download_file(
     id: RunId,
-    name: Annotated[str, Path(description="Name from the list of files")],
+    name: Annotated[str, Path(description="Name from the list of files", examples=["result.json"])],
     request: Request,
     store: AppStore,
     artifacts: AppArtifacts,
@@ -44,6 +47,45 @@ def download_file(
     stored = store.runs.file(id, name)
     path, filename = artifacts.path(stored), f"{id}-{stored.name}"
     return send_file(request, Download(path, filename, stored.sha256, is_attachment=True))
+
+
+@serves(
+    router,
+    f"/{{id}}/{VTK}",
+    (VTK,),
+    "Film and final state for ParaView and other readers of VTK (`film.pvd`, `state.vtu`), with units and times; what "
+    "is in it follows from the retention of the run",
+)
+def download_vtk(
+    id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts, conversions: AppConversions
+) -> Response:
+    files = {file.name: file for file in store.runs.files(id)}
+    if not {STATE, FILM} & set(files):
+        raise NotFound("file", f"{id}/{STATE}")
+    sources = [files[name] for name in (STATE, FILM, RESULT) if name in files]
+    path, sha256 = conversions.file(VTK, sources, artifacts.root)
+    return send_file(request, Download(path, f"{id}-{VTK}", sha256, is_attachment=True))
+
+
+@serves(
+    router,
+    "/{id}/film.{format}",
+    ("film.gif", "film.mp4"),
+    "The film of a run that kept it, as an animation: one section, coloured by a field. An MP4 needs ffmpeg, or the "
+    "extra `video`, on the service",
+)
+def download_animation(
+    id: RunId,
+    request: Request,
+    store: AppStore,
+    artifacts: AppArtifacts,
+    conversions: AppConversions,
+    format: Annotated[Literal["gif", "mp4"], Path(description="GIF or MP4", examples=["gif"])],
+    field: Annotated[FilmField, Query(description="What the colours show")] = "speed",
+) -> Response:
+    film = store.runs.file(id, FILM)
+    path, sha256 = conversions.file(format, [film], artifacts.root, field=field)
+    return send_file(request, Download(path, f"{id}-film.{format}", sha256))
 
 
 @serves(

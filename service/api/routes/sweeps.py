@@ -26,7 +26,8 @@ from service.store import Store
 from service.store.sweeps import Sweeps
 from studies.sweeps.cost import OF_SWEEP
 
-router = APIRouter(prefix="/v1/sweeps", tags=["sweeps"])
+submitting = APIRouter(prefix="/v1/sweeps", tags=["submit"])
+router = APIRouter(prefix="/v1/sweeps", tags=["watch"])
 
 RETRY_AFTER = "2"  # s, until a new sweep is worth another request
 SWEEP_BODY: dict[str, Any] = {
@@ -63,7 +64,9 @@ def _links(operations: tuple[str, ...], id: str) -> dict[str, Any]:
     return {"links": {name: {"operationId": name, "parameters": {"id": id}} for name in operations}}
 
 
-@router.post("", status_code=202, openapi_extra=SWEEP_BODY, responses={202: _links(SWEEP_LINKS, "$response.body#/id")})
+@submitting.post(
+    "", status_code=202, openapi_extra=SWEEP_BODY, responses={202: _links(SWEEP_LINKS, "$response.body#/id")}
+)
 def submit_sweep(submission: PostedSubmission, store: AppStore, response: Response) -> SweepModel:
     """Accept a sweep. Once the response is sent, the sweep is on disk and will be computed.
 
@@ -77,7 +80,7 @@ def submit_sweep(submission: PostedSubmission, store: AppStore, response: Respon
     return accepted
 
 
-@router.post("/estimate", openapi_extra=SWEEP_BODY)
+@submitting.post("/estimate", openapi_extra=SWEEP_BODY)
 def estimate_sweep(sweep: PostedEstimate, store: AppStore, settings: AppSettings, request: Request) -> EstimateModel:
     """Estimate the cost of a sweep, as it is and at each `accuracy`; of a search, its most runs. Nothing is stored.
 

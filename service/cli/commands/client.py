@@ -29,6 +29,7 @@ from service.cli.commands.options import (
     folder_of,
 )
 from studies.quantities.display import escaped
+from studies.quantities.files import ARCHIVE
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
@@ -134,11 +135,17 @@ def fetch(
     out: Out,
     overwrite: Overwrite = False,
     every_column: EveryColumn = False,
+    whole: Annotated[
+        bool, typer.Option("--zip", help="Download everything as OUT/archive.zip: files of the runs, digests too.")
+    ] = False,
     url: Url = LOCAL,
     key_file: KeyFile = None,
 ) -> None:
-    """Download cube and report of a sweep."""
+    """Download cube and report of a sweep, or all of its files."""
     with client_of(url, key_file) as client:
+        if whole:
+            print(client.find_sweep(id).fetch_archive(folder_of(out) / ARCHIVE))
+            return
         folder = client.find_sweep(id).fetch(folder_of(out), overwrite=overwrite, every_column=every_column)
     print(f"report: {folder / 'report.html'}")
 

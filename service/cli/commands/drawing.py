@@ -7,32 +7,50 @@ from typing import Annotated
 import typer
 
 from service.cli.commands.options import folder_of
-from studies.quantities.findings import Finding, InvalidInput
+from studies.quantities.findings import Finding, InvalidInput, refusal
 
 app = typer.Typer()
 
 
 @app.command()
 def export(
-    film: Annotated[Path, typer.Argument(metavar="FILM", help="film.npz of a run, or its folder.")],
-    vtk: Annotated[Path, typer.Option(help="Folder for film.pvd and one VTU file per frame.")],
+    source: Annotated[
+        Path,
+        typer.Argument(metavar="SOURCE", help="film.npz or state.npz of a run, cube.nc of a sweep, or their folder."),
+    ],
+    vtk: Annotated[
+        Path | None, typer.Option(help="Folder for VTK files: film.pvd with a VTU file per frame, state.vtu.")
+    ] = None,
+    zarr: Annotated[
+        Path | None, typer.Option(help="Zarr store of the cube: a folder, or a file NAME.zarr.zip.")
+    ] = None,
+    csv: Annotated[Path | None, typer.Option(help="Table of the runs of the cube, with every column.")] = None,
 ) -> None:
-    """Convert the film of a run to VTK files for ParaView."""
-    from studies.films.film_dataset import open_film
-    from studies.films.film_vtk import bodies, export_vtk
+    """Convert film and final state of a run to VTK files for ParaView, or a cube to Zarr and CSV."""
+    from studies.cubes.exports import export_csv, export_zarr
+    from studies.cubes.reading import open_cube
+    from studies.runs.exports import export_vtk, files_of
 
-    if not film.exists():
-        raise _no_such_film(film)
-    with open_film(film) as opened:
-        listed = export_vtk(opened, folder_of(vtk))
-        names = ", ".join(f"{number} {name}" for number, name in enumerate(bodies(opened)) if name)
-        print(f"{opened.sizes['time']} frames, bodies {names}; open {listed}")
+    if not (vtk or zarr or csv):
+        raise refusal(
+            "export", str(source), "--vtk, --zarr or --csv", "name what is to be written, for example --vtk out"
+        )
+    if not source.exists():
+        raise _no_such_file(source)
+    written = [] if vtk is None else export_vtk(files_of(source), folder_of(vtk))
+    if zarr or csv:
+        cube = open_cube(source)
+        written += [export_zarr(cube, zarr)] if zarr else []
+        written += [export_csv(cube, csv)] if csv else []
+    print("open " + ", ".join(map(str, written)))
 
 
 @app.command()
 def film(
     run: Annotated[Path, typer.Argument(metavar="RUN", help="film.npz of a run, or its folder.")],
-    out: Annotated[Path, typer.Argument(metavar="OUT", help="File to write: .gif, or .mp4 where ffmpeg is installed.")],
+    out: Annotated[
+        Path, typer.Argument(metavar="OUT", help="File to write: .gif, or .mp4 (ffmpeg, or the extra video).")
+    ],
     field: Annotated[
         str, typer.Option(help="Colours: speed, pressure, temperature, plastic_strain or damage.")
     ] = "speed",
@@ -43,16 +61,16 @@ def film(
     from studies.reports.drawing.animation import animate
 
     if not run.exists():
-        raise _no_such_film(run)
+        raise _no_such_file(run)
     opened = open_film(run)
     written = animate(opened, out, field, fps)
     print(f"{opened.sizes['time']} frames: {written}")
 
 
-def _no_such_film(film: Path) -> InvalidInput:
+def _no_such_file(file: Path) -> InvalidInput:
     from studies.sweeps.document import no_such_file
 
-    return no_such_file(film, example="give the film.npz of a run that kept its film, or its folder")
+    return no_such_file(file, example="give the film.npz of a run that kept its film, or its folder")
 
 
 @app.command()

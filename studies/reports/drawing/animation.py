@@ -1,9 +1,10 @@
-"""The film of a run as a moving picture: GIF by Pillow, or MP4 by ffmpeg."""
+"""The film of a run as a moving picture: GIF by Pillow, or MP4 by ffmpeg: the program, or that of imageio-ffmpeg."""
 
 from pathlib import Path
 from typing import Any
 
 import numpy as np
+from matplotlib import rcParams
 from matplotlib.animation import AbstractMovieWriter, FFMpegWriter, PillowWriter
 from xarray import Dataset
 
@@ -11,7 +12,7 @@ from studies.films.film_section import sections_of
 from studies.films.section import Sections
 from studies.quantities.display import display_of, printed_in
 from studies.quantities.files import write_atomically
-from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.findings import MissingExtra, nearest_cure, refusal
 from studies.reports.drawing.canvas import drawn_in_style
 from studies.reports.drawing.pixels import coloured, nearest
 from studies.reports.drawing.sections import FULL, LEFT, RIGHT, SHARP, full_size
@@ -30,14 +31,13 @@ LEFT_OUT = 0.5
 def animate(film: Dataset, file: Path, field: str = SPEED, frames_per_second: int = FRAMES_PER_SECOND) -> Path:
     """Write a film into a file, whose ending is its format; colours and axes are the same in all frames.
 
-    Raises InvalidInput for another ending, an unknown field, and an MP4 without the program ffmpeg.
+    Raises InvalidInput for another ending and an unknown field, MissingExtra for an MP4 without ffmpeg.
     """
     writer_of = WRITERS.get(file.suffix.lower())
     if writer_of is None:
         raise refusal("OUT", str(file), " or ".join(WRITERS), "name a file with one of these endings")
-    if not writer_of.isAvailable():
-        cure = "install ffmpeg (apt install ffmpeg), or write a GIF: it needs no program"
-        raise refusal("OUT", str(file), "a GIF, where the program ffmpeg is not installed", cure)
+    if writer_of is FFMpegWriter:
+        _find_ffmpeg()
     fields = [str(name) for name in film if name != "position"]
     if field not in fields:
         raise refusal("--field", field, "a number of the film", nearest_cure(field, fields))
@@ -52,6 +52,18 @@ def animate(film: Dataset, file: Path, field: str = SPEED, frames_per_second: in
             made.unlink(missing_ok=True)
 
     return write_atomically(file, fill)
+
+
+def _find_ffmpeg() -> None:
+    """Let Matplotlib find the program, which the extra ``video`` brings; raises MissingExtra."""
+    if FFMpegWriter.isAvailable():
+        return
+    try:
+        from imageio_ffmpeg import get_ffmpeg_exe
+    except ImportError as error:
+        cure = "pip install 'whipple[video]', or install ffmpeg; a GIF needs neither"
+        raise MissingExtra(f"an MP4 needs more ({error}): {cure}") from None
+    rcParams["animation.ffmpeg_path"] = get_ffmpeg_exe()
 
 
 def _write(film: Dataset, field: str, writer: AbstractMovieWriter, file: Path) -> None:

@@ -134,7 +134,11 @@ def test_store_that_is_away__is_a_503_to_be_tried_again(shared_api: Api, monkeyp
 
 @pytest.mark.parametrize(
     ("path", "allow"),
-    [("/v1/sweeps", "GET, POST"), ("/v1/sweeps/{id}", "DELETE, GET, PATCH"), ("/v1/sweeps/{id}/cube.nc", "GET, HEAD")],
+    [
+        ("/v1/sweeps", "GET, HEAD, POST"),
+        ("/v1/sweeps/{id}", "DELETE, GET, HEAD, PATCH"),
+        ("/v1/sweeps/{id}/cancel", "POST"),
+    ],
 )
 def test_wrong_method__lists_every_method_of_the_path(shared_api: Api, path: str, allow: str) -> None:
     response = shared_api.http.put(path.format(id="0" * 32))

@@ -21,11 +21,10 @@ from schemathesis.generation import GenerationMode
 from schemathesis.specs.openapi.checks import ensure_resource_availability, positive_data_acceptance
 
 from service.api.app import build_app
-from service.api.partial_cubes import PartialCubes
 from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
-from tests.service.support.api import Api, open_api, sweep_of
+from tests.service.support.api import Api, SameFile, open_api, sweep_of
 
 HOST = "whipple.example.org"
 SEED = 20261121
@@ -87,14 +86,6 @@ class Stage:
         await self.app(*message)
 
 
-class SamePartialCube(PartialCubes):
-    """Gives the same file for every sweep: the results of these tests are empty."""
-
-    def _make(self, file: Path, order: str) -> None:
-        file.parent.mkdir(exist_ok=True)
-        file.write_text("{}")
-
-
 @pytest.fixture(scope="module")
 def described(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Described]:
     with describing(tmp_path_factory.mktemp("described")) as opened:
@@ -108,7 +99,7 @@ def describing(folder: Path) -> Iterator[Described]:
         _, secret = store.keys.issue("anna", [Scope.ADMIN])
     with open_api(folder, host="0.0.0.0", allowed_hosts=(HOST, "testserver")) as api:
         app: Any = api.http.app
-        app.state.partial_cubes = SamePartialCube(folder / "cache")
+        app.state.conversions = SameFile(folder / "cache")
         headers = {"Authorization": f"Bearer {secret}", "Host": HOST}
         sweeps, runs = [], []
         for number in range(8):
@@ -222,7 +213,7 @@ def call_sequences(described: Described, folder: Path, count: int) -> None:
             self.parts = ExitStack()
             self.api = self.parts.enter_context(open_api(next(folders)))
             app: Any = self.api.http.app
-            app.state.partial_cubes = SamePartialCube(self.api.settings.data / "cache")
+            app.state.conversions = SameFile(self.api.settings.data / "cache")
             described.stage.app = app
 
         def teardown(self) -> None:

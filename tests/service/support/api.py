@@ -12,6 +12,7 @@ import uvicorn
 from fastapi.testclient import TestClient
 
 from service.api.app import open_service
+from service.api.conversions import Conversions
 from service.api.readers import Readers
 from service.api.reading import Posted, Read, Refusal, read
 from service.records.jobs import Cause, Kind, Result, Stored
@@ -91,6 +92,14 @@ class ReadersHere(Readers):
 
     async def read(self, posted: Posted, part: Callable[[Sweep, Posted], Read]) -> Read | Refusal:
         return read(posted, part)
+
+
+class SameFile(Conversions):
+    """Gives the same file for everything: the results of these tests are empty."""
+
+    def _make(self, file: Path, order: str) -> None:
+        file.parent.mkdir(exist_ok=True)
+        file.write_text("{}")
 
 
 @dataclass(frozen=True)

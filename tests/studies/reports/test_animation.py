@@ -1,9 +1,11 @@
 """The film of a run as a moving picture: every frame, one scale, and a cure where a program is missing."""
 
+import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib import rcParams
 from PIL import Image, ImageSequence
 
 from studies.films.film_dataset import open_film
@@ -30,6 +32,21 @@ def test_gif__has_every_frame_of_the_film(folder: Path, tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["film.gif"]
 
 
+def test_mp4__needs_ffmpeg_or_the_library_that_brings_it(
+    folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
+) -> None:
+    """With the library the film of a run is an MP4; without both the error names the extra."""
+    monkeypatch.setenv("PATH", str(tmp_path))  # without ffmpeg
+    monkeypatch.setitem(rcParams, "animation.ffmpeg_path", "ffmpeg")
+    assert run("film", folder, tmp_path / "film.mp4") == 0
+    assert (tmp_path / "film.mp4").read_bytes()[4:8] == b"ftyp"
+    monkeypatch.setitem(rcParams, "animation.ffmpeg_path", "ffmpeg")
+    monkeypatch.setitem(sys.modules, "imageio_ffmpeg", None)
+    assert run("film", folder, tmp_path / "other.mp4") == 1
+    assert "whipple[video]" in capsys.readouterr().err
+    assert [file.name for file in tmp_path.iterdir()] == ["film.mp4"]
+
+
 def test_sections_of_a_film__have_the_particles_of_each_frame(folder: Path) -> None:
     film = open_film(folder)
     sections = sections_of(film)
@@ -40,23 +57,11 @@ def test_sections_of_a_film__have_the_particles_of_each_frame(folder: Path) -> N
 
 
 @pytest.mark.parametrize(
-    ("out", "field", "message"),
-    [
-        ("film.mp4", "speed", "install ffmpeg"),
-        ("film.avi", "speed", ".gif or .mp4"),
-        ("film.gif", "temperatur", "'temperature'"),
-    ],
+    ("out", "field", "message"), [("film.avi", "speed", ".gif or .mp4"), ("film.gif", "temperatur", "'temperature'")]
 )
 def test_film__that_cannot_be_drawn_is_refused_with_a_cure(
-    out: str,
-    field: str,
-    message: str,
-    folder: Path,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    capsys: pytest.CaptureFixture[str],
+    out: str, field: str, message: str, folder: Path, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
-    monkeypatch.setenv("PATH", str(tmp_path))  # without ffmpeg
     assert run("film", folder, tmp_path / out, "--field", field) == 2
     assert message in capsys.readouterr().err
     assert not list(tmp_path.iterdir())

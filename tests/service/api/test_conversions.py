@@ -1,0 +1,191 @@
+"""Files over HTTP that a child process makes within limits: partial cubes, and results for other programs."""
+
+import io
+import json
+import os
+import zipfile
+from dataclasses import replace
+from pathlib import Path
+from typing import get_args
+
+import numpy as np
+import pytest
+import xarray as xr
+
+from service.api.conversions import MOST_FILES, Conversions
+from service.api.errors import ConversionFailed
+from service.api.routes.runs import FilmField
+from service.client.client import Client
+from service.files.artifacts import describe
+from service.records.jobs import Kind, Lease
+from studies.cubes import cube
+from studies.films.film import SCALARS
+from studies.quantities.measured import Measured
+from studies.runs.execution import execute
+from studies.runs.results import RunResult
+from tests.service.support.api import SWEEP, Api, served, sweep_of
+from tests.studies.reports.test_figures import built
+from tests.studies.runs.solved import asked
+from tests.studies.support import fakes
+
+HOLE = 0.0148  # m
+
+
+def finish(api: Api, lease: Lease) -> None:
+    """Register the result of a run as a real one would be."""
+    measured = Measured(HOLE, 1e-4, {"growth": 1e-4}, (), {"time": [0.0], "value": [HOLE]}, 1)
+    result = RunResult(lease.id, "succeeded", measurements={"hole_diameter": measured}).as_json()
+    plain = api.result(lease.id)
+    stored = api._stored(f"{lease.id}/result.json", json.dumps(result).encode())
+    api.store.leases.finish(lease, replace(plain, files=(stored,)))
+
+
+def opened(content: bytes, folder: Path) -> xr.Dataset:
+    (folder / "partial.nc").write_bytes(content)
+    return xr.load_dataset(folder / "partial.nc")
+
+
+def test_partial_cube__has_the_results_so_far_and_says_so(api: Api, tmp_path: Path) -> None:
+    file = f"/v1/sweeps/{api.submit()}/cube.nc"
+    partial = f"{file}?partial=true"
+    refused = api.http.get(partial)
+    assert refused.status_code == 409
+    assert "none of its runs" in refused.json()["detail"]
+    first, second = api.store.leases.take(2, api.term())
+    finish(api, first)
+    assert api.http.get(file).status_code == 409
+    response = api.http.get(partial)
+    assert response.status_code == 200, response.text
+    assert "partial" in response.headers["Content-Disposition"]
+    cube = opened(response.content, tmp_path)
+    flags = cube.run_state.attrs["flag_meanings"].split()
+    assert sorted(flags[int(state)] for state in cube.run_state) == ["running", "succeeded"]
+    done = cube.run_state.values == flags.index("succeeded")
+    assert np.isfinite(cube.hole_diameter.values).tolist() == done.tolist()
+    assert cube.attrs["sweep_state"] == "running, 1 of 2 runs have a result"
+    assert cube.attrs["comment"].startswith("Not complete")
+    # The same results are the same file; others, or damaged ones, are another.
+    tag = response.headers["ETag"]
+    assert api.http.get(partial).headers["ETag"] == tag
+    finish(api, second)
+    path = api.store.runs.get(first.id).path
+    assert path is not None
+    (api.settings.data / path).write_bytes(b"damaged")
+    response = api.http.get(partial)
+    assert response.headers["ETag"] != tag
+    assert any("damaged" in str(reason) for reason in opened(response.content, tmp_path).run_reason.values)
+
+
+def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_the_end_is_the_cube(api: Api) -> None:
+    file = f"/v1/sweeps/{api.submit()}/cube.nc"
+    for lease in api.store.leases.take(2, api.term()):
+        api.store.leases.finish(lease, api.result(lease.id))  # "{}"
+    response = api.http.get(f"{file}?partial=true")
+    assert response.status_code == 500
+    assert "request_id" in response.json()["detail"]
+    assert str(api.settings.data) not in response.text
+    api.compute()
+    assert api.http.get(f"{file}?partial=true").headers["ETag"] == api.http.get(file).headers["ETag"]
+
+
+@pytest.mark.parametrize(("limit", "message"), [({"seconds": 0}, "0 s"), ({"memory": 1 << 26}, "log")])
+def test_partial_cube__beyond_a_limit_is_refused_and_leaves_no_file(
+    tmp_path: Path, limit: dict[str, int], message: str
+) -> None:
+    cubes = Conversions(tmp_path / "cache", **limit)
+    with pytest.raises(ConversionFailed, match=message):
+        cubes.partial_cube(SWEEP, [], tmp_path, "running")
+    assert not list((tmp_path / "cache").iterdir())
+
+
+class EmptyFiles(Conversions):
+    """Writes an empty file in place of each cube."""
+
+    def _run_child(self, file: Path, inputs: str) -> None:
+        file.touch()
+
+
+def test_partial_cubes__that_were_used_last_are_kept(tmp_path: Path) -> None:
+    folder = tmp_path / "cache"
+    folder.mkdir()
+    for number in range(MOST_FILES + 5):
+        (folder / f"{number}.nc").touch()
+        os.utime(folder / f"{number}.nc", (number, number))
+    left = folder / ".0.zarr.zip.x1.part"  # by a child that was killed
+    (left / "speed").mkdir(parents=True)
+    os.utime(left, (0, 0))
+    made, _ = EmptyFiles(folder).partial_cube(SWEEP, [], tmp_path, "running")
+    kept = {file.name for file in folder.iterdir()}
+    assert made.name in kept
+    assert len(kept) == MOST_FILES
+    assert not left.exists()
+    assert f"{MOST_FILES + 4}.nc" in kept
+    assert "0.nc" not in kept
+
+
+# --- results for other programs -----------------------------------------------------------------------
+
+
+def with_files(api: Api) -> tuple[str, str]:
+    """A sweep and its run, with the files of a real run and of a real cube."""
+    id = api.submit(**sweep_of(axes={"speed": ["5 km/s"]}))
+    for lease in iter(lambda: next(iter(api.store.leases.take(1, api.term())), None), None):
+        folder = api.settings.data / lease.id
+        folder.mkdir(exist_ok=True)
+        if lease.kind is Kind.RUN:
+            run, ended = lease.id, api.result(lease.id)
+            execute(asked("thin_plate"), folder, threads=1, film=True)
+            files = [replace(describe(file), path=f"{run}/{file.name}") for file in sorted(folder.iterdir())]
+            api.store.leases.finish(lease, replace(ended, files=tuple(files)))
+        else:
+            file = describe(cube.write(built(fakes.holes()), folder / "cube.nc"))
+            api.store.leases.publish(lease, [replace(file, path=f"{lease.id}/cube.nc")], seconds=0.1)
+    return id, run
+
+
+@pytest.mark.claim("pages", "conversions", minutes=0.5)
+def test_conversions__of_a_run_and_a_cube_are_what_their_programs_open(
+    api: Api, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Over REST a run is VTK, GIF and MP4, and a cube is Zarr; without an extra the service says what it lacks."""
+    id, run = with_files(api)
+    vtk = api.http.get(f"/v1/runs/{run}/vtk.zip")
+    assert vtk.status_code == 200, vtk.text
+    with zipfile.ZipFile(io.BytesIO(vtk.content)) as opened:
+        assert {"film.pvd", "film-000.vtu", "state.vtu", "departed.vtu"} < set(opened.namelist())
+        assert b"UNITS_LABEL" in opened.read("state.vtu")
+    assert api.http.get(f"/v1/runs/{run}/vtk.zip").headers["ETag"] == vtk.headers["ETag"]
+    speed, pressure = (
+        api.http.get(f"/v1/runs/{run}/film.gif?field={field}").content for field in ("speed", "pressure")
+    )
+    assert speed[:6] == pressure[:6] == b"GIF89a"
+    assert speed != pressure
+    with served(api) as url, Client(url) as client:
+        assert client.run(run).film("pressure").gif == pressure
+        assert client.sweep(id).plot().names[0] == "hole_diameter_laws"
+    film = api.http.get(f"/v1/runs/{run}/film.mp4")
+    assert (film.content[4:8], film.headers["Content-Type"]) == (b"ftyp", "video/mp4")
+    (tmp_path / "cube.zarr.zip").write_bytes(api.http.get(f"/v1/sweeps/{id}/cube.zarr.zip").content)
+    stored = api.settings.data / api.store.sweeps.get_with_file(id, "cube.nc")[1].path  # type: ignore[union-attr]
+    with zipfile.ZipFile(tmp_path / "cube.zarr.zip") as opened, xr.open_dataset(stored) as written:
+        opened.extractall(tmp_path / "cube.zarr")
+        with xr.open_zarr(tmp_path / "cube.zarr") as read:
+            xr.testing.assert_identical(read.load(), written.load())
+    (tmp_path / "zarr.py").write_text("raise ImportError('no zarr here')")
+    monkeypatch.syspath_prepend(tmp_path)
+    for file in (api.settings.data / "cache").iterdir():
+        file.unlink()
+    lacking = api.http.get(f"/v1/sweeps/{id}/cube.zarr.zip")
+    assert lacking.status_code == 501
+    assert "whipple[zarr]" in lacking.json()["detail"]
+
+
+def test_conversions__of_what_was_not_kept_or_is_no_field_are_refused(api: Api) -> None:
+    api.submit()
+    api.compute()
+    [point, _] = api.store.sweeps.points(api.http.get("/v1/sweeps").json()["items"][0]["id"]).items
+    for name in ("vtk.zip", "film.gif", "film.mp4"):
+        assert api.http.get(f"/v1/runs/{point.run.id}/{name}").status_code == 404
+    assert api.http.get(f"/v1/runs/{point.run.id}/film.gif?field=colour").status_code == 422
+    assert api.http.get(f"/v1/runs/{point.run.id}/film.avi").status_code == 422
+    assert get_args(FilmField) == SCALARS

@@ -1,0 +1,83 @@
+"""HEAD wherever there is a GET: one mechanism, looked at over every route and a real connection."""
+
+from collections.abc import Callable, Iterator
+
+import anyio
+import httpx
+import pytest
+from fastapi.routing import APIRoute
+from starlette.types import Message, Receive, Scope, Send
+
+from service.api.app import GUARDED, OPEN
+from service.api.middleware import Heads
+from studies.cases.rows import equal
+from tests.service.support.api import Api, SameFile, served
+from tests.service.support.fakes import wait_until
+
+ENDLESS = "/v1/queue/events"
+# Headers of one response alone: its id, when it was sent, and how a body is framed that has no known length.
+OF_ONE = {"x-request-id", "date", "transfer-encoding"}
+MOVING = {"/metrics"}  # its content has another length each time
+
+
+def paths(api: Api) -> Iterator[str]:
+    """The path of each GET, with a sweep and a run that are there."""
+    id = api.submit()
+    api.compute()
+    run = api.store.sweeps.points(id).items[0].run.id
+    for route in (route for router in (*OPEN, *GUARDED) for route in router.routes):
+        if isinstance(route, APIRoute) and "GET" in (route.methods or ()):
+            named = run if "/runs/" in route.path else id
+            yield route.path.format(id=named, name="result.json", format="gif")
+    yield "/static/style.css"
+
+
+@pytest.mark.claim("pages", "head-where-get")
+def test_head__is_what_get_says_without_its_body(api: Api, compared: Callable[..., None]) -> None:
+    """Every route with GET responds to HEAD with the same status and headers, and no body."""
+    api.http.app.state.conversions = SameFile(api.settings.data / "cache")  # type: ignore[attr-defined]
+    streams = api.http.app.state.event_streams  # type: ignore[attr-defined]
+    routes = list(paths(api))
+    assert len(routes) > 30
+    with served(api) as url, httpx.Client(base_url=url, timeout=20.0) as http:
+        http.get("/login")  # a browser has its cookie before it is compared
+        for path in routes:
+            head = http.head(path)
+            assert head.content == b""
+            if path == ENDLESS:
+                assert head.headers["content-type"].startswith("text/event-stream")
+                wait_until(lambda: streams.open == 0)  # no stream goes on for nobody
+                continue
+            compared(equal(path, expected=said(http.get(path)), got=said(head)))
+        for path in ("/v1/sweeps/0", "/v1/sweeps/0/cancel", "/nowhere"):
+            assert said(http.head(path)) == said(http.get(path))
+        head = http.head("/v1/sweeps/0/cancel")
+        assert (head.status_code, head.headers["allow"]) == (405, "POST")
+
+
+def said(response: httpx.Response) -> tuple[int, dict[str, str]]:
+    """Status and headers of a response that another one of the same request has too."""
+    other = {"content-length"} if response.url.path in MOVING or response.is_error else set()
+    return response.status_code, {name: value for name, value in response.headers.items() if name not in OF_ONE | other}
+
+
+def test_head__makes_nothing_of_the_body() -> None:
+    """Not one piece of a long response is made after its headers."""
+    pieces: list[int] = []
+    sent: list[str] = []
+
+    async def app(_scope: Scope, _receive: Receive, send: Send) -> None:
+        await send({"type": "http.response.start", "status": 200, "headers": []})
+        for number in range(3):
+            pieces.append(number)
+            await send({"type": "http.response.body", "body": b"piece", "more_body": True})
+
+    async def receive() -> Message:
+        return {"type": "http.request"}
+
+    async def send(message: Message) -> None:
+        sent.append(message["type"])
+
+    anyio.run(Heads(app), {"type": "http", "method": "HEAD"}, receive, send)
+    assert sent == ["http.response.start", "http.response.body"]
+    assert not pieces
