@@ -259,9 +259,9 @@ def _choice(rows: Sequence[list[str]], series: Sequence[Series]) -> str:
     names, most = " and ".join(f"`{name}`" for name in left), f"{100 * max(apart):.1f} %"
     return (
         f"\nNothing excludes {names}, and the rule chooses `{chosen}`: plates, blocks and debris clouds on a grid have "
-        "it by default where the target has its constants, and none elsewhere (other methods were not studied, and what a "
-        f"simulated shield tells was measured without failure). Holes with it and without differ by {most} at most. "
-        "The other failures count in the [model part](report.md#the-words) of each bar.\n"
+        "it by default where the target has its constants, and none elsewhere: other methods were not studied, and "
+        "what a simulated shield tells was measured without failure. Holes with it and without differ by "
+        f"{most} at most. The other failures count in the [model part](report.md#the-words) of each bar.\n"
     )
 
 

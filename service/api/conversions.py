@@ -1,5 +1,5 @@
 """Files that are made when they are asked for, each by a child process and cached under the digest of its inputs: cubes
-of unfinished sweeps, results in the formats of other programs, and what pages draw of a run.
+and reports of unfinished sweeps, results in the formats of other programs, and what pages draw of a run.
 
 The API process opens no dataset, because netCDF4 crashes when threads share it. The child reads its inputs from stdin
 and writes one file, within limits of time and memory.
@@ -33,7 +33,7 @@ MOST_WAITING = 4  # requests that wait while the file of another one is made; ea
 REFUSED = 3  # exit status of a child that cannot make the file, and says why in its output
 # States of a run in a cube that differ from those of the queue.
 CUBE_STATES = {State.QUEUED: "pending", State.CANCELLING: "running"}
-PARTIAL = "partial.nc"
+PARTIAL, PARTIAL_REPORT = "partial.nc", "partial.html"
 
 
 class Conversions:
@@ -47,11 +47,11 @@ class Conversions:
         self._places = threading.BoundedSemaphore(MOST_WAITING)
 
     def partial_cube(
-        self, document: Mapping[str, Any], outcomes: Sequence[PublishedRun], root: Path, state: str
+        self, document: Mapping[str, Any], outcomes: Sequence[PublishedRun], root: Path, state: str, kind: str = PARTIAL
     ) -> tuple[Path, str]:
-        """The cube of the results so far, and its SHA-256; raises as ``file`` does."""
+        """The cube (or the report) of the results so far, and its SHA-256; raises as ``file`` does."""
         runs = [outcome.as_json(root) for outcome in outcomes]
-        return self._file(PARTIAL, {"document": document, "outcomes": runs, "state": state})
+        return self._file(kind, {"document": document, "outcomes": runs, "state": state})
 
     def file(
         self, kind: str, sources: Sequence[Stored], root: Path, *, wait: float = 0.0, **options: Any
@@ -148,10 +148,11 @@ def main(file: Path, seconds: int, memory: int) -> None:
 
 
 def _partial(inputs: Mapping[str, Any], file: Path) -> None:
-    from studies.reports.publish import write_partial
+    from studies.reports.publish import write_partial, write_partial_report
 
     outcomes = {run["run_id"]: _outcome(run) for run in inputs["outcomes"]}
-    write_partial(inputs["document"], outcomes, file, state=inputs["state"])
+    make = write_partial_report if file.name.endswith(PARTIAL_REPORT) else write_partial
+    make(inputs["document"], outcomes, file, state=inputs["state"])
 
 
 def _outcome(run: Mapping[str, Any]) -> Mapping[str, Any]:
@@ -208,6 +209,7 @@ def _sources(inputs: Mapping[str, Any]) -> dict[str, Path]:
 
 MAKERS: Mapping[str, Callable[[Mapping[str, Any], Path], None]] = {
     PARTIAL: _partial,
+    PARTIAL_REPORT: _partial,
     "vtk.zip": _vtk,
     "zarr.zip": _zarr,
     "gif": _film,

@@ -6,6 +6,7 @@ back from the disk, so that no answer can be in the report that is not in the fi
 
 from collections.abc import Mapping
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import xarray as xr
@@ -68,6 +69,21 @@ def write_partial(
     dataset = cube.build(*_parsed(sweep_document, outcomes))
     comment = f"Not complete: the sweep was {state}. {dataset.attrs['comment']}"
     return cube.write(dataset.assign_attrs(sweep_state=state, comment=comment), file)
+
+
+def write_partial_report(
+    sweep_document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]], file: Path, *, state: str
+) -> Path:
+    """Write the report of a sweep that has not ended, without pictures; its title says so, with ``state``."""
+    from studies.reports.page import page
+
+    titled = {**sweep_document, "title": f"{sweep_document['title']} (not complete: {state})"}
+    with (
+        TemporaryDirectory() as folder,
+        xr.open_dataset(write_partial(titled, outcomes, Path(folder, CUBE), state=state)) as written,
+    ):
+        document = report.document(written, compare.compare(written))
+    return write_text(file, page(document))
 
 
 def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, dict[str, Any]]:

@@ -120,13 +120,19 @@ def balances(result: RunResult) -> list[Row]:
     ]
 
 
+@pytest.fixture(scope="module")
+def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Path]:
+    """A shield of two bumpers that never stopped, and its folder."""
+    folder = tmp_path_factory.mktemp("whole")
+    return execute(asked(**DOUBLE), folder, threads=1), folder
+
+
 @pytest.mark.claim("shields", "shield-balance")
-@pytest.mark.parametrize("shield", [SMALL, DOUBLE], ids=["one bumper", "two"])
-def test_stages__keep_mass_momentum_and_energy_with_the_flight(
-    shield: dict[str, Any], compared: Compared, tmp_path: Path
+def test_stages__keep_mass_momentum_and_energy_with_the_flights(
+    whole: tuple[RunResult, Path], compared: Compared
 ) -> None:
     """Mass, momentum and energy are kept over all stages of a shield and the flights between them."""
-    result = execute(asked(**shield), tmp_path, threads=1)
+    result, _ = whole
     hit = wall_momentum(result)
     behind = result.measurements["shield_momentum_behind"].value or math.nan
     compared(at_least("momentum on the wall, of what flies to it", limit=0.1, got=hit / behind), *balances(result))
@@ -190,15 +196,17 @@ def test_oblique__shield_keeps_all_and_its_debris_comes_to_the_wall(compared: Co
     )
 
 
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> tuple[RunResult, Path]:
-    """A shield of two bumpers that never stopped, and its folder."""
-    folder = tmp_path_factory.mktemp("whole")
-    return execute(asked(**DOUBLE), folder, threads=1), folder
+LONG = pytest.mark.claim("shields", "shield-restart", minutes=0.1)
 
 
-@pytest.mark.claim("shields", "shield-restart")
-@pytest.mark.parametrize(("part", "ended"), [(0.05, 0), (0.4, 1), (0.9, 2)], ids=["bumper", "second", "wall"])
+@pytest.mark.parametrize(
+    ("part", "ended"),
+    [
+        pytest.param(0.05, 0, id="bumper", marks=LONG),
+        pytest.param(0.4, 1, id="second", marks=pytest.mark.claim("shields", "shield-restart")),
+        pytest.param(0.9, 2, id="wall", marks=LONG),
+    ],
+)
 def test_stages__go_on_with_the_same_bits(
     part: float, ended: int, whole: tuple[RunResult, Path], compared: Compared, tmp_path: Path
 ) -> None:

@@ -1,4 +1,4 @@
-"""The validation cases: each is a claim by its own name, on three grids, and holds on coarse ones in an ordinary test.
+"""The validation cases: each is a claim by its own name, on three grids, and holds on coarse ones.
 
 On three grids all take a core more than an hour. The pages of some are opened in a browser.
 """
@@ -6,6 +6,7 @@ On three grids all take a core more than an hour. The pages of some are opened i
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -18,6 +19,7 @@ from tests.cases.cubes import computed
 from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
 
 BY_COMMAND = "taylor-bar"  # a single run
+SHORT = (BY_COMMAND, "elastic-bar", "plate-spall")  # ordinary tests too
 # Of a core: by particle-steps and 0.1 us each, measured 2026-11-23; of the others a guess.
 MINUTES = {"hole-laws": 50.0}
 HALF_MODELS = {"table-3-3": 9.0, "table-3-4": 16.0}
@@ -29,19 +31,24 @@ def _unwatched(name: str) -> Iterator:
     yield lambda status: None
 
 
-def _rows(names: Sequence[str], level: ValidationLevel, folder: Path) -> Iterator[Row]:
-    settings = Settings(data=folder / STORE)
+def _rows(names: Sequence[str], level: ValidationLevel, folder: Path, **more: Any) -> Iterator[Row]:
+    settings = Settings(data=folder / STORE, **more)
     for each in validated(selected(names, level), level, folder, settings, _unwatched):
         yield each.row
 
 
-@pytest.mark.parametrize("name", validation.names())
-@pytest.mark.claim("cases", "validation-quick")
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.claim("cases", "validation-quick", minutes=0.0 if name in SHORT else 0.1))
+        for name in validation.names()
+    ],
+)
 def test_case__holds_on_coarse_grids(name: str, compared: Callable[[Row], None], tmp_path: Path) -> None:
     """Every validation case holds on coarse grids."""
-    # One by the command, the others without its service and reports, which cost most.
+    # One by the command, without figures in its report, the others without its service and report, which cost most.
     if name == BY_COMMAND:
-        rows = _rows([name], "quick", tmp_path)
+        rows = _rows([name], "quick", tmp_path, targets_module="tests.crash.support.solving")
     else:
         case, cubes = validation.load(name), {}
         for sweep_name, document in case.documents("quick").items():

@@ -1,27 +1,43 @@
 """Every measurement states what it is, reads every state of its kind, and ignores the order of particles."""
 
 import math
+from collections.abc import Iterator
+from functools import cache
 from typing import Any
 
 import numpy as np
 import pytest
 
 from studies import measurements
-from studies.measurements import RESOLUTION_IN_CELLS, History
+from studies.measurements import RESOLUTION_IN_CELLS, History, Reading
 from studies.quantities.measured import ERROR_UNKNOWN
 from tests.studies.measurements.states import CELL, STATES, looks_at, read, reordered
 
 UNITS = {"m", "m3", "s", "1", "Pa", "m s-1", "kg m-3", "kg", "J", "N s", "kg m s-1", "s-1"}
-PAIRS = [(name, state) for name in measurements.names() for state in STATES[looks_at(name)]]
 
 
-@pytest.fixture(params=PAIRS, ids=lambda pair: "-".join(pair))
-def pair(request: pytest.FixtureRequest) -> tuple[str, Any]:
-    name, state = request.param
-    return name, STATES[looks_at(name)][state]()
+@pytest.fixture(params=measurements.names())
+def name(request: pytest.FixtureRequest) -> str:
+    return str(request.param)
 
 
-@pytest.mark.parametrize("name", measurements.names())
+@cache
+def state_of(kind: type, state: str, *, in_order: bool = True) -> Any:
+    """A state for all measurements of its kind, of which each asks it for the same walls and masses."""
+    return STATES[kind][state]() if in_order else reordered(state_of(kind, state))
+
+
+@cache
+def reading_of(name: str, state: str) -> Reading:
+    return read(name, state_of(looks_at(name), state))
+
+
+def readings(name: str) -> Iterator[tuple[str, Reading]]:
+    """What a measurement reads off each state of its kind."""
+    for state in STATES[looks_at(name)]:
+        yield state, reading_of(name, state)
+
+
 def test_measurement__states_what_it_is(name: str) -> None:
     measurement = measurements.load(name)
     assert measurement.unit in UNITS
@@ -31,33 +47,34 @@ def test_measurement__states_what_it_is(name: str) -> None:
     assert not any(measurements.load(other).follows for other in measurement.follows)
 
 
-def test_measurement__has_a_value_with_its_uncertainty_or_a_flag(pair: tuple[str, Any]) -> None:
-    reading = read(*pair)
-    assert math.isfinite(reading.value) or reading.flags
-    if math.isfinite(reading.value):
-        assert all(math.isfinite(part) and part >= 0.0 for part in reading.parts.values())
-        # A nominal length is read off no grid.
-        if measurements.load(pair[0]).unit == "m" and not pair[0].startswith("fragment_size"):
-            assert reading.parts["resolution"] == RESOLUTION_IN_CELLS * CELL
+def test_measurement__has_a_value_with_its_uncertainty_or_a_flag(name: str) -> None:
+    for state, reading in readings(name):
+        assert math.isfinite(reading.value) or reading.flags, state
+        if math.isfinite(reading.value):
+            assert all(math.isfinite(part) and part >= 0.0 for part in reading.parts.values()), state
+            # A nominal length is read off no grid.
+            if measurements.load(name).unit == "m" and not name.startswith("fragment_size"):
+                assert reading.parts["resolution"] == RESOLUTION_IN_CELLS * CELL, state
 
 
 @pytest.mark.claim("mend-again", "no-error-of-zero")
-def test_uncertainty__is_no_zero_and_where_unknown_says_so() -> None:
+def test_uncertainty__is_no_zero_and_where_unknown_says_so(name: str) -> None:
     """No measurement states an uncertainty of 0: where nothing tells an error there is none, and a flag says so."""
-    for name, state in PAIRS:
-        measurement, reading = measurements.load(name), read(name, STATES[looks_at(name)][state]())
+    measurement = measurements.load(name)
+    for state, reading in readings(name):
         if math.isfinite(reading.value):
             size, flags = measurement.uncertainty_by(reading.parts)
-            assert size is None or size > 0.0, name
+            assert size is None or size > 0.0, state
             is_told = measurement.is_outcome or measurement.mesh_determined
-            assert flags == ((ERROR_UNKNOWN,) if size is None and not is_told else ()), name
+            assert flags == ((ERROR_UNKNOWN,) if size is None and not is_told else ()), state
 
 
-def test_measurement__does_not_depend_on_the_order_of_particles(pair: tuple[str, Any]) -> None:
-    name, state = pair
-    if isinstance(state, History):
+def test_measurement__does_not_depend_on_the_order_of_particles(name: str) -> None:
+    kind = looks_at(name)
+    if kind is History:
         return
-    first, second = read(name, state), read(name, reordered(state))
-    assert first.flags == second.flags
-    # Sums run in another order.
-    assert np.isclose(first.value, second.value, rtol=1e-10, atol=1e-10 * CELL, equal_nan=True)
+    for state, first in readings(name):
+        second = read(name, state_of(kind, state, in_order=False))
+        assert first.flags == second.flags, state
+        # Sums run in another order.
+        assert np.isclose(first.value, second.value, rtol=1e-10, atol=1e-10 * CELL, equal_nan=True), state

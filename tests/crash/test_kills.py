@@ -25,24 +25,20 @@ from tests.service.support.targets import RUN_GATE
 
 SEED = int(os.environ.get("WHIPPLE_SEED", "20261121"))
 SOLVER = "tests.crash.support.solving"
-SHORT_WORK, FULL_WORK = Work(speeds=3, sweeps=2), Work(speeds=10, sweeps=19, targets=SOLVER)
+SHORT_WORK, FULL_WORK = Work(speeds=2, sweeps=1), Work(speeds=10, sweeps=19, targets=SOLVER)
+SHORT_VICTIMS = {Victim.RUN: 1, Victim.SERVICE: 1}
 
 
 @dataclass(frozen=True)
 class KillPlan:
-    """How much is killed in the short form and in full."""
+    """How much is killed in full."""
 
-    short: Mapping[Victim, int]
-    full: Mapping[Victim, int]
+    victims: Mapping[Victim, int]
     external: bool = False  # PostgreSQL, and a scheduler that outlives the service
 
 
-ON_SQLITE = KillPlan({Victim.RUN: 2, Victim.SERVICE: 1}, {Victim.RUN: 28, Victim.SERVICE: 12})
-ON_POSTGRESQL = KillPlan(
-    {Victim.RUN: 1, Victim.SCHEDULER: 1, Victim.SERVICE: 1},
-    {Victim.RUN: 12, Victim.WORKER: 10, Victim.SCHEDULER: 8, Victim.SERVICE: 10},
-    external=True,
-)
+ON_SQLITE = KillPlan({Victim.RUN: 28, Victim.SERVICE: 12})
+ON_POSTGRESQL = KillPlan({Victim.RUN: 12, Victim.WORKER: 10, Victim.SCHEDULER: 8, Victim.SERVICE: 10}, external=True)
 SAYS = "kills -9 lose and double nothing: one registered result a run, with the bits of one that nobody disturbed; "
 
 
@@ -63,7 +59,6 @@ SAYS = "kills -9 lose and double nothing: one registered result a run, with the 
                 "queue",
                 "kills-postgresql",
                 minutes=20.0,
-                short=True,
                 says=SAYS + "50 on PostgreSQL and a Dask cluster, whose workers and scheduler are killed too",
             ),
             id="postgresql-dask",
@@ -73,7 +68,7 @@ SAYS = "kills -9 lose and double nothing: one registered result a run, with the 
 def test_kill__loses_nothing(
     plan: KillPlan, tmp_path: Path, request: pytest.FixtureRequest, compared: Callable[..., None]
 ) -> None:
-    work, victims = (FULL_WORK, plan.full) if in_full() else (SHORT_WORK, plan.short)
+    work, victims = (FULL_WORK, plan.victims) if in_full() else (SHORT_WORK, SHORT_VICTIMS)
     url = request.getfixturevalue("postgresql_url") if plan.external else None
     with crash_test(work, tmp_path, seed=SEED, database_url=url, external=plan.external) as here:
         ids = here.submit()

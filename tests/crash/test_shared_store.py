@@ -33,7 +33,7 @@ CLIENTS = 8
 
 
 @pytest.mark.slow
-@pytest.mark.claim("queue", "disk-identity")
+@pytest.mark.claim("queue", "disk-identity", minutes=0.2)
 def test_directory__that_moves_loses_no_result(
     tmp_path: Path, postgresql_url: str, compared: Callable[..., None]
 ) -> None:
@@ -71,7 +71,7 @@ def test_directory__that_moves_loses_no_result(
 
 
 @pytest.mark.slow
-@pytest.mark.claim("queue", "frozen-leader")
+@pytest.mark.claim("queue", "frozen-leader", minutes=0.2)
 def test_leader__that_is_frozen_is_replaced(tmp_path: Path, postgresql_url: str, compared: Callable[..., None]) -> None:
     """A leader that is frozen (SIGSTOP) is replaced within 15 s, and stands by when it goes on."""
     with crash_test(SLOW, tmp_path, database_url=postgresql_url, settings=ONE_WORKER, count=2) as here:

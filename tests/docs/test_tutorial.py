@@ -5,6 +5,8 @@ import subprocess
 import sys
 from pathlib import Path
 
+import pytest
+
 NOTEBOOK = Path(__file__).parents[2] / "docs" / "tutorial.ipynb"
 CHECKS = """
 assert float(cube.hole_diameter.isel(speed=1)) > float(cube.hole_diameter.isel(speed=0)) > 8e-3
@@ -13,7 +15,9 @@ assert len(laws[inside]) >= 1
 """
 
 
+@pytest.mark.claim("docs", "tutorial", minutes=0.3)
 def test_tutorial__runs_cell_by_cell_and_its_text_holds(tmp_path: Path) -> None:
+    """The tutorial's cells run in order in an empty folder, and its text holds."""
     cells = json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
     code = ["".join(cell["source"]) for cell in cells if cell["cell_type"] == "code"]
     program = "\n".join(["import matplotlib; matplotlib.use('Agg')", *code, CHECKS])

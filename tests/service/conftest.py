@@ -10,6 +10,7 @@ import pytest
 from service.store import Store
 from tests.service.support.api import Api, open_api, served
 from tests.service.support.databases import Postgresql, postgresql_server
+from tests.service.support.fakes import put_empty_store
 from tests.service.support.harness import Harness, open_harness
 
 collect_ignore = ["support/changed_targets.py"]  # importing it changes a definition
@@ -48,8 +49,10 @@ def sqlite_url(tmp_path: Path) -> str:
 
 
 @pytest.fixture(params=["sqlite", "postgresql"])
-def database_url(request: pytest.FixtureRequest) -> str:
+def database_url(request: pytest.FixtureRequest, tmp_path: Path) -> str:
     """A database for one test, once of each kind."""
+    if request.param == "sqlite":
+        put_empty_store(tmp_path)
     return request.getfixturevalue(f"{request.param}_url")
 
 

@@ -113,7 +113,9 @@ def parts(tmp_path: Path, postgresql: Postgresql) -> Iterator[Parts]:
         yield Parts(tmp_path, url, free_port(), free_port())
 
 
+@pytest.mark.claim("queue", "compose", minutes=0.2)
 def test_parts__started_as_they_are_written_compute_a_sweep_for_who_has_a_key(parts: Parts) -> None:
+    """The parts of compose.yaml, started as it is written, compute a sweep for who has a key."""
     parts.run("certificates")
     before = (parts.folder / "tls" / "cert.pem").read_bytes()
     parts.run("certificates")  # at every start

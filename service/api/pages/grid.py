@@ -132,6 +132,12 @@ class GridSheet:
         across = places[own[1]] if len(own) > 1 else 0
         return [[begin + row * places[own[0]] + column * across for column in self.columns] for row in self.rows]
 
+    @property
+    def beside(self) -> range:
+        """The runs beside the points of a grid: those that screen its models."""
+        points = math.prod(len(each.texts) for each in self.layout.dimensions)
+        return range(points, min(self.layout.planned, points + MOST_LISTED)) if self.layout.dimensions else range(0)
+
     def others(self) -> Iterator[tuple[str, list[tuple[str, str | None]]]]:
         """Of each other dimension its label, and its values, each with the word of its sheet; None: this one."""
         for k, dimension in enumerate(self.layout.dimensions):

@@ -84,8 +84,8 @@ def _measured(run: RunRow) -> Iterator[dict[str, Any]]:
 def _so_far(run: RunRow) -> Iterator[dict[str, Any]]:
     """What a running run has measured so far."""
     if run.state in (State.RUNNING, State.CANCELLING) and run.progress:
-        for name, value in (run.progress.get("measured") or {}).items():
-            yield _printed(name, value, None, ())
+        found = run.progress.get("measured") or {}
+        yield from (_printed(name, found[name], None, ()) for name in quantities_of(run.scenario) if name in found)
 
 
 def _printed(name: str, value: float | None, uncertainty: float | None, flags: Sequence[str]) -> dict[str, Any]:

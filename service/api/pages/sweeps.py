@@ -16,7 +16,7 @@ from service.api.routes import sweeps
 from service.api.routes.dependencies import AppArtifacts, AppSettings, AppStore, SweepId
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
-from service.records.jobs import Scope, Stored, SweepState, SweepStatus
+from service.records.jobs import Scope, State, Stored, SweepState, SweepStatus
 from studies import measurements
 from studies.quantities.files import REPORT_JSON
 
@@ -79,7 +79,8 @@ def show_sweep(
     shown = GridSheet.read(layout_of(document, status.planned), sheet, row)
     quantities = quantities_of(status.scenario)
     name = quantity if quantity in quantities else quantities[0]
-    cells = store.sweeps.cells(id, [ordinal for each in shown.ordinals for ordinal in each], name)
+    ordinals = [*shown.beside, *(ordinal for each in shown.ordinals for ordinal in each)]
+    cells = store.sweeps.cells(id, ordinals, name)
     sweep = SweepModel.of(status, names)
     return page(
         request,
@@ -106,7 +107,8 @@ def _orders(caller: Caller, sweep: SweepStatus) -> list[Order]:
         return []
     if not sweep.is_terminal:
         return ["cancel"]
-    return ["delete"] if sweep.state == SweepState.SUCCEEDED else ["retry", "delete"]
+    is_whole = sweep.state == SweepState.SUCCEEDED and not sweep.counts[State.FAILED]
+    return ["delete"] if is_whole else ["retry", "delete"]
 
 
 @router.post("/sweeps/{id}/values", dependencies=[Depends(check_token)])

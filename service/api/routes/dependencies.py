@@ -123,16 +123,6 @@ async def _read(
 
 
 @asynccontextmanager
-async def derived_sweep(
-    request: Request, settings: Settings, part: Literal["longer", "alone"], change: Mapping[str, Any]
-) -> AsyncIterator[ExpandedSweep]:
-    """A sweep that is made of a stored one (``reading.longer``, ``reading.alone``); raises InvalidInput."""
-    posted = Posted("application/json", json.dumps(change).encode(), settings.max_runs)
-    async with read_posted(request, posted, {"longer": longer, "alone": alone}[part]) as sweep:
-        yield sweep
-
-
-@asynccontextmanager
 async def read_posted(request: Request, posted: Posted, part: Callable[[Any, Posted], Read]) -> AsyncIterator[Read]:
     """Let a child process read a document, and keep the child during the block; raises InvalidInput."""
     readers: Readers = request.app.state.readers
@@ -142,6 +132,16 @@ async def read_posted(request: Request, posted: Posted, part: Callable[[Any, Pos
             request.state.pointers = read.pointers
             raise InvalidInput(read.findings)
         yield read
+
+
+@asynccontextmanager
+async def derived_sweep(
+    request: Request, settings: Settings, part: Literal["longer", "alone"], change: Mapping[str, Any]
+) -> AsyncIterator[ExpandedSweep]:
+    """A sweep that is made of a stored one (``reading.longer``, ``reading.alone``); raises InvalidInput."""
+    posted = Posted("application/json", json.dumps(change).encode(), settings.max_runs)
+    async with read_posted(request, posted, {"longer": longer, "alone": alone}[part]) as sweep:
+        yield sweep
 
 
 async def _estimated(request: Request, body: RequestBody, settings: AppSettings) -> AsyncIterator[EstimatedSweep]:

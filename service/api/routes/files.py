@@ -2,12 +2,13 @@
 
 import json
 import re
+from pathlib import Path
 from typing import Annotated
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import StreamingResponse
 
-from service.api.conversions import Conversions
+from service.api.conversions import PARTIAL, PARTIAL_REPORT, Conversions
 from service.api.downloads import Download, media_type_of, send_file, serves
 from service.api.errors import NotReady
 from service.api.routes.archives import archive_of
@@ -48,7 +49,9 @@ def download_cube(
     if partial:
         sweep, stored = store.sweeps.get_with_file(id, CUBE)
         if stored is None:
-            return send_file(request, _partial(store, artifacts, conversions, sweep))
+            path, sha256 = _partial(store, artifacts, conversions, sweep, PARTIAL)
+            name = f"{_plain(sweep.name)}-partial-{CUBE}"
+            return send_file(request, Download(path, name, sha256, is_attachment=True))
     return send_file(request, _published(store, artifacts, id, CUBE, is_attachment=True))
 
 
@@ -77,11 +80,26 @@ def download_runs_csv(
     router,
     f"/{REPORT_HTML}",
     (REPORT_HTML,),
-    "The report for people: one file that needs no network",
+    "The report for people: one file that needs no network. With `partial=true` also before the sweep ends: of the "
+    "results so far, without pictures",
     operation_id="get_report_html",
 )
-def download_report_html(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
+def download_report_html(
+    id: SweepId,
+    request: Request,
+    store: AppStore,
+    artifacts: AppArtifacts,
+    conversions: AppConversions,
+    partial: Annotated[
+        bool, Query(description="Return the report of the results so far while the sweep is unfinished")
+    ] = False,
+) -> Response:
     policy = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
+    if partial:
+        sweep, stored = store.sweeps.get_with_file(id, REPORT_HTML)
+        if stored is None:
+            path, sha256 = _partial(store, artifacts, conversions, sweep, PARTIAL_REPORT)
+            return send_file(request, Download(path, f"{_plain(sweep.name)}-{REPORT_HTML}", sha256, headers=policy))
     return send_file(request, _published(store, artifacts, id, REPORT_HTML, headers=policy))
 
 
@@ -152,15 +170,16 @@ def _published(
     return Download(artifacts.path(stored), filename, stored.sha256, is_attachment, headers or {})
 
 
-def _partial(store: Store, artifacts: Artifacts, conversions: Conversions, sweep: SweepStatus) -> Download:
-    """The cube of the results so far; raises NotReady, Busy, ConversionFailed."""
+def _partial(
+    store: Store, artifacts: Artifacts, conversions: Conversions, sweep: SweepStatus, kind: str
+) -> tuple[Path, str]:
+    """The cube or the report of the results so far, and its SHA-256; raises NotReady, Busy, ConversionFailed."""
     document, outcomes = store.publications.inputs(sweep.id)
     results = sum(outcome.path is not None for outcome in outcomes)
     if not results:
         raise NotReady(f"the sweep is {_progress(sweep)}, and none of its runs has a result yet")
     state = f"{sweep.state}, {results} of {len(outcomes)} runs have a result"
-    path, sha256 = conversions.partial_cube(document, outcomes, artifacts.root, state)
-    return Download(path, f"{_plain(sweep.name)}-partial-{CUBE}", sha256, is_attachment=True)
+    return conversions.partial_cube(document, outcomes, artifacts.root, state, kind)
 
 
 def _absent(sweep: SweepStatus, name: str) -> Exception:

@@ -180,7 +180,7 @@ class Picture {
 
   tell(field, frame) {
     const [low, bar, high] = this.key.children, time = `${digits(this.view.times[frame] * 1e6)} µs`;
-    low.textContent = digits(field.low);
+    low.textContent = Math.abs(field.low) < 1e-3 * Math.abs(field.high) ? "≈ 0" : digits(field.low);
     high.textContent = `${digits(field.high)} ${field.unit}`;
     const context = bar.getContext("2d"), image = context.createImageData(bar.width, 1);
     new Uint32Array(image.data.buffer).set(field.colours.subarray(0, bar.width));

@@ -10,7 +10,6 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit
-from scipy.stats import binom
 
 from studies.observations.shields.judged import equations, margins
 from studies.observations.shields.probability import fit, terms
@@ -86,6 +85,8 @@ def coverage(predicted: Predicted, name: str = MEAN) -> tuple[int, int]:
 
 def _is_inside(predicted: Predicted, name: str, group: NDArray) -> bool:
     """Whether the failures of a group lie in the middle 95 % of their distribution, neither tail being below 2.5 %."""
+    from scipy.stats import binom  # 0.8 s, which every process that publishes would wait for
+
     nodes, weights = NODES
     names = [name] if name != MEAN else list(predicted.logits)
     shifted = [

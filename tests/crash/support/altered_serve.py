@@ -21,7 +21,7 @@ from service.store import connection, tables
 BRIEF = ("-m", __name__, "brief")
 BUSY_MILLISECONDS = 2000
 PAUSE_SECONDS = 5.0
-HEAD_SECONDS = 2.0
+HEAD_SECONDS = 4.0
 BODY_SECONDS = 2.0
 
 

@@ -1,8 +1,8 @@
 """Runs in which each step needs the one before: whoever resumes wrongly gets another number.
 
-Stands in for ``studies.runs.execution`` and ``studies.reports.publish``. Cube and report are the real ones; a run takes
-``WHIPPLE_TEST_SECONDS``, keeps a checkpoint after each of its steps and leaves its process id in ``pid``.
-Those whose speed ``FAILING`` names in the environment behave as runs of ``targets`` with that behaviour.
+Stands in for ``studies.runs.execution`` and ``studies.reports.publish``. Cube and report are the real ones, without
+figures; a run takes ``WHIPPLE_TEST_SECONDS``, keeps a checkpoint after each of its steps and leaves its process id in
+``pid``. Those whose speed ``FAILING`` names in the environment behave as runs of ``targets`` with that behaviour.
 """
 
 import json
@@ -15,7 +15,6 @@ from typing import Any
 from solver.errors import Interrupted
 from studies.quantities.files import write_text
 from studies.quantities.measured import Measured
-from studies.reports import publish as real
 from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
 from tests.service.support.targets import Run, behave
 
@@ -68,7 +67,12 @@ def publish(
 ) -> dict[str, str]:
     """Cube and report."""
     (directory / "pid").write_text(str(os.getpid()))
-    return real.publish(document, outcomes, directory, sections)
+    # Most processes of a crash test compute runs alone, and need not load these.
+    from studies.reports import publish as real
+    from tests.studies.support.printed import undrawn
+
+    with undrawn():
+        return real.publish(document, outcomes, directory, sections)
 
 
 def _begin(run: Run, checkpoint: Path | None) -> tuple[int, float]:

@@ -12,7 +12,7 @@ from hypothesis import strategies as st
 
 from tests.service.support.api import SWEEP, Api, open_api
 
-FEW, MANY = 150, 5_000  # bodies for a service on each database, the same each time; many for the claim
+FEW, MANY = 40, 5_000  # bodies for a service on each database, the same each time; many for the claim
 JSON, YAML = "application/json", "application/yaml"
 REFUSALS = (413, 415, 422)
 

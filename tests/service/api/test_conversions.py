@@ -3,7 +3,11 @@
 import io
 import json
 import os
+import re
+import threading
 import zipfile
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
 from typing import get_args
@@ -13,17 +17,19 @@ import pytest
 import xarray as xr
 
 from service.api.conversions import MOST_FILES, Conversions
-from service.api.errors import ConversionFailed
+from service.api.errors import Busy, ConversionFailed
 from service.api.routes.runs import FilmField
 from service.client.client import Client
 from service.files.artifacts import describe
-from service.records.jobs import Kind, Lease
+from service.records.jobs import Kind, Lease, Stored
+from studies.cases.rows import Row, equal
 from studies.cubes import cube
 from studies.films.film import SCALARS
 from studies.quantities.measured import Measured
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
 from tests.service.support.api import SWEEP, Api, served, sweep_of
+from tests.service.support.fakes import DEADLINE
 from tests.studies.reports.test_figures import built
 from tests.studies.runs.solved import asked
 from tests.studies.support import fakes
@@ -76,6 +82,24 @@ def test_partial_cube__has_the_results_so_far_and_says_so(api: Api, tmp_path: Pa
     assert any("damaged" in str(reason) for reason in opened(response.content, tmp_path).run_reason.values)
 
 
+@pytest.mark.claim("pages", "report-so-far", minutes=0.2)
+def test_report__of_the_results_so_far_says_that_it_is_not_complete(api: Api, compared: Callable[[Row], None]) -> None:
+    """The report of a sweep that has not ended is made on request, and its title says how far the sweep is."""
+    report = f"/v1/sweeps/{api.submit()}/report.html"
+    first, second = api.store.leases.take(2, api.term())
+    compared(equal("status without a result", expected=409, got=api.http.get(f"{report}?partial=true").status_code))
+    finish(api, first)
+    response = api.http.get(f"{report}?partial=true")
+    said = re.findall(r"<h1>.*?\((not complete: .*?)\)<", response.text)
+    compared(equal("its title", expected=["not complete: running, 1 of 2 runs have a result"], got=said))
+    policy = response.headers["Content-Security-Policy"]
+    compared(equal("its scripts are in a sandbox", expected=True, got="sandbox allow-scripts" in policy))
+    compared(equal("status as a whole", expected=409, got=api.http.get(report).status_code))
+    finish(api, second)
+    api.compute()
+    compared(equal("at the end", expected=api.http.get(report).text, got=api.http.get(f"{report}?partial=true").text))
+
+
 def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_the_end_is_the_cube(api: Api) -> None:
     file = f"/v1/sweeps/{api.submit()}/cube.nc"
     for lease in api.store.leases.take(2, api.term()):
@@ -121,6 +145,38 @@ def test_partial_cubes__that_were_used_last_are_kept(tmp_path: Path) -> None:
     assert not left.exists()
     assert f"{MOST_FILES + 4}.nc" in kept
     assert "0.nc" not in kept
+
+
+class SlowFiles(Conversions):
+    """Writes an empty file once it may."""
+
+    def __init__(self, folder: Path):
+        super().__init__(folder)
+        self.begun, self.may_end = threading.Event(), threading.Event()
+        self.made = 0
+
+    def _run_child(self, file: Path, inputs: str) -> None:
+        self.begun.set()
+        assert self.may_end.wait(DEADLINE)
+        self.made += 1
+        file.touch()
+
+
+def test_file__of_one_request_is_waited_for_by_another_of_a_page_alone(tmp_path: Path) -> None:
+    files, source = SlowFiles(tmp_path), Stored("state.npz", "state.npz", 0, "")
+
+    def made(wait: float) -> Path:
+        return files.file("cloud.view", [source], tmp_path, wait=wait)[0]
+
+    with ThreadPoolExecutor() as threads:
+        first = threads.submit(made, 0.0)
+        assert files.begun.wait(DEADLINE)
+        second = threads.submit(made, DEADLINE)
+        with pytest.raises(Busy):
+            made(0.0)
+        files.may_end.set()
+        assert first.result() == second.result()
+    assert files.made == 1
 
 
 # --- results for other programs -----------------------------------------------------------------------

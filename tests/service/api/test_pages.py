@@ -177,6 +177,17 @@ def test_run__that_kept_no_film_is_computed_again_alone(api: Api) -> None:
     assert (lease.id, lease.keep) == (run, Keep.FILM)
 
 
+def test_sweep__with_a_failed_run_offers_to_retry_it(api: Api) -> None:
+    id = api.submit()
+    api.compute(failures=1)
+    page = api.http.get(f"/sweeps/{id}").text
+    assert 'class="failed"' in page
+    assert f'action="/sweeps/{id}/retry"' in page
+    api.http.post(f"/sweeps/{id}/retry", data=token_of(api, f"/sweeps/{id}"))
+    api.compute()
+    assert f'action="/sweeps/{id}/retry"' not in api.http.get(f"/sweeps/{id}").text
+
+
 def test_orders__need_the_token_of_a_page(api: Api) -> None:
     id = api.submit()
     api.compute()

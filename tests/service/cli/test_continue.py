@@ -5,10 +5,16 @@ from pathlib import Path
 
 import pytest
 
+from service.cli.local import STORE_OF_FOLDER
+from studies.cubes import cube
 from studies.cubes.reading import open_cube
+from studies.quantities.files import CUBE
 from studies.quantities.findings import InvalidInput
 from studies.sweeps.sweep import Sweep
+from tests.cases.cubes import computed
 from tests.service.support.command import run
+
+SOLVING = "tests.crash.support.solving"  # the solver, and reports without figures
 
 SLOW, FAST = "1 km/s", "3 km/s"  # the crater of the slow projectile settles after 16 us, that of the fast after 21 us
 DOCUMENT = {
@@ -24,12 +30,13 @@ DOCUMENT = {
 
 
 def test_continue__computes_what_was_growing_with_twice_its_latest_end(
-    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+    tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
-    file, out = tmp_path / "craters.json", tmp_path / "out"
-    file.write_text(json.dumps(DOCUMENT))
-    assert run("sweep", file, "--out", out) == 0
-    before = open_cube(out)
+    out = tmp_path / "out"
+    (out / STORE_OF_FOLDER).mkdir(parents=True)
+    before = computed(DOCUMENT, tmp_path)
+    cube.write(before, out / CUBE)
+    monkeypatch.setenv("WHIPPLE_TARGETS_MODULE", SOLVING)
     assert before.stop_reason.values.tolist() == ["settled", "end_time"]
     assert run("continue", out, "-o", tmp_path / "later.json") == 0
     later = json.loads((tmp_path / "later.json").read_text())

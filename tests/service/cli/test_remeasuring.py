@@ -37,6 +37,7 @@ TINY = {
     "resolution": 4,
 }
 OTHER = {**TINY, "name": "other", "axes": {"speed": ["3 km/s"]}}  # one of the two runs of the first
+SOLVING = "tests.crash.support.solving"  # the solver, and reports without figures
 RAISED = "tests.service.support.changed_targets"
 
 
@@ -73,7 +74,7 @@ class Solved:
 @pytest.fixture(scope="module")
 def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A data directory with two sweeps that were solved and published; tests work on copies."""
-    settings = Settings(data=tmp_path_factory.mktemp("original"), workers=1)
+    settings = Settings(data=tmp_path_factory.mktemp("original"), workers=1, targets_module=SOLVING)
     with closing(Store.open(settings.url, cost=lambda run: 1.0)) as store:
         for document in (TINY, OTHER):
             store.sweeps.create(Submission(Sweep.parse(document)))

@@ -5,12 +5,11 @@ over from each other. Whatever happens, an attempt counts once, nobody waits in 
 computed for nobody, and in the end every sweep that was accepted has ended.
 """
 
-import atexit
 import shutil
 import tempfile
-from functools import cache
 from pathlib import Path
 
+import pytest
 import sqlalchemy as sa
 from hypothesis import settings
 from hypothesis import strategies as st
@@ -32,6 +31,7 @@ from service.records.jobs import (
 )
 from service.store.fair_queueing import LAST
 from service.store.tables import JOBS, POINTS, SWEEPS
+from tests.claims.marked import in_full
 from tests.service.support.fakes import open_store, run_id, settings_in, stored, sweep_of
 from tests.service.support.rows import finish_all, result
 from tests.service.support.targets import FakeRun
@@ -39,15 +39,6 @@ from tests.service.support.targets import FakeRun
 POOL = 5  # runs that sweeps can ask for
 PRIORITY = st.integers(-2, 2)
 STEP = st.sampled_from([None, 100, 200])
-
-
-@cache
-def empty_store() -> Path:
-    """An empty store, made once, then copied."""
-    folder = Path(tempfile.mkdtemp(prefix="whipple-rules-"))
-    atexit.register(shutil.rmtree, folder, ignore_errors=True)
-    open_store(settings_in(folder)).close()
-    return folder
 
 
 class Rules(RuleBasedStateMachine):
@@ -59,7 +50,6 @@ class Rules(RuleBasedStateMachine):
     def __init__(self) -> None:
         super().__init__()
         self.folder = Path(tempfile.mkdtemp(prefix="whipple-rules-"))
-        shutil.copytree(empty_store(), self.folder, dirs_exist_ok=True)
         self.store = open_store(settings_in(self.folder))
         self.deleted: set[str] = set()
         self.sent: dict[str, tuple[str, str]] = {}  # idempotency key: body, sweep
@@ -306,5 +296,7 @@ class Rules(RuleBasedStateMachine):
             return list(reading.execute(query).scalars())
 
 
-Rules.TestCase.settings = settings(max_examples=12, stateful_step_count=30)
-TestRules = Rules.TestCase
+Rules.TestCase.settings = settings(max_examples=100 if in_full() else 5, stateful_step_count=30)
+TestRules = pytest.mark.claim(
+    "queue", "any-order", minutes=1.0, short=True, says="the store keeps its rules under any order of events"
+)(Rules.TestCase)

@@ -19,7 +19,7 @@ from service.records.jobs import Cause, Kind, Result, Stored
 from service.settings import Settings
 from service.store import Store
 from studies.sweeps.sweep import Sweep
-from tests.service.support.fakes import wait_until
+from tests.service.support.fakes import put_empty_store, wait_until
 
 ADDRESS = "http://127.0.0.1:8000"
 SWEEP: dict[str, Any] = {
@@ -167,6 +167,8 @@ def open_api(folder: Path, **settings: Any) -> Iterator[Api]:
         yield engine
 
     chosen = Settings(data=folder, workers=2, **settings)
+    if chosen.database_url is None:
+        put_empty_store(folder)
     with open_service(chosen, start) as app:
         app.state.readers = ReadersHere()
         http = TestClient(app, base_url=ADDRESS, raise_server_exceptions=False)

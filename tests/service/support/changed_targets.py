@@ -1,4 +1,4 @@
-"""For ``studies.runs.execution`` and ``studies.reports.publish`` in a child: the real ones, a definition changed.
+"""For ``studies.runs.execution`` and ``studies.reports.publish`` in a child: those of crash tests, one definition new.
 
 Importing it changes the definition (``tests.service.support.changed_measurement``), so no test imports it. Nothing is
 solved any more: a run that is asked for all the same fails, and says so.
@@ -6,8 +6,8 @@ solved any more: a run that is asked for all the same fails, and says so.
 
 from typing import Any
 
-from studies.reports.publish import publish
 from studies.runs.run import Run
+from tests.crash.support.chained import publish
 from tests.service.support.changed_measurement import raise_the_version
 
 __all__ = ["Run", "execute", "publish"]

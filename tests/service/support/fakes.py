@@ -1,9 +1,13 @@
 """Sweeps that cost nothing, an engine that records, a store whose parts fail, and waiting with a deadline."""
 
+import atexit
+import shutil
+import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import ExitStack, contextmanager
 from dataclasses import dataclass, field
+from functools import cache
 from hashlib import sha256
 from pathlib import Path
 from typing import Any, cast
@@ -64,8 +68,25 @@ def sweep_of(runs: Sequence[FakeRun] | int, *, name: str = "asked") -> ExpandedS
     )
 
 
+@cache
+def _empty_store() -> Path:
+    """A folder with the database of an empty store."""
+    folder = Path(tempfile.mkdtemp(prefix="whipple-empty-"))
+    atexit.register(shutil.rmtree, folder, ignore_errors=True)
+    Store.open(Settings(data=folder).url).close()
+    return folder
+
+
+def put_empty_store(folder: Path) -> None:
+    """Copy the database of an empty store to a folder that has none: four times as fast as to make its tables."""
+    if folder.is_dir() and not (folder / "whipple.db").exists():
+        shutil.copytree(_empty_store(), folder, dirs_exist_ok=True)
+
+
 def open_store(settings: Settings) -> Store:
     """A store in which every run is expected to cost one core second."""
+    if settings.database_url is None:
+        put_empty_store(settings.data)
     return Store.open(settings.url, cost=lambda run: 1.0)
 
 

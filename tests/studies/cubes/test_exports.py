@@ -10,9 +10,6 @@ import pandas as pd
 import pytest
 import xarray as xr
 import zarr
-from vtkmodules.util.numpy_support import vtk_to_numpy
-from vtkmodules.vtkCommonCore import vtkDataArray
-from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader
 
 import whipple
 from solver.state import Departed, Particles
@@ -44,6 +41,8 @@ def cube_file(tmp_path: Path) -> Path:
 
 def read(file: Path) -> Any:
     """What the reader of VTK makes of a file; it reports nothing."""
+    from vtkmodules.vtkIOXML import vtkXMLUnstructuredGridReader  # half a gigabyte, for this claim alone
+
     reader, reports = vtkXMLUnstructuredGridReader(), []
     for kind in ("ErrorEvent", "WarningEvent"):
         reader.AddObserver(kind, lambda *event: reports.append(event))
@@ -55,6 +54,9 @@ def read(file: Path) -> Any:
 
 def arrays(grid: Any) -> dict[str, tuple[np.ndarray, str | None]]:
     """Each array of a grid with its unit, its points as "position"."""
+    from vtkmodules.util.numpy_support import vtk_to_numpy
+    from vtkmodules.vtkCommonCore import vtkDataArray
+
     data = grid.GetPointData()
     listed = {data.GetArrayName(k): data.GetArray(k) for k in range(data.GetNumberOfArrays())}
     listed["position"] = grid.GetPoints().GetData()
@@ -77,7 +79,7 @@ def same(name: str, read: np.ndarray, expected: np.ndarray) -> Any:
     return equal(name, expected=True, got=read.dtype == expected.dtype and np.array_equal(read, expected))
 
 
-@pytest.mark.claim("pages", "vtk-reads-exports")
+@pytest.mark.claim("pages", "vtk-reads-exports", minutes=0.1)
 def test_export__is_read_by_vtk_with_every_field_unit_and_time(
     folder: Path, tmp_path: Path, compared: Callable[..., None]
 ) -> None:

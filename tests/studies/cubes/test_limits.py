@@ -10,6 +10,7 @@ from studies.reports.publish import publish_sweep
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
+from tests.studies.support.printed import undrawn
 
 SWEEP = Sweep.parse(
     {
@@ -41,7 +42,8 @@ def test_report__states_limits_and_residual_velocities(tmp_path: Path) -> None:
         return results[run.id].measurements["perforated"].value == 1.0
 
     SWEEP.limits(outcome_of)
-    publish_sweep(SWEEP, results, tmp_path)
+    with undrawn():
+        publish_sweep(SWEEP, results, tmp_path)
     report = json.loads((tmp_path / "report.json").read_text())
     rows = {row["at"]["nose"]: row for row in report["limits"]["rows"]}
     for nose, exact in EXACT.items():

@@ -18,7 +18,7 @@ from tests.studies.runs.solved import asked
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("run")
-    execute(asked("thin_plate"), folder, threads=1, film=True)
+    execute(asked("thin_plate", end_time=1e-6), folder, threads=1, film=True)
     return folder
 
 

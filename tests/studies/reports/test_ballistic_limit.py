@@ -28,7 +28,7 @@ from studies.reports.verdict.texts import MOST_WORDS
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
-from tests.studies.support.printed import at, read_page
+from tests.studies.support.printed import at, read_page, undrawn
 
 SHIELD = {
     **{"projectile": "al-2017-t4", "bumper": "al-6061-t6", "wall": "al-6061-t6"},
@@ -207,7 +207,8 @@ def test_figure__comes_first_with_intervals_runs_equations_and_shots() -> None:
 
 def test_page__says_the_sentences_and_the_numbers_of_the_document(tmp_path: Path) -> None:
     sweep = sweep_of(PLAIN)
-    publish_sweep(sweep, computed(sweep), tmp_path)
+    with undrawn():
+        publish_sweep(sweep, computed(sweep), tmp_path)
     document = json.loads((tmp_path / "report.json").read_text())
     shown = read_page((tmp_path / "report.html").read_text())
     texts = {mark.text for mark in shown.marks}

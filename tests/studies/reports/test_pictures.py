@@ -20,12 +20,14 @@ from studies.sweeps.sweep import Sweep
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
+from tests.studies.support.printed import undrawn
 
 Reported = tuple[dict, str]
 
 
 def reported(sweep: Sweep, folder: Path, sections: dict[str, Path]) -> Reported:
-    files = publish_sweep(sweep, fakes.results(sweep), folder, fakes.catalogue(sweep.scenario), sections)
+    with undrawn():
+        files = publish_sweep(sweep, fakes.results(sweep), folder, fakes.catalogue(sweep.scenario), sections)
     document = json.loads(Path(files["report.json"]).read_text())
     return document, Path(files["report.html"]).read_text()
 
@@ -101,7 +103,8 @@ def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None
     sweep = sweep_of(*axes, fixed={"plate_radius": 28e-3})
     catalogue = fakes.catalogue()
     catalogue = replace(catalogue, parameters={**catalogue.parameters, **fakes.declared_of("plate_radius")})
-    files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue)
+    with undrawn():
+        files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue)
     setup = json.loads(Path(files["report.json"]).read_text())["pictures"]["setup"]
     assert setup["labels"] == {
         "projectile_diameter": "8 mm",

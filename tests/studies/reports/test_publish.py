@@ -10,11 +10,12 @@ import xarray as xr
 
 from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES
 from studies.quantities.measured import Measured
-from studies.reports import compare, page, report
+from studies.reports import compare, report
 from studies.reports.publish import publish
 from studies.runs.results import RunResult
 from studies.sweeps.sweep import Sweep
 from tests.studies.support.decks import appendix_deck
+from tests.studies.support.printed import undrawn, undrawn_page
 
 PUBLISHED = (*SWEEP_FILES, ALL_RUNS_CSV)
 HOLES = {
@@ -58,7 +59,8 @@ def outcomes(document: dict) -> dict[str, dict]:
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     folder = tmp_path_factory.mktemp("out")
-    files = publish(HOLES, json.loads(json.dumps(outcomes(HOLES))), folder / "holes")
+    with undrawn():
+        files = publish(HOLES, json.loads(json.dumps(outcomes(HOLES))), folder / "holes")
     assert files == {name: str(folder / "holes" / name) for name in PUBLISHED}
     return folder / "holes"
 
@@ -72,7 +74,7 @@ def test_cube_alone__redoes_the_report(folder: Path) -> None:
     for run in published["runs"]:
         del run["values"]["solver_seconds"], run["values"]["solver_threads"]
     assert json.loads(report.as_json(document)) == published
-    assert "time (s)" not in page.page(document)
+    assert "time (s)" not in undrawn_page(document)
 
 
 def test_cube__has_the_same_bytes_whoever_computes_the_sweep(folder: Path, tmp_path: Path) -> None:
@@ -80,7 +82,8 @@ def test_cube__has_the_same_bytes_whoever_computes_the_sweep(folder: Path, tmp_p
     answers = outcomes(HOLES)
     for answer in answers.values():
         answer.get("provenance", {}).update(seconds=6.5, threads=2, checkpoint="on from step 2")
-    publish(HOLES, answers, tmp_path)
+    with undrawn():
+        publish(HOLES, answers, tmp_path)
     assert (folder / "cube.nc").read_bytes() == (tmp_path / "cube.nc").read_bytes()
     assert "6.5,2.0" in (tmp_path / ALL_RUNS_CSV).read_text()
     assert "6.5,2.0" not in (folder / ALL_RUNS_CSV).read_text()
@@ -105,7 +108,8 @@ def test_deck__stands_by_its_first_line_and_digest_and_the_cube_has_its_text(tmp
     texts = [appendix_deck().replace("tstep 400", f"tstep {steps}") for steps in (400, 401)]
     assert all("nbmp 260" in text for text in texts)
     document = {"name": "decks", "scenario": "deck", "axes": {"deck": texts}}
-    files = publish(document, {}, tmp_path)
+    with undrawn():
+        files = publish(document, {}, tmp_path)
     lines = len(texts[0].splitlines())
     digests = [sha256(text.encode()).hexdigest()[:16] for text in texts]
     shorts = [f"({lines} lines, SHA-256 {digest})" for digest in digests]

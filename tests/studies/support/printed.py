@@ -1,8 +1,16 @@
 """The content of a report's page: each marked number and text with its place, and all unmarked text."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
 from dataclasses import dataclass, field
 from html.parser import HTMLParser
 from typing import Any
+from unittest.mock import patch
+
+from markupsafe import Markup
+
+from studies.reports import page
+from studies.reports.drawing import charts
 
 UNSEEN = ("script", "style", "noscript", "title", "svg")
 
@@ -50,6 +58,19 @@ class Page(HTMLParser):
             element[3] += data
         if not marked and not any(element[0] in UNSEEN for element in self._open):
             self.unmarked += data
+
+
+@contextmanager
+def undrawn() -> Iterator[None]:
+    """Pages whose figures are empty: to draw them is nearly all that a page costs."""
+    with patch.multiple(charts, of_page=lambda *_: Markup(), opening=lambda *_: Markup()):
+        yield
+
+
+def undrawn_page(document: dict[str, Any]) -> str:
+    """The page of a document, without its figures."""
+    with undrawn():
+        return page.page(document)
 
 
 def read_page(html: str) -> Page:

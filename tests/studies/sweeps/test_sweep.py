@@ -36,6 +36,11 @@ DOCUMENT: dict[str, Any] = {
     },
     "resolution": 32,
 }
+THICK = {"fixed": {**DOCUMENT["fixed"], "plate_thickness": "2 mm"}}
+OF_ROLE = {
+    "fixed": {name: DOCUMENT["fixed"][name] for name in ("projectile", "projectile_diameter")}
+    | {"plate_thickness": "2 mm"}
+}
 
 
 def changed(path: str, value: Any) -> dict[str, Any]:
@@ -333,3 +338,32 @@ def test_control_characters__are_refused_at_the_door_and_stay_readable_behind_it
     assert finding.value.isprintable()
     if field != "materials":
         assert getattr(Sweep.parse(document, ACCEPTED), field) == changes[field]
+
+
+@pytest.mark.parametrize(
+    "changes",
+    [
+        {"resolution": [16, 32], "offsets": 3},
+        {"combine": "zip", "axes": {"speed": ["3 km/s", "4 km/s"], "plate_thickness": ["2 mm", "3 mm"]}},
+        {"combine": "sobol", "points": 4, "seed": 1, "axes": {"speed": {"low": "3 km/s", "high": "4 km/s"}}, **THICK},
+        {"ends": [{"speed": "7 km/s", "plate_thickness": "4 mm", "end_time": "9 us"}]},
+        {"axes": {"speed": ["3 km/s"], "target": ["al-6061-t6", "copper-ofhc"]}, **OF_ROLE},
+    ],
+)
+def test_of_point__is_the_same_run_and_nothing_beside_it(changes: dict[str, Any]) -> None:
+    sweep = Sweep.parse(refined(**changes))
+    last = sweep.runs()[-1]
+    alone = Sweep.parse(json.loads(json.dumps(sweep.of_point(last.coordinates).document())))
+    assert [point.run.id for point in alone.every_run()] == [last.run.id]
+
+
+def test_with_values__keeps_the_order_of_values_that_ascend() -> None:
+    sweep = Sweep.parse(refined(resolution=[16, 32]))
+    assert sweep.with_values("speed", ["4500 m/s"]).axes[0].values[2:5] == (4000.0, 4500.0, 5000.0)
+    assert sweep.with_values("cells_per_diameter", [24]).resolutions == (16.0, 24.0, 32.0)
+    falling = Sweep.parse(refined(axes={"speed": ["4 km/s", "3 km/s"]}, **THICK))
+    assert falling.with_values("speed", ["3.5 km/s"]).axes[0].values == (4000.0, 3000.0, 3500.0)
+    with pytest.raises(InvalidInput, match="an axis with values of its own"):
+        sweep.with_values("target", ["lead"])
+    with pytest.raises(InvalidInput, match="speed"):
+        sweep.with_values("speed", ["3 km/s"])  # twice
