@@ -34,13 +34,16 @@ def flown(kind: str, velocity: tuple[float, float, float]) -> Simulation:
 
 FLIGHTS = [
     ("axisymmetric", (0.0, SPEED, 0.0)),
-    ("cartesian", (0.0, 0.0, SPEED)),
-    ("cartesian", (SPEED, 0.5 * SPEED, 0.25 * SPEED)),
+    *(
+        pytest.param("cartesian", velocity, marks=pytest.mark.claim("cases", "translation", minutes=0.1))
+        for velocity in ((0.0, 0.0, SPEED), (SPEED, 0.5 * SPEED, 0.25 * SPEED))
+    ),
 ]
 
 
 @pytest.mark.parametrize(("kind", "velocity"), FLIGHTS)
 def test_translation__keeps_stress_energy_and_shape(kind: str, velocity: tuple[float, float, float]) -> None:
+    """Matter that flies through the grid in three dimensions keeps its stress, energy and shape."""
     simulation = flown(kind, velocity)
     particles, audit = simulation.particles, simulation.audit()
     assert np.abs(particles.pressure).max() <= STRESS_NOISE

@@ -48,9 +48,10 @@ def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture(autouse=True)
 def _claims(file: Path, monkeypatch: pytest.MonkeyPatch) -> None:
-    """No other claims; the full form ends with the test."""
+    """No other claims, and no plugins of installed packages; the full form ends with the test."""
     monkeypatch.setattr(marked, "files", lambda: [str(file)])
     monkeypatch.setenv(marked.IN_FULL, "1")
+    monkeypatch.setenv("PYTEST_DISABLE_PLUGIN_AUTOLOAD", "1")
 
 
 def test_claims__are_judged_row_by_row_and_printed_and_written(

@@ -129,10 +129,6 @@ def test_page__prints_the_opening_on_one_sheet_and_then_the_rest(
     )
 
 
-def test_page__prints_on_paper(browser: Browser, report: Path, tmp_path: Path, compared: Callable[..., None]) -> None:
-    compared(*print_page(browser, report, tmp_path / "report.pdf"))
-
-
 @pytest.mark.claim("report", "report-page", minutes=2.0)
 def test_page__of_computed_runs(browser: Browser, compared: Callable[[Row], None]) -> None:
     """A report with pictures has at most 8 MB; in Chromium at 400 and 1400 px, light, dark and printed, all is well.

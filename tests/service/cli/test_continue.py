@@ -29,9 +29,11 @@ DOCUMENT = {
 }
 
 
+@pytest.mark.claim("cube", "continue", minutes=0.3)
 def test_continue__computes_what_was_growing_with_twice_its_latest_end(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch
 ) -> None:
+    """`whipple continue` gives a later end to the runs that were still growing, and to no others."""
     out = tmp_path / "out"
     (out / STORE_OF_FOLDER).mkdir(parents=True)
     before = computed(DOCUMENT, tmp_path)

@@ -141,6 +141,7 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(solved: 
     assert not [*solved.settings.data.glob("runs/**/*.part")]
 
 
+@pytest.mark.claim("cube", "remeasured-cube", minutes=0.2)
 @pytest.mark.usefixtures("_here")
 def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch

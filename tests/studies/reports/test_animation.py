@@ -32,6 +32,7 @@ def test_gif__has_every_frame_of_the_film(folder: Path, tmp_path: Path) -> None:
     assert [file.name for file in tmp_path.iterdir()] == ["film.gif"]
 
 
+@pytest.mark.claim("pages", "mp4", minutes=0.1)
 def test_mp4__needs_ffmpeg_or_the_library_that_brings_it(
     folder: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:
