@@ -18,6 +18,8 @@ ENDLESS = "/v1/queue/events"
 # Headers of one response alone: its id, when it was sent, and how a body is framed that has no known length.
 OF_ONE = {"x-request-id", "date", "transfer-encoding"}
 MOVING = {"/metrics"}  # its content has another length each time
+# Values of the other parameters of routes.
+OTHERS = {"name": "result.json", "format": "gif", "view": "film", "scenario": "thin_plate", "table": "holes"}
 
 
 def paths(api: Api) -> Iterator[str]:
@@ -28,7 +30,7 @@ def paths(api: Api) -> Iterator[str]:
     for route in (route for router in (*OPEN, *GUARDED) for route in router.routes):
         if isinstance(route, APIRoute) and "GET" in (route.methods or ()):
             named = run if "/runs/" in route.path else id
-            yield route.path.format(id=named, name="result.json", format="gif", view="film")
+            yield route.path.format(id=named, **OTHERS)
     yield "/static/style.css"
 
 

@@ -62,6 +62,7 @@ def test_open_film__of_something_else_is_refused(tmp_path: Path, content: bytes 
     assert run("export", file, "--vtk", tmp_path / "out") == 2
 
 
+@pytest.mark.claim("pages", "vtk-reads-exports", minutes=0.1)
 def test_export__has_a_file_for_each_frame_also_where_everything_has_left(folder: Path) -> None:
     assert run("export", folder, "--vtk", folder / "out") == 0
     listed = list(ET.parse(folder / "out" / "film.pvd").iter("DataSet"))
