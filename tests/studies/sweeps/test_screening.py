@@ -1,11 +1,13 @@
 """Screening runs: another strength, failure and equation of state, beside the points of a sweep."""
 
 import math
+from dataclasses import replace
 from statistics import mean, stdev
 
 import pytest
 
 from studies import materials
+from studies.materials.schema import SpallStrength
 from studies.runs.run import Run, materials_of
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
@@ -125,3 +127,11 @@ def test_sweep__screens_its_middle_on_the_finest_grid_beside_its_points() -> Non
     assert [point.coordinates["screening"] for point in beside] == [each.name for each in screens]
     assert [point.run.id for point in beside] == [each.run.id for each in screens if each.run]
     assert cost_of(sweep).runs == sweep.size + len(screens)
+
+
+def test_strength__of_a_material_without_constants_of_failure_breaks_as_the_one_that_it_replaces() -> None:
+    copper = materials.load("copper-ofhc")
+    other = replace(copper.with_value("strength.A", 100e6), name="other", spall=SpallStrength())
+    *_, screen = [each for each in screens_of(run_of("copper-ofhc"), [other]) if each.name.startswith(DRAWN)]
+    assert screen.run is not None
+    assert materials_of(screen.run)["target"].spall == copper.spall
