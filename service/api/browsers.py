@@ -18,7 +18,7 @@ from service.api.errors import BadRequest, CrossSiteRequest, PayloadTooLarge
 SESSION, BROWSER = "whipple_session", "whipple_browser"  # cookies
 TOKEN_FIELD, TOKEN_HEADER = "csrf_token", "X-CSRF-Token"
 FORM = "application/x-www-form-urlencoded"
-LONGEST_FORM = 256 * 1024  # bytes; with a table of a thousand shots it has half of that
+LONGEST_FORM, SHORT_FORM = 4 << 20, 16 << 10  # bytes: with a deck, whose letters may take three each; and any other
 MOST_FIELDS = 500  # of a form; that of a new sweep has less than a hundred
 LONGEST_COOKIE = 200  # characters; ours are shorter
 
@@ -44,10 +44,13 @@ async def _form(request: Request) -> dict[str, str]:
     kind, length = request.headers.get("content-type", ""), request.headers.get("content-length", "")
     if kind.partition(";")[0].strip().lower() != FORM or not length.isdigit() or not cookie(request, BROWSER):
         return {}
-    if int(length[:9]) > LONGEST_FORM:
-        raise PayloadTooLarge(f"a form of {length[:9]} bytes; at most {LONGEST_FORM}: send more to POST /v1/sweeps")
+    longest = LONGEST_FORM if request.url.path.startswith("/new/") else SHORT_FORM
+    if int(length[:9]) > longest:
+        raise PayloadTooLarge(f"a form of {length[:9]} bytes; at most {longest}: send more to POST /v1/sweeps")
     try:
-        return dict(parse_qsl((await request.body()).decode(errors="replace"), max_num_fields=MOST_FIELDS))
+        text = (await request.body()).decode(errors="replace")
+        # Browsers send the ends of lines as CR LF.
+        return {name: value.replace("\r\n", "\n") for name, value in parse_qsl(text, max_num_fields=MOST_FIELDS)}
     except ValueError:
         raise BadRequest(f"a form of more than {MOST_FIELDS} fields") from None
 

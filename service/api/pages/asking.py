@@ -8,6 +8,7 @@ import hashlib
 import json
 import secrets
 from collections.abc import AsyncIterator, Iterable, Mapping
+from dataclasses import replace
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Depends, Query, Request, Response
@@ -25,7 +26,7 @@ from service.api.schemas import EstimateModel, example_sweeps
 from service.client.client import KEY_VARIABLE
 from service.records.jobs import PRIORITIES, Keep, Submission
 from studies import materials, scenarios
-from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.findings import InvalidInput, nearest_cure, refusal
 from studies.quantities.parameters import declared, grouped
 from studies.scenarios import Scenario
 from studies.sweeps.accuracy import ACCURACY
@@ -193,12 +194,17 @@ def read_form(
     request: Request, caller: Submitter, form: FormFields, asked: AskedForm, estimate: FormEstimate, store: AppStore
 ) -> Response:
     """Submit the sweep of a form, and show its page; where it is refused or only looked at, the form again."""
+    try:
+        options = _options(form)
+    except InvalidInput as error:
+        options = (0, Keep.FINAL)
+        asked = replace(asked, findings=(*asked.findings, *error.findings), expanded=None)
     if asked.expanded is None:
-        return _form_page(request, caller, asked, estimate, form)
+        return _form_page(request, caller, asked, estimate, form, options)
     # Of a form that is sent twice there is one sweep.
     once = form.get(ONCE, ""), asked.yaml, form.get("priority"), form.get("keep")
     digest = hashlib.sha256(json.dumps(once).encode()).hexdigest()
-    submission = Submission(asked.expanded, caller.name, *_options(form), (digest, digest))
+    submission = Submission(asked.expanded, caller.name, *options, (digest, digest))
     return RedirectResponse(f"/sweeps/{store.sweeps.create(submission).id}", SEE_OTHER)
 
 
@@ -213,7 +219,12 @@ def _options(form: Mapping[str, str]) -> tuple[int, Keep]:
 
 
 def _form_page(
-    request: Request, caller: Caller, asked: AskedSweep, estimate: EstimateModel | None, form: Mapping[str, str]
+    request: Request,
+    caller: Caller,
+    asked: AskedSweep,
+    estimate: EstimateModel | None,
+    form: Mapping[str, str],
+    options: tuple[int, Keep] = (0, Keep.FINAL),
 ) -> Response:
     scenario = scenarios.load(asked.fields["scenario"])
     is_submitted = form.get(ORDER) == SUBMIT
@@ -235,7 +246,7 @@ def _form_page(
         estimate=estimate,
         workers=state.engine.workers() or state.settings.workers,
         names=sorted({*materials.names(), *asked.own_materials}),
-        options={"priority": form.get("priority", "0"), "keep": form.get("keep", Keep.FINAL)},
+        options={"priority": options[0], "keep": options[1]},
         keeps=[*Keep],
         priorities=PRIORITIES,
         once=form.get(ONCE) or secrets.token_urlsafe(),

@@ -36,9 +36,14 @@ WORDS = (
 )  # fields that hold a text of the document
 COUNTS = ("offsets", "points", "seed")  # and whole numbers
 OF_PARAMETERS = ("fixed", "axes")
+SAMPLED = ("latin-hypercube", "sobol")
+LOW, HIGH = "low", "high"  # keys of a sampled axis
+SAMPLES = "values"  # key of a sampled axis with what was drawn
 RANGE = re.compile(r"(.+?)\s+to\s+(.+?)(?:\s+step\s+(.+))?")
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 YAML = "application/yaml"
+PLACE = re.compile(r"line (\d+), column (\d+)")
+LONGEST_NUMBER = 30  # digits of a whole one
 WIDEST = 10_000  # letters in a line of YAML
 BOOLEANS: Mapping[str, bool] = {"true": True, "false": False}
 
@@ -99,6 +104,9 @@ def document_of(fields: Mapping[str, str]) -> dict[str, Any]:
         if name in given:
             text = fields[name] if parameter.kind == "text" else given[name]
             value = findings.attempt(read_value, name, text, parameter)
+            if isinstance(value, dict) and LOW in value and given.get("combine") not in SAMPLED:
+                step = f"write {text} step and how far apart values are, or sample: set combine to sobol"
+                findings.append(Finding(name, text, "several values, or a range with its step", step))
             document["axes" if isinstance(value, list | dict) else "fixed"][name] = value
     if RESOLUTION in record and "resolution" in given:
         document["resolution"] = findings.attempt(read_value, "resolution", given["resolution"], record[RESOLUTION])
@@ -126,7 +134,7 @@ def read_value(field: str, text: str, parameter: Parameter) -> Any:
     if ends and parameter.kind in ("quantity", "integer"):
         low, high, step = ends.groups()
         if step is None:
-            return {"low": _number(low), "high": _number(high)}
+            return {LOW: _number(low), HIGH: _number(high)}
         return {"start": _number(low), "stop": _number(high), "step": _number(step)}
     if "," in text:
         return [_one(part.strip(), parameter) for part in text.split(",") if part.strip()]
@@ -143,7 +151,7 @@ def _number(text: str) -> Any:
     """A number as one, any other text as it is."""
     if not NUMBER.fullmatch(text):
         return text
-    return int(text) if text.lstrip("+-").isdigit() else float(text)
+    return int(text) if text.lstrip("+-").isdigit() and len(text) < LONGEST_NUMBER else float(text)
 
 
 def _read_yaml(field: str, text: str) -> Any:
@@ -151,7 +159,14 @@ def _read_yaml(field: str, text: str) -> Any:
     try:
         return PARSERS[YAML](f"value:\n{indent(text, ' ')}".encode())["value"]
     except InvalidInput as error:
-        raise InvalidInput(Finding(field, each.value, each.limit, each.cure) for each in error.findings) from None
+        raise InvalidInput(
+            Finding(field, PLACE.sub(_in_field, each.value), each.limit, each.cure) for each in error.findings
+        ) from None
+
+
+def _in_field(place: re.Match[str]) -> str:
+    """A line and column of the text of a field, which is read a line below and a column to the right."""
+    return f"line {int(place[1]) - 1}, column {int(place[2]) - 1}"
 
 
 def _joined(part: Any, more: Any) -> Any:
@@ -182,7 +197,9 @@ def fields_of(document: Mapping[str, Any]) -> dict[str, str]:
     fields = {"scenario": str(document["scenario"])}
     more: dict[str, Any] = {}
     for key, part in document.items():
-        if key in OF_PARAMETERS:
+        if key == "axes" and document.get("combine") in SAMPLED and not _is_in_order(part, record):
+            more[key] = {name: _without_samples(value) for name, value in part.items()}
+        elif key in OF_PARAMETERS:
             known = {name: value for name, value in part.items() if name in record}
             fields |= {name: _written(value) for name, value in known.items()}
             more |= {key: left} if (left := {name: value for name, value in part.items() if name not in record}) else {}
@@ -195,8 +212,18 @@ def fields_of(document: Mapping[str, Any]) -> dict[str, str]:
     return fields | ({MORE: as_yaml(more)} if more else {})
 
 
+def _is_in_order(axes: Mapping[str, Any], record: Mapping[str, Parameter]) -> bool:
+    """Whether axes are in the order that fields give them; which sample has which values depends on it."""
+    return [*axes] == [*(name for name in record if name in axes), *(name for name in axes if name not in record)]
+
+
+def _without_samples(value: Any) -> Any:
+    return {key: part for key, part in value.items() if key != SAMPLES} if isinstance(value, Mapping) else value
+
+
 def _written(value: Any) -> str:
     """A value, a list or a range as a person writes it into a field."""
+    value = _without_samples(value)
     if isinstance(value, Mapping):
         if set(value) == {"start", "stop", "step"}:
             return f"{value['start']} to {value['stop']} step {value['step']}"

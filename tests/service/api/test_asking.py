@@ -112,7 +112,7 @@ def test_form__takes_no_order_without_the_token_of_its_page(api: Api) -> None:
 
 
 def test_form__that_is_too_long_is_refused_as_such(api: Api) -> None:
-    refused = send(api, {**FIELDS, "observations": "x" * (1 << 18)})
+    refused = send(api, {**FIELDS, "observations": "x" * (1 << 22)})
     assert refused.status_code == 413
     assert "POST /v1/sweeps" in refused.text
 
@@ -207,3 +207,33 @@ def test_shots__on_shields_are_chosen_by_the_address(api: Api) -> None:
     assert 0 < held < 842
     assert api.http.get("/shots/shields?speed=6").status_code == 422
     assert "27.5 to 34.5" in api.http.get("/shots/holes").text
+
+
+@pytest.mark.parametrize(
+    "axes",
+    [
+        {"plate_thickness": {"low": "2 mm", "high": "4 mm"}, "speed": {"low": "3 km/s", "high": "6 km/s"}},
+        {"target.strength.A": {"low": "80 MPa", "high": "100 MPa"}, "speed": {"low": "3 km/s", "high": "6 km/s"}},
+    ],
+)
+def test_sampled_sweep__begins_a_form_with_its_runs_and_follows_the_seed(axes: dict[str, Any]) -> None:
+    fixed = {name: value for name, value in SWEEP["fixed"].items() if name not in axes}
+    document = {**SWEEP, "fixed": fixed, "axes": axes, "combine": "sobol", "points": 4, "seed": 1}
+    stored = Sweep.parse(document).document()
+    expected = {point.run.id for point in Sweep.parse(document).runs()}
+    fields = fields_of(stored)
+    assert {point.run.id for point in Sweep.parse(document_of(fields)).runs()} == expected
+    assert not {point.run.id for point in Sweep.parse(document_of({**fields, "seed": "2"})).runs()} & expected
+
+
+def test_form__keeps_the_ends_of_lines_and_refuses_what_no_field_can_hold(api: Api) -> None:
+    shots = "speed [km/s],hole_diameter [mm],source\r\n6,20,me\r\n"
+    assert "\r" not in send(api, {**FIELDS, "observations": shots, ORDER: "look"}).text
+    refused = send(api, {**FIELDS, "speed": "3 km/s to 6 km/s", "resolution": "9" * 5000, "priority": "abc"})
+    assert refused.status_code == 422
+    assert "step" in findings(refused)["speed"]
+    assert "line 2, column 10" in findings(send(api, {**FIELDS, "materials": "mine:\n  a: [1, }"}))["materials"]
+    refused = send(api, {**FIELDS, "priority": "abc"})
+    assert refused.status_code == 422
+    assert 'value="3 km/s, 6 km/s"' in refused.text
+    assert "a whole number from" in refused.text
