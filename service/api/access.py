@@ -208,19 +208,15 @@ bearer: SecurityBase = HTTPBearer(
     description="`Authorization: Bearer KEY`; optional on the service's own machine.",
     auto_error=False,
 )
+Credentials = Annotated[HTTPAuthorizationCredentials | None, Depends(bearer)]
 
 
-def authorize(
-    request: Request,
-    required: SecurityScopes,
-    credentials: Annotated[HTTPAuthorizationCredentials | None, Depends(bearer)],
-    form: FormFields,
-) -> Caller:
+def authorize(request: Request, required: SecurityScopes, credentials: Credentials, form: FormFields) -> Caller:
     """The caller, if it has the scopes that an endpoint requires.
 
     Raises Unauthorized, Forbidden; CrossSiteRequest for an order of a session without its token.
     """
-    caller = _authenticate(request, credentials)
+    caller = authenticate(request, credentials)
     if caller.has_session and request.method not in SAFE_METHODS:
         check_token(request, form)
     request.state.caller = caller.name
@@ -232,7 +228,8 @@ def authorize(
     return caller
 
 
-def _authenticate(request: Request, credentials: HTTPAuthorizationCredentials | None) -> Caller:
+def authenticate(request: Request, credentials: HTTPAuthorizationCredentials | None) -> Caller:
+    """The sender of a request, as of now; raises Unauthorized."""
     if credentials is not None:
         key = key_of(request, credentials.credentials)
         return Caller(key.name, key.scopes)
