@@ -11,6 +11,7 @@ are the limit. A browser that logged in with a key has a session in its place, w
 too. The store compares secrets as digests; they appear in no log and no response.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 from ipaddress import ip_address
 from typing import Annotated, Any
@@ -32,7 +33,7 @@ from service.api.errors import (
     Unauthorized,
     problem_response,
 )
-from service.records.jobs import KeyRow, Scope, SweepStatus
+from service.records.jobs import KeyRow, Scope, StoreUnavailable, SweepStatus
 from service.settings import Settings
 from studies.quantities.findings import Finding, InvalidInput
 
@@ -217,9 +218,9 @@ def authorize(request: Request, required: SecurityScopes, credentials: Credentia
     Raises Unauthorized, Forbidden; CrossSiteRequest for an order of a session without its token.
     """
     caller = authenticate(request, credentials)
+    request.state.caller = caller
     if caller.has_session and request.method not in SAFE_METHODS:
         check_token(request, form)
-    request.state.caller = caller.name
     for scope in map(Scope, required.scopes):
         if not caller.may(scope):
             raise Forbidden(
@@ -245,6 +246,13 @@ def authenticate(request: Request, credentials: HTTPAuthorizationCredentials | N
         "send `Authorization: Bearer KEY`; the operator of the service makes a key with `whipple keys create`",
         key_was_sent=False,
     )
+
+
+def known_caller(request: Request) -> Caller | None:
+    """The caller of a page that is open to everyone; None where none is known."""
+    with suppress(Unauthorized, StoreUnavailable):
+        return authenticate(request, None)
+    return None
 
 
 def key_of(request: Request, secret: str) -> KeyRow:

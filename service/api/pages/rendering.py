@@ -72,7 +72,8 @@ def problem_page(request: Request, problem: Mapping[str, Any], headers: Mapping[
     """A problem document as a page: where a key is missing, the form to log in with one."""
     status = problem["status"]
     if status != UNAUTHORIZED:
-        return page(request, "problem.html", status=status, headers=headers, problem=problem)
+        caller = getattr(request.state, "caller", None)
+        return page(request, "problem.html", caller, status=status, headers=headers, problem=problem)
     to = problem["instance"] if request.method == "GET" else "/"
     # A page that is opened from another site comes without our cookie, and with it when it loads itself again.
     again = request.headers.get("sec-fetch-site") == "cross-site"

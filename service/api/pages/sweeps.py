@@ -106,7 +106,7 @@ def _orders(caller: Caller, sweep: SweepStatus) -> list[Order]:
     if not caller.may(Scope.SUBMIT) or not caller.owns(sweep):
         return []
     if not sweep.is_terminal:
-        return ["cancel"]
+        return [] if sweep.state is SweepState.CANCELLING else ["cancel"]
     is_whole = sweep.state == SweepState.SUCCEEDED and not sweep.counts[State.FAILED]
     return ["delete"] if is_whole else ["retry", "delete"]
 

@@ -47,7 +47,8 @@ def _number(text: str) -> int:
 
 async def _listener(request: Request, streams: AppEventStreams, credentials: Credentials) -> AsyncIterator[Listener]:
     """A listener for the duration of the response, or until the key or the session of the request ends."""
-    async with streams.listening(request.state.caller, partial(authenticate, request, credentials)) as listener:
+    check = partial(authenticate, request, credentials)
+    async with streams.listening(request.state.caller.name, check) as listener:
         yield listener
 
 

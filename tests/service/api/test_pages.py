@@ -134,7 +134,7 @@ def test_sweep__is_a_grid_whose_cells_lead_to_the_runs(api: Api) -> None:
     assert (cells[0][0], cells[0][2]) == ("succeeded v0", "14.80")
     assert {text for _, _, text in cells[1:]} == {"queued"}
     assert "<circle" in page
-    resolved = api.http.get(f"/sweeps/{id}?quantity=hole_diameter_lip&sheet=rubbish").text
+    resolved = api.http.get(f"/sweeps/{id}?quantity=hole_diameter_lip&sheet=²").text
     assert "no value" in resolved
 
 
@@ -188,6 +188,16 @@ def test_sweep__with_a_failed_run_offers_to_retry_it(api: Api) -> None:
     assert f'action="/sweeps/{id}/retry"' not in api.http.get(f"/sweeps/{id}").text
 
 
+def test_sweep__that_is_being_cancelled_offers_no_second_cancel(api: Api) -> None:
+    here = f"/sweeps/{api.submit()}"
+    first, _ = api.store.leases.take(2, api.term())
+    api.store.leases.finish(first, api.result(first.id))
+    assert f'action="{here}/cancel"' in api.http.get(here).text
+    cancelling = api.http.post(f"{here}/cancel", data=token_of(api, here)).text
+    assert re.findall(r'"state (\w+)"', cancelling) == ["cancelling"]
+    assert f'action="{here}/cancel"' not in cancelling
+
+
 def test_orders__need_the_token_of_a_page(api: Api) -> None:
     id = api.submit()
     api.compute()
@@ -202,6 +212,10 @@ def test_chart__has_round_ticks_and_text_as_text() -> None:
     assert [tick for tick in ("0", "0.2", "1", "3") if f">{tick}</text>" in drawn] == ["0", "0.2", "1", "3"]
     assert drawn.count("<circle") == 2
     assert not chart("none", [ChartLine("a", [1.0], [None])], x="", y="")
+
+
+def test_docs__scroll_by_keys(shared_api: Api) -> None:
+    assert "<pre>" not in shared_api.http.get("/docs").text
 
 
 def test_docs__list_every_operation_and_every_problem(shared_api: Api) -> None:
