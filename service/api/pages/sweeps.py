@@ -1,5 +1,6 @@
 """The list of sweeps, and a sweep: its grid of runs as they end, its report, and what may be done with it."""
 
+import secrets
 from functools import lru_cache
 from typing import Annotated, Literal
 from urllib.parse import urlencode
@@ -95,6 +96,7 @@ def show_sweep(
         quantity=measurements.load(name),
         quantities=[measurements.load(each) for each in quantities],
         figure=figure_of(shown, cells, name, status.scenario),
+        once=secrets.token_urlsafe(),
         may_add=bool(shown.layout.dimensions) and caller.may(Scope.SUBMIT),
         link=lambda **changes: "?" + urlencode({"quantity": name, "sheet": shown.word, "row": shown.first, **changes}),
         events=None if status.is_terminal else sweep.links["events"],

@@ -1,7 +1,10 @@
 """The pages: what a person sees, and that nothing comes from another machine."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
+from io import BytesIO
+from zipfile import ZipFile
 
 import pytest
 
@@ -10,6 +13,7 @@ from service.api.pages.charts import ChartLine, chart
 from service.api.pages.grid import layout_of
 from service.api.pages.rendering import PAGES
 from service.records.jobs import Keep
+from studies.quantities.files import SECTIONS
 from tests.service.support.api import Api
 from tests.service.support.rows import TERM
 
@@ -66,6 +70,8 @@ def test_sweeps__show_state_progress_and_results(api: Api) -> None:
     id = api.submit()
     waiting = api.http.get("/").text
     assert "queued" in waiting
+    for page in (waiting, api.http.get(f"/sweeps/{id}").text):
+        assert "Perforation of a plate" in page
     assert "cube.nc" not in waiting
     api.compute(failures=1)
     done = api.http.get("/").text
@@ -155,6 +161,10 @@ def test_sweep__gets_further_values_in_their_order_and_computes_only_those(api: 
     assert answer.status_code == 303, answer.text
     longer = answer.headers["Location"].removeprefix("/sweeps/")
     assert api.store.sweeps.document(longer)["axes"]["speed"] == ["3 km/s", "4 km/s", "5.5 km/s", "6 km/s"]
+    again = api.http.post(f"/sweeps/{id}/values", data=form, follow_redirects=False)
+    assert again.headers["Location"] == answer.headers["Location"]
+    other = api.http.post(f"/sweeps/{id}/values", data={**form, "once": "another page"}, follow_redirects=False)
+    assert other.headers["Location"] != answer.headers["Location"]
     status = api.store.sweeps.get(longer)
     assert (status.planned, status.reused, status.new) == (4, 2, 2)
     refused = api.http.post(f"/sweeps/{id}/values", data={**form, "values": "3 mm"}, headers={"Accept": "text/html"})
@@ -175,6 +185,26 @@ def test_run__that_kept_no_film_is_computed_again_alone(api: Api) -> None:
     assert api.store.sweeps.get(film.sweep_id).keep is Keep.FILM
     [lease] = api.store.leases.take(5, TERM + 1)
     assert (lease.id, lease.keep) == (run, Keep.FILM)
+    sent_again = {"data": token_of(api, f"/sweeps/{id}"), "follow_redirects": False}
+    assert api.http.post(f"{page}/film", **sent_again).status_code == 303
+    api.compute()
+    assert api.store.runs.places(run, 1)[0].sweep_id == film.sweep_id
+    # A run that still has no film is computed again, under the same title.
+    api.http.post(f"{page}/film", **sent_again)
+    assert api.store.runs.places(run, 1)[0].title == film.title
+
+
+def test_radiograph__has_a_heading_where_there_is_one(api: Api) -> None:
+    api.submit()
+    pages = []
+    for name, lease in zip(("radiograph.npy", "bodies.npy"), api.store.leases.take(2, api.term()), strict=True):
+        sections = BytesIO()
+        with ZipFile(sections, "w") as archive:
+            archive.writestr(name, b"")
+        file = api._stored(f"{lease.id}/{SECTIONS}", sections.getvalue())
+        api.store.leases.finish(lease, replace(api.result(lease.id), files=(*api.result(lease.id).files, file)))
+        pages.append(api.http.get(f"/runs/{lease.id}").text)
+    assert [page.count("<h3>Radiograph</h3>") for page in pages] == [1, 0]
 
 
 def test_sweep__with_a_failed_run_offers_to_retry_it(api: Api) -> None:
