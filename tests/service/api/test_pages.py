@@ -4,6 +4,7 @@ import re
 from dataclasses import replace
 from html.parser import HTMLParser
 from io import BytesIO
+from typing import Any
 from zipfile import ZipFile
 
 import pytest
@@ -185,7 +186,7 @@ def test_run__that_kept_no_film_is_computed_again_alone(api: Api) -> None:
     assert api.store.sweeps.get(film.sweep_id).keep is Keep.FILM
     [lease] = api.store.leases.take(5, TERM + 1)
     assert (lease.id, lease.keep) == (run, Keep.FILM)
-    sent_again = {"data": token_of(api, f"/sweeps/{id}"), "follow_redirects": False}
+    sent_again: dict[str, Any] = {"data": token_of(api, f"/sweeps/{id}"), "follow_redirects": False}
     assert api.http.post(f"{page}/film", **sent_again).status_code == 303
     api.compute()
     assert api.store.runs.places(run, 1)[0].sweep_id == film.sweep_id
