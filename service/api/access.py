@@ -11,6 +11,7 @@ are the limit. A browser that logged in with a key has a session in its place, w
 too. The store compares secrets as digests; they appear in no log and no response.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 from ipaddress import ip_address
 from typing import Annotated, Any
@@ -32,7 +33,7 @@ from service.api.errors import (
     Unauthorized,
     problem_response,
 )
-from service.records.jobs import KeyRow, Scope, SweepStatus
+from service.records.jobs import KeyRow, Scope, StoreUnavailable, SweepStatus
 from service.settings import Settings
 from studies.quantities.findings import Finding, InvalidInput
 
@@ -208,22 +209,18 @@ bearer: SecurityBase = HTTPBearer(
     description="`Authorization: Bearer KEY`; optional on the service's own machine.",
     auto_error=False,
 )
+Credentials = Annotated[HTTPAuthorizationCredentials | None, Depends(bearer)]
 
 
-def authorize(
-    request: Request,
-    required: SecurityScopes,
-    credentials: Annotated[HTTPAuthorizationCredentials | None, Depends(bearer)],
-    form: FormFields,
-) -> Caller:
+def authorize(request: Request, required: SecurityScopes, credentials: Credentials, form: FormFields) -> Caller:
     """The caller, if it has the scopes that an endpoint requires.
 
     Raises Unauthorized, Forbidden; CrossSiteRequest for an order of a session without its token.
     """
-    caller = _authenticate(request, credentials)
+    caller = authenticate(request, credentials)
+    request.state.caller = caller
     if caller.has_session and request.method not in SAFE_METHODS:
         check_token(request, form)
-    request.state.caller = caller.name
     for scope in map(Scope, required.scopes):
         if not caller.may(scope):
             raise Forbidden(
@@ -232,7 +229,8 @@ def authorize(
     return caller
 
 
-def _authenticate(request: Request, credentials: HTTPAuthorizationCredentials | None) -> Caller:
+def authenticate(request: Request, credentials: HTTPAuthorizationCredentials | None) -> Caller:
+    """The sender of a request, as of now; raises Unauthorized."""
     if credentials is not None:
         key = key_of(request, credentials.credentials)
         return Caller(key.name, key.scopes)
@@ -248,6 +246,13 @@ def _authenticate(request: Request, credentials: HTTPAuthorizationCredentials | 
         "send `Authorization: Bearer KEY`; the operator of the service makes a key with `whipple keys create`",
         key_was_sent=False,
     )
+
+
+def known_caller(request: Request) -> Caller | None:
+    """The caller of a page that is open to everyone; None where none is known."""
+    with suppress(Unauthorized, StoreUnavailable):
+        return authenticate(request, None)
+    return None
 
 
 def key_of(request: Request, secret: str) -> KeyRow:

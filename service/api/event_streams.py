@@ -25,7 +25,7 @@ from typing import Any
 from anyio.to_thread import run_sync
 from fastapi.sse import ServerSentEvent
 
-from service.api.errors import Busy, TooManyRequests
+from service.api.errors import Busy, TooManyRequests, Unauthorized
 from service.api.schemas import EventModel, ProgressModel, RunModel, SweepModel
 from service.records.jobs import TERMINAL, Event, NotFound, RunRow, StoreUnavailable
 from service.store import Store
@@ -36,6 +36,7 @@ MOST_STREAMS = 100  # open at once; each holds a connection
 MOST_OF_A_KEY = 40  # of them; so that no two keys leave none for a third
 TICK_SECONDS = 0.5  # interval between two readings of the store
 PROGRESS_SECONDS = 1.0  # interval between two readings of the progress of runs
+CHECK_SECONDS = 15.0  # interval between two looks at the key of a stream
 PAGE = 500  # events read at once
 RECONNECT_MILLISECONDS = 2000  # after which a client whose connection broke tries again
 
@@ -53,9 +54,14 @@ class QueueSnapshot:
 
 
 class Listener:
-    """An open stream; it holds the latest snapshot only, so a slow client costs no memory."""
+    """An open stream; it holds the latest snapshot only, so a slow client costs no memory.
 
-    def __init__(self) -> None:
+    ``check`` raises Unauthorized once the client may not read any more, which is asked at an interval (s).
+    """
+
+    def __init__(self, check: Callable[[], object], interval: float) -> None:
+        self._check, self._interval = check, interval
+        self._checked = time.monotonic()
         self._loop = asyncio.get_running_loop()
         self._is_ready = asyncio.Event()
         self._latest: QueueSnapshot | None = None
@@ -64,6 +70,14 @@ class Listener:
         """The next snapshot; None ends the stream."""
         await self._is_ready.wait()
         self._is_ready.clear()
+        if time.monotonic() - self._checked >= self._interval:
+            try:
+                await run_sync(self._check)
+            except Unauthorized:
+                return None
+            except StoreUnavailable:  # asked again with the next snapshot
+                return self._latest
+            self._checked = time.monotonic()
         return self._latest
 
     def post(self, snapshot: QueueSnapshot | None) -> None:
@@ -80,8 +94,15 @@ class Listener:
 class EventStreams:
     """All open streams of the service."""
 
-    def __init__(self, store: Store, *, most: int = MOST_STREAMS, most_of_a_key: int = MOST_OF_A_KEY):
-        self._store = store
+    def __init__(
+        self,
+        store: Store,
+        *,
+        most: int = MOST_STREAMS,
+        most_of_a_key: int = MOST_OF_A_KEY,
+        check_interval: float = CHECK_SECONDS,
+    ):
+        self._store, self._check_interval = store, check_interval
         self._most, self._most_of_a_key = most, most_of_a_key
         self._listeners: dict[Listener, str] = {}  # with the name of its key
         self._changed = threading.Condition()  # guards the listeners
@@ -94,9 +115,9 @@ class EventStreams:
         return len(self._listeners)
 
     @asynccontextmanager
-    async def listening(self, key: str = "") -> AsyncIterator[Listener]:
+    async def listening(self, key: str = "", check: Callable[[], object] = lambda: None) -> AsyncIterator[Listener]:
         """A listener for the duration of a block; raises Busy if too many are open, TooManyRequests if of this key."""
-        listener = Listener()
+        listener = Listener(check, self._check_interval)
         with self._changed:
             if self._is_closed:
                 raise Busy("the service is stopping")

@@ -10,6 +10,7 @@ from playwright.sync_api import Browser, Locator, Page, expect
 from studies.cases.rows import Row, at_least, equal
 from tests.crash.support.browser import HEIGHT, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, messages_of, violations_of
 from tests.crash.support.serving import Service, serving
+from tests.service.support.api import open_api, served
 
 BEYOND = "Math.max(0, document.documentElement.scrollWidth - innerWidth)"
 SWEEP = {
@@ -44,6 +45,24 @@ def test_browser__watches_a_sweep_and_looks_inside_its_runs(tmp_path: Path, comp
         cube = _cube(browser, service, id, tmp_path / "cube.nc")
         compared(equal("values in the cube", expected=(3, 2, True), got=cube))
         _cancel(browser, service, compared)
+
+
+@pytest.mark.browser
+@pytest.mark.claim("pages", "watching-by-keys", minutes=0.1)
+def test_browser__renews_a_page_whose_button_has_the_focus(tmp_path: Path) -> None:
+    """While the button Cancel of a sweep has the focus, its state is renewed, and the button keeps the focus."""
+    with open_api(tmp_path) as api, served(api) as url, chromium() as browser:
+        id = api.submit()
+        page = browser.new_page()
+        page.goto(f"{url}/sweeps/{id}", timeout=PATIENCE)
+        cancel, state = page.get_by_role("button", name="Cancel"), page.locator("#status .state")
+        cancel.focus()
+        expect(state).to_have_text("queued")
+        api.store.leases.take(2, api.term())
+        expect(state).to_have_text("running", timeout=PATIENCE)
+        expect(cancel).to_be_focused()
+        expect(page.locator("#status > *")).to_have_count(3)
+        page.close()
 
 
 def _watch(browser: Browser, service: Service, compared: Callable[[Row], None]) -> None:

@@ -1,5 +1,7 @@
 """Sweeps that a page makes of a stored one: with further values on an axis, or of one of its runs with its film."""
 
+import hashlib
+import json
 from collections.abc import AsyncIterator, Mapping
 from typing import Annotated, Any
 
@@ -7,10 +9,12 @@ from fastapi import Depends, Request
 
 from service.api.access import Submitter
 from service.api.browsers import FormFields
+from service.api.pages.asking import ONCE
 from service.api.routes.dependencies import AppSettings, AppStore, RunId, SweepId, derived_sweep
 from service.records.jobs import Conflict, Keep, Submission, SweepStatus
 
 MOST_PLACES = 10  # sweeps of a run that are looked at
+FILM_OF = "Film of a run of "  # the title of a film begins so
 
 
 def _stored(id: SweepId, store: AppStore) -> tuple[SweepStatus, Mapping[str, Any]]:
@@ -24,7 +28,7 @@ def _of_run(id: RunId, store: AppStore) -> dict[str, Any]:
     place = next((each for each in store.runs.places(id, MOST_PLACES) if "screening" not in each.coordinates), None)
     if place is None:
         raise Conflict("no sweep has this run at a point of its axes any more; submit one that does")
-    title = f"Film of a run of {place.title}"[:200]
+    title = f"{FILM_OF}{place.title.removeprefix(FILM_OF)}"[:200]
     return {"sweep": store.sweeps.document(place.sweep_id), "at": place.coordinates, "run": run.id, "title": title}
 
 
@@ -38,8 +42,11 @@ async def _longer(
     """A sweep with the values of a form on one of its axes; raises InvalidInput."""
     status, document = stored
     change = {"sweep": document, "axis": form.get("axis", ""), "values": form.get("values", "")}
+    # Of a form that is sent twice there is one sweep.
+    once = form.get(ONCE, ""), status.id, change["axis"], change["values"]
+    digest = hashlib.sha256(json.dumps(once).encode()).hexdigest()
     async with derived_sweep(request, settings, "longer", change) as sweep:
-        yield Submission(sweep, caller.name, status.priority, status.keep)
+        yield Submission(sweep, caller.name, status.priority, status.keep, (digest, digest))
 
 
 async def _filmed(

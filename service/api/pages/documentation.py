@@ -10,10 +10,11 @@ from typing import Any
 
 from fastapi import APIRouter, FastAPI, Request, Response
 from fastapi.responses import HTMLResponse
-from markupsafe import escape
+from markupsafe import Markup, escape
 
+from service.api.access import known_caller
 from service.api.errors import INTERNAL_ERROR, PROBLEMS
-from service.api.pages.rendering import rendered
+from service.api.pages.rendering import page, rendered
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
@@ -41,12 +42,12 @@ BUILDING = threading.Lock()  # ``cache`` alone lets every thread that finds noth
 
 
 @router.get("/docs")
-def show_documentation(request: Request) -> str:
+def show_documentation(request: Request) -> Response:
     """Every operation of the API with parameters, examples and responses."""
     address = escape(str(request.base_url).rstrip("/"))
     with BUILDING:
-        page = _documentation(request.app)
-    return page.replace(ADDRESS, address)
+        content = _documentation(request.app)
+    return page(request, "docs.html", known_caller(request), content=Markup(content.replace(ADDRESS, address)))
 
 
 @router.get("/openapi.json", response_class=Response)
@@ -59,10 +60,10 @@ def show_openapi(request: Request) -> Response:
 
 @cache
 def _documentation(app: FastAPI) -> str:
-    """The page with ``ADDRESS`` in place of that of the service; rendering it takes 50 ms (2026-11)."""
+    """The content of the page with ``ADDRESS`` in place of that of the service; rendering it takes 50 ms (2026-11)."""
     operations = list(_operations(app.openapi()))
     groups = [{**tag, "operations": [each for each in operations if each["tags"] == [tag["name"]]]} for tag in TAGS]
-    return rendered("docs.html", groups=groups, problems=[*PROBLEMS.values(), INTERNAL_ERROR], address=ADDRESS)
+    return rendered("operations.html", groups=groups, problems=[*PROBLEMS.values(), INTERNAL_ERROR], address=ADDRESS)
 
 
 @cache

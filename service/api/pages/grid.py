@@ -94,7 +94,7 @@ class GridSheet:
     def read(layout: GridLayout, text: str, first: int) -> "GridSheet":
         """The sheet that a query names by its places; the finest resolution where it names none."""
         lengths = [len(each.texts) for each in layout.dimensions]
-        places = [int(part) for part in text.split(".") if part.isdigit() and len(part) < 6]
+        places = [int(part) for part in text.split(".") if part.isdecimal() and len(part) < 6]
         if len(places) != len(lengths):
             places = [len(each.texts) - 1 if each.name == RESOLUTION else 0 for each in layout.dimensions]
         own = layout.rows_and_columns

@@ -13,6 +13,7 @@ from markupsafe import Markup, escape
 from service import version
 from service.api.access import Caller
 from service.api.browsers import BROWSER, TOKEN_FIELD, cookie, new_browser, set_cookie, token_of
+from studies import scenarios
 from studies.quantities.display import display_of, duration
 
 SEE_OTHER = 303  # an order was carried out: read the page that shows what it did
@@ -41,6 +42,7 @@ TEMPLATES.filters |= {
     "code": code,
     "duration": duration,
     "pretty": lambda value: json.dumps(value, indent=2),
+    "scenario_title": lambda name: scenarios.load(name).title if name in scenarios.names() else name,
     "shown_unit": lambda unit: display_of(unit).unit,
 }
 
@@ -72,7 +74,8 @@ def problem_page(request: Request, problem: Mapping[str, Any], headers: Mapping[
     """A problem document as a page: where a key is missing, the form to log in with one."""
     status = problem["status"]
     if status != UNAUTHORIZED:
-        return page(request, "problem.html", status=status, headers=headers, problem=problem)
+        caller = getattr(request.state, "caller", None)
+        return page(request, "problem.html", caller, status=status, headers=headers, problem=problem)
     to = problem["instance"] if request.method == "GET" else "/"
     # A page that is opened from another site comes without our cookie, and with it when it loads itself again.
     again = request.headers.get("sec-fetch-site") == "cross-site"

@@ -1,9 +1,11 @@
 """A run from the inside: what it measured and when, pictures of its matter, its parameters, log and files."""
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile, ZipFile
 
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
@@ -23,7 +25,7 @@ from service.records.jobs import TERMINAL, VIEWS, NotFound, RunPlace, RunRow, Sc
 from service.store import Store
 from studies import measurements, scenarios
 from studies.quantities.display import display_of, kind_of, printed_beside, with_unit
-from studies.quantities.files import FILM, RESULT
+from studies.quantities.files import FILM, RESULT, SECTIONS
 from studies.quantities.parameters import declared
 from studies.sweeps.reading import RESOLUTION
 
@@ -56,7 +58,8 @@ def show_run(request: Request, id: RunId, caller: Reader, store: AppStore, artif
         charts=_charts(artifacts, result, run.scenario) if result else [],
         views=[view for view, sources in VIEWS.items() if names & {*sources}],
         has_film=FILM in names,
-        may_film=run.state is State.SUCCEEDED and FILM not in names and caller.may(Scope.SUBMIT),
+        may_film=_lacks_film(run, files) and caller.may(Scope.SUBMIT),
+        has_radiograph=any(_has_radiograph(artifacts, file) for file in files if file.name == SECTIONS),
         parameters=list(_parameters(spec, _asked(store, places))),
         materials=spec["materials"],
         log=_log_end(store, artifacts, id),
@@ -69,8 +72,21 @@ def show_run(request: Request, id: RunId, caller: Reader, store: AppStore, artif
 @router.post("/runs/{id}/film", dependencies=[Depends(check_token)])
 def compute_film(id: RunId, filmed: FilmedRun, store: AppStore) -> Response:
     """Compute a run again that kept no film, for a sweep of it alone that keeps one; its page shows it then."""
-    store.sweeps.create(filmed)
+    if _lacks_film(store.runs.get(id), store.runs.files(id)):
+        store.sweeps.create(filmed)
     return RedirectResponse(f"/runs/{id}", SEE_OTHER)
+
+
+def _lacks_film(run: RunRow, files: Iterable[Stored]) -> bool:
+    """Whether a run has a result without a film, and none is under way."""
+    return run.state is State.SUCCEEDED and all(file.name != FILM for file in files)
+
+
+def _has_radiograph(artifacts: Artifacts, sections: Stored) -> bool:
+    """Whether the sections of a run have a radiograph, which few scenarios ask for."""
+    with suppress(OSError, BadZipFile), ZipFile(artifacts.path(sections)) as archive:
+        return "radiograph.npy" in archive.namelist()
+    return False
 
 
 def _measured(run: RunRow) -> Iterator[dict[str, Any]]:

@@ -1,5 +1,6 @@
 """The list of sweeps, and a sweep: its grid of runs as they end, its report, and what may be done with it."""
 
+import secrets
 from functools import lru_cache
 from typing import Annotated, Literal
 from urllib.parse import urlencode
@@ -95,6 +96,7 @@ def show_sweep(
         quantity=measurements.load(name),
         quantities=[measurements.load(each) for each in quantities],
         figure=figure_of(shown, cells, name, status.scenario),
+        once=secrets.token_urlsafe(),
         may_add=bool(shown.layout.dimensions) and caller.may(Scope.SUBMIT),
         link=lambda **changes: "?" + urlencode({"quantity": name, "sheet": shown.word, "row": shown.first, **changes}),
         events=None if status.is_terminal else sweep.links["events"],
@@ -106,7 +108,7 @@ def _orders(caller: Caller, sweep: SweepStatus) -> list[Order]:
     if not caller.may(Scope.SUBMIT) or not caller.owns(sweep):
         return []
     if not sweep.is_terminal:
-        return ["cancel"]
+        return [] if sweep.state is SweepState.CANCELLING else ["cancel"]
     is_whole = sweep.state == SweepState.SUCCEEDED and not sweep.counts[State.FAILED]
     return ["delete"] if is_whole else ["retry", "delete"]
 

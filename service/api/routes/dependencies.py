@@ -126,7 +126,7 @@ async def _read(
 async def read_posted(request: Request, posted: Posted, part: Callable[[Any, Posted], Read]) -> AsyncIterator[Read]:
     """Let a child process read a document, and keep the child during the block; raises InvalidInput."""
     readers: Readers = request.app.state.readers
-    async with readers.slot(request.state.caller):
+    async with readers.slot(request.state.caller.name):
         read = await readers.read(posted, part)
         if isinstance(read, Refusal):
             request.state.pointers = read.pointers

@@ -1,11 +1,13 @@
 """Events as they happen (server-sent events), and past events as pages."""
 
 from collections.abc import AsyncIterable, AsyncIterator
+from functools import partial
 from typing import Annotated
 
 from fastapi import APIRouter, Depends, Header, Query, Request, Response
 from fastapi.sse import EventSourceResponse, ServerSentEvent
 
+from service.api.access import Credentials, authenticate
 from service.api.event_streams import EventSubject, Listener, queue_subject, run_subject, stream, sweep_subject
 from service.api.routes.dependencies import AppEventStreams, AppStore, Cursor, PageLimit, RunId, SweepId, link_next
 from service.api.schemas import EventModel, PageOf
@@ -43,9 +45,10 @@ def _number(text: str) -> int:
     return int(text)
 
 
-async def _listener(request: Request, streams: AppEventStreams) -> AsyncIterator[Listener]:
-    """A listener for the duration of the response."""
-    async with streams.listening(request.state.caller) as listener:
+async def _listener(request: Request, streams: AppEventStreams, credentials: Credentials) -> AsyncIterator[Listener]:
+    """A listener for the duration of the response, or until the key or the session of the request ends."""
+    check = partial(authenticate, request, credentials)
+    async with streams.listening(request.state.caller.name, check) as listener:
         yield listener
 
 

@@ -10,10 +10,12 @@ from typing import Any
 import httpx
 import pytest
 
+from service.api.browsers import SESSION
 from service.api.errors import TooManyRequests
 from service.api.event_streams import EventStreams
 from service.client.connection import ServerEvent, server_events
-from service.records.jobs import StoreUnavailable
+from service.records.jobs import Scope, StoreUnavailable
+from service.settings import Settings
 from tests.service.support.api import Api, served
 from tests.service.support.fakes import wait_until
 
@@ -189,6 +191,22 @@ def test_listeners__are_let_go_when_the_service_leaves(api: Api) -> None:
         assert list(stream) == []
         assert httpx.get(f"{url}/v1/queue/events", timeout=TIMEOUT).status_code == 503
     wait_until(lambda: not reading_threads())
+
+
+@pytest.mark.parametrize("path", ["/v1/queue/events", "/v1/sweeps/{id}/events"])
+@pytest.mark.parametrize("has_session", [False, True])
+def test_stream__ends_with_its_key(api: Api, path: str, has_session: bool) -> None:
+    key, secret = api.store.keys.issue("anna", [Scope.READ])
+    session = f"{SESSION}={api.store.keys.begin_session(key)}"
+    header = {"Cookie": session} if has_session else {"Authorization": f"Bearer {secret}"}
+    streams_of(api)._check_interval = 0.0
+    here = path.format(id=api.submit())
+    with served(api) as url, httpx.stream("GET", url + here, headers=header, timeout=TIMEOUT) as response:
+        lines = response.iter_lines()
+        next(lines)
+        api.store.keys.revoke(key.id)
+        api.http.app.state.settings = Settings(data=api.settings.data, host="0.0.0.0")  # type: ignore[attr-defined]
+        assert not any(line.startswith(": ping") for line in lines)  # which an idle stream sends
 
 
 def test_listener__stays_while_the_store_is_away(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:

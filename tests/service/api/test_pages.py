@@ -1,7 +1,11 @@
 """The pages: what a person sees, and that nothing comes from another machine."""
 
 import re
+from dataclasses import replace
 from html.parser import HTMLParser
+from io import BytesIO
+from typing import Any
+from zipfile import ZipFile
 
 import pytest
 
@@ -10,6 +14,7 @@ from service.api.pages.charts import ChartLine, chart
 from service.api.pages.grid import layout_of
 from service.api.pages.rendering import PAGES
 from service.records.jobs import Keep
+from studies.quantities.files import SECTIONS
 from tests.service.support.api import Api
 from tests.service.support.rows import TERM
 
@@ -66,6 +71,8 @@ def test_sweeps__show_state_progress_and_results(api: Api) -> None:
     id = api.submit()
     waiting = api.http.get("/").text
     assert "queued" in waiting
+    for page in (waiting, api.http.get(f"/sweeps/{id}").text):
+        assert "Perforation of a plate" in page
     assert "cube.nc" not in waiting
     api.compute(failures=1)
     done = api.http.get("/").text
@@ -134,7 +141,7 @@ def test_sweep__is_a_grid_whose_cells_lead_to_the_runs(api: Api) -> None:
     assert (cells[0][0], cells[0][2]) == ("succeeded v0", "14.80")
     assert {text for _, _, text in cells[1:]} == {"queued"}
     assert "<circle" in page
-    resolved = api.http.get(f"/sweeps/{id}?quantity=hole_diameter_lip&sheet=rubbish").text
+    resolved = api.http.get(f"/sweeps/{id}?quantity=hole_diameter_lip&sheet=²").text
     assert "no value" in resolved
 
 
@@ -155,6 +162,10 @@ def test_sweep__gets_further_values_in_their_order_and_computes_only_those(api: 
     assert answer.status_code == 303, answer.text
     longer = answer.headers["Location"].removeprefix("/sweeps/")
     assert api.store.sweeps.document(longer)["axes"]["speed"] == ["3 km/s", "4 km/s", "5.5 km/s", "6 km/s"]
+    again = api.http.post(f"/sweeps/{id}/values", data=form, follow_redirects=False)
+    assert again.headers["Location"] == answer.headers["Location"]
+    other = api.http.post(f"/sweeps/{id}/values", data={**form, "once": "another page"}, follow_redirects=False)
+    assert other.headers["Location"] != answer.headers["Location"]
     status = api.store.sweeps.get(longer)
     assert (status.planned, status.reused, status.new) == (4, 2, 2)
     refused = api.http.post(f"/sweeps/{id}/values", data={**form, "values": "3 mm"}, headers={"Accept": "text/html"})
@@ -175,6 +186,26 @@ def test_run__that_kept_no_film_is_computed_again_alone(api: Api) -> None:
     assert api.store.sweeps.get(film.sweep_id).keep is Keep.FILM
     [lease] = api.store.leases.take(5, TERM + 1)
     assert (lease.id, lease.keep) == (run, Keep.FILM)
+    sent_again: dict[str, Any] = {"data": token_of(api, f"/sweeps/{id}"), "follow_redirects": False}
+    assert api.http.post(f"{page}/film", **sent_again).status_code == 303
+    api.compute()
+    assert api.store.runs.places(run, 1)[0].sweep_id == film.sweep_id
+    # A run that still has no film is computed again, under the same title.
+    api.http.post(f"{page}/film", **sent_again)
+    assert api.store.runs.places(run, 1)[0].title == film.title
+
+
+def test_radiograph__has_a_heading_where_there_is_one(api: Api) -> None:
+    api.submit()
+    pages = []
+    for name, lease in zip(("radiograph.npy", "bodies.npy"), api.store.leases.take(2, api.term()), strict=True):
+        sections = BytesIO()
+        with ZipFile(sections, "w") as archive:
+            archive.writestr(name, b"")
+        file = api._stored(f"{lease.id}/{SECTIONS}", sections.getvalue())
+        api.store.leases.finish(lease, replace(api.result(lease.id), files=(*api.result(lease.id).files, file)))
+        pages.append(api.http.get(f"/runs/{lease.id}").text)
+    assert [page.count("<h3>Radiograph</h3>") for page in pages] == [1, 0]
 
 
 def test_sweep__with_a_failed_run_offers_to_retry_it(api: Api) -> None:
@@ -186,6 +217,16 @@ def test_sweep__with_a_failed_run_offers_to_retry_it(api: Api) -> None:
     api.http.post(f"/sweeps/{id}/retry", data=token_of(api, f"/sweeps/{id}"))
     api.compute()
     assert f'action="/sweeps/{id}/retry"' not in api.http.get(f"/sweeps/{id}").text
+
+
+def test_sweep__that_is_being_cancelled_offers_no_second_cancel(api: Api) -> None:
+    here = f"/sweeps/{api.submit()}"
+    first, _ = api.store.leases.take(2, api.term())
+    api.store.leases.finish(first, api.result(first.id))
+    assert f'action="{here}/cancel"' in api.http.get(here).text
+    cancelling = api.http.post(f"{here}/cancel", data=token_of(api, here)).text
+    assert re.findall(r'"state (\w+)"', cancelling) == ["cancelling"]
+    assert f'action="{here}/cancel"' not in cancelling
 
 
 def test_orders__need_the_token_of_a_page(api: Api) -> None:
@@ -202,6 +243,10 @@ def test_chart__has_round_ticks_and_text_as_text() -> None:
     assert [tick for tick in ("0", "0.2", "1", "3") if f">{tick}</text>" in drawn] == ["0", "0.2", "1", "3"]
     assert drawn.count("<circle") == 2
     assert not chart("none", [ChartLine("a", [1.0], [None])], x="", y="")
+
+
+def test_docs__scroll_by_keys(shared_api: Api) -> None:
+    assert "<pre>" not in shared_api.http.get("/docs").text
 
 
 def test_docs__list_every_operation_and_every_problem(shared_api: Api) -> None:
