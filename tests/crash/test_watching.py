@@ -19,7 +19,7 @@ SWEEP = {
     "scenario": "thin_plate",
     "fixed": {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"},
     "axes": {"speed": ["4 km/s", "5 km/s", "6 km/s"], "plate_thickness": ["2 mm", "3 mm"]},
-    "resolution": 6,
+    "resolution": 16,  # a second each, so that cells fill one after the other
 }
 ENDLESS = {**SWEEP, "name": "endless", "title": "To be cancelled", "resolution": 64}
 # Pixels of a canvas that are drawn, as text: two that differ are two pictures.
