@@ -7,7 +7,9 @@ another token.
 
 import hashlib
 import hmac
+import json
 import secrets
+from collections.abc import Mapping
 from typing import Annotated
 from urllib.parse import parse_qsl
 
@@ -18,8 +20,10 @@ from service.api.errors import BadRequest, CrossSiteRequest, PayloadTooLarge
 SESSION, BROWSER = "whipple_session", "whipple_browser"  # cookies
 TOKEN_FIELD, TOKEN_HEADER = "csrf_token", "X-CSRF-Token"
 FORM = "application/x-www-form-urlencoded"
-LONGEST_FORM, SHORT_FORM = 4 << 20, 16 << 10  # bytes: with a deck, whose letters may take three each; and any other
-MOST_FIELDS = 500  # of a form; that of a new sweep has less than a hundred
+LONGEST_FORM = 4 << 20  # bytes of the form of a new sweep, which may hold a deck
+SHORT_FORM = 16 << 10  # bytes of any other form
+MOST_FIELDS = 500  # fields of a form at most; the form of a new sweep has fewer than a hundred
+ONCE = "once"  # field with a random value of the page, by which a form that is sent twice is known
 LONGEST_COOKIE = 200  # characters; ours are shorter
 
 
@@ -56,6 +60,12 @@ async def _form(request: Request) -> dict[str, str]:
 
 
 FormFields = Annotated[dict[str, str], Depends(_form)]
+
+
+def idempotency_of(form: Mapping[str, str], *asked: str | None) -> tuple[str, str]:
+    """Key and digest of a submission: a form that is sent twice with the same ``asked`` makes one sweep."""
+    digest = hashlib.sha256(json.dumps((form.get(ONCE, ""), *asked)).encode()).hexdigest()
+    return digest, digest
 
 
 def token_of(request: Request, browser: str) -> str:

@@ -4,7 +4,6 @@ A child process reads the form (``service.api.pages.forms``), as it reads the do
 with what it found, so that the form works without scripts; a script asks for the same page while a person writes.
 """
 
-import hashlib
 import json
 import secrets
 from collections.abc import AsyncIterator, Iterable, Mapping
@@ -15,7 +14,7 @@ from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 
 from service.api.access import Caller, Submitter
-from service.api.browsers import FormFields, check_token
+from service.api.browsers import ONCE, FormFields, check_token, idempotency_of
 from service.api.pages.fields import FieldGroup, FormField, field_of, is_missing, label_of, placed
 from service.api.pages.forms import COUNTS, MORE, WORDS, AskedSweep, asked
 from service.api.pages.rendering import SEE_OTHER, page
@@ -34,7 +33,7 @@ from studies.sweeps.reading import COMBINATIONS, MODEL_PARTS, OFFSET, RESOLUTION
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
-ORDER, ONCE, SUBMIT = "order", "once", "submit"  # fields of the form that are none of the sweep
+ORDER, SUBMIT = "order", "submit"  # the field that says whether a form is looked at or submitted, and its value
 UNPROCESSABLE = 422
 
 
@@ -163,7 +162,7 @@ async def _asked(
     settings: AppSettings,
     document: Annotated[Mapping[str, Any], Depends(_beginning)],
 ) -> AsyncIterator[AskedSweep]:
-    """What a child process makes of a form that was sent, or of that with which a page begins."""
+    """The sweep of a form that was sent, or of the document with which a page begins, read by a child process."""
     known = _names(scenarios.load(scenario))
     fields = {name: text for name, text in (form or request.query_params).items() if name in known}
     content = {"fields": {**fields, "scenario": scenario}, "document": document, "submit": form.get(ORDER) == SUBMIT}
@@ -201,10 +200,8 @@ def read_form(
         asked = replace(asked, findings=(*asked.findings, *error.findings), expanded=None)
     if asked.expanded is None:
         return _form_page(request, caller, asked, estimate, form, options)
-    # Of a form that is sent twice there is one sweep.
-    once = form.get(ONCE, ""), asked.yaml, form.get("priority"), form.get("keep")
-    digest = hashlib.sha256(json.dumps(once).encode()).hexdigest()
-    submission = Submission(asked.expanded, caller.name, *options, (digest, digest))
+    once = idempotency_of(form, asked.yaml, form.get("priority"), form.get("keep"))
+    submission = Submission(asked.expanded, caller.name, *options, once)
     return RedirectResponse(f"/sweeps/{store.sweeps.create(submission).id}", SEE_OTHER)
 
 

@@ -8,9 +8,9 @@ from markupsafe import Markup
 
 from studies.quantities.display import digits
 
-WIDTH, HEIGHT = 360.0, 230.0  # of the drawing, as wide as a telephone
+WIDTH, HEIGHT = 360.0, 230.0  # size of the drawing in px, as wide as a telephone
 LEFT, RIGHT, TOP, BOTTOM = 52.0, 8.0, 10.0, 38.0  # margins
-MOST_POINTS = 200  # of a line; more are thinned evenly
+MOST_POINTS = 200  # points of a line at most; a longer line is thinned evenly
 MOST_LINES = 8  # in as many colours
 TICKS = 5
 

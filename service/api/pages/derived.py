@@ -1,15 +1,12 @@
 """Sweeps that a page makes of a stored one: with further values on an axis, or of one of its runs with its film."""
 
-import hashlib
-import json
 from collections.abc import AsyncIterator, Mapping
 from typing import Annotated, Any
 
 from fastapi import Depends, Request
 
 from service.api.access import Submitter
-from service.api.browsers import FormFields
-from service.api.pages.asking import ONCE
+from service.api.browsers import FormFields, idempotency_of
 from service.api.routes.dependencies import AppSettings, AppStore, RunId, SweepId, derived_sweep
 from service.records.jobs import Conflict, Keep, Submission, SweepStatus
 
@@ -42,11 +39,9 @@ async def _longer(
     """A sweep with the values of a form on one of its axes; raises InvalidInput."""
     status, document = stored
     change = {"sweep": document, "axis": form.get("axis", ""), "values": form.get("values", "")}
-    # Of a form that is sent twice there is one sweep.
-    once = form.get(ONCE, ""), status.id, change["axis"], change["values"]
-    digest = hashlib.sha256(json.dumps(once).encode()).hexdigest()
+    once = idempotency_of(form, status.id, form.get("axis"), form.get("values"))
     async with derived_sweep(request, settings, "longer", change) as sweep:
-        yield Submission(sweep, caller.name, status.priority, status.keep, (digest, digest))
+        yield Submission(sweep, caller.name, status.priority, status.keep, once)
 
 
 async def _filmed(

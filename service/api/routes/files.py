@@ -20,6 +20,8 @@ from studies.quantities.files import ALL_RUNS_CSV, ARCHIVE, CUBE, REPORT_HTML, R
 
 router = APIRouter(prefix="/v1/sweeps/{id}", tags=["results"])
 
+SoFar = Annotated[bool, Query(description="Return the file of the results so far while the sweep is unfinished")]
+
 # The report contains its script; the sandbox isolates that script from this service. The page of its sweep frames it.
 REPORT_POLICY = (
     "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
@@ -42,9 +44,7 @@ def download_cube(
     store: AppStore,
     artifacts: AppArtifacts,
     conversions: AppConversions,
-    partial: Annotated[
-        bool, Query(description="Return the cube of the results so far while the sweep is unfinished")
-    ] = False,
+    partial: SoFar = False,
 ) -> Response:
     if partial:
         sweep, stored = store.sweeps.get_with_file(id, CUBE)
@@ -90,9 +90,7 @@ def download_report_html(
     store: AppStore,
     artifacts: AppArtifacts,
     conversions: AppConversions,
-    partial: Annotated[
-        bool, Query(description="Return the report of the results so far while the sweep is unfinished")
-    ] = False,
+    partial: SoFar = False,
 ) -> Response:
     policy = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
     if partial:

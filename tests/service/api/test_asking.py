@@ -9,8 +9,8 @@ from typing import Any
 
 import pytest
 
-from service.api.browsers import TOKEN_FIELD
-from service.api.pages.asking import ONCE, ORDER, SUBMIT
+from service.api.browsers import ONCE, TOKEN_FIELD
+from service.api.pages.asking import ORDER, SUBMIT
 from service.api.pages.forms import COUNTS, MORE, WORDS, document_of, fields_of
 from service.api.pages.formulas import formula
 from service.api.pages.rendering import PAGES
