@@ -14,6 +14,7 @@ import shutil
 import subprocess
 import sys
 import threading
+import time
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
 from typing import Any
@@ -71,7 +72,8 @@ class Conversions:
         try:
             if not file.is_file():
                 self._make(file, text, wait)
-            os.utime(file)
+            # Used now; not modified, because Last-Modified and ETag are of its content.
+            os.utime(file, (time.time(), file.stat().st_mtime))
             return file, digest(file)
         except FileNotFoundError:
             raise ConversionFailed("the data directory, or the file, was removed") from None
@@ -85,7 +87,7 @@ class Conversions:
             if not file.is_file():  # as it is where another request waited for the same one
                 self._run_child(file, inputs)
             kept = 0
-            files = sorted(self._folder.iterdir(), key=lambda other: -other.stat().st_mtime)
+            files = sorted(self._folder.iterdir(), key=lambda other: -other.stat().st_atime)
             for number, other in enumerate(files):
                 kept += other.stat().st_size
                 if other != file and (number >= MOST_FILES or kept > MOST_BYTES):
