@@ -68,7 +68,12 @@ def compute(attempt: Attempt) -> Ending:
     def send(progress: Mapping[str, Any]) -> None:
         worker.log_event(PROGRESS, {"key": attempt.key, **progress})
 
-    supervisor = _UNDER_WAY[attempt.key] = Supervisor(attempt, send)
+    def is_wanted() -> bool:
+        """Whether the scheduler still wants the task: not, once its service died before the scheduler kept it."""
+        task = worker.state.tasks.get(attempt.key)
+        return task is not None and task.state != "cancelled"
+
+    supervisor = _UNDER_WAY[attempt.key] = Supervisor(attempt, send, is_wanted=is_wanted)
     try:
         return supervisor.run(_SLOT)
     finally:

@@ -131,6 +131,8 @@ class Leader:
             if lease.key in self.in_flight.submitted or lease.key in (keys or ()):
                 self._adopt(lease, term)
             elif keys is not None:
+                with suppress(OSError):  # a worker may have it still: its service froze before the engine kept it
+                    self._engine.stop([lease.key])
                 self.in_flight.add_lost(lease, "the service ended during the attempt")
         # Attempts of earlier processes without a row may occupy a worker: follow them, so that they are stopped.
         wanted = self.in_flight.submitted | {lease.key for lease in leases}

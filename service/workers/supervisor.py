@@ -45,9 +45,16 @@ OUT_OF_MEMORY = (b"MemoryError", b"bad_alloc", b"ut of memory", b"Cannot allocat
 class Supervisor:
     """One attempt: its progress, and why it is ended."""
 
-    def __init__(self, attempt: Attempt, send: SendProgress, timings: Timings = DEFAULT):
+    def __init__(
+        self,
+        attempt: Attempt,
+        send: SendProgress,
+        timings: Timings = DEFAULT,
+        is_wanted: Callable[[], bool] = lambda: True,
+    ):
         self._attempt = attempt
         self._send = send
+        self._is_wanted = is_wanted  # asked at every tick; an attempt that nobody can find again ends
         self._timings = timings
         self._directory = Path(attempt.directory)
         self._begin = self._cut_log = 0.0  # monotonic: of the attempt, and of the last look at its log
@@ -154,6 +161,8 @@ class Supervisor:
                 if self._stopped_for is None and self._is_stalled(process):
                     self._stopped_for = Cause.STALLED
                     return None
+            if not self._is_wanted():
+                self.stop()
             if self._leave_at < now:
                 self._leave_at = math.inf
                 process.send({"leave": True})

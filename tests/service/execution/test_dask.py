@@ -6,7 +6,8 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Iterator
+import time
+from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
 from pathlib import Path
 
@@ -20,6 +21,7 @@ from service.settings import Settings
 from service.workers.attempt import Attempt, Away, Back, Ended
 from service.workers.timings import DEFAULT
 from solver import PHYSICS_VERSION
+from studies.cases.rows import at_most
 from tests.service.support.cluster import (
     PRELOAD,
     ROOT,
@@ -55,6 +57,22 @@ for attempt in job["attempts"]:
 print("submitted", flush=True)
 time.sleep(600)
 """
+
+# The same, killed between the submission of its attempt and the order to keep it.
+UNKEPT = (
+    """
+import os, signal
+from service.execution.dask import SchedulerConnection
+from service.workers.attempt import Attempt
+def die(connection, name, future):
+    directory = Path(job["attempts"][0]["directory"])
+    while not (directory / "pid").exists():  # a worker computes it
+        time.sleep(0.02)
+    os.kill(os.getpid(), signal.SIGKILL)
+SchedulerConnection.keep = die
+"""
+    + SERVICE
+)
 
 
 @pytest.fixture(scope="module")
@@ -110,12 +128,12 @@ def test_worker_told_to_end__only_its_own_run_is_lost_and_has_a_checkpoint(
 # --- the service dies ----------------------------------------------------------------------------
 
 
-def start_service(cluster: DaskCluster, attempts: list[Attempt]) -> "subprocess.Popen[bytes]":
+def start_service(cluster: DaskCluster, attempts: list[Attempt], program: str = SERVICE) -> "subprocess.Popen[bytes]":
     remote = cluster.remote()
     files = [str(file) for file in (remote.ca, remote.certificate, remote.key)]
     job = {"remote": [remote.address, *files], "attempts": [asdict(message) for message in attempts]}
     return subprocess.Popen(
-        [sys.executable, "-c", SERVICE, json.dumps(job)], cwd=ROOT, env=environment(), stdout=subprocess.PIPE
+        [sys.executable, "-c", program, json.dumps(job)], cwd=ROOT, env=environment(), stdout=subprocess.PIPE
     )
 
 
@@ -139,6 +157,20 @@ def test_service_killed__the_next_one_follows_its_attempts(cluster: DaskCluster,
         ended = [message.key for message in user.receive() if isinstance(message, Ended)]
         assert sorted(ended) == sorted([short.key, long.key])
         assert not {short.key, long.key} & user.engine.attempts()
+
+
+@pytest.mark.claim("doors", "orphan", minutes=1.5)
+def test_service_killed_before_its_attempt_is_kept__the_attempt_ends(
+    cluster: DaskCluster, tmp_path: Path, compared: Callable[..., None]
+) -> None:
+    """An attempt that no service can find again is over before a next service has begun: 20 kills."""
+    for number in range(20):
+        attempt = attempt_in(tmp_path, number, seconds=30.0)
+        start_service(cluster, [attempt], UNKEPT).wait(60)
+        begin = time.monotonic()
+        patiently(lambda pid=pid_of(attempt): is_gone(pid))
+        # Another service takes over when the lock of the first is free, and connects for 2 s and more.
+        compared(at_most(f"kill {number}: s until its process is gone", limit=2.0, got=time.monotonic() - begin))
 
 
 # --- the scheduler goes away ---------------------------------------------------------------------
