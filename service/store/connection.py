@@ -22,7 +22,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
-from service.store.tables import CONTROL, PRIORITY_CLASSES, REVISION, TABLES
+from service.store.tables import CONTROL, REVISION, TABLES
 
 BUSY_MILLISECONDS = 20_000  # wait of a writer for others before it raises StoreUnavailable
 NO_WAIT_MILLISECONDS = 100  # a shorter wait within the process is not worth another statement
@@ -135,7 +135,6 @@ class Database:
             if present is None:
                 TABLES.create_all(connection)
                 connection.execute(CONTROL.insert().values(cache_generation=0, forgettable=0))
-                connection.execute(PRIORITY_CLASSES.insert().values(priority=0, virtual_time=0.0))
                 command.stamp(migrations, "head")
             elif present in self._revisions():
                 command.upgrade(migrations, "head")

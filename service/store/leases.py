@@ -14,7 +14,7 @@ import sqlalchemy as sa
 from service.records.jobs import Cause, CrashCount, Keep, Kind, Lease, Result, State, Stored, before
 from service.store.connection import Database
 from service.store.events import log_attempts
-from service.store.fair_queueing import IS_WANTED, QUEUE_ORDER, advance_classes, queue_for_film
+from service.store.fair_queueing import IS_WANTED, queue_for_film, take_due
 from service.store.tables import (
     ARTIFACTS,
     CAUSES,
@@ -71,30 +71,26 @@ class Leases:
     def take(
         self, limit: int, term: int, *, publications_only: bool = False, backed_off: Collection[str] = ()
     ) -> tuple[Lease, ...]:
-        """Lease up to ``limit`` queued jobs: publications first, then runs by priority and virtual time.
+        """Lease up to ``limit`` queued jobs: publications first, then runs by priority, shares and virtual time.
 
         None in a term that has ended; publications only while the queue is paused, or on request;
         none of those that are ``backed_off``.
         """
         moment = now()
-        head = sa.select(JOBS.c.id).where(JOBS.c.state == State.QUEUED)
-        head = head.order_by(*QUEUE_ORDER).limit(limit)
+        is_due = () if not backed_off else (JOBS.c.id.not_in(backed_off),)
+        publications = sa.select(JOBS.c.id).where(JOBS.c.state == State.QUEUED, JOBS.c.priority == PUBLISH_PRIORITY)
+        publications = publications.where(*is_due).limit(limit)
         with self._database.writing() as connection:
             paused, has_ended = connection.execute(_standing(term)).one()
             if has_ended:
                 return ()
-            if paused is not None or publications_only:
-                head = head.where(JOBS.c.priority == PUBLISH_PRIORITY)
-            if backed_off:
-                head = head.where(JOBS.c.id.not_in(backed_off))
-            begin = _begin_attempts(head, term).returning(*LEASE_COLUMNS, JOBS.c.virtual_time, JOBS.c.ordinal)
-            rows = connection.execute(begin).all()
-            if not rows:
+            due = list(connection.scalars(publications))
+            if paused is None and not publications_only and len(due) < limit:
+                due += take_due(connection, limit - len(due), *is_due)
+            if not due:
                 return ()
-            rows = sorted(rows, key=lambda row: (row.priority, row.virtual_time, row.ordinal))
-            leases = tuple(lease_record(row) for row in rows)
-            # In order, so that the last virtual time of each priority is the one that stays.
-            advance_classes(connection, {row.priority: row.virtual_time for row in rows})
+            rows = connection.execute(_begin_attempts(due, term).returning(*LEASE_COLUMNS))
+            leases = tuple(sorted(map(lease_record, rows), key=lambda lease: due.index(lease.id)))
             log_attempts(connection, moment, "started", *leases)
         return leases
 
@@ -261,11 +257,11 @@ def _standing(term: int) -> sa.Select[Any]:
     return sa.select(CONTROL.c.paused, later.label("has_ended"))
 
 
-def _begin_attempts(head: sa.Select[Any], term: int) -> sa.Update:
+def _begin_attempts(ids: Sequence[str], term: int) -> sa.Update:
     """Begin an attempt of each of these jobs."""
     return (
         JOBS.update()
-        .where(JOBS.c.id.in_(head))
+        .where(JOBS.c.id.in_(ids))
         .values(state=State.RUNNING, attempt=JOBS.c.attempt + 1, term=term)
         .values(token=secrets.token_hex(4), started=now(), **NO_PROGRESS)
     )

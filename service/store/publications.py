@@ -128,8 +128,7 @@ def _forget_results(
         connection.execute(of_cancelled.values(detached=True))
         _queue(connection, moment, gone, most)
     invalidate_tallies(connection, len(ids))
-    priority = connection.execute(sa.select(SWEEPS.c.priority).where(SWEEPS.c.id == lease.sweep_id)).scalar_one()
-    fair_queueing.schedule(connection, lease.sweep_id, priority)
+    fair_queueing.schedule(connection, lease.sweep_id)
     release_publications(connection, moment, JOBS.c.id == lease.id)
     for id in ids:
         log_event(connection, moment, LOST, job_id=id, reason=REASON)
@@ -163,8 +162,5 @@ def _forgotten(connection: sa.Connection, since: datetime) -> int:
 def _queue(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool], most: int) -> None:
     again = JOBS.update().where(which, fair_queueing.IS_WANTED, JOBS.c.crashes < most)
     fresh = dict.fromkeys(("cause", "failure", "reason", "fraction", "finished"), sa.null())
-    connection.execute(
-        again.values(
-            state=State.QUEUED, queued=moment, priority=fair_queueing.URGENCY, virtual_time=fair_queueing.LAST
-        ).values(fresh)
-    )
+    place = {**fair_queueing.MOVED, "virtual_time": fair_queueing.LAST}
+    connection.execute(again.values(state=State.QUEUED, queued=moment, **place).values(fresh))

@@ -66,6 +66,7 @@ def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSwe
             sweep_id=id,
             state=State.WAITING,
             priority=PUBLISH_PRIORITY,
+            owner="",
             virtual_time=0.0,
             ordinal=0,
             keep=Keep.NUMBERS,
@@ -91,15 +92,16 @@ def add_points(
     A run that is finished is linked, one that is under way is joined, one that an accident or a cancel ended is queued
     again.
     """
-    sweep = connection.execute(sa.select(SWEEPS.c.priority, SWEEPS.c.keep).where(SWEEPS.c.id == sweep_id)).one()
-    begin = fair_queueing.open_class(connection, sweep.priority)
+    query = sa.select(SWEEPS.c.priority, SWEEPS.c.owner, SWEEPS.c.keep).where(SWEEPS.c.id == sweep_id)
+    sweep = connection.execute(query).one()
+    begin = fair_queueing.open_queue(connection, sweep.priority, sweep.owner)
     runs = _run_rows(points, first, virtual_time=begin, **sweep._mapping, **_unbegun(moment))
     new = _insert_new_runs(connection, runs)
     _insert_points(connection, sweep_id, points, first)
     if new < len(runs):
         among = [run["id"] for run in runs] if first else None
         new += fair_queueing.queue_again(connection, sweep_id, moment, verdicts=False, among=among)
-        fair_queueing.schedule(connection, sweep_id, sweep.priority)
+        fair_queueing.schedule(connection, sweep_id)
     return new
 
 

@@ -32,7 +32,7 @@ from service.records.jobs import (
 from service.store import fair_queueing
 from service.store.connection import Database
 from service.store.events import log_event
-from service.store.fair_queueing import IS_WANTED, MOVED_TIME, URGENCY
+from service.store.fair_queueing import IS_WANTED, MOVED
 from service.store.leases import wait_again
 from service.store.runs import RUN_COLUMNS, run_record
 from service.store.submission import accept, accepted_before, add_points
@@ -195,11 +195,7 @@ class Sweeps:
     def retry(self, id: str, *, verdicts: bool = False) -> SweepStatus:
         """Queue again what an accident or a cancel ended (``verdicts``: the solver's too), then publish."""
         moment = now()
-        publication = (
-            sa.select(JOBS.c.state, SWEEPS.c.priority)
-            .join_from(JOBS, SWEEPS, SWEEPS.c.id == JOBS.c.sweep_id)
-            .where(SWEEPS.c.id == id)
-        )
+        publication = sa.select(JOBS.c.state).where(JOBS.c.sweep_id == id)
         resume = SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=sa.null())
         attach = POINTS.update().where(POINTS.c.sweep_id == id).values(detached=False)
         with self._database.commanding() as connection:
@@ -210,7 +206,7 @@ class Sweeps:
             invalidate_tallies(connection, connection.execute(attach).rowcount)
             connection.execute(_publish_again(id))
             again = fair_queueing.queue_again(connection, id, moment, verdicts=verdicts)
-            fair_queueing.schedule(connection, id, row.priority)
+            fair_queueing.schedule(connection, id)
             release_publications(connection, moment, JOBS.c.sweep_id == id)
             log_event(connection, moment, "retried", sweep_id=id, runs=again)
             return sweep_status(connection, id)
@@ -218,10 +214,10 @@ class Sweeps:
     def set_priority(self, id: str, priority: int) -> SweepStatus:
         """Let a sweep's runs come sooner or later; a shared run follows the most urgent sweep."""
         with self._database.commanding() as connection:
-            state = sweep_status(connection, id).state
-            if state in SWEEP_TERMINAL:
-                raise Conflict(f"the sweep has ended; it is {state}")
-            fair_queueing.open_class(connection, priority)
+            sweep = sweep_status(connection, id)
+            if sweep.state in SWEEP_TERMINAL:
+                raise Conflict(f"the sweep has ended; it is {sweep.state}")
+            fair_queueing.open_queue(connection, priority, sweep.owner)
             update = SWEEPS.update().where(SWEEPS.c.id == id)
             connection.execute(update.values(priority=priority))
             fair_queueing.follow_urgency(connection, id)
@@ -473,6 +469,5 @@ def _give_up(id: str, moment: datetime) -> sa.Update:
         .values(finished=sa.case((sa.not_(goes_on) & ends, moment), else_=JOBS.c.finished))
         .values(queued=sa.case((is_run, JOBS.c.queued), else_=moment))
         .values(keep=retention_if(sa.not_(goes_on) & ends))
-        .values(priority=sa.case((goes_on, URGENCY), else_=JOBS.c.priority))
-        .values(virtual_time=sa.case((goes_on, MOVED_TIME), else_=JOBS.c.virtual_time))
+        .values({name: sa.case((goes_on, place), else_=JOBS.c[name]) for name, place in MOVED.items()})
     )

@@ -37,7 +37,7 @@ StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
-REVISION = "0007"  # of these tables: that of the newest file of ``service/migrations/versions``
+REVISION = "0008"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",
@@ -73,7 +73,8 @@ JOBS = sa.Table(
     sa.Column("spec", JSON),  # complete specification of a run
     sa.Column("state", enumeration(State), nullable=False),
     sa.Column("priority", sa.Integer, nullable=False),  # of the most urgent sweep that waits for it
-    sa.Column("virtual_time", sa.Float, nullable=False),  # within its priority class
+    sa.Column("owner", sa.Text, nullable=False),  # of that sweep, whose share pays; empty for a publication
+    sa.Column("virtual_time", sa.Float, nullable=False),  # within the queue of priority and owner
     sa.Column("ordinal", sa.Integer, nullable=False),  # place in the sweep that brought it
     sa.Column("keep", enumeration(Keep), nullable=False),  # the most that a sweep asked for
     sa.Column("cost", sa.Float, nullable=False),  # estimated core seconds
@@ -99,7 +100,7 @@ JOBS = sa.Table(
     sa.Column("finished", UtcTime),
     sa.Column("abandoned", UtcTime),  # of a run: when a sweep that had it was last deleted
     sa.Index("jobs_abandoned", "abandoned"),
-    sa.Index("jobs_queue", "state", "priority", "virtual_time", "ordinal"),
+    sa.Index("jobs_queue", "state", "priority", "owner", "virtual_time", "ordinal"),
 )
 
 POINTS = sa.Table(
@@ -163,12 +164,14 @@ CONTROL = sa.Table(
     sa.Column("forgettable", sa.Integer, nullable=False),
 )
 
-# Sweeps of one priority; the virtual time of a class is that of its run leased last.
-PRIORITY_CLASSES = sa.Table(
-    "priority_classes",
+# The queue of an owner in a priority class: see ``fair_queueing``.
+SHARES = sa.Table(
+    "shares",
     TABLES,
     sa.Column("priority", sa.Integer, primary_key=True, autoincrement=False),
-    sa.Column("virtual_time", sa.Float, nullable=False),
+    sa.Column("owner", sa.Text, primary_key=True),
+    sa.Column("virtual_time", sa.Float, nullable=False),  # of its run leased last
+    sa.Column("served", sa.Float, nullable=False),  # cost of the runs leased so far, from where the owner began
 )
 
 KEYS = sa.Table(

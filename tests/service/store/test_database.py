@@ -13,7 +13,7 @@ from service import migrations
 from service.records.jobs import Cause, StoreUnavailable, Submission
 from service.store import Store, connection
 from service.store.connection import Database
-from service.store.tables import SESSIONS, SWEEPS
+from service.store.tables import REVISION, SWEEPS
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import runs_of, sweep_of, wait_until
 from tests.service.support.rows import finish_all
@@ -22,7 +22,7 @@ NEXT = """
 import sqlalchemy as sa
 from alembic import op
 
-revision, down_revision = "next", "0007"
+revision, down_revision = "next", "REVISION"
 
 
 def upgrade():
@@ -100,7 +100,7 @@ def own_url(request: pytest.FixtureRequest, store: Store, database_url: str) -> 
 def with_next_revision(folder: Path, more: str = "") -> str:
     """Location of the migrations with one more."""
     copied = shutil.copytree(Path(migrations.__file__).parent, folder / "migrations")
-    (copied / "versions" / "next.py").write_text(NEXT.format(more=more))
+    (copied / "versions" / "next.py").write_text(NEXT.format(more=more).replace("REVISION", REVISION))
     return str(copied)
 
 
@@ -123,19 +123,35 @@ def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> Non
         assert all(status.is_terminal for status in store.sweeps.page().items)
 
 
-def test_migration__adds_sessions_to_the_tables_before_them(own_url: str) -> None:
+# From the tables of this version back to those of 0006.
+TO_THE_OLDEST = """
+DROP TABLE sessions
+DROP TABLE shares
+DROP INDEX jobs_queue
+ALTER TABLE jobs DROP COLUMN owner
+CREATE INDEX jobs_queue ON jobs (state, priority, virtual_time, ordinal)
+CREATE TABLE priority_classes (priority INTEGER PRIMARY KEY, virtual_time FLOAT NOT NULL)
+INSERT INTO priority_classes VALUES (0, 7.0)
+UPDATE alembic_version SET version_num = '0006'
+"""
+
+
+def test_migration__of_the_oldest_tables_makes_those_of_this_version_and_goes_on(own_url: str) -> None:
     with closing(Store.open(own_url)) as store:
-        accepted = store.sweeps.create(Submission(sweep_of(runs_of("fine"))))
+        accepted = store.sweeps.create(Submission(sweep_of(runs_of("fine")), owner="a"))
         before = sa.MetaData()
         with store.database.writing() as writing:
             before.reflect(writing)
-            SESSIONS.drop(writing)
-            writing.exec_driver_sql("UPDATE alembic_version SET version_num = '0006'")
+            for statement in TO_THE_OLDEST.strip().splitlines():
+                writing.exec_driver_sql(statement)
     with closing(Store.open(own_url)) as store:
         assert store.sweeps.get(accepted.id) == accepted
         after = sa.MetaData()
         with store.database.reading() as reading:
             after.reflect(reading)
+        store.terms.begin("tests")
+        finish_all(store)
+        assert store.sweeps.get(accepted.id).is_terminal
     assert described(after) == described(before)
 
 
@@ -154,7 +170,7 @@ def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> 
     with closing(Database(own_url, broken, "next")) as database:
         with pytest.raises(RuntimeError, match="half way"):
             database.migrate()
-        assert database.revision() == "0007"
+        assert database.revision() == REVISION
         with database.reading() as reading:
             columns = {column["name"] for column in sa.inspect(reading).get_columns("sweeps")}
     assert columns == set(SWEEPS.c.keys())
@@ -171,7 +187,7 @@ def test_unknown_revision__is_refused_with_the_cure_and_left_alone(
     with pytest.raises(StoreUnavailable) as refused:
         Store.open(own_url, migrate=migrate)
     place = str(sa.make_url(own_url).database)
-    for part in (place, f"revision {revision}", "needs 0007", "new data directory", "open_cube"):
+    for part in (place, f"revision {revision}", f"needs {REVISION}", "new data directory", "open_cube"):
         assert part in str(refused.value)
     assert Store.revision(own_url) == revision
     assert {file: file.read_bytes() for file in tmp_path.glob("*.db")} == files
@@ -183,4 +199,4 @@ def test_empty_database__gets_tables_on_request_alone(tmp_path: Path) -> None:
         Store.open(url, migrate=False)
     assert Store.revision(url) is None
     Store.open(url).close()
-    assert Store.revision(url) == "0007"
+    assert Store.revision(url) == REVISION

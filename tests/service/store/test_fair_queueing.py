@@ -1,19 +1,22 @@
 """Fairness between sweeps, priorities of shared runs, a paused queue."""
 
+from collections.abc import Callable
+
 import pytest
 
 from service.records.jobs import Cause, Conflict, Kind, State, Submission
 from service.store import Store
+from studies.cases.rows import equal
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result
 
 ONE_RUN = 1  # shares are exact to this: a new sweep begins beside the run that was leased last
 
 
-def submit(store: Store, first: int, count: int, *, priority: int = 0) -> str:
+def submit(store: Store, first: int, count: int, *, priority: int = 0, owner: str = "") -> str:
     """A sweep of so many runs, numbered from ``first``."""
     runs = runs_of(*["fine"] * count, first=first)
-    return store.sweeps.create(Submission(sweep_of(runs), priority=priority)).id
+    return store.sweeps.create(Submission(sweep_of(runs), priority=priority, owner=owner)).id
 
 
 def leased(store: Store, count: int) -> list[int]:
@@ -63,6 +66,41 @@ def test_retried_runs__queue_up_like_new_ones(store: Store) -> None:
     leased(store, 10)
     store.sweeps.retry(sweep)
     assert of_the_first(leased(store, 12)) == 6
+
+
+# --- owners ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.claim("doors", "two-owners")
+def test_owner__with_few_runs_waits_for_no_more_of_another_whatever_the_number_of_sweeps(
+    store: Store, compared: Callable[..., None]
+) -> None:
+    """Beside 10 sweeps of 1 000 runs, a sweep of another owner that comes later gets every second run: 10 take 20."""
+    for number in range(10):
+        submit(store, 1000 * number, 1000, owner="many")
+    leased(store, 50)
+    submit(store, 20_000, 10, owner="few")
+    order = leased(store, 20)
+    compared(equal("runs of the second owner among 20", expected=10, got=sum(run >= 20_000 for run in order)))
+    sweeps = {run // 1000 for run in order if run < 20_000}
+    compared(equal("sweeps of the first owner among them", expected=10, got=len(sweeps)))
+
+
+def test_owner__that_returns_neither_catches_up_nor_waits(store: Store) -> None:
+    submit(store, 0, 100, owner="a")
+    submit(store, 100, 5, owner="b")
+    leased(store, 60)
+    submit(store, 200, 100, owner="b")
+    assert of_the_first(leased(store, 20)) == pytest.approx(10, abs=ONE_RUN)
+
+
+def test_shared_run__is_of_the_owner_for_whom_it_comes_sooner_and_goes_back(store: Store) -> None:
+    submit(store, 0, 80, owner="a")
+    joined = submit(store, 70, 5, owner="b")
+    assert {70, 71} < set(leased(store, 5))
+    store.sweeps.cancel(joined)
+    assert {72, 73, 74} < set(leased(store, 75))
+    assert store.leases.take(1, TERM) == ()
 
 
 # --- priorities ------------------------------------------------------------------------------------

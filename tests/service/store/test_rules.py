@@ -30,7 +30,7 @@ from service.records.jobs import (
     Submission,
 )
 from service.store.fair_queueing import LAST
-from service.store.tables import JOBS, POINTS, SWEEPS
+from service.store.tables import JOBS, POINTS, SHARES, SWEEPS
 from tests.claims.marked import in_full
 from tests.service.support.fakes import open_store, run_id, settings_in, stored, sweep_of
 from tests.service.support.rows import finish_all, result
@@ -70,10 +70,11 @@ class Rules(RuleBasedStateMachine):
         wanted=st.lists(st.integers(0, POOL - 1), min_size=1, max_size=POOL),
         priority=PRIORITY,
         keep=st.sampled_from(Keep),
+        owner=st.sampled_from(["", "other"]),
     )
-    def submit(self, wanted: list[int], priority: int, keep: Keep) -> str:
+    def submit(self, wanted: list[int], priority: int, keep: Keep, owner: str) -> str:
         asked = sweep_of([FakeRun(run_id(number)) for number in wanted])
-        return self.store.sweeps.create(Submission(asked, priority=priority, keep=keep)).id
+        return self.store.sweeps.create(Submission(asked, priority=priority, keep=keep, owner=owner)).id
 
     @rule(target=sweeps, key=st.sampled_from(["a", "b"]), wanted=st.sampled_from([[0], [1, 2]]))
     def submit_with_key(self, key: str, wanted: list[int]) -> MultipleResults[str]:
@@ -230,23 +231,25 @@ class Rules(RuleBasedStateMachine):
 
     @invariant()
     def nothing_is_computed_for_nobody_and_urgent_runs_come_first(self) -> None:
-        """An unfinished run has the priority of the most urgent sweep that waits; a queued one has one."""
+        """An unfinished run is in the queue of a most urgent sweep that waits; for a queued one there is one."""
         publications = JOBS.alias("publications")
         demand = (
-            sa.select(POINTS.c.run_id, sa.func.min(SWEEPS.c.priority).label("priority"))
+            sa.select(POINTS.c.run_id, SWEEPS.c.priority, SWEEPS.c.owner)
             .join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
             .join(publications, publications.c.sweep_id == SWEEPS.c.id)
             .where(POINTS.c.detached.is_(False), publications.c.state == State.WAITING)
-            .group_by(POINTS.c.run_id)
         )
-        unfinished = sa.select(JOBS.c.id, JOBS.c.state, JOBS.c.priority, JOBS.c.virtual_time).where(
-            JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(ACTIVE)
-        )
+        unfinished = sa.select(JOBS).where(JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(ACTIVE))
+        wanted: dict[str, set[tuple[int, str]]] = {}
         with self.store.database.reading() as reading:
-            wanted = {row.run_id: row.priority for row in reading.execute(demand)}
+            for row in reading.execute(demand):
+                wanted.setdefault(row.run_id, set()).add((row.priority, row.owner))
+            queues = {(row.priority, row.owner) for row in reading.execute(sa.select(SHARES))}
             for run in reading.execute(unfinished):
                 assert run.state is not State.QUEUED or run.id in wanted
-                assert run.priority == wanted.get(run.id, run.priority)
+                if run.id in wanted:
+                    assert run.priority == min(wanted[run.id])[0]
+                    assert (run.priority, run.owner) in wanted[run.id] & queues
                 assert run.virtual_time < LAST
 
     @invariant()
