@@ -70,7 +70,7 @@ _HAS_WORK = sa.exists().where(*_QUEUED)
 
 
 def open_queue(connection: sa.Connection, priority: int, owner: str) -> float:
-    """Virtual time of the queue of an owner in a priority class; an owner without work there begins beside the others."""
+    """Virtual time of the queue of an owner in a class; an owner without work there begins beside the others."""
     of_class = sa.select(SHARES, _HAS_WORK.label("has_work")).where(SHARES.c.priority == priority)
     shares = {row.owner: row for row in connection.execute(of_class)}
     own = shares.pop(owner, None)
@@ -94,22 +94,20 @@ def take_due(connection: sa.Connection, limit: int, *conditions: sa.ColumnElemen
     for share in connection.execute(with_work):
         by_class.setdefault(share.priority, []).append(share)
     for priority, shares in by_class.items():
-        heap: list[tuple[float, str, deque[StatementRow]]] = []
+        heap: list[tuple[float, str, float, deque[StatementRow]]] = []
         for share in shares:
             own = runs.where(JOBS.c.priority == priority, JOBS.c.owner == share.owner)
-            heap.append((share.served, share.owner, deque(connection.execute(own))))
+            heap.append((share.served, share.owner, share.virtual_time, deque(connection.execute(own))))
         heapq.heapify(heap)
         while heap and len(due) < limit:
-            served, owner, waiting = heapq.heappop(heap)
+            served, owner, time, waiting = heapq.heappop(heap)
             if waiting:
                 run = waiting.popleft()
                 due.append(run.id)
                 is_own = (SHARES.c.priority == priority) & (SHARES.c.owner == owner)
-                time = sa.case(
-                    (SHARES.c.virtual_time < run.virtual_time, run.virtual_time), else_=SHARES.c.virtual_time
-                )
-                connection.execute(SHARES.update().where(is_own).values(virtual_time=time, served=served + run.cost))
-                heapq.heappush(heap, (served + run.cost, owner, waiting))
+                served, time = served + run.cost, max(time, run.virtual_time)
+                connection.execute(SHARES.update().where(is_own).values(virtual_time=time, served=served))
+                heapq.heappush(heap, (served, owner, time, waiting))
         if len(due) == limit:
             break
     return due
@@ -182,7 +180,7 @@ def schedule(connection: sa.Connection, sweep_id: str) -> None:
     )
     ahead = sa.func.sum(queued.c.cost).over(order_by=queued.c.first_ordinal) - queued.c.cost
     due = sa.select(queued.c.id, ahead.label("ahead")).subquery()
-    is_sooner = (JOBS.c.priority == priority) & (AHEAD > due.c.ahead)
+    is_sooner = (JOBS.c.priority == priority) & (due.c.ahead < AHEAD)
     connection.execute(
         JOBS.update()
         .where(JOBS.c.id == due.c.id, is_sooner | (JOBS.c.priority > priority))

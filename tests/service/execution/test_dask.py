@@ -9,6 +9,7 @@ import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import asdict, replace
+from functools import partial
 from pathlib import Path
 
 import pytest
@@ -168,7 +169,7 @@ def test_service_killed_before_its_attempt_is_kept__the_attempt_ends(
         attempt = attempt_in(tmp_path, number, seconds=30.0)
         start_service(cluster, [attempt], UNKEPT).wait(60)
         begin = time.monotonic()
-        patiently(lambda pid=pid_of(attempt): is_gone(pid))
+        patiently(partial(is_gone, pid_of(attempt)))
         # Another service takes over when the lock of the first is free, and connects for 2 s and more.
         compared(at_most(f"kill {number}: s until its process is gone", limit=2.0, got=time.monotonic() - begin))
 
