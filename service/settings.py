@@ -10,6 +10,7 @@ from pydantic import ByteSize, Field, PositiveFloat, PositiveInt, ValidationInfo
 from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
+from service.records.jobs import Keep
 from solver.steps.threads import AUTO, available_cores
 
 GIBIBYTE = 1 << 30
@@ -62,6 +63,12 @@ class Settings(BaseSettings):
         default=None, description="threads of a run: a number, or auto, which shares out the cores of idle workers"
     )
     max_runs: PositiveInt = Field(default=10_000, description="most points that a sweep may have")
+    # Of each owner; keys with the scope ``admin``, and users of this machine, have none.
+    quota_sweeps: PositiveInt = Field(default=200, description="sweeps that one owner may have under way")
+    quota_runs: PositiveInt = Field(default=200_000, description="runs that one owner may have under way")
+    quota_bytes: ByteSize = Field(default=ByteSize(2 << 40), gt=0, description="size of the files of one owner")
+    quota_requests: PositiveInt = Field(default=6_000, description="requests a minute of one owner")
+    most_kept: Keep = Field(default=Keep.FILM, description="most files of a run that a key without admin may keep")
     run_seconds_limit: PositiveFloat = Field(
         default=7 * 24 * 3600.0, description="largest wall time of a run or a publication, in seconds"
     )

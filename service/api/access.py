@@ -93,7 +93,7 @@ def is_loopback(host: str) -> bool:
 
 
 class Access:
-    """Middleware that refuses foreign hosts and cross-site writes, and adds the security headers."""
+    """Middleware that refuses foreign hosts and cross-site writes, and adds the fields of security and of rates."""
 
     def __init__(self, app: types.ASGIApp, settings: Settings):
         self._app = app
@@ -106,7 +106,9 @@ class Access:
 
         async def send_with_headers(message: types.Message) -> None:
             if message["type"] == "http.response.start":
-                _add_security_headers(MutableHeaders(scope=message))
+                headers = MutableHeaders(scope=message)
+                _add_security_headers(headers)
+                headers.update(scope["state"].get("rate", {}))
             await send(message)
 
         refusal = self._refusal(scope)
@@ -215,10 +217,12 @@ Credentials = Annotated[HTTPAuthorizationCredentials | None, Depends(bearer)]
 def authorize(request: Request, required: SecurityScopes, credentials: Credentials, form: FormFields) -> Caller:
     """The caller, if it has the scopes that an endpoint requires.
 
-    Raises Unauthorized, Forbidden; CrossSiteRequest for an order of a session without its token.
+    Raises Unauthorized, Forbidden, TooFast; CrossSiteRequest for an order of a session without its token.
     """
     caller = authenticate(request, credentials)
     request.state.caller = caller
+    if not caller.may(Scope.ADMIN):
+        request.state.rate = request.app.state.rates.count(caller.name)
     if caller.has_session and request.method not in SAFE_METHODS:
         check_token(request, form)
     for scope in map(Scope, required.scopes):

@@ -19,6 +19,7 @@ from service.api.pages import asking, documentation, login, rendering, shields
 from service.api.pages import catalogue as catalogue_pages
 from service.api.pages import runs as run_pages
 from service.api.pages import sweeps as sweep_pages
+from service.api.quotas import RequestRates
 from service.api.readers import Readers
 from service.api.routes import catalogue, events, files, health, queue, runs, sweeps
 from service.api.schemas import problem_schemas
@@ -83,7 +84,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.artifacts = Artifacts(settings.data)
     app.state.event_streams, app.state.metrics = streams, metrics
     app.state.problem_page = rendering.problem_page
-    app.state.readers = Readers()
+    app.state.readers, app.state.rates = Readers(), RequestRates(settings.quota_requests)
     app.state.drawings = {}  # pictures of materials, by name
     app.state.readiness = health.ReadinessCheck()
     app.state.conversions = Conversions(settings.data / CACHE)

@@ -20,7 +20,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.routing import Match
 
-from service.records.jobs import Conflict, KeyReused, NotFound, StoreUnavailable
+from service.records.jobs import Conflict, KeyReused, NotFound, QuotaExceeded, StoreUnavailable
 from solver.errors import WhippleError
 from studies.quantities.findings import MOST_FINDINGS, Finding, InvalidInput, shown
 
@@ -64,6 +64,11 @@ PROBLEMS: dict[type[Exception], ProblemDetails] = {
     Conflict: ProblemDetails(409, "Conflict", "The state of the sweep does not allow this operation."),
     KeyReused: ProblemDetails(
         422, "Idempotency key reused", "This `Idempotency-Key` belongs to a different request; nothing was stored."
+    ),
+    QuotaExceeded: ProblemDetails(
+        429,
+        "Quota exceeded",
+        "The owner has as much under way, or as many bytes of files, as a key may have; nothing was stored.",
     ),
     # For the log and the metrics: its sender is gone.
     ClientDisconnect: ProblemDetails(400, "Incomplete request", "The connection ended before the body did."),
@@ -172,6 +177,8 @@ def problem_response(request: Request, error: Exception) -> Response:
     if isinstance(error, InvalidInput):
         return _document(request, problem, _summary(error), _errors(request, error))
     headers = error.headers if isinstance(error, RequestError) else {}
+    if isinstance(error, QuotaExceeded):
+        headers = {"Retry-After": str(error.seconds)}
     return _document(request, problem, str(error), headers=headers)
 
 

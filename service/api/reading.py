@@ -22,7 +22,7 @@ from markupsafe import Markup
 from service.api.documents import pointer, read_json, read_yaml
 from service.records.expansion import ExpandedSweep, expand
 from studies.quantities.findings import Finding, InvalidInput
-from studies.runs.run import estimate
+from studies.runs.run import Estimate, Run, estimate
 from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
@@ -123,7 +123,15 @@ def read(posted: Posted, part: Callable[[Any, Posted], Read]) -> Read | Refusal:
 
 def expanded(document: Any, posted: Posted) -> ExpandedSweep:
     """The sweep with its runs, to be stored."""
-    return expand(_sweep(document, posted), lambda run: estimate(run).core_seconds)
+    estimates: list[Estimate] = []
+
+    def cost(run: Run) -> float:
+        estimates.append(estimate(run))
+        return estimates[-1].core_seconds
+
+    sweep = expand(_sweep(document, posted), cost)
+    memory = max((each.memory for each in estimates), default=0)
+    return replace(sweep, memory=memory, bytes=sum(each.bytes for each in estimates))
 
 
 def longer(change: Any, posted: Posted) -> ExpandedSweep:

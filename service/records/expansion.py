@@ -39,6 +39,8 @@ class ExpandedSweep:
     scenario: str
     document: Mapping[str, Any]  # canonical
     points: tuple[ExpandedPoint, ...]
+    memory: int = 0  # bytes that its largest run needs, estimated
+    bytes: int = 0  # of the files of all runs, estimated
 
     @property
     def digest(self) -> str:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 
 PRIORITIES = range(-100, 101)  # priorities of sweeps; smaller is sooner, as with nice
+USUAL_PRIORITIES = range(PRIORITIES.stop)  # of a key without the scope ``admin``, which passes nobody
 
 
 class Kind(StrEnum):
@@ -146,6 +147,14 @@ class KeyReused(WhippleError):
     """An Idempotency-Key was used before, with another body."""
 
 
+class QuotaExceeded(WhippleError):
+    """An owner has too much under way, or kept, for another sweep; a later try may succeed."""
+
+    def __init__(self, text: str, seconds: int):
+        super().__init__(text)
+        self.seconds = seconds  # until another try is worth while
+
+
 class StoreUnavailable(WhippleError):
     """The database is locked, away or full; nothing was changed, and a later try may succeed."""
 
@@ -167,6 +176,16 @@ class Submission:
     priority: int = 0  # one of PRIORITIES
     keep: Keep = Keep.FINAL
     idempotency: tuple[str, str] | None = None  # the owner's key, SHA-256 of the body
+    quota: "Quota | None" = None  # of the owner
+
+
+@dataclass(frozen=True)
+class Quota:
+    """The most that one owner may have: sweeps and runs that have not ended, and bytes of files."""
+
+    sweeps: int
+    runs: int
+    bytes: int
 
 
 def described(sentence: str) -> Mapping[str, str]:

@@ -66,7 +66,7 @@ def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSwe
             sweep_id=id,
             state=State.WAITING,
             priority=PUBLISH_PRIORITY,
-            owner="",
+            owner=submission.owner,
             virtual_time=0.0,
             ordinal=0,
             keep=Keep.NUMBERS,

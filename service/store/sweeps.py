@@ -29,7 +29,7 @@ from service.records.jobs import (
     SweepStatus,
     before,
 )
-from service.store import fair_queueing
+from service.store import fair_queueing, quotas
 from service.store.connection import Database
 from service.store.events import log_event
 from service.store.fair_queueing import IS_WANTED, MOVED
@@ -135,7 +135,7 @@ class Sweeps:
 
         A run that is finished is linked, one that is under way is joined, one that an accident or a
         cancel ended is queued again. A submission with the idempotency key and body of an earlier one
-        is the earlier sweep; with another body it raises KeyReused.
+        is the earlier sweep; with another body it raises KeyReused. Raises QuotaExceeded.
         """
         if submission.idempotency is not None:
             with self._database.reading() as connection:
@@ -148,6 +148,8 @@ class Sweeps:
         moment = now()
         with self._database.commanding() as connection:
             earlier = accepted_before(connection, submission)
+            if earlier is None:
+                quotas.check(connection, submission, sweep)
             status = sweep_status(connection, earlier or accept(connection, submission, sweep, moment))
             if earlier is None:
                 log_event(connection, moment, "accepted", sweep_id=status.id, planned=status.planned, new=status.new)

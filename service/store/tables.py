@@ -73,7 +73,7 @@ JOBS = sa.Table(
     sa.Column("spec", JSON),  # complete specification of a run
     sa.Column("state", enumeration(State), nullable=False),
     sa.Column("priority", sa.Integer, nullable=False),  # of the most urgent sweep that waits for it
-    sa.Column("owner", sa.Text, nullable=False),  # of that sweep, whose share pays; empty for a publication
+    sa.Column("owner", sa.Text, nullable=False),  # of that sweep, whose share and quota pay
     sa.Column("virtual_time", sa.Float, nullable=False),  # within the queue of priority and owner
     sa.Column("ordinal", sa.Integer, nullable=False),  # place in the sweep that brought it
     sa.Column("keep", enumeration(Keep), nullable=False),  # the most that a sweep asked for

@@ -18,12 +18,13 @@ from service.api.browsers import ONCE, FormFields, check_token, idempotency_of
 from service.api.pages.fields import FieldGroup, FormField, field_of, is_missing, label_of, placed
 from service.api.pages.forms import COUNTS, MORE, WORDS, AskedSweep, asked
 from service.api.pages.rendering import SEE_OTHER, page
+from service.api.quotas import submission_of
 from service.api.reading import Posted
 from service.api.routes import sweeps
 from service.api.routes.dependencies import AppSettings, AppStore, read_posted
 from service.api.schemas import EstimateModel, example_sweeps
 from service.client.client import KEY_VARIABLE
-from service.records.jobs import PRIORITIES, Keep, Submission
+from service.records.jobs import PRIORITIES, USUAL_PRIORITIES, Keep, Scope
 from studies import materials, scenarios
 from studies.quantities.findings import InvalidInput, nearest_cure, refusal
 from studies.quantities.parameters import declared, grouped
@@ -190,19 +191,25 @@ def show_form(request: Request, caller: Submitter, asked: AskedForm, estimate: F
 
 @router.post("/new/{scenario}", dependencies=[Depends(check_token)])
 def read_form(
-    request: Request, caller: Submitter, form: FormFields, asked: AskedForm, estimate: FormEstimate, store: AppStore
+    request: Request,
+    caller: Submitter,
+    form: FormFields,
+    asked: AskedForm,
+    estimate: FormEstimate,
+    store: AppStore,
+    settings: AppSettings,
 ) -> Response:
     """Submit the sweep of a form, and show its page; where it is refused or only looked at, the form again."""
+    options = (0, Keep.FINAL)
     try:
         options = _options(form)
+        if asked.expanded is not None:
+            once = idempotency_of(form, asked.yaml, form.get("priority"), form.get("keep"))
+            submission = submission_of(settings, caller, asked.expanded, *options, once)
+            return RedirectResponse(f"/sweeps/{store.sweeps.create(submission).id}", SEE_OTHER)
     except InvalidInput as error:
-        options = (0, Keep.FINAL)
-        asked = replace(asked, findings=(*asked.findings, *error.findings), expanded=None)
-    if asked.expanded is None:
-        return _form_page(request, caller, asked, estimate, form, options)
-    once = idempotency_of(form, asked.yaml, form.get("priority"), form.get("keep"))
-    submission = Submission(asked.expanded, caller.name, *options, once)
-    return RedirectResponse(f"/sweeps/{store.sweeps.create(submission).id}", SEE_OTHER)
+        asked = replace(asked, findings=(*asked.findings, *error.findings))
+    return _form_page(request, caller, asked, estimate, form, options)
 
 
 def _options(form: Mapping[str, str]) -> tuple[int, Keep]:
@@ -245,7 +252,7 @@ def _form_page(
         names=sorted({*materials.names(), *asked.own_materials}),
         options={"priority": options[0], "keep": options[1]},
         keeps=[*Keep],
-        priorities=PRIORITIES,
+        priorities=PRIORITIES if caller.may(Scope.ADMIN) else USUAL_PRIORITIES,
         once=form.get(ONCE) or secrets.token_urlsafe(),
         order=ORDER,
         address=str(request.base_url).rstrip("/"),

@@ -7,6 +7,7 @@ from fastapi import Depends, Request
 
 from service.api.access import Submitter
 from service.api.browsers import FormFields, idempotency_of
+from service.api.quotas import submission_of
 from service.api.routes.dependencies import AppSettings, AppStore, RunId, SweepId, derived_sweep
 from service.records.jobs import Conflict, Keep, Submission, SweepStatus
 
@@ -41,7 +42,7 @@ async def _longer(
     change = {"sweep": document, "axis": form.get("axis", ""), "values": form.get("values", "")}
     once = idempotency_of(form, status.id, form.get("axis"), form.get("values"))
     async with derived_sweep(request, settings, "longer", change) as sweep:
-        yield Submission(sweep, caller.name, status.priority, status.keep, once)
+        yield submission_of(settings, caller, sweep, status.priority, status.keep, once)
 
 
 async def _filmed(
@@ -49,7 +50,7 @@ async def _filmed(
 ) -> AsyncIterator[Submission]:
     """A sweep of a single run that keeps its film and its final state; raises InvalidInput."""
     async with derived_sweep(request, settings, "alone", run) as sweep:
-        yield Submission(sweep, caller.name, keep=Keep.FILM)
+        yield submission_of(settings, caller, sweep, keep=Keep.FILM)
 
 
 LongerSweep = Annotated[Submission, Depends(_longer)]

@@ -16,6 +16,7 @@ from service.api.conversions import Conversions
 from service.api.documents import pointer, read_json
 from service.api.errors import BadRequest, PayloadTooLarge, ServiceNotReady, UnsupportedMediaType
 from service.api.event_streams import EventStreams
+from service.api.quotas import submission_of
 from service.api.readers import Readers
 from service.api.reading import (
     PARSERS,
@@ -229,7 +230,7 @@ async def _submission(
         digest = hashlib.sha256(prefix + body).hexdigest()
         idempotency = (_unquoted_key(idempotency_key), digest)
     async with _read(request, body, settings, expanded) as sweep:
-        yield Submission(sweep, caller.name, priority, keep, idempotency)
+        yield submission_of(settings, caller, sweep, priority, keep, idempotency)
 
 
 PostedSubmission = Annotated[Submission, Depends(_submission)]

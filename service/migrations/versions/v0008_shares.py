@@ -8,13 +8,14 @@ down_revision = "0007"
 
 # The owner of the most urgent sweep that has the run, as ``fair_queueing`` chooses among those that wait.
 OWNERS = """
-UPDATE jobs SET owner = coalesce((
-    SELECT sweeps.owner FROM points JOIN sweeps ON sweeps.id = points.sweep_id
-    WHERE points.run_id = jobs.id ORDER BY sweeps.priority, sweeps.number LIMIT 1), '')
+UPDATE jobs SET owner = coalesce(
+    (SELECT sweeps.owner FROM points JOIN sweeps ON sweeps.id = points.sweep_id
+     WHERE points.run_id = jobs.id ORDER BY sweeps.priority, sweeps.number LIMIT 1),
+    (SELECT sweeps.owner FROM sweeps WHERE sweeps.id = jobs.sweep_id), '')
 """
 SHARES = """
 INSERT INTO shares SELECT queues.priority, queues.owner, coalesce(priority_classes.virtual_time, 0), 0
-FROM (SELECT DISTINCT priority, owner FROM sweeps UNION SELECT DISTINCT priority, owner FROM jobs) AS queues
+FROM (SELECT priority, owner FROM sweeps UNION SELECT priority, owner FROM jobs WHERE kind = 'run') AS queues
 LEFT JOIN priority_classes ON priority_classes.priority = queues.priority
 """
 
