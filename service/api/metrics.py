@@ -1,7 +1,7 @@
 """Metrics for a monitor (Prometheus): the queue as the store has it, and the requests of this process.
 
-The registry belongs to the app, and no label contains what a user wrote. Metrics of the queue are read from the
-store on request, so every replica of the service reports the same.
+The registry belongs to the app, and no label contains what a user wrote: owners are names of keys. Metrics of the queue
+are read from the store on request, so every replica of the service reports the same.
 """
 
 import time
@@ -106,7 +106,7 @@ class _StoreMetrics(_LazyCollector):
         try:
             queue = self._store.queue.status()
             tallies = self._store.queue.tally(RUN_SECONDS)
-            attempts = self._store.queue.attempts_by_cause()
+            attempts, owned = self._store.queue.attempts_by_cause(), self._store.queue.tally_of_owners()
         except StoreUnavailable:
             yield _store_up(0.0)
             return
@@ -114,6 +114,10 @@ class _StoreMetrics(_LazyCollector):
         yield _jobs(Kind.RUN, RUN_STATES, tallies, "whipple_runs", "Runs by state.")
         meaning = "Publications of sweeps by state."
         yield _jobs(Kind.PUBLISH, tuple(State), tallies, "whipple_publications", meaning)
+        owners = GaugeMetricFamily("whipple_owner_runs", "Unfinished runs by owner.", labels=["owner", "state"])
+        for owner, state, runs in owned:
+            owners.add_metric([owner, state.value], runs)
+        yield owners
         age = 0.0 if queue.oldest_queued is None else time.time() - queue.oldest_queued.timestamp()
         meaning = "Seconds since the longest waiting run was queued."
         yield GaugeMetricFamily("whipple_queue_age_seconds", meaning, age)

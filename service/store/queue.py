@@ -9,7 +9,7 @@ from datetime import datetime
 
 import sqlalchemy as sa
 
-from service.records.jobs import Cause, JobTally, Kind, QueueRow, State
+from service.records.jobs import ACTIVE, Cause, JobTally, Kind, QueueRow, State
 from service.store import leadership
 from service.store.connection import Database
 from service.store.events import log_event
@@ -114,6 +114,13 @@ class Queue:
         with self._database.reading() as connection:
             rows = connection.execute(query.group_by(*groups))
             return tuple(JobTally(**row._mapping) for row in rows)
+
+    def tally_of_owners(self) -> Sequence[tuple[str, State, int]]:
+        """Unfinished runs by owner and state."""
+        of_runs = sa.select(JOBS.c.owner, JOBS.c.state, sa.func.count()).where(JOBS.c.kind == Kind.RUN)
+        groups = of_runs.where(JOBS.c.state.in_(ACTIVE)).group_by(JOBS.c.owner, JOBS.c.state)
+        with self._database.reading() as connection:
+            return [tuple(row) for row in connection.execute(groups.order_by(JOBS.c.owner, JOBS.c.state))]
 
     def attempts_by_cause(self) -> Mapping[Cause, int]:
         """Attempts that did not succeed, since the store was made."""

@@ -1,15 +1,22 @@
 """The queue as a whole, health and what a monitor reads."""
 
+import json
 import re
 import threading
+from collections.abc import Callable
+from pathlib import Path
 
 import pytest
+import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
 from service.api.routes import health
-from service.records.jobs import StoreUnavailable
+from service.records.jobs import Cause, StoreUnavailable
+from studies.cases.rows import equal
 from tests.service.support.api import Api
 from tests.service.support.fakes import DEADLINE
+
+MONITORING = Path(__file__).parents[3] / "docs" / "monitoring"
 
 # --- queue ----------------------------------------------------------------------------------------
 
@@ -104,6 +111,22 @@ def test_metrics__count_jobs_by_state_and_seconds_of_runs(api: Api) -> None:
     assert [after.of("attempts_failed_total", cause=cause) for cause in ("error", "crash")] == [1, 0]
     assert [after.of("run_seconds_bucket", le=edge) for edge in ("1.0", "+Inf")] == [1, 1]
     assert (after.of("run_seconds_count"), after.of("run_seconds_sum")) == (1, 1.0)
+
+
+@pytest.mark.claim("doors", "monitoring")
+def test_alerts_and_dashboard__read_metrics_that_are_there(api: Api, compared: Callable[..., None]) -> None:
+    """Every metric that the alert rules and the dashboard of the documentation name is one of the service."""
+    api.submit()
+    api.compute(failures=1)
+    api.submit(name="another", axes={"speed": ["1 km/s"]})
+    there = {name for name, _labels in Metrics(api)}
+    rules = yaml.safe_load((MONITORING / "alerts.yml").read_text())["groups"][0]["rules"]
+    panels = json.loads((MONITORING / "grafana.json").read_text())["panels"]
+    texts = [*(rule["expr"] for rule in rules), *(each["expr"] for panel in panels for each in panel["targets"])]
+    named = {name for text in texts for name in re.findall(r"\b(?:whipple|process)_\w+", text)}
+    compared(equal("metrics that are not there", expected=[], got=sorted(named - there)))
+    causes = re.findall(r"[a-z_]+", next(rule["expr"] for rule in rules if rule["alert"] == "WhippleCrashes"))
+    assert {"crash", "stalled", "memory_limit"} <= {*Cause} & {*causes}
 
 
 def test_metrics__say_how_long_the_queue_is_and_who_leads(api: Api) -> None:

@@ -61,7 +61,7 @@ def test_quota__is_met_by_a_client_that_waits_as_told_and_ends(
     compared(equal("seconds that the client waited", expected=[wait], got=waited))
 
 
-def _refusal(response: httpx.Response) -> tuple[int, str]:
+def _refusal(response: Any) -> tuple[int, str]:
     return response.status_code, response.headers["retry-after"]
 
 
