@@ -4,13 +4,12 @@ import json
 import os
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated, Any, Literal
 
 from pydantic import ByteSize, Field, PositiveFloat, PositiveInt, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
 from pydantic_settings import BaseSettings, NoDecode, SettingsConfigDict
 
-from service.records.jobs import Keep
 from solver.steps.threads import AUTO, available_cores
 
 GIBIBYTE = 1 << 30
@@ -68,7 +67,9 @@ class Settings(BaseSettings):
     quota_runs: PositiveInt = Field(default=200_000, description="runs that one owner may have under way")
     quota_bytes: ByteSize = Field(default=ByteSize(2 << 40), gt=0, description="size of the files of one owner")
     quota_requests: PositiveInt = Field(default=6_000, description="requests a minute of one owner")
-    most_kept: Keep = Field(default=Keep.FILM, description="most files of a run that a key without admin may keep")
+    most_kept: Literal["numbers", "final", "film"] = Field(
+        default="film", description="most files of a run that a key without admin may keep"
+    )
     run_seconds_limit: PositiveFloat = Field(
         default=7 * 24 * 3600.0, description="largest wall time of a run or a publication, in seconds"
     )

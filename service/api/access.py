@@ -11,9 +11,13 @@ are the limit. A browser that logged in with a key has a session in its place, w
 too. The store compares secrets as digests; they appear in no log and no response.
 """
 
+import math
+import time
+from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
 from ipaddress import ip_address
+from threading import Lock
 from typing import Annotated, Any
 from urllib.parse import urlsplit
 
@@ -30,6 +34,7 @@ from service.api.errors import (
     CrossSiteRequest,
     Forbidden,
     MisdirectedRequest,
+    TooManyRequests,
     Unauthorized,
     problem_response,
 )
@@ -217,7 +222,7 @@ Credentials = Annotated[HTTPAuthorizationCredentials | None, Depends(bearer)]
 def authorize(request: Request, required: SecurityScopes, credentials: Credentials, form: FormFields) -> Caller:
     """The caller, if it has the scopes that an endpoint requires.
 
-    Raises Unauthorized, Forbidden, TooFast; CrossSiteRequest for an order of a session without its token.
+    Raises Unauthorized, Forbidden, TooManyRequests; CrossSiteRequest for an order of a session without its token.
     """
     caller = authenticate(request, credentials)
     request.state.caller = caller
@@ -292,3 +297,39 @@ def requires(scope: Scope) -> Any:
 Reader = Annotated[Caller, requires(Scope.READ)]
 Submitter = Annotated[Caller, requires(Scope.SUBMIT)]
 Administrator = Annotated[Caller, requires(Scope.ADMIN)]
+
+
+# --- requests a minute ----------------------------------------------------------------------------
+
+WINDOW = 60.0  # s
+
+
+class RequestRates:
+    """Requests of each owner, counted in windows of a minute.
+
+    Responses have the fields of draft-ietf-httpapi-ratelimit-headers-10: ``RateLimit-Policy: "requests";q=6000;w=60``, and
+    ``RateLimit: "requests";r=5999;t=42`` with the requests that remain and the seconds until all are there again.
+    """
+
+    def __init__(self, quota: int):
+        self._quota = quota
+        self._mutex = Lock()
+        self._windows: dict[str, tuple[float, int]] = {}  # by owner: end (monotonic), requests
+
+    def count(self, owner: str) -> Mapping[str, str]:
+        """Count a request; the fields of its response. Raises TooManyRequests."""
+        now = time.monotonic()
+        with self._mutex:
+            end, requests = self._windows.get(owner, (0.0, 0))
+            if now >= end:
+                end, requests = now + WINDOW, 0
+            self._windows[owner] = end, requests + 1
+        left, seconds = max(0, self._quota - requests - 1), math.ceil(end - now)
+        fields = {
+            "RateLimit-Policy": f'"requests";q={self._quota};w={WINDOW:.0f}',
+            "RateLimit": f'"requests";r={left};t={seconds}',
+        }
+        if requests >= self._quota:
+            text = f"{requests + 1} requests of {owner!r} within {WINDOW:.0f} s; the quota is {self._quota}"
+            raise TooManyRequests(text, {**fields, "Retry-After": str(seconds)})
+        return fields

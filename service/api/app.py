@@ -10,7 +10,7 @@ from fastapi.staticfiles import StaticFiles
 
 from service import version
 from service.api import errors
-from service.api.access import Access, check_binding, requires
+from service.api.access import Access, RequestRates, check_binding, requires
 from service.api.conversions import Conversions
 from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
@@ -19,7 +19,6 @@ from service.api.pages import asking, documentation, login, rendering, shields
 from service.api.pages import catalogue as catalogue_pages
 from service.api.pages import runs as run_pages
 from service.api.pages import sweeps as sweep_pages
-from service.api.quotas import RequestRates
 from service.api.readers import Readers
 from service.api.routes import catalogue, events, files, health, queue, runs, sweeps
 from service.api.schemas import problem_schemas

@@ -137,6 +137,10 @@ class Busy(RequestError, status=503, title="Service busy", retry_after=5):
 class TooManyRequests(RequestError, status=429, title="Too many requests", retry_after=5):
     """This key, or all keys together, have as much under way as the service allows; send the request again."""
 
+    def __init__(self, text: str, headers: Mapping[str, str] = MappingProxyType({})):
+        super().__init__(text)
+        self.headers = headers
+
 
 class ReaderLost(RequestError, status=503, title="Reader lost", retry_after=2):
     """The process that read the sweep ended before it was done; nothing was stored."""
@@ -240,7 +244,7 @@ def _document(
         **(extra or {}),
     }
     again = {} if problem.retry_after is None else {"Retry-After": str(problem.retry_after)}
-    return _response(request, body, {**headers, **again})
+    return _response(request, body, {**again, **headers})
 
 
 def _response(request: Request, body: dict[str, Any], headers: dict[str, str]) -> Response:

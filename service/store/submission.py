@@ -8,14 +8,26 @@ from typing import TYPE_CHECKING, Any
 import sqlalchemy as sa
 
 from service.records.expansion import ExpandedPoint, ExpandedSweep, expand
-from service.records.jobs import Keep, KeyReused, Kind, State, Submission
+from service.records.jobs import ACTIVE, Keep, KeyReused, Kind, QuotaExceeded, State, Submission
 from service.store import fair_queueing
 from service.store.connection import JsonText
-from service.store.tables import IDEMPOTENCY, JOBS, POINTS, PUBLISH_PRIORITY, SWEEPS, insert_into, release_publications
+from service.store.tables import (
+    ARTIFACTS,
+    IDEMPOTENCY,
+    JOBS,
+    POINTS,
+    PUBLICATIONS,
+    PUBLISH_PRIORITY,
+    SWEEPS,
+    insert_into,
+    release_publications,
+)
 
 if TYPE_CHECKING:
     from studies.sweeps.sweep import Sweep
 
+WAIT_SECONDS = 60  # until runs have ended
+DELETE_SECONDS = 3600  # until somebody has deleted a sweep
 BATCH = 1000  # rows inserted by one statement; the specification of a run takes 3 kB
 
 
@@ -38,6 +50,32 @@ def accepted_before(connection: sa.Connection, submission: Submission) -> str | 
     if row.digest != digest:
         raise KeyReused(f"the key {key!r} was used for another body; take a new one")
     return str(row.sweep_id)
+
+
+def check_quota(connection: sa.Connection, submission: Submission, sweep: ExpandedSweep) -> None:
+    """Raise QuotaExceeded if a sweep does not fit beside what its owner has; within the transaction that accepts it."""
+    quota, owner = submission.quota, submission.owner
+    if quota is None:
+        return
+    sweeps = sa.select(sa.func.count()).join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
+    sweeps = sweeps.where(SWEEPS.c.owner == owner, PUBLICATIONS.c.state.in_(ACTIVE))
+    runs = sa.select(sa.func.count()).where(JOBS.c.kind == Kind.RUN, JOBS.c.owner == owner, JOBS.c.state.in_(ACTIVE))
+    files = sa.select(sa.func.coalesce(sa.func.sum(ARTIFACTS.c.size), 0))
+    files = files.join_from(ARTIFACTS, JOBS, JOBS.c.id == ARTIFACTS.c.job_id).where(JOBS.c.owner == owner)
+    # Runs of deleted sweeps stay for a while, and are nobody's.
+    files = files.where(JOBS.c.abandoned.is_(None) | sa.exists().where(POINTS.c.run_id == JOBS.c.id))
+    has = connection.execute(sa.select(*(each.scalar_subquery() for each in (sweeps, runs, files)))).one()
+    text = f"{owner} has "
+    cure = "wait until some have ended, or cancel one"
+    if has[0] + 1 > quota.sweeps:
+        raise QuotaExceeded(f"{text}{has[0]} sweeps under way, and the quota is {quota.sweeps}; {cure}", WAIT_SECONDS)
+    if has[1] + len(sweep.points) > quota.runs:
+        more = f"and asks for {len(sweep.points)}; the quota is {quota.runs}"
+        raise QuotaExceeded(f"{text}{has[1]} runs under way {more}: {cure}", WAIT_SECONDS)
+    if has[2] + sweep.bytes > quota.bytes:
+        more = f"and asks for {sweep.bytes / 1e9:.3g} GB; the quota is {quota.bytes / 1e9:.3g} GB"
+        cure = "delete sweeps, or keep only numbers"
+        raise QuotaExceeded(f"{text}{has[2] / 1e9:.3g} GB of files {more}: {cure}", DELETE_SECONDS)
 
 
 def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSweep, moment: datetime) -> str:

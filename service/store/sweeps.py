@@ -29,13 +29,13 @@ from service.records.jobs import (
     SweepStatus,
     before,
 )
-from service.store import fair_queueing, quotas
+from service.store import fair_queueing
 from service.store.connection import Database
 from service.store.events import log_event
 from service.store.fair_queueing import IS_WANTED, MOVED
 from service.store.leases import wait_again
 from service.store.runs import RUN_COLUMNS, run_record
-from service.store.submission import accept, accepted_before, add_points
+from service.store.submission import accept, accepted_before, add_points, check_quota
 from service.store.tables import (
     ARTIFACTS,
     CONTROL,
@@ -149,7 +149,7 @@ class Sweeps:
         with self._database.commanding() as connection:
             earlier = accepted_before(connection, submission)
             if earlier is None:
-                quotas.check(connection, submission, sweep)
+                check_quota(connection, submission, sweep)
             status = sweep_status(connection, earlier or accept(connection, submission, sweep, moment))
             if earlier is None:
                 log_event(connection, moment, "accepted", sweep_id=status.id, planned=status.planned, new=status.new)

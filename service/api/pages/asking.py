@@ -18,10 +18,9 @@ from service.api.browsers import ONCE, FormFields, check_token, idempotency_of
 from service.api.pages.fields import FieldGroup, FormField, field_of, is_missing, label_of, placed
 from service.api.pages.forms import COUNTS, MORE, WORDS, AskedSweep, asked
 from service.api.pages.rendering import SEE_OTHER, page
-from service.api.quotas import submission_of
 from service.api.reading import Posted
 from service.api.routes import sweeps
-from service.api.routes.dependencies import AppSettings, AppStore, read_posted
+from service.api.routes.dependencies import AppSettings, AppStore, read_posted, submission_of
 from service.api.schemas import EstimateModel, example_sweeps
 from service.client.client import KEY_VARIABLE
 from service.records.jobs import PRIORITIES, USUAL_PRIORITIES, Keep, Scope

@@ -7,8 +7,7 @@ from fastapi import Depends, Request
 
 from service.api.access import Submitter
 from service.api.browsers import FormFields, idempotency_of
-from service.api.quotas import submission_of
-from service.api.routes.dependencies import AppSettings, AppStore, RunId, SweepId, derived_sweep
+from service.api.routes.dependencies import AppSettings, AppStore, RunId, SweepId, derived_sweep, submission_of
 from service.records.jobs import Conflict, Keep, Submission, SweepStatus
 
 MOST_PLACES = 10  # sweeps of a run that are looked at

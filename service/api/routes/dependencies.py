@@ -2,21 +2,22 @@
 
 import hashlib
 import json
+import math
 import re
-from collections.abc import AsyncIterator, Callable, Mapping
-from contextlib import asynccontextmanager
+from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from contextlib import asynccontextmanager, suppress
+from dataclasses import replace
 from typing import Annotated, Any, Literal
 
 from fastapi import Depends, Header, Path, Query, Request, Response
 from pydantic import ValidationError
 from starlette.requests import ClientDisconnect
 
-from service.api.access import Submitter
+from service.api.access import Caller, Submitter
 from service.api.conversions import Conversions
 from service.api.documents import pointer, read_json
 from service.api.errors import BadRequest, PayloadTooLarge, ServiceNotReady, UnsupportedMediaType
 from service.api.event_streams import EventStreams
-from service.api.quotas import submission_of
 from service.api.readers import Readers
 from service.api.reading import (
     PARSERS,
@@ -33,9 +34,10 @@ from service.api.reading import (
 )
 from service.api.schemas import SweepChange
 from service.files.artifacts import Artifacts
+from service.files.disk_space import free_bytes, shown_size
 from service.queue import data_identity as identity
 from service.records.expansion import ExpandedSweep
-from service.records.jobs import PRIORITIES, Keep, Submission
+from service.records.jobs import PRIORITIES, USUAL_PRIORITIES, Keep, Quota, Scope, Submission, at_least
 from service.settings import Settings
 from service.store import Store
 from studies.quantities.findings import Finding, InvalidInput, shown
@@ -208,6 +210,58 @@ IdempotencyKey = Annotated[
         description="A text of your choice; repeating a request with its key returns the sweep of the first request"
     ),
 ]
+
+
+def submission_of(
+    settings: Settings,
+    caller: Caller,
+    sweep: ExpandedSweep,
+    priority: int = 0,
+    keep: Keep = Keep.FINAL,
+    idempotency: tuple[str, str] | None = None,
+) -> Submission:
+    """A sweep of a caller with its options and quota; raises InvalidInput for what waiting does not help."""
+    quota = None
+    if not caller.may(Scope.ADMIN):
+        quota = Quota(settings.quota_sweeps, settings.quota_runs, settings.quota_bytes)
+    if keep is Keep.NUMBERS:
+        sweep = replace(sweep, bytes=0)
+    findings = [*_of_the_machine(settings, sweep)]
+    if quota is not None:
+        findings += _of_the_key(settings, quota, sweep, priority, keep)
+    if findings:
+        raise InvalidInput(findings)
+    return Submission(sweep, caller.name, priority, keep, idempotency, quota)
+
+
+def _of_the_machine(settings: Settings, sweep: ExpandedSweep) -> Iterator[Finding]:
+    """Estimates beyond memory and disk."""
+    needs = f"a run needs about {shown_size(sweep.memory)}"
+    if sweep.memory > settings.memory_of_a_run:
+        limit = f"{shown_size(settings.memory_of_a_run)} of memory for a run (WHIPPLE_MEMORY_LIMIT, WHIPPLE_WORKERS)"
+        yield Finding("memory", needs, limit, "take a coarser resolution, or a geometry with more symmetry")
+    free: float = math.inf
+    with suppress(OSError):  # the disk is away, and the sweep waits until it is back
+        free = max(0, free_bytes(settings.data) - settings.disk_reserve)
+    if sweep.bytes > free:
+        files = f"its files take about {shown_size(sweep.bytes)}"
+        limit = f"{shown_size(free)} of disk above the reserve (WHIPPLE_DISK_RESERVE)"
+        yield Finding("disk", files, limit, "keep only `numbers`, delete sweeps, or ask for fewer runs")
+
+
+def _of_the_key(settings: Settings, quota: Quota, sweep: ExpandedSweep, priority: int, keep: Keep) -> Iterator[Finding]:
+    """What a key without the scope ``admin`` may not ask for, however long it waits."""
+    cure = f"ask for less, or use a key with the scope `{Scope.ADMIN}`"
+    if len(sweep.points) > quota.runs:
+        yield Finding("document", f"{len(sweep.points)} runs", f"at most {quota.runs} runs of one owner", cure)
+    if sweep.bytes > quota.bytes:
+        limit = f"at most {shown_size(quota.bytes)} of one owner"
+        yield Finding("document", f"files of about {shown_size(sweep.bytes)}", limit, cure)
+    if priority not in USUAL_PRIORITIES:
+        limit = f"a whole number from {USUAL_PRIORITIES[0]} to {USUAL_PRIORITIES[-1]} for this key"
+        yield Finding("priority", str(priority), limit, cure)
+    if keep in at_least(Keep(settings.most_kept)) - {settings.most_kept}:
+        yield Finding("keep", keep, f"at most `{settings.most_kept}` for this key", cure)
 
 
 async def _submission(

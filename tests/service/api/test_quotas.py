@@ -26,7 +26,7 @@ def header_of(api: Api, scope: Scope = Scope.SUBMIT) -> dict[str, str]:
     [
         ({"quota_sweeps": 1}, "anna has 1 sweeps under way, and the quota is 1", 60),
         ({"quota_runs": 3}, "anna has 2 runs under way and asks for 2; the quota is 3", 60),
-        ({"quota_bytes": 347_203}, "anna has 0.0 MiB of files and asks for 0.3 MiB; the quota is 0.3 MiB", 3600),
+        ({"quota_bytes": 347_203}, "of files and asks for 0.000347 GB; the quota is 0.000347 GB", 3600),
     ],
     ids=["sweeps", "runs", "bytes"],
 )
@@ -71,7 +71,7 @@ def test_requests__of_a_key_beyond_its_quota_are_told_how_long_to_wait(
 ) -> None:
     """Responses count down in RateLimit fields; requests beyond the quota get 429 until the minute is over."""
     moment = 100.0
-    monkeypatch.setattr("service.api.quotas.time.monotonic", lambda: moment)
+    monkeypatch.setattr("service.api.access.time.monotonic", lambda: moment)
     with open_api(tmp_path, quota_requests=2) as api:
         key = header_of(api)
         first, second, third = (api.http.get("/v1/sweeps", headers=key) for _ in range(3))
