@@ -307,8 +307,8 @@ WINDOW = 60.0  # s
 class RequestRates:
     """Requests of each owner, counted in windows of a minute.
 
-    Responses have the fields of draft-ietf-httpapi-ratelimit-headers-10, ``RateLimit-Policy: "requests";q=6000;w=60`` and
-    ``RateLimit: "requests";r=5999;t=42``, with the requests that remain and the seconds until all are there again.
+    Responses have the fields of draft-ietf-httpapi-ratelimit-headers-10: ``RateLimit-Policy: "requests";q=6000;w=60``
+    and ``RateLimit: "requests";r=5999;t=42``, the requests that remain and the seconds until all are there again.
     """
 
     def __init__(self, quota: int):
