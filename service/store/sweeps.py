@@ -8,6 +8,7 @@ retry are those of any sweep.
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
+from functools import cache, reduce
 from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
@@ -58,6 +59,7 @@ from service.store.tables import (
     runs_of,
 )
 from service.store.time_left import Tallies, counts_of, progress_of, seconds_left, tallies_of
+from studies import materials, scenarios
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
@@ -99,6 +101,7 @@ SWEEP_ROWS = sa.select(
 ).join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
 
 
+MOST_WORDS = 8  # of a search; the last one is all that is left
 # Names of the files that a sweep has published, separated by spaces; null: there are none.
 FILE_NAMES = (
     sa.select(sa.func.aggregate_strings(ARTIFACTS.c.name, " "))
@@ -293,12 +296,9 @@ class Sweeps:
     ) -> SweepsWithFiles:
         """Sweeps with their files, the youngest first, and the state of the queue: two statements.
 
-        ``text`` is part of the title, name or scenario, or the beginning of the id, of those that are wanted.
+        Each word of ``text`` is part of the title, name, scenario or a material, or begins the id, of what is wanted.
         """
-        wanted = _youngest(SWEEPS_AND_FILES, cursor, limit)
-        if text:
-            words = [SWEEPS.c[name].icontains(text, autoescape=True) for name in ("title", "name", "scenario")]
-            wanted = wanted.where(sa.or_(*words, SWEEPS.c.id.istartswith(text, autoescape=True)))
+        wanted = _youngest(SWEEPS_AND_FILES, cursor, limit).where(*map(_has, text.split(maxsplit=MOST_WORDS - 1)))
         if state is not None:
             wanted = wanted.where(SWEEP_STATE.in_([state]))
         if owner is not None:
@@ -401,6 +401,28 @@ def _youngest(query: sa.Select[Any], cursor: str | None, limit: int) -> sa.Selec
     """The youngest sweeps behind a cursor, and one more to know whether there is another page."""
     query = query.order_by(SWEEPS.c.number.desc()).limit(limit + 1)
     return query if cursor is None else query.where(SWEEPS.c.number < number_of(cursor))
+
+
+def _has(word: str) -> sa.ColumnElement[bool]:
+    """Whether a sweep has a word, also in the title of its scenario or of a material that ships."""
+    named = [SWEEPS.c[name].icontains(word, autoescape=True) for name in ("title", "name", "scenario")]
+    titled, shipped = ([name for name in kind.names() if _is_in(word, kind, name)] for kind in (scenarios, materials))
+    made_of = [_materials().icontains(name, autoescape=True) for name in (word, *shipped)]
+    begun = SWEEPS.c.id.istartswith(word, autoescape=True)
+    return sa.or_(*named, begun, SWEEPS.c.scenario.in_(titled), *made_of)
+
+
+def _is_in(word: str, kind: Any, name: str) -> bool:
+    return word.lower() in kind.load(name).title.lower()
+
+
+@cache
+def _materials() -> sa.ColumnElement[str]:
+    """The materials that a document names, fixed or as axes, with spaces between."""
+    roles = sorted({role for name in scenarios.names() for role in scenarios.load(name).materials})
+    places = [(part, role) for part in ("fixed", "axes") for role in roles]
+    texts = [sa.func.coalesce(SWEEPS.c.document[place].as_string(), "") for place in places]
+    return reduce(lambda text, each: text + " " + each, texts)
 
 
 def _names(row: StatementRow) -> Sequence[str]:

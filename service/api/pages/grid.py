@@ -34,7 +34,7 @@ class GridAxis:
 
     @property
     def label(self) -> str:
-        return "resolution" if self.name == RESOLUTION else self.name.replace("_", " ")
+        return {RESOLUTION: "resolution", OFFSET: "grid offset"}.get(self.name, self.name.replace("_", " "))
 
 
 @dataclass(frozen=True)

@@ -21,7 +21,7 @@ RESOLUTION = "cells_per_diameter"
 ROUNDED = 1e-6  # relative: of a number of cells
 MOST_SAID = 3  # speeds and shields with a sentence
 CALIBRATED = {"geometry": "axisymmetric", "projectile_shape": "sphere"}  # of the simulated shots
-DOES: dict[bool | None, str] = {True: "perforates", False: "is held", None: "is open"}
+DOES: dict[bool | None, str] = {True: "perforates", False: "is held", None: "is undecided"}
 
 
 @dataclass(frozen=True)

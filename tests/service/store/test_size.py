@@ -132,6 +132,7 @@ QUERIES: dict[str, Query] = {
     "sweeps": lambda f: f.store.sweeps.page(cursor=f.older),
     "sweeps of a state": lambda f: f.store.sweeps.page(cursor=f.older, state=SweepState.CANCELLED),
     "sweeps with files": lambda f: f.store.sweeps.page_with_files(cursor=f.older),
+    "sweeps that are searched": lambda f: f.store.sweeps.page_with_files(text="perforation copper", cursor=f.older),
     "sweeps, a large one too": lambda f: f.store.sweeps.page(),
     "sweep": lambda f: f.store.sweeps.get(f.part),
     "sweep with files": lambda f: f.store.sweeps.get_with_files(f.part),
@@ -264,6 +265,7 @@ NAMES = {"publications": "jobs", "runs": "jobs"}  # that statements have for the
 # Tables that a query reads from the first row to the last, and is right to.
 WHOLE = {
     "sweeps of a state": {"publications"},  # each has to be looked at for its state
+    "sweeps that are searched": lambda f: f.store.sweeps.page_with_files(text="perforation copper", cursor=f.older),
     "sweeps, a large one too": {"points", "jobs"},  # the large sweep has most of them
     "sweep, the large one": {"points", "jobs"},
     "queue": {"jobs", "events"},  # numbers about all jobs; the first event from behind
