@@ -115,8 +115,8 @@ def _field(name: str, values: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
         "low": ends[0] * display.factor,
         "high": ends[1] * display.factor,
         "logarithmic": is_log,
-        "beyond": f"Colours leave out the outer {STRAY:.1%} at each end: of {int(known.sum())} values {below} are below "
-        f"and {above} above, in the colour of their end."
+        "beyond": f"The colours end at the outer {100 * STRAY:g} % of values: of {known.sum()}, {below} lie below and "
+        f"{above} above."
         if below + above
         else "",
     }

@@ -56,7 +56,7 @@ def test_packed__is_what_went_in(tmp_path: Path) -> None:
     assert inside.mean() > 0.98
     ends = np.array([speed["low"], speed["high"]]) * 1e3
     below, above = (asked_for < ends[0] * (1 - 1e-12)).sum(), (asked_for > ends[1] * (1 + 1e-12)).sum()
-    assert f"outer 0.5% at each end: of 1500 values {below} are below and {above} above" in speed["beyond"]
+    assert f"outer 0.5 % of values: of 1500, {below} lie below and {above} above" in speed["beyond"]
     assert pressure["beyond"] == ""
     assert (levels[1] == UNKNOWN).all()
 
