@@ -193,7 +193,7 @@ class SweepStatus:
     )
     new: int = field(metadata=described("runs that were queued for this sweep"))
     counts: Mapping[str, int] = field(metadata=described("points by state of their runs"))
-    lost_answers: int = field(metadata=described("runs that succeeded and lack a value of what they measure: their reason says which"))
+    lost_answers: int = field(metadata=described("runs that succeeded and lack a value: their reason says which"))
     progress: float = field(
         metadata=described("0 to 1: computed part of the estimated cost; below 1 where runs were cancelled")
     )

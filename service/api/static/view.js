@@ -189,7 +189,7 @@ class Picture {
     this.beyond.textContent = field.beyond;
     if (this.said) this.said.textContent = time;
     this.find("frame")?.setAttribute("aria-valuetext", time);
-    this.canvas.setAttribute("aria-label", `${this.canvas.dataset.name} at ${time}, coloured by ${field.label}. ${field.beyond}`);
+    this.canvas.setAttribute("aria-label", `${this.canvas.dataset.name} at ${time}, coloured by ${field.label}. ${this.beyond.textContent}`);
   }
 }
 

@@ -72,7 +72,7 @@ def of_outcomes(outcomes: Mapping[str, Any], report: Mapping[str, Any]) -> str:
 
 
 def _along(rows: Sequence[Mapping[str, Any]], said: Mapping[float | None, str], axis: Mapping[str, Any]) -> str:
-    """Outcomes along an axis: "wall holds at projectile diameter 2-5 mm, wall perforated at 8 mm, undecided between"."""
+    """Outcomes along an axis: "wall holds at wall thickness 4-5 mm, wall perforated at 2 mm, undecided between"."""
     name, unit = axis["name"], axis["unit"]
     ordered = sorted(rows, key=lambda row: row["at"][name])
     stretches = [(outcome, list(several)) for outcome, several in groupby(ordered, key=lambda row: row["outcome"])]

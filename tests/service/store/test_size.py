@@ -265,7 +265,6 @@ NAMES = {"publications": "jobs", "runs": "jobs"}  # that statements have for the
 # Tables that a query reads from the first row to the last, and is right to.
 WHOLE = {
     "sweeps of a state": {"publications"},  # each has to be looked at for its state
-    "sweeps that are searched": lambda f: f.store.sweeps.page_with_files(text="perforation copper", cursor=f.older),
     "sweeps, a large one too": {"points", "jobs"},  # the large sweep has most of them
     "sweep, the large one": {"points", "jobs"},
     "queue": {"jobs", "events"},  # numbers about all jobs; the first event from behind
