@@ -295,9 +295,11 @@ class Sweeps:
     ) -> SweepsWithFiles:
         """Sweeps with their files, the youngest first, and the state of the queue: two statements.
 
-        Each word of ``text`` is part of the title, name, scenario or a material, or begins the id, of what is wanted.
+        Each word of ``text`` is part of the title, name, scenario or a material of what is wanted, or it begins the id.
         """
-        wanted = _youngest(SWEEPS_AND_FILES, cursor, limit).where(*map(_has, text.split(maxsplit=MOST_WORDS - 1)))
+        wanted = _youngest(SWEEPS_AND_FILES, cursor, limit)
+        if words := [_has(word) for word in text.split(maxsplit=MOST_WORDS - 1)]:
+            wanted = wanted.where(sa.or_(sa.and_(*words), SWEEPS.c.id.istartswith(text, autoescape=True)))
         if state is not None:
             wanted = wanted.where(SWEEP_STATE.in_([state]))
         if owner is not None:
@@ -412,8 +414,7 @@ def _has(word: str) -> sa.ColumnElement[bool]:
 
     named = [SWEEPS.c[name].icontains(word, autoescape=True) for name in ("title", "name", "scenario")]
     made_of = [_materials().icontains(name, autoescape=True) for name in (word, *titled(materials))]
-    begun = SWEEPS.c.id.istartswith(word, autoescape=True)
-    return sa.or_(*named, begun, SWEEPS.c.scenario.in_(titled(scenarios)), *made_of)
+    return sa.or_(*named, SWEEPS.c.scenario.in_(titled(scenarios)), *made_of)
 
 
 @cache
@@ -422,9 +423,8 @@ def _materials() -> sa.ColumnElement[str]:
     from studies import scenarios
 
     roles = sorted({role for name in scenarios.names() for role in scenarios.load(name).materials})
-    places = [(part, role) for part in ("fixed", "axes") for role in roles]
-    texts = [sa.func.coalesce(SWEEPS.c.document[place].as_string(), "") for place in places]
-    return reduce(lambda text, each: text + " " + each, texts)
+    named = [SWEEPS.c.document[part, role].as_string() for part in ("fixed", "axes") for role in roles]
+    return reduce(lambda text, each: text + " " + each, (sa.func.coalesce(each, "") for each in named))
 
 
 def _names(row: StatementRow) -> Sequence[str]:
