@@ -91,7 +91,7 @@ class Keep(StrEnum):
 # Files of a run that only some sweeps keep, and the least retention that includes them.
 KEPT_BY = {STATE: Keep.FINAL, FILM: Keep.FILM}
 # The views of a run that pages draw, and the files from which each is made: any one of them will do, the first best.
-VIEWS: Mapping[str, tuple[str, ...]] = {"film": (FILM, SECTIONS), "cloud": (STATE,), "radiograph": (SECTIONS,)}
+VIEWS: Mapping[str, tuple[str, ...]] = {"film": (FILM, SECTIONS), "cloud": (STATE,), "radiograph": (STATE, SECTIONS)}
 
 
 class Scope(StrEnum):
@@ -212,7 +212,7 @@ class SweepStatus:
     )
     new: int = field(metadata=described("runs that were queued for this sweep"))
     counts: Mapping[str, int] = field(metadata=described("points by state of their runs"))
-    lost_answers: int = field(metadata=described("runs that succeeded without an answer: their reason says which"))
+    lost_answers: int = field(metadata=described("runs that succeeded and lack a value: their reason says which"))
     progress: float = field(
         metadata=described("0 to 1: computed part of the estimated cost; below 1 where runs were cancelled")
     )
@@ -233,8 +233,9 @@ class SweepStatus:
 
     @property
     def tally(self) -> str:
-        """Runs by state, without zeros: "17 succeeded (2 of them lost an answer), 1 failed"."""
-        lost = f" ({self.lost_answers} of them lost an answer)" if self.lost_answers else ""
+        """Runs by state, without zeros: "17 succeeded (2 of them lack a value), 1 failed"."""
+        lack = "lacks" if self.lost_answers == 1 else "lack"
+        lost = f" ({self.lost_answers} of them {lack} a value)" if self.lost_answers else ""
         return ", ".join(
             f"{count} {state}{lost if state == State.SUCCEEDED else ''}"
             for state, count in self.counts.items()

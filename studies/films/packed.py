@@ -103,6 +103,7 @@ def _field(name: str, values: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
     values = np.log10(values) if is_log else values
     known = np.isfinite(values)
     low, high = np.quantile(values[known], [STRAY, 1.0 - STRAY]) if known.any() else (0.0, 0.0)
+    below, above = int((values < low).sum()), int((values > high).sum())
     share = np.clip((np.where(known, values, low) - low) / max(high - low, 1e-300), 0.0, 1.0)
     levels = np.where(known, np.rint(share * LEVELS), UNKNOWN).astype(np.uint8)
     ends = [10.0**end if is_log else float(end) for end in (low, high)]
@@ -114,6 +115,10 @@ def _field(name: str, values: np.ndarray) -> tuple[dict[str, Any], np.ndarray]:
         "low": ends[0] * display.factor,
         "high": ends[1] * display.factor,
         "logarithmic": is_log,
+        "beyond": f"The colours end at the outer {100 * STRAY:g} % of values: of {known.sum()}, {below} lie below and "
+        f"{above} above."
+        if below + above
+        else "",
     }
     return about, levels
 

@@ -16,6 +16,7 @@ from solver.problem.geometry import impact_axis
 from solver.state import Snapshot
 
 AREAL_DENSITY = "areal_density"  # the field of a picture that is a radiograph
+PIXELS = 24.0  # across the projectile
 
 
 @dataclass(frozen=True)

@@ -65,10 +65,11 @@ from studies.sweeps.screening import CONTRIBUTIONS
 REPORT_VERSION = 13
 
 RULES = (
-    "The value of a resolution is the mean over its sub-cell offsets, the number behind ± their scatter: half the "
-    "range of two or three, the standard deviation of more. A single offset has no scatter; the uncertainty that its "
-    "measurement states for the position on the grid takes its place. The order is observed over the three finest "
-    "resolutions (Celik et al. 2008, J. Fluids Eng. 130, 078001). GCI is the grid convergence index over the finest "
+    "The value of a resolution is the mean over its sub-cell offsets, runs with the grid shifted by a part of a cell; "
+    "the number behind ± is their scatter: half the range of two or three, the standard deviation of more. A single "
+    "offset has no scatter; the uncertainty that its measurement states for the position on the grid takes its place. "
+    "The order is observed over the three finest resolutions (Celik et al. 2008, J. Fluids Eng. 130, 078001). GCI is "
+    "the grid convergence index over the finest "
     f"value, with a factor of safety of {SAFETY:g}; two resolutions show no order, so order {ASSUMED_ORDER:g} and a "
     f"factor of {SAFETY_UNOBSERVED:g} are assumed. A point is converging if the order lies between {ORDERS[0]:g} and "
     f"{ORDERS[1]:g} ({HIGHEST_WITHOUT_NOISE:g} where no scatter is known) and the differences exceed the scatter; only "

@@ -11,17 +11,21 @@ import numpy as np
 from solver.grid.debris import flown
 from solver.problem import Face
 from solver.problem.geometry import impact_axis
+from solver.state import Snapshot
 from studies import scenarios
 from studies.films.film_dataset import open_film
 from studies.films.film_section import sections_of
 from studies.films.packed import FrameOfPoints, View
-from studies.films.radiograph import AREAL_DENSITY
+from studies.films.radiograph import AREAL_DENSITY, PIXELS
+from studies.films.radiograph import radiograph as taken_of
 from studies.films.section import read_sections
 from studies.quantities.display import printed_alone
-from studies.quantities.files import FILM
+from studies.quantities.files import FILM, STATE
 from studies.runs.remeasure import load_state
 from studies.runs.run import Run
 from studies.runs.stages import earlier_stages, setting_of
+from studies.scenarios import Setting
+from studies.scenarios.parts.impact import ImpactSetting
 
 # Points of a view in space: each body has the same share of them, so that debris is not lost beside a large plate.
 MOST_POINTS = 60_000
@@ -43,11 +47,21 @@ def film(run: Run, file: Path) -> View:
 
 
 def radiograph(run: Run, file: Path) -> View:
-    """The areal density of all matter at the end, seen from the side; no frame for a run without one."""
-    sections = read_sections(file)
-    taken = sections.radiograph
+    """The areal density of all matter at the end, seen from the side; no frame for a run without one.
+
+    It is taken of the final state of an impact, or is the one that the run took of it, in a file of sections.
+    """
+    if file.name == STATE:
+        setting, snapshot = _end(run, file)
+        time, whole = snapshot.time, 2.0 * math.pi / setting.sector
+        taken = None
+        if isinstance(setting, ImpactSetting):
+            taken = taken_of(setting.problem, snapshot, pixel=setting.projectile_diameter / PIXELS, whole=whole)
+    else:
+        sections = read_sections(file)
+        time, taken = sections.states[-1].time, sections.radiograph
     if taken is None:
-        note = f"Runs of {run.scenario} keep no radiograph; those of debris_cloud do."
+        note = f"This run of {run.scenario} has no radiograph; impacts that keep their final state do."
         return View((), (), mirrored=False, frames=(), note=note)
     row, column = np.nonzero(taken.density > 0.0)
     along = taken.origin + (row + 0.5) * taken.pixel
@@ -57,7 +71,7 @@ def radiograph(run: Run, file: Path) -> View:
         mirrored=True,
         frames=(
             FrameOfPoints(
-                sections.states[-1].time,
+                time,
                 np.stack([(column + 0.5) * taken.pixel, along * _downward(run)], axis=1),
                 np.zeros(row.size, np.uint8),
                 {AREAL_DENSITY: taken.density[row, column].astype(float)},
@@ -72,10 +86,8 @@ def cloud(run: Run, file: Path) -> View:
 
     A body of revolution is turned about its axis, a quarter or half of a body has its mirror images.
     """
-    with np.load(file, allow_pickle=False) as saved:
-        setting = setting_of(run, earlier_stages(saved))
-    snapshot, problem = load_state(file), setting.problem
-    particles, departed = snapshot.particles, snapshot.departed
+    setting, snapshot = _end(run, file)
+    problem, particles, departed = setting.problem, snapshot.particles, snapshot.departed
     position = np.concatenate([particles.position, flown(problem, departed, snapshot.time)])
     body = np.concatenate([snapshot.body, departed.body]).astype(int)
     mass = np.concatenate([particles.mass, departed.mass])
@@ -117,6 +129,13 @@ def cloud(run: Run, file: Path) -> View:
         ),
         note=f"Points have the same mass: {', '.join(notes)}.",
     )
+
+
+def _end(run: Run, file: Path) -> tuple[Setting, Snapshot]:
+    """The final state of a run, and the problem of its last stage."""
+    with np.load(file, allow_pickle=False) as saved:
+        setting = setting_of(run, earlier_stages(saved))
+    return setting, load_state(file)
 
 
 def _downward(run: Run) -> float:

@@ -37,7 +37,6 @@ MOST_ROOM = 50.0  # projectile diameters
 
 OBSERVATIONS = 30  # in a run
 MOMENTS = (1.0 / 3.0, 2.0 / 3.0)  # of the run: sections before the end
-PIXELS = 24.0  # of a radiograph, across the projectile
 
 
 @dataclass(frozen=True)
@@ -154,6 +153,7 @@ class DebrisCloud(ImpactSetUp):
         return view(setting, snapshot)
 
     def sections(self, setting: Any) -> "SectionOptions":
+        from studies.films.radiograph import PIXELS
         from studies.films.section import SectionOptions
 
         moments = tuple(moment * setting.problem.end_time for moment in MOMENTS)

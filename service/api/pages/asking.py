@@ -44,7 +44,7 @@ OF_DOCUMENT = (
             FormField(
                 "accuracy",
                 "Accuracy",
-                "sets resolution and offsets by name; below is what each costs",
+                "sets resolution and grid offsets by name; below is what each costs",
                 "choice",
                 choices=tuple(ACCURACY),
             ),
@@ -54,7 +54,10 @@ OF_DOCUMENT = (
                 "cells across the projectile or bar; of several values follows an error bar: 16, 24, 32",
             ),
             FormField(
-                "offsets", "Offsets", "positions of the grid against the bodies at each resolution, which narrow it"
+                "offsets",
+                "Grid offsets",
+                "runs at each resolution, the grid shifted by a part of a cell from one to the next; their scatter is "
+                "part of the error bar",
             ),
         ),
         is_open=True,
@@ -105,8 +108,9 @@ OF_DOCUMENT = (
             FormField("seed", "Seed", "of sampled points"),
             FormField(
                 "model_part",
-                "Model part",
-                "where the uncertainty of the models comes from",
+                "Uncertainty of the models",
+                "due to strength, failure and equation of state, stated beside the error bar: stored from earlier "
+                "studies, or screened by runs of this sweep with other models",
                 "choice",
                 choices=MODEL_PARTS,
             ),

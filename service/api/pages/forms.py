@@ -1,8 +1,8 @@
 """Forms of a sweep in a child process: the fields of a page as a document, and a document as fields.
 
 A field holds what the document holds, as a person writes it: ``6 km/s``, ``3 km/s, 6 km/s``, ``2 km/s to 7 km/s step 1
-km/s``, or the document's own YAML in brackets. A field with several values is an axis. What has no field of its own
-stands in the field ``more``, as YAML.
+km/s``, or the document's own YAML in brackets. A field with several values is an axis, and so is one value with a comma
+behind it. What has no field of its own stands in the field ``more``, as YAML.
 """
 
 import re
@@ -200,9 +200,9 @@ def fields_of(document: Mapping[str, Any]) -> dict[str, str]:
         if key == "axes" and document.get("combine") in SAMPLED and not _is_in_order(part, record):
             more[key] = {name: _without_samples(value) for name, value in part.items()}
         elif key in OF_PARAMETERS:
-            known = {name: value for name, value in part.items() if name in record}
+            known = {name: value for name, value in part.items() if _has_field(record.get(name), value)}
             fields |= {name: _written(value) for name, value in known.items()}
-            more |= {key: left} if (left := {name: value for name, value in part.items() if name not in record}) else {}
+            more |= {key: left} if (left := {name: value for name, value in part.items() if name not in known}) else {}
         elif key == "materials":
             fields |= {key: as_yaml(part)} if part else {}
         elif key in (*WORDS, *COUNTS, "resolution") and (key != "observations" or isinstance(part, str)):
@@ -210,6 +210,11 @@ def fields_of(document: Mapping[str, Any]) -> dict[str, str]:
         elif key != "scenario" and part not in (None, [], {}):
             more[key] = part
     return fields | ({MORE: as_yaml(more)} if more else {})
+
+
+def _has_field(parameter: Parameter | None, value: Any) -> bool:
+    """Whether a value can stand in the field of a parameter; several texts of lines cannot."""
+    return parameter is not None and (parameter.kind != "text" or isinstance(value, str))
 
 
 def _is_in_order(axes: Mapping[str, Any], record: Mapping[str, Parameter]) -> bool:
@@ -230,7 +235,9 @@ def _written(value: Any) -> str:
         return f"{value['low']} to {value['high']}" if set(value) == {"low", "high"} else _in_one_line(value)
     if isinstance(value, list):
         texts = [_written(each) for each in value]
-        return _in_one_line(value) if any(set(text) & set(",[{") for text in texts) else ", ".join(texts)
+        if any(set(text) & set(",[{") for text in texts):
+            return _in_one_line(value)
+        return ", ".join(texts) if len(texts) > 1 else f"{texts[0]},"  # of one value it stays an axis
     return str(value).lower() if isinstance(value, bool) else str(value)
 
 

@@ -34,7 +34,7 @@ class GridAxis:
 
     @property
     def label(self) -> str:
-        return "resolution" if self.name == RESOLUTION else self.name.replace("_", " ")
+        return "resolution" if self.name == RESOLUTION else _in_words(self.name)
 
 
 @dataclass(frozen=True)
@@ -74,7 +74,7 @@ def layout_of(document: Mapping[str, Any], planned: int) -> GridLayout:
     if isinstance(resolutions, list):
         dimensions.append(GridAxis(RESOLUTION, tuple(map(_plain, resolutions))))
     if offsets > 1:
-        dimensions.append(GridAxis(OFFSET, tuple(f"{k}/{offsets}" for k in range(offsets))))
+        dimensions.append(GridAxis(OFFSET, tuple(f"{k}/{offsets} cell" for k in range(offsets))))
     return GridLayout(tuple(dimensions), planned)
 
 
@@ -197,9 +197,13 @@ def _shown(cell: GridCell, quantity: Measurement, scenario: str, low: float, hig
 def in_words(scenario: str, coordinates: Mapping[str, Any]) -> str:
     """Coordinates (SI) for people, to four digits: "speed 6 km/s, plate thickness 2 mm"."""
     return ", ".join(
-        f"{name.replace('_', ' ')} {value_of(scenario, name, float(f'{at:.4g}') if isinstance(at, float) else at)}"
+        f"{_in_words(name)} {value_of(scenario, name, float(f'{at:.4g}') if isinstance(at, float) else at)}"
         for name, at in coordinates.items()
     )
+
+
+def _in_words(name: str) -> str:
+    return "grid offset" if name == OFFSET else name.replace("_", " ")
 
 
 def value_of(scenario: str, name: str, value: Any) -> str:

@@ -25,7 +25,7 @@ from service.records.jobs import TERMINAL, VIEWS, NotFound, RunPlace, RunRow, Sc
 from service.store import Store
 from studies import measurements, scenarios
 from studies.quantities.display import display_of, kind_of, printed_beside, with_unit
-from studies.quantities.files import FILM, RESULT, SECTIONS
+from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
 from studies.quantities.parameters import declared
 from studies.sweeps.reading import RESOLUTION
 
@@ -59,7 +59,7 @@ def show_run(request: Request, id: RunId, caller: Reader, store: AppStore, artif
         views=[view for view, sources in VIEWS.items() if names & {*sources}],
         has_film=FILM in names,
         may_film=_lacks_film(run, files) and caller.may(Scope.SUBMIT),
-        has_radiograph=any(_has_radiograph(artifacts, file) for file in files if file.name == SECTIONS),
+        has_radiograph=_has_radiograph(artifacts, files, spec["parameters"]),
         parameters=list(_parameters(spec, _asked(store, places))),
         materials=spec["materials"],
         log=_log_end(store, artifacts, id),
@@ -82,9 +82,12 @@ def _lacks_film(run: RunRow, files: Iterable[Stored]) -> bool:
     return run.state is State.SUCCEEDED and all(file.name != FILM for file in files)
 
 
-def _has_radiograph(artifacts: Artifacts, sections: Stored) -> bool:
-    """Whether the sections of a run have a radiograph, which few scenarios ask for."""
-    with suppress(OSError, BadZipFile), ZipFile(artifacts.path(sections)) as archive:
+def _has_radiograph(artifacts: Artifacts, files: Iterable[Stored], parameters: Mapping[str, Any]) -> bool:
+    """Whether there is the final state of an impact, upright and so the same from all sides, or else a radiograph."""
+    named = {file.name: file for file in files}
+    if STATE in named:
+        return "projectile_diameter" in parameters and not parameters.get("obliquity")
+    with suppress(KeyError, OSError, BadZipFile), ZipFile(artifacts.path(named[SECTIONS])) as archive:
         return "radiograph.npy" in archive.namelist()
     return False
 

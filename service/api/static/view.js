@@ -60,6 +60,7 @@ class Picture {
     this.canvas = figure.querySelector("canvas");
     this.find = (name) => figure.querySelector(`[name=${name}]`);
     this.key = figure.querySelector(".key");
+    this.beyond = figure.querySelector(".beyond");
     this.said = figure.querySelector(".at");
     this.turns = view.low.length === 3;
     this.fill(figure);
@@ -185,9 +186,10 @@ class Picture {
     const context = bar.getContext("2d"), image = context.createImageData(bar.width, 1);
     new Uint32Array(image.data.buffer).set(field.colours.subarray(0, bar.width));
     context.putImageData(image, 0, 0);
+    this.beyond.textContent = field.beyond;
     if (this.said) this.said.textContent = time;
     this.find("frame")?.setAttribute("aria-valuetext", time);
-    this.canvas.setAttribute("aria-label", `${this.canvas.dataset.name} at ${time}, coloured by ${field.label}`);
+    this.canvas.setAttribute("aria-label", `${this.canvas.dataset.name} at ${time}, coloured by ${field.label}. ${this.beyond.textContent}`);
   }
 }
 

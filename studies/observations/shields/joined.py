@@ -42,7 +42,7 @@ PRIOR = np.array([2.5, 2.5])  # standard deviations of a and b
 # Cells across the projectile in simulated shots, or those that leave so many through the bumper where these are more.
 LEAST_CELLS, MOST_CELLS, THROUGH_BUMPER = 16.0, 48.0, 6.0
 Simulated = Literal["perforated", "held", "open"]
-NOT_JOINED = "simulation not yet joined"
+NOT_JOINED = "the simulation is not counted"
 
 
 @dataclass(frozen=True)

@@ -15,13 +15,13 @@ from studies.observations.shields.probability import Probability, probability
 from studies.quantities.units import readable
 from studies.reports.limits.outcomes import OF_MODEL
 from studies.reports.limits.shield import ShieldLimit, WallRun, shot_at, shots_of
-from studies.reports.verdict.texts import joined, shortest, words
+from studies.reports.verdict.texts import capital, joined, shortest, words
 
 RESOLUTION = "cells_per_diameter"
 ROUNDED = 1e-6  # relative: of a number of cells
 MOST_SAID = 3  # speeds and shields with a sentence
 CALIBRATED = {"geometry": "axisymmetric", "projectile_shape": "sphere"}  # of the simulated shots
-DOES: dict[bool | None, str] = {True: "perforates", False: "is held", None: "is open"}
+DOES: dict[bool | None, str] = {True: "perforates", False: "is held", None: "is undecided"}
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def in_words(limits: Sequence[ShieldLimit], chances: Sequence[Sequence[WallChanc
     why = list(dict.fromkeys(chance.why for _, mine in pairs for chance in mine if chance.why))
     return {
         "headline": headline,
-        "sentences": [_sentence(group) for group in groups[:MOST_SAID]] + [f"{each}." for each in why],
+        "sentences": [_sentence(group) for group in groups[:MOST_SAID]] + [f"{capital(each)}." for each in why],
         "rows": [
             {"at": dict(limit.at), "speed": limit.speed, **asdict(chance), "does": DOES[chance.perforated]}
             for limit, mine in pairs

@@ -48,11 +48,11 @@ def _value(extreme: Mapping[str, Any]) -> str:
 
 
 def of_outcomes(outcomes: Mapping[str, Any], report: Mapping[str, Any]) -> str:
-    """An outcome over the shots of a report: "At 6.7 km/s: wall holds at wall thickness 3 mm, open at 4 mm".
+    """An outcome over the shots of a report: "At 6.7 km/s: wall holds at wall thickness 3 mm, undecided at 4 mm".
 
     Empty where no run succeeded.
     """
-    rows, said = outcomes["rows"], {0.0: outcomes["words"][0], 1.0: outcomes["words"][1], None: "open"}
+    rows, said = outcomes["rows"], {0.0: outcomes["words"][0], 1.0: outcomes["words"][1], None: "undecided"}
     speed = [each["value"] for each in report["fixed"] if each["name"] == "speed"]
     begin = f"At {number_of(speed[0], 'm s-1')}{unit_of('m s-1')}: " if speed else ""
     if not rows:
@@ -72,7 +72,7 @@ def of_outcomes(outcomes: Mapping[str, Any], report: Mapping[str, Any]) -> str:
 
 
 def _along(rows: Sequence[Mapping[str, Any]], said: Mapping[float | None, str], axis: Mapping[str, Any]) -> str:
-    """Outcomes along an axis: "wall holds at projectile diameter 2-5 mm, wall perforated at 8 mm, open between"."""
+    """Outcomes along an axis: "wall holds at wall thickness 4-5 mm, wall perforated at 2 mm, undecided between"."""
     name, unit = axis["name"], axis["unit"]
     ordered = sorted(rows, key=lambda row: row["at"][name])
     stretches = [(outcome, list(several)) for outcome, several in groupby(ordered, key=lambda row: row["outcome"])]
@@ -82,7 +82,7 @@ def _along(rows: Sequence[Mapping[str, Any]], said: Mapping[float | None, str], 
         where = f"{words(name)} " if not number and name != "speed" else ""
         texts.append(f"{said[outcome]} at {where}{spanned(low, high)}{unit_of(unit)}")
     if len(stretches) > 1 and all(outcome is not None for outcome, _ in stretches):
-        texts.append("open between")
+        texts.append("undecided between")
     return ", ".join(texts)
 
 

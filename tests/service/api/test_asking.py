@@ -136,6 +136,18 @@ def test_form__is_offered_to_keys_that_may_submit(tmp_path: Path) -> None:
         assert 'href="/new"' not in api.http.get("/docs").text
 
 
+@pytest.mark.parametrize(
+    "document",
+    [
+        {**SWEEP, "axes": {"plate_thickness": ["2 mm"], "speed": ["3 km/s", "6 km/s"], "target": ["copper-ofhc"]}},
+        {"scenario": "deck", "axes": {"deck": ["a deck"], "cells_per_diameter": [8]}},
+    ],
+)
+def test_axis__of_one_value_stays_an_axis_of_the_form(document: dict[str, Any]) -> None:
+    fixed = {name: value for name, value in document.get("fixed", {}).items() if name not in document["axes"]}
+    assert document_of(fields_of({**document, "fixed": fixed}))["axes"] == document["axes"]
+
+
 @pytest.mark.parametrize("name", examples.names())
 def test_example__keeps_its_runs_as_fields_of_a_form(name: str) -> None:
     document = read_yaml(examples.text(name), name)

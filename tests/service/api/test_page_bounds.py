@@ -67,4 +67,5 @@ def test_pages__of_many_sweeps_and_runs_are_bounded(api: Api, compared: Callable
         )
     )
     compared(equal("sweeps on the first page", expected=50, got=found["sweeps"].count(LINK)))
-    compared(equal("sweeps that were found", expected=10, got=found["sweeps that are searched"].count(LINK)))
+    named = sum("99" in str(number) for number in range(SWEEPS - 1))
+    compared(equal("sweeps that were found", expected=named, got=found["sweeps that are searched"].count(LINK)))

@@ -14,7 +14,7 @@ from service.api.pages.charts import ChartLine, chart
 from service.api.pages.grid import layout_of
 from service.api.pages.rendering import PAGES
 from service.records.jobs import Keep
-from studies.quantities.files import SECTIONS
+from studies.quantities.files import SECTIONS, STATE
 from tests.service.support.api import Api
 from tests.service.support.rows import TERM
 
@@ -120,7 +120,12 @@ def test_sweeps__rows_link_to_pages_and_files_for_people(api: Api) -> None:
 
 
 @pytest.mark.parametrize(
-    ("query", "found"), [("?q=COPP", True), ("?q=100%25", False), ("?state=queued", True), ("?state=failed", False)]
+    ("query", "found"),
+    [
+        *(("?q=COPP", True), ("?q=100%25", False), ("?state=queued", True), ("?state=failed", False)),
+        *(("?q=holes+plate", True), ("?q=Perforation+of+a+plate", True), ("?q=Whipple+shield", False)),
+        *(("?q=copper-ofhc", True), ("?q=plate+OFHC", True), ("?q=aluminium", False), ("?q=projectile", False)),
+    ],
 )
 def test_sweeps__are_searched(api: Api, query: str, found: bool) -> None:
     id = api.submit(title="Holes in copper")
@@ -196,16 +201,17 @@ def test_run__that_kept_no_film_is_computed_again_alone(api: Api) -> None:
 
 
 def test_radiograph__has_a_heading_where_there_is_one(api: Api) -> None:
-    api.submit()
+    api.submit(axes={"speed": ["3 km/s", "4 km/s", "5 km/s"]})
     pages = []
-    for name, lease in zip(("radiograph.npy", "bodies.npy"), api.store.leases.take(2, api.term()), strict=True):
-        sections = BytesIO()
-        with ZipFile(sections, "w") as archive:
+    kinds = ((SECTIONS, "radiograph.npy"), (SECTIONS, "bodies.npy"), (STATE, "time.npy"))
+    for (kind, name), lease in zip(kinds, api.store.leases.take(3, api.term()), strict=True):
+        content = BytesIO()
+        with ZipFile(content, "w") as archive:
             archive.writestr(name, b"")
-        file = api._stored(f"{lease.id}/{SECTIONS}", sections.getvalue())
+        file = api._stored(f"{lease.id}/{kind}", content.getvalue())
         api.store.leases.finish(lease, replace(api.result(lease.id), files=(*api.result(lease.id).files, file)))
         pages.append(api.http.get(f"/runs/{lease.id}").text)
-    assert [page.count("<h3>Radiograph</h3>") for page in pages] == [1, 0]
+    assert [page.count("<h3>Radiograph</h3>") for page in pages] == [1, 0, 1]
 
 
 def test_sweep__with_a_failed_run_offers_to_retry_it(api: Api) -> None:

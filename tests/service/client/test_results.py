@@ -73,6 +73,7 @@ def test_film__of_a_run_is_a_moving_picture(folder: SweepFolder, tmp_path: Path)
     film = folder.film(field="pressure")
     assert film.gif[:6] == b"GIF89a"
     assert "data:image/gif;base64," in film._repr_html_()
+    assert folder.film().gif != film.gif  # coloured by speed
     assert film.save(tmp_path / "film.gif").read_bytes() == film.gif == folder.film("12", "pressure").gif
     with pytest.raises(InvalidInput, match="keep: film"):
         folder.film("ff")

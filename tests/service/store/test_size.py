@@ -132,6 +132,7 @@ QUERIES: dict[str, Query] = {
     "sweeps": lambda f: f.store.sweeps.page(cursor=f.older),
     "sweeps of a state": lambda f: f.store.sweeps.page(cursor=f.older, state=SweepState.CANCELLED),
     "sweeps with files": lambda f: f.store.sweeps.page_with_files(cursor=f.older),
+    "sweeps that are searched": lambda f: f.store.sweeps.page_with_files(text="perforation copper", cursor=f.older),
     "sweeps, a large one too": lambda f: f.store.sweeps.page(),
     "sweep": lambda f: f.store.sweeps.get(f.part),
     "sweep with files": lambda f: f.store.sweeps.get_with_files(f.part),

@@ -125,6 +125,28 @@ def test_publication__of_an_earlier_result_no_longer_counts(store: Store) -> Non
     assert [lease.sweep_id for lease in store.leases.take(9, TERM)] == [sweep]
 
 
+# --- search ----------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("text", "found"),
+    [
+        *(("my-alloy", True), ("titanium", True), ("6061", True), ("perforation ASKED", True)),
+        *(("projectile", False), ("titanium copper", False), ("100%", False)),
+    ],
+)
+def test_search__finds_a_sweep_by_its_scenario_and_its_materials_in_two_statements(
+    store: Store, text: str, found: bool
+) -> None:
+    sweep = sweep_of(1)
+    document = {"fixed": {"projectile": "my-alloy"}, "axes": {"target": ["al-6061-t6", "ti-6al-4v"]}}
+    store.sweeps.create(Submission(replace(sweep, document={**sweep.document, **document})))
+    with statements(store) as sent:
+        page = store.sweeps.page_with_files(text=text)
+    assert bool(page.sweeps.items) is found
+    assert len([each for each in sent if not each.startswith("BEGIN")]) <= 2
+
+
 # --- tallies ---------------------------------------------------------------------------------------
 
 
@@ -142,7 +164,7 @@ def test_tally__counts_runs_that_lost_an_answer(store: Store) -> None:
     store.leases.finish(second, replace(result(), reason="lost_particles: no final_length"))
     status = store.sweeps.get(sweep)
     assert (status.counts["succeeded"], status.lost_answers) == (2, 1)
-    assert status.tally == "2 succeeded (1 of them lost an answer)"
+    assert status.tally == "2 succeeded (1 of them lacks a value)"
 
 
 def test_tally__of_an_ended_sweep_is_read_once(store: Store) -> None:

@@ -11,6 +11,7 @@ import pytest
 
 from studies.films.packed import LEVELS, MOST_BYTES, MOST_FRAMES, STEPS, UNKNOWN, FrameOfPoints, View, packed, write
 from studies.runs import views
+from studies.runs.remeasure import load_state
 from tests.studies.runs.solved import asked, solved
 
 
@@ -53,6 +54,10 @@ def test_packed__is_what_went_in(tmp_path: Path) -> None:
     inside = (asked_for > speed["low"] * 1e3) & (asked_for < speed["high"] * 1e3)
     assert shown[inside] == pytest.approx(asked_for[inside], abs=7e3 / LEVELS)
     assert inside.mean() > 0.98
+    ends = np.array([speed["low"], speed["high"]]) * 1e3
+    below, above = (asked_for < ends[0] * (1 - 1e-12)).sum(), (asked_for > ends[1] * (1 + 1e-12)).sum()
+    assert f"outer 0.5 % of values: of 1500, {below} lie below and {above} above" in speed["beyond"]
+    assert pressure["beyond"] == ""
     assert (levels[1] == UNKNOWN).all()
 
 
@@ -92,9 +97,27 @@ def test_cloud__is_turned_about_the_axis_and_has_the_mass_of_the_bodies() -> Non
     assert share * np.sum(points.body == 0) == pytest.approx(mass, rel=1e-3)
 
 
-def test_radiograph__of_a_run_without_one_is_a_note() -> None:
-    view = views.radiograph(asked("thin_plate"), solved("thin_plate") / "sections.npz")
+@pytest.mark.parametrize(("scenario", "file"), [("thin_plate", "sections.npz"), ("taylor_bar", "state.npz")])
+def test_radiograph__of_a_run_without_one_is_a_note(scenario: str, file: str) -> None:
+    view = views.radiograph(asked(scenario), solved(scenario) / file)
     content = packed(view)
     assert json.loads(content[4:]) == {"note": view.note, "times": []}
-    assert "thin_plate keep no radiograph" in view.note
-    assert views.radiograph(asked("debris_cloud"), solved("debris_cloud") / "sections.npz").frames
+    assert f"run of {scenario} has no radiograph" in view.note
+
+
+def test_radiograph__of_the_final_state_is_the_one_that_the_run_took_at_its_end() -> None:
+    run, folder = asked("debris_cloud"), solved("debris_cloud")
+    [taken], [kept] = (views.radiograph(run, folder / f"{name}.npz").frames for name in ("state", "sections"))
+    assert taken.time == kept.time
+    assert taken.position == pytest.approx(kept.position)
+    assert taken.fields["areal_density"] == pytest.approx(kept.fields["areal_density"], rel=1e-6)  # single precision
+
+
+def test_radiograph__of_a_plate_without_debris_off_the_grid_has_its_whole_mass() -> None:
+    run, folder = asked("thin_plate"), solved("thin_plate")
+    view = views.radiograph(run, folder / "state.npz")
+    state = load_state(folder / "state.npz")
+    assert not state.departed.mass.size
+    [points] = view.frames
+    shown = 2.0 * points.fields["areal_density"].sum() * view.width[0] ** 2
+    assert shown == pytest.approx(2.0 * math.pi * state.particles.mass.sum(), rel=1e-12)

@@ -52,12 +52,12 @@ BOTH = Axis("geometry", None, ("axisymmetric", "quarter"))
 
 
 @pytest.mark.claim("shields", "open-outcomes")
-def test_report__leaves_a_shot_open_where_its_grids_disagree(compared: Callable[..., None]) -> None:
+def test_report__leaves_a_shot_undecided_where_its_grids_disagree(compared: Callable[..., None]) -> None:
     """A report says at which shots the wall holds, where it is perforated, and where grids disagree, and how."""
     document = document_of(coarse_is_open, SPEED, **GRIDS)
     (stated,) = document["outcomes"]
     why = "wall holds with 36 cells; wall perforated with 16 and 24 cells"
-    said = "Wall holds at 4 km/s, open at 5 km/s, wall perforated at 6 km/s."
+    said = "Wall holds at 4 km/s, undecided at 5 km/s, wall perforated at 6 km/s."
     compared(
         equal("headline", expected=said, got=document["headline"]),
         equal("outcomes", expected=[0.0, None, 1.0], got=[row["outcome"] for row in stated["rows"]]),
@@ -66,9 +66,9 @@ def test_report__leaves_a_shot_open_where_its_grids_disagree(compared: Callable[
     )
 
 
-def test_report__leaves_a_shot_open_where_its_models_disagree() -> None:
+def test_report__leaves_a_shot_undecided_where_its_models_disagree() -> None:
     document = document_of(by_model, SPEED, BOTH)
-    assert document["headline"] == "Open at 4-5 km/s, wall perforated at 6 km/s."
+    assert document["headline"] == "Undecided at 4-5 km/s, wall perforated at 6 km/s."
     (stated,) = document["outcomes"]
     assert [row["outcome"] for row in stated["rows"]] == [None, None, 1.0]
     assert stated["rows"][0]["at"] == {"speed": 4e3}
@@ -94,28 +94,28 @@ FAST = [{"name": "speed", "value": 6.7e3}]
     [
         ([(0.0, "3 grids agree", 2)], [], "Wall holds (3 grids agree)."),
         ([(1.0, "one grid", 2)], FAST, "At 6.7 km/s: wall perforated (one grid)."),
-        ([(None, "closed by film", 2)], FAST, "At 6.7 km/s: open: closed by film."),
-        ([(None, "why " * 30, 2)], [], "Open."),
+        ([(None, "closed by film", 2)], FAST, "At 6.7 km/s: undecided: closed by film."),
+        ([(None, "why " * 30, 2)], [], "Undecided."),
         (
             [(1.0, "", 2), (0.0, "", 4), (1.0, "", 3)],
             FAST,
-            "At 6.7 km/s: wall perforated at wall 2-3 mm, wall holds at 4 mm, open between.",
+            "At 6.7 km/s: wall perforated at wall 2-3 mm, wall holds at 4 mm, undecided between.",
         ),
         (
             [(1.0, "", 2), (None, "", 3), (0.0, "", 4)],
             [],
-            "Wall perforated at wall 2 mm, open at 3 mm, wall holds at 4 mm.",
+            "Wall perforated at wall 2 mm, undecided at 3 mm, wall holds at 4 mm.",
         ),
         ([(0.0, "", 2), (0.0, "", 4)], [], "Wall holds at wall 2-4 mm."),
         (
             [(value, "", wall) for wall, value in enumerate([0.0, 1.0, 0.0, 1.0, 0.0, None])],
             [],
-            "Wall holds at 3 of 6 points, wall perforated at 2 of 6 points, open at 1 of 6 points.",
+            "Wall holds at 3 of 6 points, wall perforated at 2 of 6 points, undecided at 1 of 6 points.",
         ),
         ([], [], ""),
     ],
 )
-def test_headline__says_where_an_outcome_is_known_and_where_open(
+def test_headline__says_where_an_outcome_is_known_and_where_undecided(
     rows: list[tuple[float | None, str, float]], fixed: list[dict[str, Any]], said: str
 ) -> None:
     assert openings.of_outcomes(stated(*rows), {"fixed": fixed, "axes": WALLS}) == said
