@@ -102,7 +102,7 @@ class RequestLog:
             "route": route,
             "status": status,
             "seconds": round(seconds, 6),
-            "caller": scope["state"].get("caller") or None,
+            "caller": getattr(scope["state"].get("caller"), "name", None) or None,  # not of a user of this machine
         }
         for prefix, field in ID_FIELDS.items():
             if id is not None and route.startswith(prefix):

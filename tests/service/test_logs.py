@@ -10,7 +10,7 @@ from typing import Any
 import pytest
 
 from service import logs
-from service.records.jobs import Kind
+from service.records.jobs import Kind, Scope
 from tests.service.support.api import Api
 from tests.service.support.fakes import run_id
 from tests.service.support.rows import lease_of
@@ -60,11 +60,14 @@ def test_others__are_heard_from_warnings_on(lines: Lines) -> None:
 
 def test_request__is_a_line_with_route_status_and_seconds(api: Api, lines: Lines) -> None:
     id = api.submit()
-    api.http.get(f"/v1/sweeps/{id}?cursor=secret", headers={"X-Request-ID": "night.7"})
+    key = api.store.keys.issue("anna", [Scope.READ])[1]
+    headers = {"X-Request-ID": "night.7", "Authorization": f"Bearer {key}"}
+    api.http.get(f"/v1/sweeps/{id}?cursor=secret", headers=headers)
     submitted, shown = of_requests(lines)
     assert (submitted["method"], submitted["status"]) == ("POST", 202)
     assert (shown["route"], shown["status"], shown["sweep"]) == ("/v1/sweeps/{id}", 200, id)
-    assert shown["request_id"] == "night.7"
+    assert (shown["request_id"], shown["caller"]) == ("night.7", "anna")
+    assert "caller" not in submitted  # by a user of this machine
     assert 0 < shown["seconds"] < 60
     assert "secret" not in json.dumps(shown)
 
