@@ -52,7 +52,7 @@ ACTIONS = {
     **{"log_in": "log-in", "log_out": "log-out"},
 }
 READS = frozenset({"estimate_sweep", "evaluate_laws"})  # their questions come in a body
-NO_ORDER = frozenset({405, 503})  # statuses: of another method; nothing was changed, and no row can be written
+NO_ORDER = frozenset({405, 429, 503})  # statuses of requests that change nothing: of no such method, or to send again
 ID_AT_END = re.compile(r"(?:^|/)([0-9a-f]{32})$")
 
 LONGEST_HEAD = 32 * 1024  # bytes of request line and headers; usual are a few hundred
