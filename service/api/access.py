@@ -51,7 +51,7 @@ SINGLE_HEADERS = ("Host", "Origin", "Sec-Fetch-Site")  # RFC 9112, section 3.2
 OWN_SITE = frozenset({"same-origin", "none"})  # "none": typed into the address bar
 LONGEST_SECRET = 200  # characters; the service makes shorter ones
 OWN_SOCKET = "socket"  # in place of the address of a peer that comes through the socket in the data directory
-MOST_WRONG_KEYS, MINUTE = 10, 60.0  # of an address, before it has to wait; s
+MOST_WRONG_KEYS = 10  # of an address, before it has to wait
 MOST_ADDRESSES = 1000  # whose wrong keys are counted
 # Pages load style sheet, scripts and frames of the service only; the report, which the page of its sweep shows in a
 # frame, sets a policy of its own.
@@ -303,7 +303,7 @@ class WrongKeys:
         moment = time.monotonic()
         with self._lock:
             if moment >= self._end:
-                self._end, self._numbers = moment + MINUTE, Counter()
+                self._end, self._numbers = moment + WINDOW, Counter()
             if len(self._numbers) >= MOST_ADDRESSES and address not in self._numbers:
                 address = "others"
             self._numbers[address] += 1
