@@ -25,6 +25,7 @@ FIELDS = (
     "sweep",
     "attempt",  # its number
     "worker",
+    *("key", "address", "action", "subject", "outcome"),  # of an order: see ``AuditEntry``
 )
 OURS = "service"  # the beginning of the names of the service's loggers
 REQUEST_ID: ContextVar[str | None] = ContextVar("request_id", default=None)

@@ -48,6 +48,9 @@ class Settings(BaseSettings):
     allowed_hosts: tuple[str, ...] = Field(
         default=(), description="names under which such a proxy is reached, as a JSON list"
     )
+    trust_loopback: bool = Field(
+        default=True, description="whether every user of this machine may give orders without a key"
+    )
     database_url: str | None = Field(
         default=None, description="default: SQLite inside data; postgresql+psycopg://... allows several services"
     )

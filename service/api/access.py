@@ -8,11 +8,13 @@ A request to a loopback name of a service that listens on the loopback comes fro
 needs no key. Every other request needs one, unless it comes from the address of a declared proxy, which has
 authenticated it. A key that is sent always counts: its name owns what is submitted with it, and its scopes
 are the limit. A browser that logged in with a key has a session in its place, whose orders need the token of a page
-too. The store compares secrets as digests; they appear in no log and no response.
+too. The store compares secrets as digests; they appear in no log and no response. Where other users of this machine
+are not trusted, a socket takes the place of the loopback: who may open it may write the database too.
 """
 
 import math
 import time
+from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
@@ -35,6 +37,7 @@ from service.api.errors import (
     Forbidden,
     MisdirectedRequest,
     TooManyRequests,
+    TooManyWrongKeys,
     Unauthorized,
     problem_response,
 )
@@ -47,6 +50,9 @@ SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 SINGLE_HEADERS = ("Host", "Origin", "Sec-Fetch-Site")  # RFC 9112, section 3.2
 OWN_SITE = frozenset({"same-origin", "none"})  # "none": typed into the address bar
 LONGEST_SECRET = 200  # characters; the service makes shorter ones
+OWN_SOCKET = "socket"  # in place of the address of a peer that comes through the socket in the data directory
+MOST_WRONG_KEYS = 10  # of an address, before it has to wait
+MOST_ADDRESSES = 1000  # whose wrong keys are counted
 # Pages load style sheet, scripts and frames of the service only; the report, which the page of its sweep shows in a
 # frame, sets a policy of its own.
 PAGE_POLICY = (
@@ -190,7 +196,12 @@ class Caller:
 
     name: str  # name of the API key; empty without a key
     scopes: frozenset[Scope]
+    key_id: str | None = None
     has_session: bool = False  # whether the session of a browser stands in place of the key
+
+    @staticmethod
+    def of(key: KeyRow, *, has_session: bool = False) -> "Caller":
+        return Caller(key.name, key.scopes, key.id, has_session)
 
     def may(self, scope: Scope) -> bool:
         """Whether the caller's scopes include ``scope``."""
@@ -241,13 +252,12 @@ def authorize(request: Request, required: SecurityScopes, credentials: Credentia
 def authenticate(request: Request, credentials: HTTPAuthorizationCredentials | None) -> Caller:
     """The sender of a request, as of now; raises Unauthorized."""
     if credentials is not None:
-        key = key_of(request, credentials.credentials)
-        return Caller(key.name, key.scopes)
+        return Caller.of(key_of(request, credentials.credentials))
     if "authorization" in request.headers:
         raise Unauthorized("write the header as `Authorization: Bearer KEY`", key_was_sent=True)
     session = cookie(request, SESSION)
     if session and (key := request.app.state.store.keys.of_session(session)):
-        return Caller(key.name, key.scopes, has_session=True)
+        return Caller.of(key, has_session=True)
     settings: Settings = request.app.state.settings
     if _is_from_trusted_proxy(request.scope, settings) or _is_local(request.scope, settings):
         return WITHOUT_KEY
@@ -265,27 +275,66 @@ def known_caller(request: Request) -> Caller | None:
 
 
 def key_of(request: Request, secret: str) -> KeyRow:
-    """The usable key with a secret; raises Unauthorized."""
-    key: KeyRow | None = request.app.state.store.keys.find(secret) if 0 < len(secret) <= LONGEST_SECRET else None
+    """The usable key with a secret; raises Unauthorized, TooManyWrongKeys.
+
+    Users behind one address share its limit, so a valid key is served whatever the others send.
+    """
+    keys, is_plausible = request.app.state.store.keys, 0 < len(secret) <= LONGEST_SECRET
+    key: KeyRow | None = keys.find(secret) if is_plausible else None
     if key is None:
+        seconds = request.app.state.wrong_keys.count(peer_of(request.scope))
+        if seconds:
+            raise TooManyWrongKeys(seconds)
+        request.state.refused_key = keys.find(secret, ended=True) if is_plausible else None
         raise Unauthorized("this key is unknown, revoked or expired; ask for another", key_was_sent=True)
     return key
 
 
+class WrongKeys:
+    """Wrong keys of each address in this minute; those of addresses beyond ``MOST_ADDRESSES`` are counted together."""
+
+    def __init__(self) -> None:
+        self._end, self._numbers, self._lock = 0.0, Counter[str](), Lock()
+
+    def count(self, address: str) -> float:
+        """Count a wrong key; the seconds that its address has to wait, 0 while it sent few."""
+        with suppress(ValueError):
+            address = ip_address(address).exploded[:19]  # a host with IPv6 has the addresses of a /64
+        moment = time.monotonic()
+        with self._lock:
+            if moment >= self._end:
+                self._end, self._numbers = moment + WINDOW, Counter()
+            if len(self._numbers) >= MOST_ADDRESSES and address not in self._numbers:
+                address = "others"
+            self._numbers[address] += 1
+            return self._end - moment if self._numbers[address] > MOST_WRONG_KEYS else 0.0
+
+
+def peer_of(scope: types.Scope) -> str:
+    """The address of the peer, whatever the headers say; ``OWN_SOCKET`` for one without."""
+    server = scope.get("server")
+    if server is not None and server[1] is None:  # a path has no port
+        return OWN_SOCKET
+    text = str((scope.get("client") or ("",))[0])
+    with suppress(ValueError):  # a socket for both families writes an IPv4 peer as a mapped IPv6 address
+        return str(getattr(ip_address(text), "ipv4_mapped", None) or text)
+    return text
+
+
 def _is_local(scope: types.Scope, settings: Settings) -> bool:
     """Whether a request to a loopback service names the loopback; any other name came through a proxy."""
+    if peer_of(scope) == OWN_SOCKET:
+        return True
     host = _hostname(Headers(scope=scope).get("host", ""))
-    return is_loopback(settings.host) and (host in LOOPBACK_NAMES or host == settings.host)
+    return settings.trust_loopback and is_loopback(settings.host) and (host in LOOPBACK_NAMES or host == settings.host)
 
 
 def _is_from_trusted_proxy(scope: types.Scope, settings: Settings) -> bool:
-    """Whether the peer address, whatever the headers say, is that of a declared proxy."""
+    """Whether the peer address is that of a declared proxy."""
     try:
-        peer = ip_address((scope.get("client") or ("",))[0])
+        address = ip_address(peer_of(scope))
     except ValueError:
         return False
-    # A socket for both address families writes an IPv4 peer as a mapped IPv6 address.
-    address = getattr(peer, "ipv4_mapped", None) or peer
     return any(address in network for network in settings.trusted_proxy)
 
 

@@ -10,7 +10,7 @@ from fastapi.staticfiles import StaticFiles
 
 from service import version
 from service.api import errors
-from service.api.access import Access, RequestRates, check_binding, requires
+from service.api.access import Access, RequestRates, WrongKeys, check_binding, requires
 from service.api.conversions import Conversions
 from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
@@ -84,6 +84,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.event_streams, app.state.metrics = streams, metrics
     app.state.problem_page = rendering.problem_page
     app.state.readers, app.state.rates = Readers(), RequestRates(settings.quota_requests)
+    app.state.wrong_keys = WrongKeys()
     app.state.drawings = {}  # pictures of materials, by name
     app.state.readiness = health.ReadinessCheck()
     app.state.conversions = Conversions(settings.data / CACHE)
@@ -96,7 +97,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.add_middleware(Turns)
     app.add_middleware(Heads)
     # The middleware added last is the outermost.
-    app.add_middleware(RequestLog, metrics=metrics)
+    app.add_middleware(RequestLog, metrics=metrics, store=store)
     errors.install(app)
     _add_problem_schemas(app)
     return app

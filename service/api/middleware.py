@@ -1,4 +1,4 @@
-"""Around each request: its id, its log line and its metrics; deadlines and a bound on the work of reading it.
+"""Around each request: its id, log line, metrics and audit; deadlines and a bound on the work of reading it.
 
 Every half-sent request occupies a connection of the service at no cost to its sender: five hundred of them
 turned every response into a 503. So a head and a body each have a deadline, and when all connections are
@@ -14,20 +14,25 @@ import logging
 import re
 import secrets
 import time
+from datetime import UTC, datetime
 from typing import Any
 
 import h11
 from anyio import CancelScope, CapacityLimiter
 from anyio.lowlevel import checkpoint
+from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.flow_control import CLOSE_HEADER
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from service.api.access import SAFE_METHODS, WITHOUT_KEY, Caller, peer_of
 from service.api.errors import TooManyRequests, problem_response
 from service.api.metrics import Metrics
 from service.logs import REQUEST_ID
+from service.records.jobs import AuditEntry
+from service.store import Store
 
 log = logging.getLogger(__name__)
 
@@ -38,6 +43,17 @@ PROBES = frozenset({"/livez", "/readyz", "/metrics"})  # monitors request them e
 UNKNOWN_ROUTE = "unknown"
 LONGEST_ID = 64  # characters of an id in the log; those of the service have 32
 ID_FIELDS = {"/v1/sweeps/": "sweep", "/v1/runs/": "run"}  # log field for the ``{id}`` of a route
+
+# Actions by the name of their route; that of another one is the name itself.
+ACTIONS = {
+    **dict.fromkeys(("submit_sweep", "read_form", "compute_film"), "submit"),
+    **{f"{order}_sweep": order for order in ("cancel", "retry", "delete")},
+    **{"add_values": "add points", "change_sweep": "prioritise", "pause_queue": "pause", "resume_queue": "resume"},
+    **{"log_in": "log-in", "log_out": "log-out"},
+}
+READS = frozenset({"estimate_sweep", "evaluate_laws"})  # their questions come in a body
+NO_ORDER = frozenset({405, 429, 503})  # statuses of requests that change nothing: of no such method, or to send again
+ID_AT_END = re.compile(r"(?:^|/)([0-9a-f]{32})$")
 
 LONGEST_HEAD = 32 * 1024  # bytes of request line and headers; usual are a few hundred
 HEAD_SECONDS = 10.0  # limit for a head; on a kept connection, from the end of the last response
@@ -56,11 +72,12 @@ UNREAD_SECONDS = 60.0  # limit for a client to read 48 KiB of a response
 
 
 class RequestLog:
-    """The outermost middleware: gives each request an id, and records its outcome."""
+    """The outermost middleware: gives each request an id, and records its outcome, that of an order for the audit."""
 
-    def __init__(self, app: ASGIApp, metrics: Metrics):
+    def __init__(self, app: ASGIApp, metrics: Metrics, store: Store):
         self._app = app
         self._metrics = metrics
+        self._store = store
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -79,11 +96,17 @@ class RequestLog:
             nonlocal status
             if message["type"] == "http.response.start":
                 status = message["status"]
-                MutableHeaders(scope=message)["X-Request-ID"] = request_id
+                headers = MutableHeaders(scope=message)
+                headers["X-Request-ID"] = request_id
+                await record_order(self._store, scope, status, headers.get("location", ""))
             await send(message)
 
         try:
             await self._app(scope, receive, send_with_id)
+        except Exception:
+            if status == 500:
+                await record_order(self._store, scope, status)
+            raise
         finally:
             self._record(scope, status, time.perf_counter() - begin)
             REQUEST_ID.reset(token)
@@ -102,12 +125,34 @@ class RequestLog:
             "route": route,
             "status": status,
             "seconds": round(seconds, 6),
-            "caller": getattr(scope["state"].get("caller"), "name", None) or None,  # not of a user of this machine
+            "caller": getattr(scope["state"].get("caller"), "name", None) or None,
         }
         for prefix, field in ID_FIELDS.items():
             if id is not None and route.startswith(prefix):
                 fields[field] = str(id)[:LONGEST_ID]
         log.log(level, "%s %s %d", method, route, status, extra=fields)
+
+
+async def record_order(store: Store, scope: Scope, status: int, location: str = "") -> None:
+    """Record a request whose response has a status and a ``Location``, if it is an order or has a refused key.
+
+    Without a row are orders without a valid key (but the first wrong keys of a minute have one), and those during which
+    the process was killed.
+    """
+    state, path, route = scope["state"], scope.get("path_params", {}), getattr(scope.get("route"), "name", "")
+    action, caller = ACTIONS.get(f"{path.get('order')}_sweep") or ACTIONS.get(route, route), state.get("caller")
+    if "refused_key" in state:
+        key = state["refused_key"]
+        action, caller = "refused key", WITHOUT_KEY if key is None else Caller.of(key)
+    elif scope["method"] in SAFE_METHODS or route in READS or status in NO_ORDER:
+        return
+    if not action or caller is None or (route, status) == ("read_form", 200):  # which shows the form
+        return
+    # Of a new sweep the response has the id, of another order the path.
+    found = ID_AT_END.search(location) or ID_AT_END.search(path.get("id", ""))
+    subject, address = found[1] if found else "", peer_of(scope)
+    entry = AuditEntry(datetime.now(UTC), caller.key_id, caller.name, address, action, subject, str(status))
+    await run_in_threadpool(store.audit.record, entry)
 
 
 class Heads:

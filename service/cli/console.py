@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from service.cli.doctor import Check
     from service.cli.remeasuring import Remeasured, RemeasurePlan
     from service.client.client import SweepEvent
-    from service.records.jobs import KeyRow, SweepStatus
+    from service.records.jobs import AuditEntry, KeyRow, SweepStatus
     from studies.sweeps.cost import Cost, PresetCost
     from studies.sweeps.sweep import Sweep
 
@@ -211,6 +211,18 @@ def print_keys(keys: "Iterable[KeyRow]", *, file: IO[str] | None = None) -> None
     )
     columns = ("id", "secret", "name", "scopes", "state", "expires (UTC)", "used (UTC)")
     print_table(columns, rows, file=file)
+
+
+def print_audit(entries: "Iterable[AuditEntry]") -> None:
+    """A table of orders, each with the beginning of the ids of its key and its subject."""
+    rows = (
+        (
+            *(f"{entry.time:%Y-%m-%d %H:%M:%S}", entry.owner, (entry.key_id or "")[:SHORT_ID], entry.address),
+            *(entry.action, entry.subject[:SHORT_ID], entry.outcome),
+        )
+        for entry in entries
+    )
+    print_table(("time (UTC)", "owner", "key", "from", "action", "subject", "outcome"), rows)
 
 
 def _moment(time: "datetime | None") -> str:

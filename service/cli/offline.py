@@ -1,13 +1,16 @@
 """The store for commands that work on it directly, beside a service or while none runs."""
 
 import os
+import pwd
 import socket
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import closing, contextmanager, suppress
+from datetime import UTC, datetime
 
 from service.cli.doctor import has_database
 from service.files.data_directory import DataInUse, holding
 from service.queue import data_identity as identity
+from service.records.jobs import AuditEntry
 from service.settings import Settings
 from service.store import Store
 from solver.errors import WhippleError
@@ -33,6 +36,14 @@ def open_store(settings: Settings, *, create: bool = False) -> Iterator[Store]:
     is_new = create and Store.revision(settings.url) is None
     with closing(Store.open(settings.url, migrate=is_new)) as store:
         yield store
+
+
+def record_order(store: Store, action: str, subject: str = "") -> None:
+    """Record in the audit trail that the user of this process gave an order."""
+    uid, name = os.getuid(), ""
+    with suppress(KeyError):  # a container's user without a name
+        name = pwd.getpwuid(uid).pw_name
+    store.audit.record(AuditEntry(datetime.now(UTC), None, name, f"uid {uid}", action, subject, "done"))
 
 
 @contextmanager

@@ -1,8 +1,12 @@
 """``whipple serve``: HTTP interface, queue and local workers in one process, until SIGTERM or SIGINT."""
 
 import ctypes
+import logging
+import os
+import pwd
 import socket
-from contextlib import suppress
+from collections.abc import Iterator
+from contextlib import contextmanager, suppress
 from ipaddress import ip_address
 from types import FrameType
 
@@ -10,13 +14,17 @@ import uvicorn
 from fastapi import FastAPI
 
 from service import logs
+from service.api.access import is_loopback
 from service.api.app import open_service
 from service.api.middleware import LONGEST_HEAD, DeadlineProtocol
 from service.cli import local
 from service.cli.signals import EndRequest, handling_end_signals
+from service.files import SOCKET
 from service.files.data_directory import check_names, holding
 from service.settings import Settings
 from studies.quantities.findings import Finding, InvalidInput
+
+log = logging.getLogger(__name__)
 
 LEAVE_SECONDS = 3  # grace for open connections after SIGTERM
 # Requests beyond this number are refused with 503; open streams continue. It is five times the limit of event
@@ -26,6 +34,7 @@ EXIT_SECONDS = 9.0  # after which the process ends in any case: a kill loses not
 # ``mallopt`` of the GNU C library: its number of a parameter, and a value. With an arena of memory for each of forty
 # threads, which keeps what was freed, large sweeps left 280 MB more (2026-11).
 M_ARENA_MAX, ARENAS = -8, 2
+FIRST_USER, NO_LOGIN = 1000, ("nologin", "false")  # first uid of a person; shells of accounts that nobody logs in to
 
 
 def serve(settings: Settings) -> None:
@@ -42,10 +51,43 @@ def serve(settings: Settings) -> None:
         handling_end_signals(end_within=EXIT_SECONDS) as leaving,
         holding(settings),
         _listening(settings) as listener,
+        _door_of_the_user(settings) as doors,
         open_service(settings, local.start_engine) as app,
     ):
-        _Server(app, settings, leaving).run(sockets=[listener])
+        _warn_of_other_users(settings)
+        _Server(app, settings, leaving).run(sockets=[listener, *doors])
     leaving.go()
+
+
+@contextmanager
+def _door_of_the_user(settings: Settings) -> Iterator[list[socket.socket]]:
+    """The socket in the data directory that this service alone holds, where the loopback asks for a key."""
+    place = settings.data / SOCKET
+    if not settings.has_replicas:
+        place.unlink(missing_ok=True)  # of a service that was killed
+    if settings.has_replicas or settings.trust_loopback:
+        yield []
+        return
+    with socket.socket(socket.AF_UNIX) as door:
+        try:
+            door.bind(str(place))
+        except OSError as error:
+            cure = "give a shorter path, or one relative to this folder, on a file system with sockets"
+            raise InvalidInput([Finding("data", str(place), f"a place for a socket: {error}", cure)]) from None
+        place.chmod(0o600)  # before anything listens
+        try:
+            yield [door]
+        finally:
+            place.unlink(missing_ok=True)
+
+
+def _warn_of_other_users(settings: Settings) -> None:
+    """Say that others may give orders, where the loopback is trusted and the machine has other users."""
+    people = (user for user in pwd.getpwall() if user.pw_uid >= FIRST_USER and not user.pw_shell.endswith(NO_LOGIN))
+    others = sum(user.pw_uid != os.getuid() for user in people)
+    if others and settings.trust_loopback and is_loopback(settings.host):
+        text = "%d other users of this machine may give orders without a key; WHIPPLE_TRUST_LOOPBACK=false asks for one"
+        log.warning(text, others)
 
 
 class _Server(uvicorn.Server):

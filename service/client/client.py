@@ -17,13 +17,15 @@ import time
 import uuid
 import zipfile
 from collections.abc import Callable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, Self
 
 import httpx
 
-from service.client.connection import Connection, ServiceError, Unreachable
+from service.client.connection import UNIX, Connection, ServiceError, Unreachable
+from service.files import SOCKET
 from service.files.output_folders import check_same, held_in
 from service.records.jobs import SweepStatus
 from solver.errors import WhippleError
@@ -39,6 +41,7 @@ __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle"
 
 DEFAULT_URL = "http://127.0.0.1:8000"
 URL_VARIABLE = "WHIPPLE_SERVICE"
+DATA_VARIABLE, DEFAULT_DATA = "WHIPPLE_DATA", "whipple-data"  # as in ``service.settings``, which takes 0.15 s
 KEY_VARIABLE = "WHIPPLE_API_KEY"
 POLL_SECONDS = 1.0  # interval between two requests of ``wait``
 MOST_CANDIDATES = 10  # ids that an ambiguous beginning lists
@@ -62,7 +65,7 @@ class SweepEvent:
 
 
 class Client:
-    """A service at ``url``, by default at ``WHIPPLE_SERVICE``, else on this machine."""
+    """A service at ``url``, by default at ``WHIPPLE_SERVICE``, else of the data directory, else on this machine."""
 
     def __init__(
         self,
@@ -74,7 +77,7 @@ class Client:
         transport: httpx.BaseTransport | None = None,
     ):
         self._connection = Connection(
-            url or os.environ.get(URL_VARIABLE) or DEFAULT_URL,
+            url or os.environ.get(URL_VARIABLE) or _own_socket() or DEFAULT_URL,
             key=key or os.environ.get(KEY_VARIABLE) or None,
             timeout=timeout,
             patience=patience,
@@ -200,6 +203,15 @@ class Client:
         return self._connection.json("GET", f"/v1/{kind}")["items"]
 
 
+def _own_socket() -> str | None:
+    """The address of the socket in the data directory, if there is one that this user made."""
+    place = Path(os.environ.get(DATA_VARIABLE) or DEFAULT_DATA) / SOCKET
+    with suppress(OSError):
+        if place.is_socket() and place.stat().st_uid == os.geteuid():
+            return f"{UNIX}{place}"
+    return None
+
+
 class SweepHandle:
     """A sweep of a service."""
 
@@ -305,6 +317,9 @@ class SweepHandle:
         import studies.reports.notebook  # noqa: F401 # its figures: cube.whipple
         from service.client.remote_cube import open_remote
 
+        if self.client.url.startswith(UNIX):
+            cure = f"fetch the cube, or set {URL_VARIABLE} and {KEY_VARIABLE}"
+            raise InvalidInput([Finding("url", self.client.url, "http://HOST:PORT, for parts of a cube", cure)])
         # Reports why there is no cube.
         self._connection.text(f"{self._path}/cube.nc", headers={"Range": "bytes=0-0"})
         return open_remote(f"{self.client.url}{self._path}/cube.nc", self._connection.headers)

@@ -23,6 +23,7 @@ from studies.quantities.findings import Finding, InvalidInput
 T = TypeVar("T")
 
 FIRST_PAUSE, LONGEST_PAUSE = 0.2, 5.0  # s, between two attempts
+UNIX = "unix:"  # begins the address of a socket, before its path
 STREAM_TIMEOUT = 60.0  # s; an event stream sends something every 15 s
 TEMPORARY = frozenset({429, 502, 503, 504})  # statuses of the service, or of a proxy in front of it
 # Errors that a server causes; others mean that nothing listens at the address.
@@ -58,7 +59,10 @@ class Connection:
     ):
         self.url = url.rstrip("/")
         self.headers = {} if key is None else {"Authorization": f"Bearer {key}"}
-        self._http = httpx.Client(base_url=self.url, timeout=timeout, transport=transport, headers=self.headers)
+        base = self.url
+        if base.startswith(UNIX):
+            base, transport = "http://localhost", httpx.HTTPTransport(uds=base.removeprefix(UNIX))
+        self._http = httpx.Client(base_url=base, timeout=timeout, transport=transport, headers=self.headers)
         self._patience = patience
         self._has_responded = False
 

@@ -443,6 +443,23 @@ class KeyRow:
     used: datetime | None  # to a minute
     revoked: datetime | None
 
+    def is_usable(self, moment: datetime) -> bool:
+        """Whether it is neither revoked nor expired."""
+        return self.revoked is None and (self.expires is None or self.expires > moment)
+
+
+@dataclass(frozen=True)
+class AuditEntry:
+    """An order, or a refused key: who gave it, from where, and what came of it."""
+
+    time: datetime
+    key_id: str | None
+    owner: str  # name of the key, or of the local user; empty without either
+    address: str  # of the peer; of a local user "uid 1000"
+    action: str
+    subject: str  # id of the sweep, run or key that it is about; empty without one
+    outcome: str  # HTTP status; of a command on this machine "done"
+
 
 @dataclass(frozen=True)
 class JobTally:

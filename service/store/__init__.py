@@ -14,7 +14,7 @@ from typing import TYPE_CHECKING
 import sqlalchemy as sa
 
 from service.store.connection import Database
-from service.store.events import Events
+from service.store.events import AuditTrail, Events
 from service.store.keys import Keys
 from service.store.leadership import Leadership, Terms
 from service.store.leases import Leases
@@ -44,6 +44,7 @@ class Store:
     retention: Retention
     events: Events
     keys: Keys
+    audit: AuditTrail
 
     def __init__(self, database: Database, *, cost: Callable[["Run"], float]):
         self.database = database
@@ -56,6 +57,7 @@ class Store:
         self.retention = Retention(database)
         self.events = Events(database)
         self.keys = Keys(database)
+        self.audit = AuditTrail(database)
 
     @classmethod
     def open(cls, url: str, *, cost: Callable[["Run"], float] | None = None, migrate: bool = True) -> "Store":

@@ -1,13 +1,17 @@
-"""Events: what happened to sweeps and jobs, appended in the transaction that makes it true."""
+"""Events: what happened to sweeps and jobs, appended in the transaction that makes it true; and who ordered it."""
 
+import logging
+from dataclasses import asdict
 from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import Event, Lease
+from service.records.jobs import AuditEntry, Event, Lease
 from service.store.connection import Database
-from service.store.tables import EVENTS, runs_of
+from service.store.tables import AUDIT, EVENTS, runs_of
+
+log = logging.getLogger(__name__)
 
 
 class Events:
@@ -42,6 +46,31 @@ class Events:
         with self._database.reading() as connection:
             rows = connection.execute(query.order_by(EVENTS.c.number).limit(limit))
             return tuple(Event(**row._mapping) for row in rows)
+
+
+class AuditTrail:
+    """Orders and refused keys: who gave them, from where, and what came of them. Rows are added, never changed."""
+
+    def __init__(self, database: Database):
+        self._database = database
+
+    def record(self, entry: AuditEntry) -> None:
+        """Add an entry; one that the database cannot take is in the log alone: its order is carried out already."""
+        line = {**asdict(entry), "caller": entry.owner, "key": entry.key_id}
+        log.info("%s: %s", entry.action, entry.outcome, extra=line)
+        try:
+            with self._database.writing() as connection:
+                connection.execute(AUDIT.insert().values(asdict(entry)))
+        except Exception:
+            log.exception("an order is in the log, and not in the audit trail", extra=line)
+
+    def entries(self, since: datetime, **exactly: str | None) -> tuple[AuditEntry, ...]:
+        """The entries from a moment on, of an ``owner`` or an ``action`` if one is asked for; oldest first."""
+        asked = {name: value for name, value in exactly.items() if value is not None}
+        columns = [AUDIT.c[name] for name in AuditEntry.__dataclass_fields__]
+        query = sa.select(*columns).where(AUDIT.c.time >= since).filter_by(**asked).order_by(AUDIT.c.number)
+        with self._database.reading() as connection:
+            return tuple(AuditEntry(*row) for row in connection.execute(query))
 
 
 def log_event(

@@ -14,7 +14,7 @@ from threading import Lock, Thread
 
 import sqlalchemy as sa
 
-from service.records.jobs import KeyRow, NotFound, Scope, StoreUnavailable
+from service.records.jobs import Conflict, KeyRow, NotFound, Scope, StoreUnavailable
 from service.store.connection import Database
 from service.store.tables import KEYS, SESSIONS, StatementRow, now, one_row
 
@@ -48,19 +48,29 @@ class Keys:
         with self._database.writing() as connection:
             return _record(connection.execute(insert).one()), secret
 
-    def find(self, secret: str) -> KeyRow | None:
-        """The usable key with this secret, if there is one; its use is noted in the background, once a minute."""
+    def rotate(self, key: KeyRow, grace: timedelta) -> tuple[KeyRow, str]:
+        """Issue a key of the same name, scopes and lifetime; ``key`` itself ends after ``grace``. Raises Conflict."""
+        moment = now()
+        if not key.is_usable(moment):
+            raise Conflict(f"the key {key.name!r} is revoked or expired; create another")
+        until = None if key.expires is None else moment + (key.expires - key.created)
+        issued = self.issue(key.name, key.scopes, until)
+        self._set(key.id, expires=min(filter(None, (key.expires, moment + grace))))
+        return issued
+
+    def find(self, secret: str, *, ended: bool = False) -> KeyRow | None:
+        """The usable key with this secret, whose use is noted in the background, once a minute; or an ``ended`` one."""
         if not (secret.isascii() and secret.isprintable()):
             return None
         digest, moment = _digest(secret), now()
-        query = sa.select(KEYS).where(KEYS.c.prefix == secret[:PREFIX_LENGTH], _is_usable(moment))
+        query = sa.select(KEYS).where(KEYS.c.prefix == secret[:PREFIX_LENGTH], _is_usable(moment) != ended)
         with self._database.reading() as connection:
             rows = connection.execute(query).all()
         matching = [_record(row) for row in rows if hmac.compare_digest(row.sha256, digest)]
         if not matching:
             return None
         [key] = matching
-        if key.used is None or abs(moment - key.used) > USED_EVERY:
+        if not ended and (key.used is None or abs(moment - key.used) > USED_EVERY):
             self._note_use(key.id, moment)
         return key
 

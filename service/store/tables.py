@@ -37,7 +37,7 @@ StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
-REVISION = "0008"  # of these tables: that of the newest file of ``service/migrations/versions``
+REVISION = "0009"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",
@@ -196,6 +196,18 @@ SESSIONS = sa.Table(
     sa.Column("sha256", sa.String(64), primary_key=True),  # digest of the secret that the cookie carries
     sa.Column("key_id", sa.ForeignKey("keys.id"), nullable=False),
     sa.Column("expires", UtcTime, nullable=False),
+)
+
+# The audit trail: orders and refused keys. Rows are added, never changed.
+AUDIT = sa.Table(
+    "audit",
+    TABLES,
+    sa.Column("number", sa.Integer, primary_key=True),
+    sa.Column("time", UtcTime, nullable=False),
+    sa.Column("key_id", sa.String(32)),
+    *(sa.Column(name, sa.Text, nullable=False) for name in ("owner", "address", "action", "subject", "outcome")),
+    sa.Index("audit_time", "time"),
+    sqlite_autoincrement=True,
 )
 
 # Idempotency keys of accepted submissions.

@@ -5,7 +5,7 @@ import re
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
 
-from service.api.access import key_of
+from service.api.access import Caller, key_of, known_caller
 from service.api.browsers import SESSION, FormFields, check_token, cookie, set_cookie
 from service.api.errors import Unauthorized, problem_response
 from service.api.pages.rendering import SEE_OTHER, page
@@ -27,6 +27,7 @@ def log_in(request: Request, form: FormFields, store: AppStore) -> Response:
         key = key_of(request, form.get("key", "").strip())
     except Unauthorized as error:
         return problem_response(request, error)
+    request.state.caller = Caller.of(key)
     response = RedirectResponse(_own_page(form.get("to", "")), SEE_OTHER)
     set_cookie(request, response, SESSION, store.keys.begin_session(key))
     return response
@@ -35,6 +36,7 @@ def log_in(request: Request, form: FormFields, store: AppStore) -> Response:
 @router.post("/logout", dependencies=[Depends(check_token)])
 def log_out(request: Request, store: AppStore) -> Response:
     """Log the browser out."""
+    request.state.caller = known_caller(request)
     store.keys.end_session(cookie(request, SESSION))
     response = RedirectResponse("/login", SEE_OTHER)
     set_cookie(request, response, SESSION, "")

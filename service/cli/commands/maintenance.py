@@ -1,8 +1,9 @@
-"""Maintenance of the database and the files of a service: keys, doctor, backup, adopt, forget-lost, remeasure."""
+"""Maintenance of the database and the files of a service: keys, audit, backup, missing files, remeasure."""
 
 import re
 import sys
 from contextlib import nullcontext
+from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
 
@@ -12,8 +13,6 @@ from service.cli.commands.options import FAILURE, SOME_FAILED, SUCCESS, Data, Da
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
-    from datetime import timedelta
-
     from service.records.jobs import KeyRow
 
 app = typer.Typer()
@@ -22,6 +21,9 @@ app.add_typer(keys, name="keys", help="API keys, which requests from other machi
 
 DURATION = re.compile(r"([1-9]\d{0,5})([dhm])")
 UNITS = {"d": "days", "h": "hours", "m": "minutes"}
+KeyArgument = Annotated[
+    str, typer.Argument(metavar="KEY", help="Id or prefix of a key, as `list` prints it, or the name of a usable one.")
+]
 
 
 # --- keys -----------------------------------------------------------------------------------------
@@ -40,10 +42,7 @@ def create_key(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Create a key, and print its secret once: it is not stored."""
-    from datetime import UTC, datetime
-
-    from service.cli.console import print_keys
-    from service.cli.offline import open_store
+    from service.cli.offline import open_store, record_order
     from service.records.jobs import Scope
 
     unknown = [word for word in scope or () if word not in list(Scope)]
@@ -52,10 +51,34 @@ def create_key(
         raise InvalidInput([Finding("--scope", unknown[0], limit, "write one of these")])
     if not name.strip() or not name.isprintable():
         raise InvalidInput([Finding("NAME", repr(name), "a printable name", "write a name")])
-    scopes, lifetime = [Scope(word) for word in scope or ["submit"]], _lifetime(expires)
-    until = None if lifetime is None else datetime.now(UTC) + lifetime
+    scopes = [Scope(word) for word in scope or ["submit"]]
+    until = None if expires is None else datetime.now(UTC) + _duration("--expires", expires)
     with open_store(settings_of(data=data, database_url=database_url), create=True) as store:
         row, secret = store.keys.issue(name.strip(), scopes, until)
+        _print_secret(row, secret)
+        record_order(store, "key created", row.id)
+
+
+@keys.command("rotate")
+def rotate_key(
+    key: KeyArgument,
+    grace: Annotated[str, typer.Option(help="How long the old secret is still valid, such as 12h.")] = "7d",
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """Replace a key by one of the same name, scopes and lifetime, and print its secret once; the old one ends later."""
+    from service.cli.offline import open_store, record_order
+
+    with open_store(settings_of(data=data, database_url=database_url)) as store:
+        old = _matching(key, store.keys.all())
+        row, secret = store.keys.rotate(old, _duration("--grace", grace))
+        _print_secret(row, secret)
+        record_order(store, "key rotated", old.id)
+
+
+def _print_secret(row: "KeyRow", secret: str) -> None:
+    from service.cli.console import print_keys
+
     print(secret)
     print_keys([row], file=sys.stderr)
     print("save the secret: it cannot be shown again", file=sys.stderr)
@@ -73,36 +96,32 @@ def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUr
 
 
 @keys.command("revoke")
-def revoke_key(
-    key: Annotated[str, typer.Argument(metavar="KEY", help="Id or prefix of a key, as `list` prints it.")],
-    data: Data = None,
-    database_url: DatabaseUrl = None,
-) -> None:
+def revoke_key(key: KeyArgument, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Revoke a key, from the next request on."""
     from service.cli.console import print_keys
-    from service.cli.offline import open_store
+    from service.cli.offline import open_store, record_order
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
-        print_keys([store.keys.revoke(_matching(key, store.keys.all()).id)])
+        revoked = store.keys.revoke(_matching(key, store.keys.all()).id)
+        print_keys([revoked])
+        record_order(store, "key revoked", revoked.id)
 
 
-def _lifetime(text: str | None) -> "timedelta | None":
-    """The lifetime of a key; raises InvalidInput."""
-    from datetime import timedelta
-
-    if text is None:
-        return None
+def _duration(option: str, text: str) -> timedelta:
+    """A duration; raises InvalidInput."""
     match = DURATION.fullmatch(text)
     if match is None:
-        raise InvalidInput([Finding("--expires", text, "a duration", "write it like 90d or 12h")])
+        raise InvalidInput([Finding(option, text, "a duration", "write it like 90d or 12h")])
     return timedelta(**{UNITS[match[2]]: int(match[1])})
 
 
 def _matching(text: str, rows: "tuple[KeyRow, ...]") -> "KeyRow":
-    """The one key whose id or secret begins so; raises InvalidInput with the candidates."""
+    """The one key whose id or secret begins so, or the usable one of a name; raises InvalidInput."""
     from service.cli.console import SHORT_ID
 
+    moment = datetime.now(UTC)
     matching = [row for row in rows if text and (row.id.startswith(text) or text == row.prefix)]
+    matching = matching or [row for row in rows if row.name == text and row.is_usable(moment)]
     if len(matching) != 1:
         candidates = ", ".join(f"{row.id[:SHORT_ID]} ({row.name})" for row in matching)
         limit = "the beginning of one id" if matching else "the id of a key"
@@ -111,7 +130,25 @@ def _matching(text: str, rows: "tuple[KeyRow, ...]") -> "KeyRow":
     return matching[0]
 
 
-# --- doctor and backup ----------------------------------------------------------------------------
+# --- audit trail, doctor, backup ------------------------------------------------------------------
+
+
+@app.command()
+def audit(
+    since: Annotated[datetime | None, typer.Option(help="First time, in UTC.")] = None,
+    owner: Annotated[str | None, typer.Option(help="Name of a key, or of a user of the service's machine.")] = None,
+    action: Annotated[str | None, typer.Option(help="Such as submit, cancel, or `refused key`.")] = None,
+    as_json: Json = False,
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """List the orders that the service was given: who, from where, and what came of it; oldest first."""
+    from service.cli.console import print_audit, print_json
+    from service.cli.offline import open_store
+
+    with open_store(settings_of(data=data, database_url=database_url)) as store:
+        entries = store.audit.entries((since or datetime.min).replace(tzinfo=UTC), owner=owner, action=action)
+    print_json([vars(entry) for entry in entries]) if as_json else print_audit(entries)
 
 
 @app.command()
@@ -154,12 +191,13 @@ def backup(
 @app.command()
 def adopt(data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Assign a data directory to a database after one of them was replaced: both get the same id."""
-    from service.cli.offline import open_store
+    from service.cli.offline import open_store, record_order
     from service.queue import data_identity as identity
 
     settings = settings_of(data=data, database_url=database_url)
     with open_store(settings) as store:
         id = identity.adopt(settings, store)
+        record_order(store, "adopt")
     print(f"{settings.data.absolute()} and its database have the id {id}")
 
 
@@ -170,10 +208,11 @@ def forget_lost(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Allow the service to compute COUNT lost results again, beyond its own limit; 0 withdraws that."""
-    from service.cli.offline import open_store
+    from service.cli.offline import open_store, record_order
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         store.queue.allow_forgetting(count)
+        record_order(store, "forget lost")
     print(f"{count} lost results may be computed again; the service starts them within a minute")
 
 
@@ -188,7 +227,7 @@ def remeasure(
 ) -> None:
     """Apply changed definitions of measurements to the stored final states; stop the service first."""
     from service.cli.console import print_plan, print_remeasured, tracking
-    from service.cli.offline import open_store, without_services
+    from service.cli.offline import open_store, record_order, without_services
     from service.cli.remeasuring import Remeasured, plan_of, remeasure_runs
 
     settings = settings_of(data=data, database_url=database_url)
@@ -198,6 +237,7 @@ def remeasure(
         print_plan(plan)
         if dry_run or not plan.measurable:
             return
+        record_order(store, "remeasure")
         runs = remeasure_runs(settings, store, plan.measurable)
         try:
             done.extend(tracking(runs, len(plan.measurable)))

@@ -61,7 +61,8 @@ def client_of(url: str, key_file: Path | None) -> "Client":
     """A client with the key of the options; raises InvalidInput."""
     from service.client.client import Client
 
-    return Client(url, key=None if key_file is None else _key_in(key_file))
+    # Without an address the client prefers the socket in the data directory, where there is one.
+    return Client(None if url == LOCAL else url, key=None if key_file is None else _key_in(key_file))
 
 
 def settings_of(**options: Any) -> "Settings":

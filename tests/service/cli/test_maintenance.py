@@ -1,6 +1,8 @@
 """The commands that work on database and files: keys, doctor, and what they refuse."""
 
 import json
+import os
+import pwd
 import re
 from collections.abc import Iterator
 from contextlib import closing
@@ -84,7 +86,29 @@ def test_keys__refuse_what_they_do_not_know(arguments: tuple[str, ...], capsys: 
     assert "Traceback" not in capsys.readouterr().err
 
 
-@pytest.mark.parametrize("arguments", [("keys", "list"), ("remeasure",), ("backup", "out")])
+@pytest.mark.claim("doors", "audit")
+def test_orders_of_the_shell__are_recorded_as_the_local_users(store: Store, capsys: Capsys) -> None:
+    """Commands that change the store are in the audit trail, which `whipple audit` prints, as the local user's."""
+    created(capsys, "anna")
+    assert run("keys", "rotate", "anna", "--grace", "12h") == 0
+    successor = capsys.readouterr().out.strip()
+    assert run("keys", "rotate", "anna") == 2  # two have the name
+    assert run("keys", "revoke", successor[:12]) == 0
+    assert run("keys", "revoke", "anna") == 0  # the other one
+    capsys.readouterr()
+    assert run("audit", "--json") == 0
+    entries = json.loads(capsys.readouterr().out)
+    old, new = (key.id for key in store.keys.all())
+    orders = [("key created", old), ("key rotated", old), ("key revoked", new), ("key revoked", old)]
+    assert [(entry["action"], entry["subject"]) for entry in entries] == orders
+    user = pwd.getpwuid(os.getuid()).pw_name
+    assert {(entry["owner"], entry["address"]) for entry in entries} == {(user, f"uid {os.getuid()}")}
+    for word, count in ((f"owner={user}", 4), ("action=key revoked", 2), ("owner=bert", 0), ("since=2999-01-01", 0)):
+        assert run("audit", f"--{word}") == 0
+        assert len(capsys.readouterr().out.splitlines()) == 1 + count, word
+
+
+@pytest.mark.parametrize("arguments", [("keys", "list"), ("audit",), ("remeasure",), ("backup", "out")])
 def test_command__without_a_database_says_how_to_name_one(
     data: Path, arguments: tuple[str, ...], capsys: Capsys
 ) -> None:

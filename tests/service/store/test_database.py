@@ -125,6 +125,7 @@ def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> Non
 
 # From the tables of this version back to those of 0006.
 TO_THE_OLDEST = """
+DROP TABLE audit
 DROP TABLE sessions
 DROP TABLE shares
 DROP INDEX jobs_queue

@@ -2,11 +2,12 @@
 
 from datetime import timedelta
 
+import pytest
 import sqlalchemy as sa
 
-from service.records.jobs import Scope
+from service.records.jobs import Conflict, Scope
 from service.store import Store
-from service.store.tables import KEYS
+from service.store.tables import KEYS, now
 from tests.service.support.fakes import wait_until
 
 BOTH = frozenset({Scope.READ, Scope.SUBMIT})
@@ -38,3 +39,24 @@ def test_use_of_a_key__is_noted_once_a_minute_beside_other_writers(store: Store)
             assert wait_until(lambda: store.keys.all()[0].used != before)
         else:
             assert store.keys.all()[0].used == first
+
+
+@pytest.mark.claim("doors", "rotation")
+def test_rotated_key__is_valid_beside_its_successor_for_the_grace_period(
+    store: Store, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """A rotated key and its successor, of the same name, scopes and lifetime, are both valid for the grace period."""
+    begin = now()
+    monkeypatch.setattr("service.store.keys.now", lambda: begin)
+    old, old_secret = store.keys.issue("ann", BOTH, begin + timedelta(days=90))
+    new, new_secret = store.keys.rotate(old, timedelta(days=7))
+    assert (new.name, new.scopes, new.expires) == ("ann", BOTH, begin + timedelta(days=90))
+    for days, valid in ((6, [True, True]), (8, [False, True]), (91, [False, False])):
+        monkeypatch.setattr("service.store.keys.now", lambda days=days: begin + timedelta(days=days))
+        assert [store.keys.find(secret) is not None for secret in (old_secret, new_secret)] == valid
+    assert store.keys.find(old_secret, ended=True) is not None
+    with pytest.raises(Conflict, match="expired"):
+        store.keys.rotate(new, timedelta(days=7))
+    short, _ = store.keys.issue("bert", BOTH, begin + timedelta(days=92))
+    store.keys.rotate(short, timedelta(days=7))
+    assert short in store.keys.all()  # ends no later

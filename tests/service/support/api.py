@@ -1,6 +1,7 @@
 """A service without engine for tests: real store, real interface, and results by hand."""
 
 import hashlib
+import socket
 import threading
 from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, contextmanager
@@ -176,11 +177,11 @@ def open_api(folder: Path, **settings: Any) -> Iterator[Api]:
 
 
 @contextmanager
-def served(api: Api) -> Iterator[str]:
-    """The same interface over a real connection; gives its address."""
-    config = uvicorn.Config(api.http.app, port=0, lifespan="off", log_level="critical")
+def served(api: Api, *doors: socket.socket) -> Iterator[str]:
+    """The same interface over a real connection, and at further sockets; gives its address."""
+    config = uvicorn.Config(api.http.app, lifespan="off", log_level="critical")
     server = uvicorn.Server(config)
-    thread = threading.Thread(target=server.run)
+    thread = threading.Thread(target=server.run, args=[[socket.create_server(("127.0.0.1", 0)), *doors]])
     thread.start()
     try:
         wait_until(lambda: server.started)
