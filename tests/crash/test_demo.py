@@ -58,7 +58,7 @@ SHAPES = {
     "holes": {"speed": 6},
     "aluminium": {"speed": 3, "plate_thickness": 2},
     "sphere": {"speed": 1},
-    "craters": {"speed": 4},
+    "craters": {"speed": 3},
     "shield": {"failure": 2},
 }
 
