@@ -102,6 +102,14 @@ class Settings(BaseSettings):
     forget_seconds: PositiveFloat = Field(
         default=30 * 24 * 3600.0, description="seconds after which runs that belong only to deleted sweeps are removed"
     )
+    retention_days: float = Field(
+        default=0.0, ge=0, description="days after their end at which sweeps that are not pinned are deleted; 0: never"
+    )
+    scrub_rate: ByteSize = Field(
+        default=ByteSize(2_000_000),
+        ge=0,
+        description="bytes a second of stored files that are read and compared with their digests; 0: never",
+    )
     poll_seconds: PositiveFloat = Field(default=0.5, description="seconds between two regular checks of the queue")
     reconcile_seconds: PositiveFloat = Field(
         default=5.0, description="seconds between two comparisons of the running jobs with the engine"

@@ -23,6 +23,7 @@ from service import version
 from service.api.errors import Busy, ConversionFailed, NotAvailable
 from service.files.artifacts import digest
 from service.records.jobs import VIEWS, PublishedRun, State, Stored
+from studies.quantities.files import write_text
 from studies.quantities.findings import MissingExtra
 
 log = logging.getLogger(__name__)
@@ -31,6 +32,7 @@ SECONDS = 120  # limit for one file, including a second of imports
 MEMORY = 2 << 30  # bytes of data of the child
 MOST_FILES, MOST_BYTES = 100, 2 << 30  # in the cache; the least recently used are removed
 MOST_WAITING = 4  # requests that wait while the file of another one is made; each holds a thread
+MARK = ".sha256"
 REFUSED = 3  # exit status of a child that cannot make the file, and says why in its output
 # States of a run in a cube that differ from those of the queue.
 CUBE_STATES = {State.QUEUED: "pending", State.CANCELLING: "running"}
@@ -70,11 +72,13 @@ class Conversions:
         name = hashlib.sha256(f"{version()}\n{text}".encode()).hexdigest()
         file = self._folder / f"{name}.{kind}"
         try:
-            if not file.is_file():
+            sha256 = _whole(file)
+            if sha256 is None:
                 self._make(file, text, wait)
+                sha256 = digest(file)
             # Used now; not modified, because Last-Modified and ETag are of its content.
             os.utime(file, (time.time(), file.stat().st_mtime))
-            return file, digest(file)
+            return file, sha256
         except FileNotFoundError:
             raise ConversionFailed("the data directory, or the file, was removed") from None
 
@@ -84,14 +88,17 @@ class Conversions:
         try:
             # Without parents: a missing data directory means that its disk is not mounted.
             self._folder.mkdir(exist_ok=True)
-            if not file.is_file():  # as it is where another request waited for the same one
+            if _whole(file) is None:  # else another request waited for the same one
                 self._run_child(file, inputs)
+                write_text(_mark(file), digest(file))
             kept = 0
-            files = sorted(self._folder.iterdir(), key=lambda other: -other.stat().st_atime)
+            files = [other for other in self._folder.iterdir() if other.suffix != MARK]
+            files.sort(key=lambda other: -other.stat().st_atime)
             for number, other in enumerate(files):
                 kept += other.stat().st_size
                 if other != file and (number >= MOST_FILES or kept > MOST_BYTES):
                     _remove(other)
+                    _remove(_mark(other))
         finally:
             self._making.release()
 
@@ -123,6 +130,18 @@ class Conversions:
                 raise NotAvailable(error.stdout.strip()) from None
             log.error("a conversion failed (status %d)\n%s", error.returncode, error.stderr)
             raise ConversionFailed("the log of the service has the error under this request_id") from None
+
+
+def _whole(file: Path) -> str | None:
+    """The SHA-256 of a file that is as it was made; None: it is missing or damaged."""
+    mark = _mark(file)
+    sha256 = digest(file) if file.is_file() and mark.is_file() else None
+    return sha256 if sha256 is None or sha256 == mark.read_text() else None
+
+
+def _mark(file: Path) -> Path:
+    """The file with the digest of a file."""
+    return file.with_name(f"{file.name}{MARK}")
 
 
 def _remove(path: Path) -> None:

@@ -6,10 +6,8 @@ implemented here.
 """
 
 import base64
-import os
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from functools import lru_cache
 from pathlib import Path, PurePath
 from typing import Any
 
@@ -17,8 +15,9 @@ from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse
 
 from service.api.errors import FileDamaged, PreconditionFailed
-from service.files.artifacts import digest as digest_of
-from service.records.jobs import NotFound
+from service.files.artifacts import known_digest
+from service.queue.scrubbing import make_again
+from service.records.jobs import NotFound, Stored
 
 UNKNOWN_TYPE = "application/octet-stream"
 MEDIA_TYPES = {
@@ -47,6 +46,7 @@ class Download:
     sha256: str
     is_attachment: bool = False
     headers: Mapping[str, str] = field(default_factory=dict)
+    registered: Stored | None = None  # None: made on request
 
 
 def media_type_of(name: str) -> str:
@@ -62,13 +62,15 @@ def send_file(request: Request, download: Download) -> Response:
     """The response to a GET of a file; raises NotFound, FileDamaged, PreconditionFailed."""
     try:
         status = download.path.stat()
-        found = _digest(download.path, _version(status))
+        found = known_digest(download.path)
     except FileNotFoundError:
         raise NotFound("file", download.filename) from None
     if found != download.sha256:
+        if download.registered is not None:
+            make_again(request.app.state.store, download.registered)
         raise FileDamaged(
-            f"{download.filename} is not the file that was registered, and is not sent; `whipple doctor` lists damaged "
-            "files, and a backup or `whipple retry` brings it back"
+            f"{download.filename} is not the file that was registered, and is not sent; it is made again where a sweep "
+            "needs it, which may take as long as its runs: ask for it later, or restore it from a backup"
         )
     tag = f'"{download.sha256}"'
     digest = base64.b64encode(bytes.fromhex(download.sha256)).decode()
@@ -92,17 +94,6 @@ def send_file(request: Request, download: Download) -> Response:
         stat_result=status,
         content_disposition_type="attachment" if download.is_attachment else "inline",
     )
-
-
-def _version(status: os.stat_result) -> tuple[int, ...]:
-    """What changes when a file is written or replaced."""
-    return status.st_dev, status.st_ino, status.st_size, status.st_mtime_ns, status.st_ctime_ns
-
-
-@lru_cache(maxsize=4096)
-def _digest(path: Path, _version: tuple[int, ...]) -> str:
-    """The SHA-256 of a version of a file: 0.8 s for each GB (2026-11), once."""
-    return digest_of(path)
 
 
 def _tags(header: str) -> set[str]:

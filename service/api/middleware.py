@@ -47,7 +47,7 @@ ID_FIELDS = {"/v1/sweeps/": "sweep", "/v1/runs/": "run"}  # log field for the ``
 # Actions by the name of their route; that of another one is the name itself.
 ACTIONS = {
     **dict.fromkeys(("submit_sweep", "read_form", "compute_film"), "submit"),
-    **{f"{order}_sweep": order for order in ("cancel", "retry", "delete")},
+    **{f"{order}_sweep": order for order in ("cancel", "retry", "pin", "unpin", "delete")},
     **{"add_values": "add points", "change_sweep": "prioritise", "pause_queue": "pause", "resume_queue": "resume"},
     **{"log_in": "log-in", "log_out": "log-out"},
 }

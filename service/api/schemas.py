@@ -106,7 +106,7 @@ class SweepModel(SweepStatus):
         action = "retry" if row.is_terminal else "cancel"
         files = [name for name in files if name in SWEEP_FILES]
         made = [ARCHIVE] if row.is_terminal else []
-        names = ("runs", "events", "history", "document", action, *files, *made)
+        names = ("runs", "events", "history", "document", "pin", action, *files, *made)
         return cls(**vars(row), links={"self": here, **{name: f"{here}/{name}" for name in names}})
 
 

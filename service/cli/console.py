@@ -82,7 +82,8 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, file: 
 
 def print_sweep(sweep: "SweepStatus") -> None:
     """One sweep on a few lines."""
-    say(f"{sweep.id}  {sweep.name}: {sweep.state}, {sweep.progress:.0%} ({sweep.tally})")
+    pinned = ", pinned" if sweep.pinned else ""
+    say(f"{sweep.id}  {sweep.name}: {sweep.state}, {sweep.progress:.0%} ({sweep.tally}){pinned}")
     if sweep.reason:
         say(f"  {sweep.reason}")
     if sweep.eta_seconds:
@@ -211,6 +212,16 @@ def print_keys(keys: "Iterable[KeyRow]", *, file: IO[str] | None = None) -> None
     )
     columns = ("id", "secret", "name", "scopes", "state", "expires (UTC)", "used (UTC)")
     print_table(columns, rows, file=file)
+
+
+def print_expired(sizes: "Sequence[tuple[SweepStatus, int]]") -> None:
+    """A table of the sweeps that a rule deletes, with their bytes, and the sum of these."""
+    rows = (
+        (sweep.id[:SHORT_ID], _moment(sweep.finished), f"{size / 1e6:.1f} MB", sweep.owner, sweep.name)
+        for sweep, size in sizes
+    )
+    print_table(("id", "ended (UTC)", "size", "owner", "name"), rows)
+    say(f"{len(sizes)} sweeps, {sum(size for _, size in sizes) / 1e6:.1f} MB")
 
 
 def print_audit(entries: "Iterable[AuditEntry]") -> None:

@@ -34,6 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_engine"]
 
 STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a service
+KEEPING_ALL = {"retention_days": 0.0}  # a rule in the environment is that of a service
 MOST_SWEEPS = 1000  # unfinished ones in such a folder; usually there is at most one
 PROGRESS_SECONDS = 0.1  # interval between two progress reports
 PROGRESS_PAUSE = 20.0  # the pause between reports, at least, as a multiple of the time that one takes
@@ -81,7 +82,7 @@ def run_sweep(
     continue from their checkpoints next time.
     """
     folder = Path(out)
-    settings = settings or Settings(data=folder / STORE_OF_FOLDER)
+    settings = (settings or Settings(data=folder / STORE_OF_FOLDER)).model_copy(update=KEEPING_ALL)
     if not isinstance(document, Mapping):
         document = read_sweep_file(Path(document))
     sweep = Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
@@ -123,7 +124,7 @@ def run_sweeps(
     unfinished sweeps of the store are cancelled. ``progress`` is called with the name of the sweep that is awaited.
     Raises as ``run_sweep`` does.
     """
-    settings = settings or Settings(data=out / STORE_OF_FOLDER)
+    settings = (settings or Settings(data=out / STORE_OF_FOLDER)).model_copy(update=KEEPING_ALL)
     limits = SweepLimits(max_runs=settings.max_runs)
     sweeps = {name: Sweep.parse(document, limits) for name, document in documents.items()}
     check_names(settings)

@@ -346,6 +346,10 @@ class SweepHandle:
         """Change the priority: sweeps of smaller numbers are computed first; running runs continue."""
         return self._command("PATCH", "", json={"priority": priority})
 
+    def pin(self, *, pinned: bool = True) -> SweepStatus:
+        """Keep the sweep from being deleted, or no longer."""
+        return self._command("PUT" if pinned else "DELETE", "/pin")
+
     def delete(self) -> None:
         """Delete the sweep, which must have ended."""
         self._connection.json("DELETE", self._path)

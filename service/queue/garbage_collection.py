@@ -1,4 +1,4 @@
-"""Garbage collection in the data directory: orphans and files that no sweep retains go, in small steps.
+"""Garbage collection in the data directory: expired sweeps, orphans and files that no sweep retains go, in small steps.
 
 The folder of a job's last attempt counts, and so does whatever a row points to: a row forgets its file before the file
 goes. The folder of a run or sweep that the store does not know stays: the directory may belong to another database, or
@@ -11,6 +11,7 @@ import re
 import shutil
 import time
 from collections.abc import Iterator, Mapping, Sequence, Set
+from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from enum import StrEnum
@@ -19,7 +20,7 @@ from pathlib import Path
 
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, SWEEPS, Artifacts, name_of_attempt
 from service.files.disk_space import Space
-from service.records.jobs import KEPT_BY, TERMINAL, LastAttempt, State, Stored
+from service.records.jobs import KEPT_BY, TERMINAL, Conflict, LastAttempt, NotFound, State, Stored
 from service.settings import Settings
 from service.store import Store
 from service.workers.timings import DEFAULT, Timings
@@ -30,6 +31,7 @@ ATTEMPT = re.compile(r"a(\d+)-[0-9a-f]+")
 SHARD = re.compile("[0-9a-f]{2}")
 SHARDS = [f"{number:02x}" for number in range(256)]
 MOST_REMOVED = 50  # files or folders, in a step
+MOST_DELETED = 5  # sweeps, in a step
 FOLDERS_AT_ONCE = 50  # folders for which the store is asked together
 
 
@@ -84,6 +86,7 @@ class GarbageCollector:
         self._timings = timings
         self._retire_seconds = settings.retire_seconds
         self._forget_seconds = settings.forget_seconds
+        self._retention_days = settings.retention_days
         self._round = self._orphans()
         self._may_forget = True
         self._shards = cycle(SHARDS)
@@ -95,7 +98,18 @@ class GarbageCollector:
         self._drop_files(time.monotonic() + self._timings.collection_drop)
         if self._may_forget:
             before = datetime.now(UTC) - timedelta(seconds=self._forget_seconds)
-            self._may_forget = self._store.retention.forget_runs(before, MOST_REMOVED) == MOST_REMOVED
+            forgotten = self._store.retention.forget_runs(before, MOST_REMOVED)
+            self._may_forget = self._delete_expired() or forgotten == MOST_REMOVED
+
+    def _delete_expired(self) -> bool:
+        """Delete a few sweeps that ended more than the days of the setting ago; whether there are more."""
+        before = datetime.now(UTC) - timedelta(days=self._retention_days)
+        expired = [*self._store.retention.expired(before)] if self._retention_days else []
+        for id in expired[:MOST_DELETED]:
+            log.info("deleted: the sweep %s, which ended more than %g days ago", id, self._retention_days)
+            with suppress(Conflict, NotFound):  # it was pinned, retried or deleted just now
+                self._store.sweeps.delete(id)
+        return len(expired) > MOST_DELETED
 
     def _remove_orphans(self, end: float) -> None:
         """Remove orphans, from where the last step ended."""

@@ -20,6 +20,7 @@ from service.queue import searching
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
 from service.queue.registration import Registrar
+from service.queue.scrubbing import Scrubber
 from service.queue.verification import Verification
 from service.records.jobs import Kind, Lease, State, StoreUnavailable
 from service.settings import Settings
@@ -54,6 +55,7 @@ class Leader:
         self._space = Space(settings.data, settings.disk_reserve)
         self._registrar = Registrar(store, self._artifacts, self._space, timings)
         self._collector = GarbageCollector(settings, store, self._artifacts, self._space, timings)
+        self._scrubber = Scrubber(settings, store, self._artifacts, timings)
         self.verification = Verification(self._artifacts, wake, timings)
         self.in_flight = AttemptsInFlight()
         self.term: int | None = None
@@ -98,6 +100,7 @@ class Leader:
                 self.blocked_reason = self._why_nothing_begins() or self._why_no_run_begins()
                 if is_due:
                     self._collector.step()
+                    self._scrubber.step()
         finally:
             self._store_blocked_reason()
 

@@ -17,7 +17,7 @@ result may be queued again, for a file that was not kept, or a verdict on reques
 until it is replaced, and the run goes back to it if the new attempt fails.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
 from enum import StrEnum
@@ -219,6 +219,7 @@ class SweepStatus:
     eta_seconds: float | None = field(metadata=described("time left, in seconds; null before the first measured run"))
     created: datetime
     cancelled: datetime | None = field(metadata=described("when the cancel was requested"))
+    pinned: datetime | None = field(metadata=described("when it was pinned; a pinned sweep is not deleted"))
     finished: datetime | None
 
     @classmethod
@@ -226,7 +227,7 @@ class SweepStatus:
         """The record in a response of the API; its links are left out."""
         moments = {
             name: datetime.fromisoformat(body[name]) if body[name] else None
-            for name in ("created", "cancelled", "finished")
+            for name in ("created", "cancelled", "pinned", "finished")
         }
         typed = {"keep": Keep(body["keep"]), "state": SweepState(body["state"]), **moments}
         return cls(**{name: body[name] for name in cls.__dataclass_fields__} | typed)
@@ -336,6 +337,18 @@ class Stored:
     path: str  # relative to the data directory
     size: int  # bytes
     sha256: str
+
+
+@dataclass(frozen=True)
+class Scrub:
+    """How far the comparison of all registered files with their digests is."""
+
+    began: float = 0.0  # of the last pass, seconds since the epoch
+    job_id: str = ""  # with the name: of the file that was read last; empty: no pass is under way
+    name: str = ""
+    files: int = 0  # so far
+    damaged: int = 0  # of these; lost ones too
+    whole: Sequence[float] = ()  # of the last pass that ended: when, its files, and the damaged ones
 
 
 @dataclass(frozen=True)

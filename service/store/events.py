@@ -7,9 +7,9 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import AuditEntry, Event, Lease
+from service.records.jobs import AuditEntry, Event, Lease, State
 from service.store.connection import Database
-from service.store.tables import AUDIT, EVENTS, runs_of
+from service.store.tables import AUDIT, EVENTS, JOBS, runs_of
 
 log = logging.getLogger(__name__)
 
@@ -99,3 +99,12 @@ def log_attempts(connection: sa.Connection, moment: datetime, kind: str, *leases
         for lease in leases
     ]
     connection.execute(EVENTS.insert(), rows)
+
+
+def mark_outdated(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool]) -> tuple[str, ...]:
+    """Let those publications, among ``which``, wait again that were made or are about to be; return their sweeps."""
+    stale = JOBS.update().where(which, JOBS.c.state.in_([State.SUCCEEDED, State.RUNNING, State.QUEUED]))
+    marked = tuple(connection.scalars(stale.values(state=State.WAITING, crashes=0).returning(JOBS.c.sweep_id)))
+    for sweep_id in marked:
+        log_event(connection, moment, "outdated", sweep_id=sweep_id)
+    return marked

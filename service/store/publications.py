@@ -14,7 +14,7 @@ from service.files.lost_results import Loss, TooManyLost, first_runs
 from service.records.jobs import TERMINAL, Cause, Kind, Lease, PublishedRun, State, Stored
 from service.store import fair_queueing
 from service.store.connection import Database
-from service.store.events import log_attempts, log_event
+from service.store.events import log_attempts, log_event, mark_outdated
 from service.store.leases import count_attempt, wait_again
 from service.store.tables import (
     ARTIFACTS,
@@ -31,6 +31,7 @@ from service.store.tables import (
     release_publications,
     runs_of,
     stored_record,
+    unless_result,
 )
 
 FAILURE = "ResultLost"
@@ -38,6 +39,8 @@ REASON = "its registered result was lost or damaged"
 LOST = "lost"  # kind of the event of a forgotten result
 MOST_AT_ONCE, AT_ONCE = 5, timedelta(minutes=1)  # results that may be forgotten within this time
 MOST_OF_ALL, LATELY = 0.01, timedelta(days=1)  # share of all registered ones; MOST_AT_ONCE at least
+
+SweepIds = Sequence[str] | sa.Select[tuple[str]]  # themselves, or a query of them
 
 # Only rows that still have the results that were found to be lost.
 _FORGET = (
@@ -101,22 +104,47 @@ class Publications:
         with self._database.writing() as connection:
             if not wait_again(connection, lease):
                 return False
-            _forget_results(connection, moment, lease, losses, most)
+            assert lease.sweep_id is not None
+            _check_limits(connection, moment, losses)
+            _forget_results(connection, moment, [lease.sweep_id], losses, most)
             count_attempt(connection, Cause.LOST)
             log_attempts(connection, moment, "requeued", lease, cause=Cause.LOST, reason=reason)
         return True
 
+    def mend(self, damaged: Stored, *, most: int) -> bool:
+        """Have a damaged file made again, and the sweeps that show it published again; False: no row names it.
+
+        A result is forgotten like a lost one. A run of which another file is damaged is computed again, and its result
+        stays until then. A job that is under way already is left alone, and so is what no sweep wants. Raises
+        TooManyLost, and changes nothing, beyond the limits for all results.
+        """
+        moment = now()
+        columns = [JOBS.c[name] for name in ("id", "kind", "state", "sweep_id", "path")]
+        registered = (ARTIFACTS.c.path == damaged.path) & (ARTIFACTS.c.sha256 == damaged.sha256)
+        with self._database.commanding() as connection:
+            job = connection.execute(sa.select(*columns).join(ARTIFACTS).where(registered)).first()
+            if job is None or job.state not in TERMINAL:
+                return job is not None
+            using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == job.id, ~POINTS.c.detached)
+            own = [job.sweep_id] if job.kind is Kind.PUBLISH else using if job.path else []
+            marked = mark_outdated(connection, moment, JOBS.c.sweep_id.in_(own))
+            losses = [Loss(job.id, damaged.path, damaged.sha256)]
+            if job.path == damaged.path:
+                _check_limits(connection, moment, losses)
+                _forget_results(connection, moment, own, losses, most)
+            elif _compute_again(connection, moment, own, JOBS.c.id == job.id) or marked:
+                _check_limits(connection, moment, losses)
+                log_event(connection, moment, LOST, job_id=job.id, reason=f"{damaged.name} was lost or damaged")
+        return True
+
 
 def _forget_results(
-    connection: sa.Connection, moment: datetime, lease: Lease, losses: Sequence[Loss], most: int
+    connection: sa.Connection, moment: datetime, sweeps: SweepIds, losses: Sequence[Loss], most: int
 ) -> None:
-    """Take lost results out of the rows, and queue their runs for those that wait for them.
+    """Take lost results out of the rows, and queue their runs for the sweeps that wait for them.
 
-    The publication of ``lease`` waits again. A cancelled sweep is published without them, and so is
-    every sweep with a result that was lost ``most`` times. Raises TooManyLost.
+    A cancelled sweep is published without them, and so is every sweep with a result that was lost ``most`` times.
     """
-    assert lease.sweep_id is not None
-    _check_limits(connection, moment, losses)
     ids = [loss.run_id for loss in losses]
     connection.execute(_FORGET, [{"run": loss.run_id, "was": loss.sha256} for loss in losses])
     cancelled = sa.select(SWEEPS.c.id).where(SWEEPS.c.cancelled.is_not(None))
@@ -126,10 +154,7 @@ def _forget_results(
         connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(files)))
         of_cancelled = POINTS.update().where(POINTS.c.run_id.in_(batch), POINTS.c.sweep_id.in_(cancelled))
         connection.execute(of_cancelled.values(detached=True))
-        _queue(connection, moment, gone, most)
-    invalidate_tallies(connection, len(ids))
-    fair_queueing.schedule(connection, lease.sweep_id)
-    release_publications(connection, moment, JOBS.c.id == lease.id)
+        _compute_again(connection, moment, sweeps, gone & (JOBS.c.crashes < most))
     for id in ids:
         log_event(connection, moment, LOST, job_id=id, reason=REASON)
 
@@ -159,8 +184,17 @@ def _forgotten(connection: sa.Connection, since: datetime) -> int:
     return connection.execute(count).scalar_one()
 
 
-def _queue(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool], most: int) -> None:
-    again = JOBS.update().where(which, fair_queueing.IS_WANTED, JOBS.c.crashes < most)
-    fresh = dict.fromkeys(("cause", "failure", "reason", "fraction", "finished"), sa.null())
-    place = {**fair_queueing.MOVED, "virtual_time": fair_queueing.LAST}
-    connection.execute(again.values(state=State.QUEUED, queued=moment, **place).values(fresh))
+def _compute_again(connection: sa.Connection, moment: datetime, sweeps: SweepIds, which: sa.ColumnElement[bool]) -> int:
+    """Queue those runs, among ``which``, that sweeps wait for, and return their number.
+
+    Of ``sweeps`` those that wait for no run are published.
+    """
+    again = JOBS.update().where(which, fair_queueing.IS_WANTED).values(state=State.QUEUED, queued=moment)
+    again = again.values({**fair_queueing.MOVED, "virtual_time": fair_queueing.LAST})
+    again = again.values(unless_result(cause=None, failure=None, reason=None))
+    queued = connection.execute(again.values(fraction=sa.null(), finished=sa.null())).rowcount
+    invalidate_tallies(connection, 1)
+    for id in connection.scalars(sa.select(SWEEPS.c.id).where(SWEEPS.c.id.in_(sweeps))):
+        fair_queueing.schedule(connection, id)
+    release_publications(connection, moment, JOBS.c.sweep_id.in_(sweeps))
+    return queued

@@ -1,16 +1,29 @@
-"""Queries and statements of garbage collection: which files and runs still count."""
+"""Queries and statements of garbage collection: which sweeps, runs and files still count, and which were read last."""
 
+import sys
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import KEPT_BY, TERMINAL, Keep, Kind, LastAttempt, Stored, at_least
+from service.records.jobs import KEPT_BY, TERMINAL, Keep, Kind, LastAttempt, Scrub, Stored, at_least
 from service.store.connection import Database
 from service.store.events import log_event
-from service.store.tables import ARTIFACTS, EVENTS, JOBS, POINTS, SWEEPS, batches, now, stored_record
+from service.store.tables import (
+    ARTIFACTS,
+    CONTROL,
+    EVENTS,
+    JOBS,
+    POINTS,
+    PUBLICATIONS,
+    SWEEPS,
+    batches,
+    now,
+    stored_record,
+)
 
+STAYS = sys.maxsize  # in place of the number of a sweep
 AFTER_HEX = "g"  # added to the beginning of an id, it comes after every id that begins so
 BY_JOB = [ARTIFACTS.c.job_id, ARTIFACTS.c.name]
 
@@ -71,6 +84,48 @@ class Retention:
             for id in gone:
                 log_event(connection, moment, "forgotten", job_id=id)
         return len(gone)
+
+    def expired(self, before: datetime, *, owner: str | None = None, to_size: int = -1) -> Mapping[str, int]:
+        """Sweeps that ended before a moment and are not pinned, in the order of acceptance, with their bytes.
+
+        With ``to_size`` only so many that the files of all sweeps have at most as many bytes. The files of a run go
+        with the last sweep that has it: with none of these, if another one has it too.
+        """
+        ended = PUBLICATIONS.c.state.in_(TERMINAL) & (PUBLICATIONS.c.finished < before) & SWEEPS.c.pinned.is_(None)
+        going = (
+            sa.select(SWEEPS.c.number, SWEEPS.c.id)
+            .join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
+            .where(ended, sa.true() if owner is None else SWEEPS.c.owner == owner)
+            .subquery()
+        )
+        own = sa.select(JOBS.c.sweep_id, JOBS.c.id.label("job_id")).where(JOBS.c.sweep_id.is_not(None))
+        has = sa.union_all(own, sa.select(POINTS.c.sweep_id, POINTS.c.run_id)).subquery()
+        last = sa.func.max(sa.func.coalesce(going.c.number, STAYS)).label("last")
+        lasts = sa.select(has.c.job_id, last).join_from(has, going, going.c.id == has.c.sweep_id, isouter=True)
+        jobs = lasts.group_by(has.c.job_id).subquery()
+        sizes = sa.select(jobs.c.last, sa.func.sum(ARTIFACTS.c.size)).group_by(jobs.c.last)
+        sizes = sizes.join(ARTIFACTS, ARTIFACTS.c.job_id == jobs.c.job_id)
+        with self._database.reading() as connection:
+            size_of = {row[0]: int(row[1]) for row in connection.execute(sizes)}
+            rows = connection.execute(sa.select(going).order_by(going.c.number)).all()
+        left = sum(size_of.values())
+        expired = {}
+        for row in rows:
+            if left <= to_size:
+                break
+            expired[row.id] = size_of.get(row.number, 0)
+            left -= expired[row.id]
+        return expired
+
+    def scrub(self) -> Scrub:
+        """How far the comparison of all files with their digests is."""
+        with self._database.reading() as connection:
+            return Scrub(**connection.scalar(sa.select(CONTROL.c.scrub)) or {})
+
+    def note_scrub(self, scrub: Scrub) -> None:
+        """Note how far it is."""
+        with self._database.writing() as connection:
+            connection.execute(CONTROL.update().values(scrub=vars(scrub)))
 
     def files(self, *, after: tuple[str, str] = ("", ""), limit: int = 1000) -> tuple[tuple[str, Stored], ...]:
         """Every registered file, by job and name; ``after`` is the last one of the page before."""

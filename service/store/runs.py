@@ -8,7 +8,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import TERMINAL, Kind, MeasuredRun, NotFound, RunPlace, RunRow, State, Stored
 from service.store.connection import Database
-from service.store.events import log_event
+from service.store.events import log_event, mark_outdated
 from service.store.tables import (
     ARTIFACTS,
     JOBS,
@@ -161,18 +161,14 @@ class Runs:
         registered = ARTIFACTS.update().where(ARTIFACTS.c.job_id == id, ARTIFACTS.c.name == RESULT)
         using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == id, ~POINTS.c.detached)
         publication = JOBS.c.sweep_id.in_(using)
-        stale = JOBS.update().where(publication, JOBS.c.state.in_([State.SUCCEEDED, State.RUNNING]))
-        mark = stale.values(state=State.WAITING, crashes=0).returning(JOBS.c.sweep_id)
         with self._database.commanding() as connection:
             if not connection.execute(run.values(**file, summary=dict(summary))).rowcount:
                 return ()
             connection.execute(registered.values(file))
             log_event(connection, moment, "remeasured", job_id=id, was=was, sha256=answer.sha256)
-            marked = connection.scalars(mark).all()
+            marked = mark_outdated(connection, moment, publication)
             release_publications(connection, moment, publication)
-            for sweep_id in marked:
-                log_event(connection, moment, "outdated", sweep_id=sweep_id)
-        return tuple(marked)
+        return marked
 
 
 def run_record(row: StatementRow) -> RunRow:

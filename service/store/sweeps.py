@@ -93,7 +93,7 @@ SWEEP_STATE = sa.type_coerce(
 # A sweep with its state, without its document, which may be long.
 SWEEP_ROWS = sa.select(
     *(SWEEPS.c[name] for name in ("number", "id", "name", "title", "scenario", "planned", "new")),
-    *(SWEEPS.c[name] for name in ("owner", "priority", "keep", "created", "cancelled")),
+    *(SWEEPS.c[name] for name in ("owner", "priority", "keep", "created", "cancelled", "pinned")),
     SWEEP_STATE.label("state"),
     *(PUBLICATIONS.c.reason, PUBLICATIONS.c.finished),
     sa.select(CONTROL.c.cache_generation).scalar_subquery().label("cache_generation"),
@@ -228,13 +228,26 @@ class Sweeps:
             log_event(connection, now(), "prioritised", sweep_id=id, priority=priority)
             return sweep_status(connection, id)
 
+    def pin(self, id: str, *, pinned: bool) -> SweepStatus:
+        """Keep a sweep from being deleted, or no longer; without effect where it is so already."""
+        moment = now()
+        is_other = SWEEPS.c.pinned.is_(None) if pinned else SWEEPS.c.pinned.is_not(None)
+        change = SWEEPS.update().where(SWEEPS.c.id == id, is_other).values(pinned=moment if pinned else None)
+        with self._database.writing() as connection:
+            if connection.execute(change).rowcount:
+                log_event(connection, moment, "pinned" if pinned else "unpinned", sweep_id=id)
+            return sweep_status(connection, id)
+
     def delete(self, id: str) -> None:
         """Delete a sweep that has ended; its runs stay for a while, since other sweeps may need them."""
         own = sa.select(JOBS.c.id).where(JOBS.c.sweep_id == id)
         moment = now()
         abandon = JOBS.update().where(JOBS.c.id.in_(runs_of(id))).values(abandoned=moment)
         with self._database.commanding() as connection:
-            state = sweep_status(connection, id).state
+            status = sweep_status(connection, id)
+            state = status.state
+            if status.pinned is not None:
+                raise Conflict("the sweep is pinned; unpin it (`whipple unpin`), then delete it")
             if state not in SWEEP_TERMINAL:
                 stopping = state is SweepState.CANCELLING
                 cure = "delete it once it is cancelled" if stopping else "cancel it, then delete it"

@@ -37,7 +37,7 @@ StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
-REVISION = "0009"  # of these tables: that of the newest file of ``service/migrations/versions``
+REVISION = "0010"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",
@@ -56,6 +56,7 @@ SWEEPS = sa.Table(
     sa.Column("new", sa.Integer, nullable=False),  # runs that it brought into the queue
     sa.Column("created", UtcTime, nullable=False),
     sa.Column("cancelled", UtcTime),
+    sa.Column("pinned", UtcTime),  # since when it is kept from deletion
     sa.Index("sweeps_digest", "digest"),
     sqlite_autoincrement=True,
 )
@@ -162,6 +163,7 @@ CONTROL = sa.Table(
     sa.Column("data_id", sa.String(32)),  # of the data directory that belongs to this database
     # Lost results that may be forgotten beyond the limits, on request.
     sa.Column("forgettable", sa.Integer, nullable=False),
+    sa.Column("scrub", JSON),  # how far the comparison of all files with their digests is
 )
 
 # The queue of an owner in a priority class: see ``fair_queueing``.

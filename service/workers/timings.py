@@ -30,6 +30,11 @@ class Timings:
     collection_drop: float = 0.01  # to look for files that no sweep retains
     temporary_file_age: float = 600.0  # a younger temporary file may still be written to
 
+    # Comparison of stored files with their digests, for which the leader waits.
+    scrub_step: float = 0.2  # to read, however much is due
+    scrub_note: float = 60.0  # interval between two notes of how far it is
+    scrub_interval: float = 24 * 3600.0  # between the beginnings of two passes, at least
+
     # The supervisor of an attempt, and its process (service.workers).
     supervisor_tick: float = 0.1  # interval between two checks of stop and limits
     stop_grace: float = 0.5  # time between the stop message and the kill

@@ -3,7 +3,6 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
-from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile, ZipFile
 
@@ -127,7 +126,7 @@ def _printed(name: str, value: float | None, uncertainty: float | None, flags: S
 @lru_cache(maxsize=64)
 def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> list[Markup]:
     """The histories of a result: energies, then measurements in the order of the scenario."""
-    if result.size > LARGEST_RESULT or not artifacts.is_there(result):
+    if result.size > LARGEST_RESULT or not artifacts.may_be_shown(result):
         return []
     plain = artifacts.read_json(result)
     drawn = [_energies(plain.get("histories") or {})]
@@ -180,7 +179,9 @@ def _parameters(spec: Mapping[str, Any], asked: set[str]) -> Iterator[dict[str, 
 def _log_end(store: Store, artifacts: Artifacts, id: str) -> str:
     """The last lines of the log of a run; empty without one."""
     try:
-        file: Path = log_of(id, store, artifacts)[0]
+        file, registered = log_of(id, store, artifacts)
+        if registered is not None and not artifacts.may_be_shown(registered):
+            return ""
         with file.open("rb") as log:
             log.seek(max(0, file.stat().st_size - LOG_BYTES))
             text = log.read(LOG_BYTES).decode(errors="replace")

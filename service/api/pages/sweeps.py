@@ -110,7 +110,8 @@ def _orders(caller: Caller, sweep: SweepStatus) -> list[Order]:
     if not sweep.is_terminal:
         return [] if sweep.state is SweepState.CANCELLING else ["cancel"]
     is_whole = sweep.state == SweepState.SUCCEEDED and not sweep.counts[State.FAILED]
-    return ["delete"] if is_whole else ["retry", "delete"]
+    orders: list[Order] = [] if is_whole else ["retry"]
+    return orders if sweep.pinned else [*orders, "delete"]
 
 
 @router.post("/sweeps/{id}/values", dependencies=[Depends(check_token)])
@@ -136,7 +137,7 @@ def carry_out(
 
 def _headline(artifacts: Artifacts, report: Stored | None) -> str:
     """The headline of a report; empty without a report, or in one of an early version."""
-    if report is None or not artifacts.is_there(report):
+    if report is None or not artifacts.may_be_shown(report):
         return ""
     return _headline_of(artifacts, report)
 

@@ -27,7 +27,7 @@ def archive_of(artifacts: Artifacts, files: Mapping[str, Stored], texts: Mapping
     lacking = [name for name, stored in files.items() if not artifacts.is_there(stored)]
     if lacking:
         raise FileDamaged(
-            f"{len(lacking)} files are lost or damaged, the first is {lacking[0]}; `whipple doctor` lists them"
+            f"{len(lacking)} files are lost or damaged, the first is {lacking[0]}; ask again later, or restore them"
         )
     digests = {name: stored.sha256 for name, stored in files.items()}
     digests |= {name: hashlib.sha256(text).hexdigest() for name, text in texts.items()}

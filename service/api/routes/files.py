@@ -165,7 +165,7 @@ def _published(
     if stored is None:
         raise _absent(sweep, name)
     filename = f"{_plain(sweep.name)}-{name}"
-    return Download(artifacts.path(stored), filename, stored.sha256, is_attachment, headers or {})
+    return Download(artifacts.path(stored), filename, stored.sha256, is_attachment, headers or {}, stored)
 
 
 def _partial(

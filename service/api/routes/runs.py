@@ -50,7 +50,7 @@ def download_file(
 ) -> Response:
     stored = store.runs.file(id, name)
     path, filename = artifacts.path(stored), f"{id}-{stored.name}"
-    return send_file(request, Download(path, filename, stored.sha256, is_attachment=True))
+    return send_file(request, Download(path, filename, stored.sha256, is_attachment=True, registered=stored))
 
 
 @serves(
@@ -121,7 +121,7 @@ def download_view(
 def download_log(id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
     file, registered = log_of(id, store, artifacts)
     if registered:
-        return send_file(request, Download(file, f"{id}-{LOG}", registered.sha256))
+        return send_file(request, Download(file, f"{id}-{LOG}", registered.sha256, registered=registered))
     if "range" in request.headers:
         return FileResponse(file, media_type=media_type_of(LOG))
     # ``FileResponse`` would send more bytes than announced while the log grows (up to 16 MiB).

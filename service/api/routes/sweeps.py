@@ -187,6 +187,20 @@ def retry_sweep(
     return SweepModel.of(store.sweeps.retry(id, verdicts=verdicts))
 
 
+@router.put("/{id}/pin")
+def pin_sweep(id: SweepId, caller: Submitter, store: AppStore) -> SweepModel:
+    """Pin a sweep: it is not deleted, by nobody and by no rule of retention, until it is unpinned."""
+    _check_owner(store, caller, id)
+    return SweepModel.of(store.sweeps.pin(id, pinned=True))
+
+
+@router.delete("/{id}/pin")
+def unpin_sweep(id: SweepId, caller: Submitter, store: AppStore) -> SweepModel:
+    """Unpin a sweep."""
+    _check_owner(store, caller, id)
+    return SweepModel.of(store.sweeps.pin(id, pinned=False))
+
+
 @router.delete("/{id}", status_code=204)
 def delete_sweep(id: SweepId, caller: Submitter, store: AppStore) -> None:
     """Delete a sweep that has ended, with its cube and report. Its runs stay available to other sweeps."""

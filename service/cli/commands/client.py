@@ -205,6 +205,20 @@ def priority(
 
 
 @app.command()
+def pin(id: SweepArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+    """Keep a sweep: it is not deleted, by hand or by a rule of retention, until `whipple unpin`."""
+    with _commanding(id, url, key_file) as handle:
+        handle.pin()
+
+
+@app.command()
+def unpin(id: SweepArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+    """Let a pinned sweep be deleted again."""
+    with _commanding(id, url, key_file) as handle:
+        handle.pin(pinned=False)
+
+
+@app.command()
 def delete(id: SweepArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
     """Delete a sweep that has ended, with cube and report; other sweeps keep its runs."""
     with client_of(url, key_file) as client:

@@ -1,8 +1,8 @@
-"""Maintenance of the database and the files of a service: keys, audit, backup, missing files, remeasure."""
+"""Maintenance of the database and the files of a service: keys, audit, backup, retention, missing files, remeasure."""
 
 import re
 import sys
-from contextlib import nullcontext
+from contextlib import nullcontext, suppress
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated
@@ -183,6 +183,52 @@ def backup(
         done = back_up(settings, out, store)
     print_backup(done)
     raise typer.Exit(FAILURE if done.lost else SUCCESS)
+
+
+# --- retention ------------------------------------------------------------------------------------
+
+
+@app.command()
+def retention(
+    older_than: Annotated[str | None, typer.Option(help="Sweeps that ended so long ago, such as 90d.")] = None,
+    to_size: Annotated[
+        str | None, typer.Option(help="The oldest sweeps, until the files of the others have 500GB, or another size.")
+    ] = None,
+    owner: Annotated[str | None, typer.Option(help="Sweeps of the owner, the name of a key, alone.")] = None,
+    apply: Annotated[bool, typer.Option("--apply", help="Delete them; by default they are listed.")] = False,
+    as_json: Json = False,
+    data: Data = None,
+    database_url: DatabaseUrl = None,
+) -> None:
+    """List, or delete, ended sweeps by age, size and owner; pinned ones stay, and runs that another sweep has."""
+    from service.cli.console import print_expired, print_json
+    from service.cli.offline import open_store, record_order
+    from service.records.jobs import Conflict, NotFound
+
+    if older_than is None and to_size is None and owner is None:
+        raise InvalidInput([Finding("retention", "no rule", "--older-than, --to-size or --owner", "give one of them")])
+    before = datetime.now(UTC) - (timedelta() if older_than is None else _duration("--older-than", older_than))
+    most = -1 if to_size is None else _size("--to-size", to_size)
+    with open_store(settings_of(data=data, database_url=database_url)) as store:
+        sizes = store.retention.expired(before, owner=owner, to_size=most)
+        expired = [(store.sweeps.get(id), size) for id, size in sizes.items()]
+        for id in sizes if apply else ():
+            with suppress(Conflict, NotFound):  # it was pinned, retried or deleted just now
+                store.sweeps.delete(id)
+                record_order(store, "delete", id)
+    print_json([{**vars(sweep), "size": size} for sweep, size in expired]) if as_json else print_expired(expired)
+    if not apply:
+        print("nothing was deleted: --apply deletes them", file=sys.stderr)
+
+
+def _size(option: str, text: str) -> int:
+    """The bytes that an option gives; raises InvalidInput."""
+    from pydantic import ByteSize, TypeAdapter, ValidationError
+
+    try:
+        return TypeAdapter(ByteSize).validate_python(text)
+    except ValidationError:
+        raise InvalidInput([Finding(option, text, "a size", "write it like 500GB or 2TiB")]) from None
 
 
 # --- missing files --------------------------------------------------------------------------------

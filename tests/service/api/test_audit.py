@@ -87,6 +87,8 @@ def test_every_route_that_changes_something__is_recorded(api: Api, compared: Cal
         "submit",
         "add points",
         "cancel",
+        "pin",
+        "unpin",
         "retry",
         "delete",
         "prioritise",

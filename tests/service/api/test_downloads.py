@@ -198,5 +198,20 @@ def test_file__that_no_longer_has_its_digest_is_not_served(api: Api) -> None:
         response = api.http.get(path, headers=headers)
         assert (response.status_code, response.json()["title"]) == (500, "File damaged")
         assert "etag" not in response.headers
-    file.write_bytes(content)
+    [publication] = api.store.leases.take(9, api.term())
+    assert api.http.get(path).status_code == 500
+    assert api.http.get(f"/v1/sweeps/{id}").json()["state"] == "publishing"
+    files = [api._stored(f"again/{name}", each) for name, each in FILES.items()]
+    assert api.store.leases.publish(publication, files, seconds=0.1)  # the requests leave the one that is under way
     assert api.http.get(path).content == content
+
+
+def test_page__shows_nothing_of_a_damaged_file(api: Api) -> None:
+    page = f"/sweeps/{api.submit()}"
+    api.compute()
+    assert "simulation only" in api.http.get(page).text
+    _, stored = api.store.sweeps.get_with_file(page.rpartition("/")[2], "report.json")
+    assert stored is not None
+    file = api.settings.data / stored.path
+    file.write_bytes(file.read_bytes().replace(b"simulation", b"Simulation"))
+    assert "imulation only" not in api.http.get(page).text

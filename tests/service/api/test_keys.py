@@ -131,7 +131,10 @@ def test_scope__allows_what_it_says_and_no_more(api: Api, scope: Scope) -> None:
 
 # --- whose sweep is whose -------------------------------------------------------------------------
 
-ORDERS = (("POST", "/cancel", None), ("POST", "/retry", None), ("PATCH", "", {"priority": 3}), ("DELETE", "", None))
+ORDERS = (
+    *(("POST", "/cancel", None), ("POST", "/retry", None), ("PATCH", "", {"priority": 3})),
+    *(("PUT", "/pin", None), ("DELETE", "/pin", None), ("DELETE", "", None)),
+)
 
 
 def submitted(api: Api, key: dict[str, str]) -> dict[str, Any]:

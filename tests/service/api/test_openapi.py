@@ -31,10 +31,10 @@ SEED = 20261121
 EXAMPLES, SEQUENCES = 4, 3  # of each operation, and of operations one after the other
 THOROUGH = 60  # of both, for the claim
 STEPS = 10  # of a sequence
-SEEDS = 4  # at most, until the sequences have met every kind of answer
+SEEDS = 8  # at most, until the sequences have met every kind of answer
 ENDLESS = "/v1/queue/events"  # an answer that does not end; test_event_streams.py listens to it
 ENDED = 4  # sweeps that have ended when the tests begin
-SUBMIT, ESTIMATE = "POST /v1/sweeps", "POST /v1/sweeps/estimate"
+SUBMIT, ESTIMATE, DELETE = "POST /v1/sweeps", "POST /v1/sweeps/estimate", "DELETE /v1/sweeps/{id}"
 # A schema cannot say which sweeps there are, what a unit is, or that a state allows an order.
 EXCLUDED = [positive_data_acceptance]
 BUDGET = settings(phases=[Phase.explicit, Phase.generate], suppress_health_check=list(HealthCheck))
@@ -224,7 +224,7 @@ def call_sequences(described: Described, folder: Path, count: int) -> None:
             number = next(self.calls)
             if case.operation.label == SUBMIT:
                 give_a_sweep(case, number)
-            if number % 3 == 0:
+            if number % 3 == 0 or case.operation.label == DELETE:  # what has not ended is not deleted
                 self.api.compute(failures=number % 2)
 
         def get_call_kwargs(self, case: Any) -> dict[str, Any]:

@@ -71,6 +71,20 @@ def test_run__shows_its_question_its_measurements_or_why_it_failed(api: Api) -> 
     assert "path" not in run
 
 
+def test_pin__keeps_a_sweep_however_often_it_is_set(api: Api) -> None:
+    here = f"/v1/sweeps/{api.submit()}"
+    api.compute()
+    first, second = (api.http.put(f"{here}/pin").json() for _ in range(2))
+    assert first["pinned"] == second["pinned"] == api.http.get(here).json()["pinned"] is not None
+    refused = api.http.delete(here)
+    assert (refused.status_code, "unpin it" in refused.json()["detail"]) == (409, True)
+    assert [api.http.delete(f"{here}/pin").json()["pinned"] for _ in range(2)] == [None, None]
+    kinds = [event["kind"] for event in api.http.get(f"{here}/history").json()["items"]]
+    assert (kinds.count("pinned"), kinds.count("unpinned")) == (1, 1)
+    assert api.http.delete(here).status_code == 204
+    assert api.http.put(f"{here}/pin").status_code == 404
+
+
 def test_delete__is_refused_before_a_sweep_has_ended(api: Api) -> None:
     here = f"/v1/sweeps/{api.submit()}"
     refused = api.http.delete(here)

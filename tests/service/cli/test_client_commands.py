@@ -135,7 +135,11 @@ def test_orders__move_a_sweep(shared_api: Api, tmp_path: Path, capsys: Capsys) -
     assert run("retry", id) == 0
     assert sweeps.get(id).counts["queued"] >= 1
     shared_api.compute()
+    assert run("pin", id) == 0
+    assert run("delete", id) == 1
+    assert run("unpin", id) == 0
     assert run("delete", id) == 0
+    assert "), pinned" in capsys.readouterr().out
     assert run("status", id) == 1
     output = capsys.readouterr().err
     assert output.startswith("whipple: ")

@@ -11,6 +11,7 @@ from service import execution
 from service.cli.doctor import CheckStatus, check_store, check_workers, examine
 from service.execution.protocol import Cluster
 from service.queue import data_identity as identity
+from service.records.jobs import Scrub
 from service.settings import Settings
 from service.store import Store
 
@@ -34,9 +35,19 @@ def test_all_is_well__every_check_says_so_and_nothing_is_changed(settings: Setti
     before = all_files(settings.data)
     result = list(examine(settings))
     assert [(item.name, item.status, item.cure) for item in result] == [
-        (name, CheckStatus.OK, "") for name in ("data directory", "database", "workers")
+        (name, CheckStatus.OK, "") for name in ("data directory", "database", "stored files", "workers")
     ]
     assert all_files(settings.data) == before
+
+
+@pytest.mark.parametrize("damaged", [0, 2])
+def test_files__were_compared_then_and_so_many_are_damaged(settings: Settings, damaged: int) -> None:
+    with closing(Store.open(settings.url)) as store:
+        store.retention.note_scrub(Scrub(whole=(86400.0, 7, damaged)))
+    result = list(check_store(settings))[1]
+    assert result.status is (CheckStatus.WARNING if damaged else CheckStatus.OK)
+    assert result.detail == f"7 compared with their digests until 1970-01-02 00:00 UTC, {damaged} damaged"
+    assert ("forget-lost" in result.cure) is bool(damaged)
 
 
 def test_store__that_is_not_there_is_not_made(tmp_path: Path) -> None:

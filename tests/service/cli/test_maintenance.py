@@ -12,11 +12,13 @@ import pytest
 import sqlalchemy as sa
 
 from service.queue import data_identity as identity
-from service.records.jobs import Scope
+from service.records.jobs import Scope, Submission
 from service.settings import Settings
 from service.store import Store
 from service.store.tables import CONTROL
 from tests.service.support.command import run
+from tests.service.support.fakes import sweep_of
+from tests.service.support.rows import finish_all
 
 Capsys = pytest.CaptureFixture[str]
 
@@ -115,6 +117,29 @@ def test_command__without_a_database_says_how_to_name_one(
     assert run(*arguments) == 1
     assert "WHIPPLE_DATA" in capsys.readouterr().err
     assert not data.exists()
+
+
+# --- retention -------------------------------------------------------------------------------------
+
+
+def test_retention__lists_what_it_would_delete_and_deletes_it_on_request(store: Store, capsys: Capsys) -> None:
+    ids = [store.sweeps.create(Submission(sweep_of(1), owner=owner)).id for owner in ("anna", "bert")]
+    finish_all(store)
+    assert run("retention", "--older-than", "1d", "--json") == 0
+    assert json.loads(capsys.readouterr().out) == []
+    assert run("retention", "--to-size", "0MB") == 0
+    output = capsys.readouterr()
+    assert all(id[:12] in output.out for id in ids)
+    assert ("2 sweeps, 0.0 MB" in output.out, "--apply" in output.err) == (True, True)
+    assert run("retention", "--owner", "anna", "--apply") == 0
+    assert [sweep.id for sweep in store.sweeps.page().items] == ids[1:]
+
+
+@pytest.mark.parametrize("arguments", [(), ("--older-than", "old"), ("--to-size", "much"), ("--to-size", "-1")])
+@pytest.mark.usefixtures("store")
+def test_retention__needs_a_rule(arguments: tuple[str, ...], capsys: Capsys) -> None:
+    assert run("retention", *arguments, "--apply") == 2
+    assert "cure" in capsys.readouterr().err
 
 
 # --- files that are away ---------------------------------------------------------------------------

@@ -85,9 +85,12 @@ def test_run_sweep__again_from_a_file_computes_nothing_new(answered: Answered) -
     file = out.parent / "holes.json"
     file.write_text(json.dumps(document()))
     (out / "cube.nc").unlink()
-    again = run_sweep(str(file), out, settings=settings_of(out))
+    rule = {"retention_days": 1e-9}  # of a service, in the environment
+    again = run_sweep(str(file), out, settings=settings_of(out).model_copy(update=rule))
     assert (again.counts["succeeded"], again.sweep.reused, again.sweep.new) == (2, 2, 0)
     assert (out / "cube.nc").is_file()
+    with closing(open_store(settings_of(out))) as store:
+        assert answered.finished.sweep.id in [sweep.id for sweep in store.sweeps.page().items]
 
 
 def test_run_sweep__says_when_nothing_can_be_published(tmp_path: Path) -> None:

@@ -197,6 +197,16 @@ def test_run_without_sweep__is_forgotten_after_a_long_time(harness: Harness) -> 
         harness.run()
 
 
+def test_sweep__that_has_expired_is_deleted_unless_it_is_pinned(harness: Harness) -> None:
+    kept, gone = (harness.submit(runs_of("fine", first=number)) for number in (1, 2))
+    harness.compute_all()
+    harness.store.sweeps.pin(kept, pinned=True)
+    for days, left in ((1.0, {kept, gone}), (1e-9, {kept})):
+        settings = harness.settings.model_copy(update={"retention_days": days})
+        collector(replace(harness, settings=settings)).step()
+        assert {sweep.id for sweep in harness.store.sweeps.page().items} == left
+
+
 # --- the size of a step --------------------------------------------------------------------------
 
 

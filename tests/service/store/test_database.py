@@ -130,6 +130,8 @@ DROP TABLE sessions
 DROP TABLE shares
 DROP INDEX jobs_queue
 ALTER TABLE jobs DROP COLUMN owner
+ALTER TABLE sweeps DROP COLUMN pinned
+ALTER TABLE control DROP COLUMN scrub
 CREATE INDEX jobs_queue ON jobs (state, priority, virtual_time, ordinal)
 CREATE TABLE priority_classes (priority INTEGER PRIMARY KEY, virtual_time FLOAT NOT NULL)
 INSERT INTO priority_classes VALUES (0, 7.0)

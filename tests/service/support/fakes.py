@@ -173,4 +173,4 @@ class LosableLeadership(Leadership):
 
 def settings_in(folder: Path, **options: Any) -> Settings:
     """Settings of a service that computes with ``tests.service.support.targets``."""
-    return Settings(data=folder, targets_module="tests.service.support.targets", **options)
+    return Settings(data=folder, **{"targets_module": "tests.service.support.targets", "scrub_rate": 0, **options})

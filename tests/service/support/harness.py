@@ -8,7 +8,7 @@ from typing import Any
 
 from service.files.artifacts import OF_A_RUN, Artifacts, describe
 from service.queue.dispatcher import Dispatcher
-from service.records.jobs import Cause, Kind, RunRow, Submission
+from service.records.jobs import Cause, Keep, Kind, RunRow, Submission
 from service.settings import Settings
 from service.store import Store
 from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message
@@ -82,7 +82,7 @@ class Harness:
         directory.mkdir(parents=True)
         (directory / "log.txt").write_text("computed\n")
         if attempt.kind is Kind.RUN:
-            execute(FakeRun.from_json(attempt.spec), directory)
+            execute(FakeRun.from_json(attempt.spec), directory, film=attempt.keep is Keep.FILM)
         else:
             answers = {outcome["run_id"]: outcome for outcome in attempt.spec["outcomes"]}
             publish(attempt.spec["document"], answers, directory)
@@ -115,6 +115,12 @@ class Harness:
         self.end_well(publication)
         self.tick()
         return publication
+
+    def compute_all(self) -> None:
+        """Take ticks, and end well what begins, until nothing does."""
+        while attempts := self.tick():
+            for attempt in attempts:
+                self.end_well(attempt)
 
     def run(self, number: int = 0) -> RunRow:
         """The row of a run."""
