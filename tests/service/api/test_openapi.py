@@ -187,7 +187,9 @@ def test_calls__came_through_to_what_they_asked_for(described: Described) -> Non
     assert not {401, 403, 421, 500} & set(seen), seen
 
 
+@pytest.mark.claim("api", "openapi-sequences", minutes=0.1)
 def test_sequences__of_operations_answer_as_they_are_described(described: Described, tmp_path: Path) -> None:
+    """Short sequences of operations answer as the description says (schemathesis, fixed seed)."""
     call_sequences(described, tmp_path, SEQUENCES)
 
 

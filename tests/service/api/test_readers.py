@@ -65,8 +65,16 @@ def test_refusal__keeps_fields_values_limits_cures_and_pointers_between_processe
     assert refusal.pointers["axes.speed[1]"] == "/axes/speed/1"
 
 
-@pytest.mark.parametrize(("part", "limit"), [(burn, "1 s of computing"), (fill, "600 MiB")])
+@pytest.mark.parametrize(
+    ("part", "limit"),
+    [
+        pytest.param(burn, "1 s of computing", marks=pytest.mark.claim("mend-again", "reader-limits", minutes=0.1)),
+        (fill, "600 MiB"),
+    ],
+)
 def test_limit__ends_one_sweep_with_a_refusal_and_its_child_goes_on(part: Any, limit: str) -> None:
+    """A limit of computing or memory ends the reading of one sweep with a refusal, and its child goes on."""
+
     async def use(readers: Readers) -> Any:
         body = posted(SWEEP)
         first = await readers.read(body, pid)
@@ -77,8 +85,13 @@ def test_limit__ends_one_sweep_with_a_refusal_and_its_child_goes_on(part: Any, l
     assert before == after
 
 
-@pytest.mark.parametrize(("part", "seconds"), [(die, 120.0), (freeze, 2.0)])
+@pytest.mark.parametrize(
+    ("part", "seconds"),
+    [(die, 120.0), pytest.param(freeze, 2.0, marks=pytest.mark.claim("mend-again", "frozen-reader", minutes=0.1))],
+)
 def test_child__that_is_killed_or_frozen_is_replaced(part: Any, seconds: float) -> None:
+    """A child that reads sweeps and is killed or frozen is replaced."""
+
     async def use(patient: Readers) -> Any:
         with pytest.raises(ReaderLost):
             await Readers(wall_seconds=seconds).read(posted(SWEEP), part)
