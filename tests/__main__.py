@@ -46,12 +46,13 @@ class Outcome:
 SIDE_BY_SIDE = 5
 
 PYTEST = ("pytest", "-q", "--durations=5")
-# Tests of processes, which wait for most of their time; and what is left of folders that others have parts of.
-WAITING = ["tests/contracts/test_engine.py", "tests/crash", "tests/service/execution", "tests/service/workers"]
+# Tests of processes, which wait for most of their time, wherever they stand.
+ENGINES = "tests/contracts/test_engine.py"
+WAITING = ["tests/crash", "tests/service/workers", ENGINES, "tests/service/execution"]
 TESTS = {
     "crashes": WAITING,
     "service": ["tests/service", *(f"--ignore={path}" for path in WAITING)],
-    "solver": ["tests/cases", "tests/claims", "tests/contracts", "tests/solver", f"--ignore={WAITING[0]}"],
+    "solver": ["tests/cases", "tests/claims", "tests/contracts", "tests/solver", f"--ignore={ENGINES}"],
 }
 # Python compiles the installed modules when they are first imported: here once, before five processes do it at a time.
 MODULES = Stage(
