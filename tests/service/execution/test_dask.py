@@ -35,6 +35,8 @@ from tests.service.support.cluster import (
 )
 from tests.service.support.fakes import is_gone
 
+# A cluster takes four seconds of computing; the contract of engines (test_engine.py) has another in each make test.
+pytestmark = pytest.mark.claim("queue", "dask", minutes=0.3)
 WORKERS = 2
 MEMORY_LIMIT = ByteSize(4 << 30)
 
