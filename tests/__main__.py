@@ -66,16 +66,16 @@ MODULES = Stage(
     ],
 )
 # In the order in which they begin, long ones first.
-TYPES = Stage("types", 120, ["mypy", "solver", "studies", "service", "whipple"])  # of tests: make claims types
+TYPES = Stage("types", 90, ["mypy", "solver", "studies", "service", "whipple"])  # of tests: make claims types
 STAGES = (
     Stage("rules", 5, ["ruff", "check", "--quiet"]),
     Stage("format", 5, ["ruff", "format", "--check", "--quiet"]),
     Stage("solver", 250, [*PYTEST, *TESTS["solver"]]),
     Stage("service", 250, [*PYTEST, *TESTS["service"]]),
-    Stage("crashes", 220, [*PYTEST, *TESTS["crashes"]]),
+    Stage("crashes", 180, [*PYTEST, *TESTS["crashes"]]),
     Stage(
         "other tests",
-        220,
+        250,
         [*PYTEST, *(f"--ignore={path}" for paths in TESTS.values() for path in paths if path.startswith("tests"))],
     ),
     Stage("imports", 10, ["lint-imports", "--no-logo", "--cache-dir", ".cache/import-linter"]),
