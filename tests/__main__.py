@@ -46,10 +46,13 @@ class Outcome:
 SIDE_BY_SIDE = 5
 
 PYTEST = ("pytest", "-q", "--durations=5")
+# Tests of processes, which wait for most of their time, wherever they stand.
+ENGINES = "tests/contracts/test_engine.py"
+WAITING = ["tests/crash", "tests/service/workers", ENGINES, "tests/service/execution"]
 TESTS = {
-    "crashes": ["tests/crash"],
-    "service": ["tests/service"],
-    "solver": ["tests/cases", "tests/claims", "tests/contracts", "tests/solver"],
+    "crashes": WAITING,
+    "service": ["tests/service", *(f"--ignore={path}" for path in WAITING)],
+    "solver": ["tests/cases", "tests/claims", "tests/contracts", "tests/solver", f"--ignore={ENGINES}"],
 }
 # Python compiles the installed modules when they are first imported: here once, before five processes do it at a time.
 MODULES = Stage(
@@ -63,14 +66,18 @@ MODULES = Stage(
     ],
 )
 # In the order in which they begin, long ones first.
-TYPES = Stage("types", 120, ["mypy"])
+TYPES = Stage("types", 90, ["mypy", "solver", "studies", "service", "whipple"])  # of tests: make claims types
 STAGES = (
     Stage("rules", 5, ["ruff", "check", "--quiet"]),
     Stage("format", 5, ["ruff", "format", "--check", "--quiet"]),
     Stage("solver", 250, [*PYTEST, *TESTS["solver"]]),
     Stage("service", 250, [*PYTEST, *TESTS["service"]]),
-    Stage("crashes", 220, [*PYTEST, *TESTS["crashes"]]),
-    Stage("other tests", 220, [*PYTEST, *(f"--ignore={path}" for paths in TESTS.values() for path in paths)]),
+    Stage("crashes", 180, [*PYTEST, *TESTS["crashes"]]),
+    Stage(
+        "other tests",
+        250,
+        [*PYTEST, *(f"--ignore={path}" for paths in TESTS.values() for path in paths if path.startswith("tests"))],
+    ),
     Stage("imports", 10, ["lint-imports", "--no-logo", "--cache-dir", ".cache/import-linter"]),
 )
 

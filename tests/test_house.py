@@ -77,6 +77,14 @@ def test_names__of_classes_and_types_are_defined_once(compared: Callable[..., No
     compared(*(equal(f"files that define {name}", expected=1, got=files) for name, files in twice.items()))
 
 
+@pytest.mark.claim("house", "types", minutes=0.8)
+def test_types__hold_in_tests_and_documentation_too(compared: Callable[..., None]) -> None:
+    """mypy finds nothing in the product, the tests and what makes the documentation."""
+    ended = subprocess.run([sys.executable, "-m", "mypy"], cwd=house.ROOT, capture_output=True, text=True, check=False)
+    errors = ended.stdout.count(": error:")
+    compared(equal("exit status of mypy, and errors that it finds", expected=(0, 0), got=(ended.returncode, errors)))
+
+
 # --- how long a start takes -------------------------------------------------------------------------
 
 SWEEP = {

@@ -71,12 +71,12 @@ def doubts(flags: xr.DataArray) -> xr.DataArray:
     return flags & ~np.int32(unknown)
 
 
-def by_run(dataset: xr.Dataset, array: xr.DataArray) -> np.ndarray:
+def by_run(dataset: xr.Dataset, variable: xr.Variable) -> np.ndarray:
     """The values of a variable for each run, in the shape of ``run_state``, whatever it varies along.
 
     Without xarray's alignment, which takes milliseconds: the variables of a cube share their coordinates.
     """
-    return array.variable.set_dims(dict(dataset.run_state.sizes)).values
+    return variable.set_dims(dict(dataset.variables["run_state"].sizes)).values
 
 
 def _cube_file(path: Path) -> Path:

@@ -62,7 +62,7 @@ def _every_name(dataset: xr.Dataset) -> list[str]:
 def _column(dataset: xr.Dataset, name: str) -> np.ndarray:
     """The values of a variable for each run, (runs,); flags in words."""
     array = dataset[name]
-    values = reading.by_run(dataset, array).ravel()
+    values = reading.by_run(dataset, array.variable).ravel()
     if array.dtype.kind in "OUT":
         short = short_texts(dataset[[name]])
         return np.array([short.get(text, text) for text in values], object)

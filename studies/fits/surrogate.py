@@ -204,7 +204,7 @@ def _flagged(dataset: xr.Dataset, quantity: str, flag: str) -> np.ndarray:
     """Whether the value of each run, (runs,), has a flag."""
     flags = FLAGS.of(dataset, quantity)
     mask = sum(mask for mask, word in reading.flag_meanings(flags) if word == flag)
-    return np.asarray(reading.by_run(dataset, flags).ravel() & mask != 0)
+    return np.asarray(reading.by_run(dataset, flags.variable).ravel() & mask != 0)
 
 
 @dataclass(frozen=True)

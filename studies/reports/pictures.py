@@ -17,7 +17,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated
+from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated_values
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.quantities.display import MESH_UNKNOWN, digits, display_of, printed, printed_in
@@ -150,7 +150,7 @@ def _shown(dataset: xr.Dataset, number: int, files: Mapping[str, Path]) -> Shown
     place = places_of(dataset)[number]
     sections, missing = _sections(dataset, number, files)
     values = {
-        name: float(simulated(dataset, name).values.ravel()[number])
+        name: float(simulated_values(dataset, name).ravel()[number])
         for name in (*ACROSS, *ALONG)
         if name in reading.quantities_of(dataset)
     }

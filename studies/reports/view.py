@@ -11,7 +11,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, by_run, comparable, error_bars, places_of, simulated
+from studies.cubes.points import Place, axes_of, by_run, comparable, error_bars, places_of, simulated_values
 from studies.cubes.variable import Variable
 from studies.laws import DRAWN_ONLY
 from studies.quantities.units import readable
@@ -63,11 +63,11 @@ class FigureView:
         if not variable.is_in(self.dataset, name):
             return np.full(len(self.x), np.nan)
         values = variable.of(self.dataset, name).values
-        return values.reshape(len(self.x), *values.shape[len(self.dataset.run_state.dims) :])
+        return values.reshape(len(self.x), *values.shape[len(self.dataset.variables["run_state"].dims) :])
 
     def succeeded(self, name: str, variable: Variable = cubes.VALUE) -> np.ndarray:
         """Measured values of each point; NaN where no run succeeded."""
-        return simulated(self.dataset, name, variable).values.ravel()
+        return simulated_values(self.dataset, variable.named(name)).ravel()
 
     def compared(self, name: str) -> np.ndarray:
         """Measured values of each point with which laws are compared; NaN elsewhere."""

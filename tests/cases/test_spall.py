@@ -24,8 +24,10 @@ from studies.materials import Material
 from studies.runs.execution import execute
 from studies.scenarios.parts.matter import Fracture, longitudinal_speed, matter
 from studies.sweeps.sweep import Sweep
+from tests.claims.marked import claimed
 
 METALS = ("copper-ofhc", "al-6061-t6", "al-2024-t3", "al-7075-t6", "ti-6al-4v", "steel-4340")
+FIRST = METALS[:1]  # whose claims at a point are ordinary tests too
 SPALL = Fracture(failure="spall-rate")
 
 STEPS = 400  # until a point breaks
@@ -66,8 +68,7 @@ def _broken(of: Matter, density: float, rate: float, dt: float) -> list[PointSta
     return states
 
 
-@pytest.mark.claim("breaking", "spall-at-a-point")
-@pytest.mark.parametrize("name", METALS)
+@pytest.mark.parametrize("name", claimed(METALS, FIRST, "breaking", "spall-at-a-point"))
 def test_spall__breaks_a_point_at_the_time_of_the_law(name: str, compared: Callable[[Row], None]) -> None:
     """Held at a tension a point breaks when the law says; pulled at a rate it breaks at the strength of that rate."""
     material = materials.load(name)

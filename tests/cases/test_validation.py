@@ -16,10 +16,10 @@ from studies.cases import validation
 from studies.cases.rows import Row
 from studies.cases.validation import ValidationLevel
 from tests.cases.cubes import computed
+from tests.claims.marked import claimed
 from tests.crash.support.browser import SCHEMES, WIDTHS, chromium, look, rows_of
 
 BY_COMMAND = "elastic-bar"
-SHORT = (BY_COMMAND, "plate-spall")  # ordinary tests too
 # Of a core: by particle-steps and 0.1 us each, measured 2026-11-23; of the others a guess.
 MINUTES = {"hole-laws": 50.0}
 HALF_MODELS = {"table-3-3": 9.0, "table-3-4": 16.0}
@@ -37,13 +37,7 @@ def _rows(names: Sequence[str], level: ValidationLevel, folder: Path, **more: An
         yield each.row
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        pytest.param(name, marks=pytest.mark.claim("cases", "validation-quick", minutes=0.0 if name in SHORT else 0.1))
-        for name in validation.names()
-    ],
-)
+@pytest.mark.parametrize("name", claimed(validation.names(), ["plate-spall"], "cases", "validation-quick"))
 def test_case__holds_on_coarse_grids(name: str, compared: Callable[[Row], None], tmp_path: Path) -> None:
     """Every validation case holds on coarse grids."""
     # One by the command, without figures in its report, the others without its service and report, which cost most.

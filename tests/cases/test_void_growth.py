@@ -19,7 +19,8 @@ from studies import materials
 from studies.cases.rows import Row, absolute, at_most, equal, relative
 from studies.materials import Material
 from studies.scenarios.parts.matter import Fracture, matter
-from tests.cases.test_spall import CALM, ENERGY, METALS, TENTH, pulled_bar
+from tests.cases.test_spall import CALM, ENERGY, FIRST, METALS, TENTH, pulled_bar
+from tests.claims.marked import claimed
 
 VOIDS = Fracture(failure="void-growth")
 STEPS = 1600  # until the voids link
@@ -107,8 +108,7 @@ def _reaches(value: float) -> Callable[..., float]:
     return event
 
 
-@pytest.mark.claim("breaking", "voids-at-a-point")
-@pytest.mark.parametrize("name", ["copper-ofhc", "al-6061-t6"])
+@pytest.mark.parametrize("name", claimed(METALS[:2], FIRST, "breaking", "voids-at-a-point"))
 def test_voids__take_the_tension_of_a_point_as_the_equation_says(name: str, compared: Callable[[Row], None]) -> None:
     """A point at a constant expansion bears the sourced strength, then the tension of the equation, until voids link.
 

@@ -11,14 +11,16 @@ A test becomes a claim by its mark; the first line of its docstring is the sente
 ``compared`` fails the test when a row fails, and ``make claims NAME`` prints each row. A claim with ``minutes`` (of a
 core, as measured once) runs by its name or that of its set alone, unless it is ``short``: then its test has a short
 form, which is an ordinary test, and asks ``in_full`` for the other one. A claim without minutes is an ordinary test as
-well. Several tests may have the mark of one claim, and a test the marks of several sets.
+well. Several tests may have the mark of one claim, and a test the marks of several sets; ``claimed`` makes
+parameters, of which some are ordinary tests too.
 """
 
 import os
 import time
-from collections.abc import Callable, Generator, Sequence
+from collections.abc import Callable, Collection, Generator, Iterable, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -26,7 +28,7 @@ from studies.cases.rows import Row, Verified, equal
 
 TESTS = Path(__file__).parents[1]
 ROWS = pytest.StashKey[list[Verified]]()
-MARK = "pytest.mark.claim("
+MARKS = ("pytest.mark.claim(", "claimed(")
 ALL = "all"  # in place of a name: every claim
 IN_FULL = "WHIPPLE_CLAIMS_IN_FULL"  # environment, also of the processes that a test starts
 
@@ -49,7 +51,16 @@ def in_full() -> bool:
 
 def files() -> list[str]:
     """The test files in which a mark stands; only these are collected for a claim."""
-    return sorted(str(path) for path in TESTS.rglob("test_*.py") if MARK in path.read_text(encoding="utf-8"))
+    texts = {str(path): path.read_text(encoding="utf-8") for path in TESTS.rglob("test_*.py")}
+    return sorted(path for path, text in texts.items() if any(mark in text for mark in MARKS))
+
+
+def claimed(values: Iterable[Any], ordinary: Collection[Any], *claim: str, minutes: float = 0.1) -> list[Any]:
+    """Parameters with the mark of a claim, set and name; those that are no ordinary tests have its minutes."""
+    return [
+        pytest.param(each, marks=pytest.mark.claim(*claim, minutes=0.0 if each in ordinary else minutes))
+        for each in values
+    ]
 
 
 def marks_of(item: pytest.Item) -> list[Marked]:

@@ -1,4 +1,4 @@
-"""The verification cases: each is a claim by its own sentence, and most of the quick ones are ordinary tests."""
+"""The verification cases: each is a claim by its own sentence, and a few are ordinary tests."""
 
 from collections.abc import Callable
 
@@ -9,13 +9,13 @@ from studies.cases.verification import DEFAULT, VerificationCase
 
 METHODS = ("sph-", "finite-elements", "coupled-bar")  # beginnings of the cases of other methods
 
-# Quick, but seconds of kernels or steps for what others have too: contracts of the law, Sod's tube, bars and plates.
-ONLY_CLAIMED = ("johnson-cook", "noh-plane-axis", "similarity", "vibrating-bar")
+# Ordinary tests too; others take seconds of kernels or steps for what contracts of laws and of scenarios have as well.
+ORDINARY = ("bar-contact", "elastic-waves", "patch")
 
 
 def _marked(case: VerificationCase) -> list[pytest.MarkDecorator]:
     """Its mark, and for a case of other methods that of their set too."""
-    minutes = 0.0 if case.quick and case.name not in ONLY_CLAIMED else 0.5
+    minutes = 0.0 if case.name in ORDINARY else 0.5
     sets = ["cases", *(["methods"] if case.name.startswith(METHODS) else [])]
     return [pytest.mark.claim(each, case.name, minutes=minutes, says=case.says) for each in sets]
 

@@ -19,6 +19,7 @@ from solver.state import DAMAGE, DENSITY, HARDENED, MASS, STORED, empty_table, l
 from solver.steps.points import StateLimits, Tally, update_particles
 from solver.steps.space import VELOCITY, Scattered, new_pack
 from solver.vectors import LANES
+from tests.claims.marked import claimed
 from tests.contracts import test_eos, test_failure, test_strength, test_tension
 from tests.solver.bodies import ROOM, SPACING, real_copper
 
@@ -41,10 +42,12 @@ LAWS: dict[str, Matter] = {
     )
     for laws in ([list(kind)[number % len(kind)] for kind in KINDS] for number in range(max(map(len, KINDS))))
 }
-# Their sets are compiled in the claim alone: the small runs of ``test_regression`` have stored numbers of these laws.
-COMPUTED_ELSEWHERE = ("modified-johnson-cook", "linear-hardening")
+# The sets of these are compiled in the claim alone, 2.3 s each (2026-11): others have the laws beside them, small runs
+# of ``test_regression`` have stored numbers of these, and copper without melting is in all tests of a step.
+COMPUTED_ELSEWHERE = ("modified-johnson-cook", "linear-hardening", "void-growth", "never melts")
 SOFTENS = next(matter for matter in LAWS.values() if isinstance(matter.strength, JohnsonCook))
 LAWS["never melts"] = SOFTENS._replace(melt_temperature=math.inf)
+ORDINARY = [law for law in LAWS if not any(each in law for each in COMPUTED_ELSEWHERE)]
 # Rows of the table that laws act on, and the counts and largest values of a step.
 ROWS = (*range(DENSITY, DAMAGE + 1), HARDENED, STORED)
 ACTS = ("tension_floors", "molten", "unstable")
@@ -124,20 +127,7 @@ def points(matter: Matter) -> tuple[np.ndarray, np.ndarray]:
     return gradients, states
 
 
-@pytest.mark.parametrize(
-    "law",
-    [
-        pytest.param(
-            law,
-            marks=pytest.mark.claim(
-                "laws",
-                "eight-points",
-                minutes=0.1 if any(f"strength={each}" in law for each in COMPUTED_ELSEWHERE) else 0.0,
-            ),
-        )
-        for law in LAWS
-    ],
-)
+@pytest.mark.parametrize("law", claimed(LAWS, ORDINARY, "laws", "eight-points"))
 def test_law__is_the_same_for_eight_points_as_for_one(law: str) -> None:
     """A kernel gives eight points at a time the numbers of each law point by point, to round-off."""
     matter = LAWS[law]

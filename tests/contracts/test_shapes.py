@@ -19,9 +19,11 @@ from solver.steps.space import new_pack
 from solver.vectors import LANES
 from studies.cases.rows import Row, at_most, equal
 from tests.cases.fields import expansion_error, force_of_uniform_pressure, velocity_gradients
+from tests.claims.marked import claimed
 from tests.solver.bodies import DENSITY, SPACING, Stencil, box, stencil, tabulated
 
 SHAPES = entries("solver.grid.shapes", "SHAPE")
+QUICK = ["linear"]  # of others, claims alone compile how a velocity gradient is gathered
 BOXES = {"axisymmetric": box(8, 8), "cartesian": box(8, 8, 8)}
 ROUND_OFF = 1e-12
 
@@ -146,7 +148,7 @@ def test_scatter__gives_each_node_its_share_of_every_particle(kind: str, name: s
 
 
 @pytest.mark.parametrize("kind", sorted(BOXES))
-@pytest.mark.parametrize("name", sorted(SHAPES))
+@pytest.mark.parametrize("name", claimed(sorted(SHAPES), QUICK, "numerics", "gradients"))
 def test_gather__sees_the_gradient_of_any_velocity(kind: str, name: str) -> None:
     """Sums of v G over the nodes; about an axis the hoop rate is that of v_r alone, and nothing turns about r or z."""
     geometry, shape, particles = BOXES[kind], SHAPES[name].record(), some_particles(kind)
@@ -185,8 +187,7 @@ def test_uniform_pressure__leaves_inner_nodes_without_force(name: str, compared:
         compared(at_most(f"{name}, {kind}, from column {first_column}: force over p h^2", limit=limit, got=got))
 
 
-@pytest.mark.claim("numerics", "uniform-expansion")
-@each_name
+@pytest.mark.parametrize("name", claimed(sorted(SHAPES), QUICK, "numerics", "uniform-expansion"))
 def test_uniform_expansion__is_exact_but_near_an_axis(name: str, compared: Callable[[Row], None]) -> None:
     """A uniform expansion is exact in 3-D; about an axis its error falls outwards, to 1 % beyond three cells."""
     shape = SHAPES[name].record()

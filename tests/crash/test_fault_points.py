@@ -183,7 +183,7 @@ def test_fork_of_a_service__that_dies_at_a_point_goes_on(tmp_path: Path, compare
 # --- a sweep without a service -----------------------------------------------------------------------
 
 
-@pytest.mark.claim("queue", "fault-points")
+@pytest.mark.claim("queue", "fault-points", minutes=0.1)
 def test_copy__that_dies_after_the_first_file_is_completed(tmp_path: Path, compared: Callable[..., None]) -> None:
     """A sweep without a service that is killed while it copies files out copies the others when it starts again."""
     work = replace(WORK, targets="tests.service.support.targets", run_seconds=0.0)

@@ -156,7 +156,9 @@ def begin(out: Path, gate: Path) -> "subprocess.Popen[bytes]":
         return subprocess.Popen(command, cwd=ROOT, env=environment, stderr=log, start_new_session=True)
 
 
+@pytest.mark.claim("queue", "interrupt", minutes=0.1)
 def test_interrupt__as_from_a_terminal_ends_all_in_order_and_can_be_resumed(tmp_path: Path) -> None:
+    """Ctrl-C on a sweep without a service ends every process in order, and the next start goes on."""
     [document] = WORK.documents()
     (tmp_path / "sweep.yaml").write_text(yaml.safe_dump(document))
     settings, gate = settings_in(tmp_path / ".whipple"), tmp_path / "gate"

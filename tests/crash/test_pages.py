@@ -16,7 +16,6 @@ import xarray
 
 from service.files.artifacts import digest
 from studies.cases.rows import Row, equal
-from tests.claims.marked import in_full
 from tests.crash.support.blocks import Block, Reader, blocks_of, cloned, surroundings
 from tests.crash.support.serving import ROOT
 from tests.service.support.cluster import free_port
@@ -43,11 +42,17 @@ CURL = {
 
 
 @pytest.mark.slow
-@pytest.mark.claim("docs", "readme", minutes=60.0, short=True)
-def test_readme__does_in_a_fresh_clone_what_it_says(tmp_path: Path, compared: Callable[..., None]) -> None:
+@pytest.mark.parametrize(
+    "whole",
+    [
+        pytest.param(True, marks=pytest.mark.claim("docs", "readme", minutes=60.0)),
+        pytest.param(False, marks=pytest.mark.claim("docs", "readme-quickly", minutes=0.2)),
+    ],
+)
+def test_readme__does_in_a_fresh_clone_what_it_says(whole: bool, tmp_path: Path, compared: Callable[..., None]) -> None:
     """The blocks of README.md do what it says: run in order, verbatim, in a fresh clone."""
     clone, seconds, environment = cloned(tmp_path), FULL_SECONDS, surroundings()
-    if not in_full():  # without the block that takes hours: this environment, and runs that cost nothing
+    if not whole:  # without the block that takes hours: this environment, and runs that cost nothing
         (clone / ".venv").symlink_to(sys.prefix)
         chosen = {"PYTHONPATH": str(clone), "WHIPPLE_TARGETS_MODULE": "tests.crash.support.chained"}
         seconds, environment = SHORT_SECONDS, surroundings(free_port()) | chosen
@@ -56,7 +61,7 @@ def test_readme__does_in_a_fresh_clone_what_it_says(tmp_path: Path, compared: Ca
     changed: set[str] = set()
     try:
         for block in README:
-            if in_full() or not needs_hours(block):
+            if whole or not needs_hours(block):
                 compared(reader.row_of(block))
                 now = {cube: digest(cube) for cube in clone.glob("*/cube.nc")}
                 changed |= {str(cube) for cube in left if now.get(cube) != left[cube]}

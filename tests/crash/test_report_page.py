@@ -9,18 +9,8 @@ from playwright.sync_api import Browser
 import whipple
 from studies.cases.rows import Row, at_most, equal
 from studies.reports.publish import publish_sweep
-from tests.crash.support.browser import (
-    CHROMIUM,
-    HEIGHT,
-    SCHEMES,
-    WIDTHS,
-    Scheme,
-    chromium,
-    look,
-    opened,
-    print_page,
-    rows_of,
-)
+from tests.claims.marked import claimed
+from tests.crash.support.browser import CHROMIUM, HEIGHT, SCHEMES, WIDTHS, chromium, look, opened, print_page, rows_of
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
 
@@ -55,8 +45,9 @@ def browser() -> Iterator[Browser]:
         yield browser
 
 
-@pytest.mark.parametrize(("width", "kind"), [(max(WIDTHS), "wide"), (min(WIDTHS), "narrow")])
-def test_page__draws_every_figure_as_wide_as_it_is(browser: Browser, report: Path, width: int, kind: str) -> None:
+@pytest.mark.parametrize("width", claimed(WIDTHS, WIDTHS[1:], "report", "width-of-figures"))
+def test_page__draws_every_figure_as_wide_as_it_is(browser: Browser, report: Path, width: int) -> None:
+    """Every figure of a report is drawn for the width of the window."""
     with opened(browser, report, width) as (page, _, _):
         drawn = page.evaluate(
             """() => [...document.querySelectorAll("[data-plot]")].map(place =>
@@ -64,7 +55,7 @@ def test_page__draws_every_figure_as_wide_as_it_is(browser: Browser, report: Pat
                     .map(svg => svg.classList[2]))"""
         )
     assert drawn
-    assert all(set(kinds) == {kind} for kinds in drawn)
+    assert all(set(kinds) == {"wide" if width == max(WIDTHS) else "narrow"} for kinds in drawn)
 
 
 def test_page__shows_every_picture_with_its_text(browser: Browser, report: Path) -> None:
@@ -82,11 +73,8 @@ def test_page__shows_every_picture_with_its_text(browser: Browser, report: Path)
     assert all(width > 100 and "Section" in label for width, label in shown)
 
 
-@pytest.mark.parametrize(("width", "scheme"), [*zip(WIDTHS, reversed(SCHEMES), strict=True)])
-def test_page__is_quiet_whole_and_accessible(
-    browser: Browser, report: Path, width: int, scheme: Scheme, compared: Callable[..., None]
-) -> None:
-    compared(*rows_of(look(browser, report, width, scheme), f"{width} px, {scheme}"))
+def test_page__is_quiet_whole_and_accessible(browser: Browser, report: Path, compared: Callable[..., None]) -> None:
+    compared(*rows_of(look(browser, report, min(WIDTHS), "dark"), "narrow and dark"))
 
 
 # Lower ends of what is seen first, px: headline, figure and picture.
@@ -95,8 +83,7 @@ FIRST = """() => [".headline", ".sides svg.chart", ".sides svg.of-run"].map(kind
 SHEET = (703, 1032)  # what margins of 12 mm leave of A4, px at 96 to the inch
 
 
-@pytest.mark.claim("door", "first-screen")
-@pytest.mark.parametrize("width", WIDTHS)
+@pytest.mark.parametrize("width", claimed(WIDTHS, WIDTHS[:1], "door", "first-screen"))
 def test_page__shows_headline_figure_and_picture_on_the_first_screen(
     browser: Browser, report: Path, width: int, compared: Callable[[Row], None]
 ) -> None:

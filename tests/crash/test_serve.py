@@ -36,7 +36,9 @@ def whipple(*arguments: object, **environment: str) -> "subprocess.CompletedProc
 
 
 @pytest.mark.slow
+@pytest.mark.claim("queue", "main-job", minutes=0.2)
 def test_main_job__goes_from_submission_to_cube_and_report(tmp_path: Path) -> None:
+    """A sweep that is submitted to a service is solved and published, and the service never loads the solver."""
     import xarray
 
     # One worker: two would compile the same kernels at the same time.

@@ -53,24 +53,22 @@ def service_program() -> dict[str, Any]:
     return {} if in_full() else {"program": BRIEF}
 
 
-@pytest.mark.claim("queue", "troubles-of-runs", minutes=0.5, short=True)
+@pytest.mark.claim("queue", "troubles-of-runs", minutes=0.5)
 def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, compared: Callable[..., None]) -> None:
     """A run that allocates without end, never ends, or crashes the interpreter has the named end, and no neighbour."""
-    # In short, without the one that never ends, which waits for the limit; test_engine.py has it for each engine.
-    failures = dict(list(FAILURES.items())[: None if in_full() else 2])
-    work = replace(WORK, speeds=len(failures) + (3 if in_full() else 2), run_seconds=0.2)
-    behaviours = json.dumps({speed: behaviour for speed, (behaviour, _) in failures.items()})
+    work = replace(WORK, speeds=len(FAILURES) + 3, run_seconds=0.2)
+    behaviours = json.dumps({speed: behaviour for speed, (behaviour, _) in FAILURES.items()})
     with crash_test(work, tmp_path, settings={**LIMITS, FAILING: behaviours}) as here:
         ids = here.submit()
         here.wait_for_the_end(ids)
         runs = {round(float(point.coordinates["speed"])): point.run for point in here.store.sweeps.points(ids[0]).items}
-        for speed, (_, cause) in failures.items():
+        for speed, (_, cause) in FAILURES.items():
             run = runs.pop(speed)
             compared(equal(f"{speed} m/s: {run.reason}", expected=cause, got=run.cause))
         once = sum(run.attempt == 1 and run.crashes == 0 and run.cause is None for run in runs.values())
         compared(equal("neighbours done at the first attempt", expected=len(runs), got=once))
         [cube] = here.fetch(ids, tmp_path / "cubes")
-        compared(*_rows_of_neighbours(undisturbed(work)[0], cube, failures))
+        compared(*_rows_of_neighbours(undisturbed(work)[0], cube, FAILURES))
         compared(here.row_of_processes())
 
 

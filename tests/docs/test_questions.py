@@ -12,11 +12,12 @@ from docs.pages import DOCS
 from studies import laws
 from studies.observations.shields.judged import equations, judge
 from studies.observations.shields.shots import published
+from tests.claims.marked import claimed
 
 BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
 
 
-@pytest.mark.parametrize("name", ["which-law", "does-my-shield-hold"])
+@pytest.mark.parametrize("name", claimed(["which-law", "does-my-shield-hold"], ["which-law"], "docs", "questions"))
 def test_page__shows_the_output_of_its_commands(name: str, tmp_path: Path) -> None:
     """Each line that is shown is the begin of one that the block before printed."""
     program = tmp_path / "bin" / "whipple"

@@ -36,7 +36,9 @@ def test_site__has_every_page_and_loads_nothing_from_a_network(site: Path) -> No
         assert not [element for element in head if LOADED.search(element)], page.name
 
 
+@pytest.mark.claim("docs", "search", minutes=0.1)
 def test_search__finds_a_word_from_disk_in_a_browser(site: Path) -> None:
+    """The search of the pages finds a word in a browser, from disk."""
     with chromium() as browser, opened(browser, site / "index.html", WIDTHS[-1]) as (page, _, _):
         page.click('[data-bs-target="#mkdocs_search_modal"]')
         page.fill("#mkdocs-search-query", "bumper")

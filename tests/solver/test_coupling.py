@@ -68,7 +68,9 @@ def test_momentum_is_kept_to_round_off_and_energy_to_the_error_of_two_readings()
     assert abs(audit.energy_drift) < 0.02
 
 
+@pytest.mark.claim("methods", "coupled-ringing", minutes=0.1)
 def test_block_that_rings_never_gains_energy() -> None:
+    """A coupled block that rings never gains energy."""
     history = simulate(bar(pressing, end_time=60e-6), lambda _: None, interval=2e-6).history
     drifts = np.array([audit.energy_drift for audit in history])
     assert drifts.max() < 0.005

@@ -72,7 +72,9 @@ def test_impact__keeps_momentum_and_energy_to_round_off(smoothing: Smoothing) ->
     assert_balanced(audit)
 
 
+@pytest.mark.claim("methods", "smoothed-contact", minutes=0.1)
 def test_contact__bars_exchange_their_momentum_about_a_spacing_apart_and_get_its_energy_back() -> None:
+    """Bars of smoothed particles exchange their momentum about a spacing apart and get its energy back."""
     calm = Smoothing(CubicSpline(), viscosity=ArtificialViscosity(0.06, 1.5), stiffness=0.01)
     bars = (block("target", (0, 0, 33), (4, 4, 30), 0.0), block("flyer", (0, 0, 65), (4, 4, 30), 200.0))
     sides = (Face.SYMMETRIC, Face.SYMMETRIC)

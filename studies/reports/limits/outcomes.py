@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import variables
-from studies.cubes.points import main_quantities, places_of, simulated
+from studies.cubes.points import main_quantities, places_of, simulated_values
 from studies.cubes.reading import finite, flag_words
 from studies.cubes.variable import BETWEEN_OUTCOMES, OUTCOMES
 from studies.quantities.measured import doubts_of
@@ -56,7 +56,7 @@ def _shots(points: xr.Dataset, name: str) -> Iterator[dict[str, Any]]:
 def _outcomes(points: xr.Dataset, name: str) -> Iterator[tuple[float | None, str]]:
     """The outcome of each point and why it is known or open; no reason where no run succeeded."""
     words = points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES)
-    values, flags = simulated(points, name).values.ravel(), flag_words(variables.FLAGS.of(points, name))
+    values, flags = simulated_values(points, name).ravel(), flag_words(variables.FLAGS.of(points, name))
     refined = variables.VERDICT_REASON.is_in(points, name)
     reasons = variables.VERDICT_REASON.of(points, name).values.ravel() if refined else [""] * len(values)
     states = np.isfinite(values) | (variables.RUN_STATE.of(points).values.ravel() == 0)

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.cubes.points import axes_of, places_of, simulated
+from studies.cubes.points import axes_of, places_of, simulated_values
 from studies.cubes.reading import finite
 from studies.laws.fitting.least_squares import NotIdentified, nonlinear
 from studies.reports.figures import Figure, Panel, Series, numbers
@@ -33,7 +33,7 @@ def residual_curves(dataset: xr.Dataset) -> dict[str, Any] | None:
 
 def _curves(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """A row for each combination of the axes beside the speed that has a residual velocity."""
-    values = simulated(dataset, RESIDUAL).values.ravel()
+    values = simulated_values(dataset, RESIDUAL).ravel()
     groups: dict[tuple[tuple[str, Any], ...], list[tuple[float, float]]] = {}
     for place, value in zip(places_of(dataset), values, strict=True):
         others = tuple((name, each) for name, each in place.items() if name != SPEED)

@@ -16,7 +16,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, by_run, places_of, refined, refinements_of, simulated
+from studies.cubes.points import Place, axes_of, by_run, places_of, refined, refinements_of, simulated_values
 from studies.cubes.variable import variable_name
 from studies.laws import CRITICAL, DRAWN_ONLY, Shot
 from studies.quantities.findings import InvalidInput
@@ -139,7 +139,7 @@ def _wall_runs(cube: xr.Dataset, points: xr.Dataset) -> list[WallRun]:
     if refinements_of(cube):
         outcomes = [point.values for point in refined(cube, WALL)]
     else:
-        outcomes = list(simulated(points, WALL).values.reshape(-1, 1))
+        outcomes = list(simulated_values(points, WALL).reshape(-1, 1))
     states = cubes.RUN_STATE.of(points).values.ravel()
     diameters, flags = by_run(points, cubes.EQUIVALENT_DIAMETER.name), view_of(points).doubts(WALL)
     runs = []

@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, comparable, error_bars, main_quantities, places_of, simulated
+from studies.cubes.points import Place, axes_of, comparable, error_bars, main_quantities, places_of, simulated_values
 from studies.cubes.variable import Variable
 from studies.laws import CAVEATS, DRAWN_ONLY, FITTED, NO_RANGE
 from studies.reports.matched import BEYOND_AXES, ELSEWHERE, MatchedObservation, interpolate
@@ -198,7 +198,7 @@ class _Quantity:
             DEFINITION: self._stored(f"{name}_definition_part"),
             MODEL: self._stored(cubes.MODEL_PART.named(name)),
         }
-        self.numerical = simulated(points, name, cubes.UNCERTAINTY).values.ravel()
+        self.numerical = simulated_values(points, cubes.UNCERTAINTY.named(name)).ravel()
         self.values = comparable(points, name).values.ravel()
         run_flags = reading.flag_words(cubes.FLAGS_OF_RUN.of(points))
         own_flags = reading.flag_words(reading.doubts(cubes.FLAGS.of(points, name)))
@@ -224,7 +224,7 @@ class _Quantity:
         """A part that the cube holds, where the run succeeded; NaN where it does not hold it."""
         if name not in self.points:
             return np.full(len(self.places), np.nan)
-        return simulated(self.points, name, cubes.VALUE).values.ravel()
+        return simulated_values(self.points, name).ravel()
 
     def parts(self) -> dict[str, int]:
         """The number of points with a value that have each part."""

@@ -28,8 +28,8 @@ from tests.service.support.api import Api, SameFile, open_api, sweep_of
 
 HOST = "whipple.example.org"
 SEED = 20261121
-EXAMPLES, SEQUENCES = 4, 3  # of each operation, and of operations one after the other
-THOROUGH = 60  # of both, for the claim
+EXAMPLES = 4  # of each operation
+THOROUGH = 60  # of them, and of operations one after the other, for the claim
 STEPS = 10  # of a sequence
 SEEDS = 8  # at most, until the sequences have met every kind of answer
 ENDLESS = "/v1/queue/events"  # an answer that does not end; test_event_streams.py listens to it
@@ -186,10 +186,6 @@ def test_calls__came_through_to_what_they_asked_for(described: Described) -> Non
     seen = {status: described.seen.count(status) for status in set(described.seen)}
     assert {200, 202, 204, 404, 409, 422} <= set(seen), seen
     assert not {401, 403, 421, 500} & set(seen), seen
-
-
-def test_sequences__of_operations_answer_as_they_are_described(described: Described, tmp_path: Path) -> None:
-    call_sequences(described, tmp_path, SEQUENCES)
 
 
 @pytest.mark.claim("api", "openapi", minutes=15.0)

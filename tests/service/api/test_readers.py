@@ -16,6 +16,7 @@ from service.api.readers import Readers
 from service.api.reading import EstimatedSweep, Posted, ReadingLimits, Refusal, estimated, read
 from studies.cases.rows import Row, at_most
 from studies.sweeps.sweep import Sweep
+from tests.claims.marked import claimed
 from tests.service.support.api import LARGE_SWEEPS, SWEEP
 
 Use = Callable[[Readers], Awaitable[Any]]
@@ -65,23 +66,27 @@ def test_refusal__keeps_fields_values_limits_cures_and_pointers_between_processe
     assert refusal.pointers["axes.speed[1]"] == "/axes/speed/1"
 
 
-@pytest.mark.parametrize(("part", "limit"), [(burn, "1 s of computing"), (fill, "600 MiB")])
-def test_limit__ends_one_sweep_with_a_refusal_and_its_child_goes_on(part: Any, limit: str) -> None:
+@pytest.mark.parametrize("part", claimed([burn, fill], [fill], "mend-again", "reader-limits"))
+def test_limit__ends_one_sweep_with_a_refusal_and_its_child_goes_on(part: Any) -> None:
+    """A limit of computing or memory ends the reading of one sweep with a refusal, and its child goes on."""
+
     async def use(readers: Readers) -> Any:
         body = posted(SWEEP)
         first = await readers.read(body, pid)
         return await readers.read(body, part), first, await readers.read(body, pid)
 
     refusal, before, after = ask(use, limits=ReadingLimits(cpu_seconds=1, memory=600 << 20))
-    assert limit in refusal.findings[0].limit
+    assert {burn: "1 s of computing", fill: "600 MiB"}[part] in refusal.findings[0].limit
     assert before == after
 
 
-@pytest.mark.parametrize(("part", "seconds"), [(die, 120.0), (freeze, 2.0)])
-def test_child__that_is_killed_or_frozen_is_replaced(part: Any, seconds: float) -> None:
+@pytest.mark.parametrize("part", claimed([die, freeze], [die], "mend-again", "frozen-reader"))
+def test_child__that_is_killed_or_frozen_is_replaced(part: Any) -> None:
+    """A child that reads sweeps and is killed or frozen is replaced."""
+
     async def use(patient: Readers) -> Any:
         with pytest.raises(ReaderLost):
-            await Readers(wall_seconds=seconds).read(posted(SWEEP), part)
+            await Readers(wall_seconds=2.0 if part is freeze else 120.0).read(posted(SWEEP), part)
         return await patient.read(posted(SWEEP), estimated)
 
     assert isinstance(ask(use), EstimatedSweep)

@@ -117,6 +117,7 @@ def _here(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.setattr(remeasuring, "ProcessPoolExecutor", MeasuringHere)
 
 
+@pytest.mark.usefixtures("_here")
 def test_results__follow_the_new_definition_and_their_sweeps_are_marked(solved: Solved, capsys: Capsys) -> None:
     old = {id: solved.result(id) for id in solved.runs()}
     earlier = [solved.store.runs.file(id, RESULT) for id in old]
@@ -142,7 +143,6 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(solved: 
 
 
 @pytest.mark.claim("cube", "remeasured-cube", minutes=0.2)
-@pytest.mark.usefixtures("_here")
 def test_cube__follows_at_the_next_start_and_nothing_is_solved(
     original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch
 ) -> None:

@@ -26,7 +26,9 @@ kill "$1" 2>/dev/null
 """
 
 
+@pytest.mark.claim("docs", "slurm", minutes=0.2)
 def test_slurm__the_documented_program_starts_workers_that_get_work(tmp_path: Path) -> None:
+    """The program of docs/cluster.md starts workers as jobs of Slurm, and they get work."""
     pytest.importorskip("dask_jobqueue", reason="the extra cluster is not installed")
     cluster = DaskCluster(tmp_path)
     cluster.certify()

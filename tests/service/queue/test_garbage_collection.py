@@ -14,7 +14,7 @@ from service.queue.garbage_collection import MOST_REMOVED, GarbageCollector
 from service.records.jobs import Cause, Keep, NotFound, State, StoreUnavailable
 from service.workers.attempt import Attempt
 from service.workers.timings import Timings
-from tests.service.support.fakes import failing, run_id, runs_of
+from tests.service.support.fakes import DEADLINE, failing, run_id, runs_of
 from tests.service.support.harness import Harness, open_harness
 
 HOUR, DAY = 3600.0, 24 * 3600.0
@@ -34,9 +34,9 @@ def collector(harness: Harness, *, reserve: int = 0, **timings: float) -> Garbag
 
 
 def collect(harness: Harness, *, reserve: int = 0) -> None:
-    """Go once round the directory and a little further; afterwards every row points to a whole file."""
-    going = collector(harness, reserve=reserve)
-    for _ in range(30):
+    """Go three times round the directory, with the files of the first runs; then every row points to a whole file."""
+    going = collector(harness, reserve=reserve, collection_step=DEADLINE)
+    for _ in range(3):
         going.step()
     assert all(harness.artifacts.is_intact(file) for _, file in harness.store.retention.files())
 

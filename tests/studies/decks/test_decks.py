@@ -79,7 +79,7 @@ def test_appendix__becomes_the_problem_that_it_says() -> None:
     assert (moving.matter.eos.c0, moving.matter.eos.s) == (3300.0, 1.49)
 
 
-@pytest.mark.claim("decks", "deck-bar")
+@pytest.mark.claim("decks", "deck-bar", minutes=0.1)
 def test_bar__of_a_deck_equals_that_of_the_scenario_bit_for_bit(compared: Callable[[Row], None]) -> None:
     """The deck of the thesis' elastic bar equals its scenario bit for bit."""
     own = problem("elastic_bar", geometry="quarter", recipe="thesis", wall="symmetric", fixed_dt=1e-8)

@@ -86,7 +86,9 @@ def short(shots: BarStrains, seed: int = 1) -> Posterior:
     return posterior_of(Calibration(shots, EMULATORS, BOX), steps=200, burn_in=150, seed=seed)
 
 
+@pytest.mark.claim("fits", "known-constants", minutes=0.1)
 def test_posterior__holds_known_constants_at_the_nominal_rate(compared: Callable[[Row], None]) -> None:
+    """Constants that synthetic shots are made with lie in the intervals of their calibration."""
     held, narrow, scatters = [], [], []
     for seed in range(4):
         shots, truth = synthetic(seed)

@@ -113,9 +113,11 @@ def test_place__is_read_with_units_and_inside_the_runs() -> None:
             runs.read_place(wrong)
 
 
+@pytest.mark.claim("fits", "surrogate-command", minutes=0.1)
 def test_command__prints_errors_indices_and_a_prediction(
     cube: xr.Dataset, tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:
+    """The command `whipple surrogate` prints the errors, Sobol indices and a prediction of a cube."""
     cube.isel(speed=slice(1, 6)).to_netcdf(tmp_path / "cube.nc")
     picture = tmp_path / "a.svg"
     assert run("surrogate", str(tmp_path), "--at", "speed=5.5 km/s", "--json", "--plot", str(picture)) == 0

@@ -22,7 +22,9 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     return folder
 
 
+@pytest.mark.claim("pages", "gif", minutes=0.1)
 def test_gif__has_every_frame_of_the_film(folder: Path, tmp_path: Path) -> None:
+    """The moving picture of a run has every frame of its film."""
     assert run("film", folder, tmp_path / "film.gif", "--field", "pressure", "--fps", 20) == 0
     with Image.open(tmp_path / "film.gif") as film:
         assert film.info["duration"] == 50  # ms
