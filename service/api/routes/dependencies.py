@@ -2,7 +2,6 @@
 
 import hashlib
 import json
-import math
 import re
 from collections.abc import AsyncIterator, Callable, Iterator, Mapping
 from contextlib import asynccontextmanager, suppress
@@ -240,10 +239,10 @@ def _of_the_machine(settings: Settings, sweep: ExpandedSweep) -> Iterator[Findin
     if sweep.memory > settings.memory_of_a_run:
         limit = f"{shown_size(settings.memory_of_a_run)} of memory for a run (WHIPPLE_MEMORY_LIMIT, WHIPPLE_WORKERS)"
         yield Finding("memory", needs, limit, "take a coarser resolution, or a geometry with more symmetry")
-    free: float = math.inf
-    with suppress(OSError):  # the disk is away, and the sweep waits until it is back
-        free = max(0, free_bytes(settings.data) - settings.disk_reserve)
-    if sweep.bytes > free:
+    free = 0
+    with suppress(OSError):
+        free = free_bytes(settings.data) - settings.disk_reserve
+    if 0 < free < sweep.bytes:  # while the disk is full, or away, accepted sweeps wait for it
         files = f"its files take about {shown_size(sweep.bytes)}"
         limit = f"{shown_size(free)} of disk above the reserve (WHIPPLE_DISK_RESERVE)"
         yield Finding("disk", files, limit, "keep only `numbers`, delete sweeps, or ask for fewer runs")

@@ -12,6 +12,7 @@ from service.records.jobs import Keep, Scope
 from studies.cases.rows import equal
 from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of
 
+FREE = (1 << 30) + 100_000  # bytes, of which the reserve leaves little
 OTHER = sweep_of(axes={"speed": ["4 km/s", "5 km/s"]})
 
 
@@ -93,7 +94,7 @@ def test_requests__of_a_key_beyond_its_quota_are_told_how_long_to_wait(
     ("settings", "query", "field", "numbers"),
     [
         ({"memory_limit": "100MiB"}, {}, "memory", ("296.6 MiB", "100.0 MiB")),
-        ({"disk_reserve": "1PiB"}, {}, "disk", ("0.3 MiB", "0.0 MiB")),
+        ({"disk_reserve": "1GiB"}, {}, "disk", ("0.3 MiB", "0.1 MiB")),
         ({"quota_runs": 1}, {}, "document", ("2 runs", "at most 1 runs")),
         ({"quota_bytes": 1000}, {}, "document", ("0.3 MiB", "0.0 MiB")),
         ({}, {"priority": -1}, "priority", ("-1", "from 0 to 100")),
@@ -106,9 +107,13 @@ def test_submission__that_can_never_be_computed_is_refused_with_both_numbers(
     field: str,
     numbers: tuple[str, str],
     tmp_path: Path,
+    monkeypatch: pytest.MonkeyPatch,
     compared: Callable[..., None],
 ) -> None:
     """Estimates beyond memory, disk or quota are refused at the door, priority and files by the scope of the key."""
+    monkeypatch.setattr(
+        "service.api.routes.dependencies.free_bytes", lambda _folder: FREE if field == "disk" else 2 * FREE
+    )
     with open_api(tmp_path, **settings) as api:
         response = api.http.post("/v1/sweeps", json=SWEEP, params=query, headers=header_of(api))
         [error] = response.json()["errors"]
