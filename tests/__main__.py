@@ -48,7 +48,7 @@ SIDE_BY_SIDE = 5
 PYTEST = ("pytest", "-q", "--durations=5")
 # Tests of processes, which wait for most of their time, wherever they stand.
 ENGINES = "tests/contracts/test_engine.py"
-WAITING = ["tests/crash", "tests/service/workers", ENGINES, "tests/service/execution"]
+WAITING = ["tests/crash", "tests/service/workers", ENGINES, "tests/service/execution", "tests/service/cli"]
 TESTS = {
     "crashes": WAITING,
     "service": ["tests/service", *(f"--ignore={path}" for path in WAITING)],
@@ -72,7 +72,7 @@ STAGES = (
     Stage("format", 5, ["ruff", "format", "--check", "--quiet"]),
     Stage("solver", 250, [*PYTEST, *TESTS["solver"]]),
     Stage("service", 250, [*PYTEST, *TESTS["service"]]),
-    Stage("crashes", 180, [*PYTEST, *TESTS["crashes"]]),
+    Stage("crashes", 250, [*PYTEST, *TESTS["crashes"]]),
     Stage(
         "other tests",
         250,
