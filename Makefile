@@ -98,8 +98,8 @@ $(RUNTIME): pyproject.toml constraints.txt
 		$(BIN)/python -c "$$SET_UP" $$begin
 	@touch $@
 
-# Kernels that most tests need are compiled while pip works: it uses one processor.
+# Kernels are compiled while pip works, which uses one processor, and while the first tests run.
 $(DEVELOPMENT): $(RUNTIME)
 	@echo "adding the tools of the checks ..."
-	@$(BIN)/whipple warm > /dev/null & $(PIP) --editable '.[dev]'; wait
+	@$(BIN)/whipple warm &> /dev/null & $(PIP) --editable '.[dev]'
 	@touch $@

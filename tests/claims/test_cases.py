@@ -10,7 +10,7 @@ from studies.cases.verification import DEFAULT, VerificationCase
 METHODS = ("sph-", "finite-elements", "coupled-bar")  # beginnings of the cases of other methods
 
 # Ordinary tests too; others take seconds of kernels or steps for what contracts of laws and of scenarios have as well.
-ORDINARY = ("bar-contact", "elastic-waves", "patch")
+ORDINARY = ("elastic-waves", "patch")
 
 
 def _marked(case: VerificationCase) -> list[pytest.MarkDecorator]:

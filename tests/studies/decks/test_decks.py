@@ -46,7 +46,7 @@ def error(text: str, units: str = "deck") -> str:
 # --- the thesis' deck -------------------------------------------------------------------------------
 
 
-@pytest.mark.claim("decks", "appendix-a")
+@pytest.mark.claim("decks", "appendix-a", minutes=0.2)
 def test_appendix__has_the_counts_that_it_states_and_keeps_its_balance(compared: Callable[[Row], None]) -> None:
     """The deck of the thesis' appendix A has its nodes and particles, and its 400 steps keep energy and momentum."""
     deck = read_deck(appendix_deck())
