@@ -46,9 +46,10 @@ class Outcome:
 SIDE_BY_SIDE = 5
 
 PYTEST = ("pytest", "-q", "--durations=5")
-# Tests of processes, which wait for most of their time, wherever they stand.
+# Tests of processes, which wait for most of their time, wherever they stand; and so many of the service that the four
+# take the same time.
 ENGINES = "tests/contracts/test_engine.py"
-WAITING = ["tests/crash", "tests/service/workers", ENGINES, "tests/service/execution", "tests/service/cli"]
+WAITING = ["tests/crash", ENGINES, *(f"tests/service/{room}" for room in ("workers", "execution", "cli", "queue"))]
 TESTS = {
     "crashes": WAITING,
     "service": ["tests/service", *(f"--ignore={path}" for path in WAITING)],
