@@ -26,6 +26,7 @@ from solver.grid.shapes.quadratic_bspline import QuadraticBSpline
 from solver.problem import Contact, Damping, Face, Problem, Retirement, Scheme
 from solver.simulation import Outcome, simulate
 from solver.state import Snapshot
+from tests.claims.marked import claimed
 from tests.solver.bodies import ABOUT_AXIS, FREE, after, block, box, leaving, two_blocks
 from tests.solver.test_coupling import bar, pressing
 from tests.solver.test_fem import problem_of, squeezing
@@ -96,6 +97,7 @@ PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Any], float]]] = {
     "coupled": (lambda: bar(pressing, **SHORT), lambda run: run.stepper.elements.before[0]),
 }
 OF_OTHER_METHODS = ("smoothed", "elements", "elements, four points", "coupled")
+IN_THE_CLAIM = {"elements, four points", "coupled"}
 
 
 @dataclass
@@ -175,7 +177,7 @@ def stopped(problem: Problem, file: Path, step: int = STOPPED, **changes: Any) -
 
 
 @pytest.mark.claim("speed", "same-bits")
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", claimed(PROBLEMS, PROBLEMS.keys() - IN_THE_CLAIM, "numerics", "restart"))
 def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(name: str, file: Path) -> None:
     """A run that stopped before, at or after a reordering goes on with the bits and memory of one that did not."""
     problem, carries = PROBLEMS[name][0](), PROBLEMS[name][1]
@@ -199,7 +201,15 @@ def test_restart__ends_with_the_bits_of_a_run_that_never_stopped(name: str, file
 
 
 @pytest.mark.claim("methods", "methods-speed")
-@pytest.mark.parametrize("name", ["outflow", "retired", "arrivals", *OF_OTHER_METHODS])
+@pytest.mark.parametrize(
+    "name",
+    claimed(
+        ("outflow", "retired", "arrivals", *OF_OTHER_METHODS),
+        {"outflow", "retired", "arrivals", *OF_OTHER_METHODS} - IN_THE_CLAIM,
+        "numerics",
+        "restart",
+    ),
+)
 def test_restart__with_other_threads_ends_with_the_same_bits(name: str, file: Path) -> None:
     """Two threads change no bit of any method."""
     problem = PROBLEMS[name][0]()
