@@ -139,7 +139,7 @@ def _headline(group: Sequence[Computed], end: str) -> str:
     if worst.joined:
         return f"{begin} {worst.sentence}{end}"
     outcomes = {each.perforated for each in chances}
-    does = DOES[outcomes.pop()] if len(outcomes) == 1 else DOES[None]
+    does = (DOES[outcomes.pop()] if len(outcomes) == 1 else DOES[None]).removeprefix("is ")
     why = " (models disagree)" if len(outcomes) > 1 else ""
     likely = f"{shown(worst.before)} to fail by"
     return shortest(

@@ -71,7 +71,7 @@ def test_shot__is_told_once_with_what_each_failure_says() -> None:
     document = document_of(sweep, {run.id: result_of(run, LIMITS[str(run.parameters["failure"])]) for run in runs})
     sentence, *_ = document["ballistic_limit"]["probability"]["sentences"]
     assert sentence.startswith("At 7 km/s, 4 mm is held with failure none and perforates with failure johnson-cook: ")
-    assert document["headline"].startswith("7 km/s, 4 mm: is undecided in simulation (models disagree); ")
+    assert document["headline"].startswith("7 km/s, 4 mm: undecided in simulation (models disagree); ")
     assert len(document["headline"].split()) <= MOST_WORDS
 
 
