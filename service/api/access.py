@@ -51,8 +51,8 @@ SINGLE_HEADERS = ("Host", "Origin", "Sec-Fetch-Site")  # RFC 9112, section 3.2
 OWN_SITE = frozenset({"same-origin", "none"})  # "none": typed into the address bar
 LONGEST_SECRET = 200  # characters; the service makes shorter ones
 OWN_SOCKET = "socket"  # in place of the address of a peer that comes through the socket in the data directory
-MOST_WRONG_KEYS = 10  # of an address, before it has to wait
-MOST_ADDRESSES = 1000  # whose wrong keys are counted
+MOST_WRONG_KEYS = 10  # wrong keys that an address may send in a minute, until it has to wait
+MOST_NAMES = 1000  # owners or addresses that are counted one by one in a minute
 # Pages load style sheet, scripts and frames of the service only; the report, which the page of its sweep shows in a
 # frame, sets a policy of its own.
 PAGE_POLICY = (
@@ -201,6 +201,7 @@ class Caller:
 
     @staticmethod
     def of(key: KeyRow, *, has_session: bool = False) -> "Caller":
+        """The sender of a request with a key."""
         return Caller(key.name, key.scopes, key.id, has_session)
 
     def may(self, scope: Scope) -> bool:
@@ -290,26 +291,6 @@ def key_of(request: Request, secret: str) -> KeyRow:
     return key
 
 
-class WrongKeys:
-    """Wrong keys of each address in this minute; those of addresses beyond ``MOST_ADDRESSES`` are counted together."""
-
-    def __init__(self) -> None:
-        self._end, self._numbers, self._lock = 0.0, Counter[str](), Lock()
-
-    def count(self, address: str) -> float:
-        """Count a wrong key; the seconds that its address has to wait, 0 while it sent few."""
-        with suppress(ValueError):
-            address = ip_address(address).exploded[:19]  # a host with IPv6 has the addresses of a /64
-        moment = time.monotonic()
-        with self._lock:
-            if moment >= self._end:
-                self._end, self._numbers = moment + WINDOW, Counter()
-            if len(self._numbers) >= MOST_ADDRESSES and address not in self._numbers:
-                address = "others"
-            self._numbers[address] += 1
-            return self._end - moment if self._numbers[address] > MOST_WRONG_KEYS else 0.0
-
-
 def peer_of(scope: types.Scope) -> str:
     """The address of the peer, whatever the headers say; ``OWN_SOCKET`` for one without."""
     server = scope.get("server")
@@ -348,13 +329,31 @@ Submitter = Annotated[Caller, requires(Scope.SUBMIT)]
 Administrator = Annotated[Caller, requires(Scope.ADMIN)]
 
 
-# --- requests a minute ----------------------------------------------------------------------------
+# --- requests and wrong keys of a minute ----------------------------------------------------------
 
 WINDOW = 60.0  # s
 
 
+class MinuteCounter:
+    """Counts by name in windows of a minute; names beyond ``MOST_NAMES`` are counted together."""
+
+    def __init__(self) -> None:
+        self._end, self._numbers, self._mutex = 0.0, Counter[str](), Lock()
+
+    def count(self, name: str) -> tuple[int, int]:
+        """Count one more; its number in this minute, and the seconds until the next one."""
+        now = time.monotonic()
+        with self._mutex:
+            if now >= self._end:
+                self._end, self._numbers = now + WINDOW, Counter()
+            if len(self._numbers) >= MOST_NAMES and name not in self._numbers:
+                name = "others"
+            self._numbers[name] += 1
+            return self._numbers[name], math.ceil(self._end - now)
+
+
 class RequestRates:
-    """Requests of each owner, counted in windows of a minute.
+    """Requests of each owner in a minute.
 
     Responses have the fields of draft-ietf-httpapi-ratelimit-headers-10: ``RateLimit-Policy: "requests";q=6000;w=60``
     and ``RateLimit: "requests";r=5999;t=42``, the requests that remain and the seconds until all are there again.
@@ -362,23 +361,30 @@ class RequestRates:
 
     def __init__(self, quota: int):
         self._quota = quota
-        self._mutex = Lock()
-        self._windows: dict[str, tuple[float, int]] = {}  # by owner: end (monotonic), requests
+        self._counter = MinuteCounter()
 
     def count(self, owner: str) -> Mapping[str, str]:
         """Count a request; the fields of its response. Raises TooManyRequests."""
-        now = time.monotonic()
-        with self._mutex:
-            end, requests = self._windows.get(owner, (0.0, 0))
-            if now >= end:
-                end, requests = now + WINDOW, 0
-            self._windows[owner] = end, requests + 1
-        left, seconds = max(0, self._quota - requests - 1), math.ceil(end - now)
+        number, seconds = self._counter.count(owner)
         fields = {
             "RateLimit-Policy": f'"requests";q={self._quota};w={WINDOW:.0f}',
-            "RateLimit": f'"requests";r={left};t={seconds}',
+            "RateLimit": f'"requests";r={max(0, self._quota - number)};t={seconds}',
         }
-        if requests >= self._quota:
-            text = f"{requests + 1} requests of {owner!r} within {WINDOW:.0f} s; the quota is {self._quota}"
+        if number > self._quota:
+            text = f"{number} requests of {owner!r} within {WINDOW:.0f} s; the quota is {self._quota}"
             raise TooManyRequests(text, {**fields, "Retry-After": str(seconds)})
         return fields
+
+
+class WrongKeys:
+    """Wrong keys of each address in a minute."""
+
+    def __init__(self) -> None:
+        self._counter = MinuteCounter()
+
+    def count(self, address: str) -> int:
+        """Count a wrong key; the seconds that its address has to wait, 0 while it sent few."""
+        with suppress(ValueError):
+            address = ip_address(address).exploded[:19]  # a host with IPv6 has the addresses of a /64
+        number, seconds = self._counter.count(address)
+        return seconds if number > MOST_WRONG_KEYS else 0

@@ -7,7 +7,6 @@ Any other exception is a 500 that hides its text; the log has it under the id of
 
 import json
 import logging
-import math
 from collections.abc import Mapping
 from dataclasses import asdict, astuple, dataclass
 from http import HTTPStatus
@@ -113,9 +112,9 @@ class Unauthorized(RequestError, status=401, title="Unauthorized"):
 class TooManyWrongKeys(Unauthorized, status=429, title="Too many wrong keys"):
     """This address has sent many keys that are unknown, revoked or expired; a valid key is served meanwhile."""
 
-    def __init__(self, seconds: float):
+    def __init__(self, seconds: int):
         super().__init__("wait, and send a valid key; the operator of the service makes one", key_was_sent=True)
-        self.headers = {**self.headers, "Retry-After": str(math.ceil(seconds))}
+        self.headers = {**self.headers, "Retry-After": str(seconds)}
 
 
 class Forbidden(RequestError, status=403, title="Forbidden"):

@@ -98,14 +98,14 @@ class RequestLog:
                 status = message["status"]
                 headers = MutableHeaders(scope=message)
                 headers["X-Request-ID"] = request_id
-                await record_order(self._store, scope, status, headers.get("location", ""))
+                await record_request(self._store, scope, status, headers.get("location", ""))
             await send(message)
 
         try:
             await self._app(scope, receive, send_with_id)
         except Exception:
             if status == 500:
-                await record_order(self._store, scope, status)
+                await record_request(self._store, scope, status)
             raise
         finally:
             self._record(scope, status, time.perf_counter() - begin)
@@ -133,7 +133,7 @@ class RequestLog:
         log.log(level, "%s %s %d", method, route, status, extra=fields)
 
 
-async def record_order(store: Store, scope: Scope, status: int, location: str = "") -> None:
+async def record_request(store: Store, scope: Scope, status: int, location: str = "") -> None:
     """Record a request whose response has a status and a ``Location``, if it is an order or has a refused key.
 
     Without a row are orders without a valid key (but the first wrong keys of a minute have one), and those during which
@@ -148,7 +148,7 @@ async def record_order(store: Store, scope: Scope, status: int, location: str = 
         return
     if not action or caller is None or (route, status) == ("read_form", 200):  # which shows the form
         return
-    # Of a new sweep the response has the id, of another order the path.
+    # The response names the id of a new sweep, the path the id that another order is about.
     found = ID_AT_END.search(location) or ID_AT_END.search(path.get("id", ""))
     subject, address = found[1] if found else "", peer_of(scope)
     entry = AuditEntry(datetime.now(UTC), caller.key_id, caller.name, address, action, subject, str(status))

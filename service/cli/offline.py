@@ -38,7 +38,7 @@ def open_store(settings: Settings, *, create: bool = False) -> Iterator[Store]:
         yield store
 
 
-def record_order(store: Store, action: str, subject: str = "") -> None:
+def record_command(store: Store, action: str, subject: str = "") -> None:
     """Record in the audit trail that the user of this process gave an order."""
     uid, name = os.getuid(), ""
     with suppress(KeyError):  # a container's user without a name

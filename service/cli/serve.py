@@ -64,7 +64,7 @@ def _door_of_the_user(settings: Settings) -> Iterator[list[socket.socket]]:
     """The socket in the data directory that this service alone holds, where the loopback asks for a key."""
     place = settings.data / SOCKET
     if not settings.has_replicas:
-        place.unlink(missing_ok=True)  # of a service that was killed
+        place.unlink(missing_ok=True)  # the socket that a killed service left
     if settings.has_replicas or settings.trust_loopback:
         yield []
         return

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 Item = TypeVar("Item")
 
 PRIORITIES = range(-100, 101)  # priorities of sweeps; smaller is sooner, as with nice
-USUAL_PRIORITIES = range(PRIORITIES.stop)  # of a key without the scope ``admin``, which passes nobody
+USUAL_PRIORITIES = range(PRIORITIES.stop)  # those that a key without the scope ``admin`` may ask for
 
 
 class Kind(StrEnum):

@@ -14,7 +14,7 @@ from service.files.lost_results import Loss, TooManyLost, first_runs
 from service.records.jobs import TERMINAL, Cause, Kind, Lease, PublishedRun, State, Stored
 from service.store import fair_queueing
 from service.store.connection import Database
-from service.store.events import log_attempts, log_event, mark_outdated
+from service.store.events import log_attempts, log_event, log_outdated
 from service.store.leases import count_attempt, wait_again
 from service.store.tables import (
     ARTIFACTS,
@@ -28,6 +28,7 @@ from service.store.tables import (
     invalidate_tallies,
     now,
     one_row,
+    outdate_publications,
     release_publications,
     runs_of,
     stored_record,
@@ -127,7 +128,8 @@ class Publications:
                 return job is not None
             using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == job.id, ~POINTS.c.detached)
             own = [job.sweep_id] if job.kind is Kind.PUBLISH else using if job.path else []
-            marked = mark_outdated(connection, moment, JOBS.c.sweep_id.in_(own))
+            marked = outdate_publications(connection, JOBS.c.sweep_id.in_(own))
+            log_outdated(connection, moment, marked)
             losses = [Loss(job.id, damaged.path, damaged.sha256)]
             if job.path == damaged.path:
                 _check_limits(connection, moment, losses)

@@ -344,6 +344,12 @@ def hold_publications(connection: sa.Connection, which: sa.ColumnElement[bool]) 
     connection.execute(wait.values(state=State.WAITING, unfinished_point=sa.null()))
 
 
+def outdate_publications(connection: sa.Connection, which: sa.ColumnElement[bool]) -> tuple[str, ...]:
+    """Let those publications, among ``which``, wait again that were made or are about to be; return their sweeps."""
+    stale = JOBS.update().where(which, JOBS.c.state.in_([State.SUCCEEDED, State.RUNNING, State.QUEUED]))
+    return tuple(connection.scalars(stale.values(state=State.WAITING, crashes=0).returning(JOBS.c.sweep_id)))
+
+
 def begins(column: sa.ColumnElement[str], prefix: str) -> sa.ColumnElement[bool]:
     """The id, of hexadecimal digits, begins so; by its index."""
     return sa.and_(column >= prefix, column < prefix + "g")

@@ -8,7 +8,7 @@ from fastapi import Depends, Request
 from service.api.access import Submitter
 from service.api.browsers import FormFields, idempotency_of
 from service.api.routes.dependencies import AppSettings, AppStore, RunId, SweepId, derived_sweep, submission_of
-from service.records.jobs import Conflict, Keep, Submission, SweepStatus
+from service.records.jobs import USUAL_PRIORITIES, Conflict, Keep, Scope, Submission, SweepStatus
 
 MOST_PLACES = 10  # sweeps of a run that are looked at
 FILM_OF = "Film of a run of "  # the title of a film begins so
@@ -40,8 +40,9 @@ async def _longer(
     status, document = stored
     change = {"sweep": document, "axis": form.get("axis", ""), "values": form.get("values", "")}
     once = idempotency_of(form, status.id, form.get("axis"), form.get("values"))
+    priority = status.priority if caller.may(Scope.ADMIN) else max(status.priority, USUAL_PRIORITIES[0])
     async with derived_sweep(request, settings, "longer", change) as sweep:
-        yield submission_of(settings, caller, sweep, status.priority, status.keep, once)
+        yield submission_of(settings, caller, sweep, priority, status.keep, once)
 
 
 async def _filmed(

@@ -233,6 +233,17 @@ def submission_of(
     return Submission(sweep, caller.name, priority, keep, idempotency, quota)
 
 
+def check_priority(caller: Caller, priority: int) -> None:
+    """Raise InvalidInput for a priority that passes the sweeps of others, unless the caller may give it."""
+    if priority not in USUAL_PRIORITIES and not caller.may(Scope.ADMIN):
+        raise InvalidInput([_too_urgent(priority)])
+
+
+def _too_urgent(priority: int) -> Finding:
+    limit = f"a whole number from {USUAL_PRIORITIES[0]} to {USUAL_PRIORITIES[-1]} for this key"
+    return Finding("priority", str(priority), limit, f"ask for less, or use a key with the scope `{Scope.ADMIN}`")
+
+
 def _of_the_machine(settings: Settings, sweep: ExpandedSweep) -> Iterator[Finding]:
     """Estimates beyond memory and disk."""
     needs = f"a run needs about {shown_size(sweep.memory)}"
@@ -249,7 +260,7 @@ def _of_the_machine(settings: Settings, sweep: ExpandedSweep) -> Iterator[Findin
 
 
 def _of_the_key(settings: Settings, quota: Quota, sweep: ExpandedSweep, priority: int, keep: Keep) -> Iterator[Finding]:
-    """What a key without the scope ``admin`` may not ask for, however long it waits."""
+    """Findings of a submission that only a key with the scope ``admin`` may send."""
     cure = f"ask for less, or use a key with the scope `{Scope.ADMIN}`"
     if len(sweep.points) > quota.runs:
         yield Finding("document", f"{len(sweep.points)} runs", f"at most {quota.runs} runs of one owner", cure)
@@ -257,8 +268,7 @@ def _of_the_key(settings: Settings, quota: Quota, sweep: ExpandedSweep, priority
         limit = f"at most {shown_size(quota.bytes)} of one owner"
         yield Finding("document", f"files of about {shown_size(sweep.bytes)}", limit, cure)
     if priority not in USUAL_PRIORITIES:
-        limit = f"a whole number from {USUAL_PRIORITIES[0]} to {USUAL_PRIORITIES[-1]} for this key"
-        yield Finding("priority", str(priority), limit, cure)
+        yield _too_urgent(priority)
     if keep in at_least(Keep(settings.most_kept)) - {settings.most_kept}:
         yield Finding("keep", keep, f"at most `{settings.most_kept}` for this key", cure)
 

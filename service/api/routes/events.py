@@ -46,7 +46,7 @@ def _number(text: str) -> int:
 
 
 async def _listener(request: Request, streams: AppEventStreams, credentials: Credentials) -> AsyncIterator[Listener]:
-    """A listener for the duration of the response, or until the key or the session of the request ends."""
+    """A listener for the duration of the response, or until the key or the log-in of the request ends."""
     check = partial(authenticate, request, credentials)
     async with streams.listening(request.state.caller.name, check) as listener:
         yield listener

@@ -17,6 +17,7 @@ from service.api.routes.dependencies import (
     Prefix,
     SweepId,
     check_directory,
+    check_priority,
     link_next,
 )
 from service.api.schemas import EstimateModel, PageOf, PointModel, PresetModel, SweepChange, SweepModel, example_sweeps
@@ -161,6 +162,7 @@ def list_runs(
 def change_sweep(id: SweepId, caller: Submitter, change: PatchedSweep, store: AppStore) -> SweepModel:
     """Change the priority of a sweep; running runs continue."""
     _check_owner(store, caller, id)
+    check_priority(caller, change.priority)
     return SweepModel.of(store.sweeps.set_priority(id, change.priority))
 
 

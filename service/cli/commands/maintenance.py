@@ -42,7 +42,7 @@ def create_key(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Create a key, and print its secret once: it is not stored."""
-    from service.cli.offline import open_store, record_order
+    from service.cli.offline import open_store, record_command
     from service.records.jobs import Scope
 
     unknown = [word for word in scope or () if word not in list(Scope)]
@@ -56,7 +56,7 @@ def create_key(
     with open_store(settings_of(data=data, database_url=database_url), create=True) as store:
         row, secret = store.keys.issue(name.strip(), scopes, until)
         _print_secret(row, secret)
-        record_order(store, "key created", row.id)
+        record_command(store, "key created", row.id)
 
 
 @keys.command("rotate")
@@ -67,13 +67,13 @@ def rotate_key(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Replace a key by one of the same name, scopes and lifetime, and print its secret once; the old one ends later."""
-    from service.cli.offline import open_store, record_order
+    from service.cli.offline import open_store, record_command
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         old = _matching(key, store.keys.all())
         row, secret = store.keys.rotate(old, _duration("--grace", grace))
         _print_secret(row, secret)
-        record_order(store, "key rotated", old.id)
+        record_command(store, "key rotated", old.id)
 
 
 def _print_secret(row: "KeyRow", secret: str) -> None:
@@ -99,12 +99,12 @@ def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUr
 def revoke_key(key: KeyArgument, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Revoke a key, from the next request on."""
     from service.cli.console import print_keys
-    from service.cli.offline import open_store, record_order
+    from service.cli.offline import open_store, record_command
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         revoked = store.keys.revoke(_matching(key, store.keys.all()).id)
         print_keys([revoked])
-        record_order(store, "key revoked", revoked.id)
+        record_command(store, "key revoked", revoked.id)
 
 
 def _duration(option: str, text: str) -> timedelta:
@@ -202,7 +202,7 @@ def retention(
 ) -> None:
     """List, or delete, ended sweeps by age, size and owner; pinned ones stay, and runs that another sweep has."""
     from service.cli.console import print_expired, print_json
-    from service.cli.offline import open_store, record_order
+    from service.cli.offline import open_store, record_command
     from service.records.jobs import Conflict, NotFound
 
     if older_than is None and to_size is None and owner is None:
@@ -215,7 +215,7 @@ def retention(
         for id in sizes if apply else ():
             with suppress(Conflict, NotFound):  # it was pinned, retried or deleted just now
                 store.sweeps.delete(id)
-                record_order(store, "delete", id)
+                record_command(store, "delete", id)
     print_json([{**vars(sweep), "size": size} for sweep, size in expired]) if as_json else print_expired(expired)
     if not apply:
         print("nothing was deleted: --apply deletes them", file=sys.stderr)
@@ -237,13 +237,13 @@ def _size(option: str, text: str) -> int:
 @app.command()
 def adopt(data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Assign a data directory to a database after one of them was replaced: both get the same id."""
-    from service.cli.offline import open_store, record_order
+    from service.cli.offline import open_store, record_command
     from service.queue import data_identity as identity
 
     settings = settings_of(data=data, database_url=database_url)
     with open_store(settings) as store:
         id = identity.adopt(settings, store)
-        record_order(store, "adopt")
+        record_command(store, "adopt")
     print(f"{settings.data.absolute()} and its database have the id {id}")
 
 
@@ -254,11 +254,11 @@ def forget_lost(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Allow the service to compute COUNT lost results again, beyond its own limit; 0 withdraws that."""
-    from service.cli.offline import open_store, record_order
+    from service.cli.offline import open_store, record_command
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
         store.queue.allow_forgetting(count)
-        record_order(store, "forget lost")
+        record_command(store, "forget lost")
     print(f"{count} lost results may be computed again; the service starts them within a minute")
 
 
@@ -273,7 +273,7 @@ def remeasure(
 ) -> None:
     """Apply changed definitions of measurements to the stored final states; stop the service first."""
     from service.cli.console import print_plan, print_remeasured, tracking
-    from service.cli.offline import open_store, record_order, without_services
+    from service.cli.offline import open_store, record_command, without_services
     from service.cli.remeasuring import Remeasured, plan_of, remeasure_runs
 
     settings = settings_of(data=data, database_url=database_url)
@@ -283,7 +283,7 @@ def remeasure(
         print_plan(plan)
         if dry_run or not plan.measurable:
             return
-        record_order(store, "remeasure")
+        record_command(store, "remeasure")
         runs = remeasure_runs(settings, store, plan.measurable)
         try:
             done.extend(tracking(runs, len(plan.measurable)))

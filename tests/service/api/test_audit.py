@@ -98,7 +98,7 @@ def test_every_route_that_changes_something__is_recorded(api: Api, compared: Cal
         "log-out",
     }
     compared(equal("actions", expected=actions, got={entry.action for entry in trail(api)}))
-    compared(equal("key, of the session too", expected={key.id}, got={entry.key_id for entry in trail(api)}))
+    compared(equal("key, also of the log-in", expected={key.id}, got={entry.key_id for entry in trail(api)}))
 
 
 @pytest.mark.claim("doors", "wrong-keys")
@@ -125,7 +125,7 @@ def test_wrong_keys__are_counted_by_the_minute_and_network_in_bounded_memory(mon
     clock, wrong_keys = SimpleNamespace(monotonic=lambda: 0.0), WrongKeys()
     monkeypatch.setattr(access, "time", clock)
     assert [wrong_keys.count(f"2001:db8::{host}") for host in range(11)] == [0.0] * 10 + [60.0]
-    for number in range(1, access.MOST_ADDRESSES):
+    for number in range(1, access.MOST_NAMES):
         wrong_keys.count(f"10.0.{number // 256}.{number % 256}")
     assert [wrong_keys.count(f"192.0.2.{host}") for host in range(11)] == [0.0] * 10 + [60.0]  # counted together
     clock.monotonic = lambda: 60.0

@@ -125,3 +125,16 @@ def test_submission__that_can_never_be_computed_is_refused_with_both_numbers(
         if field in ("priority", "keep", "document"):
             admin = header_of(api, Scope.ADMIN)
             assert api.http.post("/v1/sweeps", json=SWEEP, params=query, headers=admin).status_code == 202
+
+
+@pytest.mark.claim("doors", "at-the-door")
+def test_change__to_a_priority_that_passes_others_needs_the_scope_admin(
+    tmp_path: Path, compared: Callable[..., None]
+) -> None:
+    """A key without ``admin`` gives its own sweep no priority that it could not have submitted it with."""
+    with open_api(tmp_path) as api:
+        own, admin = header_of(api), header_of(api, Scope.ADMIN)
+        sweep = api.http.post("/v1/sweeps", json=SWEEP, headers=own).json()["links"]["self"]
+        changes = [(own, 5), (own, -1), (admin, -1)]
+        got = [api.http.patch(sweep, json={"priority": to}, headers=key).status_code for key, to in changes]
+        compared(equal("status of 5 and -1 without, and -1 with admin", expected=[200, 422, 200], got=got))
