@@ -12,10 +12,11 @@ from pathlib import Path, PurePath
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
-from fastapi.responses import FileResponse
+from fastapi.responses import FileResponse, RedirectResponse
 
+from service.api.access import OWN_SOCKET, peer_of
 from service.api.errors import FileDamaged, PreconditionFailed
-from service.files.artifacts import known_digest
+from service.files.artifacts import Artifacts, known_digest
 from service.queue.scrubbing import make_again
 from service.records.jobs import NotFound, Stored
 
@@ -30,6 +31,7 @@ MEDIA_TYPES = {
     ".gif": "image/gif",
     ".mp4": "video/mp4",
 }
+CONDITIONS = frozenset({"range", "if-range", "if-match", "if-none-match"})  # on digests, which a bucket does not know
 BINARY = {"schema": {"type": "string", "format": "binary"}}
 TEXT = {"schema": {"type": "string"}}
 JSON = {"schema": {"type": "object"}}
@@ -59,8 +61,14 @@ def media_type_of(name: str) -> str:
 
 
 def send_file(request: Request, download: Download) -> Response:
-    """The response to a GET of a file; raises NotFound, FileDamaged, PreconditionFailed."""
+    """The response to a GET of a file; raises NotFound, FileDamaged, PreconditionFailed, BucketAway."""
+    artifacts: Artifacts = request.app.state.artifacts
+    link = _link(request, artifacts, download)
+    if link is not None:
+        return RedirectResponse(link, headers={"ETag": f'"{download.sha256}"', "Cache-Control": "no-store"})
     try:
+        if download.registered is not None:
+            artifacts.local(download.registered)
         status = download.path.stat()
         found = known_digest(download.path)
     except FileNotFoundError:
@@ -94,6 +102,20 @@ def send_file(request: Request, download: Download) -> Response:
         stat_result=status,
         content_disposition_type="attachment" if download.is_attachment else "inline",
     )
+
+
+def _link(request: Request, artifacts: Artifacts, download: Download) -> str | None:
+    """A link to the bucket, where the setting asks for one, of a whole file that no browser shows; raises BucketAway.
+
+    The digest is compared by who follows it: it is in the entity tag of the redirect. The door of the own user leads to
+    this service alone.
+    """
+    seconds, stored, bucket = request.app.state.settings.artifacts_links, download.registered, artifacts.bucket
+    if not seconds or bucket is None or stored is None or not download.is_attachment:
+        return None
+    if CONDITIONS & request.headers.keys() or peer_of(request.scope) == OWN_SOCKET or request.scope.get("is_head"):
+        return None
+    return bucket.link(stored.path, seconds) if artifacts.is_in_bucket(stored) else None
 
 
 def _tags(header: str) -> set[str]:
