@@ -113,7 +113,7 @@ def _link(request: Request, artifacts: Artifacts, download: Download) -> str | N
     seconds, stored, bucket = request.app.state.settings.artifacts_links, download.registered, artifacts.bucket
     if not seconds or bucket is None or stored is None or not download.is_attachment:
         return None
-    if CONDITIONS & request.headers.keys() or peer_of(request.scope) == OWN_SOCKET or request.scope.get("is_head"):
+    if CONDITIONS & set(request.headers) or peer_of(request.scope) == OWN_SOCKET or request.scope.get("is_head"):
         return None
     return bucket.link(stored.path, seconds) if artifacts.is_in_bucket(stored) else None
 

@@ -1,8 +1,8 @@
 """The bucket of a data directory, kept in a thread beside the ticks: it may be slow, or away.
 
-Its objects are listed round and round, and those that no row names are removed: of attempts that ended between upload and
-commit, of deleted sweeps, and files that no sweep retains. The files on the disk are a cache: beyond its size those go
-that were read least recently. Without a bucket there is the scrubber alone, in the tick.
+Its objects are listed round and round, and those that no row names are removed: of attempts that ended between upload
+and commit, of deleted sweeps, and files that no sweep retains. The files on the disk are a cache: beyond its size those
+go that were read least recently. Without a bucket there is the scrubber alone, in the tick.
 """
 
 import logging
