@@ -19,7 +19,7 @@ from service.queue import data_identity as identity
 from service.queue.scrubbing import Scrubber
 from service.records.jobs import Keep, State
 from service.settings import Settings
-from studies.cases.rows import Row, equal
+from studies.cases.rows import Row, at_least, equal
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
 from tests.crash.support.object_store import URL, ObjectStore, object_store
@@ -33,6 +33,7 @@ LONG = replace(WORK, run_seconds=3.0)  # some run is under way when the store st
 BRISK = {"WHIPPLE_RECONCILE_SECONDS": "0.02", "WHIPPLE_POLL_SECONDS": "0.02", "WHIPPLE_RETIRE_SECONDS": "0.01"}
 LINKS = {"WHIPPLE_ARTIFACTS_LINKS": "60"}
 PATIENCE = 120.0  # s
+WAITS = "a result cannot be registered now: the bucket"
 # In the order in which one sweep meets them: its runs, then its publication.
 LIVES = (
     "object-before-upload",
@@ -62,7 +63,7 @@ def objects() -> Iterator[ObjectStore]:
 def test_bucket__serves_all_where_the_disk_has_lost_it(
     objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
 ) -> None:
-    """A sweep whose files are in a bucket is served after those on the disk are deleted: by links, itself, as one ZIP."""
+    """A sweep whose files are in a bucket is served after those on the disk are deleted: by links, itself, as a ZIP."""
     with crash_test(WORK, tmp_path, settings=LINKS) as here:
         ids = here.submit()
         here.wait_for_the_end(ids)
@@ -104,6 +105,7 @@ def test_service__that_dies_around_an_upload_leaves_no_orphan(
             here.service.start(fault=point)
             compared(equal(f"exit status at {point}", expected=-SIGKILL, got=here.service.die()))
             compared(equal(f"died at {point}: wrong in store and files", expected=[], got=_wrong(here, objects)))
+        compared(at_least("objects that kills have left", limit=1, got=len(_orphans(here, objects))))
         here.service.start()
         compared(*here.rows_of_results(ids, tmp_path / "cubes"))
         compared(equal("wrong in the end", expected=[], got=_wrong(here, objects)))
@@ -129,6 +131,7 @@ def test_bucket__that_is_away_for_a_while_loses_nothing(
         compared(equal("the metric says so", expected=True, got=blocked))
         [other] = replace(here.work, resolution=5).documents()
         ids.append(here.service.submit(other))
+        wait_until(lambda: WAITS in here.service.log.read_text(), seconds=PATIENCE)
         compared(equal("results registered meanwhile", expected=[], got=inspection.files(here.store)))
         objects.tell("start")
         here.wait_for_the_end(ids)
