@@ -7,6 +7,7 @@ implemented here.
 
 import base64
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any
@@ -17,6 +18,7 @@ from fastapi.responses import FileResponse, RedirectResponse
 from service.api.access import OWN_SOCKET, peer_of
 from service.api.errors import FileDamaged, PreconditionFailed
 from service.files.artifacts import Artifacts, known_digest
+from service.files.bucket import BucketAway
 from service.queue.scrubbing import make_again
 from service.records.jobs import NotFound, Stored
 
@@ -105,7 +107,7 @@ def send_file(request: Request, download: Download) -> Response:
 
 
 def _link(request: Request, artifacts: Artifacts, download: Download) -> str | None:
-    """A link to the bucket, where the setting asks for one, of a whole file that no browser shows; raises BucketAway.
+    """A link to the bucket, where the setting asks for one, of a whole file that no browser shows.
 
     The digest is compared by who follows it: it is in the entity tag of the redirect. The door of the own user leads to
     this service alone.
@@ -115,7 +117,9 @@ def _link(request: Request, artifacts: Artifacts, download: Download) -> str | N
         return None
     if CONDITIONS & set(request.headers) or peer_of(request.scope) == OWN_SOCKET or request.scope.get("is_head"):
         return None
-    return bucket.link(stored.path, seconds) if artifacts.is_in_bucket(stored) else None
+    with suppress(BucketAway):  # the disk may have it
+        return bucket.link(stored.path, seconds) if artifacts.is_in_bucket(stored) else None
+    return None
 
 
 def _tags(header: str) -> set[str]:

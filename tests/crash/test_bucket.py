@@ -53,8 +53,6 @@ pytestmark = pytest.mark.slow
 
 @pytest.fixture
 def objects() -> Iterator[ObjectStore]:
-    pytest.importorskip("moto")
-    pytest.importorskip("s3fs")
     with object_store() as store:
         yield store
 
