@@ -16,7 +16,6 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Mapping, Sequence
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -51,43 +50,30 @@ class Conversions:
         self._places = threading.BoundedSemaphore(MOST_WAITING)
 
     def partial_cube(
-        self,
-        document: Mapping[str, Any],
-        outcomes: Sequence[PublishedRun],
-        root: Path,
-        state: str,
-        kind: str = PARTIAL,
-        bring_back: Callable[[], object] = lambda: None,
+        self, document: Mapping[str, Any], outcomes: Sequence[PublishedRun], root: Path, state: str, kind: str = PARTIAL
     ) -> tuple[Path, str]:
-        """The cube (or the report) of the results so far, and its SHA-256; raises as ``file`` does.
-
-        ``bring_back`` brings the results to the disk, where they have to be.
-        """
+        """The cube (or the report) of the results so far, and its SHA-256; raises as ``file`` does."""
         runs = [outcome.as_json(root) for outcome in outcomes]
-        return self._file(kind, {"document": document, "outcomes": runs, "state": state}, bring_back)
+        return self._file(kind, {"document": document, "outcomes": runs, "state": state})
 
     def file(
         self, kind: str, sources: Sequence[Stored], artifacts: Artifacts, *, wait: float = 0.0, **options: Any
     ) -> tuple[Path, str]:
         """The file of a kind (``MAKERS``) made from stored files, and its SHA-256.
 
-        ``wait`` are the seconds for which it lets another file be made first. Raises Busy, ConversionFailed, and
-        NotAvailable where this service lacks what it takes.
+        ``wait`` are the seconds for which it lets another file be made first. Raises Busy, ConversionFailed,
+        BucketAway, and NotAvailable where this service lacks what it takes.
         """
-        files = {source.name: [str(artifacts.root / source.path), source.sha256] for source in sources}
-        bring_back = partial(list, map(artifacts.local, sources))
-        return self._file(kind, {"files": files, "options": options}, bring_back, wait)
+        files = {source.name: [str(artifacts.local(source)), source.sha256] for source in sources}
+        return self._file(kind, {"files": files, "options": options}, wait)
 
-    def _file(
-        self, kind: str, inputs: Mapping[str, Any], bring_back: Callable[[], object], wait: float = 0.0
-    ) -> tuple[Path, str]:
+    def _file(self, kind: str, inputs: Mapping[str, Any], wait: float = 0.0) -> tuple[Path, str]:
         text = json.dumps(inputs)
         name = hashlib.sha256(f"{version()}\n{text}".encode()).hexdigest()
         file = self._folder / f"{name}.{kind}"
         try:
             sha256 = _whole(file)
             if sha256 is None:
-                bring_back()
                 self._make(file, text, wait)
                 sha256 = digest(file)
             # Used now; not modified, because Last-Modified and ETag are of its content.

@@ -72,7 +72,8 @@ class BucketKeeper:
     def _folders(self, bucket: Bucket) -> Iterator[None]:
         """Remove the objects that no row names, a part of the bucket at a time."""
         for folder in (SWEEPS, *(f"{RUNS}/{shard}" for shard in SHARDS)):
-            of_jobs = [(id, [*names]) for id, names in groupby(bucket.names(folder), lambda name: name.split("/")[-3])]
+            ours = (name for name in bucket.names(folder) if name.count("/") >= 3)
+            of_jobs = [(id, [*names]) for id, names in groupby(ours, lambda name: name.split("/")[-3])]
             for first in range(0, len(of_jobs), FOLDERS_AT_ONCE):
                 self._remove_unnamed(bucket, dict(of_jobs[first : first + FOLDERS_AT_ONCE]), folder == SWEEPS)
                 yield

@@ -73,29 +73,18 @@ class Scrubber:
         self._store.retention.note_scrub(Scrub(scrub.began, whole=(time.time(), scrub.files, scrub.damaged)))
 
     def _is_whole(self, file: Stored) -> Generator[int, None, bool]:
-        """Whether a file can be read with its digest, where it has to be; yields sizes of pieces.
+        """Whether each copy of a file has its digest; yields sizes of pieces.
 
-        With a bucket that is the bucket, and the disk unless it lacks the file; raises BucketAway.
+        With a bucket one is there, and another on the disk unless the disk lacks the file. Raises BucketAway.
         """
         path, bucket = self._artifacts.path(file), self._artifacts.bucket
-        if bucket is None:
-            return (yield from self._matches(file, chunks(path, from_disk=True)))
-        is_well_cached = not path.exists() or (yield from self._matches(file, chunks(path, from_disk=True)))
-        return (yield from self._matches(file, bucket.chunks(file.path))) and is_well_cached
-
-    def _matches(self, file: Stored, pieces: Iterator[bytes]) -> Generator[int, None, bool]:
-        """Whether the bytes of a copy have the digest of the file; yields sizes of pieces."""
-        sha256 = hashlib.sha256()
-        yield BYTES_TO_OPEN
-        try:
-            for piece in pieces:
-                sha256.update(piece)
-                yield len(piece)
-        except BucketAway:
-            raise
-        except OSError:
-            return False
-        return sha256.hexdigest() == file.sha256
+        copies = [] if bucket is None else [bucket.chunks(file.path)]
+        if bucket is None or path.exists():
+            copies.append(chunks(path, from_disk=True))
+        digests = set()
+        for copy in copies:
+            digests.add((yield from _digest(copy)))
+        return digests == {file.sha256}
 
     def _is_damaged(self, file: Stored) -> bool:
         """Whether a file that counts is damaged at a second look too; then it is made again.
@@ -121,6 +110,21 @@ class Scrubber:
         if registered is not False:
             log.error("%s is lost or damaged; it is made again%s", file.path, "" if registered else " later")
         return registered is not False
+
+
+def _digest(pieces: Iterator[bytes]) -> Generator[int, None, str]:
+    """The SHA-256 of a copy of a file, empty where it cannot be read; yields sizes of pieces."""
+    sha256 = hashlib.sha256()
+    yield BYTES_TO_OPEN
+    try:
+        for piece in pieces:
+            sha256.update(piece)
+            yield len(piece)
+    except BucketAway:
+        raise
+    except OSError:
+        return ""
+    return sha256.hexdigest()
 
 
 def make_again(store: Store, damaged: Stored) -> bool | None:

@@ -177,13 +177,10 @@ def _partial(
     if not results:
         raise NotReady(f"the sweep is {_progress(sweep)}, and none of its runs has a result yet")
     state = f"{sweep.state}, {results} of {len(outcomes)} runs have a result"
-
-    def bring_back() -> None:
-        for stored in store.publications.archived(sweep.id).values() if artifacts.bucket is not None else ():
-            if stored.name in FOR_PUBLICATIONS and not artifacts.is_there(stored):
-                artifacts.bring_back(stored)
-
-    return conversions.partial_cube(document, outcomes, artifacts.root, state, kind, bring_back)
+    for stored in store.publications.archived(sweep.id).values() if artifacts.bucket is not None else ():
+        if stored.name in FOR_PUBLICATIONS:
+            artifacts.local(stored)
+    return conversions.partial_cube(document, outcomes, artifacts.root, state, kind)
 
 
 def _absent(sweep: SweepStatus, name: str) -> Exception:
