@@ -17,7 +17,7 @@ from studies.quantities.findings import Finding, InvalidInput
 
 IDENTITY = "whipple.id"  # object with the id of the database, as the file of the data directory
 PROBE = ".doctor"
-PAUSE_SECONDS = 60.0  # after an error nothing is begun for so long, unless a later use succeeds
+PAUSE_SECONDS = 60.0  # after an error nothing is begun for so long, unless an upload succeeds
 BLOCK = 4 << 20  # bytes that are asked for at once
 EXTRA = "pip install 'whipple[s3]'; other stores need the package that fsspec names"
 
@@ -44,7 +44,7 @@ class Bucket:
         self._failure: tuple[float, str] | None = None  # monotonic, and what the last use met
 
     def blocked_reason(self) -> str | None:
-        """The reason why nothing may be begun; None: the last use succeeded, or failed long ago."""
+        """The reason why nothing may be begun; None: no use has failed for a while, or since the last upload."""
         failure = self._failure
         return failure[1] if failure is not None and time.monotonic() - failure[0] < PAUSE_SECONDS else None
 
@@ -52,6 +52,7 @@ class Bucket:
         """Write an object from a file; raises BucketAway."""
         with self._used():
             self.files.put_file(str(file), self._path(name))
+        self._failure = None
 
     def get(self, name: str, file: Path) -> None:
         """Write an object to a file; raises FileNotFoundError, BucketAway."""
@@ -124,7 +125,7 @@ class Bucket:
 
     @contextmanager
     def _used(self) -> Iterator[None]:
-        """Note how a use ends: each library has errors of its own, and a missing bucket is not a missing object."""
+        """Note a use that fails: each library has errors of its own, and a missing bucket is not a missing object."""
         try:
             yield
         except NotImplementedError:
@@ -135,7 +136,6 @@ class Bucket:
             reason = f"the bucket {self.url} cannot be used ({error}); see `whipple doctor`"
             self._failure = time.monotonic(), reason
             raise BucketAway(reason) from error
-        self._failure = None
 
     def _is_there(self) -> bool:
         """Whether the bucket itself can be read."""

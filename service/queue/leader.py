@@ -58,7 +58,7 @@ class Leader:
         self._collector = GarbageCollector(settings, store, self._artifacts, self._space, timings)
         self._scrubber = Scrubber(settings, store, self._artifacts, timings)
         self._bucket_keeper = BucketKeeper(settings, store, self._artifacts, self._space, self._scrubber)
-        self.verification = Verification(self._artifacts, wake, timings, files_of=store.runs.files)
+        self.verification = Verification(self._artifacts, wake, timings, store.runs.files)
         self.in_flight = AttemptsInFlight()
         self.term: int | None = None
         self.is_superseded = False  # a younger term began: this one claims and adopts nothing more

@@ -67,7 +67,7 @@ class Verification:
         artifacts: Artifacts,
         wake: Callable[[], None],
         timings: Timings,
-        files_of: Callable[[str], Iterable[Stored]] = lambda _id: (),
+        files_of: Callable[[str], Iterable[Stored]],
     ):
         self._artifacts = artifacts
         self._files_of = files_of  # registered files of a run

@@ -6,7 +6,7 @@ import os
 import time
 from collections import deque
 from collections.abc import Iterator
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from pathlib import Path
 from unittest.mock import patch
@@ -75,7 +75,9 @@ def keep_bucket(harness: Harness, **settings: object) -> None:
 @contextmanager
 def away(*methods: str) -> Iterator[None]:
     """Let methods of every bucket fail, as its library does when nobody answers."""
-    with patch.multiple(MemoryFileSystem, **dict.fromkeys(methods, _refuse)):
+    with ExitStack() as ends:
+        for method in methods:
+            ends.enter_context(patch.object(MemoryFileSystem, method, _refuse))
         yield
 
 
@@ -109,6 +111,10 @@ def test_registered_file__is_in_the_bucket_and_comes_back_whole(harness: Harness
     assert client.get(f"/v1/runs/{job}/files/state.npz").content == contents[state]
     assert client.get(f"/v1/sweeps/{sweep.id}/report.json").content == contents[report]
     assert [harness.artifacts.is_intact(file) for file in registered] == [True] * len(registered)
+    elsewhere = harness.settings.data / "another"  # directory, of another service
+    elsewhere.mkdir()
+    response = http(harness, data=elsewhere).get(f"/v1/sweeps/{sweep.id}/report.json")
+    assert (response.content, len([*elsewhere.rglob("report.json")])) == (contents[report], 1)
 
 
 def test_bucket_that_is_away__is_waited_for(harness: Harness) -> None:
