@@ -15,7 +15,6 @@ from typing import Any
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, RedirectResponse
 
-from service.api.access import OWN_SOCKET, peer_of
 from service.api.errors import FileDamaged, PreconditionFailed
 from service.files.artifacts import Artifacts, known_digest
 from service.files.bucket import BucketAway
@@ -115,7 +114,8 @@ def _link(request: Request, artifacts: Artifacts, download: Download) -> str | N
     seconds, stored, bucket = request.app.state.settings.artifacts_links, download.registered, artifacts.bucket
     if not seconds or bucket is None or stored is None or not download.is_attachment:
         return None
-    if CONDITIONS & set(request.headers) or peer_of(request.scope) == OWN_SOCKET or request.scope.get("is_head"):
+    is_own_door = (request.scope.get("server") or ("", 0))[1] is None  # a path has no port
+    if CONDITIONS & set(request.headers) or is_own_door or request.scope.get("is_head"):
         return None
     with suppress(BucketAway):  # the disk may have it
         return bucket.link(stored.path, seconds) if artifacts.is_in_bucket(stored) else None
