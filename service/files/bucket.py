@@ -17,7 +17,7 @@ from studies.quantities.findings import Finding, InvalidInput
 
 IDENTITY = "whipple.id"  # object with the id of the database, as the file of the data directory
 PROBE = ".doctor"
-PAUSE_SECONDS = 60.0  # after an error nothing is begun for so long, unless an upload succeeds
+PAUSE_SECONDS = 60.0  # after an error nothing is begun for so long, unless a later use succeeds
 BLOCK = 4 << 20  # bytes that are asked for at once
 EXTRA = "pip install 'whipple[s3]'; other stores need the package that fsspec names"
 
@@ -41,18 +41,18 @@ class Bucket:
         self.url = url
         self.files: Any = opened[0]
         self._root = str(opened[1]).rstrip("/")
-        self._failure: tuple[float, str] | None = None  # monotonic, and what the last use met
+        self._failure: tuple[float, str] | None = None  # monotonic, and what a use met
+        self._must_upload = False  # until it is over: it was an upload
 
     def blocked_reason(self) -> str | None:
-        """The reason why nothing may be begun; None: no use has failed for a while, or since the last upload."""
+        """The reason why nothing may be begun; None: the last use succeeded, or failed long ago."""
         failure = self._failure
         return failure[1] if failure is not None and time.monotonic() - failure[0] < PAUSE_SECONDS else None
 
     def put(self, file: Path, name: str) -> None:
         """Write an object from a file; raises BucketAway."""
-        with self._used():
+        with self._used(uploads=True):
             self.files.put_file(str(file), self._path(name))
-        self._failure = None
 
     def get(self, name: str, file: Path) -> None:
         """Write an object to a file; raises FileNotFoundError, BucketAway."""
@@ -124,8 +124,8 @@ class Bucket:
         return f"{self._root}/{name}"
 
     @contextmanager
-    def _used(self) -> Iterator[None]:
-        """Note a use that fails: each library has errors of its own, and a missing bucket is not a missing object."""
+    def _used(self, *, uploads: bool = False) -> Iterator[None]:
+        """Note how a use ends: each library has errors of its own, and a missing bucket is not a missing object."""
         try:
             yield
         except NotImplementedError:
@@ -135,7 +135,10 @@ class Bucket:
                 raise
             reason = f"the bucket {self.url} cannot be used ({error}); see `whipple doctor`"
             self._failure = time.monotonic(), reason
+            self._must_upload |= uploads
             raise BucketAway(reason) from error
+        if uploads or not self._must_upload:
+            self._failure, self._must_upload = None, False
 
     def _is_there(self) -> bool:
         """Whether the bucket itself can be read."""

@@ -16,12 +16,14 @@ from fastapi.testclient import TestClient
 from fsspec.implementations.memory import MemoryFileSystem
 
 from service.api.app import build_app
+from service.cli.backup import back_up
 from service.cli.doctor import CheckStatus, check_bucket
 from service.files.artifacts import Artifacts
 from service.files.bucket import Bucket, BucketAway
 from service.files.disk_space import Space
 from service.queue import data_identity as identity
 from service.queue.bucket_keeping import HOUR, BucketKeeper
+from service.queue.garbage_collection import forget_lost_states
 from service.queue.scrubbing import Scrubber
 from service.records.jobs import Cause, Keep, State, Stored, SweepState
 from service.settings import Settings
@@ -115,6 +117,18 @@ def test_registered_file__is_in_the_bucket_and_comes_back_whole(harness: Harness
     elsewhere.mkdir()
     response = http(harness, data=elsewhere).get(f"/v1/sweeps/{sweep.id}/report.json")
     assert (response.content, len([*elsewhere.rglob("report.json")])) == (contents[report], 1)
+
+
+def test_files__that_the_bucket_alone_has_are_backed_up_and_not_lost(harness: Harness, tmp_path: Path) -> None:
+    harness.compute_all()
+    [sweep] = harness.store.sweeps.page().items
+    registered = files(harness)
+    for file in registered:
+        harness.artifacts.path(file).unlink()
+    forget_lost_states(harness.store, harness.artifacts, sweep.id)
+    assert files(harness) == registered
+    done = back_up(harness.settings, tmp_path.with_name("backup"), harness.store)
+    assert (done.copied, done.lost) == (len(registered), ())
 
 
 def test_bucket_that_is_away__is_waited_for(harness: Harness) -> None:
