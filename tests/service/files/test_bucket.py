@@ -148,6 +148,15 @@ def test_bucket_that_is_away__is_waited_for(harness: Harness) -> None:
     assert {file.path for file in files(harness)} == set(bucket(harness).names("runs"))
 
 
+def test_upload_that_fails__is_not_excused_by_a_read(harness: Harness, tmp_path: Path) -> None:
+    with away("put_file"), pytest.raises(BucketAway):
+        bucket(harness).put(tmp_path / "whipple.id", "probe")
+    assert bucket(harness).names("") == ["whipple.id"]
+    assert bucket(harness).blocked_reason() is not None
+    bucket(harness).put(tmp_path / "whipple.id", "probe")
+    assert bucket(harness).blocked_reason() is None
+
+
 def test_download__of_a_bucket_that_is_away_is_tried_again(harness: Harness) -> None:
     harness.compute_all()
     [sweep] = harness.store.sweeps.page().items
