@@ -24,6 +24,7 @@ from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
 from tests.crash.support.object_store import URL, ObjectStore, object_store
 from tests.service.support.api import ADDRESS, FakeDispatcher
+from tests.service.support.cluster import free_port
 from tests.service.support.fakes import runs_of, wait_until
 from tests.service.support.harness import AT_ONCE, open_harness
 
@@ -89,6 +90,32 @@ def test_bucket__serves_all_where_the_disk_has_lost_it(
         begun = {run.attempt for run in inspection.runs(here.store, ids).values()}
         compared(equal("attempts at each run, also for a second report", expected={1}, got=begun))
         compared(here.row_of_processes())
+
+
+@pytest.mark.claim("doors", "bucket-directories", minutes=0.3)
+def test_services__with_a_directory_each_share_a_bucket(
+    objects: ObjectStore, tmp_path: Path, postgresql_url: str, compared: Callable[..., None]
+) -> None:
+    """Two services with a directory each share a bucket: each sends all files, and goes on when the other is killed."""
+    with crash_test(WORK, tmp_path, database_url=postgresql_url) as here:
+        first, second = here.service, replace(here.service, data=tmp_path / "another", name="another", port=free_port())
+        here.services.append(second)
+        second.start()
+        ids = here.submit()
+        here.wait_for_the_end(ids)
+        second.wait_until_ready()
+        with second.client() as client:
+            cube = client.sweep(ids[0]).fetch(tmp_path / "from-the-other") / "cube.nc"
+        compared(*inspection.rows_of_cubes(undisturbed(WORK), [cube]))
+        first.kill()
+        more = replace(WORK, thicknesses=2)  # the same runs, and as many others
+        [document] = more.documents()
+        ids = [second.submit(document)]
+        here.wait_for_the_end(ids)
+        compared(*inspection.rows_of_cubes(undisturbed(more), here.fetch(ids, tmp_path / "more")))
+        once = inspection.registered_once(here.store, ids)
+        compared(equal("runs with one result, of both", expected=more.runs, got=len(once)))
+        compared(equal("exit status", expected=0, got=second.leave()))
 
 
 @pytest.mark.claim("doors", "bucket-kills", minutes=1.0)
