@@ -327,6 +327,24 @@ def test_doctor__says_whether_the_bucket_can_be_written_to(tmp_path: Path) -> No
     assert [*check_bucket(settings_in(tmp_path))] == []
 
 
+def test_mounted_disk__is_a_bucket_too(tmp_path: Path) -> None:
+    here, mounted = tmp_path / "file", Bucket(f"file://{tmp_path}/mounted")
+    here.write_bytes(b"...")
+    assert mounted.identity() is None
+    mounted.identify("whose")
+    mounted.put(here, "runs/ab/file")
+    mounted.get("runs/ab/file", tmp_path / "back")
+    assert (tmp_path / "back").read_bytes() == b"".join(mounted.chunks("runs/ab/file")) == b"..."
+    assert (mounted.identity(), mounted.names("runs"), mounted.size("runs/ab/none")) == (
+        "whose",
+        ["runs/ab/file"],
+        None,
+    )
+    assert mounted.age("runs/ab/file") < DEADLINE
+    mounted.remove("runs/ab/file")
+    assert mounted.names("runs") == []
+
+
 @pytest.mark.parametrize("url", ["nonesuch://bucket", "gs://bucket"])
 def test_bucket__that_no_library_opens_is_refused_with_a_cure(url: str) -> None:
     with pytest.raises(InvalidInput, match="pip install"):
