@@ -1,8 +1,8 @@
 """docs/simulated-shields.md: how often the simulation judges published shots on Whipple shields right.
 
-``python -m docs.pages compute simulated-shields DIRECTORY [GRID ...]`` computes what the directory does not have, on all
-grids or on those that are named, and writes docs/results/simulated-shields.json. The shots, the grids and the models were
-written down before any of them was run.
+``python -m docs.pages compute simulated-shields DIRECTORY [GRID ...]`` computes what the directory does not have, on
+all grids or on those that are named, and writes docs/results/simulated-shields.json. The shots, the grids and the
+models were written down before any of them was run.
 """
 
 import json
@@ -53,8 +53,8 @@ FAILURES = ("none", "johnson-cook")
 GRIDS = (1.0, 1.5)  # times the cells below
 THROUGH_WALL = 8.0  # cells, at least
 NOT_ON_BOTH = (
-    f"**The cells times {GRIDS[1]:g} are not computed yet** (about a day of one core), so that a simulation here is two "
-    "runs on one grid, and what the mesh does to an outcome is not seen.\n"
+    f"**The cells times {GRIDS[1]:g} are not computed yet** (about a day of one core), so that a simulation here is "
+    "two runs on one grid, and what the mesh does to an outcome is not seen.\n"
 )
 
 
@@ -114,12 +114,13 @@ def compute(directory: Path | None = None, *grids: Path) -> None:
         folder = (directory or Path(temporary)).resolve()
         asked = list(product([float(str(grid)) for grid in grids] or GRIDS, FAILURES, range(len(shots))))
         with ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool:
-            rows = list(pool.map(_computed, asked, [folder] * len(asked)))
+            rows = list(pool.map(computed_row, asked, [folder] * len(asked)))
     keep({"physics": PHYSICS_VERSION, "command": COMMAND, "seed": SEED, "runs": rows}, STORED)
     joined.store(simulations(rows))
 
 
-def _computed(asked: tuple[float, str, int], folder: Path) -> dict[str, Any]:
+def computed_row(asked: tuple[float, str, int], folder: Path) -> dict[str, Any]:
+    """What the run of a grid, a failure and the number of a shot says, computed where the folder does not have it."""
     grid, failure, number = asked
     shot = drawn()[number]
     roles = {role: materials.load(str(name)) for role, name in _materials(shot).items()}
@@ -215,9 +216,11 @@ def pages() -> dict[str, str]:
         some = [run for run in runs if (run["failure"], run["grid"]) == (failure, grid)]
         alone = [(shot.outcome, outcome) for shot, outcome in outcomes(some)]
         rows.append(_row(f"simulation, failure {failure}, cells × {grid:g} alone", *rated(alone)))
-    for law in equations():
-        judged = judge(law, shots)
-        rows.append(_row(f"`{law.name}`", judged, len(shots) - judged.right.of))
+    decided = [shot for shot, outcome in told if outcome != "open"]
+    for asked, words in ((shots, ""), (decided, ", on the shots that the simulation decides")):
+        for law in equations():
+            judged = judge(law, asked)
+            rows.append(_row(f"`{law.name}`{words}", judged, len(asked) - judged.right.of))
     kind = SimulationKind(tuple(sorted(FAILURES)), "several" if grids == GRIDS else "one")
     scores = joined.validated(simulations(runs)[kind])
     parts = [
@@ -250,7 +253,7 @@ def _joined(runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         "outcome was seen: `studies/observations/shields/joined.py`. Each shot is predicted by the other laboratories "
         "alone. Behind a and b stands their standard deviation. Gained is the fall of the Brier score with 1.96 of its "
         "standard errors; of all: weighted so that the drawn shots stand for all that can be simulated. Aimed at was "
-        "0.125.\n"
+        "0.125. A simulation of a kind that gains nothing is not joined, and a report says so.\n"
     )
     rows = []
     for kind, shots in simulations(runs).items():
