@@ -41,7 +41,7 @@ def test_simulation__tells_the_outcome_of_each_shot(name: str, tmp_path: Path, c
         compared(equal(f"{behind}: wall{f' ({why})' if why else ''}", expected=shot.outcome, got=says))
 
 
-@pytest.mark.claim("shields", "drawn-shots", minutes=5.0)
+@pytest.mark.claim("shields", "drawn-shots", minutes=6.0)
 def test_simulation__of_drawn_shots_is_what_the_page_says(tmp_path: Path, compared: Callable[[Row], None]) -> None:
     """The quick ones of the drawn shots have the outcomes that are stored; what all of them say is reported."""
     runs = json.loads(simulated_shields.STORED.read_text(encoding="utf-8"))["runs"]
