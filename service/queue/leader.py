@@ -181,10 +181,7 @@ class Leader:
     # --- what ended ------------------------------------------------------------------------------
 
     def _register(self, *, wait: float) -> bool:
-        """Register every ending whose verification is done within ``wait`` seconds; the others at a later tick.
-
-        Whether there was one.
-        """
+        """Whether an ending was registered: each that is verified within ``wait`` seconds; others at a later tick."""
         now, flight = time.monotonic(), self.in_flight
         due = {
             key: (flight.leases[key], ending)
