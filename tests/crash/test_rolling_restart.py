@@ -6,6 +6,7 @@ from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack
 from dataclasses import dataclass, field, replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -58,11 +59,11 @@ class Clients:
         with ThreadPoolExecutor(100) as followers, self._client() as client:
             while not self.over.is_set():
                 document = replace(WORK, sweeps=len(self.ids) + 1).documents()[-1]
-                id = self._call(lambda document=document: client.submit(document).id)
-                if id is None:
+                sweep = self._call(partial(client.submit, document))
+                if sweep is None:
                     return
-                self.ids.append(id)
-                followers.submit(self._call, lambda id=id: self._follow(id))
+                self.ids.append(sweep.id)
+                followers.submit(self._call, partial(self._follow, sweep.id))
                 self.over.wait(PAUSE)
 
     def look(self) -> None:
@@ -70,8 +71,8 @@ class Clients:
         with self._client() as client:
             while not self.over.wait(LOOK_PAUSE):
                 for id in self.ids[-1:]:
-                    self._call(lambda id=id: client.sweep(id).status())
-                self._call(lambda: next(client.sweeps(), None))
+                    self._call(client.sweep(id).status)
+                self._call(partial(next, client.sweeps(), None))
 
     def _follow(self, id: str) -> None:
         with self._client() as client:
