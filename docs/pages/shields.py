@@ -4,18 +4,15 @@ from collections.abc import Iterator
 
 import numpy as np
 
-from docs.pages import MADE, simulated_shields, table
+from docs.pages import MADE, table
 from studies import laws
 from studies.observations.shields.answers import SHORT
-from studies.observations.shields.joined import NOT_JOINED
 from studies.observations.shields.judged import Judged, Share, equations, judge_by_range
 from studies.observations.shields.probability import curves
 from studies.observations.shields.shots import citation, laboratory, published, sources
 from studies.observations.shields.validation import MEAN, Predicted, brier, coverage, predict, reliability
-from studies.reports.verdict.texts import capital
 
 COLLECTION = "https://github.com/shannonjryan/pyBLOSSUM"
-JOINED = "Of a shot that is simulated too, P is [joined with the simulation](simulated-shields.md)."
 
 
 def pages() -> dict[str, str]:
@@ -120,7 +117,7 @@ def _probability() -> Iterator[str]:
         "number with laboratories left out; a P that is right has a bin beyond 0.1 in "
         f"{100.0 * _chance_of_miss(by_laboratory):.0f} of 100 such sets of shots.\n"
     )
-    yield f"{JOINED if simulated_shields.STORED.exists() else f'{capital(NOT_JOINED)}.'}\n"
+    yield "What a simulation of the shot adds to P was measured on [drawn shots](simulated-shields.md).\n"
 
 
 def _calibrated(predicted: Predicted, name: str) -> list[str]:

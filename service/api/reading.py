@@ -34,7 +34,7 @@ PARSERS: Mapping[str, Callable[[bytes], Any]] = {
     "application/x-yaml": read_yaml,
     "text/yaml": read_yaml,
 }
-NICENESS = 10  # nice(2) of a child: the process that answers requests comes first
+NICENESS = 5  # nice(2) of a child: the process that answers requests comes first, and runs leave it a quarter of a core
 Read = TypeVar("Read")
 
 
@@ -194,6 +194,15 @@ def drawn_material(document: Any, _posted: Posted) -> list[tuple[str, str]]:
     from studies.reports.drawing.material import drawings
 
     return [(title, as_image(drawing)) for title, drawing in drawings(materials.load(document["name"]))]
+
+
+def drawn_chart(document: Any, _posted: Posted) -> str:
+    """A line chart of a live page (``pages.charts``) as SVG."""
+    from studies.reports.drawing.charts import lines
+    from studies.reports.drawing.images import as_files
+
+    [svg] = as_files(lines(document))
+    return svg
 
 
 @dataclass(frozen=True)

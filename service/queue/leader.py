@@ -95,8 +95,9 @@ class Leader:
                 if is_due:
                     self._compare(leases, self.term)
                 self._stop_unwanted(leases)
-                self._register(wait=self._timings.verification_wait)
                 self._fill(self.term)
+                if self._register(wait=self._timings.verification_wait):
+                    self._fill(self.term)
                 self._write_progress()
             finally:
                 self.blocked_reason = self._why_nothing_begins() or self._why_no_run_begins()
@@ -181,8 +182,8 @@ class Leader:
 
     # --- what ended ------------------------------------------------------------------------------
 
-    def _register(self, *, wait: float) -> None:
-        """Register every ending whose verification is done within ``wait`` seconds; the others at a later tick."""
+    def _register(self, *, wait: float) -> bool:
+        """Whether an ending was registered: each that is verified within ``wait`` seconds; others at a later tick."""
         now, flight = time.monotonic(), self.in_flight
         due = {
             key: (flight.leases[key], ending)
@@ -202,6 +203,7 @@ class Leader:
         finally:
             if done:
                 self._engine.forget(done)
+        return bool(done)
 
     def _is_registered(self, lease: Lease) -> bool:
         """Register an ending that is verified; a failure must not hold up the others."""

@@ -10,7 +10,7 @@ from collections.abc import Callable
 import pytest
 
 from studies.cases.rows import Row, at_least, at_most, equal
-from tests.benchmarks import figures
+from tests.benchmarks import figures, queue
 from tests.benchmarks.measure import BARS, SWEEP
 
 FASTER = {"axisymmetric_default": 6.0, "3d_linear": 4.0, "3d_spline": 4.5}
@@ -100,3 +100,11 @@ def test_thesis_plate__beside_its_own_program(compared: Compared) -> None:
     for name, got in figures.PARTS["thesis"]():
         particles = name == "thesis_particles"
         compared(equal(name, expected=1_024_224, got=got) if particles else Row(name, "", got, None))
+
+
+@pytest.mark.claim("speed", "run-overhead", minutes=0.5)
+def test_queue__costs_little_beside_a_run(compared: Compared) -> None:
+    """A slot of the service waits at most 0.03 s from the end of a run to the next one, registration included."""
+    slot, attempt = queue.overhead()
+    compared(at_most("between two runs of a slot (s)", limit=queue.OVERHEAD_AIM, got=slot - attempt))
+    compared(Row("runs a second by two slots that write their result alone", "", queue.WORKERS / slot, None))

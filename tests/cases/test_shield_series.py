@@ -1,12 +1,17 @@
-"""Two published series of shots on shields that bracket a limit: the outcome of each shot on three grids."""
+"""Published shots on shields: two series that bracket a limit, on three grids, and shots that were drawn by a seed."""
 
+import json
 from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
+from docs.pages import simulated_shields
 from docs.pages.shield_series import THREE, runs_of, series, told
 from studies.cases.rows import Row, equal, reported
+from studies.observations.shields import joined
+
+QUICK = 20.0  # s, of a run: those that are computed anew
 
 
 @pytest.mark.parametrize(
@@ -34,3 +39,20 @@ def test_simulation__tells_the_outcome_of_each_shot(name: str, tmp_path: Path, c
         says, why = told(runs)
         behind = f"{1e3 * shot.projectile_diameter:g} mm behind {1e3 * shot.bumper_thickness:.3g} mm"
         compared(equal(f"{behind}: wall{f' ({why})' if why else ''}", expected=shot.outcome, got=says))
+
+
+@pytest.mark.claim("shields", "drawn-shots", minutes=6.0)
+def test_simulation__of_drawn_shots_is_what_the_page_says(tmp_path: Path, compared: Callable[[Row], None]) -> None:
+    """The quick ones of the drawn shots have the outcomes that are stored; what all of them say is reported."""
+    runs = json.loads(simulated_shields.STORED.read_text(encoding="utf-8"))["runs"]
+    for run in runs:
+        if run["perforated"] is not None and run["seconds"] < QUICK:
+            again = simulated_shields.computed_row((run["grid"], run["failure"], run["shot"]), tmp_path)
+            where = f"shot {run['shot']}, failure {run['failure']}, cells times {run['grid']:g}: perforated"
+            compared(equal(where, expected=run["perforated"], got=again["perforated"]))
+    judged, undecided = simulated_shields.rated([(s.outcome, says) for s, says in simulated_shields.outcomes(runs)])
+    compared(reported("right of those decided", judged.right.value))
+    compared(reported("undecided", undecided))
+    for kind, shots in simulated_shields.simulations(runs).items():
+        before, after = joined.validated(shots).brier()
+        compared(reported(f"{kind.name}: Brier score, without simulation {before:.3f}", after))

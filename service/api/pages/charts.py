@@ -1,143 +1,67 @@
-"""Line charts as SVG in the colours of the pages: light in bytes, without a script, drawn by the service itself."""
+"""Line charts of live pages: their points, and the image that a child process draws of them as of a report's."""
 
-import math
-from collections.abc import Iterable, Sequence
-from dataclasses import dataclass
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import asdict, dataclass
+from hashlib import sha256
+from urllib.parse import urlencode
 
+from fastapi import Request, Response
 from markupsafe import Markup
 
-from studies.quantities.display import digits
+from service.api.reading import Posted, drawn_chart
+from service.api.routes.dependencies import read_posted
+from service.records.jobs import NotFound
 
-WIDTH, HEIGHT = 360.0, 230.0  # size of the drawing in px, as wide as a telephone
-LEFT, RIGHT, TOP, BOTTOM = 52.0, 8.0, 10.0, 38.0  # margins
-MOST_POINTS = 200  # points of a line at most; a longer line is thinned evenly
 MOST_LINES = 8  # in as many colours
-TICKS = 5
+KEPT_SECONDS = 86400  # by a browser: an address names its content
+WIDTH, HEIGHT = 480, 330  # px of an image until it is there; its height then follows its legend
 
 
 @dataclass(frozen=True)
 class ChartLine:
-    """Points in the units of the axes; None where there is none."""
+    """Points in SI; None where there is none."""
 
     label: str
     x: Sequence[float | None]
     y: Sequence[float | None]
-    bars: Sequence[float | None] = ()  # half lengths of error bars
-
-
-def chart(title: str, lines: Sequence[ChartLine], *, x: str, y: str, marked: bool = False) -> Markup:
-    """A figure with a line for each label, points ``marked`` or not; empty where no point has a value.
-
-    ``x`` is the label of the axis below, ``y`` the unit of the other one.
-    """
-    every, lines = len(lines), [line for k, line in enumerate(lines) if _is_drawn(k, len(lines))]
-    known = [_known(line) for line in lines]
-    points = [point for line in known for point in line]
-    if not points:
-        return Markup("")
-    across = _Scale.over([at for at, _, _ in points], LEFT, WIDTH - RIGHT)
-    up = _Scale.over([end for _, at, bar in points for end in (at - bar, at + bar)], HEIGHT - BOTTOM, TOP)
-    parts = [*_grid(across, up, x, y)]
-    for number, line in enumerate(known):
-        if line:
-            parts.append(_drawn(_thinned(line), across, up, number, marked=marked or len(line) == 1))
-    legend = Markup("")
-    if len(known) > 1:
-        entries = (
-            Markup('<li><span class="mark c{}"></span>{}</li>').format(number, line.label)
-            for number, line in enumerate(lines)
-        )
-        legend = Markup('<ul class="legend">{}</ul>').format(Markup("").join(entries))
-    if every > len(lines):
-        legend += Markup("<p>{} of {} lines are drawn.</p>").format(len(lines), every)
-    return Markup(
-        '<figure class="chart"><figcaption>{}</figcaption><svg viewBox="0 0 {:g} {:g}" role="img" aria-label="{}">{}'
-        "</svg>{}</figure>"
-    ).format(
-        title,
-        WIDTH,
-        HEIGHT,
-        f"{title} ({y}) against {x}" if y else f"{title} against {x}",
-        Markup("").join(parts),
-        legend,
-    )
-
-
-def _is_drawn(number: int, count: int) -> bool:
-    """Whether a line is one of the most that are drawn, which are spread evenly over all."""
-    return count <= MOST_LINES or number * MOST_LINES // count != (number - 1) * MOST_LINES // count
-
-
-ChartPoint = tuple[float, float, float]  # x, y, half length of its error bar
+    uncertainty: Sequence[float | None] = ()  # half lengths of error bars
 
 
 @dataclass(frozen=True)
-class _Scale:
-    """Values between two round ends, and where these are in the drawing."""
+class Chart:
+    """Lines over a common abscissa; each axis has a name, a label and an SI unit."""
 
-    low: float
-    high: float
-    step: float
-    begin: float
-    end: float
-
-    @staticmethod
-    def over(values: Sequence[float], begin: float, end: float) -> "_Scale":
-        low, high = min(values), max(values)
-        if high - low <= 1e-9 * max(abs(low), abs(high)):
-            margin = 0.1 * abs(low) or 1.0
-            low, high = low - margin, high + margin
-        size = 10.0 ** math.floor(math.log10((high - low) / TICKS))
-        step = next(size * factor for factor in (1, 2, 5, 10) if (high - low) / (size * factor) <= TICKS)
-        return _Scale(math.floor(low / step) * step, math.ceil(high / step) * step, step, begin, end)
-
-    def __call__(self, value: float) -> float:
-        return self.begin + (value - self.low) / (self.high - self.low) * (self.end - self.begin)
+    title: str
+    x: tuple[str, str, str | None]
+    y: tuple[str, str, str | None]
+    lines: Sequence[ChartLine]
+    marked: bool = False  # whether each point has a mark
 
     @property
-    def ticks(self) -> list[float]:
-        return [self.low + self.step * k for k in range(round((self.high - self.low) / self.step) + 1)]
+    def is_empty(self) -> bool:
+        return all(value is None for line in self.lines for value in line.y)
+
+    def document(self) -> bytes:
+        """The chart as JSON, with the most lines that are drawn, spread evenly over all."""
+        count = len(self.lines)
+        lines = [self.lines[k * count // MOST_LINES] for k in range(MOST_LINES)] if count > MOST_LINES else self.lines
+        return json.dumps(asdict(self) | {"lines": [asdict(line) for line in lines]}).encode()
+
+    def image(self, path: str, query: Mapping[str, str | int]) -> Markup:
+        """The image that a path gives, whose address changes with its content; nothing where no point has a value."""
+        if self.is_empty:
+            return Markup("")
+        address = f"{path}?{urlencode({**query, 'content': sha256(self.document()).hexdigest()[:16]})}"
+        tag = Markup('<img class="chart" src="{}" alt="{}" width="{}" height="{}" loading="lazy">{}')
+        more = len(self.lines) - MOST_LINES
+        note = Markup("<p>{} of {} lines are drawn.</p>").format(MOST_LINES, len(self.lines)) if more > 0 else ""
+        return tag.format(address, f"{self.title} against {self.x[1]}", WIDTH, HEIGHT, note)
 
 
-def _known(line: ChartLine) -> list[ChartPoint]:
-    bars = line.bars or [None] * len(line.x)
-    return [
-        (x, y, bar or 0.0) for x, y, bar in zip(line.x, line.y, bars, strict=True) if x is not None and y is not None
-    ]
-
-
-def _thinned(points: list[ChartPoint]) -> list[ChartPoint]:
-    stride = -(-len(points) // MOST_POINTS)
-    return points if stride == 1 else [*points[:-1:stride], points[-1]]
-
-
-def _grid(across: _Scale, up: _Scale, x: str, y: str) -> Iterable[Markup]:
-    lines = "".join(f"M{across(at):.1f} {TOP}V{HEIGHT - BOTTOM}" for at in across.ticks)
-    lines += "".join(f"M{LEFT} {up(at):.1f}H{WIDTH - RIGHT}" for at in up.ticks)
-    yield Markup('<path class="grid" d="{}"/>').format(lines)
-    for at in across.ticks:
-        yield _text(_rounded(at, across.step), across(at), HEIGHT - BOTTOM + 14, "middle")
-    for at in up.ticks:
-        yield _text(_rounded(at, up.step), LEFT - 4, up(at) + 4, "end")
-    yield _text(x, (LEFT + WIDTH - RIGHT) / 2, HEIGHT - 4, "middle")
-    yield Markup('<text x="{:g}" y="12" text-anchor="middle" transform="rotate(-90)">{}</text>').format(
-        -(TOP + HEIGHT - BOTTOM) / 2, y
-    )
-
-
-def _rounded(value: float, step: float) -> str:
-    return digits(round(value, 3 - math.floor(math.log10(step))))
-
-
-def _text(text: str, x: float, y: float, anchor: str) -> Markup:
-    return Markup('<text x="{:.1f}" y="{:.1f}" text-anchor="{}">{}</text>').format(x, y, anchor, text)
-
-
-def _drawn(points: list[ChartPoint], across: _Scale, up: _Scale, number: int, *, marked: bool) -> Markup:
-    path = "M" + "L".join(f"{across(x):.1f} {up(y):.1f}" for x, y, _ in points)
-    marks = ""
-    if marked:
-        bars = "".join(f"M{across(x):.1f} {up(y - bar):.1f}V{up(y + bar):.1f}" for x, y, bar in points if bar)
-        marks = f'<path class="bar" d="{bars}"/>' if bars else ""
-        marks += "".join(f'<circle cx="{across(x):.1f}" cy="{up(y):.1f}" r="3"/>' for x, y, _ in points)
-    return Markup('<g class="c{}"><path d="{}"/>{}</g>').format(number, path, Markup(marks))
+async def drawn(request: Request, chart: Chart) -> Response:
+    """A chart as SVG; raises NotFound for an empty one, TooManyRequests where no child process is free in time."""
+    if chart.is_empty:
+        raise NotFound("values to draw of", chart.title)
+    async with read_posted(request, Posted("application/json", chart.document(), 0), drawn_chart) as svg:
+        return Response(svg, media_type="image/svg+xml", headers={"Cache-Control": f"private, max-age={KEPT_SECONDS}"})

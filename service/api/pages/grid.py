@@ -9,19 +9,18 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from markupsafe import Markup
-
-from service.api.pages.charts import ChartLine, chart
+from service.api.pages.charts import Chart, ChartLine
 from service.records.jobs import GridCell, State
 from studies import measurements, scenarios
 from studies.measurements import Measurement
-from studies.quantities.display import display_of, kind_of, printed_beside, with_unit
+from studies.quantities.display import kind_of, printed_beside
 from studies.quantities.parameters import declared
 from studies.quantities.units import readable
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 MOST_CELLS = 400
 MOST_LISTED = 100  # points of a list
+NO_CHART = Chart("", ("", "", None), ("", "", None), ())
 SHADES = 5  # of the colour of a value, between the smallest and the largest that are shown
 
 
@@ -221,33 +220,29 @@ def _unit_of(scenario: str, name: str) -> str | None:
     return parameter.unit if parameter else None
 
 
-def figure_of(sheet: GridSheet, cells: Sequence[GridCell], name: str, scenario: str) -> Markup:
+def chart_of(sheet: GridSheet, cells: Sequence[GridCell], name: str, scenario: str) -> Chart:
     """The quantity of the cells over the rows of their sheet, a line for each column; empty where rows are words."""
     own = sheet.layout.rows_and_columns
     quantity = measurements.load(name)
     if not own or quantity.is_outcome:
-        return Markup("")
+        return NO_CHART
     along = sheet.layout.dimensions[own[0]]
+    across = sheet.layout.dimensions[own[1]] if len(own) > 1 else None
     by_place = {cell.ordinal: cell for cell in cells}
-    x, y = display_of(_unit_of(scenario, along.name)), display_of(quantity.unit)
     lines = []
     for column in sheet.columns:
         mine = [by_place[row[column]] for row in sheet.ordinals if row[column] in by_place]
-        at = [cell.coordinates.get(along.name) for cell in mine]
-        if not all(isinstance(value, float | int) for value in at):
-            return Markup("")
-        order = sorted(range(len(mine)), key=lambda k: at[k])  # type: ignore[arg-type, return-value]
-        label = sheet.layout.dimensions[own[1]] if len(own) > 1 else None
+        at = [(cell.coordinates.get(along.name), cell) for cell in mine]
+        if not all(isinstance(value, float | int) for value, _ in at):
+            return NO_CHART
+        in_order = [cell for _, cell in sorted(at, key=lambda each: each[0])]  # type: ignore[arg-type, return-value]
         lines.append(
             ChartLine(
-                label=f"{label.label} {label.texts[column]}" if label else quantity.title,
-                x=[float(at[k]) * x.factor for k in order],  # type: ignore[arg-type]
-                y=[_scaled(mine[k].value, y.factor) for k in order],
-                bars=[_scaled(mine[k].uncertainty, y.factor) for k in order],
+                label=f"{across.label} {across.texts[column]}" if across else quantity.title,
+                x=[float(cell.coordinates[along.name]) for cell in in_order],
+                y=[cell.value for cell in in_order],
+                uncertainty=[cell.uncertainty for cell in in_order],
             )
         )
-    return chart(quantity.title, lines, x=with_unit(along.label, _unit_of(scenario, along.name)), y=y.unit, marked=True)
-
-
-def _scaled(value: float | None, factor: float) -> float | None:
-    return None if value is None else value * factor
+    x = along.name, along.label, _unit_of(scenario, along.name) or "1"
+    return Chart(quantity.title, x, (name, quantity.title, quantity.unit), lines, marked=True)

@@ -3,16 +3,15 @@
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
-from typing import Any
+from typing import Annotated, Any
 from zipfile import BadZipFile, ZipFile
 
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
-from markupsafe import Markup
 
 from service.api.access import Reader
 from service.api.browsers import check_token
-from service.api.pages.charts import ChartLine, chart
+from service.api.pages.charts import Chart, ChartLine, drawn
 from service.api.pages.derived import FilmedRun
 from service.api.pages.grid import in_words, quantities_of, value_of
 from service.api.pages.rendering import SEE_OTHER, page
@@ -23,7 +22,7 @@ from service.files.artifacts import Artifacts
 from service.records.jobs import TERMINAL, VIEWS, NotFound, RunPlace, RunRow, Scope, State, Stored
 from service.store import Store
 from studies import measurements, scenarios
-from studies.quantities.display import display_of, kind_of, printed_beside, with_unit
+from studies.quantities.display import display_of, kind_of, printed_beside
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
 from studies.quantities.parameters import declared
 from studies.sweeps.reading import RESOLUTION
@@ -32,17 +31,28 @@ router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
 MOST_SWEEPS = 5  # of a run, whose links are shown
 LARGEST_RESULT = 8 << 20  # bytes of a result whose histories are drawn; usual are 20 kB
+ENERGY, TIME = "energy", ("time", "time", "s")  # axes
 LOG_BYTES = 4096  # of the end of a log
 MOST_CHARTS = 24  # histories of measurements that are drawn
 
 
+def _histories(id: RunId, _: Reader, store: AppStore, artifacts: AppArtifacts) -> dict[str, Chart]:
+    """The charts of a run by name."""
+    result = next((file for file in store.runs.files(id) if file.name == RESULT), None)
+    return _charts(artifacts, result, store.runs.get(id).scenario) if result else {}
+
+
+Histories = Annotated[dict[str, Chart], Depends(_histories)]
+
+
 @router.get("/runs/{id}")
-def show_run(request: Request, id: RunId, caller: Reader, store: AppStore, artifacts: AppArtifacts) -> Response:
+def show_run(
+    request: Request, id: RunId, caller: Reader, store: AppStore, artifacts: AppArtifacts, histories: Histories
+) -> Response:
     """A run: its state, histories, pictures, parameters, log and files."""
     run, spec, files = store.runs.get(id), store.runs.spec(id), store.runs.files(id)
     places = store.runs.places(id, MOST_SWEEPS + 1)
     names = {file.name for file in files}
-    result = next((file for file in files if file.name == RESULT), None)
     is_open = run.state not in TERMINAL
     return page(
         request,
@@ -54,7 +64,7 @@ def show_run(request: Request, id: RunId, caller: Reader, store: AppStore, artif
         is_in_more=len(places) > MOST_SWEEPS,
         measured=list(_measured(run)),
         so_far=list(_so_far(run)),
-        charts=_charts(artifacts, result, run.scenario) if result else [],
+        charts=[chart.image(f"/runs/{id}/histories/{name}", {}) for name, chart in histories.items()],
         views=[view for view, sources in VIEWS.items() if names & {*sources}],
         has_film=FILM in names,
         may_film=_lacks_film(run, files) and caller.may(Scope.SUBMIT),
@@ -66,6 +76,14 @@ def show_run(request: Request, id: RunId, caller: Reader, store: AppStore, artif
         links=RunModel.of(run).links,
         events=RunModel.of(run).links["events"] if is_open else None,
     )
+
+
+@router.get("/runs/{id}/histories/{name}")
+async def show_history(request: Request, name: str, histories: Histories) -> Response:
+    """A history of a run: SVG."""
+    if name not in histories:
+        raise NotFound("history", name[:80])
+    return await drawn(request, histories[name])
 
 
 @router.post("/runs/{id}/film", dependencies=[Depends(check_token)])
@@ -124,39 +142,30 @@ def _printed(name: str, value: float | None, uncertainty: float | None, flags: S
 
 
 @lru_cache(maxsize=64)
-def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> list[Markup]:
-    """The histories of a result: energies, then measurements in the order of the scenario."""
+def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> dict[str, Chart]:
+    """The histories of a result by name: energies, then measurements in the order of the scenario."""
     if result.size > LARGEST_RESULT or not artifacts.may_be_shown(result):
-        return []
+        return {}
     plain = artifacts.read_json(result)
-    drawn = [_energies(plain.get("histories") or {})]
+    charts = {ENERGY: _energies(plain["histories"])} if plain.get("histories") else {}
     for name in [name for name in quantities_of(scenario) if name in plain.get("measurements", {})][:MOST_CHARTS]:
-        history = plain["measurements"][name]["history"]
+        history, measurement = plain["measurements"][name]["history"], measurements.load(name)
         if len(history["time"]) > 1:
-            measurement = measurements.load(name)
-            x = [_scaled(time, "s") for time in history["time"]]
-            y = [_scaled(value, measurement.unit) for value in history["value"]]
-            unit = display_of(measurement.unit).unit
-            drawn.append(chart(measurement.title, [ChartLine("", x, y)], x=with_unit("time", "s"), y=unit))
-    return [each for each in drawn if each]
+            lines = [ChartLine(measurement.title, history["time"], history["value"])]
+            charts[name] = Chart(measurement.title, TIME, (name, measurement.title, measurement.unit), lines)
+    return {name: chart for name, chart in charts.items() if not chart.is_empty}
 
 
-def _energies(histories: Mapping[str, Any]) -> Markup:
+def _energies(histories: Mapping[str, Any]) -> Chart:
     """Where the energy of all bodies is over time."""
-    if not histories:
-        return Markup("")
-    x = [_scaled(time, "s") for time in histories["time"]]
     of_bodies = {"kinetic": "kinetic_energy", "internal": "internal_energy", "has left the grid": "departed_energy"}
     of_run = {"removed by contact": "contact_energy", "otherwise removed": "otherwise_removed_energy"}
     sums = {label: [sum(each) for each in zip(*histories[name], strict=True)] for label, name in of_bodies.items()}
     sums |= {label: histories[name] for label, name in of_run.items()}
-    lines = [ChartLine(label, x, [value / 1e3 for value in values]) for label, values in sums.items() if any(values)]
-    lines.append(ChartLine("all together", x, [sum(each) / 1e3 for each in zip(*sums.values(), strict=True)]))
-    return chart("Energy", lines, x=with_unit("time", "s"), y="kJ")
-
-
-def _scaled(value: float | None, unit: str) -> float | None:
-    return None if value is None else value * display_of(unit).factor
+    sums = {label: values for label, values in sums.items() if any(values)}
+    sums["all together"] = [sum(each) for each in zip(*sums.values(), strict=True)]
+    lines = [ChartLine(label, histories["time"], values) for label, values in sums.items()]
+    return Chart("Energy", TIME, (ENERGY, "energy", "J"), lines)
 
 
 def _asked(store: Store, places: Sequence[RunPlace]) -> set[str]:

