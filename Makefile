@@ -66,7 +66,7 @@ endif
 endif
 
 claims: $(DEVELOPMENT)
-	@$(BIN)/python -c 'import imageio_ffmpeg, vtkmodules' 2>/dev/null || $(PIP) --editable '.[readers,video]'
+	@$(BIN)/python -c 'import flask_cors, imageio_ffmpeg, moto, s3fs, vtkmodules' 2>/dev/null || $(PIP) --editable '.[objects,readers,s3,video]'
 	@$(BIN)/python -m tests.claims $(NAME)
 
 # The seed decides what is killed when; it is printed, and SEED= repeats it.

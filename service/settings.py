@@ -54,6 +54,16 @@ class Settings(BaseSettings):
     database_url: str | None = Field(
         default=None, description="default: SQLite inside data; postgresql+psycopg://... allows several services"
     )
+    artifacts: str | None = Field(
+        default=None,
+        description="bucket for the files, s3://bucket/prefix or another URL of fsspec; default: data alone",
+    )
+    artifacts_cache: ByteSize = Field(
+        default=ByteSize(1 << 40), ge=0, description="size of the files in data that are in the bucket too"
+    )
+    artifacts_links: int = Field(
+        default=0, ge=0, le=7 * 24 * 3600, description="seconds for which a link to the bucket is valid; 0: no links"
+    )
     engine: str | None = Field(default=None, description="tls://host:port of a Dask scheduler; default: this machine")
     tls_ca: Path | None = Field(default=None, description="PEM file of the certificate authority of the scheduler")
     tls_cert: Path | None = Field(default=None, description="PEM file of the certificate of this service")

@@ -80,7 +80,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     streams = EventStreams(store)
     metrics = Metrics(store, engine, streams)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
-    app.state.artifacts = Artifacts(settings.data)
+    app.state.artifacts = Artifacts.of(settings)
     app.state.event_streams, app.state.metrics = streams, metrics
     app.state.problem_page = rendering.problem_page
     app.state.readers, app.state.rates = Readers(), RequestRates(settings.quota_requests)

@@ -21,7 +21,7 @@ from typing import Any
 
 from service import version
 from service.api.errors import Busy, ConversionFailed, NotAvailable
-from service.files.artifacts import digest
+from service.files.artifacts import Artifacts, digest
 from service.records.jobs import VIEWS, PublishedRun, State, Stored
 from studies.quantities.files import write_text
 from studies.quantities.findings import MissingExtra
@@ -57,14 +57,14 @@ class Conversions:
         return self._file(kind, {"document": document, "outcomes": runs, "state": state})
 
     def file(
-        self, kind: str, sources: Sequence[Stored], root: Path, *, wait: float = 0.0, **options: Any
+        self, kind: str, sources: Sequence[Stored], artifacts: Artifacts, *, wait: float = 0.0, **options: Any
     ) -> tuple[Path, str]:
         """The file of a kind (``MAKERS``) made from stored files, and its SHA-256.
 
-        ``wait`` are the seconds for which it lets another file be made first. Raises Busy, ConversionFailed, and
-        NotAvailable where this service lacks what it takes.
+        ``wait`` are the seconds for which it lets another file be made first. Raises Busy, ConversionFailed,
+        BucketAway, and NotAvailable where this service lacks what it takes.
         """
-        files = {source.name: [str(root / source.path), source.sha256] for source in sources}
+        files = {source.name: [str(artifacts.local(source)), source.sha256] for source in sources}
         return self._file(kind, {"files": files, "options": options}, wait)
 
     def _file(self, kind: str, inputs: Mapping[str, Any], wait: float = 0.0) -> tuple[Path, str]:

@@ -7,15 +7,17 @@ implemented here.
 
 import base64
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
 from typing import Any
 
 from fastapi import APIRouter, Request, Response
-from fastapi.responses import FileResponse
+from fastapi.responses import FileResponse, RedirectResponse
 
 from service.api.errors import FileDamaged, PreconditionFailed
-from service.files.artifacts import known_digest
+from service.files.artifacts import Artifacts, known_digest
+from service.files.bucket import BucketAway
 from service.queue.scrubbing import make_again
 from service.records.jobs import NotFound, Stored
 
@@ -30,6 +32,7 @@ MEDIA_TYPES = {
     ".gif": "image/gif",
     ".mp4": "video/mp4",
 }
+CONDITIONS = frozenset({"range", "if-range", "if-match", "if-none-match"})  # on digests, which a bucket does not know
 BINARY = {"schema": {"type": "string", "format": "binary"}}
 TEXT = {"schema": {"type": "string"}}
 JSON = {"schema": {"type": "object"}}
@@ -59,8 +62,14 @@ def media_type_of(name: str) -> str:
 
 
 def send_file(request: Request, download: Download) -> Response:
-    """The response to a GET of a file; raises NotFound, FileDamaged, PreconditionFailed."""
+    """The response to a GET of a file; raises NotFound, FileDamaged, PreconditionFailed, BucketAway."""
+    artifacts: Artifacts = request.app.state.artifacts
+    link = _link(request, artifacts, download)
+    if link is not None:
+        return RedirectResponse(link, headers={"ETag": f'"{download.sha256}"', "Cache-Control": "no-store"})
     try:
+        if download.registered is not None:
+            artifacts.local(download.registered)
         status = download.path.stat()
         found = known_digest(download.path)
     except FileNotFoundError:
@@ -94,6 +103,23 @@ def send_file(request: Request, download: Download) -> Response:
         stat_result=status,
         content_disposition_type="attachment" if download.is_attachment else "inline",
     )
+
+
+def _link(request: Request, artifacts: Artifacts, download: Download) -> str | None:
+    """A link to the bucket, where the setting asks for one, of a whole file that no browser shows.
+
+    The digest is compared by who follows it: it is in the entity tag of the redirect. The door of the own user leads to
+    this service alone.
+    """
+    seconds, stored, bucket = request.app.state.settings.artifacts_links, download.registered, artifacts.bucket
+    if not seconds or bucket is None or stored is None or not download.is_attachment:
+        return None
+    is_own_door = (request.scope.get("server") or ("", 0))[1] is None  # a path has no port
+    if CONDITIONS & set(request.headers) or is_own_door or request.scope.get("is_head"):
+        return None
+    with suppress(BucketAway):  # the disk may have it
+        return bucket.link(stored.path, seconds) if artifacts.is_in_bucket(stored) else None
+    return None
 
 
 def _tags(header: str) -> set[str]:

@@ -20,6 +20,7 @@ from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.routing import Match
 
+from service.files.bucket import BucketAway
 from service.records.jobs import Conflict, KeyReused, NotFound, QuotaExceeded, StoreUnavailable
 from solver.errors import WhippleError
 from studies.quantities.findings import MOST_FINDINGS, Finding, InvalidInput, shown
@@ -72,6 +73,9 @@ PROBLEMS: dict[type[Exception], ProblemDetails] = {
     ),
     # For the log and the metrics: its sender is gone.
     ClientDisconnect: ProblemDetails(400, "Incomplete request", "The connection ended before the body did."),
+    BucketAway: ProblemDetails(
+        503, "Bucket unavailable", "The bucket that has the file cannot be used; nothing was changed.", retry_after=10
+    ),
     StoreUnavailable: ProblemDetails(
         503, "Database unavailable", "The database is locked, unreachable or full; nothing was changed.", retry_after=2
     ),

@@ -123,6 +123,8 @@ class _StoreMetrics(_LazyCollector):
         yield GaugeMetricFamily("whipple_queue_age_seconds", meaning, age)
         paused = float(queue.paused is not None)
         yield GaugeMetricFamily("whipple_queue_paused", "1 if the queue is paused.", paused)
+        blocked = float(queue.blocked_reason is not None)
+        yield GaugeMetricFamily("whipple_queue_blocked", "1 if nothing begins: disk, bucket, no worker.", blocked)
         yield _run_seconds(tallies)
         failed = CounterMetricFamily("whipple_attempts_failed", "Attempts that did not succeed.", labels=["cause"])
         for cause in Cause:

@@ -177,7 +177,7 @@ class Heads:
                 rest.cancel()
                 await checkpoint()  # ends the response here
 
-        scope["method"] = "GET"
+        scope["method"], scope["is_head"] = "GET", True
         try:
             with CancelScope() as rest:
                 await self._app(scope, receive, send_head)

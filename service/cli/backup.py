@@ -59,7 +59,7 @@ def back_up(settings: Settings, out: Path, store: Store) -> Backup:
         _remove(part)
         store.copy_to(part)
         with closing(Store.open(f"sqlite:///{part.absolute()}", migrate=False)) as copy:
-            done = _copy_files(Artifacts(settings.data), store, Artifacts(out), copy)
+            done = _copy_files(Artifacts.of(settings), store, Artifacts(out), copy)
             id = copy.data_id()
         if id is not None:
             identity.write(out, id)
@@ -91,7 +91,7 @@ def _copy(source: Artifacts, file: Stored, target: Artifacts) -> bool:
     path.parent.mkdir(parents=True, exist_ok=True)
 
     def fill(part: Path) -> None:
-        shutil.copyfile(source.path(file), part)
+        shutil.copyfile(source.local(file), part)
         if digest(part) != file.sha256:
             raise FileNotFoundError
 

@@ -13,10 +13,13 @@ from datetime import UTC, datetime
 from enum import StrEnum
 from pathlib import Path
 
+from service.files.artifacts import Artifacts
+from service.files.bucket import BucketAway
 from service.queue import data_identity as identity
 from service.records.jobs import StoreUnavailable
 from service.settings import Settings
 from service.store import Store
+from studies.quantities.findings import InvalidInput
 
 
 class CheckStatus(StrEnum):
@@ -40,6 +43,7 @@ class Check:
 def examine(settings: Settings) -> Iterator[Check]:
     """Every check in turn."""
     yield from check_directory(settings)
+    yield from check_bucket(settings)
     yield from check_store(settings)
     yield from check_workers(settings)
 
@@ -56,6 +60,26 @@ def check_directory(settings: Settings) -> Iterator[Check]:
         yield Check("data directory", CheckStatus.ERROR, detail, cure)
     else:
         yield Check("data directory", CheckStatus.OK, f"{folder} is writable")
+
+
+def check_bucket(settings: Settings) -> Iterator[Check]:
+    """Whether the bucket can be written to, and whether it keeps what was removed; none without one."""
+    try:
+        bucket = Artifacts.of(settings).bucket
+        if bucket is None:
+            return
+        is_versioned = bucket.probe()
+    except (BucketAway, InvalidInput) as error:
+        cure = "give WHIPPLE_ARTIFACTS a bucket that exists, and the environment its credentials and AWS_ENDPOINT_URL"
+        yield Check("bucket", CheckStatus.ERROR, str(error), cure)
+        return
+    detail, cure = f"{bucket.url} is writable", ""
+    if is_versioned:
+        detail, cure = (
+            f"{detail}, and keeps old versions",
+            "let a lifecycle rule of the bucket expire noncurrent versions",
+        )
+    yield Check("bucket", CheckStatus.WARNING if is_versioned else CheckStatus.OK, detail, cure)
 
 
 def check_store(settings: Settings) -> Iterator[Check]:

@@ -34,7 +34,7 @@ if TYPE_CHECKING:
 __all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_engine"]
 
 STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a service
-KEEPING_ALL = {"retention_days": 0.0}  # a rule in the environment is that of a service
+KEEPING_ALL = {"retention_days": 0.0, "artifacts": None}  # a rule in the environment is that of a service, a bucket too
 MOST_SWEEPS = 1000  # unfinished ones in such a folder; usually there is at most one
 PROGRESS_SECONDS = 0.1  # interval between two progress reports
 PROGRESS_PAUSE = 20.0  # the pause between reports, at least, as a multiple of the time that one takes

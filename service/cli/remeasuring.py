@@ -96,7 +96,7 @@ def remeasure_runs(settings: Settings, store: "Store", run_ids: Sequence[str]) -
 
     The caller keeps services away. Raises WhippleError if a child process dies, and StoreUnavailable.
     """
-    artifacts = Artifacts(settings.data)
+    artifacts = Artifacts.of(settings)
     pool = ProcessPoolExecutor(
         min(settings.workers, len(run_ids)),
         # A forked child would inherit the lock of the data directory.
@@ -119,7 +119,7 @@ def remeasure_runs(settings: Settings, store: "Store", run_ids: Sequence[str]) -
 
 def _task(store: "Store", artifacts: Artifacts, id: str) -> _Task:
     answer, state = (
-        replace(file, path=str(artifacts.path(file)))
+        replace(file, path=str(artifacts.local(file)))
         for file in (store.runs.file(id, name) for name in (RESULT, STATE))
     )
     return _Task(id, store.runs.spec(id), answer, state)
@@ -131,6 +131,7 @@ def _register(store: "Store", artifacts: Artifacts, task: _Task, outcome: NewRes
         return Remeasured(task.run_id, reason=outcome)
     file, summary = outcome
     answer = replace(file, name=RESULT, path=artifacts.relative(Path(file.path)))
+    artifacts.keep([answer])
     marked = store.runs.replace_result(task.run_id, task.answer.sha256, answer, summary)
     return Remeasured(task.run_id, marked)
 

@@ -101,12 +101,14 @@ class Connection:
 
         def fetch(part: Path) -> None:
             def attempt(_repeated: bool) -> None:
-                with self._http.stream("GET", path) as response:
+                # A redirect leads to the bucket of the service, and has the digest of the file.
+                with self._http.stream("GET", path, follow_redirects=True) as response:
                     self._check_stream(response)
                     digest = _write(response, part)
+                tag = (response.history or [response])[0].headers.get("etag")
                 if check is not None:
                     check(part)
-                elif f'"{digest}"' != response.headers.get("etag"):
+                elif f'"{digest}"' != tag:
                     raise ServiceError(200, "Damaged download", f"{path}: the digest is wrong")
 
             self._repeat(attempt)

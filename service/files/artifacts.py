@@ -10,6 +10,8 @@
 
 Each attempt writes into a folder of its own, so nothing is ever published in place: the row says which folder counts.
 Paths in rows are relative to DIR and made of ids that the service gave, never of text from users.
+
+With a bucket (``service.files.bucket``) DIR is where attempts work, and for the rest a cache of it.
 """
 
 import hashlib
@@ -17,18 +19,22 @@ import json
 import os
 import re
 import shutil
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from concurrent.futures import ThreadPoolExecutor
+from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import Any
+from typing import Any, Self
 
+from service.files.bucket import Bucket
 from service.records.jobs import Kind, Lease, Stored
+from service.settings import Settings
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, to_disk, write_atomically
 
 RUNS, SWEEPS = "runs", "sweeps"
 LOG = "log.txt"
 OF_A_RUN = (RESULT, STATE, FILM, SECTIONS, LOG)  # the result is written last but for the log
+FOR_PUBLICATIONS = frozenset({RESULT, SECTIONS})  # what the publication of a sweep reads of each run
 CHECKPOINT = "checkpoint"
 PART = "*.part"  # a temporary file, of a running process or a killed one
 ID = re.compile("[0-9a-f]{32}")
@@ -38,10 +44,16 @@ _CHUNK = 1 << 20  # bytes read at once for a digest
 
 
 class Artifacts:
-    """The files below one data directory."""
+    """The files below one data directory, and in its bucket if it has one."""
 
-    def __init__(self, root: Path):
+    def __init__(self, root: Path, bucket: Bucket | None = None):
         self.root = root.absolute()
+        self.bucket = bucket
+
+    @classmethod
+    def of(cls, settings: Settings) -> Self:
+        """Those of a service; raises InvalidInput for a bucket that cannot be opened."""
+        return cls(settings.data, None if settings.artifacts is None else Bucket(settings.artifacts))
 
     def attempt_directory(self, lease: Lease) -> Path:
         """The folder that one attempt of a job writes into."""
@@ -119,7 +131,54 @@ class Artifacts:
 
     def may_be_shown(self, stored: Stored) -> bool:
         """Whether the file is there with the registered digest, by the last reading of it: see ``known_digest``."""
+        return self._is_known(stored) or self.bring_back(stored)
+
+    def _is_known(self, stored: Stored) -> bool:
         return self.is_there(stored) and known_digest(self.path(stored)) == stored.sha256
+
+    # --- the bucket ------------------------------------------------------------------------------
+
+    def keep(self, files: Iterable[Stored]) -> None:
+        """Write files to the bucket, before rows name them; raises BucketAway."""
+        if self.bucket is not None:
+            for stored in files:
+                self.bucket.put(self.path(stored), stored.path)
+
+    def is_in_bucket(self, stored: Stored) -> bool:
+        """Whether the bucket has the file with the registered size; raises BucketAway."""
+        return self.bucket is not None and self.bucket.size(stored.path) == stored.size
+
+    def local(self, stored: Stored) -> Path:
+        """Path of a registered file, brought back from the bucket if the disk lacks it, whole; raises BucketAway."""
+        if self.bucket is not None:
+            self.may_be_shown(stored)
+        return self.path(stored)
+
+    def bring_back(self, stored: Stored) -> bool:
+        """Whether the bucket had the file, which is then on the disk, whole; raises BucketAway."""
+        path, bucket = self.path(stored), self.bucket
+        if bucket is None:
+            return False
+
+        def fill(part: Path) -> None:
+            bucket.get(stored.path, part)
+            if digest(part) != stored.sha256:
+                raise FileNotFoundError(f"the object {stored.path} is damaged")
+
+        try:
+            self.make_folder(path.parent)
+            write_atomically(path, fill)
+        except FileNotFoundError:
+            return False
+        return True
+
+    def mend(self, stored: Stored) -> bool:
+        """Whether disk or bucket have the file, whole; the other then has it too. Raises BucketAway."""
+        with suppress(FileNotFoundError):
+            if self.is_intact(stored):
+                self.keep([stored])
+                return True
+        return self.bring_back(stored)
 
     def bring_to_disk(self, folder: Path) -> None:
         """Make ``folder``, its files and the names of the folders above it survive a power cut."""

@@ -22,7 +22,11 @@ class Space:
 
     def is_short(self) -> bool:
         """Whether less than the reserve is free."""
-        return free_bytes(self._folder) < self._reserve
+        return self.lacking() > 0
+
+    def lacking(self) -> int:
+        """Bytes that are missing to the reserve; negative where more is free."""
+        return self._reserve - free_bytes(self._folder)
 
     def is_used_up(self, free: int | None = None) -> bool:
         """Whether ``free`` bytes (None: those free now) are less than the reserve, or next to nothing."""

@@ -7,7 +7,7 @@ mounted, would take every registered result for lost, so it neither starts nor l
 import uuid
 from pathlib import Path
 
-from service.files.artifacts import RUNS
+from service.files.artifacts import RUNS, Artifacts
 from service.settings import Settings
 from service.store import Store
 from solver.errors import WhippleError
@@ -28,9 +28,17 @@ class WrongDirectory(WhippleError):
 
 
 def settle(settings: Settings, store: Store) -> None:
-    """Give directory and database an id where neither has one; raises WrongDirectory where they differ."""
+    """Give directory, database and bucket an id where none has one; raises WrongDirectory where they differ.
+
+    A directory without an id is as good as an emptied one where the bucket has the files. Raises BucketAway.
+    """
+    bucket = Artifacts.of(settings).bucket
+    in_bucket = None if bucket is None else bucket.identity()
 
     def choose(in_database: str | None) -> str | None:
+        if in_database is not None and in_database == in_bucket and read(settings.data) is None:
+            settings.data.mkdir(parents=True, exist_ok=True)
+            write(settings.data, in_database)
         if in_database is not None or read(settings.data) is not None:
             return in_database
         if store.retention.files(limit=1) and not (settings.data / RUNS).is_dir():
@@ -39,8 +47,13 @@ def settle(settings: Settings, store: Store) -> None:
         settings.data.mkdir(parents=True, exist_ok=True)
         return write(settings.data, uuid.uuid4().hex)
 
-    store.choose_data_id(choose)
+    id = store.choose_data_id(choose)
     check(settings, store)
+    if bucket is not None and id is not None and in_bucket is None:
+        bucket.identify(id)
+    elif bucket is not None and in_bucket != id:
+        what = f"the bucket {bucket.url} has {_named(in_bucket)}, and the database has {_named(id)}"
+        raise WrongDirectory(settings.data, what, f"choose another prefix, or {ADOPT}")
 
 
 def check(settings: Settings, store: Store) -> None:
@@ -65,7 +78,11 @@ def adopt(settings: Settings, store: Store) -> str:
     def choose(in_database: str | None) -> str:
         return write(settings.data, in_database or read(settings.data) or uuid.uuid4().hex)
 
-    return str(store.choose_data_id(choose))
+    id = str(store.choose_data_id(choose))
+    bucket = Artifacts.of(settings).bucket
+    if bucket is not None:
+        bucket.identify(id)
+    return id
 
 
 def read(data: Path) -> str | None:

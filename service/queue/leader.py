@@ -17,6 +17,7 @@ from service.files.artifacts import Artifacts
 from service.files.disk_space import Space
 from service.logs import about
 from service.queue import searching
+from service.queue.bucket_keeping import BucketKeeper
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
 from service.queue.registration import Registrar
@@ -51,12 +52,13 @@ class Leader:
         self._settings = settings
         self._store = store
         self._timings = timings
-        self._artifacts = Artifacts(settings.data)
+        self._artifacts = Artifacts.of(settings)
         self._space = Space(settings.data, settings.disk_reserve)
         self._registrar = Registrar(store, self._artifacts, self._space, timings)
         self._collector = GarbageCollector(settings, store, self._artifacts, self._space, timings)
         self._scrubber = Scrubber(settings, store, self._artifacts, timings)
-        self.verification = Verification(self._artifacts, wake, timings)
+        self._bucket_keeper = BucketKeeper(settings, store, self._artifacts, self._space, self._scrubber)
+        self.verification = Verification(self._artifacts, wake, timings, store.runs.files)
         self.in_flight = AttemptsInFlight()
         self.term: int | None = None
         self.is_superseded = False  # a younger term began: this one claims and adopts nothing more
@@ -101,7 +103,7 @@ class Leader:
                 self.blocked_reason = self._why_nothing_begins() or self._why_no_run_begins()
                 if is_due:
                     self._collector.step()
-                    self._scrubber.step()
+                    self._bucket_keeper.step()
         finally:
             self._store_blocked_reason()
 
@@ -265,7 +267,9 @@ class Leader:
             return self.in_flight.away
         if time.monotonic() - self._refused < self._timings.engine_retry:
             return REFUSED
-        return NO_WORKER if self.slots == 0 else self._space.blocked_reason()
+        bucket = self._artifacts.bucket
+        away = None if bucket is None else bucket.blocked_reason()
+        return NO_WORKER if self.slots == 0 else self._space.blocked_reason() or away
 
     def _why_no_run_begins(self) -> str | None:
         """The reason why only publications start: too many results are lost."""

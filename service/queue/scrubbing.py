@@ -13,6 +13,7 @@ from contextlib import suppress
 from dataclasses import replace
 
 from service.files.artifacts import Artifacts, chunks
+from service.files.bucket import BucketAway
 from service.files.lost_results import TooManyLost
 from service.queue import data_identity as identity
 from service.queue.retry import MOST_LOST_RESULTS
@@ -63,7 +64,7 @@ class Scrubber:
             scrub = replace(scrub, began=time.time())
         while page := self._store.retention.files(after=(scrub.job_id, scrub.name), limit=FILES_AT_ONCE):
             for job_id, file in page:
-                is_damaged = (yield from self._digest(file)) != file.sha256 and self._is_damaged(file)
+                is_damaged = not (yield from self._is_whole(file)) and self._is_damaged(file)
                 damaged = scrub.damaged + is_damaged
                 scrub = replace(scrub, job_id=job_id, name=file.name, files=scrub.files + 1, damaged=damaged)
                 if is_damaged or time.monotonic() - self._noted > self._timings.scrub_note:
@@ -71,23 +72,36 @@ class Scrubber:
                     self._noted = time.monotonic()
         self._store.retention.note_scrub(Scrub(scrub.began, whole=(time.time(), scrub.files, scrub.damaged)))
 
-    def _digest(self, file: Stored) -> Generator[int, None, str]:
-        """The SHA-256 of a file, empty where it cannot be read; yields sizes of pieces."""
-        sha256 = hashlib.sha256()
-        yield BYTES_TO_OPEN
-        with suppress(OSError):
-            for piece in chunks(self._artifacts.path(file), from_disk=True):
-                sha256.update(piece)
-                yield len(piece)
-            return sha256.hexdigest()
-        return ""
+    def _is_whole(self, file: Stored) -> Generator[int, None, bool]:
+        """Whether each copy of a file has its digest; yields sizes of pieces.
+
+        With a bucket one is there, and another on the disk unless the disk lacks the file. Raises BucketAway.
+        """
+        path, bucket = self._artifacts.path(file), self._artifacts.bucket
+        copies = [] if bucket is None else [bucket.chunks(file.path)]
+        if bucket is None or path.exists():
+            copies.append(chunks(path, from_disk=True))
+        digests = set()
+        for copy in copies:
+            digests.add((yield from _digest(copy)))
+        return digests == {file.sha256}
 
     def _is_damaged(self, file: Stored) -> bool:
-        """Whether a file that counts is damaged at a second look too; then it is made again."""
-        with suppress(OSError):
-            if self._artifacts.is_intact(file):
-                return False
+        """Whether a file that counts is damaged at a second look too; then it is made again.
+
+        Where only the copy on the disk or that in the bucket is, the other one replaces it.
+        """
+        bucket = self._artifacts.bucket
+        if bucket is None:
+            with suppress(OSError):
+                if self._artifacts.is_intact(file):
+                    return False
         identity.check(self._settings, self._store)  # the whole disk may be away
+        if bucket is not None:
+            is_new = bucket.size(file.path) is None  # as where files were there before the bucket
+            if self._artifacts.mend(file):
+                log.warning("%s was damaged or missing; its copy on the disk or in the bucket replaces it", file.path)
+                return not is_new
         with suppress(OSError):
             os.utime(self._artifacts.path(file))  # no digest that a service remembers is of this file
         registered = make_again(self._store, file)
@@ -96,6 +110,21 @@ class Scrubber:
         if registered is not False:
             log.error("%s is lost or damaged; it is made again%s", file.path, "" if registered else " later")
         return registered is not False
+
+
+def _digest(pieces: Iterator[bytes]) -> Generator[int, None, str]:
+    """The SHA-256 of a copy of a file, empty where it cannot be read; yields sizes of pieces."""
+    sha256 = hashlib.sha256()
+    yield BYTES_TO_OPEN
+    try:
+        for piece in pieces:
+            sha256.update(piece)
+            yield len(piece)
+    except BucketAway:
+        raise
+    except OSError:
+        return ""
+    return sha256.hexdigest()
 
 
 def make_again(store: Store, damaged: Stored) -> bool | None:

@@ -8,13 +8,14 @@ of the attempt, so such errors are retried for a while before they count.
 import errno
 import logging
 import time
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor, wait
 from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
-from service.files.artifacts import LOG, Artifacts, describe
+from service.files.artifacts import FOR_PUBLICATIONS, LOG, Artifacts, describe
+from service.files.bucket import BucketAway
 from service.files.lost_results import Loss, ResultsLost, list_in
 from service.records.jobs import Cause, Kind, Lease, Result, Stored
 from service.workers.attempt import Ending, legible
@@ -61,8 +62,15 @@ class _Retry:
 class Verification:
     """Verifications under way in threads, by the keys of their attempts."""
 
-    def __init__(self, artifacts: Artifacts, wake: Callable[[], None], timings: Timings):
+    def __init__(
+        self,
+        artifacts: Artifacts,
+        wake: Callable[[], None],
+        timings: Timings,
+        files_of: Callable[[str], Iterable[Stored]],
+    ):
         self._artifacts = artifacts
+        self._files_of = files_of  # registered files of a run
         self._wake = wake  # called when a verification is done later than waited for
         self._timings = timings
         self._threads = ThreadPoolExecutor(THREADS, thread_name_prefix="verification")
@@ -77,7 +85,7 @@ class Verification:
             if key in self._running or (retry is not None and retry.not_before > now):
                 continue
             may_retry = retry is None or now - retry.since < self._timings.verification_retry_limit
-            self._running[key] = self._threads.submit(self._verify, lease, ending, may_retry)
+            self._running[key] = self._threads.submit(self._verify_and_keep, lease, ending, may_retry)
             begun.append(self._running[key])
         for late in wait(begun, timeout=seconds).not_done:
             late.add_done_callback(lambda _: self._wake())
@@ -110,6 +118,15 @@ class Verification:
 
     # --- in a thread -----------------------------------------------------------------------------
 
+    def _verify_and_keep(self, lease: Lease, ending: Ending, may_retry: bool) -> VerifiedEnding:
+        """Verify one ending, and write its files to the bucket; raises Unreadable, also while the bucket is away."""
+        try:
+            verified = self._verify(lease, ending, may_retry)
+            self._artifacts.keep(verified.files)
+        except BucketAway as error:
+            raise Unreadable(f"a result cannot be registered now: {error}") from error
+        return verified
+
     def _verify(self, lease: Lease, ending: Ending, may_retry: bool) -> VerifiedEnding:
         """Verify one ending; raises Unreadable for a shortage of our own and, ``in_doubt``, for errors that may pass.
 
@@ -126,6 +143,8 @@ class Verification:
                 return self._verify_files(lease, ending)
             if ending.failure == ResultsLost.__name__:
                 return self._verify_losses(lease, ending)
+        except BucketAway:
+            raise
         except (OSError, ValueError, LookupError, TypeError, AttributeError) as error:
             code = error.errno if isinstance(error, OSError) else None
             is_transient = code in TRANSIENT_ERRORS or isinstance(error, Damaged)
@@ -139,8 +158,11 @@ class Verification:
         return VerifiedEnding(ending, self._log_of_a_run(lease))
 
     def _verify_losses(self, lease: Lease, ending: Ending) -> VerifiedEnding:
-        """The results that a publication could not read, and that cannot be read here either."""
+        """The results that a publication could not read, and that neither disk nor bucket has here."""
         listed = list_in(self._artifacts.attempt_directory(lease))
+        for stored in (file for loss in listed for file in self._files_of(loss.run_id)):
+            if stored.name in FOR_PUBLICATIONS:
+                self._artifacts.local(stored)
         losses = tuple(loss for loss in listed if loss.is_real())
         if not losses:
             ending = replace(ending, cause=Cause.LOST, reason=f"the worker reports: {ending.reason}")

@@ -104,7 +104,7 @@ def _has_radiograph(artifacts: Artifacts, files: Iterable[Stored], parameters: M
     named = {file.name: file for file in files}
     if STATE in named:
         return "projectile_diameter" in parameters and not parameters.get("obliquity")
-    with suppress(KeyError, OSError, BadZipFile), ZipFile(artifacts.path(named[SECTIONS])) as archive:
+    with suppress(KeyError, OSError, BadZipFile), ZipFile(artifacts.local(named[SECTIONS])) as archive:
         return "radiograph.npy" in archive.namelist()
     return False
 

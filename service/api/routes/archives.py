@@ -6,7 +6,6 @@ One of them has the digests of the others, as ``sha256sum --check`` reads them.
 
 import hashlib
 from collections.abc import Iterator, Mapping
-from pathlib import Path
 
 from zipstream import ZipStream
 
@@ -24,7 +23,9 @@ def archive_of(artifacts: Artifacts, files: Mapping[str, Stored], texts: Mapping
     Raises FileDamaged: before the first byte for a file that is missing or has another size, at its end for one with
     another digest, so that no damaged file is ever part of a whole archive.
     """
-    lacking = [name for name, stored in files.items() if not artifacts.is_there(stored)]
+    lacking = [
+        name for name, stored in files.items() if not (artifacts.is_there(stored) or artifacts.is_in_bucket(stored))
+    ]
     if lacking:
         raise FileDamaged(
             f"{len(lacking)} files are lost or damaged, the first is {lacking[0]}; ask again later, or restore them"
@@ -36,15 +37,15 @@ def archive_of(artifacts: Artifacts, files: Mapping[str, Stored], texts: Mapping
     for name, text in {**texts, DIGESTS: lines.encode()}.items():
         archive.add(text, name)
     for name, stored in files.items():
-        archive.add(_content(artifacts.path(stored), stored), name, size=stored.size)
+        archive.add(_content(artifacts, stored), name, size=stored.size)
     return archive
 
 
-def _content(path: Path, stored: Stored) -> Iterator[bytes]:
+def _content(artifacts: Artifacts, stored: Stored) -> Iterator[bytes]:
     sha256 = hashlib.sha256()
-    with path.open("rb") as file:
+    with artifacts.local(stored).open("rb") as file:
         while piece := file.read(_PIECE):
             sha256.update(piece)
             yield piece
     if sha256.hexdigest() != stored.sha256:
-        raise FileDamaged(f"{path.name} is not the file that was registered")
+        raise FileDamaged(f"{stored.name} is not the file that was registered")

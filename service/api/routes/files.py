@@ -13,7 +13,7 @@ from service.api.downloads import Download, media_type_of, send_file, serves
 from service.api.errors import NotReady
 from service.api.routes.archives import archive_of
 from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, SweepId
-from service.files.artifacts import Artifacts
+from service.files.artifacts import FOR_PUBLICATIONS, Artifacts
 from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
 from studies.quantities.files import ALL_RUNS_CSV, ARCHIVE, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, ZARR
@@ -147,7 +147,7 @@ def download_zarr(
     sweep, stored = store.sweeps.get_with_file(id, CUBE)
     if stored is None:
         raise _absent(sweep, CUBE)
-    path, sha256 = conversions.file("zarr.zip", [stored], artifacts.root)
+    path, sha256 = conversions.file("zarr.zip", [stored], artifacts)
     return send_file(request, Download(path, f"{_plain(sweep.name)}-{ZARR}", sha256, is_attachment=True))
 
 
@@ -177,6 +177,9 @@ def _partial(
     if not results:
         raise NotReady(f"the sweep is {_progress(sweep)}, and none of its runs has a result yet")
     state = f"{sweep.state}, {results} of {len(outcomes)} runs have a result"
+    for stored in store.publications.archived(sweep.id).values() if artifacts.bucket is not None else ():
+        if stored.name in FOR_PUBLICATIONS:
+            artifacts.local(stored)
     return conversions.partial_cube(document, outcomes, artifacts.root, state, kind)
 
 

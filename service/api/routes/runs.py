@@ -67,7 +67,7 @@ def download_vtk(
     if not {STATE, FILM} & set(files):
         raise NotFound("file", f"{id}/{STATE}")
     sources = [files[name] for name in (STATE, FILM, RESULT) if name in files]
-    path, sha256 = conversions.file(VTK, sources, artifacts.root)
+    path, sha256 = conversions.file(VTK, sources, artifacts)
     return send_file(request, Download(path, f"{id}-{VTK}", sha256, is_attachment=True))
 
 
@@ -88,7 +88,7 @@ def download_animation(
     field: Annotated[FilmField, Query(description="What the colours show")] = "speed",
 ) -> Response:
     film = store.runs.file(id, FILM)
-    path, sha256 = conversions.file(format, [film], artifacts.root, field=field)
+    path, sha256 = conversions.file(format, [film], artifacts, field=field)
     return send_file(request, Download(path, f"{id}-film.{format}", sha256))
 
 
@@ -107,7 +107,7 @@ def download_view(
     if source is None:
         raise NotFound("file", f"{id}/{VIEWS[view][0]}")
     run = store.runs.spec(id)
-    path, sha256 = conversions.file(f"{view}.view", [source], artifacts.root, wait=WAIT_FOR_VIEW, run=run)
+    path, sha256 = conversions.file(f"{view}.view", [source], artifacts, wait=WAIT_FOR_VIEW, run=run)
     return send_file(request, Download(path, f"{id}-{view}", sha256, headers={"Content-Encoding": "gzip"}))
 
 

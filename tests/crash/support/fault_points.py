@@ -25,6 +25,9 @@ POINTS = (
     "publication-before-commit",
     "publication-after-commit",
     "copy-halfway",  # a sweep without a service: the first of its files is copied out
+    # With a bucket:
+    "object-before-upload",  # the files of an attempt are complete, the bucket has none of them
+    "object-after-upload",  # it has the first of them, and no row names it
 )
 
 
@@ -34,6 +37,7 @@ def arm() -> None:
     if point is None:
         return
     from service.files.artifacts import Artifacts
+    from service.files.bucket import Bucket
     from service.queue.leader import Leader
     from service.store import leases, sweeps
 
@@ -49,6 +53,8 @@ def arm() -> None:
         "publication-before-commit": (leases, "log_attempts", _logs("published")),
         "publication-after-commit": (leases.Leases, "publish", _always),
         "copy-halfway": (Artifacts, "copy_out", _always),
+        "object-before-upload": (Bucket, "put", _always),
+        "object-after-upload": (Bucket, "put", _always),
     }
     assert tuple(places) == POINTS
     owner, name, dies = places[point]
@@ -56,7 +62,7 @@ def arm() -> None:
 
     @wraps(call)
     def armed(*arguments: Any, **options: Any) -> Any:
-        answer = None if point.endswith("before-registration") else call(*arguments, **options)
+        answer = None if point.endswith(("before-registration", "before-upload")) else call(*arguments, **options)
         if dies(answer, *arguments):
             os.kill(os.getpid(), signal.SIGKILL)
         return answer

@@ -20,7 +20,7 @@ from service.api.conversions import MOST_FILES, Conversions
 from service.api.errors import Busy, ConversionFailed
 from service.api.routes.runs import FilmField
 from service.client.client import Client
-from service.files.artifacts import describe
+from service.files.artifacts import Artifacts, describe
 from service.records.jobs import Kind, Lease, Stored
 from studies.cases.rows import Row, equal
 from studies.cubes import cube
@@ -177,7 +177,7 @@ def test_file__of_one_request_is_waited_for_by_another_of_a_page_alone(tmp_path:
     files, source = SlowFiles(tmp_path), Stored("state.npz", "state.npz", 0, "")
 
     def made(wait: float) -> Path:
-        return files.file("cloud.view", [source], tmp_path, wait=wait)[0]
+        return files.file("cloud.view", [source], Artifacts(tmp_path), wait=wait)[0]
 
     with ThreadPoolExecutor() as threads:
         first = threads.submit(made, 0.0)

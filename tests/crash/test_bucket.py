@@ -1,0 +1,263 @@
+"""A service whose files are in a bucket of a store that speaks S3: nothing is lost, doubled, or sent damaged."""
+
+import hashlib
+import shutil
+from collections.abc import Callable, Iterator
+from contextlib import suppress
+from dataclasses import replace
+from pathlib import Path
+from signal import SIGKILL
+
+import httpx
+import pytest
+from fastapi.testclient import TestClient
+
+from service.api.app import build_app
+from service.client.connection import ServiceError
+from service.files.artifacts import Artifacts
+from service.queue import data_identity as identity
+from service.queue.scrubbing import Scrubber
+from service.records.jobs import Keep, State
+from service.settings import Settings
+from studies.cases.rows import Row, at_least, equal
+from tests.crash.support import inspection
+from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
+from tests.crash.support.object_store import URL, ObjectStore, object_store
+from tests.service.support.api import ADDRESS, FakeDispatcher
+from tests.service.support.cluster import free_port
+from tests.service.support.fakes import runs_of, wait_until
+from tests.service.support.harness import AT_ONCE, open_harness
+
+WORK = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=0.2)
+LONG = replace(WORK, run_seconds=3.0)  # some run is under way when the store stops
+# A service that goes round the bucket in seconds, where nothing is too young to go.
+BRISK = {"WHIPPLE_RECONCILE_SECONDS": "0.02", "WHIPPLE_POLL_SECONDS": "0.02", "WHIPPLE_RETIRE_SECONDS": "0.01"}
+LINKS = {"WHIPPLE_ARTIFACTS_LINKS": "60"}
+PATIENCE = 120.0  # s
+WAITS = "a result cannot be registered now: the bucket"
+# In the order in which one sweep meets them: its runs, then its publication.
+LIVES = (
+    "object-before-upload",
+    "object-after-upload",
+    "result-before-registration",
+    "result-before-commit",
+    "result-after-commit",
+    "publication-before-registration",
+    "publication-before-commit",
+    "object-before-upload",
+    "object-after-upload",
+    "publication-after-commit",
+)
+
+pytestmark = pytest.mark.slow
+
+
+@pytest.fixture
+def objects() -> Iterator[ObjectStore]:
+    with object_store() as store:
+        yield store
+
+
+@pytest.mark.claim("doors", "bucket-serves", minutes=0.3)
+def test_bucket__serves_all_where_the_disk_has_lost_it(
+    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+) -> None:
+    """A sweep whose files are in a bucket is served after those on the disk are deleted: by links, itself, as a ZIP."""
+    with crash_test(WORK, tmp_path, settings=LINKS) as here:
+        ids = here.submit()
+        here.wait_for_the_end(ids)
+        named = {file.path for file in inspection.files(here.store)}
+        odd = (named | {"whipple.id"}) ^ set(objects.bucket.names(""))
+        compared(equal(f"files and objects that differ, of {len(named)}", expected=set(), got=odd))
+        _empty(here)
+        compared(*inspection.rows_of_cubes(undisturbed(WORK), here.fetch(ids, tmp_path / "linked")))
+        shown = {"report.html", "report.json"}  # not by links, for a browser shows them
+        compared(equal("files on the disk after downloads by links", expected=shown, got=_on_disk(here)))
+        here.service.leave()
+        for left in here.service.data.glob("whipple.[!d]*"):  # the id; a database stays
+            left.unlink()
+        here.service.start(WHIPPLE_ARTIFACTS_LINKS="0")
+        here.service.wait_until_ready()
+        compared(*inspection.rows_of_cubes(undisturbed(WORK), here.fetch(ids, tmp_path / "sent")))
+        _empty(here)
+        with here.service.client() as client:
+            archive = client.sweep(ids[0]).fetch_archive(tmp_path / "all.zip")
+        compared(equal("an archive is there", expected=True, got=archive.is_file()))
+        _empty(here)
+        [document] = here.work.documents()
+        ids.append(here.service.submit({**document, "title": "from the results in the bucket"}))
+        here.wait_for_the_end(ids)
+        begun = {run.attempt for run in inspection.runs(here.store, ids).values()}
+        compared(equal("attempts at each run, also for a second report", expected={1}, got=begun))
+        compared(here.row_of_processes())
+
+
+@pytest.mark.claim("doors", "bucket-directories", minutes=0.3)
+def test_services__with_a_directory_each_share_a_bucket(
+    objects: ObjectStore, tmp_path: Path, postgresql_url: str, compared: Callable[..., None]
+) -> None:
+    """Two services with a directory each share a bucket: each sends all files, and goes on when the other is killed."""
+    with crash_test(WORK, tmp_path, database_url=postgresql_url) as here:
+        first, second = here.service, replace(here.service, data=tmp_path / "another", name="another", port=free_port())
+        here.services.append(second)
+        second.start()
+        ids = here.submit()
+        here.wait_for_the_end(ids)
+        second.wait_until_ready()
+        with second.client() as client:
+            cube = client.sweep(ids[0]).fetch(tmp_path / "from-the-other") / "cube.nc"
+        compared(*inspection.rows_of_cubes(undisturbed(WORK), [cube]))
+        first.kill()
+        more = replace(WORK, thicknesses=2)  # the same runs, and as many others
+        [document] = more.documents()
+        ids = [second.submit(document)]
+        here.wait_for_the_end(ids)
+        compared(*inspection.rows_of_cubes(undisturbed(more), here.fetch(ids, tmp_path / "more")))
+        once = inspection.registered_once(here.store, ids)
+        compared(equal("runs with one result, of both", expected=more.runs, got=len(once)))
+        compared(equal("exit status", expected=0, got=second.leave()))
+
+
+@pytest.mark.claim("doors", "bucket-kills", minutes=1.0)
+def test_service__that_dies_around_an_upload_leaves_no_orphan(
+    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+) -> None:
+    """A service that is killed at each point around upload and commit loses, doubles and leaves behind nothing."""
+    with crash_test(WORK, tmp_path, settings=BRISK) as here:
+        ids = here.submit()
+        here.service.kill()
+        left = set[str]()
+        for point in LIVES:
+            here.service.start(fault=point)
+            compared(equal(f"exit status at {point}", expected=-SIGKILL, got=here.service.die()))
+            compared(equal(f"died at {point}: wrong in store and files", expected=[], got=_wrong(here, objects)))
+            left |= _orphans(here, objects)
+        compared(at_least("objects that kills have left", limit=1, got=len(left)))
+        here.service.start()
+        compared(*here.rows_of_results(ids, tmp_path / "cubes"))
+        compared(equal("wrong in the end", expected=[], got=_wrong(here, objects)))
+        with suppress(AssertionError):
+            wait_until(lambda: not _orphans(here, objects), seconds=PATIENCE)
+        compared(equal("objects that no row names", expected=set(), got=_orphans(here, objects)))
+        compared(here.row_of_processes())
+
+
+@pytest.mark.claim("doors", "bucket-away", minutes=0.5)
+def test_bucket__that_is_away_for_a_while_loses_nothing(
+    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+) -> None:
+    """While the store of a bucket is stopped nothing accepted is lost, nothing begins, and all resumes by itself."""
+    with crash_test(LONG, tmp_path, settings={"WHIPPLE_WORKERS": "1"}) as here:
+        ids = here.submit()
+        here.wait_until_computing()
+        objects.tell("stop")
+        why = wait_until(lambda: here.store.queue.status().blocked_reason, seconds=PATIENCE)
+        compared(Row("why nothing begins", URL, why, f"the bucket {URL} cannot be used" in why))
+        compared(equal("readiness meanwhile: status", expected=503, got=here.service.get("/readyz")))
+        blocked = "whipple_queue_blocked 1.0" in httpx.get(f"{here.service.url}/metrics").text
+        compared(equal("the metric says so", expected=True, got=blocked))
+        [other] = replace(here.work, resolution=5).documents()
+        ids.append(here.service.submit(other))
+        wait_until(lambda: WAITS in here.service.log.read_text(), seconds=PATIENCE)
+        compared(equal("results registered meanwhile", expected=[], got=inspection.files(here.store)))
+        objects.tell("start")
+        here.wait_for_the_end(ids)
+        runs = inspection.runs(here.store, ids).values()
+        got = {(run.state, run.attempt) for run in runs}
+        compared(equal("runs and their attempts", expected={(State.SUCCEEDED, 1)}, got=got))
+        compared(
+            equal("runs with one result", expected=2 * WORK.runs, got=len(inspection.registered_once(here.store, ids)))
+        )
+        compared(equal("wrong in store, files and bucket", expected=[], got=_wrong(here, objects)))
+        compared(here.row_of_processes())
+
+
+@pytest.mark.claim("doors", "bucket-rot", minutes=0.2)
+def test_object__that_rots_is_found_mended_and_never_served(
+    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+) -> None:
+    """Flipped bits of objects are found in one pass and mended, from the disk or anew; none is served in between."""
+    with open_harness(tmp_path, replace(AT_ONCE, scrub_step=PATIENCE), artifacts=URL) as here:
+        identity.settle(here.settings, here.store)
+        here.artifacts = Artifacts.of(here.settings)
+        here.engine.free = 3
+        here.submit(runs_of(*["fine"] * 3), keep=Keep.FILM)
+        here.compute_all()
+        jobs = here.store.retention.files()
+        rotten = {file: job for job, file in jobs if file.name in ("state.npz", "result.json")}
+        for number, file in enumerate(rotten):
+            objects.flip(file.path)
+            if number % 2:  # the other copy is gone too
+                here.artifacts.path(file).unlink()
+        http = TestClient(build_app(here.settings, here.store, FakeDispatcher()), base_url=ADDRESS)
+        whole = {file.sha256 for file in rotten}
+
+        def served() -> list[str]:
+            answers = [http.get(f"/v1/runs/{job}/files/{file.name}") for file, job in rotten.items()]
+            return [each.url.path for each in answers if each.status_code == 200 and _digest(each.content) not in whole]
+
+        compared(equal("flipped objects that are served", expected=[], got=served()))
+        settings = here.settings.model_copy(update={"scrub_rate": 1 << 60})
+        Scrubber(settings, here.store, here.artifacts, replace(AT_ONCE, scrub_step=PATIENCE)).step()
+        found = list(here.store.retention.scrub().whole[1:])
+        compared(equal("files, and damaged ones", expected=[len(jobs), len(rotten)], got=found))
+        compared(equal("flipped objects that are served after the pass", expected=[], got=served()))
+        here.compute_all()
+        Scrubber(settings, here.store, here.artifacts, replace(AT_ONCE, scrub_step=PATIENCE, scrub_interval=0.0)).step()
+        found = list(here.store.retention.scrub().whole[1:])
+        compared(equal("the next pass", expected=[len(jobs), 0], got=found))
+
+
+@pytest.mark.claim("doors", "bucket-link", minutes=0.2)
+def test_link__leads_to_the_bucket_and_is_checked(
+    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+) -> None:
+    """A download is redirected to a signed link that works for whoever has it; the client refuses a damaged object."""
+    with crash_test(WORK, tmp_path, settings=LINKS) as here:
+        ids = here.submit()
+        here.wait_for_the_end(ids)
+        response = httpx.get(f"{here.service.url}/v1/sweeps/{ids[0]}/cube.nc")
+        compared(equal("status", expected=307, got=response.status_code))
+        link = response.headers["Location"]
+        [cube] = [file for file in inspection.files(here.store) if file.name == "cube.nc"]
+        compared(
+            equal("where it leads", expected=True, got=link.split("?")[0].endswith(f"/results/whipple/{cube.path}"))
+        )
+        compared(equal("digest of what is there", expected=cube.sha256, got=_digest(httpx.get(link).content)))
+        unsigned = httpx.get(link.split("?")[0]).status_code
+        compared(Row("status without the signature", "no success", unsigned, unsigned >= 400))
+        objects.flip(cube.path)
+        with here.service.client() as client, pytest.raises(ServiceError, match="Damaged download"):
+            client.sweep(ids[0]).fetch(tmp_path / "damaged")
+        compared(
+            equal("damaged files that were written", expected=False, got=(tmp_path / "damaged" / "cube.nc").exists())
+        )
+        compared(here.row_of_processes())
+
+
+def _digest(content: bytes) -> str:
+    return hashlib.sha256(content).hexdigest()
+
+
+def _empty(here: CrashTest) -> None:
+    """Delete every file of runs and sweeps on the disk."""
+    for folder in ("runs", "sweeps"):
+        shutil.rmtree(here.service.data / folder, ignore_errors=True)
+
+
+def _on_disk(here: CrashTest) -> set[str]:
+    """The files of sweeps on the disk."""
+    return {file.name for file in (here.service.data / "sweeps").rglob("*") if file.is_file()}
+
+
+def _wrong(here: CrashTest, objects: ObjectStore) -> list[str]:
+    """What is wrong with the store in itself, with a file that it names, or with its object."""
+    artifacts = Artifacts.of(Settings(data=here.service.data))
+    named = inspection.files(here.store)
+    wrong = [*inspection.contradictions(here.store), *inspection.damaged(here.store, here.artifacts)]
+    return [*wrong, *(file.path for file in named if not artifacts.is_in_bucket(file))]
+
+
+def _orphans(here: CrashTest, objects: ObjectStore) -> set[str]:
+    """Objects that no row names."""
+    return set(objects.bucket.names("")) - {file.path for file in inspection.files(here.store)} - {"whipple.id"}
