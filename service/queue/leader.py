@@ -95,8 +95,11 @@ class Leader:
                 if is_due:
                     self._compare(leases, self.term)
                 self._stop_unwanted(leases)
-                self._fill(self.term)
-                if self._register(wait=self._timings.verification_wait):
+                # An ending without a result may say that no run is to begin: it is registered first.
+                ended_well = all(ending.cause is None for ending in self.in_flight.ended.values())
+                if ended_well:
+                    self._fill(self.term)
+                if self._register(wait=self._timings.verification_wait) or not ended_well:
                     self._fill(self.term)
                 self._write_progress()
             finally:
