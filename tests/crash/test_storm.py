@@ -6,6 +6,7 @@ import statistics
 import time
 from collections import defaultdict
 from collections.abc import Callable
+from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -16,6 +17,7 @@ from studies.cases.rows import Row, equal
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.faults import Victim
+from tests.crash.support.object_store import object_store
 
 SEED = int(os.environ.get("WHIPPLE_SEED", "20261126"))
 WORK = Work(speeds=10, sweeps=1, run_seconds=0.6)  # each sweep after the first one has ten new runs
@@ -27,11 +29,12 @@ LOCAL, CLUSTER = (Victim.SERVICE, Victim.RUN), (Victim.SERVICE, Victim.RUN, Vict
 
 @dataclass(frozen=True)
 class Storm:
-    """An engine, a database, and how much of what happens to them."""
+    """An engine, a database, whether files are in a bucket too, and how much of what happens to them."""
 
     victims: tuple[Victim, ...]
     postgresql: bool
     freezes: int
+    bucket: bool = False
     kills: int = 25
 
     def strikes(self) -> list[tuple[Victim, float]]:
@@ -48,18 +51,23 @@ class Storm:
     "storm",
     [
         pytest.param(Storm(LOCAL, postgresql=False, freezes=8), id="local-sqlite"),
-        pytest.param(Storm((*LOCAL, Victim.DATABASE), postgresql=True, freezes=7), id="local-postgresql"),
-        pytest.param(Storm(CLUSTER, postgresql=False, freezes=8), id="dask-sqlite"),
+        pytest.param(
+            Storm((*LOCAL, Victim.DATABASE), postgresql=True, freezes=7, bucket=True), id="local-postgresql-s3"
+        ),
+        pytest.param(Storm(CLUSTER, postgresql=False, freezes=8, bucket=True), id="dask-sqlite-s3"),
         pytest.param(Storm((*CLUSTER, Victim.DATABASE), postgresql=True, freezes=7), id="dask-postgresql"),
     ],
 )
 def test_storm__loses_doubles_and_holds_up_nothing(
     storm: Storm, tmp_path: Path, request: pytest.FixtureRequest, compared: Callable[..., None]
 ) -> None:
-    """100 kills -9 and 30 freezes over both engines and both databases lose, double and hold up no run."""
+    """100 kills -9 and 30 freezes over both engines, both databases and S3 lose, double and hold up no run."""
     server = request.getfixturevalue("postgresql") if storm.postgresql else None
     external, settings = Victim.WORKER in storm.victims, {"WHIPPLE_STALL_SECONDS": STALL_SECONDS}
-    with crash_test(WORK, tmp_path, seed=SEED, external=external, server=server, settings=settings) as here:
+    with (
+        object_store() if storm.bucket else nullcontext(),
+        crash_test(WORK, tmp_path, seed=SEED, external=external, server=server, settings=settings) as here,
+    ):
         ids: list[str] = []
         took: dict[str, list[float]] = defaultdict(list)
         for victim, seconds in storm.strikes():
