@@ -27,6 +27,7 @@ from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.flow_control import CLOSE_HEADER
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
+from service import memory
 from service.api.access import SAFE_METHODS, WITHOUT_KEY, Caller, peer_of
 from service.api.errors import TooManyRequests, problem_response
 from service.api.metrics import Metrics
@@ -37,6 +38,7 @@ from service.store import Store
 log = logging.getLogger(__name__)
 
 CALLERS_REQUEST_ID = re.compile(r"[A-Za-z0-9._-]{1,64}")
+ACCEPTED = 202
 READING = frozenset({"GET", "HEAD"})
 METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
 PROBES = frozenset({"/livez", "/readyz", "/metrics"})  # monitors request them every few seconds
@@ -108,6 +110,8 @@ class RequestLog:
                 await record_request(self._store, scope, status)
             raise
         finally:
+            if status == ACCEPTED:  # ten thousand runs of a sweep have been here
+                memory.give_back()
             self._record(scope, status, time.perf_counter() - begin)
             REQUEST_ID.reset(token)
 

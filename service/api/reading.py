@@ -13,12 +13,15 @@ import resource
 import signal
 import time
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
+from threading import Timer
 from types import FrameType
 from typing import Any, TypeVar
 
 from markupsafe import Markup
 
+from service import memory
 from service.api.documents import pointer, read_json, read_yaml
 from service.records.expansion import ExpandedSweep, expand
 from studies.quantities.findings import Finding, InvalidInput
@@ -34,6 +37,7 @@ PARSERS: Mapping[str, Callable[[bytes], Any]] = {
     "application/x-yaml": read_yaml,
     "text/yaml": read_yaml,
 }
+GIVEN_BACK_SECONDS = 1.0  # after a document: what was made of it has been sent by then
 NICENESS = 5  # nice(2) of a child: the process that answers requests comes first, and runs leave it a quarter of a core
 Read = TypeVar("Read")
 
@@ -99,6 +103,10 @@ def read_within_limits(posted: Posted, part: Callable[[Any, Posted], Read], limi
     finally:
         gc.enable()
         gc.collect()
+        with suppress(RuntimeError):  # no memory for a thread
+            timer = Timer(GIVEN_BACK_SECONDS, memory.give_back)
+            timer.daemon = True
+            timer.start()
 
 
 def _end(_signal: int, _frame: FrameType | None) -> None:

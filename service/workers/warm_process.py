@@ -32,6 +32,7 @@ from pathlib import Path
 from queue import SimpleQueue
 from typing import Any
 
+from service import memory
 from service.files.artifacts import LOG
 from service.files.lost_results import Loss, leave_list
 from service.records.jobs import Keep, Kind
@@ -254,8 +255,7 @@ def _give_memory_back() -> None:
     """
     gc.collect()
     gc.freeze()
-    with suppress(AttributeError):  # another C library
-        ctypes.CDLL(None).malloc_trim(0)
+    memory.give_back()
 
 
 # --- the process ---------------------------------------------------------------------------------

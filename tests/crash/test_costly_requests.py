@@ -23,7 +23,8 @@ from tests.crash.support import altered_serve, clients
 from tests.crash.support.clients import LivenessProbe, probing
 from tests.crash.support.costly_bodies import BODIES, CostlyBody
 from tests.crash.support.serving import Service
-from tests.service.support.api import LARGE_SWEEPS, SWEEP
+from tests.service.support.api import LARGE_SWEEPS, SWEEP, sweep_of
+from tests.service.support.fakes import wait_until
 
 IDLE = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets", "WHIPPLE_WORKERS": "1"}
 ROUTES = (("POST", "/v1/sweeps"), ("POST", "/v1/sweeps/estimate"), ("PATCH", "/v1/sweeps/none"))
@@ -195,6 +196,31 @@ def test_large_sweeps__at_once_leave_the_service_alive_ready_and_small(
             scopes = {"read": Scope.READ, "submit": Scope.SUBMIT, "other": Scope.READ}
             keys = {name: store.keys.issue(name, [scope])[1] for name, scope in scopes.items()}
         compared(*_flooded(service, {name: {"Authorization": f"Bearer {key}"} for name, key in keys.items()}))
+
+
+@pytest.mark.claim("doors", "memory-of-submissions", minutes=1.5)
+def test_submissions__of_ten_thousand_runs_take_little_memory_and_give_it_back(
+    tmp_path: Path, compared: Callable[..., None]
+) -> None:
+    """Six submissions of 10 000 runs take the service and its children at most 200 MB more, half of it for good."""
+    with served(tmp_path) as service, httpx.Client(base_url=service.url, timeout=LONGEST_ANSWER) as client:
+        client.post("/v1/queue/pause").raise_for_status()
+        start = peak = _memory(service)
+        for number in range(6):
+            axes = {
+                "speed": {"start": f"{1000 + number} m/s", "stop": f"{10990 + number} m/s", "step": "10 m/s"},
+                "cells_per_diameter": [*range(8, 18)],
+            }
+            with ThreadPoolExecutor(1) as sender:
+                sent = sender.submit(client.post, "/v1/sweeps", json=sweep_of(axes=axes, resolution=None))
+                while not sent.done():
+                    peak = max(peak, _memory(service))
+                    time.sleep(PAUSE_SECONDS)
+            compared(equal(f"submission {number}: runs", expected=10_000, got=sent.result().json()["planned"]))
+        compared(at_most("most memory above the start (MB)", limit=200.0, got=(peak - start) / 1e6))
+        with suppress(AssertionError):
+            wait_until(lambda: _memory(service) - start <= 100e6, seconds=PATIENCE_SECONDS)
+        compared(at_most("memory above the start afterwards (MB)", limit=100.0, got=(_memory(service) - start) / 1e6))
 
 
 def _flooded(service: Service, headers: dict[str, Any]) -> Iterator[Row]:
