@@ -6,7 +6,7 @@ by hand between two calls, so that every state of a sweep is met.
 
 import copy
 import itertools
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,12 +24,13 @@ from service.api.app import build_app
 from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
+from studies.cases.rows import at_least
 from tests.service.support.api import Api, SameFile, open_api, sweep_of
 
 HOST = "whipple.example.org"
 SEED = 20261121
 EXAMPLES = 4  # of each operation
-THOROUGH = 60  # of them, and of operations one after the other, for the claim
+THOROUGH, SEQUENCES = 120, 60  # of them, and of operations one after the other, for the claim
 STEPS = 10  # of a sequence
 SEEDS = 8  # at most, until the sequences have met every kind of answer
 ENDLESS = "/v1/queue/events"  # an answer that does not end; test_event_streams.py listens to it
@@ -189,12 +190,15 @@ def test_calls__came_through_to_what_they_asked_for(described: Described) -> Non
 
 
 @pytest.mark.claim("api", "openapi", minutes=15.0)
-def test_openapi__describes_what_schemathesis_meets(described: Described, tmp_path: Path) -> None:
-    """schemathesis (fixed seed, operations alone and in sequence) finds nothing against the description."""
+def test_openapi__describes_what_schemathesis_meets(
+    described: Described, tmp_path: Path, compared: Callable[..., None]
+) -> None:
+    """schemathesis (fixed seed, a key, operations alone and in sequence) finds nothing against the description."""
     for operation, mode in itertools.product(operations(), GenerationMode):
         call_operation(described, operation, mode, THOROUGH)
     test_calls__came_through_to_what_they_asked_for(described)
-    call_sequences(described, tmp_path, THOROUGH)
+    compared(at_least("calls of operations alone", limit=5_000, got=len(described.seen)))
+    call_sequences(described, tmp_path, SEQUENCES)
 
 
 def call_sequences(described: Described, folder: Path, count: int) -> None:
