@@ -30,7 +30,7 @@ from studies.sweeps.reading import RESOLUTION
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
 MOST_SWEEPS = 5  # of a run, whose links are shown
-LARGEST_RESULT = 8 << 20  # bytes of a result whose histories are drawn; usual are 20 kB
+LARGEST_RESULT = 2 << 20  # bytes of a result whose histories are drawn; usual are 20 kB
 ENERGY, TIME = "energy", ("time", "time", "s")  # axes
 LOG_BYTES = 4096  # of the end of a log
 MOST_CHARTS = 24  # histories of measurements that are drawn
@@ -141,7 +141,7 @@ def _printed(name: str, value: float | None, uncertainty: float | None, flags: S
     }
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=16)
 def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> dict[str, Chart]:
     """The histories of a result by name: energies, then measurements in the order of the scenario."""
     if result.size > LARGEST_RESULT or not artifacts.may_be_shown(result):
