@@ -131,7 +131,7 @@ class Marks:
         self._enter(FLAGGED, _entry(STYLES[FLAGGED], stroke=0.0))
         if len(doubted) > MOST_LABELS or series.kind != "simulation":
             return
-        for place in doubted:
+        for place in {series.doubts[place]: place for place in reversed(doubted)}.values():  # each flag once
             # Towards the middle of the panel, so that no label is cut.
             side, anchor = (1.0, "left") if place < len(x) / 2 else (-1.0, "right")
             axes.annotate(
