@@ -6,6 +6,7 @@ implemented here.
 """
 
 import base64
+import logging
 from collections.abc import Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -33,6 +34,8 @@ MEDIA_TYPES = {
     ".mp4": "video/mp4",
 }
 CONDITIONS = frozenset({"range", "if-range", "if-match", "if-none-match"})  # on digests, which a bucket does not know
+log = logging.getLogger(__name__)
+
 BINARY = {"schema": {"type": "string", "format": "binary"}}
 TEXT = {"schema": {"type": "string"}}
 JSON = {"schema": {"type": "object"}}
@@ -72,15 +75,11 @@ def send_file(request: Request, download: Download) -> Response:
             artifacts.local(download.registered)
         status = download.path.stat()
         found = known_digest(download.path)
-    except FileNotFoundError:
+    except FileNotFoundError:  # perhaps the whole disk is away: the slow check of all files knows
         raise NotFound("file", download.filename) from None
     if found != download.sha256:
-        if download.registered is not None:
-            make_again(request.app.state.store, download.registered)
-        raise FileDamaged(
-            f"{download.filename} is not the file that was registered, and is not sent; it is made again where a sweep "
-            "needs it, which may take as long as its runs: ask for it later, or restore it from a backup"
-        )
+        cure = _cure(request, download)
+        raise FileDamaged(f"{download.filename} is not the file that was registered, and is not sent; {cure}")
     tag = f'"{download.sha256}"'
     digest = base64.b64encode(bytes.fromhex(download.sha256)).decode()
     headers = {
@@ -102,6 +101,18 @@ def send_file(request: Request, download: Download) -> Response:
         filename=download.filename,
         stat_result=status,
         content_disposition_type="attachment" if download.is_attachment else "inline",
+    )
+
+
+def _cure(request: Request, download: Download) -> str:
+    """What becomes of a damaged file, which is made again if it may be."""
+    registered = download.registered
+    if registered is not None and make_again(request.app.state.store, registered) is None:
+        log.error("%s is damaged; too many are to be made again by themselves: `whipple forget-lost`", download.path)
+        return "too many files are damaged for them to be made again: restore it, or `whipple forget-lost`"
+    return (
+        "it is made again where a sweep needs it, which may take as long as its runs: ask for it later, or restore it "
+        "from a backup"
     )
 
 

@@ -19,8 +19,14 @@ IDENTITY = "whipple.id"  # object with the id of the database, as the file of th
 PROBE = ".doctor"
 PAUSE_SECONDS = 60.0  # after an error nothing is begun for so long, unless a later use succeeds
 BLOCK = 4 << 20  # bytes that are asked for at once
+AGAIN_SECONDS = 10.0  # after an error, no file is brought back for so long: downloads wait for a store that hangs once
+# A store that hangs is away after so long; links are signed as every S3 takes them.
+CONNECTION = {"connect_timeout": 5, "read_timeout": 10, "retries": {"max_attempts": 0}, "signature_version": "s3v4"}
 # Of one kind of store. By default s3fs holds ten parts of 50 MB of a file that it uploads (547 MB, 2026-11).
-OPTIONS: Mapping[str, Mapping[str, Any]] = {"file": {"auto_mkdir": True}, "s3": {"max_concurrency": 1}}
+OPTIONS: Mapping[str, Mapping[str, Any]] = {
+    "file": {"auto_mkdir": True},
+    "s3": {"max_concurrency": 1, "config_kwargs": CONNECTION},
+}
 EXTRA = "pip install 'whipple[s3]'; other stores need the package that fsspec names"
 
 
@@ -42,6 +48,7 @@ class Bucket:
             raise InvalidInput([Finding("artifacts", url, f"a URL that fsspec opens: {error}", cure)]) from None
         self.url = url
         self.files: Any = opened[0]
+        self.files.retries = 1  # s3fs would try five times, each for as long
         self._root = str(opened[1]).rstrip("/")
         self._failure: tuple[float, str] | None = None  # monotonic, and what a use met
         self._must_upload = False  # until it is over: it was an upload
@@ -58,6 +65,8 @@ class Bucket:
 
     def get(self, name: str, file: Path) -> None:
         """Write an object to a file; raises FileNotFoundError, BucketAway."""
+        if self._failure is not None and time.monotonic() - self._failure[0] < AGAIN_SECONDS:
+            raise BucketAway(self._failure[1])
         with self._used():
             self.files.get_file(self._path(name), str(file))
 

@@ -85,6 +85,9 @@ def test_requests__of_a_key_beyond_its_quota_are_told_how_long_to_wait(
         compared(equal("status and Retry-After later", expected=(429, "10"), got=_refusal(fourth)))
         moment += 10.0
         assert api.http.get("/v1/sweeps", headers=key).status_code == 200
+        order = api.http.post(f"/v1/sweeps/{'0' * 32}/cancel", headers=key)
+        told = order.status_code, order.headers["ratelimit"]
+        compared(equal("an order after it counts once", expected=(404, '"requests";r=0;t=60'), got=told))
         free = api.http.get("/v1/sweeps")  # a user of this machine
         assert "ratelimit" not in free.headers
 
