@@ -98,8 +98,7 @@ class ReadersHere(Readers):
 class SameFile(Conversions):
     """Gives the same file for everything: the results of these tests are empty."""
 
-    def _make(self, file: Path, inputs: str, wait: float) -> None:
-        file.parent.mkdir(exist_ok=True)
+    def _run_child(self, file: Path, inputs: str) -> None:
         file.write_text("{}")
 
 
