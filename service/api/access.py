@@ -238,7 +238,7 @@ def authorize(request: Request, required: SecurityScopes, credentials: Credentia
     """
     caller = authenticate(request, credentials)
     request.state.caller = caller
-    if not caller.may(Scope.ADMIN) and not hasattr(request.state, "rate"):  # once for the scopes of router and endpoint
+    if not caller.may(Scope.ADMIN) and not hasattr(request.state, "rate"):  # router and endpoint ask both
         request.state.rate = request.app.state.rates.count(caller.name)
     if caller.has_session and request.method not in SAFE_METHODS:
         check_token(request, form)

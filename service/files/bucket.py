@@ -19,7 +19,7 @@ IDENTITY = "whipple.id"  # object with the id of the database, as the file of th
 PROBE = ".doctor"
 PAUSE_SECONDS = 60.0  # after an error nothing is begun for so long, unless a later use succeeds
 BLOCK = 4 << 20  # bytes that are asked for at once
-AGAIN_SECONDS = 10.0  # after an error, no file is brought back for so long: downloads wait for a store that hangs once
+AGAIN_SECONDS = 10.0  # pause of downloads after an error, so that only the first ones wait for a store that hangs
 # A store that hangs is away after so long; links are signed as every S3 takes them.
 CONNECTION = {"connect_timeout": 5, "read_timeout": 10, "retries": {"max_attempts": 0}, "signature_version": "s3v4"}
 # Of one kind of store. By default s3fs holds ten parts of 50 MB of a file that it uploads (547 MB, 2026-11).

@@ -108,7 +108,7 @@ def test_services__with_a_directory_each_share_a_bucket(
             cube = client.sweep(ids[0]).fetch(tmp_path / "from-the-other") / "cube.nc"
         compared(*inspection.rows_of_cubes(undisturbed(WORK), [cube]))
         first.kill()
-        more = replace(WORK, thicknesses=2)  # the same runs, and as many others
+        more = replace(WORK, thicknesses=2)  # twice as many runs: those of before, and as many new ones
         [document] = more.documents()
         ids = [second.submit(document)]
         here.wait_for_the_end(ids)
@@ -251,7 +251,7 @@ def _on_disk(here: CrashTest) -> set[str]:
 
 
 def _wrong(here: CrashTest, objects: ObjectStore) -> list[str]:
-    """What is wrong with the store in itself, with a file that it names, or with its object."""
+    """Faults of the store, and each registered file whose copy or object is missing or damaged."""
     artifacts = Artifacts.of(Settings(data=here.service.data))
     named = inspection.files(here.store)
     wrong = [*inspection.contradictions(here.store), *inspection.damaged(here.store, here.artifacts)]

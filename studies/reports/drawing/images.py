@@ -37,7 +37,7 @@ def as_images(drawings: Markup) -> Iterator[str]:
 
 
 def as_files(drawings: Markup) -> Iterator[str]:
-    """The same drawings as the contents of SVG files."""
+    """Contents of SVG files, one for each of the drawings that stand one behind another."""
     for inside in re.findall(r"<svg class=\"picture.*?</svg>", drawings, re.DOTALL):
         names = 'xmlns="http://www.w3.org/2000/svg" xmlns:xlink="http://www.w3.org/1999/xlink"'
         size = re.search(r'viewBox="0 0 ([\d.]+) ([\d.]+)"', inside)

@@ -110,7 +110,7 @@ class CrashTest:
     store: Store
     chance: random.Random
     cluster: DaskCluster | None = None
-    server: Postgresql | None = None  # of the database
+    server: Postgresql | None = None  # PostgreSQL, a victim of kills and freezes
     injected: list[Fault] = field(default_factory=list)
     killed: Counter[str] = field(default_factory=Counter)  # by job: processes of it that were killed
 
