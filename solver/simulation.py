@@ -90,7 +90,7 @@ class Recorder(Protocol):
 class Counters:
     """Counts of the safeguards that acted on a state, over all steps and particles; every clamp is counted.
 
-    StateLimits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
+    Limits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
     their strain rate below the reference rate, the shear modulus of expanded matter, and in Steinberg and Guinan's
     strength the softest solid and the thinnest.
     """

@@ -34,7 +34,6 @@ from solver.state import DENSITY, ENERGY, MASS, NEW_X, PRESSURE, VISCOSITY, VX, 
 from solver.steps.space import VELOCITY, deviator_of
 
 AXES = 3
-TAKEN, SLOWEST = range(2)  # of the sums of a share: energy of hourglass springs, J; spacing over least length
 IMPULSE, HELD, WORK = 0, 3, 4  # of the sums over nodes
 
 

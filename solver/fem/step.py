@@ -10,7 +10,6 @@ The forces change the kinetic energy by f . (v(n-1/2) + v(n+1/2)) / 2 k, and the
 forces and half with the strain, as in ``solver/grid/step.py``: their sum is kept to round-off, whatever the stress is.
 """
 
-import math
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -36,7 +35,7 @@ from solver.jit import Bound
 from solver.matter.eos import burns, reference_density, reference_sound_speed
 from solver.problem import Body, Face, Problem, Scheme, mean_pressure
 from solver.problem.geometry import Cartesian3D
-from solver.state import DENSITY, ENERGY, MASS, NEW_X, NEW_Z, STRAIN, Particles, X, Z, empty_table, lines, views
+from solver.state import DENSITY, MASS, NEW_X, NEW_Z, Particles, X, Z, empty_table, lines, views
 from solver.steps.method import Method, Partition, StepBalance
 from solver.steps.points import PointUpdate, StateLimits
 from solver.steps.space import ElementPoints
@@ -221,25 +220,8 @@ class ElementStepper(Method):
         tally = tally._replace(convected=tally.signal, outside=0.0)
         sums = self.node_sums.sum(axis=0)
         impulse = sums[IMPULSE : IMPULSE + 3] + self.loads.sum(axis=0) * kick
-        removed = float(sums[HELD] + self.taken.sum()) + self._erode()
+        removed = float(sums[HELD] + self.taken.sum())
         return StepBalance(impulse, removed, 0.0, float(sums[WORK]), 0, 0, tally)
-
-    def _erode(self) -> float:
-        """Delete the elements that have strained beyond the limit; their energy, J. Their mass stays with the nodes."""
-        limit = self.problem.erosion
-        if not math.isfinite(limit):
-            return 0.0
-        lost = 0.0
-        for mesh, begin, end in zip(self.meshes, self.starts, self.starts[1:], strict=False):
-            state = self.states[:, begin:end].reshape(self.states.shape[0], -1, mesh.kind.points)
-            gone = (state[STRAIN] >= limit).any(axis=1) & (state[MASS, :, 0] > 0.0)
-            if gone.any():
-                lost += float((state[MASS][gone] * state[ENERGY][gone]).sum())
-                state[MASS][gone] = 0.0
-                mesh.springs[gone] = 0.0
-        if lost and not self.states[MASS].any():
-            raise ProblemError("every element has eroded; raise the limit or end earlier")
-        return lost
 
     def _over_elements(self, call: Any) -> None:
         """A call over each share of the elements of each body."""

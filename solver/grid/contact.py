@@ -283,9 +283,8 @@ def add_contact_forces(first, second, pair, friction, ahead, dt):
 
     The normal is that of the difference of the two surfaces, so that both fields see the same one. That of the larger
     surface alone (Lemiale, Nairn and Hurmane 2010, CMES 70, 41) is better where a corner slides on a flat, and
-    much worse where two corners pass each other (2026-11). Returns the number of nodes in contact.
+    much worse where two corners pass each other (2026-11).
     """
-    touching = 0
     knows_gap = pair.reach.size > 0
     gives_back = knows_gap and pair.taken[0] > 0.0
     normal, relative = np.empty(3), np.empty(3)
@@ -322,8 +321,6 @@ def add_contact_forces(first, second, pair, friction, ahead, dt):
             pair.impulse[i, c] = given
             first.force[i, c] += given / dt
             second.force[i, c] -= given / dt
-        touching += 1
-    return touching
 
 
 @device

@@ -29,14 +29,12 @@ class Nodes(NamedTuple):
     force: np.ndarray  # (m, 3) N
     before: np.ndarray  # (m, 3) velocity before the forces of the step, m/s
     velocity: np.ndarray  # (m, 3) m/s
-    acceleration: np.ndarray  # (m, 3) m/s2
-    # (m, 3) ``before`` mapped to the particles and back, for damping of second order, m/s.
-    smooth: np.ndarray
     surface: np.ndarray  # (m, 3) outward area of a body, for contact, m2 (m2 per radian)
     state: np.ndarray  # (m, 8) table of mass, momentum and force
     motion: np.ndarray  # (m, 8) table of before and acceleration
     mapped: np.ndarray  # (m, 8) table of velocity
-    smoothed: np.ndarray  # (m, 8) table of smooth
+    # (m, 8) table of ``before`` mapped to the particles and back, for damping of second order, m/s.
+    smoothed: np.ndarray
     areas: np.ndarray  # (m, 8) table whose columns of the force are surface
 
 
@@ -51,8 +49,6 @@ def empty_nodes(count, *, smooth=True, surface=True, sparse=False):
         force=state[:, FORCE : FORCE + 3],
         before=motion[:, BEFORE : BEFORE + 3],
         velocity=mapped[:, VELOCITY : VELOCITY + 3],
-        acceleration=motion[:, ACCELERATION : ACCELERATION + 3],
-        smooth=smoothed[:, VELOCITY : VELOCITY + 3],
         surface=areas[:, FORCE : FORCE + 3],
         state=state,
         motion=motion,

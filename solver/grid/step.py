@@ -63,8 +63,8 @@ class Field:
     Each share of the particles adds to a table of its own; the first is that of the nodes.
     """
 
-    def __init__(self, problem: Problem, bodies: slice, shares: int, kernels: Any = None):
-        self.kernels = kernels or bound_kernels()
+    def __init__(self, problem: Problem, bodies: slice, shares: int, kernels: Any):
+        self.kernels = kernels
         # Small pages cost nothing in two dimensions, and a fifth of a step in three, where neighbours of a node lie in
         # nine of them (3-D linear 31.7 -> 38.4, axisymmetric spline 21.4 -> 21.6 reference numbers, 2026-11-22).
         sparse = dimensions(problem.geometry) == 2

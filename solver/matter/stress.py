@@ -79,7 +79,7 @@ class Acts(NamedTuple):
 def advance(matter, viscosity, spacing, dt, gradient, old, stress_rate=JAUMANN):
     """Points over one step with a velocity gradient (tensor.py): the new state, the energy at its time, and the Acts.
 
-    Density and pressure live at the new time, and so does the energy to come; the Point's own energy lacks the half of
+    Density and pressure live at the new time, and so does the energy to come; the state's own energy lacks the half of
     the new stress' work. The gradient belongs to the step between.
     """
     strain, trace = strain_increment(gradient, dt)

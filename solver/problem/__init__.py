@@ -201,10 +201,7 @@ class Problem:
     gravity: tuple[float, float, float] = (0.0, 0.0, 0.0)  # on all matter, m/s2
     # None: particles meet on the grid. Else in sums over neighbours, without the shape, viscosity and step rule above.
     smoothing: Smoothing | None = None
-    # Of bodies with a mesh: stiffness against hourglass modes (``fem.rates``), and the plastic strain at which an
-    # element is deleted.
-    hourglass: Dimensionless = 0.05
-    erosion: Dimensionless = math.inf
+    hourglass: Dimensionless = 0.05  # of bodies with a mesh: stiffness against hourglass modes (``fem.rates``)
     # A later stage: the time at which it begins, who flies to its grid, and the ``audit.Books`` of the stages before.
     start_time: Second = 0.0
     arrivals: Arrivals | None = None

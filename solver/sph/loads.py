@@ -24,11 +24,11 @@ class PressedEnd:
     across: tuple[int, ...]  # axes in which it lies and has extent
     width: float  # product of its standard deviations along them at the start
 
-    def forces(self, table: np.ndarray, columns: np.ndarray, pressure: float) -> np.ndarray:
-        """Force (k,) along the axis on particles in their columns of a table, N."""
+    def forces(self, table: np.ndarray, columns: np.ndarray, areas: np.ndarray, pressure: float) -> np.ndarray:
+        """Force (k,) along the axis on particles in their columns of a table, each of an area (k,) of the start, N."""
         widened = _width(table[X : X + 3, columns].T, self.across) / self.width
         outward = 1.0 if self.load.side else -1.0
-        forces: np.ndarray = -outward * pressure * widened * self.areas
+        forces: np.ndarray = -outward * pressure * widened * areas
         return forces
 
 

@@ -265,13 +265,16 @@ class ParticleStepper(Method):
         if not self.pressed:
             return
         table, particles = partition.table, partition.particles
-        column = np.full(int(particles.number.max()) + 1, -1)
-        column[particles.number] = np.arange(particles.number.size)
+        column = np.full(self.problem.particle_count, -1)
+        living = np.flatnonzero(particles.alive)
+        column[particles.number[living]] = living
         for end in self.pressed:
             pressure = mean_pressure(end.load, time, time + dt)
             if pressure:
                 axis, columns = end.load.axis, column[end.numbers]
-                forces = end.forces(table, columns, pressure)
+                here = columns >= 0  # what has left the grid carries nothing
+                columns = columns[here]
+                forces = end.forces(table, columns, end.areas[here], pressure)
                 self.pushed[columns, axis] += forces / table[MASS, columns]
                 before = table[VX + axis, columns].copy()
                 self.loaded.append(LoadedLayer(axis, columns, forces, before, before))

@@ -49,8 +49,8 @@ class ThreadPool:
         for future in [self._pool.submit(call, share) for share in shares]:
             future.result()
 
-    def ranges(self, count: int, grain: int = 1) -> list[tuple[int, int]]:
-        """0..count cut into one range a thread, at multiples of the grain."""
-        pieces = max(1, min(self.threads, count // grain))
-        edges = [round(piece * count / pieces / grain) * grain for piece in range(pieces)] + [count]
+    def ranges(self, count: int) -> list[tuple[int, int]]:
+        """0..count cut into one range a thread."""
+        pieces = max(1, min(self.threads, count))
+        edges = [round(piece * count / pieces) for piece in range(pieces)] + [count]
         return list(pairwise(edges))

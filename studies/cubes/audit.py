@@ -63,7 +63,9 @@ AUDIT = (
         meaning="energy that left the grid or was retired, over the initial and the loads' work",
     ),
     _share("expanding_mass_fraction", meaning="mass whose pressure still drove it apart as it left, over the initial"),
-    _share("missed_mass_fraction", meaning="debris that flew past the grid of a shield's wall, over the initial mass"),
+    _share(
+        "missed_mass_fraction", meaning="debris that flew past the grid of a shield's wall, over projectile and bumpers"
+    ),
     _share(
         "flight_angular_momentum_error",
         meaning="angular momentum about the normal of the plane of symmetry that debris of a half shield does not keep "

@@ -190,12 +190,6 @@ def test_wall_stops_nodes_and_lets_go() -> None:
     assert abs(outcome.audit.energy_drift) < ROUND_OFF
 
 
-def test_eroded_elements_leave_their_energy_in_the_books() -> None:
-    outcome = simulate(problem_of(Hexahedron(), squeezing, erosion=0.1))
-    assert outcome.audit.removed_energy > 0.0
-    assert_balanced(outcome.audit)
-
-
 def test_elements_that_turn_inside_out_are_named() -> None:
     simulation = start(problem_of(Hexahedron()))
     middle = np.abs(simulation.particles.position - 0.5 * CELLS * SPACING).max(axis=1)

@@ -91,20 +91,20 @@ def burning(eos, table, p, lanes, time, spacing):
 
 
 @device
-def solve_pressure(eos, density, energy_before, expansion, guess, floor):
-    """Pressure p(rho, e) in Pa of the energy e = known - max(p, floor) expansion / 2, expansion in m3/kg.
+def solve_pressure(eos, density, known, expansion, guess, floor):
+    """Pressure p(rho, e) in Pa of the energy e = known - max(p, floor) expansion / 2 (J/kg), expansion in m3/kg.
 
     ``guess`` lies near e; the answer itself is not floored.
     """
-    pressure = _by_tangent(eos, density, energy_before, expansion, guess)
+    pressure = _by_tangent(eos, density, known, expansion, guess)
     for _ in range(1, linearisations(eos)):
-        guess = energy_before - 0.5 * maximum(pressure, floor) * expansion
-        pressure = _by_tangent(eos, density, energy_before, expansion, guess)
+        guess = known - 0.5 * maximum(pressure, floor) * expansion
+        pressure = _by_tangent(eos, density, known, expansion, guess)
     return pressure
 
 
 @device
-def _by_tangent(eos, density, energy_before, expansion, energy):
+def _by_tangent(eos, density, known, expansion, energy):
     """The pressure with p(e) replaced by its tangent at an energy."""
     a, b = pressure_terms(eos, density, energy)
-    return (a + b * energy_before) / (1.0 + 0.5 * b * expansion)
+    return (a + b * known) / (1.0 + 0.5 * b * expansion)

@@ -1,6 +1,6 @@
 """Failure at a plastic strain: what has been sheared too far is broken.
 
-The simplest of the erosion criteria of impact codes; the limit depends on the mesh and is an assumption of the user.
+The simplest criterion of impact codes; the limit depends on the mesh and is an assumption of the user.
 """
 
 from typing import Annotated, NamedTuple
