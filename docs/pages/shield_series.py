@@ -147,14 +147,17 @@ def pages() -> dict[str, str]:
         "fracture strains, so that its shots are computed without failure alone; spheres of 99.9 % aluminium are "
         "computed as 1100-O; the speed of 5.81 mm is the middle of 6.9 to 7.0 km/s. Open counts as not right. "
         f"Recomputed by `{COMMAND}`.\n",
-        table(["series", "sphere", "speed", "measured", "simulated", "cells across", "why open"], rows),
+        table(["series", "sphere and shield", "speed", "measured", "simulated", "cells across", "why open"], rows),
     ]
     return {"shield-series.md": "\n".join(parts)}
 
 
 def _row(title: str, shot: ShieldShot, runs: Sequence[Mapping[str, Any]]) -> list[str]:
     says, why = told(runs)
-    sizes = f"{1e3 * shot.projectile_diameter:.2f} mm behind {1e3 * shot.bumper_thickness:.2f} mm"
+    sizes = (
+        f"{1e3 * shot.projectile_diameter:.2f} mm on {1e3 * shot.bumper_thickness:.2f} mm, "
+        f"{1e3 * shot.stand_off:.3g} mm before {1e3 * shot.wall_thickness:.2f} mm"
+    )
     cells = ", ".join(f"{cells:g}" for cells in sorted({run["cells"] for run in runs}))
     mark = says if says == shot.outcome else f"**{says}**"
     return [title, sizes, f"{shot.speed / 1e3:.2f} km/s", shot.outcome, mark, cells, why]

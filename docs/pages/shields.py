@@ -54,7 +54,7 @@ def _shots() -> Iterator[str]:
         "The distance of two shots is the root of the sum of squares of ln of the ratios of d, t_b, t_w, S and v, "
         "and of the difference of the angles in rad: the equations are products of powers, so that a ratio counts "
         "the same for a foil as for a plate, and they do not agree on the powers, so that none is weighted. Near is "
-        "up to 0.5, where five sizes differ by a quarter each.\n"
+        "up to 0.5, where diameter, thicknesses, stand-off and speed differ by a quarter each.\n"
     )
 
 

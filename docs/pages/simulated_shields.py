@@ -267,7 +267,7 @@ def _joined(runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
         "outcome was seen: `studies/observations/shields/joined.py`. Each shot is predicted by the other laboratories "
         "alone. Behind a and b stands their standard deviation. Gained is the fall of the Brier score with 1.96 of its "
         "standard errors; of all: weighted so that the drawn shots stand for all that can be simulated. Aimed at was "
-        "0.125. A simulation of a kind that gains nothing is not joined, and a report says so.\n"
+        "0.125. A simulation of a kind that gains nothing is not joined: no report uses P joined.\n"
     )
     rows = []
     for kind, shots in simulations(runs).items():
@@ -290,13 +290,13 @@ def _joined(runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
 
 def _rule(count: int) -> str:
     return (
-        f"{count} shots at normal incidence, drawn with the seed {SEED} from the published ones on alloys that ship "
-        f"([shields](shields.md)): up to {EACH} of each outcome below 3, from 3 to 7 and above 7 km/s. The rule was "
-        f"written down before any was run: axisymmetric, at least {LEAST_CELLS:g} cells across the sphere and "
-        f"{THROUGH_BUMPER:g} through the bumper (at most {MOST_CELLS:g} across the sphere), {THROUGH_WALL:g} through "
-        f"the wall, and all of these times {GRIDS[1]:g}; without failure and with Johnson and Cook's. The outcome is "
-        f"open where these four runs disagree; where those of the coarser cells do, the finer ones are not computed. "
-        f"Recomputed by `{COMMAND}`.\n"
+        f"{count} shots at normal incidence, drawn with the seed {SEED} from the published ones on alloys that ship, "
+        f"of bumpers and walls with fracture strains ([shields](shields.md)): up to {EACH} of each outcome below 3, "
+        "from 3 to 7 and above 7 km/s. The rule was written down before any was run: axisymmetric, at least "
+        f"{LEAST_CELLS:g} cells across the sphere and {THROUGH_BUMPER:g} through the bumper (at most {MOST_CELLS:g} "
+        f"across the sphere), {THROUGH_WALL:g} through the wall, and all of these times {GRIDS[1]:g}; without failure "
+        "and with Johnson and Cook's. The outcome is open where these four runs disagree; where those of the coarser "
+        f"cells do, the finer ones are not computed. Recomputed by `{COMMAND}`.\n"
     )
 
 
