@@ -92,7 +92,8 @@ class Counters:
 
     Limits that belong to a model are part of it, and not counted: Johnson and Cook's T* below room temperature and
     their strain rate below the reference rate, the shear modulus of expanded matter, and in Steinberg and Guinan's
-    strength the softest solid and the thinnest.
+    strength the softest solid and the thinnest; of smoothed particles the least density of a length, and gradients that
+    are not corrected where neighbours are few.
     """
 
     tension_floors: int = 0
