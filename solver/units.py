@@ -70,11 +70,6 @@ HeatCapacity = Annotated[JoulePerKilogramKelvin, FromMaterial("thermal.heat_capa
 RoomTemperature = Annotated[Kelvin, FromMaterial("thermal.room_temperature")]
 
 
-def units_of(record: type) -> dict[str, str]:
-    """The unit symbol of each field of a record that carries one."""
-    return {name: unit.symbol for name, unit in marked(record, Unit).items()}
-
-
 @cache
 def marked(record: type, kind: type) -> MappingProxyType[str, Any]:
     """The mark of a kind of each field of a record that carries one, also inside ``Metre | None``."""
