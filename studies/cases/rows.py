@@ -171,8 +171,8 @@ def _excess(value: float) -> float:
     return value if math.isnan(value) else max(value, 0.0)
 
 
-def observed_order(errors: Iterable[float], *, ratio: float = 2.0) -> float:
-    """Order of convergence between the two finest grids of a series, coarse to fine, each ``ratio`` times finer.
+def observed_order(errors: Iterable[float]) -> float:
+    """Order of convergence between the two finest grids of a series, coarse to fine, each twice as fine.
 
     >>> observed_order([0.16, 0.04, 0.01])
     2.0
@@ -180,7 +180,7 @@ def observed_order(errors: Iterable[float], *, ratio: float = 2.0) -> float:
     coarse, fine = list(errors)[-2:]
     if not (coarse > 0.0 and fine > 0.0):
         return math.nan
-    return math.log(coarse / fine) / math.log(ratio)
+    return math.log2(coarse / fine)
 
 
 def trend(claim: str, errors: Sequence[float]) -> Row:

@@ -121,7 +121,7 @@ def write(dataset: xr.Dataset, path: Path) -> Path:
 
     A half-written NetCDF-4 file opens and reads as NaN, so nothing is written in place.
     """
-    encoding = {str(name): _encoding(str(name), array, dataset) for name, array in dataset.variables.items()}
+    encoding = {str(name): _encoding(str(name), array) for name, array in dataset.variables.items()}
     dataset = dataset.copy()
     for name, array in dataset.data_vars.items():
         # Results name their coordinates; in every other variable the list would only take space.
@@ -534,7 +534,7 @@ def _collected(pairs: Iterable[tuple[str, Any]]) -> dict[str, list[Any]]:
 # ---- files ---------------------------------------------------------------------------------------
 
 
-def _encoding(name: str, array: xr.Variable, dataset: xr.Dataset) -> dict[str, Any]:
+def _encoding(name: str, array: xr.Variable) -> dict[str, Any]:
     """float64 as it is, deflated lightly; coordinates and flags have no fill value (CF)."""
     if array.dtype.kind in "OUT":
         return {}

@@ -104,7 +104,7 @@ def _stored(cell: Cell, quantity: str) -> ModelPart:
 
 
 def stored_shares(entry: Mapping[str, Any], quantity: str, speed: float) -> dict[str, float]:
-    """The contributions to a quantity at a speed (m/s): linear between the stored speeds, constant beyond them."""
+    """The contributions to a quantity at a speed (m/s): linear between stored speeds that tell one, constant beyond."""
     answers = entry["quantities"][quantity]
     at_speeds = [
         contributions_of(base, {name: v[place] for name, v in answers.items() if name != BASE and v[place] is not None})
@@ -112,8 +112,13 @@ def stored_shares(entry: Mapping[str, Any], quantity: str, speed: float) -> dict
         if base
     ]
     speeds = [speed for speed, base in zip(entry["speeds"], answers[BASE], strict=True) if base]
-    every = [name for name in CONTRIBUTIONS if any(name in each for each in at_speeds)]
-    return {name: float(np.interp(speed, speeds, [each.get(name, 0.0) for each in at_speeds])) for name in every}
+    shares = {}
+    for name in CONTRIBUTIONS:
+        told = [(stored, each[name]) for stored, each in zip(speeds, at_speeds, strict=True) if name in each]
+        if told:
+            at, values = np.array(told).T
+            shares[name] = float(np.interp(speed, at, values))
+    return shares
 
 
 def _distance(parameters: Mapping[str, Any], entry: Mapping[str, Any]) -> float | None:

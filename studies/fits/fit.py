@@ -233,11 +233,6 @@ class Ranked:
     fits: tuple[FittedForm, ...]
     differences: tuple[float, ...]  # of the criterion from the best
 
-    @property
-    def decided(self) -> bool:
-        """Whether the best is better than every other by ``DECIDES`` or more."""
-        return all(each >= DECIDES for each in self.differences[1:])
-
 
 def compared(fits: Sequence[FittedForm]) -> list[Ranked]:
     """Fits to the same points in the groups that the criterion can compare.

@@ -79,6 +79,8 @@ def indices_of_surrogate(surrogate: Surrogate) -> list[InputIndices]:
     """
     inputs = surrogate.runs.inputs
     axes = [number for number, each in enumerate(inputs) if each.is_axis]
+    if not axes:
+        return []
 
     def function(places: np.ndarray) -> np.ndarray:
         every = np.tile([each.high for each in inputs], (len(places), 1))

@@ -1,7 +1,6 @@
 """Units of handbooks: equations in cm, g/cm3 and km/s take SI through these."""
 
 CENTIMETRE = 1e-2  # m
-GRAM = 1e-3  # kg
 GRAM_PER_CUBIC_CENTIMETRE = 1e3  # kg/m3
 KILOMETRE_PER_SECOND = 1e3  # m/s
 KSI = 1e3 * 6894.757  # Pa; 1 MPa is 0.145038 ksi

@@ -138,9 +138,14 @@ def without_shield(shot: Shot, variant: str = "") -> str:
     """Why a shot has no critical diameter of two walls; empty where it meets a shield of two."""
     if shot.shield is None:
         return "the target is no Whipple shield"
-    if math.isnan(shot.shield.wall_yield_stress):
-        return "the material of the wall states no yield stress"
-    return "the equation is for two walls, the shield has an inner bumper" if shot.shield.inner_bumper else ""
+    if shot.shield.inner_bumper:
+        return "the equation is for two walls, the shield has an inner bumper"
+    return without_yield_stress(shot.shield)
+
+
+def without_yield_stress(shield: Shield) -> str:
+    """Why an equation that takes the strength of the wall has no answer; empty where it is known."""
+    return "the material of the wall states no yield stress" if math.isnan(shield.wall_yield_stress) else ""
 
 
 def range_of(

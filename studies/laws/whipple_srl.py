@@ -16,6 +16,7 @@ from studies.laws._shields import (
     over_projectile,
     range_of,
     without_shield,
+    without_yield_stress,
 )
 from studies.laws.whipple_nno import SLOW
 
@@ -81,8 +82,9 @@ def _fast_diameter(shield: HandbookShield, speed: float, cosine: float, delta: f
 
 def _without_inner_bumper(shot: Shot, variant: str = "") -> str:
     """Why a shot has no critical diameter of three walls; empty where it meets a shield of three."""
-    is_of_three = shot.shield and shot.shield.inner_bumper and not shot.shield.further_bumpers
-    return "" if is_of_three else "the target is no shield of two bumpers and a wall"
+    if not shot.shield or not shot.shield.inner_bumper or shot.shield.further_bumpers:
+        return "the target is no shield of two bumpers and a wall"
+    return without_yield_stress(shot.shield)
 
 
 VALIDATED = Limit(

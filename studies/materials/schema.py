@@ -358,8 +358,6 @@ NOT_SIMULATED = (*TEXTS, "yield_stresses", "brinell_hardness")
 # The bulk modulus that acts is that of the equation of state, and the stated one is there to be compared with it; it
 # acts where an equation of state takes it.
 STIFFNESS = "elastic.bulk_modulus"
-# The bulk modulus that acts: a property of ``Material`` that follows from its equation of state, and nobody sets.
-ACTING_STIFFNESS = "stiffness"
 # Sections whose constants act where a chosen model takes them.
 OF_MODELS = ("tension", "fracture", "spall")
 # Read by measurements of some scenarios alone.

@@ -70,7 +70,7 @@ class Measurement:
     version: int
     read: Callable[[Any], Reading]  # reads a view, or the History of the measurements that it follows
     follows: tuple[str, ...] = ()  # measurements of one state
-    widest: float = math.inf  # uncertainty over value, above which a value is flagged "wide_bar"
+    widest: float = math.inf  # uncertainty over value, above which a value is flagged ``WIDE_BAR``
     # Whether the mesh decides the value: flagged "mesh_determined", unless a cube has it on three grids.
     mesh_determined: bool = False
     # What the values 0 and 1 of an outcome mean, in words: a sweep may search for the limit between them.
@@ -80,6 +80,10 @@ class Measurement:
     def is_outcome(self) -> bool:
         """Whether it is 1 or 0."""
         return bool(self.outcomes)
+
+    def is_wide(self, value: float | None, uncertainty: float | None) -> bool:
+        """Whether the uncertainty of a value is wider than lets it be used without a mark."""
+        return bool(value is not None and uncertainty and uncertainty > self.widest * abs(value))
 
     def uncertainty_by(self, parts: Mapping[str, float]) -> tuple[float | None, tuple[str, ...]]:
         """Uncertainty of a value by its parts, and the flag of a value of which none of them tells any.

@@ -125,18 +125,15 @@ def nested(record: type[Record], values: Mapping[str, Any]) -> Record:
     return record(**own, **{name: nested(part, inside[name]) for name, part in parts.items()})
 
 
-def parse_parameters(
-    record: type, raw: Mapping[str, Any], path: str = "", *, materials: Collection[str] = (), si: bool = False
-) -> dict[str, Value]:
+def parse_parameters(record: type, raw: Mapping[str, Any], path: str = "", *, si: bool = False) -> dict[str, Value]:
     """All parameters of a record, checked, in SI, defaults filled in.
 
-    ``path`` goes before each field name in a finding; ``materials`` are the names that a material
-    parameter may hold (empty: any); with ``si`` a bare number on a field with a unit is taken as SI
+    ``path`` goes before each field name in a finding; with ``si`` a bare number on a field with a unit is taken as SI
     (a value that was parsed before). Raises InvalidInput with every finding.
     """
     parameters = declared(record)
     findings = Findings()
-    values = parse_values(parameters, raw, path, findings, materials=materials, si=si)
+    values = parse_values(parameters, raw, path, findings, si=si)
     for parameter in parameters.values():
         if parameter.name not in raw:
             if parameter.required:

@@ -139,7 +139,7 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
 def every_figure(dataset: xr.Dataset, comparison: Comparison) -> list[Figure]:
     """The figures of a report, limits first."""
     return [
-        *shield_figure(dataset, shield_limits(dataset, comparison.points)),
+        *shield_figure(dataset, shield_limits(comparison.points)),
         *residual_figure(dataset, residual_curves(dataset)),
         *figures(dataset, comparison),
         *fragment_sizes(dataset, comparison.points),
@@ -175,7 +175,7 @@ def _headline(report: Mapping[str, Any]) -> str:
 
 def _ballistic_limit(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any] | None:
     """The verdict on the equations of a shield; None where the sweep has none."""
-    limits = shield_limits(dataset, points)
+    limits = shield_limits(points)
     if not limits:
         return None
     shapes = set(by_run(points, "projectile_shape"))

@@ -14,7 +14,7 @@ from studies import measurements
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
-from studies.quantities.measured import MESH_DETERMINED, TOO_COARSE, Measured
+from studies.quantities.measured import MESH_DETERMINED, TOO_COARSE, WIDE_BAR, Measured
 from studies.quantities.parameters import flat
 from studies.runs import settling
 from studies.runs.results import Progress
@@ -147,8 +147,8 @@ class RunObserver:
         if has_value and self._is_judged(name) and not self._settled(name):
             flags = (*flags, "still_growing")
         uncertainty, unknown = measurement.uncertainty_by(parts)
-        if uncertainty and uncertainty > measurement.widest * abs(reading.value):
-            flags = (*flags, "wide_bar")
+        if measurement.is_wide(reading.value, uncertainty):
+            flags = (*flags, WIDE_BAR)
         if has_value and self.scenario.too_coarse(self.parameters.cells()):
             uncertainty, unknown = None, (TOO_COARSE,)
         return Measured(

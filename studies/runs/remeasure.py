@@ -16,7 +16,7 @@ from typing import Any
 
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
-from studies.quantities.measured import ERROR_UNKNOWN, MESH_DETERMINED, TOO_COARSE, Measured
+from studies.quantities.measured import ERROR_UNKNOWN, MESH_DETERMINED, TOO_COARSE, WIDE_BAR, Measured
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 
@@ -129,11 +129,16 @@ def _from_histories(measurement: Measurement, result: RunResult) -> Measured:
 def _from_state(run: Run, measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
     """A measurement read off the final state alone."""
     scenario = scenarios.load(run.scenario)
-    parts = scenario.record(run.parameters).all_parts(measurement.name, reading.value, reading.parts)
+    parameters = scenario.record(run.parameters)
+    parts = parameters.all_parts(measurement.name, reading.value, reading.parts)
     measured = _measured(measurement, replace(reading, parts=parts), result)
     flags: tuple[str, ...] = (*measured.flags, NEEDS_SOLVING)
+    if measured.value is not None:
+        flags = (*flags, *parameters.flags(measurement.name))
     if measured.value is not None and measurement.mesh_determined:
         flags = (*flags, MESH_DETERMINED)
+    if measurement.is_wide(measured.value, measured.uncertainty):
+        flags = (*flags, WIDE_BAR)
     if measured.value is not None and scenario.too_coarse(result.numbers):
         kept = tuple(flag for flag in flags if flag != ERROR_UNKNOWN)
         return replace(measured, uncertainty=None, flags=(*kept, TOO_COARSE))

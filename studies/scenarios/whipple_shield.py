@@ -58,6 +58,7 @@ WIDEST_CELL = 2.0
 # six (5 mm of aluminium at 6.5 km/s, 32 cells, 2026-11-25), and the stage settles in half of its time.
 WALL_STEPS = 3.0
 LEAST_ROOM = 1.0  # behind a bumper, projectile diameters: what comes off needs a place in which it expands
+CLEAR_CELLS = 4.0  # of the wall from its middle to its rim: the three next to the rim are not looked at
 LEAST_CELLS: Mapping[str, float] = {"cells_per_diameter": 16.0, "cells_per_thickness": 6.0, "cells_per_wall": 8.0}
 FEWEST_CELLS: Mapping[str, float] = {"cells_per_thickness": 2.0, "cells_per_wall": 2.0}
 BUMPERS = ("bumper", "bumper_2", "bumper_3", "bumper_4")  # by their place: a shield has the first, and may have more
@@ -215,6 +216,12 @@ class Walls:
             if radius < diameter:
                 limit = f"at least the projectile's diameter, {readable(diameter, 'm')}"
                 findings.append(Finding(name, readable(radius, "m"), limit, f"leave {name} out"))
+        cell = self.wall_thickness / (self.cells_per_wall or cells_through(self.wall_thickness, shot))
+        if (self.wall_radius or 0.0) < CLEAR_CELLS * cell:
+            limit = f"at least {CLEAR_CELLS:g} cells of the wall, {readable(CLEAR_CELLS * cell, 'm')}"
+            findings.append(
+                Finding("wall_radius", readable(self.wall_radius or 0.0, "m"), limit, "raise cells_per_wall")
+            )
         if self.bumper_thickness < 0.5 * shot.cell:
             limit = f"at least half a cell, {readable(0.5 * shot.cell, 'm')}"
             cure = "raise the resolution (cells per diameter)"

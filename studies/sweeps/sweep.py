@@ -22,6 +22,7 @@ from studies.runs import run
 from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import Axis
 from studies.sweeps.reading import (
+    ACCEPTED,
     END,
     MOST_PARTICLES,
     OFFSET,
@@ -253,13 +254,13 @@ class Sweep:
         document = self.document()
         if name == RESOLUTION and self.resolutions:
             document["resolution"] = [*self.resolutions, *added]
-            return Sweep.parse(document)
+            return Sweep.parse(document, ACCEPTED)
         axis = next((axis for axis in self.axes if axis.name == name), None)
         if axis is None or self.combine != "grid" or axis.search:
             limit = "an axis with values of its own, of a sweep with combine: grid"
             raise refusal("axis", name, limit, "submit another sweep")
         document["axes"] = {**document["axes"], name: [*document["axes"][name], *added]}
-        longer = Sweep.parse(document)
+        longer = Sweep.parse(document, ACCEPTED)
         if list(axis.values) != sorted(axis.values, key=_by_size):
             return longer
         axes = (replace(a, values=tuple(sorted(a.values, key=_by_size))) if a.name == name else a for a in longer.axes)

@@ -262,6 +262,7 @@ def test_stored_state__is_measured_again_in_all_stages(whole: tuple[RunResult, P
         ({"debris": "follow"}, "debris"),
         ({"stand_off": 7e-3}, "stand_off"),
         ({"wall_radius": 4e-3}, "wall_radius"),
+        ({"wall_radius": 5e-3, "cells_per_wall": 1.0, "stand_off": 60e-3}, "wall_radius"),
         ({"bumper_2_thickness": 1e-3, "bumper_2_stand_off": 15e-3}, "bumper_2"),
         ({"bumper_2": "al-6061-t6", "bumper_2_thickness": 1e-3}, "bumper_2_stand_off"),
         ({**DOUBLE, "bumper_2_stand_off": 7e-3}, "bumper_2_stand_off"),

@@ -117,11 +117,11 @@ class ColumnProfile:
         return float((self.volume * values).sum() / self.volume.sum())
 
 
-def profile(snapshot: Snapshot, body: int, axis: int = 0) -> ColumnProfile:
-    """The living particles of a body along an axis, as copies."""
+def profile(snapshot: Snapshot, body: int) -> ColumnProfile:
+    """The living particles of a body along the first axis, as copies."""
     p = snapshot.particles
-    stress = p.pressure - p.deviator[:, axis]
-    return _profile(snapshot, snapshot.body == body, p.position[:, axis], p.velocity[:, axis], stress)
+    stress = p.pressure - p.deviator[:, 0]
+    return _profile(snapshot, snapshot.body == body, p.position[:, 0], p.velocity[:, 0], stress)
 
 
 def radial_profile(snapshot: Snapshot) -> ColumnProfile:

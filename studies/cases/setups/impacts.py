@@ -98,20 +98,19 @@ def boosted(problem: Problem, velocity: np.ndarray) -> Problem:
     return replace(problem, bodies=bodies)
 
 
-def mirrored(problem: Problem, axis: int = 0) -> Problem:
-    """The mirror image in the plane where a coordinate is zero."""
-    old, sign = problem.geometry, _sign(axis)
+def mirrored(problem: Problem) -> Problem:
+    """The mirror image in the plane where the first coordinate is zero."""
+    old, sign = problem.geometry, _sign(0)
     lower = old.lower.copy()
-    lower[axis] = -(old.lower[axis] + old.cells[axis] * old.spacing)
-    faces = list(problem.faces)
-    faces[axis] = (faces[axis][1], faces[axis][0])
+    lower[0] = -(old.lower[0] + old.cells[0] * old.spacing)
+    (low, high), *others = problem.faces
     return replace(
         problem,
         geometry=grid(type(old), lower=lower, cells=old.cells, spacing=old.spacing),
         bodies=tuple(
             replace(body, position=body.position * sign, velocity=body.velocity * sign) for body in problem.bodies
         ),
-        faces=tuple(faces),
+        faces=((high, low), *others),
     )
 
 

@@ -128,6 +128,9 @@ class Isentrope:
         return volume * math.sqrt(-slope / e.density)
 
 
+STEPS = 4000  # of the volume behind the front
+
+
 @dataclass(frozen=True)
 class TaylorWave:
     """The wave behind the front, from it to the matter at rest."""
@@ -138,12 +141,12 @@ class TaylorWave:
     density: np.ndarray  # (n,) kg/m3
 
 
-def taylor_wave(explosive: Explosive, steps: int = 4000) -> TaylorWave:
+def taylor_wave(explosive: Explosive) -> TaylorWave:
     """u(V) = u_CJ - integral of c / V dV from V_CJ, and x / t = u + c, until the matter rests; by the midpoint rule."""
     state = chapman_jouguet(explosive)
     energy = explosive.E0 + 0.5 * state.pressure * (1.0 - state.volume)
     isentrope = Isentrope(explosive, state.volume, energy)
-    volumes = np.linspace(state.volume, 2.0, steps)
+    volumes = np.linspace(state.volume, 2.0, STEPS)
     middles = 0.5 * (volumes[1:] + volumes[:-1])
     drops = np.array([isentrope.sound_speed(float(v)) / v for v in middles]) * np.diff(volumes)
     velocity = state.velocity - np.concatenate([[0.0], np.cumsum(drops)])

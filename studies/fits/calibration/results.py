@@ -70,10 +70,9 @@ def _plain(dims: Any, values: np.ndarray, meaning: str) -> tuple[Any, np.ndarray
     return dims, values, {"units": "1", "long_name": meaning}
 
 
-def calibrated(material: Material, posterior: Posterior, name: str, source: str, drawn: int | None = None) -> Material:
-    """The material with one draw of a further lot, or with the mean of all (of ln A and ln B, n, C and m)."""
-    every = posterior.further_lots()
-    row = every.mean(axis=0)[None] if drawn is None else every[drawn : drawn + 1]
+def calibrated(material: Material, posterior: Posterior, name: str, source: str) -> Material:
+    """The material with the mean of all draws of a further lot (of ln A and ln B, n, C and m)."""
+    row = posterior.further_lots().mean(axis=0)[None]
     made = replace(material, name=name, title=f"{material.title}, calibrated")
     for constant, column in values_of(posterior, row).items():
         made = made.with_value(f"strength.{constant}", round_quantity(float(column[0])), source=source)

@@ -36,7 +36,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logit
 
-from studies.observations.shields.probability import DEVIATE, Probability, most_probable
+from studies.observations.shields.judged import DEVIATE
+from studies.observations.shields.probability import Probability, most_probable
 from studies.observations.shields.shots import ShieldShot, laboratory, published
 from studies.observations.shields.validation import predict
 

@@ -14,6 +14,8 @@ from studies import laws
 from studies.laws import Law, Shot
 from studies.observations.shields.shots import ShieldShot
 
+DEVIATE = 1.96  # standard normal, of an interval of 95 %
+
 # Ranges of the normal speed, m/s: whole projectiles, fragments, molten debris.
 RANGES: tuple[tuple[str, float, float], ...] = (
     ("below 3 km/s", 0.0, 3e3),
@@ -21,7 +23,6 @@ RANGES: tuple[tuple[str, float, float], ...] = (
     ("from 7 km/s", 7e3, math.inf),
 )
 ALL = "all"
-WILSON = 1.959964  # standard normal deviate of 95 % in the middle
 
 
 @dataclass(frozen=True)
@@ -45,7 +46,7 @@ class Share:
         """
         if not self.of:
             return math.nan, math.nan
-        square = WILSON**2 / self.of
+        square = DEVIATE**2 / self.of
         middle = (self.value + square / 2.0) / (1.0 + square)
         half = math.sqrt(square * self.value * (1.0 - self.value) + square**2 / 4.0) / (1.0 + square)
         return max(0.0, middle - half), min(1.0, middle + half)

@@ -35,13 +35,12 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from studies.laws import Law, Shot
-from studies.observations.shields.judged import RANGES, equations, margin, margins, range_of
+from studies.observations.shields.judged import DEVIATE, RANGES, equations, margin, margins, range_of
 from studies.observations.shields.shots import ShieldShot, laboratory, published
 
 STORED = Path(__file__).with_name("fitted.json")
 # Standard deviations of the priors: intercepts, slopes, angle.
 PRIOR = np.array([2.5, 10.0] * len(RANGES) + [2.5])
-DEVIATE = 1.96  # of an interval of 95 %
 WIDEST = 20.0  # logarithm of a ratio of diameters: no chance is as low or as high as beyond it
 STEPS, STEP = 50, 1e-10  # of Newton's method: at most, and of the constants where it ends
 

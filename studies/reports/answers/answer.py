@@ -206,8 +206,8 @@ def _rank(each: LawAnswer) -> tuple[bool, bool, bool, str]:
     return math.isnan(each.value), not each.in_range, each.law.use != "verdict", each.law.name
 
 
-def of_target(shot: Shot, target: str) -> str:
-    """What is hit, in a line."""
+def shot_in_words(shot: Shot) -> str:
+    """What hits what, in a line."""
     parts = [f"{shot.projectile.name} {readable(shot.projectile_diameter, 'm')}, {readable(shot.speed, 'm s-1')}"]
     if shot.plate_thickness is not None:
         parts.append(f"{shot.target.name} {readable(shot.plate_thickness, 'm')}")

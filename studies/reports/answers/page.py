@@ -13,7 +13,7 @@ from studies.laws import Shot
 from studies.observations.shields.shots import citation
 from studies.quantities.display import NONE, display_of
 from studies.quantities.units import readable
-from studies.reports.answers.answer import ShotAnswer, of_target, printed_bounds
+from studies.reports.answers.answer import ShotAnswer, printed_bounds, shot_in_words
 from studies.reports.answers.picture import drawn_for_page, picture
 from studies.reports.figures import Figure
 
@@ -35,7 +35,7 @@ def _rendered(template: str, answer: ShotAnswer, shot: Shot, drawn: Callable[[Fi
         .get_template(template)
         .render(
             answer=answer,
-            target=of_target(shot, answer.target),
+            target=shot_in_words(shot),
             figure=figure,
             drawing=drawn(figure),
             readable=readable,

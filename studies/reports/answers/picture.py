@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING
 from studies.laws import Shot
 from studies.observations.shields.probability import diameters_at
 from studies.observations.shields.shots import published
-from studies.reports.answers.answer import nearest, of_target
+from studies.reports.answers.answer import nearest, shot_in_words
 from studies.reports.figures import CHANCES, EVEN_CHANCE, OBSERVED, THIS, Figure, Panel, Series
 from studies.reports.limits.curves import SPEED, SPEEDS, curves_of, like_shields, outcomes_of
 from studies.reports.view import Scale
@@ -43,7 +43,7 @@ def picture(shot: Shot, target: str) -> Figure:
         f"Laws that cover this {target} at some speed; dotted outside their range.",
         SPEED,
         Scale("ratio", symbol, "1"),
-        (Panel(of_target(shot, target), {}, (*drawn, *shots)),),
+        (Panel(shot_in_words(shot), {}, (*drawn, *shots)),),
     )
 
 
@@ -60,7 +60,7 @@ def _of_shield(shot: Shot) -> Figure:
         Scale("critical_diameter", "diameter of the projectile", "m"),
         (
             Panel(
-                of_target(shot, "shield"),
+                shot_in_words(shot),
                 {},
                 (*_chances(shot), *curves_of("critical_diameter", shot), *outcomes_of(like), mine),
             ),

@@ -14,8 +14,8 @@ SPEED = Scale("speed", "speed", "m s-1")
 SLOWEST, FASTEST = 1e3, 12e3  # m/s: of the curves, as far as the shots go
 POINTS = 45  # of a curve: every 250 m/s
 SPEEDS = tuple(SLOWEST + (FASTEST - SLOWEST) * place / (POINTS - 1) for place in range(POINTS))
-# A shield is like another where bumper, wall and distance are the same within a third or so, and the angle within 15
-# degrees: the root of the summed squares of ln ratios and of the angle in rad.
+# A shield is like another where the root of the summed squares of ln ratios (bumper, wall, distance) and of the angle
+# in rad is no more: each ratio within 1.5 if all else is equal.
 LIKE = 0.4
 
 

@@ -16,7 +16,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, by_run, places_of, refined, refinements_of, simulated_values
+from studies.cubes.points import Place, axes_of, by_run, places_of, simulated_values
 from studies.cubes.variable import variable_name
 from studies.laws import CRITICAL, DRAWN_ONLY, Shot
 from studies.quantities.findings import InvalidInput
@@ -32,7 +32,6 @@ DIAMETER = CRITICAL[WALL]
 # agrees: inside the interval; open: the interval has one end, which does not contradict it; unjudged: the runs at its
 # ends are flagged; outside: outside of the equation's range.
 EquationWord = Literal["unsafe", "careful", "agrees", "open", "unjudged", "outside"]
-GRIDS = "its grids disagree"
 MIXED = "measured by different definitions"
 
 
@@ -87,11 +86,11 @@ class ShieldLimit:
         return {**plain, "lower": reading.finite(self.lower), "upper": reading.finite(self.upper)}
 
 
-def shield_limits(cube: xr.Dataset, points: xr.Dataset) -> tuple[ShieldLimit, ...]:
+def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
     """The limits of a cube of shields, by the other axes and the speed; none where it has no wall, or no equation."""
     if DIAMETER not in reading.critical_of(points) or WALL not in reading.quantities_of(points):
         return ()
-    runs, places = _wall_runs(cube, points), places_of(points)
+    runs, places = _wall_runs(points), places_of(points)
     speed = by_run(points, "speed")
     lean = np.cos(by_run(points, "obliquity")) if "obliquity" in points else np.ones(len(runs))
     others = [axis for axis in axes_of(points) if axis not in ("speed", "projectile_diameter")]
@@ -134,19 +133,17 @@ def shot_at(shots: Sequence[tuple[Place, Shot]], at: Place) -> Shot | None:
     return next((shot for place, shot in shots if all(place[name] == value for name, value in at.items())), None)
 
 
-def _wall_runs(cube: xr.Dataset, points: xr.Dataset) -> list[WallRun]:
-    """What happened at each point; undecided where its grids disagree, or no run of it has an outcome."""
-    if refinements_of(cube):
-        outcomes = [point.values for point in refined(cube, WALL)]
-    else:
-        outcomes = list(simulated_values(points, WALL).reshape(-1, 1))
+def _wall_runs(points: xr.Dataset) -> list[WallRun]:
+    """What happened at each point; undecided where its grids leave it open, or no run of it has an outcome."""
+    outcomes = simulated_values(points, WALL).ravel()
+    refined = cubes.VERDICT_REASON.is_in(points, WALL)
+    reasons = cubes.VERDICT_REASON.of(points, WALL).values.ravel() if refined else [""] * outcomes.size
     states = cubes.RUN_STATE.of(points).values.ravel()
     diameters, flags = by_run(points, cubes.EQUIVALENT_DIAMETER.name), view_of(points).doubts(WALL)
     runs = []
-    for place, values in enumerate(outcomes):
-        known = {bool(value > 0.5) for value in values if math.isfinite(value)}
-        perforated = next(iter(known)) if len(known) == 1 else None
-        why = "" if len(known) == 1 else GRIDS if known else UNJUDGED_STATES[cubes.STATES[states[place]]]
+    for place, (outcome, reason) in enumerate(zip(outcomes, reasons, strict=True)):
+        perforated = bool(outcome > 0.5) if math.isfinite(outcome) else None
+        why = "" if perforated is not None else str(reason) or UNJUDGED_STATES[cubes.STATES[states[place]]]
         runs.append(WallRun(float(diameters[place]), perforated, why, flags[place]))
     return runs
 

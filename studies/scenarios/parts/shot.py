@@ -36,7 +36,7 @@ def has_free_rim(parameters: Any) -> bool:
 class Projectile:
     """A projectile and its speed."""
 
-    speed: Annotated[MetrePerSecond, Described("impact speed, normal to the target", 100.0, 2e4)]
+    speed: Annotated[MetrePerSecond, Described("impact speed, along the flight", 100.0, 2e4)]
     projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-5, 1.0)]
     projectile: Annotated[MaterialName, Described("material of the projectile")]
 

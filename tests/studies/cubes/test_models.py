@@ -8,6 +8,7 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.cells import MissingResult
+from studies.cubes.models import BASE, stored_shares
 from studies.reports import report
 from studies.reports.compare import compare
 from studies.runs.results import RunResult
@@ -93,3 +94,10 @@ def test_stored__of_other_speeds_and_plates_says_how_far_away_it_was_measured() 
     assert "measured at other speeds or plates (t/d) for 3 of 4 points, up to a factor of 3 away" in " ".join(
         document["verdict"]["unchecked"]
     )
+
+
+def test_contribution__that_one_speed_does_not_tell_is_that_of_the_others_and_not_zero() -> None:
+    answers = {BASE: [1.0, 1.0, 1.0], SPALL: [1.1, 1.3, None], STRONGER: [None, None, 1.2]}
+    entry = {"speeds": [3e3, 5e3, 7e3], "quantities": {"hole_diameter": answers}}
+    assert stored_shares(entry, "hole_diameter", 4e3) == pytest.approx({FAILURE: 0.2, STRENGTH: 0.2})
+    assert stored_shares(entry, "hole_diameter", 7e3) == pytest.approx({FAILURE: 0.3, STRENGTH: 0.2})
