@@ -6,7 +6,7 @@ import numpy as np
 
 from solver.grid.nodes import Nodes, node_positions
 from solver.grid.shapes.linear import Linear
-from solver.grid.step import Field
+from solver.grid.step import Field, bound_kernels
 from solver.grid.transfer import scatter_state
 from solver.jit import kernel
 from solver.problem import Body, Face, Problem
@@ -57,7 +57,7 @@ def closed(geometry: Any, particles: Particles, faces: tuple[tuple[Face, Face], 
         density=8930.0,
         spacing=(0.5 * SPACING,) * 3,
     )
-    field = Field(Problem(geometry, (body,), faces, end_time=1.0, shape=shape), slice(0, 1), 1)
+    field = Field(Problem(geometry, (body,), faces, end_time=1.0, shape=shape), slice(0, 1), 1, bound_kernels())
     ranges = np.array([[0, particles.mass.size]])
     table, state = tabulated(particles), field.nodes.state
     scatter_state(geometry, shape, new_pack(), table, ranges, state, field.touched[0])
