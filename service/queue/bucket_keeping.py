@@ -91,7 +91,7 @@ class BucketKeeper:
             known, gone = {*filter(self._is_sweep, ids)}, retention.deleted_sweeps(ids)
         else:
             registered = {file.path for _, file in retention.files_between(ids[0], ids[-1])}
-            known, gone = self._store.runs.known(ids), retention.forgotten_runs(ids)
+            known, gone = {*retention.last_attempts(ids)}, retention.forgotten_runs(ids)
         for id in (known | gone) & names.keys():
             for name in names[id]:
                 is_named = name in registered or name.rpartition("/")[0] in held

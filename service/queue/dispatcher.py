@@ -239,5 +239,6 @@ class Dispatcher:
         if self._engine is not None:
             log.warning("another service leads; this service stands by")
         self._leader.in_flight.clear()
+        self._leader.verification.clear()
         self._leader.blocked_reason = None
         self._close_engine(None)

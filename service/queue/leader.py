@@ -69,14 +69,14 @@ class Leader:
         self._reset()
 
     def _reset(self) -> None:
-        self._compared = self._written = self._refused = -math.inf  # monotonic
+        self._compared = self._written = self._submission_failed = -math.inf  # monotonic
         self._failures: dict[str, _Failure] = {}  # by key
 
     def begin_term(self, term: int, engine: Engine) -> None:
         """Begin a term of leadership with an engine that is open."""
         self._reset()
         self.in_flight.leases.clear()
-        self._registrar.refused.clear()
+        self._registrar.blocking.clear()
         self._engine, self.term, self.is_superseded, self.slots = engine, term, False, 0
 
     def end_term(self) -> None:
@@ -132,7 +132,7 @@ class Leader:
 
         While the engine is away its attempts are unknown, so none is marked as lost.
         """
-        self.is_superseded = self._store.queue.status().term > term
+        self.is_superseded = self._store.terms.latest() > term
         keys = self._engine_keys()
         for lease in leases:
             if lease.key in self.in_flight.leases:
@@ -260,23 +260,24 @@ class Leader:
         runs = len(self.in_flight.under_way()) + len(leases)
         threads = self._settings.threads_of_a_run(workers=self.slots, runs=max(1, runs))
         for lease in leases:
-            if lease.kind is Kind.PUBLISH and searching.goes_on(self._store, lease):
-                continue
             self.in_flight.add(lease)
-            self._submit(lease, threads)
+        for lease in leases:
+            self._begin(lease, threads)
 
     def _why_nothing_begins(self) -> str | None:
         if self.in_flight.away is not None:
             return self.in_flight.away
-        if time.monotonic() - self._refused < self._timings.engine_retry:
+        if time.monotonic() - self._submission_failed < self._timings.engine_retry:
             return REFUSED
         bucket = self._artifacts.bucket
         away = None if bucket is None else bucket.blocked_reason()
         return NO_WORKER if self.slots == 0 else self._space.blocked_reason() or away
 
     def _why_no_run_begins(self) -> str | None:
-        """The reason why only publications start: too many results are lost."""
-        return next(iter(self._registrar.refused.values()), None)
+        """The reason why only publications start: one, which waits for no run, found too many results lost."""
+        blocking = self._registrar.blocking
+        last = self._store.retention.last_attempts(blocking) if blocking else {}
+        return next((blocking[id] for id in last if last[id].state in (State.QUEUED, State.RUNNING)), None)
 
     def _store_blocked_reason(self) -> None:
         """Tell every service that shares the store why nothing begins, when that changes."""
@@ -284,14 +285,20 @@ class Leader:
             self._store.queue.set_blocked_reason(self.blocked_reason, self.term)
             self._stored_reason = self.blocked_reason
 
-    def _submit(self, lease: Lease, threads: int) -> None:
+    def _begin(self, lease: Lease, threads: int) -> None:
+        """Give an attempt to the engine, or further runs to the sweep of a publication that searches for a limit."""
+        attempt = None
         try:
-            self._engine.submit(self._attempt(lease, threads))
+            if lease.kind is Kind.PUBLISH and searching.goes_on(self._store, lease):
+                self.in_flight.forget(lease.key)
+                return
+            attempt = self._attempt(lease, threads)
+            self._engine.submit(attempt)
         except Exception as error:  # whatever it is, the attempt is not under way
             log.exception("%s could not be given to the engine", lease.key, extra=about(lease))
-            reason = f"{type(error).__name__}: {error}"
-            self.in_flight.ended[lease.key] = Ending.lost("Lost", reason)
-            self._refused = time.monotonic()
+            self.in_flight.ended[lease.key] = Ending.lost("Lost", f"{type(error).__name__}: {error}")
+            if attempt is not None:
+                self._submission_failed = time.monotonic()
 
     def _attempt(self, lease: Lease, threads: int) -> Attempt:
         """The attempt of a lease; the folder above its own exists, so a worker that misses it lacks the disk."""

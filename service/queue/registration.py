@@ -21,7 +21,7 @@ class Registrar:
 
     def __init__(self, store: Store, artifacts: Artifacts, space: Space, timings: Timings):
         self.backoff = retry.Backoff(timings)
-        self.refused: dict[str, str] = {}  # by publication: why its lost results are not forgotten
+        self.blocking: dict[str, str] = {}  # by publication: why its lost results are not forgotten
         self._store = store
         self._artifacts = artifacts
         self._space = space
@@ -31,7 +31,7 @@ class Registrar:
         """Register one ended attempt; raises StoreUnavailable when it has to be tried again later."""
         ending = verified.ending
         if not verified.losses:
-            self.refused.pop(lease.id, None)
+            self.blocking.pop(lease.id, None)
         if ending.cause is None:
             counts = self._succeed(lease, verified)
         elif verified.losses:
@@ -90,13 +90,13 @@ class Registrar:
         try:
             counts = self._store.publications.lose_results(lease, verified.losses, most=retry.MOST_LOST_RESULTS)
         except TooManyLost as error:
-            if lease.id not in self.refused:
+            if lease.id not in self.blocking:
                 ids = ", ".join(loss.run_id for loss in verified.losses)
                 log.error("%s; in %s: %s", error, self._artifacts.root, ids, extra=about(lease))
-            self.refused[lease.id] = str(error)
+            self.blocking[lease.id] = str(error)
             self.backoff.delay(lease, self._timings.lost_results_retry)
             return self._store.leases.requeue(lease, Cause.LOST, reason=str(error)) is not None
-        self.refused.pop(lease.id, None)
+        self.blocking.pop(lease.id, None)
         return counts
 
     def _delay(self, lease: Lease, ending: Ending, state: State | None) -> None:

@@ -31,6 +31,7 @@ CRASHES = frozenset({Cause.CRASH, Cause.STALLED})  # in one count
 
 FREE_LOSSES = 3  # in a row, without a delay: a restart, a worker that was replaced
 MOST_DOUBLINGS = 10  # more than lead from the first backoff to the longest
+DAY = 24 * 3600.0  # so long losses count: their job may have been cancelled
 MOST_DELAYED = 500  # jobs; that many losses are the engine's fault, not the jobs'
 
 
@@ -111,5 +112,6 @@ class Backoff:
     def delayed(self) -> tuple[str, ...]:
         """Ids of the jobs that must not begin now."""
         now = time.monotonic()
+        self._losses = {id: loss for id, loss in self._losses.items() if now - loss.until < DAY}
         ids = (id for id, loss in self._losses.items() if loss.until > now)
         return tuple(islice(ids, MOST_DELAYED))

@@ -109,8 +109,9 @@ class Verification:
         self._retries.pop(key, None)
 
     def clear(self) -> None:
-        """Verify everything again: the data directory was away."""
+        """Verify everything again: the data directory was away, or another service leads."""
         self._running.clear()
+        self._retries.clear()
 
     def close(self) -> None:
         """Begin no more verifications."""
@@ -128,7 +129,7 @@ class Verification:
         return verified
 
     def _verify(self, lease: Lease, ending: Ending, may_retry: bool) -> VerifiedEnding:
-        """Verify one ending; raises Unreadable for a shortage of our own and, ``in_doubt``, for errors that may pass.
+        """Verify one ending; raises Unreadable for a shortage of our own and, with ``may_retry``, for errors that pass.
 
         A lost attempt may be complete on the disk, with nobody left to report it; publications are cheap, and made
         again.

@@ -87,6 +87,11 @@ class Terms:
         with self._database.writing() as connection:
             return connection.execute(begin.returning(TERMS.c.term)).scalar_one()
 
+    def latest(self) -> int:
+        """Number of the latest term that has begun."""
+        with self._database.reading() as connection:
+            return connection.execute(sa.select(sa.func.max(TERMS.c.term))).scalar_one()
+
 
 def leader(database: Database, connection: sa.Connection) -> str | None:
     """The owner of the present term; on SQLite, of the last one."""

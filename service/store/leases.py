@@ -79,7 +79,7 @@ class Leases:
         moment = now()
         is_due = () if not backed_off else (JOBS.c.id.not_in(backed_off),)
         publications = sa.select(JOBS.c.id).where(JOBS.c.state == State.QUEUED, JOBS.c.priority == PUBLISH_PRIORITY)
-        publications = publications.where(*is_due).limit(limit)
+        publications = publications.where(JOBS.c.kind == Kind.PUBLISH, *is_due).limit(limit)
         with self._database.writing() as connection:
             paused, has_ended = connection.execute(_standing(term)).one()
             if has_ended:

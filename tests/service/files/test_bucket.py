@@ -236,6 +236,10 @@ def test_object__that_no_row_names_goes_and_others_stay(harness: Harness) -> Non
     assert set(bucket(harness).names("")) == named | {orphan, unknown, current}  # the orphan is young
     keep_bucket(harness, retire_seconds=1e-9)
     assert set(bucket(harness).names("")) == named | {unknown, current}
+    harness.end_badly(under_way, Cause.TIME_LIMIT)
+    harness.tick()
+    keep_bucket(harness, retire_seconds=1e-9)
+    assert set(bucket(harness).names("")) == named | {unknown}
 
 
 def test_objects__of_a_deleted_sweep_and_of_dropped_files_go(harness: Harness) -> None:
@@ -244,7 +248,7 @@ def test_objects__of_a_deleted_sweep_and_of_dropped_files_go(harness: Harness) -
     harness.store.sweeps.delete(sweep.id)
     keep_bucket(harness)
     assert bucket(harness).names("sweeps") == []
-    harness.store.retention.drop(harness.store.retention.discardable(100))
+    harness.store.retention.drop(harness.store.retention.discardable(100, ""))
     keep_bucket(harness, retire_seconds=1e-9)
     assert {name.rpartition("/")[2] for name in bucket(harness).names("runs")} == {"result.json", "log.txt"}
 

@@ -129,6 +129,16 @@ def test_many_lost_results__are_named_and_none_is_forgotten(large: Harness, capl
     assert all(large.run(number).path for number in range(6))
 
 
+def test_many_lost_results__stop_no_run_for_which_their_publication_waits(large: Harness) -> None:
+    publication = shared(large, *range(6))
+    large.engine.free = 0
+    assert lose(large, publication, *range(6)) == []
+    assert large.store.publications.mend(large.store.runs.file(run_id(0), "result.json"), most=3)
+    large.engine.free = 8
+    [again] = large.tick()
+    assert (again.kind, again.run) == (Kind.RUN, run_id(0))
+
+
 def test_many_lost_results__are_computed_again_when_people_allow_it(large: Harness) -> None:
     [again] = lose(large, shared(large, *range(6)), *range(6))
     large.store.queue.allow_forgetting(6)

@@ -3,10 +3,12 @@
 from dataclasses import replace
 from pathlib import Path
 
+import pytest
+
 from service.queue.leader import NO_WORKER, REFUSED
 from service.records.jobs import Cause, Keep, Kind, State
 from service.workers.attempt import ProgressMessage
-from tests.service.support.fakes import run_id
+from tests.service.support.fakes import run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FakeRun
 
@@ -45,6 +47,20 @@ def test_fill__an_engine_that_refuses_costs_the_run_nothing(tmp_path: Path) -> N
     with open_harness(tmp_path, replace(AT_ONCE, engine_retry=0.0)) as harness:
         assert len(harness.tick()) == 1
         assert harness.run().crashes == 0
+
+
+def test_fill__a_search_that_fails_holds_up_no_other_job(harness: Harness, monkeypatch: pytest.MonkeyPatch) -> None:
+    [first] = harness.begin(1)
+    harness.end_well(first)
+    harness.engine.free = 0
+    harness.tick()
+    harness.engine.free = 2
+    with monkeypatch.context() as patched:
+        patched.delattr("service.queue.searching.goes_on")
+        [run] = harness.begin(runs_of("fine", first=1))
+    assert (run.kind, harness.dispatcher.blocked_reason()) == (Kind.RUN, None)
+    [publication] = harness.tick()
+    assert publication.kind is Kind.PUBLISH
 
 
 def test_attempt__has_a_folder_of_its_own_and_the_limits(tmp_path: Path) -> None:
