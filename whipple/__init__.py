@@ -11,6 +11,7 @@ import os
 from collections.abc import Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
+from urllib.parse import urlsplit
 
 if TYPE_CHECKING:
     import xarray
@@ -19,6 +20,8 @@ if TYPE_CHECKING:
     from service.client.results import SweepFolder
 
 __all__ = ["Client", "flag_words", "laws", "open_cube", "open_film", "run_sweep"]
+
+LOOPBACK = ("127.0.0.1", "::1", "localhost")
 
 
 def run_sweep(
@@ -57,8 +60,8 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
 
     ``cube.whipple.plot_laws()`` and ``cube.whipple.plot()`` draw the figures of its report.
 
-    An address (``http://.../v1/sweeps/ID/cube.nc``) is read as it is looked at, with the key in
-    ``WHIPPLE_API_KEY`` if there is one; that needs ``pip install 'whipple[remote]'``.
+    An address (``http://.../v1/sweeps/ID/cube.nc``) is read as it is looked at; that needs ``pip install
+    'whipple[remote]'``. The key in ``WHIPPLE_API_KEY`` is sent to this machine and to ``WHIPPLE_SERVICE`` alone.
     """
     import xarray
 
@@ -67,8 +70,9 @@ def open_cube(path: str | Path) -> "xarray.Dataset":
     if str(path).startswith(("http://", "https://")):
         from service.client.remote_cube import open_remote
 
-        key = os.environ.get("WHIPPLE_API_KEY")
-        return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key else {})
+        key, service = (os.environ.get(name, "") for name in ("WHIPPLE_API_KEY", "WHIPPLE_SERVICE"))
+        is_own = str(path).startswith(f"{service.rstrip('/')}/") or urlsplit(str(path)).hostname in LOOPBACK
+        return open_remote(str(path), {"Authorization": f"Bearer {key}"} if key and is_own else {})
     file = Path(path)
     return xarray.open_dataset(file / "cube.nc" if file.is_dir() else file)
 

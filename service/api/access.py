@@ -39,6 +39,7 @@ from service.api.errors import (
     TooManyRequests,
     TooManyWrongKeys,
     Unauthorized,
+    add_security_headers,
     problem_response,
 )
 from service.records.jobs import KeyRow, Scope, StoreUnavailable, SweepStatus
@@ -53,22 +54,6 @@ LONGEST_SECRET = 200  # characters; the service makes shorter ones
 OWN_SOCKET = "socket"  # in place of the address of a peer that comes through the socket in the data directory
 MOST_WRONG_KEYS = 10  # wrong keys that an address may send in a minute, until it has to wait
 MOST_NAMES = 1000  # owners or addresses that are counted one by one in a minute
-# Pages load style sheet, scripts and frames of the service only; the report, which the page of its sweep shows in a
-# frame, sets a policy of its own.
-PAGE_POLICY = (
-    "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src 'self' data:; "
-    "frame-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
-)
-# Other responses display and execute nothing if a browser takes them for a page.
-OTHER_POLICY = "default-src 'none'; frame-ancestors 'none'; sandbox"
-SECURITY_HEADERS = {
-    "X-Content-Type-Options": "nosniff",
-    "X-Frame-Options": "DENY",
-    "Referrer-Policy": "same-origin",
-    "Cross-Origin-Resource-Policy": "same-origin",
-    "Cross-Origin-Opener-Policy": "same-origin",
-    "Cache-Control": "no-store",  # files set a value of their own
-}
 
 # --- binding --------------------------------------------------------------------------------------
 
@@ -118,7 +103,7 @@ class Access:
         async def send_with_headers(message: types.Message) -> None:
             if message["type"] == "http.response.start":
                 headers = MutableHeaders(scope=message)
-                _add_security_headers(headers)
+                add_security_headers(headers)
                 headers.update(scope["state"].get("rate", {}))
             await send(message)
 
@@ -141,13 +126,6 @@ class Access:
         if scope["method"] not in SAFE_METHODS and not _is_own_site(headers, host):
             return CrossSiteRequest("send the request from a page of this service, or without a browser")
         return None
-
-
-def _add_security_headers(headers: MutableHeaders) -> None:
-    for name, value in SECURITY_HEADERS.items():
-        headers.setdefault(name, value)
-    is_page = headers.get("content-type", "").startswith("text/html")
-    headers.setdefault("Content-Security-Policy", PAGE_POLICY if is_page else OTHER_POLICY)
 
 
 def _is_own_site(headers: Headers, host: str) -> bool:

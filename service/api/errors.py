@@ -16,6 +16,7 @@ from typing import Any
 from fastapi import FastAPI, Request
 from fastapi.exceptions import RequestValidationError
 from fastapi.responses import Response
+from starlette.datastructures import MutableHeaders
 from starlette.exceptions import HTTPException
 from starlette.requests import ClientDisconnect
 from starlette.routing import Match
@@ -32,6 +33,23 @@ METHODS = ("DELETE", "GET", "HEAD", "PATCH", "POST", "PUT")
 MOST_ERRORS_SENT = 50
 MOST_FINDING_BYTES = 48_000  # the summary repeats the first finding; the whole response is below 64 kB
 LONGEST_PART = 1_500  # characters of a field, value, limit or cure; a cure that lists names has about a thousand
+
+# Pages load style sheet, scripts and frames of the service only; the report, which the page of its sweep shows in a
+# frame, sets a policy of its own.
+PAGE_POLICY = (
+    "default-src 'none'; style-src 'self'; script-src 'self'; connect-src 'self'; img-src 'self' data:; "
+    "frame-src 'self'; form-action 'self'; frame-ancestors 'none'; base-uri 'none'"
+)
+# Other responses display and execute nothing if a browser takes them for a page.
+OTHER_POLICY = "default-src 'none'; frame-ancestors 'none'; sandbox"
+SECURITY_HEADERS = {
+    "X-Content-Type-Options": "nosniff",
+    "X-Frame-Options": "DENY",
+    "Referrer-Policy": "same-origin",
+    "Cross-Origin-Resource-Policy": "same-origin",
+    "Cross-Origin-Opener-Policy": "same-origin",
+    "Cache-Control": "no-store",  # files set a value of their own
+}
 
 
 @dataclass(frozen=True)
@@ -262,13 +280,21 @@ def _document(
 def _response(request: Request, body: dict[str, Any], headers: dict[str, str]) -> Response:
     request_id = request.state.request_id
     body |= {"instance": request.url.path, "request_id": request_id}
-    headers |= {"X-Request-ID": request_id, "X-Content-Type-Options": "nosniff"}
-    headers |= {"Vary": "Accept"}
+    headers |= {"X-Request-ID": request_id, "Vary": "Accept"}
     if "text/html" in request.headers.get("accept", ""):  # a browser that opens an address
-        page: Response = request.app.state.problem_page(request, body, headers)
-        return page
-    # ASCII escapes can carry the lone surrogates that an input may contain.
-    return Response(json.dumps(body), body["status"], headers, MEDIA_TYPE)
+        response: Response = request.app.state.problem_page(request, body, headers)
+    else:  # ASCII escapes can carry the lone surrogates that an input may contain
+        response = Response(json.dumps(body), body["status"], headers, MEDIA_TYPE)
+    add_security_headers(response.headers)  # the response to an unexpected error passes no other middleware
+    return response
+
+
+def add_security_headers(headers: MutableHeaders) -> None:
+    """Add what a browser may do with a response, where the response does not say it itself."""
+    for name, value in SECURITY_HEADERS.items():
+        headers.setdefault(name, value)
+    is_page = headers.get("content-type", "").startswith("text/html")
+    headers.setdefault("Content-Security-Policy", PAGE_POLICY if is_page else OTHER_POLICY)
 
 
 def _summary(error: InvalidInput) -> str:

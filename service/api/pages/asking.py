@@ -220,7 +220,8 @@ def _options(form: Mapping[str, str]) -> tuple[int, Keep]:
     priority, keep = form.get("priority") or "0", form.get("keep") or Keep.FINAL
     if keep not in set(Keep):
         raise refusal("keep", keep, f"one of {', '.join(Keep)}", "choose one")
-    if not priority.removeprefix("-").isdecimal() or int(priority[:9]) not in PRIORITIES:
+    is_number = len(priority) <= len(str(PRIORITIES[0])) and priority.removeprefix("-").isdecimal()
+    if not is_number or int(priority) not in PRIORITIES:
         raise refusal("priority", priority, f"a whole number from {PRIORITIES[0]} to {PRIORITIES[-1]}", "write 0")
     return int(priority), Keep(keep)
 

@@ -15,13 +15,13 @@ from typing import Any
 
 import yaml
 
-from service.api.reading import PARSERS, EstimatedSweep, Posted, estimated
-from service.records.expansion import ExpandedSweep, expand
+from service.api import reading
+from service.api.reading import PARSERS, EstimatedSweep, Posted
+from service.records.expansion import ExpandedSweep
 from studies import scenarios
 from studies.observations import written
 from studies.quantities.findings import Finding, Findings, InvalidInput
 from studies.quantities.parameters import Parameter, Value, declared
-from studies.runs.run import estimate
 from studies.sweeps.reading import KEYS, RESOLUTION, SweepLimits
 from studies.sweeps.sweep import Sweep
 
@@ -70,9 +70,9 @@ def asked(form: Any, posted: Posted) -> AskedSweep:
     sweep = None if document is None else findings.attempt(Sweep.parse, document, SweepLimits(posted.max_runs))
     cost = expanded = None
     if sweep is not None and form["submit"]:
-        expanded = findings.attempt(expand, sweep, lambda run: estimate(run).core_seconds)
+        expanded = findings.attempt(reading.expanded, document, posted)
     if sweep is not None and expanded is None:
-        cost = findings.attempt(estimated, document, posted)
+        cost = findings.attempt(reading.estimated, document, posted)
     return AskedSweep(
         fields=fields,
         yaml="" if document is None else as_yaml(document),

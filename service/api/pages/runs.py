@@ -39,7 +39,9 @@ MOST_CHARTS = 24  # histories of measurements that are drawn
 def _histories(id: RunId, _: Reader, store: AppStore, artifacts: AppArtifacts) -> dict[str, Chart]:
     """The charts of a run by name."""
     result = next((file for file in store.runs.files(id) if file.name == RESULT), None)
-    return _charts(artifacts, result, store.runs.get(id).scenario) if result else {}
+    if result is None or result.size > LARGEST_RESULT or not artifacts.may_be_shown(result):
+        return {}
+    return _charts(artifacts, result, store.runs.get(id).scenario)
 
 
 Histories = Annotated[dict[str, Chart], Depends(_histories)]
@@ -144,8 +146,6 @@ def _printed(name: str, value: float | None, uncertainty: float | None, flags: S
 @lru_cache(maxsize=16)
 def _charts(artifacts: Artifacts, result: Stored, scenario: str) -> dict[str, Chart]:
     """The histories of a result by name: energies, then measurements in the order of the scenario."""
-    if result.size > LARGEST_RESULT or not artifacts.may_be_shown(result):
-        return {}
     plain = artifacts.read_json(result)
     charts = {ENERGY: _energies(plain["histories"])} if plain.get("histories") else {}
     for name in [name for name in quantities_of(scenario) if name in plain.get("measurements", {})][:MOST_CHARTS]:

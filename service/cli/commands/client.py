@@ -10,7 +10,6 @@ import typer
 
 from service.cli.commands.options import (
     FAILURE,
-    LOCAL,
     SOME_FAILED,
     SUCCESS,
     EveryColumn,
@@ -48,7 +47,7 @@ def submit(
     ] = None,
     law: Laws = None,
     wait: Annotated[bool, typer.Option("--wait", help="Wait until the sweep has ended.")] = False,
-    url: Url = LOCAL,
+    url: Url = None,
     key_file: KeyFile = None,
 ) -> None:
     """Submit a sweep to a service, and print its id."""
@@ -80,7 +79,7 @@ def status(
     ] = None,
     watch: Annotated[bool, typer.Option("--watch", help="Print events until the sweep has ended.")] = False,
     as_json: Json = False,
-    url: Url = LOCAL,
+    url: Url = None,
     key_file: KeyFile = None,
 ) -> None:
     """Show the status of a sweep, or of all sweeps. With --watch: its events as they happen."""
@@ -111,7 +110,7 @@ def runs(
         str | None, typer.Option(help="Show only runs in this state: queued, running, succeeded, failed, ...")
     ] = None,
     as_json: Json = False,
-    url: Url = LOCAL,
+    url: Url = None,
     key_file: KeyFile = None,
 ) -> None:
     """List the runs of a sweep, each with its state and, if it failed, the reason."""
@@ -138,7 +137,7 @@ def fetch(
     whole: Annotated[
         bool, typer.Option("--zip", help="Download everything as OUT/archive.zip: files of the runs, digests too.")
     ] = False,
-    url: Url = LOCAL,
+    url: Url = None,
     key_file: KeyFile = None,
 ) -> None:
     """Download cube and report of a sweep, or all of its files."""
@@ -154,7 +153,7 @@ def fetch(
 def fetch_run(
     run: RunArgument,
     out: Annotated[Path, typer.Option(help="Folder for the files of the run.")],
-    url: Url = LOCAL,
+    url: Url = None,
     key_file: KeyFile = None,
 ) -> None:
     """Download the stored files of a run: result, final state, film, log."""
@@ -164,14 +163,14 @@ def fetch_run(
 
 
 @app.command()
-def log(run: RunArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def log(run: RunArgument, url: Url = None, key_file: KeyFile = None) -> None:
     """Print the output of the solver in the last attempt of a run, up to now."""
     with client_of(url, key_file) as client:
         print(escaped(client.log(client.find_run(run))), end="")
 
 
 @app.command()
-def cancel(id: SweepArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def cancel(id: SweepArgument, url: Url = None, key_file: KeyFile = None) -> None:
     """Stop a sweep. The results so far are published."""
     with _commanding(id, url, key_file) as handle:
         handle.cancel()
@@ -183,7 +182,7 @@ def retry(
     verdicts: Annotated[
         bool, typer.Option("--verdicts", help="Also repeat runs that the solver rejected; they fail again.")
     ] = False,
-    url: Url = LOCAL,
+    url: Url = None,
     key_file: KeyFile = None,
 ) -> None:
     """Compute cancelled, failed and lost runs again, then publish again."""
@@ -196,7 +195,7 @@ def retry(
 def priority(
     id: SweepArgument,
     number: Annotated[int, typer.Argument(metavar="N", help="-100 to 100; smaller numbers are computed first.")],
-    url: Url = LOCAL,
+    url: Url = None,
     key_file: KeyFile = None,
 ) -> None:
     """Change the priority of a sweep; running runs continue."""
@@ -205,21 +204,21 @@ def priority(
 
 
 @app.command()
-def pin(id: SweepArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def pin(id: SweepArgument, url: Url = None, key_file: KeyFile = None) -> None:
     """Keep a sweep: it is not deleted, by hand or by a rule of retention, until `whipple unpin`."""
     with _commanding(id, url, key_file) as handle:
         handle.pin()
 
 
 @app.command()
-def unpin(id: SweepArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def unpin(id: SweepArgument, url: Url = None, key_file: KeyFile = None) -> None:
     """Let a pinned sweep be deleted again."""
     with _commanding(id, url, key_file) as handle:
         handle.pin(pinned=False)
 
 
 @app.command()
-def delete(id: SweepArgument, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def delete(id: SweepArgument, url: Url = None, key_file: KeyFile = None) -> None:
     """Delete a sweep that has ended, with cube and report; other sweeps keep its runs."""
     with client_of(url, key_file) as client:
         handle = client.find_sweep(id)
@@ -228,7 +227,7 @@ def delete(id: SweepArgument, url: Url = LOCAL, key_file: KeyFile = None) -> Non
 
 
 @app.command()
-def queue(as_json: Json = False, url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def queue(as_json: Json = False, url: Url = None, key_file: KeyFile = None) -> None:
     """Show the queue: its jobs by state, its leader, and what blocks it."""
     from service.cli.console import print_json, print_queue
 
@@ -238,7 +237,7 @@ def queue(as_json: Json = False, url: Url = LOCAL, key_file: KeyFile = None) -> 
 
 
 @app.command()
-def pause(url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def pause(url: Url = None, key_file: KeyFile = None) -> None:
     """Stop starting runs. Running runs continue; sweeps are accepted and published."""
     from service.cli.console import print_queue
 
@@ -247,7 +246,7 @@ def pause(url: Url = LOCAL, key_file: KeyFile = None) -> None:
 
 
 @app.command()
-def resume(url: Url = LOCAL, key_file: KeyFile = None) -> None:
+def resume(url: Url = None, key_file: KeyFile = None) -> None:
     """Start runs again."""
     from service.cli.console import print_queue
 
@@ -256,7 +255,7 @@ def resume(url: Url = LOCAL, key_file: KeyFile = None) -> None:
 
 
 @contextmanager
-def _commanding(id: str, url: str, key_file: Path | None) -> "Iterator[SweepHandle]":
+def _commanding(id: str, url: str | None, key_file: Path | None) -> "Iterator[SweepHandle]":
     """A sweep that receives a command in the block; its status is printed afterwards."""
     from service.cli.console import print_sweep
 

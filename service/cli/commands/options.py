@@ -12,7 +12,6 @@ if TYPE_CHECKING:
     from service.settings import Settings
 
 SUCCESS, FAILURE, INVALID, SOME_FAILED = 0, 1, 2, 3
-LOCAL = "http://127.0.0.1:8000"
 
 Out = Annotated[Path, typer.Option(help="Folder for cube.nc, runs.csv, report.html and report.json.")]
 Overwrite = Annotated[bool, typer.Option("--overwrite", help="Replace another sweep in the folder.")]
@@ -27,7 +26,7 @@ Threads = Annotated[
     ),
 ]
 KeepOption = Annotated[str, typer.Option(help="Files kept for each run: numbers, also the final state, also the film.")]
-Url = Annotated[str, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service.")]
+Url = Annotated[str | None, typer.Option(envvar="WHIPPLE_SERVICE", help="Address of the service; default a local one.")]
 KeyFile = Annotated[
     Path | None,
     typer.Option(help="File with the API key; default WHIPPLE_API_KEY. Not needed on the service's machine."),
@@ -57,12 +56,11 @@ def document_of(file: Path, laws: list[Path] | None) -> dict[str, Any]:
     return document
 
 
-def client_of(url: str, key_file: Path | None) -> "Client":
+def client_of(url: str | None, key_file: Path | None) -> "Client":
     """A client with the key of the options; raises InvalidInput."""
     from service.client.client import Client
 
-    # Without an address the client prefers the socket in the data directory, where there is one.
-    return Client(None if url == LOCAL else url, key=None if key_file is None else _key_in(key_file))
+    return Client(url, key=None if key_file is None else _key_in(key_file))
 
 
 def settings_of(**options: Any) -> "Settings":

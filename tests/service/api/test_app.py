@@ -8,7 +8,8 @@ from pathlib import Path
 import pytest
 from fastapi.testclient import TestClient
 
-from service.api.access import SECURITY_HEADERS, check_binding
+from service.api.access import check_binding
+from service.api.errors import SECURITY_HEADERS
 from service.settings import Settings
 from studies.quantities.findings import InvalidInput
 from studies.sweeps import examples
@@ -123,9 +124,14 @@ def test_write__of_an_own_page_is_taken(api: Api) -> None:
     assert api.http.post("/v1/sweeps", json=SWEEP, headers=headers).status_code == 202
 
 
-@pytest.mark.parametrize("path", ["/", "/livez", "/nowhere", "/static/style.css", "/v1/sweeps"])
-def test_every_answer__says_what_a_browser_may_not_do_with_it(shared_api: Api, path: str) -> None:
-    headers = shared_api.http.get(path).headers
+@pytest.mark.parametrize("path", ["/", "/livez", "/nowhere", "/static/style.css", "/v1/sweeps", "/v1/queue"])
+def test_every_answer__says_what_a_browser_may_not_do_with_it(
+    shared_api: Api, path: str, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.delattr("service.store.queue.Queue.status")
+    response = shared_api.http.get(path)
+    assert (response.status_code == 500) == (path == "/v1/queue")
+    headers = response.headers
     assert {name: headers[name] for name in SECURITY_HEADERS} == SECURITY_HEADERS
     assert "frame-ancestors 'none'" in headers["Content-Security-Policy"]
     assert "server" not in headers

@@ -252,6 +252,7 @@ def test_form__keeps_the_ends_of_lines_and_refuses_what_no_field_can_hold(api: A
     assert refused.status_code == 422
     assert "step" in findings(refused)["speed"]
     assert "line 2, column 10" in findings(send(api, {**FIELDS, "materials": "mine:\n  a: [1, }"}))["materials"]
+    assert send(api, {**FIELDS, "priority": "-00000001000"}).status_code == 422
     refused = send(api, {**FIELDS, "priority": "abc"})
     assert refused.status_code == 422
     assert 'value="3 km/s, 6 km/s"' in refused.text

@@ -205,6 +205,20 @@ def test_run__that_kept_no_film_is_computed_again_alone(api: Api) -> None:
     assert api.store.runs.places(run, 1)[0].title == film.title
 
 
+def test_histories__of_a_result_that_was_missing_are_drawn_once_it_is_back(api: Api) -> None:
+    api.submit()
+    [lease] = api.store.leases.take(1, api.term())
+    history = {"time": [0.0, 1e-6], "value": [0.0, 0.01]}
+    content = json.dumps({"measurements": {"hole_diameter": {"history": history}}}).encode()
+    result = api._stored(f"{lease.id}/result.json", content)
+    api.store.leases.finish(lease, replace(api.result(lease.id), files=(result,)))
+    file, image = api.settings.data / result.path, f"/runs/{lease.id}/histories/hole_diameter"
+    file.unlink()
+    assert image not in api.http.get(f"/runs/{lease.id}").text
+    file.write_bytes(content)
+    assert image in api.http.get(f"/runs/{lease.id}").text
+
+
 def test_radiograph__has_a_heading_where_there_is_one(api: Api) -> None:
     api.submit(axes={"speed": ["3 km/s", "4 km/s", "5 km/s"]})
     pages = []
