@@ -23,6 +23,7 @@ from service import version
 from service.api.errors import Busy, ConversionFailed, NotAvailable
 from service.files.artifacts import Artifacts, digest
 from service.records.jobs import VIEWS, PublishedRun, State, Stored
+from service.workers.warm import environment
 from studies.quantities.files import write_text
 from studies.quantities.findings import MissingExtra
 
@@ -112,12 +113,11 @@ class Conversions:
 
     def _run_child(self, file: Path, inputs: str) -> None:
         arguments = [str(file), str(self._seconds), str(self._memory)]
-        path = os.pathsep.join(os.path.abspath(entry) for entry in sys.path)
         try:
             subprocess.run(
                 [sys.executable, "-P", "-m", "service.api.conversions", *arguments],
                 input=inputs,
-                env={**os.environ, "PYTHONPATH": path, "OMP_NUM_THREADS": "1"},
+                env=environment(),
                 capture_output=True,
                 text=True,
                 check=True,

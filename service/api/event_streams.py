@@ -94,16 +94,9 @@ class Listener:
 class EventStreams:
     """All open streams of the service."""
 
-    def __init__(
-        self,
-        store: Store,
-        *,
-        most: int = MOST_STREAMS,
-        most_of_a_key: int = MOST_OF_A_KEY,
-        check_interval: float = CHECK_SECONDS,
-    ):
-        self._store, self._check_interval = store, check_interval
-        self._most, self._most_of_a_key = most, most_of_a_key
+    def __init__(self, store: Store, *, most_of_a_key: int = MOST_OF_A_KEY):
+        self._store, self._check_interval = store, CHECK_SECONDS
+        self._most, self._most_of_a_key = MOST_STREAMS, most_of_a_key
         self._listeners: dict[Listener, str] = {}  # with the name of its key
         self._changed = threading.Condition()  # guards the listeners
         self._thread: threading.Thread | None = None

@@ -15,7 +15,7 @@ from typing import Any
 from solver.errors import WhippleError
 from studies.quantities.findings import Finding, InvalidInput
 
-IDENTITY = "whipple.id"  # object with the id of the database, as the file of the data directory
+IDENTITY = "whipple.id"  # object, and file of the data directory, with the id of the database
 PROBE = ".doctor"
 PAUSE_SECONDS = 60.0  # after an error nothing is begun for so long, unless a later use succeeds
 BLOCK = 4 << 20  # bytes that are asked for at once

@@ -8,13 +8,13 @@ import uuid
 from pathlib import Path
 
 from service.files.artifacts import RUNS, Artifacts
+from service.files.bucket import IDENTITY
 from service.settings import Settings
 from service.store import Store
 from solver.errors import WhippleError
 from studies.quantities.files import write_text
 from studies.quantities.findings import Finding, InvalidInput
 
-FILE = "whipple.id"
 ADOPT = "join the two with `whipple adopt`, which takes --data and --database-url"
 
 
@@ -88,17 +88,17 @@ def adopt(settings: Settings, store: Store) -> str:
 def read(data: Path) -> str | None:
     """The id of a directory; None: the directory or its id is missing. Raises WrongDirectory."""
     try:
-        return (data / FILE).read_text(encoding="utf-8", errors="replace").strip()
+        return (data / IDENTITY).read_text(encoding="utf-8", errors="replace").strip()
     except FileNotFoundError:
         return None
     except OSError as error:
         what = f"the id of the data directory cannot be read: {error.strerror}"
-        raise WrongDirectory(data, what, f"let this user read {FILE}, or mount the data directory") from error
+        raise WrongDirectory(data, what, f"let this user read {IDENTITY}, or mount the data directory") from error
 
 
 def write(data: Path, id: str) -> str:
     """Write the id of a directory, and return it."""
-    write_text(data / FILE, f"{id}\n")
+    write_text(data / IDENTITY, f"{id}\n")
     return id
 
 

@@ -34,7 +34,7 @@ class Retention:
     def __init__(self, database: Database):
         self._database = database
 
-    def discardable(self, limit: int, shard: str = "") -> tuple[tuple[str, Stored], ...]:
+    def discardable(self, limit: int, shard: str) -> tuple[tuple[str, Stored], ...]:
         """Registered files that no sweep keeps, each with its run; ``drop`` removes them from the rows.
 
         ``shard``: only of runs whose ids begin so, because a search of all of them takes long.

@@ -1,5 +1,6 @@
 """Runs: what is asked, how far they are, their files and measurements."""
 
+import time
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any
@@ -27,6 +28,7 @@ from service.store.tables import (
 )
 from studies.quantities.files import RESULT, STATE
 
+RATE_SECONDS = 60.0  # that a measured rate is kept: it takes a look at every result
 RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
 
 
@@ -35,6 +37,7 @@ class Runs:
 
     def __init__(self, database: Database):
         self._database = database
+        self._rates: dict[str, tuple[float, float | None]] = {}  # by scenario, each with its moment (monotonic)
 
     def get(self, id: str) -> RunRow:
         """One run; raises NotFound."""
@@ -115,18 +118,20 @@ class Runs:
             for row in rows
         )
 
-    def measured_rate(self, scenario: str | None = None) -> float | None:
-        """Measured seconds for each estimated core second, over all results; None without results."""
+    def measured_rate(self, scenario: str) -> float | None:
+        """Measured seconds for each estimated core second, over all results up to a minute ago; None without."""
+        known = self._rates.get(scenario)
+        if known is not None and time.monotonic() - known[0] < RATE_SECONDS:
+            return known[1]
         query = sa.select(sa.func.sum(JOBS.c.seconds), sa.func.sum(JOBS.c.cost)).where(
             JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(TERMINAL), JOBS.c.path.is_not(None)
         )
         # Unknown after a failed attempt to add a file.
-        query = query.where(JOBS.c.seconds.is_not(None))
-        if scenario is not None:
-            query = query.where(JOBS.c.scenario == scenario)
+        query = query.where(JOBS.c.seconds.is_not(None), JOBS.c.scenario == scenario)
         with self._database.reading() as connection:
             seconds, cost = connection.execute(query).one()
-        return seconds / cost if cost else None
+        self._rates[scenario] = time.monotonic(), seconds / cost if cost else None
+        return self._rates[scenario][1]
 
     # --- files -----------------------------------------------------------------------------------
 

@@ -100,6 +100,7 @@ SWEEP_ROWS = sa.select(
 ).join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
 
 
+PAGE = 50  # sweeps of a page, unless it is asked for another number
 MOST_WORDS = 8  # of a search; the last one is all that is left
 # Names of the files that a sweep has published, separated by spaces; null: there are none.
 FILE_NAMES = (
@@ -286,7 +287,7 @@ class Sweeps:
         return status, file
 
     def page(
-        self, *, state: SweepState | None = None, prefix: str = "", cursor: str | None = None, limit: int = 50
+        self, *, state: SweepState | None = None, prefix: str = "", cursor: str | None = None, limit: int = PAGE
     ) -> Page[SweepStatus]:
         """Sweeps whose ids begin so, the youngest first: two statements, whatever the number of runs."""
         query = _youngest(SWEEP_ROWS, cursor, limit).where(begins(SWEEPS.c.id, prefix))
@@ -296,19 +297,13 @@ class Sweeps:
             return self._page_of(connection, connection.execute(query).all(), limit)
 
     def page_with_files(
-        self,
-        *,
-        text: str = "",
-        state: SweepState | None = None,
-        owner: str | None = None,
-        cursor: str | None = None,
-        limit: int = 50,
+        self, *, text: str = "", state: SweepState | None = None, owner: str | None = None, cursor: str | None = None
     ) -> SweepsWithFiles:
         """Sweeps with their files, the youngest first, and the state of the queue: two statements.
 
         Each word of ``text`` is part of the title, name, scenario or a material of what is wanted, or it begins the id.
         """
-        wanted = _youngest(SWEEPS_AND_FILES, cursor, limit)
+        wanted = _youngest(SWEEPS_AND_FILES, cursor, PAGE)
         if words := [_has(word) for word in text.split(maxsplit=MOST_WORDS - 1)]:
             wanted = wanted.where(sa.or_(sa.and_(*words), SWEEPS.c.id.istartswith(text, autoescape=True)))
         if state is not None:
@@ -324,7 +319,7 @@ class Sweeps:
         with self._database.reading() as connection:
             rows = connection.execute(query).all()
             of_sweeps = [row for row in rows if row.id is not None]
-            sweeps = self._page_of(connection, of_sweeps, limit)
+            sweeps = self._page_of(connection, of_sweeps, PAGE)
         files = {row.id: _names(row) for row in of_sweeps}
         return SweepsWithFiles(sweeps, files, rows[0].paused, rows[0].blocked_reason)
 

@@ -41,7 +41,7 @@ class WarmProcess:
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             cwd="/",
-            env=_environment(),
+            env=environment(),
             start_new_session=True,
             bufsize=0,
         )
@@ -184,7 +184,7 @@ def preloading(*modules: str) -> Iterator[list[WarmProcess]]:
             process.end(DEFAULT.kill_wait)
 
 
-def _environment() -> dict[str, str]:
+def environment() -> dict[str, str]:
     """This process's environment, with one thread, the same modules, and a trace when the interpreter dies."""
     path = os.pathsep.join(os.path.abspath(entry) for entry in sys.path)
     return {**os.environ, **SINGLE_THREAD, "PYTHONPATH": path, "PYTHONFAULTHANDLER": "1"}

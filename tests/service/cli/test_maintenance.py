@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 import sqlalchemy as sa
 
+from service.files.bucket import IDENTITY
 from service.queue import data_identity as identity
 from service.records.jobs import Scope, Submission
 from service.settings import Settings
@@ -147,7 +148,7 @@ def test_retention__needs_a_rule(arguments: tuple[str, ...], capsys: Capsys) -> 
 
 def test_adopt__lets_an_empty_directory_belong_to_the_database(data: Path, store: Store, capsys: Capsys) -> None:
     identity.settle(Settings(data=data), store)
-    (data / identity.FILE).unlink()
+    (data / IDENTITY).unlink()
     assert run("doctor") == 1
     assert "has no id" in capsys.readouterr().out
     assert run("adopt") == 0

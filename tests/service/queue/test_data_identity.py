@@ -6,6 +6,7 @@ from pathlib import Path
 
 import pytest
 
+from service.files.bucket import IDENTITY
 from service.queue import data_identity as identity
 from service.queue.data_identity import WrongDirectory
 from service.records.jobs import Submission
@@ -65,7 +66,7 @@ def test_settle__refuses_two_ids_until_the_directory_is_adopted(
     settings.data.mkdir()
     if in_database:
         identity.settle(settings, store)
-        (settings.data / identity.FILE).unlink()
+        (settings.data / IDENTITY).unlink()
     if in_directory:
         identity.write(settings.data, in_directory)
     before = store.data_id()

@@ -38,7 +38,7 @@ def names(store: Store) -> list[str]:
 
 def test_drop__spares_files_that_a_sweep_demanded_meanwhile(store: Store) -> None:
     finished(store, STATE, FILM, keep=Keep.NUMBERS)
-    discardable = store.retention.discardable(10)
+    discardable = store.retention.discardable(10, "")
     submitted(store, Keep.FINAL)
     assert store.retention.drop(discardable) == ((RUN, FILM),)
     assert names(store) == ["result.json", "state.npz"]
@@ -123,10 +123,10 @@ def test_film__demanded_while_the_run_is_under_way_is_computed_afterwards(store:
 def test_state__is_kept_while_it_is_there_and_computed_again_once_dropped(store: Store) -> None:
     finished(store, STATE, keep=Keep.NUMBERS)
     kept = store.sweeps.create(Submission(sweep_of(1), keep=Keep.FINAL))
-    assert (kept.new, store.retention.discardable(9)) == (0, ())
+    assert (kept.new, store.retention.discardable(9, "")) == (0, ())
     finish_all(store)
     store.sweeps.delete(kept.id)
-    assert store.retention.drop(store.retention.discardable(9)) == ((RUN, STATE),)
+    assert store.retention.drop(store.retention.discardable(9, "")) == ((RUN, STATE),)
     assert store.sweeps.create(Submission(sweep_of(1), keep=Keep.FINAL)).new == 1
 
 
