@@ -240,10 +240,8 @@ class PlateImpact(SetUp):
 class Shocks:
     """The exact state behind the shocks, from the Hugoniots us = c0 + s up of both plates."""
 
-    interface: float  # velocity, m/s
     pressure: float  # Pa
     speeds: tuple[float, float]  # of the shocks into flyer and target at rest, m/s
-    densities: tuple[float, float]  # behind them, kg/m3
 
 
 def shocks(flyer: "Material", target: "Material", speed: float) -> Shocks:
@@ -259,13 +257,7 @@ def shocks(flyer: "Material", target: "Material", speed: float) -> Shocks:
             low = middle
         else:
             high = middle
-    jumps = (speed - low, low)
-    speeds = (_shock_speed(flyer, jumps[0]), _shock_speed(target, jumps[1]))
-    densities = (
-        flyer.density * speeds[0] / (speeds[0] - jumps[0]),
-        target.density * speeds[1] / (speeds[1] - jumps[1]),
-    )
-    return Shocks(low, pressure(target, low), speeds, densities)
+    return Shocks(pressure(target, low), (_shock_speed(flyer, speed - low), _shock_speed(target, low)))
 
 
 def _shock_speed(material: "Material", jump: float) -> float:
