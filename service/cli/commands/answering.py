@@ -145,13 +145,13 @@ def print_example(page_file: Path) -> None:
     """Print what laws and shots say about the shield that ships, and write its page."""
     from service.cli.console import say
     from studies.reports.answers import EXAMPLE
-    from studies.reports.answers.answer import answers, of_target
+    from studies.reports.answers.answer import answers, shot_in_words
     from studies.reports.answers.question import read_question
     from studies.sweeps.document import read_yaml
 
     question = read_question(read_yaml(EXAMPLE.read_text(encoding="utf-8"), EXAMPLE.name))
     [answer] = answers(question)
-    say(f"{of_target(question.shot(question.fixed), answer.target)}: {answer.headline()}", flush=True)
+    say(f"{shot_in_words(question.shot(question.fixed))}: {answer.headline()}", flush=True)
     _write(question, page_file)
 
 

@@ -45,7 +45,7 @@ def arm() -> None:
         "submission-before-commit": (sweeps, "accept", _always),
         "submission-after-commit": (sweeps.Sweeps, "create", _always),
         "claim-after-commit": (leases.Leases, "take", _has_answer),
-        "claim-after-submit": (Leader, "_submit", _always),
+        "claim-after-submit": (Leader, "_begin", _always),
         "result-before-registration": (leases.Leases, "finish", _always),
         "result-before-commit": (leases, "log_attempts", _logs("succeeded")),
         "result-after-commit": (leases.Leases, "finish", _always),
