@@ -155,7 +155,7 @@ def overlap(contact: str, cells: float) -> tuple[float, float]:
         simulation.advance()
     state = shocks(copper, copper, SPEED)
     flyer, target = (simulation.particles.position[simulation.body == body, 2] for body in (0, 1))
-    layer = simulation.problem.bodies[0].spacing[2] * copper.density / state.densities[0]
+    layer = simulation.problem.bodies[0].spacing[2] * (1.0 - 0.5 * SPEED / state.speeds[0])  # rho0 / rho
     cell = simulation.problem.geometry.spacing
     taken = simulation.audit().contact_energy * initial
     return (float(np.max(flyer)) - float(np.min(target)) + layer) / cell, taken / (4.0 * cell**3 * state.pressure)
