@@ -87,9 +87,7 @@ $(RUNTIME): pyproject.toml constraints.txt
 	@begin=$$(date +%s); $(call INSTALL,--editable .); echo "set up in $$(($$(date +%s) - begin)) s"
 	@touch $@
 
-# Kernels are compiled while the first tests run.
 $(DEVELOPMENT): $(RUNTIME)
 	@echo "adding the tools of the checks ..."
 	@$(call INSTALL,--editable '.[dev]')
-	@$(BIN)/whipple warm &> /dev/null &
 	@touch $@
