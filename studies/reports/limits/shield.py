@@ -32,7 +32,7 @@ DIAMETER = CRITICAL[WALL]
 # agrees: inside the interval; open: the interval has one end, which does not contradict it; unjudged: the runs at its
 # ends are flagged; outside: outside of the equation's range.
 EquationWord = Literal["unsafe", "careful", "agrees", "open", "unjudged", "outside"]
-MIXED = "measured by different definitions"
+MIXED, FLAGGED = "measured by different definitions", "flagged as "
 
 
 @dataclass(frozen=True)
@@ -153,7 +153,14 @@ def _why_unjudged(points: xr.Dataset, ends: Sequence[WallRun]) -> str:
     if reading.mixed_versions(points, WALL):
         return MIXED
     flags = dict.fromkeys(flag for run in ends if run.flags for flag in run.flags.split(", "))
-    return f"flagged as {', '.join(flags)}" if flags else ""
+    return FLAGGED + ", ".join(flags) if flags else ""
+
+
+def why_unjudged(limits: Sequence[ShieldLimit]) -> str:
+    """Why the ends of limits judge no equation, each flag once."""
+    whys = [limit.unjudged for limit in limits]
+    flags = dict.fromkeys(flag for why in whys if why.startswith(FLAGGED) for flag in why[len(FLAGGED) :].split(", "))
+    return " and ".join([FLAGGED + ", ".join(flags)] * bool(flags) + [MIXED] * (MIXED in whys))
 
 
 class _Answers:

@@ -9,7 +9,7 @@ from studies.observations.shields.answers import SHORT
 from studies.observations.shields.judged import RANGES, range_of
 from studies.quantities.display import digits, display_of
 from studies.quantities.units import readable
-from studies.reports.limits.shield import CriticalDiameter, EquationWord, ShieldLimit
+from studies.reports.limits.shield import CriticalDiameter, EquationWord, ShieldLimit, why_unjudged
 from studies.reports.verdict.headline import beginning
 from studies.reports.verdict.texts import capital, difference, joined, plural, shortest, spanned, words
 
@@ -110,8 +110,7 @@ def _sentence(
     for word, says in SAID.items():
         mine = [each for each in equations if each["word"] == word]
         if mine:
-            why = joined(list(dict.fromkeys(limit.unjudged for limit in limits if limit.unjudged)))
-            says = f"{says}, because runs are {why}" if word == "unjudged" else says
+            says = f"{says}, because runs are {why_unjudged(limits)}" if word == "unjudged" else says
             groups.append(f"{says}: {', '.join(map(_in_regime, mine))}")
     answers = "; ".join(groups) or "no equation is about such a shield"
     return f"{capital(name)} the limit is {held}. {capital(answers)}."
