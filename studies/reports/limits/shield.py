@@ -157,10 +157,9 @@ def _why_unjudged(points: xr.Dataset, ends: Sequence[WallRun]) -> str:
 
 
 def why_unjudged(limits: Sequence[ShieldLimit]) -> str:
-    """Why the ends of limits judge no equation, each flag once."""
-    whys = [limit.unjudged for limit in limits]
-    flags = dict.fromkeys(flag for why in whys if why.startswith(FLAGGED) for flag in why[len(FLAGGED) :].split(", "))
-    return " and ".join([FLAGGED + ", ".join(flags)] * bool(flags) + [MIXED] * (MIXED in whys))
+    """Why the ends of limits judge no equation, each flag once; definitions are mixed at all or at none."""
+    flags = dict.fromkeys(flag for limit in limits for flag in limit.unjudged.removeprefix(FLAGGED).split(", ") if flag)
+    return MIXED if MIXED in flags else FLAGGED + ", ".join(flags)
 
 
 class _Answers:
