@@ -81,7 +81,8 @@ def _of_limit(shot: Shot, limit: ShieldLimit, settings: _Settings, finest: float
         why = _why_not(limit, settings)
         least = cells_across(run.diameter, shot.plate_thickness or math.inf)
         if constants is None:
-            why = f"no shots were simulated with failure {kind.name}"
+            how = f"with failure {kind.name}" if finest is None else "on several grids with one failure alone"
+            why = f"no shots were simulated {how}"
         elif constants.gained <= 0.0:
             why = f"on {constants.shots} shots, simulations with failure {kind.name} did not improve P"
         elif not why and cells < least * (1.0 - ROUNDED):

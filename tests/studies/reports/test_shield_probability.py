@@ -84,7 +84,7 @@ def test_shot__is_told_once_with_what_each_failure_says() -> None:
         ({"resolution": 16}, "on at least 24 cells across"),
         ({"resolution": FINE, "fixed": {**SHIELD, "failure": "johnson-cook"}}, "grid did not improve P"),
         ({"resolution": FINE, "fixed": {**SHIELD, "geometry": "quarter"}}, "with geometry quarter"),
-        ({"resolution": [FINE, 48]}, "failure none, several grids"),
+        ({"resolution": [FINE, 48]}, "on several grids with one failure alone"),
     ],
 )
 def test_simulation__is_not_joined_where_no_shots_were_simulated_like_it(changes: dict[str, Any], why: str) -> None:
