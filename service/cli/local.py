@@ -37,6 +37,7 @@ STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a se
 KEEPING_ALL = {"retention_days": 0.0, "artifacts": None}  # a rule in the environment is that of a service, a bucket too
 MOST_SWEEPS = 1000  # unfinished ones in such a folder; usually there is at most one
 PROGRESS_SECONDS = 0.1  # interval between two progress reports
+MOST_SILENT = 50  # looks at a dispatcher that does nothing, until it counts as dead
 PROGRESS_PAUSE = 20.0  # the pause between reports, at least, as a multiple of the time that one takes
 
 
@@ -192,6 +193,7 @@ def _wait(
     store: Store, dispatcher: "Dispatcher", id: str, progress: Callable[[SweepStatus], None], leaving: EndRequest
 ) -> SweepStatus:
     """Report progress until the sweep has ended, or until a signal asks to leave."""
+    silent = 0  # looks at a dispatcher that does nothing: a few are what follows a suspended process
     while True:
         begin = time.monotonic()
         # It may pass; the dispatcher waits too.
@@ -200,7 +202,8 @@ def _wait(
             progress(status)
             if status.is_terminal:
                 return status
-        if not dispatcher.is_alive():
+        silent = 0 if dispatcher.is_alive() else silent + 1
+        if silent > MOST_SILENT:
             raise PublicationFailed("the dispatcher has stopped; see the log")
         seconds = time.monotonic() - begin
         leaving.raise_if_requested(wait=max(PROGRESS_SECONDS, PROGRESS_PAUSE * seconds))
