@@ -134,6 +134,7 @@ def pages() -> dict[str, str]:
         return {}
     stored = json.loads(STORED.read_text(encoding="utf-8"))["runs"]
     grids = ", ".join(f"{grid:g}" for grid in THREE)
+    absent = "".join(f"{each.title}: not computed yet. " for name, each in series().items() if name not in stored)
     rows = [
         _row(each.title, shot, runs)
         for name, each in series().items()
@@ -146,7 +147,7 @@ def pages() -> dict[str, str]:
         f"run: its cells times {grids}, without failure and with Johnson and Cook's. The wall of 2219-T87 has no "
         "fracture strains, so that its shots are computed without failure alone; spheres of 99.9 % aluminium are "
         "computed as 1100-O; the speed of 5.81 mm is the middle of 6.9 to 7.0 km/s. Open counts as not right. "
-        f"Recomputed by `{COMMAND}`.\n",
+        f"{absent}Recomputed by `{COMMAND}`.\n",
         table(["series", "sphere and shield", "speed", "measured", "simulated", "cells across", "why open"], rows),
     ]
     return {"shield-series.md": "\n".join(parts)}

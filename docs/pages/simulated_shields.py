@@ -54,7 +54,7 @@ FAILURES = ("none", "johnson-cook")
 GRIDS: tuple[float, ...] = (1.0, 1.5)  # times the cells below
 THROUGH_WALL = 8.0  # cells, at least
 NOT_ON_BOTH = (
-    f"**The cells times {GRIDS[1]:g} are not computed yet** (about eight hours of a core), so that a simulation "
+    f"**The cells times {GRIDS[1]:g} are not computed yet** (half a day of a core or more), so that a simulation "
     "here is two runs on one grid, and what the mesh does to an outcome is not seen.\n"
 )
 

@@ -37,7 +37,7 @@ STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a se
 KEEPING_ALL = {"retention_days": 0.0, "artifacts": None}  # a rule in the environment is that of a service, a bucket too
 MOST_SWEEPS = 1000  # unfinished ones in such a folder; usually there is at most one
 PROGRESS_SECONDS = 0.1  # interval between two progress reports
-MOST_SILENT = 50  # looks at a dispatcher that does nothing, until it counts as dead
+MOST_SILENT = 50  # looks in a row that find no life in the dispatcher, until it counts as dead
 PROGRESS_PAUSE = 20.0  # the pause between reports, at least, as a multiple of the time that one takes
 
 
@@ -193,7 +193,7 @@ def _wait(
     store: Store, dispatcher: "Dispatcher", id: str, progress: Callable[[SweepStatus], None], leaving: EndRequest
 ) -> SweepStatus:
     """Report progress until the sweep has ended, or until a signal asks to leave."""
-    silent = 0  # looks at a dispatcher that does nothing: a few are what follows a suspended process
+    silent = 0  # such looks: a process that was suspended has a few
     while True:
         begin = time.monotonic()
         # It may pass; the dispatcher waits too.

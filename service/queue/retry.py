@@ -31,7 +31,7 @@ CRASHES = frozenset({Cause.CRASH, Cause.STALLED})  # in one count
 
 FREE_LOSSES = 3  # in a row, without a delay: a restart, a worker that was replaced
 MOST_DOUBLINGS = 10  # more than lead from the first backoff to the longest
-DAY = 24 * 3600.0  # so long losses count: their job may have been cancelled
+DAY = 24 * 3600.0  # time for which losses count: their job may have been cancelled
 MOST_DELAYED = 500  # jobs; that many losses are the engine's fault, not the jobs'
 
 

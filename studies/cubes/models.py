@@ -104,7 +104,7 @@ def _stored(cell: Cell, quantity: str) -> ModelPart:
 
 
 def stored_shares(entry: Mapping[str, Any], quantity: str, speed: float) -> dict[str, float]:
-    """The contributions to a quantity at a speed (m/s): linear between stored speeds that tell one, constant beyond."""
+    """The contributions to a quantity at a speed (m/s), each linear between the stored speeds that have it."""
     answers = entry["quantities"][quantity]
     at_speeds = [
         contributions_of(base, {name: v[place] for name, v in answers.items() if name != BASE and v[place] is not None})

@@ -156,7 +156,7 @@ def of_table(source: str, forms: Sequence[str]) -> Iterator[MeasuredShots]:
     digest = hashlib.sha256(text.encode()).hexdigest()[:SHORT_DIGEST]
     scenario, shots = _read_table(text)
     units = {name: each.unit for name, each in declared(scenario.parameters).items()}
-    valued = [shot for shot in shots if shot.value]  # a size of 0, of a plate that held, is no size
+    valued = [shot for shot in shots if shot.value]  # 0 says that the plate held, and is no size
     for quantity in dict.fromkeys(shot.quantity for shot in valued if shot.quantity in forms):
         mine = [shot for shot in valued if shot.quantity == quantity]
         errors = np.array([np.nan if shot.uncertainty is None else shot.uncertainty for shot in mine])

@@ -82,7 +82,7 @@ class Measurement:
         return bool(self.outcomes)
 
     def is_wide(self, value: float | None, uncertainty: float | None) -> bool:
-        """Whether the uncertainty of a value is wider than lets it be used without a mark."""
+        """Whether the uncertainty of a value exceeds ``widest``."""
         return bool(value is not None and uncertainty and uncertainty > self.widest * abs(value))
 
     def uncertainty_by(self, parts: Mapping[str, float]) -> tuple[float | None, tuple[str, ...]]:

@@ -58,7 +58,7 @@ WIDEST_CELL = 2.0
 # six (5 mm of aluminium at 6.5 km/s, 32 cells, 2026-11-25), and the stage settles in half of its time.
 WALL_STEPS = 3.0
 LEAST_ROOM = 1.0  # behind a bumper, projectile diameters: what comes off needs a place in which it expands
-CLEAR_CELLS = 4.0  # of the wall from its middle to its rim: the three next to the rim are not looked at
+CLEAR_CELLS = 4.0  # least radius of a wall, in cells of it: measurements leave out the three cells next to its rim
 LEAST_CELLS: Mapping[str, float] = {"cells_per_diameter": 16.0, "cells_per_thickness": 6.0, "cells_per_wall": 8.0}
 FEWEST_CELLS: Mapping[str, float] = {"cells_per_thickness": 2.0, "cells_per_wall": 2.0}
 BUMPERS = ("bumper", "bumper_2", "bumper_3", "bumper_4")  # by their place: a shield has the first, and may have more

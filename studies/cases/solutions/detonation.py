@@ -128,7 +128,7 @@ class Isentrope:
         return volume * math.sqrt(-slope / e.density)
 
 
-STEPS = 4000  # of the volume behind the front
+STEPS = 4000  # number of volumes behind the front at which the Taylor wave is computed
 
 
 @dataclass(frozen=True)

@@ -14,7 +14,7 @@ from studies import laws
 from studies.laws import Law, Shot
 from studies.observations.shields.shots import ShieldShot
 
-DEVIATE = 1.96  # standard normal, of an interval of 95 %
+DEVIATE = 1.96  # standard normal deviate of an interval of 95 %
 
 # Ranges of the normal speed, m/s: whole projectiles, fragments, molten debris.
 RANGES: tuple[tuple[str, float, float], ...] = (
