@@ -67,8 +67,8 @@ class Measurement:
     title: str
     unit: str
     meaning: str
-    version: int
     read: Callable[[Any], Reading]  # reads a view, or the History of the measurements that it follows
+    version: int = 1
     follows: tuple[str, ...] = ()  # measurements of one state
     widest: float = math.inf  # uncertainty over value, above which a value is flagged ``WIDE_BAR``
     # Whether the mesh decides the value: flagged "mesh_determined", unless a cube has it on three grids.
@@ -130,9 +130,9 @@ class Distribution:
     title: str
     unit: str
     meaning: str
-    version: int
     bins: tuple[Bins, ...]
     read: Callable[[Any], "np.ndarray"]  # of a view, with the shape of the bins
+    version: int = 1
 
 
 def names() -> list[str]:

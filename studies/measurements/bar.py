@@ -156,7 +156,6 @@ LOADED = Reading(math.nan, flags=("loaded",))
     version=2,
 )
 def final_length(view: BarView) -> Reading:
-    """From the impact face to the rear."""
     foot, rear = end_edges(view)
     if math.isnan(rear - foot):
         return LOST
@@ -171,7 +170,6 @@ def final_length(view: BarView) -> Reading:
     version=2,
 )
 def mushroom_diameter(view: BarView) -> Reading:
-    """The widest layer: D of a Taylor bar."""
     _, radii = side_edges(view)
     if np.isnan(radii).any():
         return LOST
@@ -185,7 +183,6 @@ HEIGHT = 0.2  # of the initial length: Ma (2005), section 2.3.2
     title="Width at a fifth of the length",
     unit="m",
     meaning="diameter between particle edges at 0.2 of the initial length above the impact face",
-    version=1,
 )
 def width_at_fifth(view: BarView) -> Reading:
     """Diameter between the layers beside that height: W of a Taylor bar, Ma (2005), figure 2.3."""
@@ -207,7 +204,6 @@ def width_at_fifth(view: BarView) -> Reading:
     unit="1",
     meaning="mean of the relative errors of length, mushroom diameter and width at a fifth of the length, against the "
     "references of the run",
-    version=1,
 )
 def taylor_error(view: BarView) -> Reading:
     """(|dL| / L + |dD| / D + |dW| / W) / 3, relative to the reference: that of Johnson, Ma (2005), Eq. 2-42."""
@@ -244,7 +240,7 @@ def _share(name: str, title: str, meaning: str, of: Callable[[float, float, floa
     def read(view: BarView) -> Reading:
         return LOADED if view.is_loaded else Reading(of(*_energies(view)), {"resolution": view.share})
 
-    return Measurement(name=name, title=title, unit="1", meaning=meaning, version=1, read=read)
+    return Measurement(name=name, title=title, unit="1", meaning=meaning, read=read)
 
 
 ENERGIES = (
@@ -295,7 +291,7 @@ def _in_the_middle(view: BarView, values: np.ndarray) -> Reading:
 
 
 @measurement(
-    title="Velocity in the middle", unit="m s-1", meaning=f"axial velocity, away from the wall, {WHERE}", version=1
+    title="Velocity in the middle", unit="m s-1", meaning=f"axial velocity, away from the wall, {WHERE}"
 )
 def middle_velocity(view: BarView) -> Reading:
     return _in_the_middle(view, view.velocity[:, 2])
@@ -305,7 +301,6 @@ def middle_velocity(view: BarView) -> Reading:
     title="Stress in the middle",
     unit="Pa",
     meaning=f"axial stress, negative in compression and without artificial viscosity, {WHERE}",
-    version=1,
 )
 def middle_stress(view: BarView) -> Reading:
     return _in_the_middle(view, view.stress)
@@ -327,7 +322,6 @@ def _peak(of: Measurement, title: str, quantity: str) -> Measurement:
         title=title,
         unit=of.unit,
         meaning=f"largest {quantity} so far, with its sign, {WHERE}",
-        version=1,
         read=read,
         follows=(of.name,),
     )
@@ -343,7 +337,6 @@ def _peak(of: Measurement, title: str, quantity: str) -> Measurement:
     title="Place of the rear face",
     unit="m",
     meaning="mean distance from the wall of the last layer of particles, at the end that is away from it",
-    version=1,
 )
 def rear_face_place(view: BarView) -> Reading:
     layer = view.place[:, 2]
@@ -358,7 +351,6 @@ def rear_face_place(view: BarView) -> Reading:
     title="Velocity of the rear face",
     unit="m s-1",
     meaning="velocity, away from the wall, with which the rear face has moved since the observation before",
-    version=1,
     follows=(rear_face_place.name,),
 )
 def rear_face_velocity(history: History) -> Reading:
@@ -379,7 +371,6 @@ def rear_face_velocity(history: History) -> Reading:
     title="Momentum after the rebound",
     unit="1",
     meaning="axial momentum away from the wall over the initial one towards it: -1 before, 1 after a perfect rebound",
-    version=1,
 )
 def rebound_momentum(view: BarView) -> Reading:
     if view.is_loaded:
@@ -418,11 +409,9 @@ END = 0.5  # of the mean push: a front that the grid smears evenly does not move
     unit="s",
     meaning="time from the first touch until the wall's push falls, for the last time, below half of its mean; the "
     "mean is that over the time in which 99 % of the impulse is given",
-    version=1,
     follows=(rebound_momentum.name,),
 )
 def contact_time(history: History) -> Reading:
-    """When the push falls below half of its mean for the last time, interpolated between observations."""
     push = push_of(history)
     if push is None:
         return LOADED
@@ -443,11 +432,9 @@ def contact_time(history: History) -> Reading:
     title="Largest pull of the wall",
     unit="1",
     meaning="largest pull of the wall on the bar between two observations, over its largest push",
-    version=1,
     follows=(rebound_momentum.name,),
 )
 def wall_pull(history: History) -> Reading:
-    """The largest mean pull between two observations over the largest push; a unilateral wall must not pull."""
     push = push_of(history)
     if push is None:
         return LOADED

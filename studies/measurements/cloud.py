@@ -280,7 +280,6 @@ def _velocity(name: str, title: str, share: float, whose: str, of: Callable[[Clo
         unit="m s-1",
         meaning=f"axial velocity that {100.0 * share:g} % of the mass of {whose} behind the plate exceeds; few "
         "particles where one of them has more than the share",
-        version=1,
         read=read,
     )
 
@@ -310,7 +309,6 @@ _FLAGS = "flags as those of the tip velocity"
     title="Largest radius of the cloud",
     unit="m",
     meaning=f"distance from the axis that {SHARE:.0%} of the mass behind the plate exceeds; {_FLAGS}",
-    version=1,
 )
 def cloud_radius(view: CloudView) -> Reading:
     return exceeded_reading(view, view.radius, SHARE, view.behind(), is_length=True)
@@ -321,7 +319,6 @@ def cloud_radius(view: CloudView) -> Reading:
     unit="m",
     meaning="mean distance, from the plate's original back surface, of the matter behind it that is at the largest "
     "radius or farther out",
-    version=1,
 )
 def cloud_radius_place(view: CloudView) -> Reading:
     """Mean depth of what lies farther out than the largest radius, with the standard error of a mean."""
@@ -340,7 +337,6 @@ def cloud_radius_place(view: CloudView) -> Reading:
     title="Length of the cloud",
     unit="m",
     meaning=f"distance from the plate's original back surface that {SHARE:.0%} of the mass behind it exceeds; {_FLAGS}",
-    version=1,
 )
 def cloud_length(view: CloudView) -> Reading:
     return exceeded_reading(view, view.depth - view.thickness, SHARE, view.behind(), is_length=True)
@@ -350,7 +346,6 @@ def cloud_length(view: CloudView) -> Reading:
     title="Length of the cloud over its diameter",
     unit="1",
     meaning="length of the cloud divided by twice its largest radius",
-    version=1,
 )
 def cloud_length_over_diameter(view: CloudView) -> Reading:
     length, radius = cloud_length.read(view), cloud_radius.read(view)
@@ -457,7 +452,6 @@ OF_CLOUD = (
         unit="kg",
         meaning="mass of all matter before and behind the plate's original surfaces, over its speed and the angle "
         "of its flight; the last speed holds all that is faster",
-        version=1,
         bins=(SPEEDS, ANGLES),
         read=_mass_in_bins,
     ),

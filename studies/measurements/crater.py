@@ -159,10 +159,6 @@ DEEP = 3.0
     version=5,
 )
 def crater_depth(view: ImpactView) -> Reading:
-    """Where matter connected to the target begins, in a column about the axis, walking down into the crater.
-
-    Each particle fills its undisturbed volume. A void below the floor, which spall leaves, is not the floor.
-    """
     floor, back = deepest_floor(view).depth, view.thickness - view.cell
     if math.isnan(floor) or floor >= back:
         return Reading(math.nan, flags=("perforated",) if floor >= back else ("no_crater",))
@@ -181,7 +177,6 @@ def crater_depth(view: ImpactView) -> Reading:
     version=6,
 )
 def crater_diameter(view: ImpactView) -> Reading:
-    """Where walls begin on the way out from the axis, in six layers, continued to the original surface."""
     radii, flags = opening(view)
     if radii is None:
         return Reading(math.nan, flags=flags)
@@ -312,7 +307,6 @@ def _height(view: ImpactView, middle: float) -> float:
     follows=(crater_depth.name,),
 )
 def crater_rebound(history: History) -> Reading:
-    """One minus the last depth over the largest; flagged while the last is the largest."""
     depth = history.values[crater_depth.name]
     if not depth.size or not math.isfinite(depth[-1]) or not depth[-1] > 0.0:
         return Reading(math.nan, flags=("no_crater",))

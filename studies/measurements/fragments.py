@@ -118,7 +118,6 @@ FRAGMENTS = (
     unit="s-1",
     meaning="rate at which the volume of the matter that came off and is behind the plate grows, over its original "
     "volume: the sum, over the three axes, of the standard deviation of velocity over that of the place before impact",
-    version=1,
 )
 def expansion_rate(view: CloudView) -> Reading:
     among = _came_off(view)
@@ -209,7 +208,6 @@ def _nominal(name: str, title: str, ways: tuple[str, ...], meaning: str) -> Meas
         meaning=f"nominal size of fragments at the rate of expansion of the cloud, {meaning}, of the matter behind the "
         f"plate that breaks finest, Grady (1988); not expanding where that rate is not positive, {flags} where a "
         "material does not have that constant",
-        version=1,
         read=read,
     )
 
@@ -253,7 +251,6 @@ OF_PIECES = tuple(
         title=title,
         unit=unit,
         meaning=f"{meaning} behind the plate that came off, over its size; the mesh makes none smaller than a particle",
-        version=1,
         bins=(SIZES,),
         read=_over_size(of),
     )

@@ -138,7 +138,6 @@ def _clear_radius(view: ImpactView, sector: int, edge: float) -> float:
     version=3,
 )
 def hole_diameter_areal(view: ImpactView) -> Reading:
-    """Where the areal density of plate that hangs together with the rim falls to half its nominal value."""
     edges = _areal_edges(view)
     flag = _flag_without_hole(view, edges)
     if flag:
@@ -154,7 +153,6 @@ def hole_diameter_areal(view: ImpactView) -> Reading:
     version=5,
 )
 def hole_diameter_midplane(view: ImpactView) -> Reading:
-    """Innermost particle edges, in each sector, within half a cell of the original mid-plane."""
     near = np.abs(view.depth - 0.5 * view.thickness) <= 0.5 * view.cell
     keep = view.attached_target & near
     radii = np.array(

@@ -162,7 +162,6 @@ def plateau_mean(view: PlateView, values: np.ndarray, plates: tuple[int, ...]) -
     unit="Pa",
     meaning="volume-weighted mean pressure between the shocks, without three cells at the interface and the outer 20 % "
     "on each side",
-    version=1,
 )
 def plateau_pressure(view: PlateView) -> Reading:
     return plateau_mean(view, view.pressure, (FLYER, TARGET))
@@ -172,10 +171,8 @@ def plateau_pressure(view: PlateView) -> Reading:
     title="Scatter of the plateau pressure",
     unit="1",
     meaning="volume-weighted standard deviation of the pressure of particles on the plateau, over its mean",
-    version=1,
 )
 def plateau_scatter(view: PlateView) -> Reading:
-    """A plateau should be flat."""
     pressure = plateau_pressure.read(view)
     if pressure.flags:
         return Reading(math.nan, flags=pressure.flags)
@@ -187,7 +184,6 @@ def plateau_scatter(view: PlateView) -> Reading:
     unit="m s-1",
     meaning="volume-weighted mean velocity between the shocks, without three cells at the interface and the outer 20 % "
     "on each side",
-    version=1,
 )
 def plateau_velocity(view: PlateView) -> Reading:
     return plateau_mean(view, view.velocity, (FLYER, TARGET))
@@ -205,7 +201,6 @@ def _density(name: str, plate: int) -> Measurement:
         title=f"Density in the {name}",
         unit="kg m-3",
         meaning=f"volume-weighted mean of the density that particles carry on the plateau of the {name}",
-        version=1,
         read=read,
     )
 
@@ -231,7 +226,6 @@ def _density_from_spacing(name: str, plate: int) -> Measurement:
         unit="kg m-3",
         meaning=f"mass between the outermost layers of the plateau of the {name}, over the volume between them: what "
         "the positions of particles say, not what they carry",
-        version=1,
         read=read,
     )
 
@@ -252,7 +246,6 @@ def _shock_front(name: str, plate: int) -> Measurement:
         unit="m",
         meaning="distance of the shock front, where the pressure falls to half, from the impact face of the "
         f"undisturbed {name}",
-        version=1,
         read=read,
     )
 
@@ -277,7 +270,6 @@ def _shock_speed(name: str, _: int) -> Measurement:
         unit="m s-1",
         meaning=f"speed of the shock relative to the undisturbed {name}: slope of the front's path in the later half "
         "of the time",
-        version=1,
         read=read,
         follows=(f"{name}_shock_front",),
     )
@@ -290,7 +282,6 @@ def _shock_speed(name: str, _: int) -> Measurement:
     title="Velocity of the free surface",
     unit="m s-1",
     meaning=f"mean velocity of the outermost {SURFACE:g} cells of the undeformed target, whose rear is free",
-    version=1,
 )
 def free_surface_velocity(view: PlateView) -> Reading:
     target = np.flatnonzero(view.body == TARGET)
@@ -307,7 +298,6 @@ def free_surface_velocity(view: PlateView) -> Reading:
     unit="Pa",
     meaning="half of rho0 c0 of the target times the velocity of its free surface: the stress of a plane sound wave "
     "that would give it that velocity",
-    version=1,
 )
 def acoustic_stress(view: PlateView) -> Reading:
     velocity = free_surface_velocity.read(view)
@@ -345,7 +335,7 @@ def _of_signal(name: str, of: str, title: str, unit: str, meaning: str, value: A
         got = value(signal)
         return Reading(got) if math.isfinite(got) else Reading(math.nan, flags=(signal.flag,))
 
-    return Measurement(name=name, title=title, unit=unit, meaning=meaning, version=1, read=read, follows=(of,))
+    return Measurement(name=name, title=title, unit=unit, meaning=meaning, read=read, follows=(of,))
 
 
 SIGNALS = (

@@ -191,7 +191,6 @@ HALF = 0.5  # between two definitions: the part of the uncertainty
     meaning="mass of the heaviest piece of the plate that has not failed and does not hang together with the rim, and "
     "of the failed matter in its cells and neighbouring ones that is faster than half of it; no plug where the piece "
     "has less than a tenth of the mass that the projectile covers",
-    version=1,
 )
 def plug_mass(view: PlugView) -> Reading:
     """The mass with the failed matter that flies with it; its wall is known to a cell."""
@@ -221,11 +220,9 @@ def plug_velocity(view: PlugView) -> Reading:
     unit="s",
     meaning="time of the first observation from which on a plug hangs together with the plate by no matter that has "
     "not failed",
-    version=1,
     follows=(plug_mass.name,),
 )
 def plug_separation(history: History) -> Reading:
-    """The first observation after the last one without a plug."""
     without = np.flatnonzero(np.isnan(history.values[plug_mass.name]))
     first = int(without[-1]) + 1 if without.size else 0
     if first == history.times.size:
@@ -241,7 +238,6 @@ def plug_separation(history: History) -> Reading:
     title="Velocity of the projectile",
     unit="m s-1",
     meaning="mass-weighted mean axial velocity of the projectile at the time of the observation",
-    version=1,
 )
 def projectile_velocity(view: PlugView) -> Reading:
     return Reading(mean_velocity(view, view.projectile))
@@ -253,11 +249,9 @@ def projectile_velocity(view: PlugView) -> Reading:
     meaning="1 where the plate that has not failed and hangs together with the rim is nowhere nearer to the axis than "
     "0.9 radii of the projectile, and the projectile flies forward; 0 where it does not, or where it is no faster than "
     "the plate between 0.75 and 1.25 diameters from the axis; else undecided: the run ends too early",
-    version=1,
     outcomes=("plate holds", "plate perforated"),
 )
 def perforated(view: PlugView) -> Reading:
-    """1, 0, or no value while the projectile still goes into a plate that is not open."""
     speed = mean_velocity(view, view.projectile)
     if speed <= 0.0:
         return Reading(0.0)
@@ -278,7 +272,6 @@ CONSTANT = 0.01  # of the impact speed
     meaning="mass-weighted mean axial velocity of the projectile at the end of the run where it perforates the plate, "
     "0 where it does not; uncertain by its range over the last tenth of the run; in contact where that is more than "
     "1 % of the impact speed",
-    version=1,
     follows=(perforated.name, projectile_velocity.name),
 )
 def residual_velocity(history: History) -> Reading:
@@ -301,11 +294,9 @@ LOST = 1e-3  # of the impact speed: more than round-off and waves of one particl
     unit="s",
     meaning="time from which on the projectile slows down: where the line through the velocities of the first two "
     "observations that show a loss of more than 0.1 % meets the impact speed, at most two observations earlier",
-    version=1,
     follows=(projectile_velocity.name,),
 )
 def first_contact(history: History) -> Reading:
-    """Where the line through the first two observations that show a loss meets the impact speed."""
     times, velocity = history.times, history.values[projectile_velocity.name]
     late = np.flatnonzero(velocity < (1.0 - LOST) * velocity[0])
     if late.size < 2 or late[0] == 0:
@@ -325,7 +316,6 @@ def first_contact(history: History) -> Reading:
     unit="m",
     meaning="mean displacement along the flight of the plate's rear face, a tenth of the thickness or a cell, between "
     "0.75 and 1.25 projectile diameters from the axis, at the time of the observation",
-    version=1,
 )
 def dishing(view: PlugView) -> Reading:
     mine = view.ring() & (view.origin > view.thickness - view.layer)
@@ -365,7 +355,6 @@ def _hole(face: str, distance: Callable[[PlugView], np.ndarray]) -> Measurement:
         meaning=f"diameter at which the areal density of the layer at the {face} face, a tenth of the thickness or a "
         "cell, falls to half of its nominal value on the way in; of the plate that has not failed and hangs together "
         "with the rim",
-        version=1,
         read=read,
     )
 

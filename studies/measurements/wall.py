@@ -291,7 +291,6 @@ def _doubt(wall: RearWall) -> tuple[str, ...]:
     outcomes=("wall holds", "wall perforated"),
 )
 def wall_perforated(wall: RearWall) -> Reading:
-    """Whether a column of cells is clear."""
     clear = wall.is_perforated
     return Reading(float(clear), flags=() if clear else _doubt(wall))
 
@@ -306,7 +305,6 @@ def wall_perforated(wall: RearWall) -> Reading:
     outcomes=("wall does not fail", "wall fails"),
 )
 def wall_failed(wall: RearWall) -> Reading:
-    """Whether it is perforated or spalled."""
     failed = wall.is_perforated or wall.is_spalled
     return Reading(float(failed), flags=() if failed else _doubt(wall))
 
@@ -322,7 +320,6 @@ def wall_failed(wall: RearWall) -> Reading:
     outcomes=("no attached spall", "attached spall"),
 )
 def wall_attached_spall(wall: RearWall) -> Reading:
-    """Whether there is a void within the connected wall."""
     return Reading(float(wall.void > LEAST * wall.covered))
 
 
@@ -337,7 +334,6 @@ def wall_attached_spall(wall: RearWall) -> Reading:
     widest=plate_hole.widest,
 )
 def wall_hole_diameter(wall: RearWall) -> Reading:
-    """The clear hole of the wall, as that of a plate."""
     if not wall.is_perforated:
         return Reading(math.nan, flags=("not_perforated",))
     reading = plate_hole.read(wall.plate)
@@ -354,7 +350,6 @@ def wall_hole_diameter(wall: RearWall) -> Reading:
     version=2,
 )
 def wall_crater_depth_over_thickness(wall: RearWall) -> Reading:
-    """The part of a column that is missing in front."""
     return Reading(1.0 if wall.is_perforated else wall.cratered, {"resolution": wall.resolution / wall.thickness})
 
 
@@ -367,7 +362,6 @@ def wall_crater_depth_over_thickness(wall: RearWall) -> Reading:
     version=3,
 )
 def wall_bulge(wall: RearWall) -> Reading:
-    """The mean displacement of the rear layer in the column that went farthest."""
     mine = wall.on_face & wall.attached
     if not mine.any():
         return Reading(math.nan, flags=("no_wall",))
@@ -425,7 +419,6 @@ def wall_detached_spall(wall: RearWall) -> Reading:
     version=2,
 )
 def wall_spall_diameter(wall: RearWall) -> Reading:
-    """The diameter of a circle with the area of the rear layer that came off."""
     if not wall.is_spalled:
         return Reading(math.nan, flags=("no_spall",))
     return Reading(math.sqrt(4.0 / math.pi * _spalled_face(wall)), {"resolution": wall.resolution})
