@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._range import NOT_FOUND, family, like_on_like, speed, thickness_ratio
 
 
@@ -16,10 +16,6 @@ def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike) -> NDArray:
     1.971
     """
     return 0.45 * (asarray(speed) / 1e3) * asarray(thickness_ratio) ** (2.0 / 3.0) + 0.90
-
-
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio))
 
 
 LAW = Law(
@@ -41,6 +37,6 @@ LAW = Law(
             thickness_ratio(0.0, 0.5, NOT_FOUND),
         )
     ),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio),
+    wider_than_projectile=True,
 )

@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._range import NOT_FOUND, Limit, like_on_like, speed, thickness_ratio
 
 
@@ -17,10 +17,6 @@ def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, sound_speed: ArrayL
     [2.15, 2.35]
     """
     return 2.40 * asarray(speed) / asarray(sound_speed) * asarray(thickness_ratio) ** (2 / 3) + 0.90
-
-
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed))
 
 
 LAW = Law(
@@ -38,6 +34,6 @@ LAW = Law(
             Limit("fitted to aluminium; other metals through C alone", NOT_FOUND),
         )
     ),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed),
+    wider_than_projectile=True,
 )

@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._range import NOT_FOUND, Limit, family, like_on_like, plate
 
 
@@ -18,10 +18,6 @@ def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, sound_speed: ArrayL
     """
     mach = asarray(speed) / asarray(sound_speed)
     return 2.698 * mach**0.689 * asarray(thickness_ratio) ** 0.708 + 0.93
-
-
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed))
 
 
 LAW = Law(
@@ -39,6 +35,6 @@ LAW = Law(
             Limit("smallest diameter; at normal impact the diameter", "the definition of D_min"),
         )
     ),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed),
+    wider_than_projectile=True,
 )

@@ -31,9 +31,7 @@ def critical_diameter(
     hit by 2.796 g/cm3 at 1, 3, 5, 7 and 10 km/s, in cm:
 
     >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
-    >>> from numpy import array
-    >>> speeds = array([1e3, 3e3, 5e3, 7e3, 10e3])
-    >>> (100.0 * critical_diameter(speeds, 2713.0, 2796.0, shield)).round(4).tolist()
+    >>> (100.0 * critical_diameter([1e3, 3e3, 5e3, 7e3, 10e3], 2713.0, 2796.0, shield)).round(4).tolist()
     [0.458, 0.2288, 0.3989, 0.569, 0.4486]
     """
     lean = min(obliquity, math.radians(STEEPEST))

@@ -41,8 +41,7 @@ def critical_diameter(
     2.796 g/cm3 at 1, 3, 5, 7, 10 and 14 km/s, in cm; computed apart from this code:
 
     >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
-    >>> speeds = [1e3, 3e3, 5e3, 7e3, 10e3, 14e3]
-    >>> (100.0 * critical_diameter(speeds, 2713.0, 2796.0, shield)).round(4).tolist()
+    >>> (100.0 * critical_diameter([1e3, 3e3, 5e3, 7e3, 10e3, 14e3], 2713.0, 2796.0, shield)).round(4).tolist()
     [0.5005, 0.2406, 0.3308, 0.421, 0.3319, 0.2652]
     """
     lean = min(obliquity, math.radians(STEEPEST))
