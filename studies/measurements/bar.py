@@ -290,9 +290,7 @@ def _in_the_middle(view: BarView, values: np.ndarray) -> Reading:
     return Reading(float(np.interp(0.5 * view.length, view.height[column], values[column])))
 
 
-@measurement(
-    title="Velocity in the middle", unit="m s-1", meaning=f"axial velocity, away from the wall, {WHERE}"
-)
+@measurement(title="Velocity in the middle", unit="m s-1", meaning=f"axial velocity, away from the wall, {WHERE}")
 def middle_velocity(view: BarView) -> Reading:
     return _in_the_middle(view, view.velocity[:, 2])
 

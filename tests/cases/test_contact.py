@@ -58,7 +58,7 @@ def sphere(scenario: str, contact: str, cell: float) -> Run:
         "contact": contact,
         **TARGETS[scenario],
     }
-    return resolve(scenario, parameters, dict.fromkeys(("projectile", "target"), materials.load(COPPER)))
+    return resolve(scenario, parameters)
 
 
 def kinetic(simulation: Simulation) -> float:
@@ -147,13 +147,11 @@ def overlap(contact: str, cells: float) -> tuple[float, float]:
         "recipe": "thesis",
         "contact": contact,
     }
-    copper = materials.load(COPPER)
-    run = resolve("plate_impact", parameters, {"flyer": copper, "target": copper})
-    simulation = start(setting_of(run).problem, threads=1)
+    simulation = start(setting_of(resolve("plate_impact", parameters)).problem, threads=1)
     initial = kinetic(simulation)
     while simulation.time < simulation.problem.end_time:
         simulation.advance()
-    state = shocks(copper, copper, SPEED)
+    state = shocks(materials.load(COPPER), materials.load(COPPER), SPEED)
     flyer, target = (simulation.particles.position[simulation.body == body, 2] for body in (0, 1))
     layer = simulation.problem.bodies[0].spacing[2] * (1.0 - 0.5 * SPEED / state.speeds[0])  # rho0 / rho
     cell = simulation.problem.geometry.spacing

@@ -80,9 +80,7 @@ Compared = Callable[..., None]
 
 
 def asked(**parameters: Any) -> Run:
-    roles = load("whipple_shield").materials
-    named = {role: parameters[role] for role in roles if role in parameters}
-    return resolve("whipple_shield", parameters, {role: materials.load(name) for role, name in named.items()})
+    return resolve("whipple_shield", parameters)
 
 
 def wall_momentum(result: RunResult) -> float:

@@ -11,7 +11,7 @@ import pytest
 
 from solver.audit import Audit
 from solver.simulation import start
-from studies import materials, measurements, scenarios
+from studies import measurements, scenarios
 from studies.quantities.parameters import declared
 from studies.runs.run import Run, materials_of, resolve
 from studies.scenarios import Scenario, Setting, SetUp
@@ -185,11 +185,7 @@ EVERY = VARIATIONS + COMPILED_ALONE
 
 def asked(scenario: str, **changes: Any) -> Run:
     """A run at low resolution."""
-    given = {**SMALL[scenario], **changes}
-    chosen = scenarios.load(scenario)
-    defaults = declared(chosen.parameters)
-    names = {role: given.get(role, defaults[role].default) for role in chosen.materials}
-    return resolve(scenario, given, {role: materials.load(name) for role, name in names.items() if name})
+    return resolve(scenario, {**SMALL[scenario], **changes})
 
 
 def given_of(run: Run) -> SetUp:
