@@ -155,9 +155,6 @@ class ElasticBar(BarSetUp):
     def size(self, materials: Materials) -> Size:
         return self.bar.size(longitudinal_speed(self.bulk_modulus, self.shear_modulus, self.density))
 
-    def cells(self) -> dict[str, float]:
-        return {"cells_per_diameter": self.cells_per_diameter}
-
     def rate(self, setting: Any) -> ObservationRate:
         interval = self.transit / OBSERVATIONS_PER_TRANSIT
         if self.loading.pressure:

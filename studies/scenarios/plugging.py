@@ -155,6 +155,8 @@ class PluggingSetting(ImpactSetting):
 class Plugging(SetUp):
     """Parameters of the plugging of a plate."""
 
+    viewed_by = "plug"
+
     speed: Annotated[MetrePerSecond, Described("impact speed, normal to the plate", 1.0, 2000.0)]
     projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-4, 1.0)] = 20e-3
     projectile_length: Annotated[Metre, Described("length of the projectile, its nose included", 1e-4, 1.0)] = 80e-3
@@ -408,12 +410,6 @@ class Plugging(SetUp):
     def rate(self, setting: Setting) -> ObservationRate:
         interval = OBSERVED * self.cell / self.speed
         return ObservationRate(interval=max(interval, setting.problem.end_time / MOST_OBSERVED))
-
-    @staticmethod
-    def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements.plug import view
-
-        return view(setting, snapshot)
 
     def sections(self, setting: Any) -> "SectionOptions":
         from studies.films.section import SectionOptions

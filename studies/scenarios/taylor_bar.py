@@ -150,9 +150,6 @@ class TaylorBar(BarSetUp):
     def size(self, materials: Materials) -> Size:
         return self.at_wall(materials["bar"]).size(elastic_speed(materials["bar"]))
 
-    def cells(self) -> dict[str, float]:
-        return {"cells_per_diameter": self.cells_per_diameter}
-
     def rate(self, setting: Setting) -> ObservationRate:
         window = WINDOW * setting.problem.end_time
         return ObservationRate.settling(window, growth=self.settled_growth, stop=self.stop)

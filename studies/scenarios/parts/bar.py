@@ -227,11 +227,11 @@ class Bar:
 class BarSetUp(SetUp):
     """The parameters of a bar: which, its scenario says."""
 
-    @staticmethod
-    def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements import bar
+    viewed_by = "bar"
+    cells_per_diameter: float
 
-        return bar.view(setting, snapshot)
+    def cells(self) -> dict[str, float]:
+        return {"cells_per_diameter": self.cells_per_diameter}
 
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:
