@@ -45,7 +45,6 @@ STAY = 0.1  # cells
 
 
 def sphere(scenario: str, contact: str, cell: float) -> Run:
-    """The run of a sphere on a target."""
     parameters = {
         "projectile": COPPER,
         "target": COPPER,

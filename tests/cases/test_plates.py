@@ -37,8 +37,6 @@ Question = tuple[float, int, str, float]  # speed, cells through the plate, geom
 
 @dataclass(frozen=True)
 class Hole:
-    """What came of a run."""
-
     diameter: float  # m; NaN without a hole
     unseen: float  # by one run alone, as it states, m
     rest: float  # root of the sum of the squares of all else that it states, m

@@ -45,8 +45,6 @@ Draw = tuple[str, dict[str, Any]]  # a scenario with its parameters (SI)
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a draw."""
-
     cause: str  # "measured", a flag, or the kind of the failure
     finite: bool  # whether every number of result and final state is one
     flags: tuple[str, ...] = ()  # of the run and of what was asked
@@ -83,7 +81,6 @@ def _log_uniform(random: np.random.Generator, low: float, high: float) -> float:
 
 
 def answer(draw: Draw) -> Answer:
-    """Compute one draw."""
     scenario, parameters = draw
     with tempfile.TemporaryDirectory() as folder:
         result = execute(resolve(scenario, parameters), Path(folder), threads=1)

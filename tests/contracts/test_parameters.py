@@ -40,7 +40,6 @@ SMOOTHED: dict[str, dict[str, Any]] = {
 
 
 def methods() -> list[tuple[str, str]]:
-    """Each scenario with each of its methods."""
     return [
         (name, method)
         for name in scenarios.names()
@@ -87,7 +86,6 @@ def state(run: Run) -> tuple[str, str, str]:
 
 
 def others(parameter: Parameter, value: Any) -> Iterator[Any]:
-    """Values of a parameter that are not the present one."""
     low, high = parameter.minimum or 0.0, parameter.maximum or 0.0
     if parameter.kind == "choice":
         yield from (choice for choice in parameter.choices if choice != value)

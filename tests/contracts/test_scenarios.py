@@ -193,7 +193,6 @@ def given_of(run: Run) -> SetUp:
 
 
 def built(run: Run) -> Any:
-    """The setting of a run."""
     return given_of(run).build(materials_of(run))
 
 
@@ -211,7 +210,6 @@ def scenario(request: pytest.FixtureRequest) -> Scenario:
 
 @cache
 def variation(number: int) -> tuple[Run, Setting]:
-    """A run and what it builds."""
     name, changes = EVERY[number]
     run = asked(name, **changes)
     return run, built(run)

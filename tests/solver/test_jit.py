@@ -56,7 +56,6 @@ def copied(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
 
 @kernel
 def doubled(value):
-    """Twice a number."""
     return 2.0 * value
 
 
@@ -128,7 +127,6 @@ np.savez(sys.argv[1], **a_few_steps()._asdict())
 
 
 def a_few_steps() -> Particles:
-    """Particles of a small impact after a few steps."""
     return after(two_blocks("axisymmetric"), STEPS).particles
 
 

@@ -88,7 +88,6 @@ def test_report__has_the_numbers_about_each_law_that_its_runs_give(
 
 
 def _sample(run: Any, result: dict[str, Any]) -> Sample:
-    """A run, from its result alone."""
     measured = result["measurements"][NAME]
     parts = dict(numerical_parts(measured["parts"]))
     unseen = parts.pop("resolution", 0.0)

@@ -156,7 +156,6 @@ def chosen(state: Any, which: np.ndarray) -> Any:
 
 
 def reordered(state: Any) -> Any:
-    """The same particles in another order."""
     if isinstance(state, WallView) and not isinstance(state, ShieldView):
         if state.wall is None:
             return state
@@ -169,7 +168,6 @@ def reordered(state: Any) -> Any:
 
 
 def without(state: Any, gone: np.ndarray) -> Any:
-    """The particles that are not gone."""
     return chosen(state, ~gone)
 
 
@@ -528,7 +526,6 @@ def setting_of_plate(kind: str, **changes: Any) -> Any:
 
 
 def body_of(name: str, density: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Any:
-    """What ``view`` asks a body for."""
     return SimpleNamespace(
         name=name, density=density, spacing=(PARTICLE,) * 3, velocity=np.array(velocity), mass=np.ones(1)
     )
@@ -783,7 +780,6 @@ def joined(push: History, front: History) -> History:
 
 
 def looks_at(name: str) -> type:
-    """The type of state that a measurement reads."""
     hints = get_type_hints(measurements.load(name).read)
     (kind,) = (hint for argument, hint in hints.items() if argument != "return")
     chosen: type = kind

@@ -39,7 +39,6 @@ def without_provenance(directory: Path) -> str:
 
 
 def broken_off(run: Run, folder: Path, file: Path, *, steps: int = BROKEN_OFF_AFTER, **control: Any) -> None:
-    """Compute a run until it is interrupted after some steps."""
     with pytest.raises(Interrupted):
         execute(run, folder, RunControl(must_stop=after(steps), **control), threads=1, checkpoint=file)
 

@@ -47,7 +47,6 @@ def result_in(scenario: str) -> RunResult:
 
 
 def again(scenario: str, before: RunResult | None = None) -> RunResult:
-    """The solved run of a scenario, read again."""
     return remeasure(asked(scenario), before or result_in(scenario), solved(scenario) / "state.npz", by=WHO)
 
 
