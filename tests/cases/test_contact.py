@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.audit import totals
 from solver.simulation import Simulation, start
 from studies import materials
 from studies.cases.rows import Row, absolute, at_least, at_most
@@ -61,8 +62,7 @@ def sphere(scenario: str, contact: str, cell: float) -> Run:
 
 
 def kinetic(simulation: Simulation) -> float:
-    p = simulation.particles
-    return 0.5 * float((p.mass * (p.velocity**2).sum(axis=1)).sum())
+    return totals(simulation.particles).kinetic
 
 
 @cache
