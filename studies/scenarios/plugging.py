@@ -30,7 +30,7 @@ from studies.scenarios.parts.matter import (
     matter,
 )
 from studies.scenarios.parts.method import REPULSION, MethodChoice, check_method, is_coupled, is_on_grid, is_smoothed
-from studies.scenarios.parts.numerics import ContactName, Numerics, has_melting, shapes
+from studies.scenarios.parts.numerics import ContactName, GridOffset, Numerics, ThermalSoftening, shapes
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 
 if TYPE_CHECKING:
@@ -191,17 +191,8 @@ class Plugging(SetUp):
             1.0,
         ),
     ] = None
-    thermal_softening: Annotated[
-        bool, Described("whether temperature softens and melting takes all strength", acts=has_melting)
-    ] = True
-    offset: Annotated[
-        Dimensionless,
-        Described(
-            "shift of the grid against the bodies along the line of flight, in cells: it changes the mesh error alone",
-            0.0,
-            1.0,
-        ),
-    ] = 0.0
+    thermal_softening: ThermalSoftening = True
+    offset: GridOffset = 0.0
     fracture: PluggingFracture
     numerics: PluggingNumerics
     method: CoupledMethod
