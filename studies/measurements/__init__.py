@@ -51,6 +51,10 @@ class Reading:
     flags: tuple[str, ...] = ()
 
 
+class NoValue(Exception):
+    """A state, or a history, has no value of a measurement; the flags that say why are its arguments."""
+
+
 @dataclass(frozen=True)
 class History:
     """Readings of other measurements at each observation so far."""
@@ -67,7 +71,8 @@ class Measurement:
     title: str
     unit: str
     meaning: str
-    read: Callable[[Any], Reading]  # reads a view, or the History of the measurements that it follows
+    # Of a view, or of the History of the measurements that it follows; raises NoValue.
+    definition: Callable[[Any], Reading]
     version: int = 1
     follows: tuple[str, ...] = ()  # measurements of one state
     widest: float = math.inf  # uncertainty over value, above which a value is flagged ``WIDE_BAR``
@@ -75,6 +80,13 @@ class Measurement:
     mesh_determined: bool = False
     # What the values 0 and 1 of an outcome mean, in words: a sweep may search for the limit between them.
     outcomes: tuple[str, ...] = ()
+
+    def read(self, state: Any) -> Reading:
+        """The reading of a view, or of a history."""
+        try:
+            return self.definition(state)
+        except NoValue as none:
+            return Reading(math.nan, flags=none.args)
 
     @property
     def is_outcome(self) -> bool:
@@ -95,9 +107,9 @@ class Measurement:
         return size or None, () if is_flagged else (ERROR_UNKNOWN,)
 
 
-def measurement(**definition: Any) -> Callable[[Callable[[Any], Reading]], Measurement]:
+def measurement(**fields: Any) -> Callable[[Callable[[Any], Reading]], Measurement]:
     """Make a function that reads a view, or a history, the measurement of its name; the other fields are given."""
-    return lambda read: Measurement(name=read.__name__, read=read, **definition)
+    return lambda definition: Measurement(name=definition.__name__, definition=definition, **fields)
 
 
 @dataclass(frozen=True)

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, OnGrid, Reading, measurement
+from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, NoValue, OnGrid, Reading, measurement
 from studies.quantities.measured import LOST_PARTICLES
 
 TWICE_THE_SHEAR = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # six components in a double contraction
@@ -141,9 +141,7 @@ def _row_ends(view: BarView, direction: int) -> np.ndarray:
     return alone
 
 
-LOST = Reading(math.nan, flags=(LOST_PARTICLES,))
-# Of what is measured against the initial motion of a bar on which its wall alone acts.
-LOADED = Reading(math.nan, flags=("loaded",))
+LOADED = "loaded"  # has no value of what is measured against the initial motion of a bar on which its wall alone acts
 
 # ---- shape ---------------------------------------------------------------------------------------
 
@@ -158,7 +156,7 @@ LOADED = Reading(math.nan, flags=("loaded",))
 def final_length(view: BarView) -> Reading:
     foot, rear = end_edges(view)
     if math.isnan(rear - foot):
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     return Reading(rear - foot, {"resolution": view.resolution})
 
 
@@ -172,7 +170,7 @@ def final_length(view: BarView) -> Reading:
 def mushroom_diameter(view: BarView) -> Reading:
     _, radii = side_edges(view)
     if np.isnan(radii).any():
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     return Reading(2.0 * float(radii.max()), {"resolution": view.resolution})
 
 
@@ -189,10 +187,10 @@ def width_at_fifth(view: BarView) -> Reading:
     heights, radii = side_edges(view)
     level = end_edges(view)[0] + HEIGHT * view.length
     if np.isnan(radii).any() or math.isnan(level):
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     below = np.flatnonzero(heights < level)
     if not below.size or below[-1] + 1 == heights.size:
-        return Reading(math.nan, flags=("too_short",))
+        raise NoValue("too_short")
     first = int(below[-1])  # from the rear down: a lip beside the foot may curl
     share = (level - heights[first]) / (heights[first + 1] - heights[first])
     radius = radii[first] + share * (radii[first + 1] - radii[first])
@@ -212,11 +210,11 @@ def taylor_error(view: BarView) -> Reading:
     errors, uncertainties = [], []
     for reading, reference in zip(readings, view.references, strict=True):
         if reference is None:
-            return Reading(math.nan, flags=("no_reference",))
+            raise NoValue("no_reference")
         errors.append(abs(reading.value - reference) / reference)
         uncertainties.append(reading.parts.get("resolution", 0.0) / reference)
     if flags:
-        return Reading(math.nan, flags=flags)
+        raise NoValue(*flags)
     return Reading(sum(errors) / 3.0, {"resolution": math.hypot(*uncertainties) / 3.0})
 
 
@@ -238,9 +236,11 @@ def _energies(view: BarView) -> tuple[float, float, float]:
 
 def _share(name: str, title: str, meaning: str, of: Callable[[float, float, float], float]) -> Measurement:
     def read(view: BarView) -> Reading:
-        return LOADED if view.is_loaded else Reading(of(*_energies(view)), {"resolution": view.share})
+        if view.is_loaded:
+            raise NoValue(LOADED)
+        return Reading(of(*_energies(view)), {"resolution": view.share})
 
-    return Measurement(name=name, title=title, unit="1", meaning=meaning, read=read)
+    return Measurement(name=name, title=title, unit="1", meaning=meaning, definition=read)
 
 
 ENERGIES = (
@@ -285,7 +285,7 @@ def _in_the_middle(view: BarView, values: np.ndarray) -> Reading:
     inner = np.flatnonzero((view.place[:, :2] == 0).all(axis=1))[::-1]
     layers, first = np.unique(view.place[inner, 2], return_index=True)
     if layers.size <= view.place[:, 2].max():
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     column = inner[first]
     return Reading(float(np.interp(0.5 * view.length, view.height[column], values[column])))
 
@@ -310,7 +310,7 @@ def _peak(of: Measurement, title: str, quantity: str) -> Measurement:
     def read(history: History) -> Reading:
         values = history.values[of.name]
         if np.isnan(values).any():
-            return LOST
+            raise NoValue(LOST_PARTICLES)
         at = int(np.abs(values).argmax())
         beside = values[max(at - 1, 0) : at + 2]
         return Reading(float(values[at]), {"sampling": float(np.ptp(beside))})
@@ -320,7 +320,7 @@ def _peak(of: Measurement, title: str, quantity: str) -> Measurement:
         title=title,
         unit=of.unit,
         meaning=f"largest {quantity} so far, with its sign, {WHERE}",
-        read=read,
+        definition=read,
         follows=(of.name,),
     )
 
@@ -340,7 +340,7 @@ def rear_face_place(view: BarView) -> Reading:
     layer = view.place[:, 2]
     last = layer == layer.max()
     if last.sum() < np.unique(view.place[:, :2], axis=0).shape[0]:
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     place = float(np.average(view.position[last, 2], weights=view.mass[last]))
     return Reading(place, {"resolution": view.resolution})
 
@@ -355,10 +355,10 @@ def rear_face_velocity(history: History) -> Reading:
     """The mean velocity since the last observation, uncertain by its change in that time."""
     at, place = history.times[-3:], history.values[rear_face_place.name][-3:]
     if np.isnan(place).any():
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     velocities = np.diff(place) / np.diff(at)
     if not velocities.size:
-        return Reading(math.nan, flags=("one_observation",))
+        raise NoValue("one_observation")
     return Reading(float(velocities[-1]), {"sampling": float(np.ptp(velocities))})
 
 
@@ -372,7 +372,7 @@ def rear_face_velocity(history: History) -> Reading:
 )
 def rebound_momentum(view: BarView) -> Reading:
     if view.is_loaded:
-        return LOADED
+        raise NoValue(LOADED)
     momentum = float((view.mass * view.velocity[:, 2]).sum())
     initial = float(view.mass.sum()) * view.speed
     return Reading(momentum / initial, {"resolution": view.share})
@@ -388,11 +388,11 @@ class Push:
     at: np.ndarray  # (n,) times of the observations, s
 
 
-def push_of(history: History) -> Push | None:
-    """The push between each two observations, empty before the second; None of a loaded bar, which has no momentum."""
+def push_of(history: History) -> Push:
+    """The push between each two observations, empty before the second."""
     momentum, at = history.values[rebound_momentum.name], history.times
     if np.isnan(momentum).any():
-        return None
+        raise NoValue(LOADED)
     return Push(
         times=0.5 * (at[1:] + at[:-1]), rates=np.diff(momentum) / np.diff(at), impulse=momentum - momentum[0], at=at
     )
@@ -411,15 +411,13 @@ END = 0.5  # of the mean push: a front that the grid smears evenly does not move
 )
 def contact_time(history: History) -> Reading:
     push = push_of(history)
-    if push is None:
-        return LOADED
     if push.rates.size < 2 or push.impulse.max() <= 0.0:
-        return Reading(math.nan, flags=("in_contact",))
+        raise NoValue("in_contact")
     whole = int(np.argmax(push.impulse >= WHOLE * push.impulse[-1]))
     level = END * push.impulse[whole] / (push.at[whole] - push.at[0])
     last = int(np.flatnonzero(push.rates >= level)[-1])
     if last + 1 == push.rates.size:
-        return Reading(math.nan, flags=("in_contact",))
+        raise NoValue("in_contact")
     before, after = push.rates[last], push.rates[last + 1]
     interval = push.times[last + 1] - push.times[last]
     end = push.times[last] + (before - level) / (before - after) * interval
@@ -434,10 +432,8 @@ def contact_time(history: History) -> Reading:
 )
 def wall_pull(history: History) -> Reading:
     push = push_of(history)
-    if push is None:
-        return LOADED
     if not push.rates.size or push.impulse.max() <= 0.0:
-        return Reading(math.nan, flags=("not_touched",))
+        raise NoValue("not_touched")
     return Reading(max(0.0, float(-push.rates.min())) / float(push.rates.max()))
 
 

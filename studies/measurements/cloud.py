@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import Bins, Distribution, Measurement, OnGrid, Reading, measurement
+from studies.measurements import Bins, Distribution, Measurement, NoValue, OnGrid, Reading, measurement
 from studies.measurements.impact.edges import overlap, place_holding
 from studies.measurements.impact.view import rim_of
 from studies.quantities.measured import DEFINITION
@@ -200,7 +200,7 @@ def exceeded_reading(
     Its parts: half of what one particle more or less changes, a cell for a length, and what came off alone.
     """
     if not among.any():
-        return Reading(np.nan, flags=(NOTHING_BEHIND,))
+        raise NoValue(NOTHING_BEHIND)
     width = view.width if is_length else 0.0
 
     def of(which: np.ndarray, share: float) -> float:
@@ -248,7 +248,7 @@ def _total(
         meaning=f"{title.lower()} of all matter {place} the plate's original surfaces, the lips of the hole and what "
         "departed from the grid included, of whole bodies",
         version=2,
-        read=read,
+        definition=read,
     )
 
 
@@ -280,7 +280,7 @@ def _velocity(name: str, title: str, share: float, whose: str, of: Callable[[Clo
         unit="m s-1",
         meaning=f"axial velocity that {100.0 * share:g} % of the mass of {whose} behind the plate exceeds; few "
         "particles where one of them has more than the share",
-        read=read,
+        definition=read,
     )
 
 
@@ -322,10 +322,7 @@ def cloud_radius(view: CloudView) -> Reading:
 )
 def cloud_radius_place(view: CloudView) -> Reading:
     """Mean depth of what lies farther out than the largest radius, with the standard error of a mean."""
-    radius = cloud_radius.read(view)
-    behind = view.behind()
-    if not behind.any():
-        return Reading(math.nan, flags=radius.flags)
+    radius, behind = cloud_radius.definition(view), view.behind()
     outside = overlap(view.radius[behind], view.width, radius.value, math.inf)
     mass, depth = view.mass[behind] * outside, view.depth[behind] - view.thickness
     mean = float((mass * depth).sum() / mass.sum())
@@ -348,10 +345,8 @@ def cloud_length(view: CloudView) -> Reading:
     meaning="length of the cloud divided by twice its largest radius",
 )
 def cloud_length_over_diameter(view: CloudView) -> Reading:
-    length, radius = cloud_length.read(view), cloud_radius.read(view)
+    length, radius = cloud_length.definition(view), cloud_radius.definition(view)
     ratio = length.value / (2.0 * radius.value)
-    if not math.isfinite(ratio):
-        return Reading(math.nan, flags=length.flags)
     parts = {
         name: abs(ratio) * float(np.hypot(part / length.value, radius.parts[name] / radius.value))
         for name, part in length.parts.items()
@@ -383,11 +378,11 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
     def read(view: CloudView) -> Reading:
         among = of(view)
         if not among.any():
-            return Reading(math.nan, flags=(NOTHING_BEHIND,))
+            raise NoValue(NOTHING_BEHIND)
         kinds = [kind for kind, body in enumerate((view.projectile, ~view.projectile)) if body[among].any()]
         reasons = [each for kind in kinds if isinstance(each := view.melting[kind], str)]
         if reasons:
-            return Reading(math.nan, flags=tuple(dict.fromkeys(reasons)))
+            raise NoValue(*dict.fromkeys(reasons))
         share = np.zeros(view.mass.size)
         for kind in kinds:
             mine = view.projectile if kind == 0 else ~view.projectile
@@ -405,7 +400,7 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
         "to no pressure, against c_v (T_m - T_0) and the latent heat of fusion, in part where it is in between; never "
         "melts, no latent heat or Lindemann reference where a material does not have those constants",
         version=3,
-        read=read,
+        definition=read,
     )
 
 

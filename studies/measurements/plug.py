@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import History, Measurement, OnGrid, Reading, measurement
+from studies.measurements import History, Measurement, NoValue, OnGrid, Reading, measurement
 from studies.measurements.cloud import connected
 from studies.measurements.impact.edges import edge_from_outside
 from studies.measurements.impact.view import rim_of
@@ -25,7 +25,6 @@ FLYING_WITH = 0.5  # of the plug's velocity
 RING = (0.75, 1.25)  # of the plate about its hole, in projectile diameters from the axis: deflection and velocity
 OPEN = 0.9  # of the projectile's radius: a hole of which no attached matter is nearer to the axis lets it pass
 LAYER = 0.1  # of the thickness, a cell at least: matter that began so near to a face is that face
-NO_PLUG = Reading(math.nan, flags=("no_plug",))  # of what only a plug has
 
 
 @dataclass(frozen=True)
@@ -195,7 +194,7 @@ HALF = 0.5  # between two definitions: the part of the uncertainty
 def plug_mass(view: PlugView) -> Reading:
     """The mass with the failed matter that flies with it; its wall is known to a cell."""
     if not view.has_plug:
-        return NO_PLUG
+        raise NoValue("no_plug")
     value, core = float(view.mass[view.plug].sum()), float(view.mass[view.core].sum())
     wall = math.pi * view.projectile_diameter * view.thickness
     parts = {"resolution": view.density * wall * view.resolution, DEFINITION: HALF * (value - core)}
@@ -210,7 +209,7 @@ def plug_mass(view: PlugView) -> Reading:
 )
 def plug_velocity(view: PlugView) -> Reading:
     if not view.has_plug:
-        return NO_PLUG
+        raise NoValue("no_plug")
     value = mean_velocity(view, view.plug)
     return Reading(value, {DEFINITION: HALF * abs(mean_velocity(view, view.core) - value)})
 
@@ -226,7 +225,7 @@ def plug_separation(history: History) -> Reading:
     without = np.flatnonzero(np.isnan(history.values[plug_mass.name]))
     first = int(without[-1]) + 1 if without.size else 0
     if first == history.times.size:
-        return NO_PLUG
+        raise NoValue("no_plug")
     interval = history.times[first] - history.times[max(first - 1, 0)]
     return Reading(float(history.times[first]), {"sampling": float(interval)})
 
@@ -259,7 +258,7 @@ def perforated(view: PlugView) -> Reading:
         return Reading(1.0)
     if speed <= mean_velocity(view, view.ring()):
         return Reading(0.0)
-    return Reading(math.nan, flags=("undecided",))
+    raise NoValue("undecided")
 
 
 LAST = 0.1  # of the time so far: over it the velocity has to be constant
@@ -277,7 +276,7 @@ CONSTANT = 0.01  # of the impact speed
 def residual_velocity(history: History) -> Reading:
     outcome, velocity = history.values[perforated.name][-1], history.values[projectile_velocity.name]
     if math.isnan(outcome):
-        return Reading(math.nan, flags=("undecided",))
+        raise NoValue("undecided")
     if outcome == 0.0:
         return Reading(0.0)
     late = velocity[history.times >= (1.0 - LAST) * history.times[-1]]
@@ -300,7 +299,7 @@ def first_contact(history: History) -> Reading:
     times, velocity = history.times, history.values[projectile_velocity.name]
     late = np.flatnonzero(velocity < (1.0 - LOST) * velocity[0])
     if late.size < 2 or late[0] == 0:
-        return Reading(math.nan, flags=("no_contact",))
+        raise NoValue("no_contact")
     first = int(late[0])
     slope = (velocity[first + 1] - velocity[first]) / (times[first + 1] - times[first])
     before, after = times[max(first - 2, 0)], times[first]
@@ -320,7 +319,7 @@ def first_contact(history: History) -> Reading:
 def dishing(view: PlugView) -> Reading:
     mine = view.ring() & (view.origin > view.thickness - view.layer)
     if not mine.any():
-        return Reading(math.nan, flags=("no_plate",))
+        raise NoValue("no_plate")
     mass = view.mass[mine]
     moved = (mass * (view.depth[mine] - view.origin[mine])).sum() / mass.sum()
     return Reading(float(moved), {"resolution": view.resolution})
@@ -334,7 +333,7 @@ def _hole(face: str, distance: Callable[[PlugView], np.ndarray]) -> Measurement:
 
     def read(view: PlugView) -> Reading:
         if not view.is_open():
-            return Reading(math.nan, flags=("not_perforated",))
+            raise NoValue("not_perforated")
         mine = view.attached & (distance(view) < view.layer)
         areal = 2.0 * math.pi * view.density * view.layer
         edge = edge_from_outside(
@@ -355,7 +354,7 @@ def _hole(face: str, distance: Callable[[PlugView], np.ndarray]) -> Measurement:
         meaning=f"diameter at which the areal density of the layer at the {face} face, a tenth of the thickness or a "
         "cell, falls to half of its nominal value on the way in; of the plate that has not failed and hangs together "
         "with the rim",
-        read=read,
+        definition=read,
     )
 
 

@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import Measurement, OnGrid, Reading, measurement
+from studies.measurements import Measurement, NoValue, OnGrid, Reading, measurement
 from studies.measurements.hole import hole_diameter as plate_hole
 from studies.measurements.impact.view import ImpactView, hanging_together
 from studies.measurements.impact.view import view as impact_view
@@ -250,24 +250,25 @@ def wall_of(setting: Any, snapshot: Any) -> RearWall:
     )
 
 
-def _of_wall(**definition: Any) -> Callable[[Callable[[RearWall], Reading]], Measurement]:
+def _of_wall(**fields: Any) -> Callable[[Callable[[RearWall], Reading]], Measurement]:
     """Make a function that reads a wall the measurement of its name.
 
     It is not reached before there is debris at the wall. It says while more is coming, and where the rim has moved,
     unless it is an outcome that nothing undoes.
     """
 
-    def made(read: Callable[[RearWall], Reading]) -> Measurement:
-        def read_view(view: WallView) -> Reading:
+    def made(definition: Callable[[RearWall], Reading]) -> Measurement:
+        of_wall = measurement(**fields)(definition)
+
+        def read(view: WallView) -> Reading:
             if view.wall is None:
-                return Reading(math.nan, flags=(NOT_REACHED,))
-            reading = read(view.wall)
-            is_final = "outcomes" in definition and reading.value == 1.0
+                raise NoValue(NOT_REACHED)
+            reading = of_wall.read(view.wall)
+            is_final = of_wall.is_outcome and reading.value == 1.0
             doubts = [STILL_COMING] * (view.coming > LATE) + ["rim_moved"] * view.wall.rim_moved
             return Reading(reading.value, reading.parts, (*reading.flags, *([] if is_final else doubts)))
 
-        read_view.__name__ = read.__name__
-        return measurement(**definition)(read_view)
+        return replace(of_wall, definition=read)
 
     return made
 
@@ -335,9 +336,11 @@ def wall_attached_spall(wall: RearWall) -> Reading:
 )
 def wall_hole_diameter(wall: RearWall) -> Reading:
     if not wall.is_perforated:
-        return Reading(math.nan, flags=("not_perforated",))
+        raise NoValue("not_perforated")
     reading = plate_hole.read(wall.plate)
-    return Reading(math.nan, flags=("too_narrow",)) if "not_perforated" in reading.flags else reading
+    if "not_perforated" in reading.flags:
+        raise NoValue("too_narrow")
+    return reading
 
 
 @_of_wall(
@@ -364,7 +367,7 @@ def wall_crater_depth_over_thickness(wall: RearWall) -> Reading:
 def wall_bulge(wall: RearWall) -> Reading:
     mine = wall.on_face & wall.attached
     if not mine.any():
-        return Reading(math.nan, flags=("no_wall",))
+        raise NoValue("no_wall")
     column, size = wall.first_column[mine], math.prod(wall.columns)
     mass = np.bincount(column, wall.mass[mine], size)
     displacement, velocity = (
@@ -420,7 +423,7 @@ def wall_detached_spall(wall: RearWall) -> Reading:
 )
 def wall_spall_diameter(wall: RearWall) -> Reading:
     if not wall.is_spalled:
-        return Reading(math.nan, flags=("no_spall",))
+        raise NoValue("no_spall")
     return Reading(math.sqrt(4.0 / math.pi * _spalled_face(wall)), {"resolution": wall.resolution})
 
 
@@ -432,7 +435,7 @@ def wall_spall_diameter(wall: RearWall) -> Reading:
 )
 def wall_spall_velocity(wall: RearWall) -> Reading:
     if not wall.is_spalled:
-        return Reading(math.nan, flags=("no_spall",))
+        raise NoValue("no_spall")
     mass = wall.mass[wall.spall]
     return Reading(float((mass * wall.velocity[wall.spall]).sum() / mass.sum()))
 

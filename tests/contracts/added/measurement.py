@@ -12,5 +12,5 @@ MEASUREMENT = Measurement(
     title="Attached share",
     unit="1",
     meaning="mass connected to the target over that of the whole target",
-    read=_read,
+    definition=_read,
 )
