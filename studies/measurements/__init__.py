@@ -154,5 +154,4 @@ def names() -> list[str]:
 
 def load(name: str) -> Measurement:
     """The measurement of a name; KeyError for an unknown one."""
-    measurement: Measurement = entries(__name__, "MEASUREMENT")[name]
-    return measurement
+    return entries(__name__, "MEASUREMENT")[name]

@@ -92,8 +92,7 @@ def _strain_energy(body: Any, particles: Any, living: np.ndarray) -> np.ndarray:
     squares = (deviator**2 * TWICE_THE_SHEAR).sum(axis=1)
     shear = body.matter.shear_modulus
     shape = squares / (4.0 * shear * particles.density[living]) if shear else np.zeros_like(volume)
-    energy: np.ndarray = volume + shape
-    return energy
+    return volume + shape
 
 
 # ---- edges ---------------------------------------------------------------------------------------
@@ -134,8 +133,7 @@ def _row_ends(view: BarView, direction: int) -> np.ndarray:
     points[layer, step] = view.position[row]
     last = points[:, -1]
     if points.shape[1] > 1:
-        ends: np.ndarray = last + 0.5 * (last - points[:, -2])
-        return ends
+        return last + 0.5 * (last - points[:, -2])
     alone = last.copy()
     alone[:, direction] += 0.5 * view.width
     return alone

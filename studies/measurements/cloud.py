@@ -60,13 +60,11 @@ class CloudView(OnGrid):
 
     def behind(self, off: float = 0.0) -> np.ndarray:
         """(n,) whether it is farther than ``off`` (m) behind the back surface."""
-        beyond: np.ndarray = self.depth > self.thickness + off
-        return beyond
+        return self.depth > self.thickness + off
 
     def before(self, off: float = 0.0) -> np.ndarray:
         """(n,) whether it is farther than ``off`` (m) before the front surface."""
-        beyond: np.ndarray = self.depth < -off
-        return beyond
+        return self.depth < -off
 
 
 def view(setting: Any, snapshot: Any) -> CloudView:
@@ -368,8 +366,7 @@ def _molten(view: CloudView, kind: int) -> np.ndarray:
 
     melting = view.melting[kind]
     onset = melting.heat_capacity * (melting.melt_temperature - melting.room_temperature)
-    molten: np.ndarray = melted_share(view.residual, onset, melting.latent_heat)
-    return molten
+    return melted_share(view.residual, onset, melting.latent_heat)
 
 
 def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.ndarray]) -> Measurement:

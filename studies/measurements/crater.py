@@ -98,8 +98,7 @@ def opening(view: ImpactView) -> np.ndarray:
     # Walls may close below the surface while the crater forms.
     if (squares <= 0.0).any():
         raise NoValue("no_crater")
-    radii: np.ndarray = np.sqrt(squares)
-    return radii
+    return np.sqrt(squares)
 
 
 @lru_cache(maxsize=1)
@@ -133,8 +132,7 @@ def wall(view: ImpactView, centre: float, height: float, *, place: float = 0.0) 
         window=window,
     )
     inner, outer = np.maximum(middle - 0.5 * window, 0.0), middle + 0.5 * window
-    halving: np.ndarray = np.sqrt(0.5 * (inner**2 + outer**2))
-    return halving
+    return np.sqrt(0.5 * (inner**2 + outer**2))
 
 
 # Crater depths of thickness from which a block is deep: thinner ones have attached spall at their back (Gehring, in

@@ -46,8 +46,7 @@ VOID_STRAIN = 0.15
 
 
 def _came_off(view: CloudView) -> np.ndarray:
-    came_off: np.ndarray = view.behind() & ~view.plate
-    return came_off
+    return view.behind() & ~view.plate
 
 
 def _pieces(view: CloudView) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

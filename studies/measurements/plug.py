@@ -68,8 +68,7 @@ class PlugView(OnGrid):
     def ring(self) -> np.ndarray:
         """(n,) whether it is attached plate in the ring about the hole."""
         low, high = (share * self.projectile_diameter for share in RING)
-        inside: np.ndarray = self.attached & (self.radius > low) & (self.radius < high)
-        return inside
+        return self.attached & (self.radius > low) & (self.radius < high)
 
     def is_open(self) -> bool:
         """Whether the attached plate has a hole that lets the projectile pass."""

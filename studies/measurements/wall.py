@@ -93,8 +93,7 @@ class RearWall(OnGrid):
         for lower, count in zip(self.lower, self.columns, strict=True):
             edges = lower + self.cell * np.arange(count + 1.0)
             clear.append((edges[1:] <= last) & ((edges[:-1] >= -last) | (lower == 0.0)))
-        inside: np.ndarray = np.logical_and.reduce(np.meshgrid(*clear, indexing="ij")).ravel()
-        return inside
+        return np.logical_and.reduce(np.meshgrid(*clear, indexing="ij")).ravel()
 
     @property
     def is_clear(self) -> np.ndarray:
@@ -139,8 +138,7 @@ class RearWall(OnGrid):
     def spall(self) -> np.ndarray:
         """(n,) Whether it is free, flies on, and no connected wall stands behind it."""
         back = np.maximum(self._rearmost(self.column, self.depth), 0.0)
-        flies: np.ndarray = ~self.attached & (self.velocity > 0.0) & (self.depth > back)
-        return flies
+        return ~self.attached & (self.velocity > 0.0) & (self.depth > back)
 
     @property
     def cratered(self) -> float:
@@ -157,8 +155,7 @@ class RearWall(OnGrid):
     @property
     def on_face(self) -> np.ndarray:
         """(n,) Whether it was the last layer of particles at the rear face."""
-        layer: np.ndarray = self.first_depth > self.thickness - self.width
-        return layer
+        return self.first_depth > self.thickness - self.width
 
     @property
     def void(self) -> float:

@@ -154,8 +154,7 @@ class ContactHistory:
     @property
     def force(self) -> np.ndarray:
         """Mean force on the second body in each step, N."""
-        force: np.ndarray = np.diff(self.second, prepend=0.0) / np.diff(self.time, prepend=0.0)
-        return force
+        return np.diff(self.second, prepend=0.0) / np.diff(self.time, prepend=0.0)
 
     def pushed(self, speed: float) -> float:
         """Time for which the push is above rho c v / 4, over 2 L / c: half of what theory says."""

@@ -88,8 +88,7 @@ def _diameters(view: ImpactView, radii: np.ndarray) -> np.ndarray:
     smoothed = np.sinc(terms * view.span / view.sectors / (2.0 * math.pi))
     series, *_ = np.linalg.lstsq(np.cos(angle[:, None] * terms) * smoothed, across**-2.0, rcond=None)
     fine = np.linspace(0.0, 0.5 * math.pi, DIRECTIONS)
-    diameters: np.ndarray = (np.cos(fine[:, None] * terms) @ series) ** -0.5
-    return diameters
+    return (np.cos(fine[:, None] * terms) @ series) ** -0.5
 
 
 AXES: dict[str, tuple[str, str, Callable[[np.ndarray], float]]] = {

@@ -44,8 +44,7 @@ def result_of(run: Run, directory: Path) -> dict[str, Any]:
     """The result of a run as a program reads it from its file."""
     directory.mkdir(parents=True)
     execute(run, directory)
-    plain: dict[str, Any] = json.loads((directory / "result.json").read_text(encoding="utf-8"))
-    return plain
+    return json.loads((directory / "result.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.claim("report", "laws-in-the-report", minutes=1.0)

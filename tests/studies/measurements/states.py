@@ -782,8 +782,7 @@ def joined(push: History, front: History) -> History:
 def looks_at(name: str) -> type:
     hints = get_type_hints(measurements.load(name).definition)
     (kind,) = (hint for argument, hint in hints.items() if argument != "return")
-    chosen: type = kind
-    return chosen
+    return kind
 
 
 def read(name: str, state: Any) -> Reading:

@@ -30,8 +30,7 @@ def stored(directory: Path) -> dict[str, Any]:
         raise AssertionError(f"result.json holds {constant}")
 
     text = (directory / "result.json").read_text(encoding="utf-8")
-    plain: dict[str, Any] = json.loads(text, parse_constant=refuse)
-    return plain
+    return json.loads(text, parse_constant=refuse)
 
 
 def without_provenance(directory: Path) -> str:
