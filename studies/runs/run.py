@@ -61,7 +61,8 @@ class Run:
     @cached_property
     def id(self) -> str:
         """Content hash, 32 hexadecimal digits."""
-        return hashlib.sha256(_canonical(self._content()).encode()).hexdigest()[:32]
+        content = json.dumps(self._content(), sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(content.encode()).hexdigest()[:32]
 
     @property
     def idle(self) -> set[str]:
@@ -160,7 +161,3 @@ def estimate(run: Run) -> Estimate:
         bytes=BYTES_OF_RUN + size.particles * BYTES_PER_PARTICLE,
         memory=MEMORY_OF_PROCESS + size.particles * MEMORY_OF_PARTICLE,
     )
-
-
-def _canonical(content: Mapping[str, Any]) -> str:
-    return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)
