@@ -158,10 +158,8 @@ def range_of(
 ) -> Range:
     """Bumper and wall of aluminium; ``fails`` says which wall has failed."""
     return Range(
-        (
-            family("aluminium", source),
-            Limit("a Whipple shield", "the equation is about bumper and wall", walls),
-            Limit(f"wall of aluminium; {fails}", source),
-            *limits,
-        )
+        family("aluminium", source),
+        Limit("a Whipple shield", "the equation is about bumper and wall", walls),
+        Limit(f"wall of aluminium; {fails}", source),
+        *limits,
     )

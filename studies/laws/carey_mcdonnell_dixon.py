@@ -31,7 +31,7 @@ LAW = Law(
     ),
     source="Carey, McDonnell and Dixon (1985), as recalled",
     confidence="memory",
-    range=Range((speed(2.0, 20.0, NOT_FOUND), plate(), Limit("foils", NOT_FOUND))),
+    range=Range(speed(2.0, 20.0, NOT_FOUND), plate(), Limit("foils", NOT_FOUND)),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio),
     wider_than_projectile=True,
 )

@@ -32,13 +32,11 @@ LAW = Law(
     source="Summers and Charters (1959), Third Symposium on Hypervelocity Impact",
     confidence="cross-checked",
     range=Range(
-        (
-            between("v/C", lambda shot: shot.speed / shot.target.sound_speed, (1.0, math.inf), "", NOT_FOUND),
-            # Data up to 16 km/s do not tell the exponent 2/3 from 0.58; densities within a factor of 3.
-            speed(0.0, 16.0, COUR_PALAIS),
-            density_ratio(1.0 / 3.0, 3.0, COUR_PALAIS),
-            Limit("metals", NOT_FOUND),
-        )
+        between("v/C", lambda shot: shot.speed / shot.target.sound_speed, (1.0, math.inf), "", NOT_FOUND),
+        # Data up to 16 km/s do not tell the exponent 2/3 from 0.58; densities within a factor of 3.
+        speed(0.0, 16.0, COUR_PALAIS),
+        density_ratio(1.0 / 3.0, 3.0, COUR_PALAIS),
+        Limit("metals", NOT_FOUND),
     ),
     ratio=lambda shot, _: depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed),
 )

@@ -34,6 +34,6 @@ LAW = Law(
     source=f"Christiansen et al. (2009), {HANDBOOK}, Eq. 4-10, with the constant of Eq. 4-12",
     confidence="verified",
     size_exponent=SIZE_EXPONENT,
-    range=Range((family("steel", HANDBOOK), Limit("CRES 15-5PH; speeds of the shots of the fit", NOT_FOUND))),
+    range=Range(family("steel", HANDBOOK), Limit("CRES 15-5PH; speeds of the shots of the fit", NOT_FOUND)),
     ratio=lambda shot, _: depth_ratio(shot.normal_speed, shot.projectile_diameter, shot.density_ratio),
 )

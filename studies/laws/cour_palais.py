@@ -48,7 +48,7 @@ LAW = Law(
     size_exponent=SIZE_EXPONENT,
     # It over-predicts slightly above 45 deg.
     largest_obliquity=math.radians(85.0),
-    range=Range((family("aluminium", HANDBOOK), speed(0.0, 8.0, HANDBOOK))),
+    range=Range(family("aluminium", HANDBOOK), speed(0.0, 8.0, HANDBOOK)),
     ratio=lambda shot, _: depth_ratio(
         shot.normal_speed, shot.projectile_diameter, shot.density_ratio, shot.target.sound_speed, shot.brinell_hardness
     ),

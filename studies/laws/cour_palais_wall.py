@@ -53,7 +53,7 @@ LAW = Law(
     confidence="verified",
     size_exponent=1.0 / cour_palais.SIZE_EXPONENT,
     largest_obliquity=cour_palais.LAW.largest_obliquity,
-    range=Range((*cour_palais.LAW.range.limits, plate())),
+    range=Range(*cour_palais.LAW.range.limits, plate()),
     ratio=_ratio,
     meaningless=_without_plate,
 )

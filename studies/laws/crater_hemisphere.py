@@ -26,10 +26,8 @@ LAW = Law(
     source="Ma (2005), section 1.2.1: p/D tends to 0.5 with the speed",
     confidence="indicative",
     range=Range(
-        (
-            *charters_summers.LAW.range.limits,
-            Limit("hemispheres; metals have p/D of 0.5 to 0.6", "Ma (2005), Tables 3.3 and 3.4"),
-        )
+        *charters_summers.LAW.range.limits,
+        Limit("hemispheres; metals have p/D of 0.5 to 0.6", "Ma (2005), Tables 3.3 and 3.4"),
     ),
     ratio=lambda shot, _: diameter_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed),
 )

@@ -33,12 +33,10 @@ LAW = Law(
     ),
     confidence="computed",
     range=Range(
-        (
-            like_on_like("the shot of the fit"),
-            family("copper", "the shot of the fit"),
-            # With this c the law follows the depths of Ma (2005), Table 3.4, within 0.4 mm.
-            speed(4.0, 7.0, "Ma (2005), Table 3.4"),
-        )
+        like_on_like("the shot of the fit"),
+        family("copper", "the shot of the fit"),
+        # With this c the law follows the depths of Ma (2005), Table 3.4, within 0.4 mm.
+        speed(4.0, 7.0, "Ma (2005), Table 3.4"),
     ),
     fitted_to=(FittedShot(speed=6000.0, projectile_diameter=4.746e-3, value=14e-3),),
     ratio=lambda shot, _: depth_ratio(shot.speed, shot.projectile.density),

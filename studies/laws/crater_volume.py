@@ -32,6 +32,6 @@ LAW = Law(
     confidence="computed",
     dimension=3,
     size_exponent=3.0,
-    range=Range((*crater_two_thirds.LAW.range.limits, Limit("hemispheres", "the constant of the fit"))),
+    range=Range(*crater_two_thirds.LAW.range.limits, Limit("hemispheres", "the constant of the fit")),
     ratio=lambda shot, _: volume_ratio(shot.speed, shot.projectile.density),
 )

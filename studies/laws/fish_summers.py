@@ -42,11 +42,9 @@ LAW = Law(
     confidence="verified",
     size_exponent=3.0 * OF_MASS,
     range=Range(
-        (
-            family("aluminium", f"{COUR_PALAIS}, Eq. 3"),
-            speed(0.0, 8.5, f"{COUR_PALAIS}, Eq. 3"),
-            Limit("aluminium spheres of 0.16 cm; plates, not foils", f"{COUR_PALAIS}, Eq. 3"),
-        )
+        family("aluminium", f"{COUR_PALAIS}, Eq. 3"),
+        speed(0.0, 8.5, f"{COUR_PALAIS}, Eq. 3"),
+        Limit("aluminium spheres of 0.16 cm; plates, not foils", f"{COUR_PALAIS}, Eq. 3"),
     ),
     ratio=lambda shot, variant: thickness_ratio(
         shot.speed, shot.projectile_diameter, shot.projectile.density, CONSTANTS[variant]

@@ -38,7 +38,7 @@ LAW = Law(
     source=f"{RYAN}, 245, Eq. 19",
     confidence="verified",
     size_exponent=SIZE_EXPONENT,
-    range=Range((family("glass", RYAN), Limit("speeds of the shots of the fit", NOT_FOUND))),
+    range=Range(family("glass", RYAN), Limit("speeds of the shots of the fit", NOT_FOUND)),
     ratio=lambda shot, variant: depth_ratio(
         shot.speed, shot.projectile_diameter, shot.projectile.density, CONSTANTS[variant]
     ),

@@ -35,7 +35,7 @@ LAW = Law(
     ),
     source="Herrmann and Jones (1961)",
     confidence="cross-checked",
-    range=Range((speed(1.0, 8.0, NOT_FOUND), Limit("metals", NOT_FOUND))),
+    range=Range(speed(1.0, 8.0, NOT_FOUND), Limit("metals", NOT_FOUND)),
     ratio=lambda shot, _: depth_ratio(shot.speed, shot.density_ratio, shot.target.density, shot.brinell_hardness),
     meaningless=without_hardness,
 )

@@ -41,7 +41,7 @@ LAW = Law(
         "Impact Eng. 30, 303, by its variables"
     ),
     confidence="cross-checked",
-    range=Range((plate(), Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND))),
+    range=Range(plate(), Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND)),
     ratio=lambda shot, _: hole_ratio(
         shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed, shot.projectile.sound_speed
     ),

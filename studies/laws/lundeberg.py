@@ -32,11 +32,9 @@ LAW = Law(
     source="Lundeberg, Stern and Bristow (1965), NASA CR-54201",
     confidence="cross-checked",
     range=Range(
-        (
-            density_ratio(OF_DENSITY, float("inf"), "computed from the equation"),
-            plate(),
-            Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND),
-        )
+        density_ratio(OF_DENSITY, float("inf"), "computed from the equation"),
+        plate(),
+        Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed),
     wider_than_projectile=True,

@@ -27,12 +27,10 @@ LAW = Law(
     source=("Maiden, Gehring and McMillan (1963), GM-DRL TR-63-225: general form of Ma (2005), Eq. 1-3"),
     confidence="cross-checked",
     range=Range(
-        (
-            like_on_like("Ma (2005), section 1.2.1"),
-            speed(0.0, 8.0, NOT_FOUND),
-            thickness_ratio(0.0, 0.5, NOT_FOUND),
-            Limit("fitted to aluminium; other metals through C alone", NOT_FOUND),
-        )
+        like_on_like("Ma (2005), section 1.2.1"),
+        speed(0.0, 8.0, NOT_FOUND),
+        thickness_ratio(0.0, 0.5, NOT_FOUND),
+        Limit("fitted to aluminium; other metals through C alone", NOT_FOUND),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed),
     wider_than_projectile=True,

@@ -31,12 +31,10 @@ LAW = Law(
     source="Nysmith and Denardo (1969), NASA TN D-5492",
     confidence="cross-checked",
     range=Range(
-        (
-            like_on_like(NOT_FOUND),
-            family("aluminium", NOT_FOUND),
-            plate(),
-            Limit("aluminium spheres on 2024-T3 sheet", NOT_FOUND),
-        )
+        like_on_like(NOT_FOUND),
+        family("aluminium", NOT_FOUND),
+        plate(),
+        Limit("aluminium spheres on 2024-T3 sheet", NOT_FOUND),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.projectile.density),
     wider_than_projectile=True,

@@ -50,7 +50,7 @@ def _laws(metal: str, of_depth: Law, factors: Mapping[str, float], source: str) 
 
 
 GEHRING = Range(
-    (*cour_palais.LAW.range.limits, Limit("0.32 cm aluminium on 2024-T3 at 7.4 km/s", f"{COUR_PALAIS}, p. 225"))
+    *cour_palais.LAW.range.limits, Limit("0.32 cm aluminium on 2024-T3 at 7.4 km/s", f"{COUR_PALAIS}, p. 225")
 )
 LAW = (
     *_laws("al", cour_palais.LAW, ALUMINIUM, f"{HANDBOOK}, Eqs. 4-1 to 4-5"),

@@ -37,6 +37,6 @@ LAW = Law(
     source=SOURCE,
     confidence="verified",
     size_exponent=3.0 * OF_MASS,
-    range=Range((family("aluminium", SOURCE), Limit("speeds of the shots of the fit", NOT_FOUND))),
+    range=Range(family("aluminium", SOURCE), Limit("speeds of the shots of the fit", NOT_FOUND)),
     ratio=lambda shot, _: depth_ratio(shot.speed, shot.projectile_diameter, shot.projectile.density),
 )

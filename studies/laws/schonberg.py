@@ -28,12 +28,10 @@ LAW = Law(
     source="Schonberg (1988), fit to tests of the Marshall Space Flight Center at normal impact",
     confidence="cross-checked",
     range=Range(
-        (
-            like_on_like(NOT_FOUND),
-            family("aluminium", NOT_FOUND),
-            plate(),
-            Limit("1100 spheres on 6061-T6 plates", NOT_FOUND),
-        )
+        like_on_like(NOT_FOUND),
+        family("aluminium", NOT_FOUND),
+        plate(),
+        Limit("1100 spheres on 6061-T6 plates", NOT_FOUND),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed),
     wider_than_projectile=True,

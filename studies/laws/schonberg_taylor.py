@@ -28,12 +28,10 @@ LAW = Law(
     source="Schonberg and Taylor (1989), NASA CR-4343 and AIAA Journal 27",
     confidence="cross-checked",
     range=Range(
-        (
-            like_on_like(NOT_FOUND),
-            family("aluminium", NOT_FOUND),
-            plate(),
-            Limit("smallest diameter; at normal impact the diameter", "the definition of D_min"),
-        )
+        like_on_like(NOT_FOUND),
+        family("aluminium", NOT_FOUND),
+        plate(),
+        Limit("smallest diameter; at normal impact the diameter", "the definition of D_min"),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed),
     wider_than_projectile=True,

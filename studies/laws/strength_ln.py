@@ -33,12 +33,10 @@ LAW = Law(
     source=("Ma (2005), Eq. 1-5, after Zhang and Huang (2000), Introduction to hypervelocity impact dynamics"),
     confidence="read",
     range=Range(
-        (
-            # Fitted to shots with t/d = 0.6 and free of t/d itself: what rounds to 0.6 is inside.
-            thickness_ratio(0.55, 0.65, "Ma (2005), section 3.1.1"),
-            # With 2024-T3 it meets Eqs. 1-3 and 1-4 at t/d = 0.6 within 3 % from 4 to 7 km/s.
-            Limit("probably fitted to aluminium", "computed from Eqs. 1-3 and 1-4"),
-        )
+        # Fitted to shots with t/d = 0.6 and free of t/d itself: what rounds to 0.6 is inside.
+        thickness_ratio(0.55, 0.65, "Ma (2005), section 3.1.1"),
+        # With 2024-T3 it meets Eqs. 1-3 and 1-4 at t/d = 0.6 within 3 % from 4 to 7 km/s.
+        Limit("probably fitted to aluminium", "computed from Eqs. 1-3 and 1-4"),
     ),
     ratio=lambda shot, variant: hole_ratio(shot.speed, _yields(shot)[variant], shot.target.density),
     variants=lambda shot: list(_yields(shot)),

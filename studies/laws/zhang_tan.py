@@ -49,11 +49,9 @@ LAW = Law(
     ),
     confidence="read",
     range=Range(
-        (
-            like_on_like("Ma (2005), section 1.2.1"),
-            Limit("v >= 1 + 0.363 / (t/d) km/s, where D/d >= 1", "computed from the equation", _too_slow),
-            Limit("largest speed and thicknesses of the shots that it was fitted to", NOT_FOUND),
-        )
+        like_on_like("Ma (2005), section 1.2.1"),
+        Limit("v >= 1 + 0.363 / (t/d) km/s, where D/d >= 1", "computed from the equation", _too_slow),
+        Limit("largest speed and thicknesses of the shots that it was fitted to", NOT_FOUND),
     ),
     ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio),
     meaningless=_too_slow,

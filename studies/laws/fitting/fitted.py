@@ -111,7 +111,7 @@ class FittedLaw:
         limits = [speed(low / 1e3, high / 1e3, self.title), _materials(self)]
         if self.range.thickness_ratio is not None:
             limits.append(thickness_ratio(*self.range.thickness_ratio, self.title))
-        return Range(tuple(limits), length_ratio(*self.range.length_ratio, self.title))
+        return Range(*limits, projectile=length_ratio(*self.range.length_ratio, self.title))
 
 
 def _materials(law: FittedLaw) -> Limit:
