@@ -3,8 +3,8 @@
 ``python -m docs.pages`` writes all of them, in seconds. ``python -m docs.pages compute NAME`` computes the results
 behind a page anew, in seconds (``tutorial``), minutes (``gallery``) or hours (``shots``, ``accuracy``, ``validation``).
 
-How to add a page: a module here that offers ``pages()``, Markdown by name of file in docs/, and ``drawings()``, SVG by
-name of file; and a line in ``__main__``.
+How to add a page: a module here that offers ``pages()``, Markdown by name of file in docs/, and, where the page has
+plots, ``drawings()``, SVG by name of file in docs/drawings.
 """
 
 import json

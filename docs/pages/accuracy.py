@@ -109,8 +109,3 @@ def _differences(rows: Rows) -> str:
         if ratios:
             texts.append(f"{word} to {digits(100.0 * max(abs(ratio - 1.0) for ratio in ratios), 2)} %")
     return f"; differences {', '.join(texts)}" if texts else ""
-
-
-def drawings() -> dict[str, str]:
-    """None of its own."""
-    return {}

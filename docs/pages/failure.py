@@ -288,8 +288,3 @@ def _values(series: Sequence[Series], kinds: Sequence[str]) -> Iterator[str]:
 
 def _title(quantity: str) -> str:
     return measurements.load(quantity).title.lower()
-
-
-def drawings() -> dict[str, str]:
-    """None."""
-    return {}

@@ -162,8 +162,3 @@ def _row(title: str, shot: ShieldShot, runs: Sequence[Mapping[str, Any]]) -> lis
     cells = ", ".join(f"{cells:g}" for cells in sorted({run["cells"] for run in runs}))
     mark = says if says == shot.outcome else f"**{says}**"
     return [title, sizes, f"{shot.speed / 1e3:.2f} km/s", shot.outcome, mark, cells, why]
-
-
-def drawings() -> dict[str, str]:
-    """The page has none."""
-    return {}

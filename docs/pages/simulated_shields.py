@@ -325,10 +325,5 @@ def _of_shot(shot: ShieldShot, told: Simulated) -> list[str]:
     return [f"{shot.source} {shot.shot}", f"{shot.speed / 1e3:.2f} km/s", lengths, shot.outcome, mark]
 
 
-def drawings() -> dict[str, str]:
-    """None."""
-    return {}
-
-
 if __name__ == "__main__":  # the constants of the results as they are stored
     joined.store(simulations(json.loads(STORED.read_text(encoding="utf-8"))["runs"]))

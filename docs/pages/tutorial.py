@@ -84,8 +84,3 @@ def _parts() -> Iterator[str]:
             yield f"```text\n{kept['output'].rstrip()}\n```\n"
         if kept["figure"]:
             yield f"![What the cell draws](drawings/{kept['figure']})\n"
-
-
-def drawings() -> dict[str, str]:
-    """None: the figures are kept as they were drawn."""
-    return {}

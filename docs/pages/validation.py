@@ -123,11 +123,6 @@ def _title(file: str) -> str:
     return file.removeprefix("validation-").removesuffix(".svg").replace("-", " ").replace("_", " ")
 
 
-def drawings() -> dict[str, str]:
-    """None of its own: those of the cases are kept beside the results."""
-    return {}
-
-
 def _row(row: dict[str, Any]) -> list[str]:
     kept = {name: value for name, value in row.items() if name != "verdict"}
     return [cell(each) for each in cells(Row(**kept))]

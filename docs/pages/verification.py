@@ -90,11 +90,6 @@ def _page(name: str, rows: list[dict[str, Any]], made: str) -> str:
     return "\n".join([f"# {name}\n", made, text, table(header, list(by_place([_row(row) for row in rows])))])
 
 
-def drawings() -> dict[str, str]:
-    """None of its own."""
-    return {}
-
-
 def _row(row: dict[str, Any]) -> list[str]:
     cells = [row["claim"], *(_shown(row[key]) for key in ("expected", "got", "error", "tolerance"))]
     return [cell(each) for each in (*cells, row["verdict"].lower())]
