@@ -36,9 +36,7 @@ def finite(value: Any) -> Any:
 
 
 def confidences_of(dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE) -> list[str]:
-    """The word of confidence of each law of a quantity, in the order of the labels; empty of cubes that lack it."""
-    if not variable.is_in(dataset, quantity):
-        return []
+    """The word of confidence of each law of a quantity, in the order of the labels."""
     return [str(text).removeprefix(EQUATION) for text in variable.of(dataset, quantity).values]
 
 

@@ -131,7 +131,7 @@ class FigureView:
             variable.of(self.dataset, name).values.astype(str).tolist()
             for variable in (cubes.LAW_NAME, cubes.LAW_TITLE)
         )
-        confidences = reading.confidences_of(self.dataset, name) or [""] * len(names)
+        confidences = reading.confidences_of(self.dataset, name)
         return {
             law: title + ONLY_DRAWN if confidence in DRAWN_ONLY else title
             for law, title, confidence in zip(names, titles, confidences, strict=True)
