@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.cubes.cells import Cell
+from studies.cubes.cells import MISSING, Cell
+from studies.runs.results import RunResult
 from studies.sweeps.screening import CONTRIBUTIONS, contributions_of
 
 STORED = Path(__file__).with_name("sensitivities.json")
@@ -37,7 +38,7 @@ class ModelPart:
     alloy: str = ""  # of what is stored, where it is not that of the run
 
 
-def assessment(sweep: Any, results: Mapping[str, Any]) -> Assess:
+def assessment(sweep: Any, results: Mapping[str, RunResult]) -> Assess:
     """The function that assesses a quantity of a cell, by the sweep's ``model_part``."""
     if sweep.model_part == "none":
         return lambda cell, quantity: ModelPart(None, f"{NOT_ASSESSED}: model_part is none")
@@ -145,7 +146,7 @@ def _factor(value: float, low: float, high: float) -> float:
 class _Screened:
     """The answers of the screening runs of a sweep."""
 
-    def __init__(self, sweep: Any, results: Mapping[str, Any]) -> None:
+    def __init__(self, sweep: Any, results: Mapping[str, RunResult]) -> None:
         self.middle, self.screens = sweep.screening()
         self.results = results
 
@@ -165,8 +166,6 @@ class _Screened:
         return contributions_of(base, answers), "; ".join([text, *lacking])
 
     def _value(self, run_id: str, quantity: str) -> float | None:
-        result = self.results.get(run_id)
-        if getattr(result, "state", "") != "succeeded":
-            return None
-        measured = getattr(result, "measurements", {}).get(quantity)
-        return None if measured is None else measured.value
+        result = self.results.get(run_id, MISSING)
+        measured = result.measurements.get(quantity)
+        return measured.value if measured is not None and result.state == "succeeded" else None

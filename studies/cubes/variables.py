@@ -80,15 +80,15 @@ _number_of_run = partial(Variable, dims=RUNS, group="run")
 
 RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.run.id)
 RUN_REASON = _text_of_run("run_reason", "why the run has no result, or no answer", lambda cell: cell.reason)
-RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.of_result("failure"))
-STOP_REASON = _text_of_run("stop_reason", "reason for the end of the simulation", lambda cell: cell.of_result("stop"))
+RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.result.failure)
+STOP_REASON = _text_of_run("stop_reason", "reason for the end of the simulation", lambda cell: cell.result.stop)
 RUN_STATE = Variable(
     *("run_state", "state of the run", lambda cell: cell.state, RUNS), kind="flag", meanings=STATES, group="run"
 )
 FLAGS_OF_RUN = Variable(
     "run_flags",
     "warnings about the run",
-    lambda cell: cell.of_result("flags"),
+    lambda cell: cell.result.flags,
     RUNS,
     kind="mask",
     meanings=RUN_FLAGS,

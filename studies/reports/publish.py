@@ -13,11 +13,11 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
-from studies.cubes.cells import MissingResult
 from studies.cubes.reading import open_cube
 from studies.cubes.runs_table import runs_csv
 from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
 from studies.reports import compare, report
+from studies.runs.results import RunResult
 
 
 def publish(
@@ -38,7 +38,7 @@ def publish(
 
 def publish_sweep(
     sweep: Any,
-    results: Mapping[str, Any],
+    results: Mapping[str, RunResult],
     directory: Path,
     catalogue: Catalogue | None = None,
     sections: Mapping[str, Path] | None = None,
@@ -86,22 +86,14 @@ def write_partial_report(
     return write_text(file, page(document))
 
 
-def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, dict[str, Any]]:
+def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, dict[str, RunResult]]:
     """A sweep and the results of its runs, as records."""
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
 
-    results = {run_id: outcome_from_json(plain) for run_id, plain in outcomes.items()}
+    nothing: dict[str, Any] = {"measurements": {}, "flags": ()}
+    results = {id: RunResult.from_json({"run_id": id, **nothing, **plain}) for id, plain in outcomes.items()}
     return Sweep.parse(document, ACCEPTED), results
-
-
-def outcome_from_json(plain: Mapping[str, Any]) -> Any:
-    """A ``RunResult``, or a ``MissingResult`` where there is only a state and a reason."""
-    if "measurements" in plain:
-        from studies.runs.results import RunResult
-
-        return RunResult.from_json(plain)
-    return MissingResult(str(plain["state"]), str(plain.get("reason") or ""))
 
 
 FORMATS = ("png", "svg", "pdf")  # of figures as files

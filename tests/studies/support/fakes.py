@@ -7,7 +7,6 @@ from typing import Any
 
 from studies import laws, materials, scenarios
 from studies.cubes.catalogue import Catalogue, Observed
-from studies.cubes.cells import MissingResult
 from studies.cubes.variable import Quantity
 from studies.laws import NOT_FOUND, Law, Range, Shot
 from studies.laws._range import speed
@@ -256,7 +255,7 @@ def with_trouble(sweep: Sweep) -> dict[str, Any]:
         stop="failed",
         provenance=PROVENANCE,
     )
-    outcomes[second] = MissingResult("cancelled", "cancelled by its user")
+    outcomes[second] = RunResult("", "cancelled", "cancelled by its user")
     outcomes[third] = replace(outcomes[third], flags=("under_resolved",))
     outcomes[fourth] = replace(
         outcomes[fourth],
