@@ -22,6 +22,7 @@ from studies.laws import DRAWN_ONLY
 from studies.reports.matched import MatchedObservation, matched_observations
 from studies.reports.verdict import Verdict, verdict
 from studies.reports.verdict.evidence import LawAnswers, Reference, answers_of, axes_in, evidence_of
+from studies.reports.verdict.texts import joined, words
 from studies.reports.verdict.trends import is_uneven
 
 ONLY_SIMULATION = (
@@ -150,20 +151,16 @@ def compare(cube: xr.Dataset) -> Comparison:
     )
 
 
-def published_shots(cube: xr.Dataset) -> list[dict[str, Any]] | None:
-    """Groups of published shots with the bias of whipple itself; None of a cube that was made without them."""
-    groups: list[dict[str, Any]] | None = json.loads(cube.attrs.get("compared_shots", "null"))
+def published_shots(cube: xr.Dataset) -> list[dict[str, Any]]:
+    """Groups of published shots with the bias of whipple itself."""
+    groups: list[dict[str, Any]] = json.loads(cube.attrs["compared_shots"])
     return groups
 
 
 def mixed(cube: xr.Dataset) -> dict[str, str]:
     """Quantities whose runs mix versions of the definition, with the sentence that says so and names the cure."""
     versions = {name: reading.mixed_versions(cube, name) for name in reading.quantities_of(cube)}
-    return {name: MIXED.format(name.replace("_", " "), _listed(each)) for name, each in versions.items() if each}
-
-
-def _listed(versions: Sequence[int]) -> str:
-    return f"{', '.join(map(str, versions[:-1]))} and {versions[-1]}"
+    return {name: MIXED.format(words(name), joined(list(map(str, each)))) for name, each in versions.items() if each}
 
 
 def statistics(subject: np.ndarray, reference: References) -> Statistics:

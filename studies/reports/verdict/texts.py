@@ -322,8 +322,7 @@ def terms() -> tuple[tuple[str, str], ...]:
 
 def title(law: LawVerdict) -> str:
     """The title of a law with its variant."""
-    variant = law.subject.partition("/")[2]
-    return f"{law.title} ({variant})" if variant else law.title
+    return law.title + _variants([law])
 
 
 def share(size: float) -> str:
@@ -375,11 +374,9 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def joined(parts: Sequence[str]) -> str:
+def joined(parts: Sequence[str], last: str = "and") -> str:
     """ "a", "a and b", "a, b and c"."""
-    if len(parts) < 2:
-        return "".join(parts)
-    return f"{', '.join(parts[:-1])} and {parts[-1]}"
+    return f" {last} ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
 
 
 def shortest(texts: Sequence[str]) -> str:
