@@ -1,20 +1,13 @@
 """The cube: what a sweep computed, labelled, in one xarray Dataset and one NetCDF-4 file.
 
-Dimensions are the axes of the sweep (grid), or one dimension ``run`` with the axes as coordinates
-along it (zip). A sweep that names several resolutions or offsets has them as further dimensions,
-``cells_per_diameter`` and ``offset``; what converges over them is ``{quantity}_converged`` and its
-companions, over the axes alone. Every run keeps its cell: one that has no result is NaN, with
-``run_state`` and ``run_reason`` saying why.
+Dimensions are the axes of the sweep (grid), or one dimension ``run`` with the axes as coordinates along it (zip), and
+resolutions and offsets, where a sweep names several; what converges over these lies over the axes alone. Every run
+keeps its cell: one that has no result is NaN, with ``run_state`` and ``run_reason`` saying why.
 
-Parameters are coordinates, scalars where all runs share them; histories lie over ``history_time``. The main results
-come first, then what explains them, the runs, their audit and the shots: each variable names its ``group``, and has a
-short ``long_name`` for an axis with the definition in ``comment``. All stand in the root of the file, grouped by their
-names and this attribute, and not in a tree of NetCDF groups: ``xarray.open_dataset``, Panoply's plots and MATLAB's
-``ncread`` take every variable with its coordinates by its plain name, while ``open_dataset`` shows the root of a tree
-alone. ``runs.csv`` beside the file has one row a run (:mod:`studies.cubes.runs_table`).
-
-The laws are evaluated here, so that ``xarray.open_dataset("cube.nc")``
-alone redoes the report. Each variable is declared in :mod:`studies.cubes.variables`.
+All variables stand in the root of the file, told apart by their attribute ``group``, and not in a tree of NetCDF
+groups: ``xarray.open_dataset``, Panoply's plots and MATLAB's ``ncread`` take every variable with its coordinates by its
+plain name, while ``open_dataset`` shows the root of a tree alone. The laws are evaluated here, so that
+``xarray.open_dataset("cube.nc")`` alone redoes the report.
 """
 
 import json

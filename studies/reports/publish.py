@@ -28,10 +28,8 @@ def publish(
 ) -> dict[str, str]:
     """Write ``cube.nc``, ``runs.csv``, ``runs-all.csv``, ``report.html``, ``report.json`` into a folder; paths by name.
 
-    ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}``
-    of a run that left none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its
-    sections, for the pictures. Each file appears whole or not at
-    all, and replaces what was there.
+    ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}`` of a run that left
+    none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its sections, for the pictures.
     """
     return publish_sweep(*_parsed(sweep_document, outcomes), Path(directory), sections=sections)
 
