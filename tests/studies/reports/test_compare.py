@@ -8,24 +8,18 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.cubes import cube
 from studies.laws import DRAWN_ONLY
 from studies.quantities.measured import NOT_COMPARED
 from studies.reports.compare import References, Residual, Statistics, compare, statistics
+from studies.sweeps.sweep import Sweep
 from tests.studies.support import fakes
 
 MAIDEN = "maiden_al"  # its stated range is 2.5 to 5.5 km/s
+PLAIN = fakes.holes()
 
 
-def holes(*shots: fakes.Observed, **replaced: Any) -> xr.Dataset:
-    sweep = fakes.holes()
-    return cube.build(sweep, {**fakes.results(sweep), **replaced}, fakes.catalogue(observations=shots))
-
-
-def refined_holes(*shots: fakes.Observed, **replaced: Any) -> xr.Dataset:
-    sweep = fakes.refined_holes()
-    outcomes = {**fakes.results(sweep), **replaced}
-    return cube.build(sweep, outcomes, fakes.catalogue(observations=shots))
+def holes(*shots: fakes.Observed, sweep: Sweep = PLAIN, **replaced: Any) -> xr.Dataset:
+    return fakes.cube_of(sweep, {**fakes.results(sweep), **replaced}, observations=shots)
 
 
 def residual(dataset: xr.Dataset, subject: str, reference: str = "simulation") -> Residual:
@@ -54,10 +48,8 @@ def test_law__is_not_compared_with_a_value_whose_flags_speak_against_it(flag: st
 
 def with_confidence(word: str) -> xr.Dataset:
     """Holes in runs and in a shot, with every law of one confidence."""
-    sweep = fakes.holes()
-    catalogue = fakes.catalogue(observations=[fakes.observed(4e3, 3e-3, 17.9e-3)])
-    laws = tuple(replace(law, confidence=word) for law in catalogue.laws)
-    return cube.build(sweep, fakes.results(sweep), replace(catalogue, laws=laws))
+    laws = [replace(law, confidence=word) for law in fakes.HOLE_LAWS]
+    return fakes.cube_of(fakes.holes(), laws=laws, observations=[fakes.observed(4e3, 3e-3, 17.9e-3)])
 
 
 @pytest.mark.parametrize("word", ["memory", "indicative"])
@@ -103,7 +95,7 @@ def test_observation__judges_a_law_by_its_own_error_bar() -> None:
 
 
 def test_observation__judges_the_simulation_by_both_error_bars_together() -> None:
-    dataset = refined_holes(fakes.observed(2e3, 2e-3, 11.5e-3, 0.3e-3))
+    dataset = holes(fakes.observed(2e3, 2e-3, 11.5e-3, 0.3e-3), sweep=fakes.refined_holes())
     converged = dataset.sel(speed=2e3)
     bar = math.hypot(0.3e-3, float(converged.hole_diameter_converged_uncertainty))
     entry = residual(dataset, "simulation", "observation")

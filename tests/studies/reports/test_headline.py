@@ -13,7 +13,6 @@ import xarray as xr
 import whipple
 from studies import laws as laws_of
 from studies.cases.rows import equal
-from studies.cubes import cube
 from studies.quantities.measured import Measured
 from studies.reports import report
 from studies.reports.compare import compare
@@ -60,9 +59,7 @@ def document_of(
         measured = Measured(value, bar * value, {"resolution": bar * value}, (), {}, 1)
         result = replace(fakes.result(point.run), measurements={NAME: measured})
         results[point.run.id] = replace(result, **(spoiled or {}).get(number, {}))
-    catalogue = fakes.catalogue(observations=shots)
-    catalogue = replace(catalogue, laws=tuple(laws), quantities={NAME: catalogue.quantities[NAME]})
-    dataset = cube.build(sweep, results, catalogue)
+    dataset = fakes.cube_of(sweep, results, laws=laws, quantities={NAME: fakes.HOLES[NAME]}, observations=shots)
     return json.loads(report.as_json(report.document(dataset, compare(dataset)))), dataset
 
 

@@ -1,13 +1,11 @@
 """What a report says of outcomes: along an axis, over grids and models, and in its headline."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from studies.cases.rows import equal
-from studies.cubes import cube
 from studies.cubes.variable import Quantity
 from studies.quantities.measured import Measured
 from studies.reports import compare, report
@@ -32,9 +30,7 @@ def document_of(outcome: Outcome, *axes: Axis, **changes: Any) -> dict[str, Any]
         results[point.run.id] = RunResult(
             point.run.id, "succeeded", measurements={"wall_perforated": measured}, provenance=fakes.PROVENANCE
         )
-    parameters = {**fakes.PARAMETERS, **fakes.declared_of("geometry")}
-    catalogue = replace(fakes.catalogue(), parameters=parameters, quantities={"wall_perforated": HOLDS}, laws=[])
-    dataset = cube.build(sweep, results, catalogue)
+    dataset = fakes.cube_of(sweep, results, quantities={"wall_perforated": HOLDS}, laws=[])
     return report.document(dataset, compare.compare(dataset))
 
 

@@ -53,7 +53,7 @@ def cube_of(case: str) -> xr.Dataset:
     outcomes = fakes.with_trouble(sweep) if case in ("grid", "refined") else fakes.results(sweep)
     none_through = (fakes.observed(5e3, 0.002, 0.0),)  # nothing is relative to it
     shots = {"grid": fakes.SHOTS, "refined": fakes.SHOTS, "one run": none_through}.get(case, ())
-    return cube.build(sweep, outcomes, fakes.catalogue(sweep.scenario, shots))
+    return fakes.cube_of(sweep, outcomes, observations=shots)
 
 
 def document_of(dataset: xr.Dataset) -> dict:

@@ -1,17 +1,20 @@
 """Sweeps with invented results, and laws that suit them: smooth numbers, so that cube and report are tested alone."""
 
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
+import xarray as xr
+
 from studies import laws, materials, scenarios
+from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue, Observed
 from studies.cubes.variable import Quantity
 from studies.laws import NOT_FOUND, Law, Range, Shot
 from studies.laws._range import speed
 from studies.quantities.measured import DEFINITION, Measured
-from studies.quantities.parameters import Parameter, declared
+from studies.quantities.parameters import declared
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.axes import Axis
@@ -92,29 +95,6 @@ CRATER_LAWS = (
 )
 
 
-def declared_of(*names: str) -> dict[str, Parameter]:
-    """Parameters of a thin plate as the scenario declares them."""
-    every = declared(scenarios.load("thin_plate").parameters)
-    return {name: every[name] for name in names}
-
-
-PARAMETERS = {
-    **declared_of(
-        *(
-            "speed",
-            "plate_thickness",
-            "projectile_diameter",
-            "projectile",
-            "target",
-            "cells_per_diameter",
-            "offset",
-            "method",
-        )
-    ),
-    "target.strength.A": Parameter(
-        name="target.strength.A", kind="quantity", unit="Pa", meaning="initial yield stress"
-    ),
-}
 HOLES = {
     "hole_diameter": Quantity("hole_diameter", "m", "clear opening"),
     "hole_diameter_areal": Quantity("hole_diameter_areal", "m", "opening by areal density"),
@@ -126,17 +106,23 @@ CRATERS = {
 }
 
 
-def catalogue(scenario: str = "thin_plate", observations: Sequence[Observed] = ()) -> Catalogue:
+def cube_of(sweep: Sweep, outcomes: Mapping[str, RunResult] | None = None, **changes: Any) -> xr.Dataset:
+    """The cube of a sweep with invented results, and with changes to its catalogue."""
+    return cube.build(sweep, results(sweep) if outcomes is None else outcomes, catalogue(sweep.scenario, **changes))
+
+
+def catalogue(scenario: str = "thin_plate", **changes: Any) -> Catalogue:
+    """What suits the invented results, with changes."""
     holes = scenario == "thin_plate"
-    return Catalogue(
-        title="Perforation of a thin plate" if holes else "Crater in a thick plate",
-        parameters=PARAMETERS,
-        quantities=HOLES if holes else CRATERS,
-        laws=HOLE_LAWS if holes else CRATER_LAWS,
-        shot_of=laws.shot_of,
-        observations=observations,
-        materials={"copper-ofhc": {"title": COPPER.title, "numbers": NUMBERS}},
-    )
+    plain: dict[str, Any] = {
+        "title": "Perforation of a thin plate" if holes else "Crater in a thick plate",
+        "parameters": declared(scenarios.load(scenario).parameters),
+        "quantities": HOLES if holes else CRATERS,
+        "laws": HOLE_LAWS if holes else CRATER_LAWS,
+        "shot_of": laws.shot_of,
+        "materials": {"copper-ofhc": {"title": COPPER.title, "numbers": NUMBERS}},
+    }
+    return Catalogue(**plain | changes)
 
 
 def scaled(outcome: RunResult, factor: float) -> RunResult:
