@@ -70,26 +70,25 @@ def classes() -> list[Mapping[str, Any]]:
     return classes
 
 
-def _like(scenario: str, target: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The classes of a target's family, that of its alloy first."""
-    mine = [each for each in classes() if each["scenario"] == scenario and each["family"] == target.get("family")]
-    return sorted(mine, key=lambda each: bool(each["alloy"] != target.get("alloy")))
-
-
 def _stored(cell: Cell, quantity: str) -> ModelPart:
     """The model part of a value by the stored answers of its metal, at its speed.
 
     A contribution that the metal has no sources for is that of the first metal of its family that has them.
     """
     scenario, target = cell.run.scenario, cell.run.materials.get("target", {})
-    classes = [each for each in _like(scenario, target) if quantity in each["quantities"]]
-    if not classes:
+    alike = [
+        each
+        for each in classes()
+        if (each["scenario"], each["family"]) == (scenario, target.get("family")) and quantity in each["quantities"]
+    ]
+    if not alike:
         metal = target.get("name", "no target")
         return _part(cell, quantity, {}, f"nothing is stored for {quantity} of {scenario} in {metal}")
-    parameters, entry = cell.run.parameters, classes[0]
+    alike.sort(key=lambda each: bool(each["alloy"] != target.get("alloy")))  # its own alloy first
+    parameters, entry = cell.run.parameters, alike[0]
     shares: dict[str, float] = {}
     borrowed = []
-    for each in classes:
+    for each in alike:
         more = stored_shares(each, quantity, float(parameters.get("speed") or each["speeds"][0]))
         for name in more.keys() - shares.keys():
             shares[name] = more[name]
@@ -126,18 +125,14 @@ def _distance(parameters: Mapping[str, Any], entry: Mapping[str, Any]) -> float 
     """The largest factor between speed and t/d of a run and the nearest of an entry; 1 inside, None without both."""
     measured, ratio = _thickness_ratio(entry["parameters"]), _thickness_ratio(parameters)
     sides = ((parameters.get("speed"), min(entry["speeds"]), max(entry["speeds"])), (ratio, measured, measured))
-    return max((_factor(*side) for side in sides if all(side)), default=None)
+    factors = [max(low / value, value / high) for value, low, high in sides if value and low and high]
+    return max((factor if factor > 1.0 + ROUND_OFF else 1.0 for factor in factors), default=None)
 
 
 def _thickness_ratio(parameters: Mapping[str, Any]) -> float | None:
     """Thickness of a thin plate over the diameter of its projectile."""
     thickness, diameter = parameters.get("plate_thickness"), parameters.get("projectile_diameter")
     return thickness / diameter if thickness and diameter else None
-
-
-def _factor(value: float, low: float, high: float) -> float:
-    factor = max(low / value, value / high)
-    return factor if factor > 1.0 + ROUND_OFF else 1.0
 
 
 # ---- screened ------------------------------------------------------------------------------------

@@ -57,6 +57,7 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
     """The observed shots of a measured quantity; ``dataset`` is of points."""
     if not cubes.OBSERVED.is_in(dataset, name):
         return
+    confidence = cubes.OBSERVATION_CONFIDENCE  # in no cube of shots without any
     barred = dataset.assign({cubes.UNCERTAINTY.named(name): error_bars(dataset, name)})
     for row in range(dataset.sizes["observation"]):
         shot = dataset.isel(observation=row)
@@ -74,7 +75,7 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 quantity=name,
                 unit=dataset[name].attrs["units"],
                 source=str(cubes.OBSERVATION_SOURCE.of(shot).item()),
-                confidence=_confidence_of(shot),
+                confidence=str(confidence.of(shot).item()) if confidence.is_in(shot) else "",
                 at=at,
                 diameter=finite(float(cubes.OBSERVATION_DIAMETER.of(shot))),
                 value=value,
@@ -89,12 +90,6 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 lower=bounds[0],
                 upper=bounds[1],
             )
-
-
-def _confidence_of(shot: xr.Dataset) -> str:
-    """How well a shot is known; empty in cubes that do not say."""
-    confidence = cubes.OBSERVATION_CONFIDENCE
-    return str(confidence.of(shot).item()) if confidence.is_in(shot) else ""
 
 
 def _parameters_of(shot: xr.Dataset) -> dict[str, float | str]:

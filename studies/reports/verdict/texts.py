@@ -141,16 +141,12 @@ def _trend(trend: Trend | None) -> str:
     lost = [slope for slope in trend.slopes if slope not in clear]
     texts = [
         f"{signed(100.0 * slope.value, 1)} ± {decimals(100.0 * slope.interval, 1)} percentage points per "
-        f"{_per(slope.unit)}of {words(slope.axis)}"
+        f"{slope.unit or 'unit'} of {words(slope.axis)}"
         for slope in clear
     ]
     if lost:
         texts.append(f"none beyond its interval along {joined([words(slope.axis) for slope in lost])}")
     return f"linear trend over {trend.n} points: {' and '.join(texts)} ({share(CONFIDENCE)} interval)"
-
-
-def _per(unit: str) -> str:
-    return f"{unit} " if unit else "unit "
 
 
 def exponents_text(law: LawVerdict) -> str:
