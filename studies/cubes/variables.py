@@ -439,7 +439,7 @@ OBSERVED_BOUNDS = tuple(
     _of_shot(
         f"{{quantity}}_observed_{bound}",
         f"{bound} bound of {{quantity}} where a range alone is published",
-        lambda shot, place=place: shot.bounds and shot.bounds[place],
+        lambda shot, place=place: shot.bounds and shot.bounds[place],  # type: ignore[misc]
         unit="{unit}",
         label=f"{{words}}, {bound} bound",
     )

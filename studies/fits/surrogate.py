@@ -59,8 +59,9 @@ class SurrogateInput:
     @property
     def parameter(self) -> Parameter:
         """What a person may ask for: the values between those of the runs."""
-        about = {"name": self.name, "meaning": self.name, "unit": self.unit}
-        return Parameter(kind="quantity", minimum=self.low, maximum=self.high, **about)
+        return Parameter(
+            name=self.name, kind="quantity", unit=self.unit, meaning=self.name, minimum=self.low, maximum=self.high
+        )
 
     def scaled(self, values: np.ndarray) -> np.ndarray:
         """Values from 0 to 1; of the resolution by the size of a cell, with which errors of the grid go."""

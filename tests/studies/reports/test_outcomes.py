@@ -8,7 +8,6 @@ import pytest
 from studies.cases.rows import equal
 from studies.cubes.variable import Quantity
 from studies.quantities.measured import Measured
-from studies.reports import compare, report
 from studies.reports.page import page
 from studies.reports.verdict import openings
 from studies.runs.results import RunResult
@@ -30,8 +29,7 @@ def document_of(outcome: Outcome, *axes: Axis, **changes: Any) -> dict[str, Any]
         results[point.run.id] = RunResult(
             point.run.id, "succeeded", measurements={"wall_perforated": measured}, provenance=fakes.PROVENANCE
         )
-    dataset = fakes.cube_of(sweep, results, quantities={"wall_perforated": HOLDS}, laws=[])
-    return report.document(dataset, compare.compare(dataset))
+    return fakes.document_of(fakes.cube_of(sweep, results, quantities={"wall_perforated": HOLDS}, laws=[]))
 
 
 def coarse_is_open(parameters: Mapping[str, Any]) -> float:

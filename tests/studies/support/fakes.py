@@ -1,5 +1,6 @@
 """Sweeps with invented results, and laws that suit them: smooth numbers, so that cube and report are tested alone."""
 
+import json
 import math
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
@@ -15,6 +16,8 @@ from studies.laws import NOT_FOUND, Law, Range, Shot
 from studies.laws._range import speed
 from studies.quantities.measured import DEFINITION, Measured
 from studies.quantities.parameters import declared
+from studies.reports import report
+from studies.reports.compare import compare
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.axes import Axis
@@ -227,6 +230,25 @@ def refined_holes(cells: Sequence[float] = CELLS, offsets: int = OFFSETS, **chan
 def results(sweep: Sweep) -> dict[str, Any]:
     """A result for each run."""
     return {point.run.id: result(point.run) for point in sweep.runs()}
+
+
+def searched(sweep: Sweep, result_of: Callable[[Run], RunResult]) -> dict[str, RunResult]:
+    """The results of the runs that the search of a sweep asks for."""
+    outcomes: dict[str, RunResult] = {}
+    [quantity] = [axis.search.quantity for axis in sweep.axes if axis.search]
+
+    def outcome_of(run: Run) -> bool:
+        outcomes[run.id] = result_of(run)
+        return outcomes[run.id].measurements[quantity].value == 1.0
+
+    sweep.limits(outcome_of)
+    return outcomes
+
+
+def document_of(dataset: xr.Dataset) -> dict[str, Any]:
+    """The report of a cube as a program reads it."""
+    document: dict[str, Any] = json.loads(report.as_json(report.document(dataset, compare(dataset))))
+    return document
 
 
 def with_trouble(sweep: Sweep) -> dict[str, Any]:
