@@ -163,13 +163,9 @@ def series_of(runs: Sequence[Mapping[str, Any]]) -> Iterator[Series]:
     for scenario, (_, _, quantities) in TARGETS.items():
         for metal, speed, failure, quantity in product(METALS, SPEEDS, FAILURES, quantities):
             grids = [at[scenario, metal, speed, failure, grid] for grid in range(3)]
-            values = tuple(_number(run["values"].get(quantity)) for run in grids)
+            values = tuple(math.nan if (value := run["values"].get(quantity)) is None else value for run in grids)
             settled = all(quantity not in run["still_growing"] for run in grids)
             yield Series(metal, speed, failure, quantity, values, settled)
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else value
 
 
 def out(runs: Sequence[Mapping[str, Any]]) -> list[str]:

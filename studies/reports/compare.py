@@ -8,7 +8,6 @@ how far off it is.
 """
 
 import json
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
@@ -257,18 +256,16 @@ def _against_observations(points: xr.Dataset, name: str, shots: Sequence[Matched
         return
     places = [shot.at for shot in shots]
     values = np.array([shot.observed for shot in shots])
-    bars = np.array([_nan(shot.uncertainty) for shot in shots])
     # NaN where the observation states none, or the mesh error of the simulation is unknown.
-    joint = np.hypot(bars, [_nan(shot.simulation_uncertainty) for shot in shots])
+    bars, own = np.array([(shot.uncertainty, shot.simulation_uncertainty) for shot in shots], float).T
+    simulated = np.array([shot.simulation for shot in shots], float)
     yield Residual(
         quantity=name,
         unit=points[name].attrs["units"],
         subject="simulation",
         title="simulation",
         reference="observation",
-        everywhere=statistics(
-            np.array([_nan(shot.simulation) for shot in shots]), References("observation", values, places, joint)
-        ),
+        everywhere=statistics(simulated, References("observation", values, places, np.hypot(bars, own))),
         in_range=None,
         points=len(shots),
     )
@@ -295,7 +292,3 @@ def _of_law(name: str, law: LawAnswers, reference: References) -> Residual:
         drawn_only=drawn_only,
         no_range=law.no_range,
     )
-
-
-def _nan(value: float | None) -> float:
-    return math.nan if value is None else value

@@ -36,9 +36,8 @@ from studies.cubes.variables import STATES
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.compare import Comparison, published_shots
 from studies.reports.figures import Figure, figures, fragment_sizes
-from studies.reports.limits.outcomes import outcomes_of
+from studies.reports.limits.outcomes import limits_of, outcomes_of
 from studies.reports.limits.residual import residual_curves, residual_figure
-from studies.reports.limits.searched import limits_of
 from studies.reports.limits.shield import shield_limits
 from studies.reports.limits.shield_figure import shield_figure
 from studies.reports.limits.shield_probability import chances_of, in_words

@@ -65,9 +65,9 @@ class FigureView:
         values = variable.of(self.dataset, name).values
         return values.reshape(len(self.x), *values.shape[len(self.dataset.variables["run_state"].dims) :])
 
-    def succeeded(self, name: str, variable: Variable = cubes.VALUE) -> np.ndarray:
+    def succeeded(self, name: str) -> np.ndarray:
         """Measured values of each point; NaN where no run succeeded."""
-        return simulated_values(self.dataset, variable.named(name)).ravel()
+        return simulated_values(self.dataset, name).ravel()
 
     def compared(self, name: str) -> np.ndarray:
         """Measured values of each point with which laws are compared; NaN elsewhere."""

@@ -92,11 +92,6 @@ def test_order__above_the_formal_one_without_noise_is_not_asymptotic() -> None:
 # --- what must not be extrapolated ------------------------------------------------------------------
 
 
-def error_of_order(fine: float, middle: float, order: float) -> float:
-    """Error of the finest value, of cells that are halved, if this order had left its difference."""
-    return abs(fine - middle) / (2.0**order - 1.0)
-
-
 def by_least_squares(values: Sequence[float]) -> float:
     """The uncertainty of the finest value, of cells that are halved: Eça and Hoekstra (2014), Appendix A."""
     f, fits = np.array(values), []
