@@ -4,13 +4,12 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, comparable, error_bars, places_of, plain, simulated
+from studies.cubes.points import Place, axes_of, comparable, error_bars, is_same, places_of, plain, simulated
 from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
 
@@ -18,7 +17,6 @@ ELSEWHERE = "the shot has another"
 A_RANGE = "a range alone is published: nothing is compared with it"
 BEYOND_AXES = "the shot lies outside the axis"
 LINEAR = "linear between neighbouring runs"
-SAME = 1e-9  # relative: axis values that differ by less are the same value written twice
 
 
 @dataclass(frozen=True)
@@ -143,7 +141,7 @@ def _is_another(dataset: xr.Dataset, name: str, wanted: float | str) -> bool:
     """Whether the shot states a value for something fixed that no run of the sweep has."""
     if name not in dataset:
         return False
-    return not any(_same(plain(value), wanted) for value in dataset[name].values.ravel())
+    return not any(is_same(plain(value), wanted) for value in dataset[name].values.ravel())
 
 
 Sides = Mapping[str, list[tuple[float, int]]]  # by dimension: weights, and places around the shot
@@ -154,7 +152,7 @@ def _sides_of(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> Sides:
     if "run" not in dataset.dims:
         return {axis: _sides(dataset[axis].values, axis, at[axis]) for axis in axes}
     for run, place in enumerate(places_of(dataset)):
-        if all(_same(place[axis], at[axis]) for axis in axes):
+        if all(is_same(place[axis], at[axis]) for axis in axes):
             return {"run": [(1.0, run)]}
     raise LookupError("no run has the parameters of the shot")
 
@@ -162,19 +160,13 @@ def _sides_of(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> Sides:
 def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[float, int]]:
     """One value of an axis, or the two around it, with weights; LookupError outside the axis."""
     for place, value in enumerate(values):
-        if _same(value, wanted):
+        if is_same(value, wanted):
             return [(1.0, place)]
     if isinstance(wanted, str) or not values.min() < wanted < values.max():
         raise LookupError(f"{BEYOND_AXES} {_listed([axis])}")
     above = int(np.searchsorted(values, wanted))
     share = float((wanted - values[above - 1]) / (values[above] - values[above - 1]))
     return [(1.0 - share, above - 1), (share, above)]
-
-
-def _same(value: Any, other: Any) -> bool:
-    if isinstance(value, str) or isinstance(other, str):
-        return str(value) == str(other)
-    return math.isclose(value, other, rel_tol=SAME)
 
 
 def _weighted(values: xr.DataArray, sides: Sides) -> xr.DataArray:

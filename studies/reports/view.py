@@ -101,12 +101,7 @@ class FigureView:
 
     def doubts(self, name: str) -> list[str]:
         """The flags of a quantity and of its run at each point, in words; empty without any."""
-        own = reading.flag_words(reading.doubts(cubes.FLAGS.of(self.dataset, name)))
-        of_run = reading.flag_words(cubes.FLAGS_OF_RUN.of(self.dataset))
-        return [
-            ", ".join(flag.replace("_", " ") for flag in (*mine, *other))
-            for mine, other in zip(own, of_run, strict=True)
-        ]
+        return [", ".join(flags).replace("_", " ") for flags in reading.doubts_at(self.dataset, name)]
 
     def normed(self, name: str) -> bool:
         """Whether it is shown over the projectile's diameter: a length, all diameters known."""

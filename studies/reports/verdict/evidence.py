@@ -203,9 +203,7 @@ class _Quantity:
         }
         self.numerical = simulated_values(points, cubes.UNCERTAINTY.named(name)).ravel()
         self.values = comparable(points, name).values.ravel()
-        run_flags = reading.flag_words(cubes.FLAGS_OF_RUN.of(points))
-        own_flags = reading.flag_words(reading.doubts(cubes.FLAGS.of(points, name)))
-        self.flags = [(*own, *run) for own, run in zip(own_flags, run_flags, strict=True)]
+        self.flags = reading.doubts_at(points, name)
 
     # ---- error bars: standard uncertainties in the quantity's unit ----
 
