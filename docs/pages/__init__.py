@@ -50,13 +50,18 @@ def keep(document: Any, file: Path) -> None:
     file.write_text(lines + "\n", encoding="utf-8")
 
 
+def read_json(file: Path) -> Any:
+    """Results as they were kept."""
+    return json.loads(file.read_text(encoding="utf-8"))
+
+
 def computed_once(run: Run, directory: Path) -> RunResult:
     """The result of a run, computed where its directory has none."""
     file = directory / RESULT
     if not file.exists():
         directory.mkdir(parents=True, exist_ok=True)
         execute(run, directory, threads=1)
-    return RunResult.from_json(json.loads(file.read_text(encoding="utf-8")))
+    return RunResult.from_json(read_json(file))
 
 
 def sentence(words: str) -> str:

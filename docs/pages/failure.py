@@ -16,7 +16,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from docs.pages import MADE, RESULTS, computed_once, keep, table
+from docs.pages import MADE, RESULTS, computed_once, keep, read_json, table
 from solver import PHYSICS_VERSION
 from studies import materials, measurements
 from studies.cases.validation import plate_spall
@@ -207,7 +207,7 @@ def pages() -> dict[str, str]:
     """docs/failure.md."""
     if not STORED.exists():
         return {}
-    document = json.loads(STORED.read_text(encoding="utf-8"))
+    document = read_json(STORED)
     runs = document["runs"]
     series = list(series_of(runs))
     kinds = list(dict.fromkeys(each.quantity for each in series))
