@@ -77,7 +77,7 @@ def _by_simulation(points: xr.Dataset, name: str) -> Iterator[Judged]:
             continue
         answers, inside = (points[each].isel({law: number}) for each in (f"{name}_by_law", f"{name}_by_law_in_range"))
         spread = float(np.nan_to_num(points[f"{law}_scatter"].values[number])) * answers
-        bar = np.sqrt(squares + spread**2) / abs(value)
+        bar = (squares + spread**2) ** 0.5 / abs(value)
         judges = usable & (inside == 1) & answers.notnull()
         columns = [each.broadcast_like(value).values.ravel() for each in (answers, value, bar, tests, judges)]
         for at, answer, reference, width, tested, judged in zip(places_of(points), *columns, strict=True):
