@@ -19,6 +19,7 @@ SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see,
 OF_MESH = (SUB_CELL, CELLS_THROUGH)  # parts that offsets and resolutions show themselves
 
 
+Results = Mapping[str, RunResult]  # what each run left, by its id
 MISSING = RunResult("", "missing", "no result was recorded for this run")
 
 
@@ -66,7 +67,13 @@ class Layout:
         return self.cells.reshape(*self.cells.shape[: len(self.point_dims)], -1)
 
 
-def lay_out(sweep: Any, results: Mapping[str, RunResult], shot_of: Callable[[Any], Any | None]) -> Layout:
+def results_of(outcomes: Mapping[str, Mapping[str, Any]]) -> Results:
+    """Results from their JSON by run id, that of a run which left none with its state and reason alone."""
+    nothing: dict[str, Any] = {"measurements": {}, "flags": ()}
+    return {id: RunResult.from_json({"run_id": id, **nothing, **plain}) for id, plain in outcomes.items()}
+
+
+def lay_out(sweep: Any, results: Results, shot_of: Callable[[Any], Any | None]) -> Layout:
     """The runs of a sweep in their places; expands its grid, once."""
     grid = sweep.combine == "grid"
     axes = (*(sweep.axes if grid else ()), *sweep.refinements)
@@ -105,7 +112,7 @@ def _without_flag(cell: Cell, seen: set[str]) -> Cell:
     return replace(cell, result=replace(cell.result, measurements=measurements))
 
 
-def _cell(point: Any, results: Mapping[str, RunResult], shot: Any | None) -> Cell:
+def _cell(point: Any, results: Results, shot: Any | None) -> Cell:
     result = results.get(point.run.id, MISSING)
     state, reason = result.state, result.reason or ""
     if state not in STATES:

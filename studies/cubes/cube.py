@@ -27,7 +27,7 @@ import xarray as xr
 from studies.cubes import audit, limits
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
-from studies.cubes.cells import MISSING, Cell, Layout, converge_points, definition_part, lay_out
+from studies.cubes.cells import MISSING, Cell, Layout, Results, converge_points, definition_part, lay_out
 from studies.cubes.models import Assess, assessment
 from studies.cubes.variable import (
     BETWEEN_OUTCOMES,
@@ -44,7 +44,6 @@ from studies.laws import FITTED
 from studies.quantities.files import write_atomically
 from studies.quantities.measured import numerical_parts
 from studies.quantities.parameters import Parameter
-from studies.runs.results import RunResult
 from studies.sweeps.screening import CONTRIBUTIONS
 
 CHUNK_VALUES = 1_000_000  # 8 MB: a whole variable of most cubes, so that one read gets it
@@ -57,7 +56,7 @@ ONCE_A_RUN = ("started", "seconds", "threads", "checkpoint")
 Column = tuple[Variable, np.ndarray, Mapping[str, Any]]  # with its values and further attributes
 
 
-def build(sweep: Any, results: Mapping[str, RunResult], catalogue: Catalogue | None = None) -> xr.Dataset:
+def build(sweep: Any, results: Results, catalogue: Catalogue | None = None) -> xr.Dataset:
     """The cube of a sweep; ``results`` has what each run left, by its id."""
     catalogue = catalogue or catalogue_of(sweep)
     if sweep.searched:
@@ -65,7 +64,7 @@ def build(sweep: Any, results: Mapping[str, RunResult], catalogue: Catalogue | N
     return _built(sweep, results, catalogue, [])
 
 
-def _of_search(sweep: Any, results: Mapping[str, RunResult], catalogue: Catalogue) -> xr.Dataset:
+def _of_search(sweep: Any, results: Results, catalogue: Catalogue) -> xr.Dataset:
     """The cube of the values that a search tried, with the limits; the attribute ``search`` is its document."""
     axis = sweep.searched
     quantity = axis.search.quantity
@@ -77,7 +76,7 @@ def _of_search(sweep: Any, results: Mapping[str, RunResult], catalogue: Catalogu
     return dataset.assign_attrs(search=document)
 
 
-def _built(sweep: Any, results: Mapping[str, RunResult], catalogue: Catalogue, first: Sequence[Column]) -> xr.Dataset:
+def _built(sweep: Any, results: Results, catalogue: Catalogue, first: Sequence[Column]) -> xr.Dataset:
     """The cube with these columns before all others."""
     layout = lay_out(sweep, results, catalogue.shot_of)
     dataset = xr.Dataset(
@@ -97,7 +96,7 @@ def _built(sweep: Any, results: Mapping[str, RunResult], catalogue: Catalogue, f
     return dataset.sortby(numeric) if numeric else dataset
 
 
-def with_computation(dataset: xr.Dataset, results: Mapping[str, RunResult]) -> xr.Dataset:
+def with_computation(dataset: xr.Dataset, results: Results) -> xr.Dataset:
     """The cube with the date, and the wall time and threads of each run: they are in no file, which has the same bytes
     whoever computes the sweep."""
     ids = dataset[declared.RUN_ID.name].variable

@@ -13,11 +13,11 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
+from studies.cubes.cells import Results, results_of
 from studies.cubes.reading import open_cube
 from studies.cubes.runs_table import runs_csv
 from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
 from studies.reports import compare, report
-from studies.runs.results import RunResult
 
 
 def publish(
@@ -36,7 +36,7 @@ def publish(
 
 def publish_sweep(
     sweep: Any,
-    results: Mapping[str, RunResult],
+    results: Results,
     directory: Path,
     catalogue: Catalogue | None = None,
     sections: Mapping[str, Path] | None = None,
@@ -84,14 +84,12 @@ def write_partial_report(
     return write_text(file, page(document))
 
 
-def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, dict[str, RunResult]]:
+def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, Results]:
     """A sweep and the results of its runs, as records."""
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
 
-    nothing: dict[str, Any] = {"measurements": {}, "flags": ()}
-    results = {id: RunResult.from_json({"run_id": id, **nothing, **plain}) for id, plain in outcomes.items()}
-    return Sweep.parse(document, ACCEPTED), results
+    return Sweep.parse(document, ACCEPTED), results_of(outcomes)
 
 
 FORMATS = ("png", "svg", "pdf")  # of figures as files
