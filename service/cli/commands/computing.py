@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
+from service.cli.commands.answering import print_example
 from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
@@ -25,9 +26,11 @@ from service.cli.commands.options import (
     folder_of,
     settings_of,
 )
+from service.cli.console import print_cost, print_json, print_warnings
 from solver.errors import WhippleError
 from studies.quantities.files import write_text
 from studies.quantities.findings import Finding, InvalidInput
+from studies.sweeps.document import read_sweep_file, read_yaml
 
 if TYPE_CHECKING:
     from service.workers.warm import WarmProcess
@@ -47,9 +50,7 @@ KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that 
 @app.command()
 def demo(out: Out = Path("demo"), threads: Threads = None, full: Full = False) -> None:
     """Ask laws and shots about a shield, and compute the example sweeps: holes, a measured crater, craters."""
-    from service.cli.commands.answering import print_example
     from studies.sweeps import examples
-    from studies.sweeps.document import read_yaml
 
     folder = folder_of(out)
     begin = time.perf_counter()
@@ -80,7 +81,6 @@ def sweep(
 
     # A child process imports what publishing needs (1 s) while this one imports what the queue needs (1 s).
     with preloading(*PUBLICATION) as ready:
-        from service.cli.console import print_warnings
         from service.settings import Settings
         from studies.sweeps.reading import SweepLimits
         from studies.sweeps.sweep import Sweep
@@ -141,10 +141,8 @@ def estimate(file: SweepFile, as_json: Json = False) -> None:
     """Estimate the cost of a sweep, as it is and at each accuracy. Nothing is computed."""
     from dataclasses import asdict
 
-    from service.cli.console import print_cost, print_json, print_warnings
     from service.settings import Settings
     from studies.sweeps.cost import cost_of, presets_of
-    from studies.sweeps.document import read_sweep_file
     from studies.sweeps.reading import SweepLimits
     from studies.sweeps.sweep import Sweep
 
@@ -167,7 +165,6 @@ def warm(
 ) -> None:
     """Compile the kernels of sweeps into the cache, before the first run needs them."""
     from studies.sweeps import examples
-    from studies.sweeps.document import read_sweep_file, read_yaml
     from studies.sweeps.sweep import Sweep
 
     if files:

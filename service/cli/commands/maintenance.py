@@ -10,6 +10,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands.options import FAILURE, SOME_FAILED, SUCCESS, Data, DatabaseUrl, Json, settings_of
+from service.cli.console import (
+    SHORT_ID,
+    print_audit,
+    print_backup,
+    print_check,
+    print_expired,
+    print_json,
+    print_keys,
+    print_plan,
+    print_remeasured,
+    tracking,
+)
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
@@ -77,8 +89,6 @@ def rotate_key(
 
 
 def _print_secret(row: "KeyRow", secret: str) -> None:
-    from service.cli.console import print_keys
-
     print(secret)
     print_keys([row], file=sys.stderr)
     print("save the secret: it cannot be shown again", file=sys.stderr)
@@ -87,7 +97,6 @@ def _print_secret(row: "KeyRow", secret: str) -> None:
 @keys.command("list")
 def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """List all keys, without their secrets."""
-    from service.cli.console import print_json, print_keys
     from service.cli.offline import open_store
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
@@ -98,7 +107,6 @@ def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUr
 @keys.command("revoke")
 def revoke_key(key: KeyArgument, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Revoke a key, from the next request on."""
-    from service.cli.console import print_keys
     from service.cli.offline import open_store, record_command
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
@@ -117,8 +125,6 @@ def _duration(option: str, text: str) -> timedelta:
 
 def _matching(text: str, rows: "tuple[KeyRow, ...]") -> "KeyRow":
     """The one key whose id or secret begins so, or the usable one of a name; raises InvalidInput."""
-    from service.cli.console import SHORT_ID
-
     moment = datetime.now(UTC)
     matching = [row for row in rows if text and (row.id.startswith(text) or text == row.prefix)]
     matching = matching or [row for row in rows if row.name == text and row.is_usable(moment)]
@@ -143,7 +149,6 @@ def audit(
     database_url: DatabaseUrl = None,
 ) -> None:
     """List the orders that the service was given: who, from where, and what came of it; oldest first."""
-    from service.cli.console import print_audit, print_json
     from service.cli.offline import open_store
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
@@ -154,7 +159,6 @@ def audit(
 @app.command()
 def doctor(as_json: Json = False, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Check data directory, database and workers, and print cures. The exit status is 1 on an error."""
-    from service.cli.console import print_check, print_json
     from service.cli.doctor import CheckStatus, examine
 
     checks = []
@@ -175,7 +179,6 @@ def backup(
 ) -> None:
     """Copy database and files (SQLite) while the service runs. OUT then is a data directory."""
     from service.cli.backup import back_up
-    from service.cli.console import print_backup
     from service.cli.offline import open_store
 
     settings = settings_of(data=data)
@@ -201,7 +204,6 @@ def retention(
     database_url: DatabaseUrl = None,
 ) -> None:
     """List, or delete, ended sweeps by age, size and owner; pinned ones stay, and runs that another sweep has."""
-    from service.cli.console import print_expired, print_json
     from service.cli.offline import open_store, record_command
     from service.records.jobs import Conflict, NotFound
 
@@ -272,7 +274,6 @@ def remeasure(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Apply changed definitions of measurements to the stored final states; stop the service first."""
-    from service.cli.console import print_plan, print_remeasured, tracking
     from service.cli.offline import open_store, record_command, without_services
     from service.cli.remeasuring import Remeasured, plan_of, remeasure_runs
 
