@@ -3,7 +3,6 @@
 import io
 import logging
 from collections.abc import Iterator
-from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,8 @@ from fastapi.testclient import TestClient
 
 from service import logs
 from service.records.jobs import Scope
-from service.settings import Settings
-from service.store import Store
 from tests.service.support.api import SWEEP, Api, open_api, served
+from tests.service.support.fakes import issue_key
 
 ELSEWHERE = {"host": "0.0.0.0", "allowed_hosts": ("whipple.example.org",)}
 NAME = "http://whipple.example.org"
@@ -32,8 +30,7 @@ def key_for(api: Api, *scopes: Scope, name: str = "anna", **more: Any) -> dict[s
 @pytest.fixture
 def api(tmp_path: Path) -> Iterator[Api]:
     """A service that can be reached from elsewhere; the key which lets it start is nobody's."""
-    with closing(Store.open(Settings(data=tmp_path).url)) as store:
-        store.keys.issue("nobody", [])
+    issue_key(tmp_path, "nobody")
     with open_api(tmp_path, **ELSEWHERE) as opened:
         yield opened
 

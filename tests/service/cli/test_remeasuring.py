@@ -75,7 +75,7 @@ class Solved:
 def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A data directory with two sweeps that were solved and published; tests work on copies."""
     settings = Settings(data=tmp_path_factory.mktemp("original"), workers=1, targets_module=SOLVING)
-    with closing(Store.open(settings.url, cost=lambda run: 1.0)) as store:
+    with closing(Store.open(settings.url)) as store:
         for document in (TINY, OTHER):
             store.sweeps.create(Submission(Sweep.parse(document)))
         with holding(settings), start_engine(settings, store):
@@ -92,7 +92,7 @@ def solved(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     settings = {"data": tmp_path, "workers": 1, "targets_module": RAISED}
     for name, value in settings.items():
         monkeypatch.setenv(f"WHIPPLE_{name.upper()}", str(value))
-    with closing(Store.open(Settings().url, cost=lambda run: 1.0)) as store:
+    with closing(Store.open(Settings().url)) as store:
         yield Solved(Settings(), store)
 
 
@@ -228,7 +228,7 @@ def test_command__refuses_where_a_service_works(solved: Solved, capsys: Capsys) 
 
 def test_command__refuses_where_a_service_leads_on_postgresql(tmp_path: Path, postgresql_url: str) -> None:
     settings = Settings(data=tmp_path, database_url=postgresql_url)
-    with closing(Store.open(postgresql_url, cost=lambda run: 1.0)) as store:
+    with closing(Store.open(postgresql_url)) as store:
         leadership = store.terms.lead("host:7")
         assert leadership is not None
         with (
