@@ -25,7 +25,7 @@ from service.queue import data_identity as identity
 from service.queue.bucket_keeping import HOUR, BucketKeeper
 from service.queue.garbage_collection import forget_lost_states
 from service.queue.scrubbing import Scrubber
-from service.records.jobs import Cause, Keep, State, Stored, SweepState
+from service.records.jobs import Cause, Keep, Stored, SweepState
 from service.settings import Settings
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import ADDRESS, FakeDispatcher
@@ -94,31 +94,6 @@ def put(harness: Harness, name: str, content: bytes) -> None:
 # --- before rows name them, and back --------------------------------------------------------------
 
 
-def test_registered_file__is_in_the_bucket_and_comes_back_whole(harness: Harness) -> None:
-    harness.compute_all()
-    registered = files(harness)
-    assert len(registered) == 2 * 4 + 5
-    assert set(bucket(harness).names("")) == {file.path for file in registered} | {"whipple.id"}
-    [sweep] = harness.store.sweeps.page().items
-    client = http(harness)
-    contents = {file: harness.artifacts.path(file).read_bytes() for file in registered}
-    for file in registered:
-        harness.artifacts.path(file).unlink()
-    assert client.get(f"/v1/sweeps/{sweep.id}/archive.zip").status_code == 200
-    state = next(file for file in registered if file.name == "state.npz")
-    harness.artifacts.path(state).write_bytes(b"rot")
-    report = next(file for file in registered if file.name == "report.json")
-    harness.artifacts.path(report).unlink()
-    job = next(id for id, file in harness.store.retention.files() if file == state)
-    assert client.get(f"/v1/runs/{job}/files/state.npz").content == contents[state]
-    assert client.get(f"/v1/sweeps/{sweep.id}/report.json").content == contents[report]
-    assert [harness.artifacts.is_intact(file) for file in registered] == [True] * len(registered)
-    elsewhere = harness.settings.data / "another"  # directory, of another service
-    elsewhere.mkdir()
-    response = http(harness, data=elsewhere).get(f"/v1/sweeps/{sweep.id}/report.json")
-    assert (response.content, len([*elsewhere.rglob("report.json")])) == (contents[report], 1)
-
-
 def test_files__that_the_bucket_alone_has_are_backed_up_and_not_lost(harness: Harness, tmp_path: Path) -> None:
     harness.compute_all()
     [sweep] = harness.store.sweeps.page().items
@@ -129,23 +104,6 @@ def test_files__that_the_bucket_alone_has_are_backed_up_and_not_lost(harness: Ha
     assert files(harness) == registered
     done = back_up(harness.settings, tmp_path.with_name("backup"), harness.store)
     assert (done.copied, done.lost) == (len(registered), ())
-
-
-def test_bucket_that_is_away__is_waited_for(harness: Harness) -> None:
-    first, second = harness.tick()
-    harness.end_well(first)
-    harness.end_badly(second, Cause.TIME_LIMIT)
-    Path(second.directory).mkdir(parents=True)
-    (Path(second.directory) / "log.txt").write_text("until then\n")
-    with away("put_file"):
-        harness.tick()
-        assert harness.tick() == []
-        assert [harness.run(number).state for number in (0, 1)] == [State.RUNNING, State.RUNNING]
-        assert "Could not connect" in str(harness.dispatcher.blocked_reason())
-    harness.tick()
-    assert [harness.run(number).state for number in (0, 1)] == [State.SUCCEEDED, State.FAILED]
-    assert harness.dispatcher.blocked_reason() is None
-    assert {file.path for file in files(harness)} == set(bucket(harness).names("runs"))
 
 
 def test_upload_that_fails__is_not_excused_by_a_read(harness: Harness, tmp_path: Path) -> None:

@@ -33,15 +33,6 @@ def priorities(store: Store, count: int) -> list[int]:
     return [store.runs.get(run_id(number)).priority for number in range(count)]
 
 
-def test_two_sweeps__get_equal_shares(store: Store) -> None:
-    submit(store, 0, 6)
-    submit(store, 100, 6)
-    order = leased(store, 12)
-    for end in range(2, 13, 2):
-        assert of_the_first(order[:end]) == end // 2
-    assert [number for number in order if number < 100] == [0, 1, 2, 3, 4, 5]
-
-
 def test_later_sweep__neither_waits_for_a_long_one_nor_catches_up(store: Store) -> None:
     submit(store, 0, 80)
     leased(store, 20)

@@ -204,20 +204,6 @@ def test_crash__with_a_fork_that_lives_on_is_noticed(tmp_path: Path) -> None:
     wait_until(lambda: is_gone(forked))
 
 
-# --- checkpoints and progress --------------------------------------------------------------------
-
-
-def test_kill__the_next_attempt_goes_on_from_the_last_checkpoint(tmp_path: Path) -> None:
-    with under_way(with_checkpoint(tmp_path, seconds=5.0)) as running:
-        wait_until(lambda: running.progress)
-        os.kill(running.pid(), signal.SIGKILL)
-        step = running.end().checkpoint
-    assert step == int((tmp_path / "checkpoint").read_text())
-    progress: list[Mapping[str, Any]] = []
-    assert supervise(with_checkpoint(tmp_path, seconds=0.1), progress.append).cause is None
-    assert progress[0]["step"] == step + 1
-
-
 # --- the log -------------------------------------------------------------------------------------
 
 
