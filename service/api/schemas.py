@@ -193,7 +193,6 @@ class RunModel(Answer):
 
     @classmethod
     def of(cls, row: RunRow) -> "RunModel":
-        """A run with its links."""
         here = f"/v1/runs/{row.id}"
         names = ("events", "history", "log", "files")
         return cls(**vars(row), links={"self": here, **{name: f"{here}/{name}" for name in names}})
@@ -220,7 +219,6 @@ class PointModel(Answer):
 
     @classmethod
     def of(cls, row: PointRow) -> "PointModel":
-        """A point of the store."""
         return cls(**{**vars(row), "run": RunModel.of(row.run)})
 
 
@@ -234,7 +232,6 @@ class FileModel(Answer):
 
     @classmethod
     def of(cls, run_id: str, file: Stored) -> "FileModel":
-        """A file of a run with its address."""
         href = f"/v1/runs/{run_id}/files/{file.name}"
         return cls(name=file.name, size=file.size, sha256=file.sha256, href=href)
 
@@ -254,7 +251,6 @@ class EventModel(Answer):
 
     @classmethod
     def of(cls, event: Event) -> "EventModel":
-        """An event of the store."""
         fields = {name: value for name, value in vars(event).items() if name != "job_id"}
         return cls(**fields, run_id=event.job_id)
 

@@ -56,7 +56,6 @@ class Artifacts:
         return cls(settings.data, None if settings.artifacts is None else Bucket(settings.artifacts))
 
     def attempt_directory(self, lease: Lease) -> Path:
-        """The folder that one attempt of a job writes into."""
         attempt = name_of_attempt(lease.attempt, lease.token)
         if lease.kind is Kind.RUN:
             return self.run_folder(lease.id) / attempt
@@ -79,15 +78,12 @@ class Artifacts:
                 place.mkdir(exist_ok=True)
 
     def run_folder(self, id: str) -> Path:
-        """The folder of all attempts of a run."""
         return self.root / RUNS / _checked(id)[:2] / id
 
     def sweep_folder(self, id: str) -> Path:
-        """The folder of all publications of a sweep."""
         return self.root / SWEEPS / _checked(id)
 
     def log_of(self, run_id: str, attempt: int, token: str) -> Path:
-        """The log of an attempt of a run, registered or not."""
         return self.run_folder(run_id) / name_of_attempt(attempt, token) / LOG
 
     def checkpoint(self, run_id: str) -> Path:
@@ -207,7 +203,6 @@ def describe(file: Path) -> Stored:
 
 
 def name_of_attempt(attempt: int, token: str) -> str:
-    """The name of an attempt's folder."""
     return f"a{attempt}-{token}"
 
 

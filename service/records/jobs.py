@@ -161,8 +161,6 @@ class StoreUnavailable(WhippleError):
 
 @dataclass(frozen=True)
 class Page(Generic[Item]):
-    """A page of a list."""
-
     items: tuple[Item, ...]
     next_cursor: str | None  # ``cursor`` of the next page; None: this is the last
 
@@ -280,8 +278,6 @@ class RunRow:
 
 @dataclass(frozen=True)
 class PointRow:
-    """One point of a sweep, and its run."""
-
     ordinal: int  # position in the sweep's own order
     index: tuple[int, ...]  # position on each axis
     coordinates: Mapping[str, float | str]  # SI

@@ -79,7 +79,6 @@ class Store:
             return database.revision()
 
     def close(self) -> None:
-        """Give every connection back."""
         self.database.close()
 
     def on_command(self, listener: Callable[[], object]) -> None:

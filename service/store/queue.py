@@ -48,7 +48,6 @@ class Queue:
         return self.status()
 
     def resume(self) -> QueueRow:
-        """Begin runs again."""
         resume = CONTROL.update().where(CONTROL.c.paused.is_not(None)).values(paused=None)
         with self._database.commanding() as connection:
             if connection.execute(resume).rowcount:
@@ -116,7 +115,6 @@ class Queue:
             return tuple(JobTally(**row._mapping) for row in rows)
 
     def tally_of_owners(self) -> Sequence[tuple[str, State, int]]:
-        """Unfinished runs by owner and state."""
         of_runs = sa.select(JOBS.c.owner, JOBS.c.state, sa.func.count()).where(JOBS.c.kind == Kind.RUN)
         groups = of_runs.where(JOBS.c.state.in_(ACTIVE)).group_by(JOBS.c.owner, JOBS.c.state)
         with self._database.reading() as connection:

@@ -67,7 +67,6 @@ class Supervisor:
         self._stopped_for: Cause | None = None
 
     def stop(self) -> None:
-        """Ask for the end of the attempt."""
         self._stop_at = -math.inf
 
     def leave(self, seconds: float) -> None:
@@ -128,7 +127,6 @@ class Supervisor:
     def _ending(
         self, cause: Cause | None, failure: str = "", reason: str = "", files: tuple[Stored, ...] = ()
     ) -> Ending:
-        """An ending, now."""
         free = None
         with suppress(OSError):  # the disk does not tell
             free = free_bytes(self._directory.parent)
@@ -245,7 +243,6 @@ class Supervisor:
         return [name for name in names if not (self._directory / name).is_file()]
 
     def _collect(self) -> Ending:
-        """The files of an attempt that succeeded."""
         kind = self._attempt.kind
         files = [self._directory / name for name in (*FILES[kind], *MORE_FILES[kind])]
         return self._ending(None, files=tuple(describe(file) for file in files if file.is_file()))

@@ -178,12 +178,10 @@ def shown(page: Page, language: str) -> str:
 
 
 def sweeps(service: Service) -> list[dict[str, str]]:
-    """The sweeps of a service, newest first."""
     items: list[dict[str, str]] = http().get(f"{service.url}/v1/sweeps", timeout=PATIENCE).json()["items"]
     return items
 
 
 def runs_of(service: Service, sweep: str) -> set[str]:
-    """The ids of the runs of a sweep."""
     points = http().get(f"{service.url}/v1/sweeps/{sweep}/runs", timeout=PATIENCE).json()["items"]
     return {point["run"]["id"] for point in points}

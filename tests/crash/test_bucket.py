@@ -246,7 +246,6 @@ def _empty(here: CrashTest) -> None:
 
 
 def _on_disk(here: CrashTest) -> set[str]:
-    """The files of sweeps on the disk."""
     return {file.name for file in (here.service.data / "sweeps").rglob("*") if file.is_file()}
 
 
@@ -259,5 +258,4 @@ def _wrong(here: CrashTest, objects: ObjectStore) -> list[str]:
 
 
 def _orphans(here: CrashTest, objects: ObjectStore) -> set[str]:
-    """Objects that no row names."""
     return set(objects.bucket.names("")) - {file.path for file in inspection.files(here.store)} - {"whipple.id"}

@@ -25,7 +25,6 @@ FINE, SPEEDS = 64, ("2 km/s", "4 km/s", "6 km/s")  # twice the cells of the demo
 
 
 def computed(document: dict[str, Any], folder: Path) -> xr.Dataset:
-    """The cube of a sweep."""
     return xr.load_dataset(whipple.run_sweep(document, folder, keep="numbers") / "cube.nc")
 
 

@@ -151,7 +151,6 @@ def _submit_from_all(here: CrashTest, work: Work) -> tuple[list[str], list[Mappi
 
 
 def _leads(here: CrashTest, service: Service) -> bool:
-    """Whether the store names a service as the leader."""
     return (here.store.queue.status().leader or "").endswith(f":{service.pid}")
 
 

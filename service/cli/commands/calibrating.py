@@ -49,7 +49,6 @@ def calibrate(
 
 
 def _calibrate(folder: Path, table: str, material: "Material", shots: "BarStrains", *, leave_out: bool) -> None:
-    """Sample, write and print."""
     from studies.cubes.reading import open_cube
     from studies.fits.calibration import results
     from studies.fits.calibration.design import box_of

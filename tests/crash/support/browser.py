@@ -48,7 +48,6 @@ class Seen:
 
 @contextmanager
 def chromium() -> Iterator[Browser]:
-    """A browser for the duration of a block."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS), timeout=PATIENCE)
         try:

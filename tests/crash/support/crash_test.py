@@ -51,14 +51,12 @@ class Work:
 
     @property
     def runs(self) -> int:
-        """The number of different runs."""
         return self.speeds * (self.sweeps + self.thicknesses - 1)
 
     def documents(self) -> list[dict[str, Any]]:
         return [self._document(number) for number in range(self.sweeps)]
 
     def environment(self) -> dict[str, str]:
-        """Environment of a service that computes it."""
         return {
             "WHIPPLE_TARGETS_MODULE": self.targets,
             "WHIPPLE_TEST_SECONDS": str(self.run_seconds),
@@ -129,7 +127,6 @@ class CrashTest:
         return [self.service.submit(document, priority=number) for number, document in documents]
 
     def wait_until_computing(self) -> None:
-        """Wait until a run is under way."""
         self._wait(lambda: self.attempts.at(KillMoment.COMPUTING))
 
     def inject(self, fault: Fault) -> None:
@@ -153,7 +150,6 @@ class CrashTest:
         self._wait(lambda: any(e.job_id == job and e.kind in ends for e in self.store.events.all(after=after)))
 
     def wait_for_the_end(self, ids: list[str]) -> None:
-        """Wait until every sweep is published."""
         self._wait(lambda: all(self.store.sweeps.get(id).is_terminal for id in ids), seconds=END_SECONDS)
 
     def fetch(self, ids: list[str], place: Path) -> tuple[Path, ...]:

@@ -47,7 +47,6 @@ def findings(page: Any) -> dict[str, str]:
 
 
 def runs_of(api: Api, page: Any) -> set[str]:
-    """The runs of the sweep whose page is shown."""
     id = page.url.path.removeprefix("/sweeps/")
     points = api.http.get(f"/v1/sweeps/{id}/runs", headers={"Accept": "application/json"}).json()
     return {item["run"]["id"] for item in points["items"]}

@@ -24,7 +24,6 @@ TIMEOUT = 60.0  # s, for a message on a busy machine
 
 @contextmanager
 def listening(url: str, path: str, last: int | None = None) -> Iterator[Iterator[ServerEvent]]:
-    """The messages of a stream, over a real connection."""
     headers = {} if last is None else {"Last-Event-ID": str(last)}
     with httpx.stream("GET", url + path, headers=headers, timeout=TIMEOUT) as response:
         assert response.status_code == 200, response.read()

@@ -22,7 +22,6 @@ WITHOUT_KEY = {"/livez", "/readyz", "/version"}  # asked by machines that have n
 
 
 def key_for(api: Api, *scopes: Scope, name: str = "anna", **more: Any) -> dict[str, str]:
-    """The header of a new key."""
     _, secret = api.store.keys.issue(name, scopes, **more)
     return {"Authorization": f"Bearer {secret}"}
 

@@ -27,7 +27,6 @@ def api(tmp_path: Path) -> Iterator[Api]:
 
 
 def token_on(page: Any) -> str:
-    """The token in the forms of a page."""
     [token] = set(re.findall(r'name="csrf_token" value="(\w+)"', page.text))
     return token
 

@@ -18,7 +18,6 @@ OTHER = sweep_of(axes={"speed": ["4 km/s", "5 km/s"]})
 
 
 def header_of(api: Api, scope: Scope = Scope.SUBMIT) -> dict[str, str]:
-    """The header of a new key of Anna's."""
     return {"Authorization": f"Bearer {api.store.keys.issue('anna', [scope])[1]}"}
 
 

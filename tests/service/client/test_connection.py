@@ -186,7 +186,6 @@ def test_stream__that_breaks_is_taken_up_where_it_was() -> None:
 
 @pytest.fixture
 def published(shared_api: Api, url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SweepHandle]:
-    """A sweep with a real cube."""
     cube = xr.Dataset({"hole_diameter": ("speed", [0.1, 0.2])}, {"speed": [3e3, 6e3]})
     cube.to_netcdf(tmp_path / "cube.nc", engine="netcdf4")
     (name,) = (each for each in FILES if each.endswith("cube.nc"))

@@ -61,7 +61,6 @@ def lost_and_finished(harness: Harness) -> tuple[Path, Path]:
 
 
 def checkpoint_of(attempt: Attempt) -> Path:
-    """A checkpoint that an attempt wrote."""
     file = Path(attempt.checkpoint or "")
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text("7")
@@ -69,7 +68,6 @@ def checkpoint_of(attempt: Attempt) -> Path:
 
 
 def temporary(file: Path) -> Path:
-    """The temporary file of a file that is being written."""
     half = file.with_name(f".{file.name}.abc.part")
     half.parent.mkdir(parents=True, exist_ok=True)
     half.write_text("ha")

@@ -24,7 +24,6 @@ PATIENCE = 120.0  # s, for everything that is done at once
 
 @pytest.fixture
 def replicas(database_url: str) -> Iterator[list[Store]]:
-    """Services on one database."""
     with ExitStack() as ends:
         yield [ends.enter_context(closing(Store.open(database_url))) for _ in range(REPLICAS)]
 

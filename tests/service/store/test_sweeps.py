@@ -96,7 +96,6 @@ SUMMARY = {"measurements": {"hole_diameter": {"value": 2.0}}}
 
 
 def computed(store: Store, runs: int) -> str:
-    """A sweep of computed runs, published."""
     sweep = store.sweeps.create(Submission(sweep_of(runs))).id
     finish_all(store)
     return sweep

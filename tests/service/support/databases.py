@@ -84,7 +84,6 @@ class Postgresql:
                     connection.execute(table.insert(), rows)
 
     def pids(self) -> list[int]:
-        """All processes of the server."""
         postmaster = psutil.Process(self._server.get_pid())
         return [postmaster.pid, *(child.pid for child in postmaster.children(recursive=True))]
 
@@ -98,7 +97,6 @@ class Postgresql:
             self._server.ensure_postgres_running()
 
     def close(self) -> None:
-        """Leave the server."""
         self._ends.close()
         self._engine.dispose()
 

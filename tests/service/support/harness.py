@@ -91,12 +91,10 @@ class Harness:
         return Ending(None, "", "", tuple(describe(file) for file in files if file.is_file()), 1.5)
 
     def send(self, message: Message) -> None:
-        """Send a message of the engine."""
         assert self.inbox is not None
         self.inbox.put(message)
 
     def end(self, attempt: Attempt, ending: Ending) -> None:
-        """End an attempt."""
         self.send(Ended(attempt.key, ending))
 
     def end_well(self, attempt: Attempt) -> None:
@@ -123,7 +121,6 @@ class Harness:
                 self.end_well(attempt)
 
     def run(self, number: int = 0) -> RunRow:
-        """The row of a run."""
         return self.store.runs.get(run_id(number))
 
 

@@ -51,7 +51,6 @@ class FakeRun:
     scenario: str = "thin_plate"
 
     def as_json(self) -> dict[str, Any]:
-        """As plain objects."""
         return {"scenario": self.scenario, "parameters": dict(self.parameters), "materials": {FAKE: self.id}}
 
     @staticmethod
@@ -104,7 +103,6 @@ def publish(
     directory: Path,
     sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
-    """Three files that say what was given."""
     if document.get("name") == "unpublishable":
         raise RuntimeError("this sweep cannot be published")
     while _is_closed(SWEEP_GATE):
