@@ -208,10 +208,8 @@ def name_of_attempt(attempt: int, token: str) -> str:
 
 def digest(path: Path) -> str:
     """SHA-256 of a file, in hex."""
-    sha256 = hashlib.sha256()
-    for chunk in chunks(path):
-        sha256.update(chunk)
-    return sha256.hexdigest()
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def chunks(path: Path, *, from_disk: bool = False) -> Iterator[bytes]:

@@ -1,6 +1,5 @@
 """The catalogue as pages: scenarios, laws with their formulas, materials with their curves, and measured shots."""
 
-import json
 import math
 from collections.abc import AsyncIterator, Iterator, Mapping
 from dataclasses import dataclass
@@ -14,8 +13,8 @@ from markupsafe import Markup
 from service.api.access import Reader
 from service.api.pages.formulas import formula
 from service.api.pages.rendering import page
-from service.api.reading import Posted, drawn_material
-from service.api.routes.dependencies import AppSettings, read_posted
+from service.api.reading import drawn_material
+from service.api.routes.dependencies import read_content
 from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit
 from studies.materials import CONFIDENCES, Material
@@ -110,12 +109,11 @@ def show_materials(request: Request, caller: Reader) -> Response:
     return page(request, "materials.html", caller, materials=listed, shown=shown)
 
 
-async def _drawings(name: str, request: Request, _: Reader, settings: AppSettings) -> AsyncIterator[list[Any]]:
+async def _drawings(name: str, request: Request, _: Reader) -> AsyncIterator[list[Any]]:
     """The pictures of a material, made once by a child process."""
     kept: dict[str, list[Any]] = request.app.state.drawings
     if materials.load(name).name not in kept:
-        posted = Posted("application/json", json.dumps({"name": name}).encode(), settings.max_runs)
-        async with read_posted(request, posted, drawn_material) as drawn:
+        async with read_content(request, {"name": name}, drawn_material) as drawn:
             kept[name] = drawn
     yield kept[name]
 

@@ -6,7 +6,7 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
@@ -31,9 +31,6 @@ from solver.errors import WhippleError
 from studies.quantities.files import write_text
 from studies.quantities.findings import Finding, InvalidInput
 from studies.sweeps.document import read_sweep_file, read_yaml
-
-if TYPE_CHECKING:
-    from service.workers.warm import WarmProcess
 
 app = typer.Typer()
 
@@ -87,16 +84,8 @@ def sweep(
 
         document = document_of(file, law)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
-        status = compute(
-            document,
-            file.stem,
-            folder_of(out),
-            overwrite=overwrite,
-            threads=threads,
-            keep=keep,
-            every_column=every_column,
-            ready=ready,
-        )
+        options = {"overwrite": overwrite, "keep": keep, "every_column": every_column, "ready": ready}
+        status = compute(document, file.stem, folder_of(out), threads, **options)
     raise typer.Exit(status)
 
 
@@ -175,37 +164,15 @@ def warm(
     _compile_kernels(documents + thesis)
 
 
-def compute(
-    sweep: "Mapping[str, Any] | Path",
-    name: str,
-    folder: Path,
-    *,
-    overwrite: bool = False,
-    threads: str | None = None,
-    keep: str = "final",
-    every_column: bool = False,
-    ready: "list[WarmProcess] | None" = None,
-) -> int:
-    """Compute a sweep into a folder, print the outcome, and return the exit status.
-
-    ``ready`` are processes that were started before.
-    """
+def compute(sweep: Mapping[str, Any], name: str, folder: Path, threads: str | None = None, **options: Any) -> int:
+    """Compute a sweep into a folder with options of ``run_sweep``, print the outcome, and return the exit status."""
     from service.cli.local import STORE_OF_FOLDER, run_sweep
     from service.client.progress import showing_progress
 
     begin = time.perf_counter()
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with showing_progress(name) as show:
-        finished = run_sweep(
-            sweep,
-            folder,
-            progress=show,
-            settings=settings,
-            overwrite=overwrite,
-            keep=keep,
-            every_column=every_column,
-            ready=ready,
-        )
+        finished = run_sweep(sweep, folder, progress=show, settings=settings, **options)
     seconds = time.perf_counter() - begin
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {folder / 'report.html'}")
     if headline := _headline(folder):
