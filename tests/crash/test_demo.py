@@ -16,6 +16,7 @@ from service.cli.commands.computing import DEMO
 from studies.cases.rows import Row, at_least, at_most, equal
 from studies.cubes.points import refined
 from studies.cubes.reading import quantities_of
+from studies.quantities.files import SWEEP_FILES
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
@@ -52,7 +53,6 @@ def test_demo__extrapolates_whole_curves_and_its_bars_hold_a_finer_grid(
                 compared(at_most(label, limit=1e3 * bar, got=1e3 * error))
 
 
-FILES = {"cube.nc", "runs.csv", "report.html", "report.json"}
 SHAPES = {
     "holes": {"speed": 6},
     "aluminium": {"speed": 3, "plate_thickness": 2},
@@ -83,7 +83,8 @@ def test_demo__takes_less_than_five_minutes(tmp_path: Path, compared: Callable[[
     compared(at_most("the whole (s)", limit=300.0, got=seconds))
     for name in DEMO:
         folder = clone / "demo" / name
-        compared(equal(f"{name}: files", expected=FILES, got=FILES & {file.name for file in folder.iterdir()}))
+        there = {file.name for file in folder.iterdir()} & {*SWEEP_FILES}
+        compared(equal(f"{name}: files", expected={*SWEEP_FILES}, got=there))
         cube = xr.load_dataset(folder / "cube.nc")
         sizes = {axis: int(cube.sizes[axis]) for axis in SHAPES[name]}
         compared(equal(f"{name}: axes", expected=SHAPES[name], got=sizes))

@@ -19,11 +19,10 @@ from service.files.artifacts import Artifacts, digest
 from service.records.jobs import Kind, State, SweepState, SweepStatus
 from service.store import Store
 from studies.cases.rows import equal
-from studies.quantities.files import RESULT
+from studies.quantities.files import RESULT, SWEEP_FILES
 from tests.crash.support import inline_service, inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.fault_points import POINTS, VARIABLE
-from tests.crash.support.inline_service import PUBLISHED
 from tests.crash.support.serving import ROOT, START_SECONDS, process_tree
 
 WORK = Work(speeds=3, sweeps=1, thicknesses=1, run_seconds=0.1)
@@ -93,15 +92,15 @@ def _has_another(here: FaultSite) -> bool:
 
 
 def _is_unpublished(here: FaultSite) -> bool:
-    row = here.sweep()
+    row, files = here.sweep(), here.store.publications.files
     written = {file.name for file in here.artifacts.sweep_folder(row.id).glob("a*/*")}
-    return row.state is SweepState.PUBLISHING and written >= {*PUBLISHED} and not here.store.publications.files(row.id)
+    return row.state is SweepState.PUBLISHING and written >= {*SWEEP_FILES} and not files(row.id)
 
 
 def _is_published(here: FaultSite) -> bool:
     row = here.sweep()
     names = {file.name for file in here.store.publications.files(row.id)}
-    return row.state is SweepState.SUCCEEDED and names >= {*PUBLISHED}
+    return row.state is SweepState.SUCCEEDED and names >= {*SWEEP_FILES}
 
 
 CLAIMED = "a row says running", lambda here: len(here.store.leases.held()) > 0
@@ -188,7 +187,7 @@ def test_copy__that_dies_after_the_first_file_is_completed(tmp_path: Path, compa
     """A sweep without a service that is killed while it copies files out copies the others when it starts again."""
     work = replace(WORK, targets="tests.service.support.targets", run_seconds=0.0)
     [document] = work.documents()
-    file, published = tmp_path / "sweep.yaml", {*PUBLISHED}
+    file, published = tmp_path / "sweep.yaml", {*SWEEP_FILES}
     file.write_text(yaml.safe_dump(document))
 
     def run(**more: str) -> int:

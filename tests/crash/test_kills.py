@@ -14,6 +14,7 @@ import yaml
 from service.files.artifacts import Artifacts
 from service.records.jobs import Kind, State
 from studies.cases.rows import at_least, equal
+from studies.quantities.files import SWEEP_FILES
 from tests.claims.marked import in_full
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
@@ -181,5 +182,5 @@ def test_interrupt__as_from_a_terminal_ends_all_in_order_and_can_be_resumed(tmp_
     assert begin(tmp_path, gate).wait(PATIENCE) == 0
     ids = [row.id for row in store.sweeps.page().items]
     assert all(row.passed is not False for row in inspection.rows_of_store(store, artifacts, ids, WORK.runs))
-    assert {"cube.nc", "runs.csv", "report.html", "report.json"} <= {file.name for file in tmp_path.iterdir()}
+    assert {*SWEEP_FILES} <= {file.name for file in tmp_path.iterdir()}
     store.close()

@@ -13,6 +13,7 @@ from service.settings import Settings
 from service.store import Store
 from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message
 from service.workers.timings import Timings
+from studies.quantities.files import SWEEP_FILES
 from tests.service.support.fakes import (
     DEADLINE,
     LosableTerms,
@@ -24,7 +25,6 @@ from tests.service.support.fakes import (
 )
 from tests.service.support.targets import FakeRun, execute, publish
 
-PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")
 # A tick waits for every verification and looks at all orphans, however busy the machine is; nothing is put off.
 AT_ONCE = Timings(
     leadership_retry=0.0,
@@ -86,7 +86,7 @@ class Harness:
         else:
             answers = {outcome["run_id"]: outcome for outcome in attempt.spec["outcomes"]}
             publish(attempt.spec["document"], answers, directory)
-        names = OF_A_RUN if attempt.kind is Kind.RUN else (*PUBLISHED, "log.txt")
+        names = OF_A_RUN if attempt.kind is Kind.RUN else (*SWEEP_FILES, "log.txt")
         files = [directory / name for name in names]
         return Ending(None, "", "", tuple(describe(file) for file in files if file.is_file()), 1.5)
 

@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import Interrupted
-from studies.quantities.files import write_text
+from studies.quantities.files import SWEEP_FILES, write_text
 from studies.quantities.measured import Measured
 from studies.runs import run as real
 from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
@@ -108,7 +108,7 @@ def publish(
     while _is_closed(SWEEP_GATE):
         time.sleep(PAUSE)
     outcomes_as_json = {id: {"state": one["state"], "reason": one["reason"]} for id, one in outcomes.items()}
-    for name in ("cube.nc", "runs.csv", "report.html", "report.json"):
+    for name in SWEEP_FILES:
         write_text(directory / name, json.dumps(outcomes_as_json, sort_keys=True))
     return {}
 

@@ -17,6 +17,7 @@ from service.records.jobs import Cause, Keep, Kind
 from service.workers import supervisor
 from service.workers.attempt import Attempt
 from service.workers.timings import DEFAULT
+from studies.quantities.files import SWEEP_FILES
 from tests.service.support.attempts import (
     LIMIT,
     SLOT,
@@ -81,7 +82,7 @@ def test_publication__gets_results_and_reasons_however_many(tmp_path: Path) -> N
     more = [{**DIED, "run_id": run_id(number)} for number in range(2, 10_000)]
     ending = supervise(publication(tmp_path, {**DIED, **done}, *more))
     names = [file.name for file in ending.files]
-    assert names == ["cube.nc", "runs.csv", "report.html", "report.json", "log.txt"]
+    assert names == [*SWEEP_FILES, "log.txt"]
     published = result_of(ending)
     assert [published[run_id(number)]["state"] for number in (1, 2)] == ["succeeded", "failed"]
     assert len(published) == 9_999
