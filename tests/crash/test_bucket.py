@@ -16,7 +16,6 @@ from service.api.app import build_app
 from service.client.connection import ServiceError
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
-from service.queue.scrubbing import Scrubber
 from service.records.jobs import Keep, State
 from service.settings import Settings
 from studies.cases.rows import Row, at_least, equal
@@ -26,7 +25,7 @@ from tests.crash.support.object_store import URL, ObjectStore, object_store
 from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.cluster import free_port
 from tests.service.support.fakes import runs_of, wait_until
-from tests.service.support.harness import AT_ONCE, open_harness
+from tests.service.support.harness import open_harness
 
 WORK = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=0.2)
 LONG = replace(WORK, run_seconds=3.0)  # some run is under way when the store stops
@@ -177,7 +176,7 @@ def test_object__that_rots_is_found_mended_and_never_served(
     objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
 ) -> None:
     """Flipped bits of objects are found in one pass and mended, from the disk or anew; none is served in between."""
-    with open_harness(tmp_path, replace(AT_ONCE, scrub_step=PATIENCE), artifacts=URL) as here:
+    with open_harness(tmp_path, artifacts=URL) as here:
         identity.settle(here.settings, here.store)
         here.artifacts = Artifacts.of(here.settings)
         here.engine.free = 3
@@ -197,13 +196,12 @@ def test_object__that_rots_is_found_mended_and_never_served(
             return [each.url.path for each in answers if each.status_code == 200 and _digest(each.content) not in whole]
 
         compared(equal("flipped objects that are served", expected=[], got=served()))
-        settings = here.settings.model_copy(update={"scrub_rate": 1 << 60})
-        Scrubber(settings, here.store, here.artifacts, replace(AT_ONCE, scrub_step=PATIENCE)).step()
+        here.scrubber().step()
         found = list(here.store.retention.scrub().whole[1:])
         compared(equal("files, and damaged ones", expected=[len(jobs), len(rotten)], got=found))
         compared(equal("flipped objects that are served after the pass", expected=[], got=served()))
         here.compute_all()
-        Scrubber(settings, here.store, here.artifacts, replace(AT_ONCE, scrub_step=PATIENCE, scrub_interval=0.0)).step()
+        here.scrubber().step()
         found = list(here.store.retention.scrub().whole[1:])
         compared(equal("the next pass", expected=[len(jobs), 0], got=found))
 

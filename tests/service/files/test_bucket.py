@@ -24,21 +24,18 @@ from service.files.disk_space import Space
 from service.queue import data_identity as identity
 from service.queue.bucket_keeping import HOUR, BucketKeeper
 from service.queue.garbage_collection import forget_lost_states
-from service.queue.scrubbing import Scrubber
-from service.records.jobs import Cause, Keep, Stored, SweepState
+from service.records.jobs import Cause, Keep, State, Stored, SweepState
 from service.settings import Settings
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.fakes import DEADLINE, open_store, run_id, runs_of, settings_in
-from tests.service.support.harness import AT_ONCE, Harness, open_harness
-
-FAST = replace(AT_ONCE, scrub_step=DEADLINE, scrub_note=0.0)
+from tests.service.support.harness import Harness, open_harness
 
 
 @pytest.fixture
 def harness(tmp_path: Path) -> Iterator[Harness]:
     """A service with a bucket, and a sweep that was submitted to it."""
-    with open_harness(tmp_path, FAST, artifacts=f"memory://{tmp_path.name}") as opened:
+    with open_harness(tmp_path, artifacts=f"memory://{tmp_path.name}") as opened:
         identity.settle(opened.settings, opened.store)
         opened.artifacts = Artifacts.of(opened.settings)
         opened.submit(runs_of("fine", "fine"), keep=Keep.FILM)
@@ -59,17 +56,11 @@ def http(harness: Harness, **settings: object) -> TestClient:
     return TestClient(build_app(chosen, harness.store, FakeDispatcher()), base_url=ADDRESS, follow_redirects=False)
 
 
-def scrubber(harness: Harness) -> Scrubber:
-    """A scrubber at its start, which reads everything in a step."""
-    settings = harness.settings.model_copy(update={"scrub_rate": 1 << 60})
-    return Scrubber(settings, harness.store, harness.artifacts, replace(FAST, scrub_interval=0.0))
-
-
 def keep_bucket(harness: Harness, **settings: object) -> None:
     """Go round the bucket, and twice over the disk."""
     chosen = harness.settings.model_copy(update=settings)
     space = Space(chosen.data, chosen.disk_reserve)
-    keeper = BucketKeeper(chosen, harness.store, harness.artifacts, space, scrubber(harness))
+    keeper = BucketKeeper(chosen, harness.store, harness.artifacts, space, harness.scrubber())
     for parts in (keeper._folders(bucket(harness)), keeper._pages(), keeper._pages()):
         deque(parts)
 
@@ -104,6 +95,23 @@ def test_files__that_the_bucket_alone_has_are_backed_up_and_not_lost(harness: Ha
     assert files(harness) == registered
     done = back_up(harness.settings, tmp_path.with_name("backup"), harness.store)
     assert (done.copied, done.lost) == (len(registered), ())
+
+
+def test_bucket_that_is_away__is_waited_for(harness: Harness) -> None:
+    first, second = harness.tick()
+    harness.end_well(first)
+    harness.end_badly(second, Cause.TIME_LIMIT)
+    Path(second.directory).mkdir(parents=True)
+    (Path(second.directory) / "log.txt").write_text("until then\n")
+    with away("put_file"):
+        harness.tick()
+        assert harness.tick() == []
+        assert [harness.run(number).state for number in (0, 1)] == [State.RUNNING, State.RUNNING]
+        assert "Could not connect" in str(harness.dispatcher.blocked_reason())
+    harness.tick()
+    assert [harness.run(number).state for number in (0, 1)] == [State.SUCCEEDED, State.FAILED]
+    assert harness.dispatcher.blocked_reason() is None
+    assert {file.path for file in files(harness)} == set(bucket(harness).names("runs"))
 
 
 def test_upload_that_fails__is_not_excused_by_a_read(harness: Harness, tmp_path: Path) -> None:
@@ -240,7 +248,7 @@ def test_rot__of_one_copy_is_mended_and_of_both_is_made_again(harness: Harness) 
     bucket(harness).remove(registered["result.json"].path)  # as before there was a bucket
     put(harness, registered["cube.nc"].path, b"rot")
     harness.artifacts.path(registered["cube.nc"]).unlink()
-    scrubber(harness).step()
+    harness.scrubber().step()
     assert harness.store.retention.scrub().whole[1:] == [len(whole), 3]  # a file that was in no bucket is not damaged
     for name in ("state.npz", "film.npz", "result.json"):
         path = registered[name].path
@@ -256,7 +264,7 @@ def test_scrub__of_a_bucket_that_is_away_finds_no_damage(harness: Harness) -> No
     for file in files(harness):
         harness.artifacts.path(file).unlink()
     with away("_open", "exists", "info"), pytest.raises(BucketAway):
-        scrubber(harness).step()
+        harness.scrubber().step()
     assert harness.store.retention.scrub().files == 0
     assert [sweep.state for sweep in harness.store.sweeps.page().items] == [SweepState.SUCCEEDED]
 

@@ -8,7 +8,8 @@ from typing import Any
 
 from service.files.artifacts import OF_A_RUN, Artifacts, describe
 from service.queue.dispatcher import Dispatcher
-from service.records.jobs import Cause, Keep, Kind, RunRow, Submission
+from service.queue.scrubbing import Scrubber
+from service.records.jobs import Cause, Keep, Kind, RunRow, State, Submission
 from service.settings import Settings
 from service.store import Store
 from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message
@@ -33,6 +34,8 @@ AT_ONCE = Timings(
     last_verification_wait=DEADLINE,
     verification_retry=0.0,
     registration_retry=0.0,
+    scrub_step=DEADLINE,
+    scrub_note=0.0,
 )
 
 
@@ -122,6 +125,16 @@ class Harness:
 
     def run(self, number: int = 0) -> RunRow:
         return self.store.runs.get(run_id(number))
+
+    def is_first_success(self) -> bool:
+        """Whether the first run has the result of its first attempt."""
+        row = self.run()
+        return (row.state, row.attempt, row.crashes) == (State.SUCCEEDED, 1, 0)
+
+    def scrubber(self, *, rate: int = 1 << 60, interval: float = 0.0) -> Scrubber:
+        """A scrubber at its start, which reads everything in a step and begins again at the next one."""
+        settings = self.settings.model_copy(update={"scrub_rate": rate})
+        return Scrubber(settings, self.store, self.artifacts, replace(AT_ONCE, scrub_interval=interval))
 
 
 @contextmanager
