@@ -2,12 +2,10 @@
 
 import json
 import os
-import shlex
-import signal
 import sqlite3
 import subprocess
 from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,11 +13,9 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 import xarray as xr
 
-from service.records.jobs import Cause, StoreUnavailable
-from service.store import Store
+from service.records.jobs import Cause
 from studies.cases.rows import Row, at_least, equal
 from studies.quantities.files import write_text
 from tests.claims.marked import in_full
@@ -28,9 +24,9 @@ from tests.crash.support.altered_serve import BRIEF
 from tests.crash.support.chained import FAILING
 from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
 from tests.crash.support.faults import KillMoment
-from tests.crash.support.serving import MARK
+from tests.crash.support.serving import unmarked
 from tests.service.support.databases import postgresql_server
-from tests.service.support.fakes import is_gone, wait_until
+from tests.service.support.fakes import wait_until
 
 WORK = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=1.0)
 # Runs that are still computing when the disk is full, or the clock is set, however late that is.
@@ -89,15 +85,18 @@ def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, comp
 def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
     """A PostgreSQL server that crashes and comes back: refused with a reason, nothing lost."""
     with (
-        stoppable_postgresql() as (url, stop, start),
-        crash_test(WORK, tmp_path, settings=ONE_WORKER, database_url=url) as here,
+        postgresql_server() as server,
+        crash_test(WORK, tmp_path, settings=ONE_WORKER, server=server) as here,
+        ExitStack() as ends,
     ):
         ids = here.submit()
         here.wait_until_computing()
-        stop()
+        ends.callback(server.start)  # so that it can be ended in order
+        server.kill()
         compared(*_rows_of_refusals(here))
         compared(equal("life meanwhile: status", expected=200, got=here.service.get("/livez")))
-        start()
+        with unmarked():
+            server.start()
         compared(*_all_is_well(here, ids, tmp_path))
 
 
@@ -170,56 +169,6 @@ def _rows_of_neighbours(quiet: Path, got: Path, failures: Collection[int]) -> It
     yield equal("neighbours without a hole", expected=0, got=int(np.isnan(holes).sum()))
     odd = list(inspection.differences(quiet, got, at={"speed": speeds}))
     yield equal(f"of {inspection.count_variables(got)} variables of the neighbours, other bits", expected=[], got=odd)
-
-
-# --- a database that goes away ---------------------------------------------------------------------
-
-
-@contextmanager
-def stoppable_postgresql() -> Iterator[tuple[str, Callable[[], None], Callable[[], None]]]:
-    """The URL of a database, and how its server is stopped as in a crash, and started again."""
-    with postgresql_server() as server, server.database() as url:
-        with sa.create_engine(url, poolclass=sa.NullPool).connect() as connection:
-            folder = Path(connection.exec_driver_sql("SHOW data_directory").scalar_one())
-        file = folder / "postmaster.pid"
-
-        def stop() -> None:
-            pid = int(file.read_text().split()[0])
-            os.kill(pid, signal.SIGQUIT)
-            wait_until(lambda: is_gone(pid))
-
-        try:
-            yield url, stop, partial(_start_postgresql, folder, url)
-        finally:
-            if not file.exists():
-                _start_postgresql(folder, url)  # so that it can be ended in order
-
-
-def _start_postgresql(folder: Path, url: str) -> None:
-    """Start a server with the options of the last time."""
-    owner = folder.stat()
-    is_other = owner.st_uid != os.getuid()
-    subprocess.Popen(
-        shlex.split((folder / "postmaster.opts").read_text()),
-        cwd="/",
-        env={name: value for name, value in os.environ.items() if name != MARK},  # outside of the tree of a test
-        user=owner.st_uid if is_other else None,
-        group=owner.st_gid if is_other else None,
-        extra_groups=[] if is_other else None,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-
-    def answers() -> bool:
-        try:
-            with closing(Store.open(url, migrate=False)) as store:
-                store.ping()
-        except StoreUnavailable:
-            return False
-        return True
-
-    wait_until(answers)
 
 
 # --- a disk that is full ---------------------------------------------------------------------------

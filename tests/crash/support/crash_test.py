@@ -14,7 +14,6 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 from service.files.artifacts import Artifacts
 from service.records.jobs import State, StoreUnavailable
@@ -24,7 +23,7 @@ from studies.quantities.files import RESULT
 from studies.sweeps.sweep import Sweep
 from tests.crash.support import inspection
 from tests.crash.support.faults import AttemptObserver, Fault, KillMoment, ObservedAttempt, Victim
-from tests.crash.support.serving import MARK, ProcessTree, Service, kill_and_wait, process_tree
+from tests.crash.support.serving import ProcessTree, Service, kill_and_wait, process_tree, unmarked
 from tests.service.support.cluster import DaskCluster, ShellProcess, family, parent_of, running
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import is_gone, wait_until
@@ -230,9 +229,9 @@ class CrashTest:
             return True
         if victim is Victim.DATABASE:
             assert self.server is not None
-            with patch.dict(os.environ):
-                del os.environ[MARK]  # it outlives the tree
-                self.server.crash()
+            self.server.kill()
+            with unmarked():
+                self.server.start()
             return True
         self.service.kill()
         self.service.start()

@@ -184,6 +184,14 @@ def process_tree() -> Iterator[ProcessTree]:
         tree.end()
 
 
+@contextmanager
+def unmarked() -> Iterator[None]:
+    """What is started in the block is of no tree, and outlives it."""
+    with patch.dict(os.environ):
+        os.environ.pop(MARK, None)
+        yield
+
+
 def kill_and_wait(pid: int) -> bool:
     """Kill -9 a process, and wait until it has ended; whether it lived until then."""
     if is_gone(pid):

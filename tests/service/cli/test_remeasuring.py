@@ -2,12 +2,13 @@
 
 import json
 import shutil
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
+from unittest.mock import MagicMock
 
 import pytest
 import xarray as xr
@@ -96,25 +97,10 @@ def solved(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
         yield Solved(Settings(), store)
 
 
-class MeasuringHere:
-    """In place of a pool of child processes, for tests of what is measured."""
-
-    def __init__(self, *_: object):
-        pass
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def map(self, function: Callable[[Any], Any], tasks: Iterable[Any]) -> Iterator[Any]:
-        return map(function, tasks)
-
-
 @pytest.fixture
 def _here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remeasuring, "ProcessPoolExecutor", MeasuringHere)
+    """Measure in this process, not in a pool of others."""
+    monkeypatch.setattr(remeasuring, "ProcessPoolExecutor", MagicMock(return_value=MagicMock(map=map)))
 
 
 @pytest.mark.usefixtures("_here")

@@ -87,12 +87,15 @@ class Postgresql:
         postmaster = psutil.Process(self._server.get_pid())
         return [postmaster.pid, *(child.pid for child in postmaster.children(recursive=True))]
 
-    def crash(self) -> None:
-        """Kill -9 the server, all of it, and start it again."""
+    def kill(self) -> None:
+        """Kill -9 the server, all of it."""
         for pid in self.pids():
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
         psutil.wait_procs([self._server.get_postmaster_info().process], START_SECONDS)
+
+    def start(self) -> None:
+        """Start the server again, unless it runs."""
         with _patient():
             self._server.ensure_postgres_running()
 
