@@ -127,10 +127,8 @@ class Artifacts:
 
     def may_be_shown(self, stored: Stored) -> bool:
         """Whether the file is there with the registered digest, by the last reading of it: see ``known_digest``."""
-        return self._is_known(stored) or self.bring_back(stored)
-
-    def _is_known(self, stored: Stored) -> bool:
-        return self.is_there(stored) and known_digest(self.path(stored)) == stored.sha256
+        is_known = self.is_there(stored) and known_digest(self.path(stored)) == stored.sha256
+        return is_known or self.bring_back(stored)
 
     # --- the bucket ------------------------------------------------------------------------------
 

@@ -156,7 +156,8 @@ class Supervisor:
             if now - self._cut_log >= timings.message_interval:
                 self._cut_log = now
                 _cut(self._directory / LOG)
-                if self._stopped_for is None and self._is_stalled(process):
+                used, has_steps = process.processor_seconds(), "fraction" in self._progress
+                if self._stopped_for is None and self._stall.has_run_out(used=used, has_steps=has_steps):
                     self._stopped_for = Cause.STALLED
                     return None
             if not self._is_wanted():
@@ -168,11 +169,6 @@ class Supervisor:
                 self._stopped_for = Cause.LOST if now > self._stop_at else Cause.TIME_LIMIT
                 process.send({"stop": True})
                 kill_at = now + timings.stop_grace
-
-    def _is_stalled(self, process: WarmProcess) -> bool:
-        """Whether it has made no progress for too long."""
-        has_steps = "fraction" in self._progress
-        return self._stall.has_run_out(used=process.processor_seconds(), has_steps=has_steps)
 
     def _note(self, message: RawMessage) -> None:
         """Note a message; send progress on when a checkpoint was written, else not too often."""

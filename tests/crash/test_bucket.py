@@ -71,7 +71,8 @@ def test_bucket__serves_all_where_the_disk_has_lost_it(
         _empty(here)
         compared(*inspection.rows_of_cubes(undisturbed(WORK), here.fetch(ids, tmp_path / "linked")))
         shown = {"report.html", "report.json"}  # not by links, for a browser shows them
-        compared(equal("files on the disk after downloads by links", expected=shown, got=_on_disk(here)))
+        got = {file.name for file in (here.service.data / "sweeps").rglob("*") if file.is_file()}
+        compared(equal("files on the disk after downloads by links", expected=shown, got=got))
         here.service.leave()
         for left in here.service.data.glob("whipple.[!d]*"):  # the id; a database stays
             left.unlink()
@@ -241,10 +242,6 @@ def _empty(here: CrashTest) -> None:
     """Delete every file of runs and sweeps on the disk."""
     for folder in ("runs", "sweeps"):
         shutil.rmtree(here.service.data / folder, ignore_errors=True)
-
-
-def _on_disk(here: CrashTest) -> set[str]:
-    return {file.name for file in (here.service.data / "sweeps").rglob("*") if file.is_file()}
 
 
 def _wrong(here: CrashTest, objects: ObjectStore) -> list[str]:

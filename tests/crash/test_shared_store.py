@@ -87,7 +87,7 @@ def test_leader__that_is_frozen_is_replaced(tmp_path: Path, postgresql_url: str,
             seconds = time.monotonic() - begin
             compared(at_most("until another has computed (s)", limit=REPLACED_SECONDS, got=seconds))
             here.wait_for_the_end(ids)
-        wait_until(lambda: not _says_that_it_leads(leading))
+        wait_until(lambda: "whipple_leader 1.0" not in http().get(f"{leading.url}/metrics", timeout=30).text)
         compared(equal("goes on and stands by: /readyz", expected=200, got=leading.get("/readyz")))
         compared(equal("the other one leads", expected=True, got=_leads(here, other)))
         compared(equal("terms since", expected=1, got=here.store.queue.status().term - term))
@@ -182,10 +182,6 @@ def _frozen(service: Service) -> Iterator[None]:
         yield
     finally:
         os.kill(service.pid, signal.SIGCONT)
-
-
-def _says_that_it_leads(service: Service) -> bool:
-    return "whipple_leader 1.0" in http().get(f"{service.url}/metrics", timeout=30).text
 
 
 def _not_ready(service: Service) -> str:
