@@ -71,9 +71,6 @@ class FaultSite:
         return [*wrong, *inspection.half_files(self.store, self.artifacts)]
 
 
-# --- what is expected at each point -----------------------------------------------------------------
-
-
 def _is_accepted(here: FaultSite) -> bool:
     row = here.sweep()
     return row.state is SweepState.QUEUED and row.counts[State.QUEUED] == WORK.runs
@@ -118,9 +115,6 @@ EXPECTED: Mapping[str, tuple[str, Callable[[FaultSite], bool]]] = {
     "publication-before-commit": UNPUBLISHED,
     "publication-after-commit": ("the sweep is published", _is_published),
 }
-
-
-# --- a service --------------------------------------------------------------------------------------
 
 
 @pytest.mark.claim("queue", "fault-points", minutes=2.0)
@@ -177,9 +171,6 @@ def test_fork_of_a_service__that_dies_at_a_point_goes_on(tmp_path: Path, compare
         once = inspection.registered_once(store, [here.sweep().id])
         compared(equal("runs with one result", expected=WORK.runs, got=len(once)))
         compared(equal("wrong in store and files", expected=[], got=here.wrong()))
-
-
-# --- a sweep without a service -----------------------------------------------------------------------
 
 
 @pytest.mark.claim("queue", "fault-points", minutes=0.1)

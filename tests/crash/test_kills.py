@@ -134,8 +134,6 @@ def test_cubes__of_two_services_have_equal_bytes(compared: Callable[..., None], 
     compared(*inspection.rows_of_cubes(*cubes))
 
 
-# --- Ctrl-C on a sweep without a service -----------------------------------------------------------
-
 WORK = Work(speeds=3, sweeps=1, thicknesses=1, targets="tests.service.support.targets", run_seconds=0.0)
 # The last verification waits, however busy the machine is.
 SWEEP = """

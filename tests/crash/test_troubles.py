@@ -138,9 +138,6 @@ def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Callable[...
         compared(*_all_is_well(here, ids, tmp_path))
 
 
-# --- what all of them do -------------------------------------------------------------------------
-
-
 def _all_is_well(here: CrashTest, ids: list[str], place: Path) -> Iterator[Row]:
     """What was accepted is done, at the first attempt, and what was refused is not there."""
     here.wait_for_the_end(ids)
@@ -169,9 +166,6 @@ def _rows_of_neighbours(quiet: Path, got: Path, failures: Collection[int]) -> It
     yield equal("neighbours without a hole", expected=0, got=int(np.isnan(holes).sum()))
     odd = list(inspection.differences(quiet, got, at={"speed": speeds}))
     yield equal(f"of {inspection.count_variables(got)} variables of the neighbours, other bits", expected=[], got=odd)
-
-
-# --- a disk that is full ---------------------------------------------------------------------------
 
 
 @contextmanager

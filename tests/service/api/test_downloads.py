@@ -99,9 +99,6 @@ def test_download__that_broke_off_is_completed_bit_for_bit(shared_api: Api, addr
     assert begun + response.content == content
 
 
-# --- sweeps -------------------------------------------------------------------------------------------
-
-
 def test_sweep_file__is_offered_under_a_plain_name(api: Api) -> None:
     id = api.submit(name='Ärger/../x"; A: b')
     api.compute()
@@ -116,9 +113,6 @@ def test_sweep_file__of_an_unfinished_sweep_is_a_409_that_says_how_far_it_is(api
         assert response.status_code == 409
         assert response.json()["type"].endswith("not-ready")
         assert "queued" in response.json()["detail"]
-
-
-# --- runs ---------------------------------------------------------------------------------------------
 
 
 def test_run__lists_its_files(shared_api: Api, addresses: Any) -> None:

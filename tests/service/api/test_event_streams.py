@@ -46,9 +46,6 @@ def kinds(events: list[ServerEvent]) -> list[str]:
     return [content(event)["kind"] for event in events if event.name == "message"]
 
 
-# --- the messages ---------------------------------------------------------------------------------
-
-
 def test_sweep__that_has_ended_is_told_whole_and_then_ends(api: Api) -> None:
     here = f"/v1/sweeps/{api.submit()}/events"
     api.compute()
@@ -111,9 +108,6 @@ def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
     assert told["run_id"] == lease.id
 
 
-# --- runs and sweeps alike ------------------------------------------------------------------------
-
-
 @pytest.fixture(params=["sweeps", "runs"])
 def ended(request: pytest.FixtureRequest, api: Api) -> str:
     """The address of a sweep or a run that has ended."""
@@ -138,9 +132,6 @@ def test_stream__behind_what_is_no_event_is_refused(api: Api, last: str) -> None
     refused = api.http.get(f"/v1/sweeps/{api.submit()}/events", params={"after": last})
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["field"] == "Last-Event-ID"
-
-
-# --- their cost -----------------------------------------------------------------------------------
 
 
 def streams_of(api: Api) -> EventStreams:

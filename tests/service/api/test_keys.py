@@ -44,9 +44,6 @@ def is_refused(response: Any, status: int, challenge: str) -> bool:
     )
 
 
-# --- who is let in --------------------------------------------------------------------------------
-
-
 def test_every_operation__needs_a_key_elsewhere(api: Api) -> None:
     for path, methods in api.http.app.openapi()["paths"].items():  # type: ignore[attr-defined]
         for method in methods:
@@ -102,8 +99,6 @@ def test_key__that_is_revoked_or_past_its_time_is_refused(api: Api) -> None:
     assert is_refused(api.http.get("/v1/sweeps", headers=old), 401, "invalid_token")
 
 
-# --- what a scope allows --------------------------------------------------------------------------
-
 ALLOWED = {
     Scope.READ: {("GET", "/v1/sweeps"), ("GET", "/v1/queue"), ("GET", "/metrics")},
     Scope.SUBMIT: {("POST", "/v1/sweeps"), ("POST", "/v1/sweeps/estimate")},
@@ -124,8 +119,6 @@ def test_scope__allows_what_it_says_and_no_more(api: Api, scope: Scope) -> None:
             else:
                 assert is_refused(response, 403, f'scope="{needed}"'), (path, response.text)
 
-
-# --- whose sweep is whose -------------------------------------------------------------------------
 
 ORDERS = (
     *(("POST", "/cancel", None), ("POST", "/retry", None), ("PATCH", "", {"priority": 3})),
@@ -166,9 +159,6 @@ def test_key__on_the_loopback_owns_what_is_submitted_with_it(tmp_path: Path) -> 
         reader = key_for(api, Scope.READ, name="bert")
         assert api.http.post("/v1/sweeps", json=SWEEP, headers=reader).status_code == 403
         assert api.http.post(f"/v1/sweeps/{sweep['id']}/cancel").status_code == 202
-
-
-# --- secrets ----------------------------------------------------------------------------------------
 
 
 def test_secret__is_neither_logged_nor_answered(api: Api) -> None:

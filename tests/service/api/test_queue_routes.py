@@ -18,8 +18,6 @@ from tests.service.support.fakes import DEADLINE
 
 MONITORING = Path(__file__).parents[3] / "docs" / "monitoring"
 
-# --- queue ----------------------------------------------------------------------------------------
-
 
 def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
     api.submit()
@@ -34,9 +32,6 @@ def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
     api.http.app.state.readiness = health.ReadinessCheck()  # type: ignore[attr-defined]
     queue = api.http.get("/v1/queue").json()
     assert (queue["leader"], queue["blocked_reason"]) == ("tests", not_ready(api)) == ("tests", api.engine.reason)
-
-
-# --- health ---------------------------------------------------------------------------------------
 
 
 def not_ready(api: Api) -> str:
@@ -82,9 +77,6 @@ def test_readyz__takes_the_write_lock_once_a_second_and_waits_for_no_store(
     monkeypatch.setattr(health, "REUSE_SECONDS", 0.0)
     assert api.http.get("/readyz").status_code == 200
     assert len(pings) == 2
-
-
-# --- metrics --------------------------------------------------------------------------------------
 
 
 class Metrics(dict[tuple[str, frozenset[tuple[str, str]]], float]):

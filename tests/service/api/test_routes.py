@@ -99,9 +99,6 @@ def test_delete__is_refused_before_a_sweep_has_ended(api: Api) -> None:
     assert api.http.get(here).status_code == 200
 
 
-# --- estimates ------------------------------------------------------------------------------------
-
-
 def estimate(api: Api, document: Any) -> Any:
     return api.http.post("/v1/sweeps/estimate", json=document).json()
 

@@ -172,9 +172,6 @@ def test_results__come_home(shared_api: Api, smoke: Path, tmp_path: Path, capsys
     assert "Not found" in capsys.readouterr().err
 
 
-# --- keys -----------------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def elsewhere(tmp_path: Path) -> Iterator[tuple[str, str]]:
     """A service that asks everybody for a key: its address, and a key."""

@@ -32,9 +32,6 @@ def smoke(tmp_path: Path) -> Path:
     return file
 
 
-# --- without a service ------------------------------------------------------------------------------
-
-
 def test_help__loads_nothing_heavy() -> None:
     code = """
 import sys

@@ -181,9 +181,6 @@ def test_result__whose_state_was_not_kept_is_named(solved: Solved, capsys: Capsy
     assert all(f"{id} is unchanged: its final state was not kept" in output for id in solved.runs())
 
 
-# --- what interrupts it ----------------------------------------------------------------------------
-
-
 @pytest.mark.usefixtures("_here")
 def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(solved: Solved, capsys: Capsys) -> None:
     plan = plan_of(solved.store)
@@ -197,9 +194,6 @@ def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(solved: Sol
     assert solved.store.runs.file(first.run_id, RESULT) == file
     assert run("remeasure") == 0
     assert capsys.readouterr().out == "to measure again: 0 results of 0 sweeps; without a stored final state: 0\n"
-
-
-# --- beside a service ------------------------------------------------------------------------------
 
 
 def test_command__refuses_where_a_service_works(solved: Solved, capsys: Capsys) -> None:

@@ -71,9 +71,6 @@ def problem(status: int, **headers: str) -> httpx.Response:
     return httpx.Response(status, content=json.dumps(body), headers=kind)
 
 
-# --- requests that are sent again -----------------------------------------------------------------
-
-
 def test_submission__whose_answer_was_lost_is_accepted_once(shared_api: Api, url: str) -> None:
     before = len(shared_api.store.sweeps.page(limit=1000).items)
     transport = Flaky(url, "behind", "behind")
@@ -145,9 +142,6 @@ def test_download__that_breaks_off_begins_again(shared_api: Api, url: str, tmp_p
     assert {file.name for file in folder.iterdir()} == set(SWEEP_FILES)
 
 
-# --- events ---------------------------------------------------------------------------------------
-
-
 class Torn(httpx.SyncByteStream):
     """A stream that breaks off, or ends, behind some of its bytes."""
 
@@ -179,9 +173,6 @@ def test_stream__that_breaks_is_taken_up_where_it_was() -> None:
     result = list(client.sweep("x").events())
     assert [item.number for item in result] == [1, 2, 3, 4, None]
     assert [request.headers.get("Last-Event-ID") for request in sent] == [None, "2", "2", "2", "3"]
-
-
-# --- cubes from afar ------------------------------------------------------------------
 
 
 @pytest.fixture

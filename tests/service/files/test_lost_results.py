@@ -86,9 +86,6 @@ def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(harness: 
     assert harness.store.sweeps.get(row.id).state is SweepState.SUCCEEDED
 
 
-# --- limits ----------------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def large(harness: Harness) -> Harness:
     """A service with eight results, which does not wait before it looks for lost ones again."""

@@ -24,9 +24,6 @@ def settings(tmp_path: Path, database_url: str) -> Settings:
     return settings_in(tmp_path / "data", database_url=database_url)
 
 
-# --- at the start ----------------------------------------------------------------------------------
-
-
 def test_settle__gives_both_one_id_that_stays(settings: Settings, store: Store) -> None:
     identity.settle(settings, store)
     first = store.data_id()
@@ -68,9 +65,6 @@ def test_settle__refuses_two_ids_until_the_directory_is_adopted(
     adopted = identity.adopt(settings, store)
     assert adopted == (before or in_directory) == identity.read(settings.data) == store.data_id()
     identity.settle(settings, store)
-
-
-# --- while the service runs ------------------------------------------------------------------------
 
 
 def test_retry__forgets_no_final_state_while_the_directory_is_away(tmp_path: Path) -> None:

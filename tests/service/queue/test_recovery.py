@@ -16,9 +16,6 @@ def attempt_numbers(engine: RecordingEngine) -> list[str]:
     return [attempt.key.split("-")[1] for attempt in engine.submitted]
 
 
-# --- another life --------------------------------------------------------------------------------
-
-
 def test_new_life__registers_what_is_complete_and_queues_the_rest(harness: Harness) -> None:
     harness.engine.free = 3
     complete, half, _none = harness.begin(3)
@@ -33,9 +30,6 @@ def test_new_life__registers_what_is_complete_and_queues_the_rest(harness: Harne
     assert len(harness.store.runs.files(run_id(0))) == 3
     assert attempt_numbers(engine) == ["2", "2"]
     assert harness.run(1).crashes == 0
-
-
-# --- an engine that outlives the service ---------------------------------------------------------
 
 
 def test_adoption__attempts_go_on_through_changes_of_leader(harness: Harness) -> None:
@@ -81,9 +75,6 @@ def test_foreign_attempt__of_ours_is_stopped_until_it_ends_and_those_of_others_g
     harness.tick()
     assert harness.engine.stopped == [attempt.key] * 3
     assert harness.engine.forgotten == [attempt.key]
-
-
-# --- a scheduler that is away --------------------------------------------------------------------
 
 
 def test_away__costs_what_was_under_way_nothing(harness: Harness) -> None:

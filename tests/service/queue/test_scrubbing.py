@@ -115,9 +115,6 @@ def checkpoints_read(folder: Path, generator: random.Random) -> int:
     return read
 
 
-# --- steps ---------------------------------------------------------------------------------------
-
-
 def test_step__reads_no_more_than_is_due(harness: Harness) -> None:
     slow = harness.scrubber(rate=1)  # bytes a second: opening a file counts for an hour of it
     for _ in range(100):

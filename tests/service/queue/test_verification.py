@@ -37,9 +37,6 @@ def test_text__that_no_database_takes_is_made_legible(tmp_path: Path, database_u
         assert (row.cause, row.reason) == (Cause.VERDICT, "at \ufffd\ufffd")
 
 
-# --- a disk that fails, or is late ---------------------------------------------------------------
-
-
 Checks = dict[str, Callable[[], None]]
 
 
@@ -101,9 +98,6 @@ def test_damaged_result__is_computed_again_unless_the_disk_was_late(tmp_path: Pa
         assert again.directory != damaged.directory
         assert harness.is_first_success()
         assert harness.run(1).crashes == 1
-
-
-# --- beside the ticks ----------------------------------------------------------------------------
 
 
 @contextmanager

@@ -59,9 +59,6 @@ def test_retried_runs__queue_up_like_new_ones(store: Store) -> None:
     assert of_the_first(leased(store, 12)) == 6
 
 
-# --- owners ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.claim("doors", "two-owners")
 def test_owner__with_few_runs_waits_for_no_more_of_another_whatever_the_number_of_sweeps(
     store: Store, compared: Callable[..., None]
@@ -94,9 +91,6 @@ def test_shared_run__is_of_the_owner_for_whom_it_comes_sooner_and_goes_back(stor
     assert store.leases.take(1, TERM) == ()
 
 
-# --- priorities ------------------------------------------------------------------------------------
-
-
 def test_shared_run__has_the_priority_of_the_most_urgent_sweep(store: Store) -> None:
     patient = submit(store, 0, 3, priority=5)
     urgent = submit(store, 2, 2, priority=-5)
@@ -120,9 +114,6 @@ def test_moved_sweep__begins_at_the_virtual_time_of_its_new_class(store: Store) 
     leased(store, 30)
     store.sweeps.set_priority(first, 0)
     assert of_the_first(leased(store, 10)) == pytest.approx(5, abs=ONE_RUN)
-
-
-# --- pause -----------------------------------------------------------------------------------------
 
 
 def test_pause__lets_runs_under_way_end_and_sweeps_be_published(store: Store) -> None:

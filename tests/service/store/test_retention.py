@@ -33,9 +33,6 @@ def names(store: Store) -> list[str]:
     return [file.name for file in store.runs.files(RUN)]
 
 
-# --- garbage ---------------------------------------------------------------------------------------
-
-
 def test_drop__spares_files_that_a_sweep_demanded_meanwhile(store: Store) -> None:
     finished(store, STATE, FILM, keep=Keep.NUMBERS)
     discardable = store.retention.discardable(10, "")
@@ -43,8 +40,6 @@ def test_drop__spares_files_that_a_sweep_demanded_meanwhile(store: Store) -> Non
     assert store.retention.drop(discardable) == ((RUN, FILM),)
     assert names(store) == ["result.json", "state.npz"]
 
-
-# --- sweeps that expire ----------------------------------------------------------------------------
 
 ALONE = Stored("state.npz", "runs/alone.npz", 1000, "")
 SHARED = Stored("state.npz", "runs/shared.npz", 100, "")
@@ -83,9 +78,6 @@ def test_expired__are_neither_pinned_nor_under_way(store: Store, three: list[str
     assert expired(store) == [(three[0], 1000 + 2 * OF_EACH), (three[2], OF_EACH)]
     store.sweeps.create(Submission(sweep_of(runs_of("fine", first=9)), owner="anna"))
     assert len(expired(store, owner="anna")) == 2
-
-
-# --- results that stay -----------------------------------------------------------------------------
 
 
 def test_film__that_cannot_be_computed_leaves_the_result(store: Store) -> None:
@@ -128,9 +120,6 @@ def test_state__is_kept_while_it_is_there_and_computed_again_once_dropped(store:
     store.sweeps.delete(kept.id)
     assert store.retention.drop(store.retention.discardable(9, "")) == ((RUN, STATE),)
     assert store.sweeps.create(Submission(sweep_of(1), keep=Keep.FINAL)).new == 1
-
-
-# --- damaged files ---------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("damaged", [STATE, stored()])

@@ -26,9 +26,6 @@ def _end_idle_process() -> Iterator[None]:
     SLOT.close()
 
 
-# --- attempt after attempt -----------------------------------------------------------------------
-
-
 def test_process__computes_so_many_attempts_and_ends_with_its_slot(tmp_path: Path) -> None:
     SLOT.close()
     first = process_of(supervise(attempt_at(tmp_path / "1")))
@@ -86,9 +83,6 @@ def test_run__of_another_version_fails_and_its_reason_names_the_cure(tmp_path: P
     assert (result["run_id"], result["state"]) == ("0" * 32, "failed")
     assert result["failure"] == "OtherPhysics"
     assert "submit the sweep again" in result["reason"]
-
-
-# --- life and death ------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize("has_attempt", [False, True])
