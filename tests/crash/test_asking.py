@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -16,6 +16,7 @@ from studies.cases.rows import Row, equal
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
+from tests.claims.marked import Compared
 from tests.crash.support.browser import BEYOND, CUT, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, violations_of, window
 from tests.crash.support.serving import ROOT, Service, http, serving
 
@@ -43,9 +44,7 @@ def service(tmp_path: Path) -> Iterator[Service]:
 @pytest.mark.browser
 @pytest.mark.claim("pages", "asking", minutes=2.0)
 @pytest.mark.parametrize("width", WIDTHS)
-def test_page__reads_on_a_telephone_and_on_a_desk(
-    service: Service, width: int, compared: Callable[[Row], None]
-) -> None:
+def test_page__reads_on_a_telephone_and_on_a_desk(service: Service, width: int, compared: Compared) -> None:
     """Pages with which a person asks: no serious violation of accessibility, no message, no request elsewhere."""
     with chromium() as browser:
         for scheme in SCHEMES:
@@ -70,7 +69,7 @@ def looked_at(service: Service, browser: Browser, width: int, scheme: Scheme) ->
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "new-sweep", minutes=1.0)
-def test_form__follows_what_is_written_and_submits_a_preset(service: Service, compared: Callable[[Row], None]) -> None:
+def test_form__follows_what_is_written_and_submits_a_preset(service: Service, compared: Compared) -> None:
     """The form of a new sweep shows cost, set-up and findings while it is written, and submits by its button alone."""
     with chromium() as browser, window(browser) as (page, messages, _):
         page.goto(f"{service.url}/")
@@ -99,7 +98,7 @@ def test_form__follows_what_is_written_and_submits_a_preset(service: Service, co
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "new-sweep", minutes=0.5)
-def test_form__works_without_scripts(service: Service, compared: Callable[[Row], None]) -> None:
+def test_form__works_without_scripts(service: Service, compared: Compared) -> None:
     """Without scripts the form of a new sweep shows its findings, keeps what was written, and submits."""
     with chromium() as browser, window(browser, java_script_enabled=False) as (page, _, _):
         page.goto(f"{service.url}/new/thin_plate?preset={PRESET}")
@@ -118,7 +117,7 @@ def test_form__works_without_scripts(service: Service, compared: Callable[[Row],
 @pytest.mark.browser
 @pytest.mark.claim("pages", "same-request", minutes=0.5)
 def test_request__is_the_same_by_form_curl_python_and_yaml(
-    service: Service, tmp_path: Path, compared: Callable[[Row], None]
+    service: Service, tmp_path: Path, compared: Compared
 ) -> None:
     """A sweep has the same runs by its form, and by the curl, the Python and the YAML that its page shows."""
     expected = {point.run.id for point in Sweep.parse(read_yaml(examples.text(PRESET), PRESET)).runs()}

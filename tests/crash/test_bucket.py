@@ -2,7 +2,7 @@
 
 import hashlib
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -19,6 +19,7 @@ from service.queue import data_identity as identity
 from service.records.jobs import Keep, State
 from service.settings import Settings
 from studies.cases.rows import Row, at_least, equal
+from tests.claims.marked import Compared
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
 from tests.crash.support.object_store import URL, ObjectStore, object_store
@@ -59,7 +60,7 @@ def objects() -> Iterator[ObjectStore]:
 
 @pytest.mark.claim("doors", "bucket-serves", minutes=0.3)
 def test_bucket__serves_all_where_the_disk_has_lost_it(
-    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+    objects: ObjectStore, tmp_path: Path, compared: Compared
 ) -> None:
     """A sweep whose files are in a bucket is served after those on the disk are deleted: by links, itself, as a ZIP."""
     with crash_test(WORK, tmp_path, settings=LINKS) as here:
@@ -94,7 +95,7 @@ def test_bucket__serves_all_where_the_disk_has_lost_it(
 
 @pytest.mark.claim("doors", "bucket-directories", minutes=0.3)
 def test_services__with_a_directory_each_share_a_bucket(
-    objects: ObjectStore, tmp_path: Path, postgresql_url: str, compared: Callable[..., None]
+    objects: ObjectStore, tmp_path: Path, postgresql_url: str, compared: Compared
 ) -> None:
     """Two services with a directory each share a bucket: each sends all files, and goes on when the other is killed."""
     with crash_test(WORK, tmp_path, database_url=postgresql_url) as here:
@@ -120,7 +121,7 @@ def test_services__with_a_directory_each_share_a_bucket(
 
 @pytest.mark.claim("doors", "bucket-kills", minutes=1.0)
 def test_service__that_dies_around_an_upload_leaves_no_orphan(
-    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+    objects: ObjectStore, tmp_path: Path, compared: Compared
 ) -> None:
     """A service that is killed at each point around upload and commit loses, doubles and leaves behind nothing."""
     with crash_test(WORK, tmp_path, settings=BRISK) as here:
@@ -144,7 +145,7 @@ def test_service__that_dies_around_an_upload_leaves_no_orphan(
 
 @pytest.mark.claim("doors", "bucket-away", minutes=0.5)
 def test_bucket__that_is_away_for_a_while_loses_nothing(
-    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+    objects: ObjectStore, tmp_path: Path, compared: Compared
 ) -> None:
     """While the store of a bucket is stopped nothing accepted is lost, nothing begins, and all resumes by itself."""
     with crash_test(LONG, tmp_path, settings={"WHIPPLE_WORKERS": "1"}) as here:
@@ -174,7 +175,7 @@ def test_bucket__that_is_away_for_a_while_loses_nothing(
 
 @pytest.mark.claim("doors", "bucket-rot", minutes=0.2)
 def test_object__that_rots_is_found_mended_and_never_served(
-    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+    objects: ObjectStore, tmp_path: Path, compared: Compared
 ) -> None:
     """Flipped bits of objects are found in one pass and mended, from the disk or anew; none is served in between."""
     with open_harness(tmp_path, artifacts=URL) as here:
@@ -208,9 +209,7 @@ def test_object__that_rots_is_found_mended_and_never_served(
 
 
 @pytest.mark.claim("doors", "bucket-link", minutes=0.2)
-def test_link__leads_to_the_bucket_and_is_checked(
-    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
-) -> None:
+def test_link__leads_to_the_bucket_and_is_checked(objects: ObjectStore, tmp_path: Path, compared: Compared) -> None:
     """A download is redirected to a signed link that works for whoever has it; the client refuses a damaged object."""
     with crash_test(WORK, tmp_path, settings=LINKS) as here:
         ids = here.submit()

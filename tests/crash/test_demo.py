@@ -4,7 +4,6 @@ import os
 import re
 import subprocess
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -20,6 +19,7 @@ from studies.quantities.files import SWEEP_FILES
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
+from tests.claims.marked import Compared
 from tests.crash.support.serving import ROOT
 
 FINE, SPEEDS = 64, ("2 km/s", "4 km/s", "6 km/s")  # twice the cells of the demo's finest grid
@@ -30,9 +30,7 @@ def computed(document: dict[str, Any], folder: Path) -> xr.Dataset:
 
 
 @pytest.mark.claim("mend-again", "demo-series", minutes=7.0)
-def test_demo__extrapolates_whole_curves_and_its_bars_hold_a_finer_grid(
-    tmp_path: Path, compared: Callable[..., None]
-) -> None:
+def test_demo__extrapolates_whole_curves_and_its_bars_hold_a_finer_grid(tmp_path: Path, compared: Compared) -> None:
     """No curve of the demo mixes extrapolated and computed values; bars of its holes hold a grid twice as fine."""
     for name in set(DEMO) - {"shield"}:  # an outcome is no curve
         document = read_yaml(examples.text(name), name)
@@ -64,7 +62,7 @@ SHAPES = {
 
 @pytest.mark.claim("demo", "demo", minutes=5.0)
 @pytest.mark.claim("speed", "demo-time", minutes=5.0)
-def test_demo__takes_less_than_five_minutes(tmp_path: Path, compared: Callable[[Row], None]) -> None:
+def test_demo__takes_less_than_five_minutes(tmp_path: Path, compared: Compared) -> None:
     """make demo takes less than five minutes from a fresh clone on two idle cores, on 16 and 24 cells per diameter.
 
     Neither environment nor kernels are there. Each hole is computed on at least 3 cells through the plate, and the

@@ -20,6 +20,7 @@ from service.records.jobs import Kind, State, SweepState, SweepStatus
 from service.store import Store
 from studies.cases.rows import equal
 from studies.quantities.files import RESULT, SWEEP_FILES
+from tests.claims.marked import Compared
 from tests.crash.support import inline_service, inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.fault_points import POINTS, VARIABLE
@@ -55,7 +56,7 @@ class FaultSite:
     def count(self, state: State) -> int:
         return sum(row.counts[state] for row in self.store.sweeps.page().items)
 
-    def die_at_every_point(self, live_until: Callable[[str], int], compared: Callable[..., None]) -> None:
+    def die_at_every_point(self, live_until: Callable[[str], int], compared: Compared) -> None:
         """Lives that end at one point after the other, and what is there after each."""
         for point in POINTS[: POINTS.index(COPY)]:
             compared(equal(f"exit status at {point}", expected=-SIGKILL, got=live_until(point)))
@@ -120,7 +121,7 @@ EXPECTED: Mapping[str, tuple[str, Callable[[FaultSite], bool]]] = {
 @pytest.mark.claim("queue", "fault-points", minutes=2.0)
 @pytest.mark.parametrize("database", ["sqlite", "postgresql"])
 def test_service__that_dies_at_a_point_goes_on(
-    database: str, tmp_path: Path, request: pytest.FixtureRequest, compared: Callable[..., None]
+    database: str, tmp_path: Path, request: pytest.FixtureRequest, compared: Compared
 ) -> None:
     """A service that dies at a named point leaves a consistent store and no half file, and the next one goes on."""
     url = request.getfixturevalue("postgresql_url") if database == "postgresql" else None
@@ -152,7 +153,7 @@ def _submit(here: CrashTest) -> str:
 
 
 @pytest.mark.claim("queue", "fault-points")
-def test_fork_of_a_service__that_dies_at_a_point_goes_on(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_fork_of_a_service__that_dies_at_a_point_goes_on(tmp_path: Path, compared: Compared) -> None:
     """The same of a service without interface and engine, which is the fork of a process that has loaded it."""
 
     def live(**more: str) -> int:
@@ -174,7 +175,7 @@ def test_fork_of_a_service__that_dies_at_a_point_goes_on(tmp_path: Path, compare
 
 
 @pytest.mark.claim("queue", "fault-points", minutes=0.1)
-def test_copy__that_dies_after_the_first_file_is_completed(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_copy__that_dies_after_the_first_file_is_completed(tmp_path: Path, compared: Compared) -> None:
     """A sweep without a service that is killed while it copies files out copies the others when it starts again."""
     work = replace(WORK, targets="tests.service.support.targets", run_seconds=0.0)
     [document] = work.documents()

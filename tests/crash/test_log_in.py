@@ -1,6 +1,5 @@
 """Log-in in a real browser, which sends the headers and cookies that a test client leaves out."""
 
-from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
 
@@ -10,7 +9,8 @@ from playwright.sync_api import expect
 from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
-from studies.cases.rows import Row, equal
+from studies.cases.rows import equal
+from tests.claims.marked import Compared
 from tests.crash.support.browser import BEYOND, PATIENCE, WIDTHS, chromium, violations_of, window
 from tests.crash.support.serving import http, serving
 from tests.service.support.api import SWEEP
@@ -18,7 +18,7 @@ from tests.service.support.api import SWEEP
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "log-in", minutes=0.3)
-def test_browser__logs_in_cancels_and_logs_out(tmp_path: Path, compared: Callable[[Row], None]) -> None:
+def test_browser__logs_in_cancels_and_logs_out(tmp_path: Path, compared: Compared) -> None:
     """A browser is asked for a key, logs in, sees a sweep that is submitted meanwhile, cancels it and logs out."""
     data = tmp_path / "data"
     data.mkdir()

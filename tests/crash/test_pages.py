@@ -5,7 +5,7 @@ import re
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -16,6 +16,7 @@ import xarray
 
 from service.files.artifacts import digest
 from studies.cases.rows import Row, equal
+from tests.claims.marked import Compared
 from tests.crash.support.blocks import Block, Reader, blocks_of, cloned, surroundings
 from tests.crash.support.browser import CUT, WIDTHS, chromium, violations_of, window
 from tests.crash.support.serving import ROOT
@@ -53,7 +54,7 @@ CURL = {
         pytest.param(False, marks=pytest.mark.claim("docs", "readme-quickly", minutes=0.2)),
     ],
 )
-def test_readme__does_in_a_fresh_clone_what_it_says(whole: bool, tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_readme__does_in_a_fresh_clone_what_it_says(whole: bool, tmp_path: Path, compared: Compared) -> None:
     """The blocks of README.md do what it says: run in order, verbatim, in a fresh clone."""
     clone, seconds, environment = cloned(tmp_path), FULL_SECONDS, surroundings()
     if not whole:  # without the block that takes hours: this environment, and runs that cost nothing
@@ -184,7 +185,7 @@ def test_pages__with_blocks_that_run_are_found() -> None:
 
 @pytest.mark.claim("docs", "docs-run", minutes=60.0)
 @pytest.mark.parametrize("name", PAGES)
-def test_page__does_what_it_says(name: str, tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_page__does_what_it_says(name: str, tmp_path: Path, compared: Compared) -> None:
     """The blocks of every page of docs/ do what it says: run in order, verbatim, in a fresh clone."""
     page, clone = PAGES[name], cloned(tmp_path)
     (clone / ".venv").symlink_to(sys.prefix)
@@ -227,7 +228,7 @@ def _with_database(ends: ExitStack) -> dict[str, str]:
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "api-page", minutes=0.2)
-def test_documentation__is_accessible_and_fits_a_phone(tmp_path: Path, compared: Callable[[Row], None]) -> None:
+def test_documentation__is_accessible_and_fits_a_phone(tmp_path: Path, compared: Compared) -> None:
     """The page of the API has no serious violation of accessibility (axe), and nothing on it reaches beyond a phone."""
     with open_api(tmp_path) as api, served(api) as url, chromium() as browser:
         for width in WIDTHS:

@@ -15,6 +15,7 @@ import pytest
 
 from service.client.client import Client
 from studies.cases.rows import Row, at_least, equal
+from tests.claims.marked import Compared
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.round_robin import round_robin
@@ -92,7 +93,7 @@ class Clients:
 @pytest.mark.slow
 @pytest.mark.claim("doors", "rolling-restart", minutes=2.0)
 def test_services__restarted_one_after_the_other_fail_no_request(
-    tmp_path: Path, postgresql_url: str, compared: Callable[..., None]
+    tmp_path: Path, postgresql_url: str, compared: Compared
 ) -> None:
     """Two services behind a proxy that are restarted in turn fail no request, lose no event, compute no run twice."""
     with ExitStack() as ends:

@@ -4,7 +4,7 @@ import json
 import os
 import sqlite3
 import subprocess
-from collections.abc import Callable, Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
@@ -18,7 +18,7 @@ import xarray as xr
 from service.records.jobs import Cause
 from studies.cases.rows import Row, at_least, equal
 from studies.quantities.files import write_text
-from tests.claims.marked import in_full
+from tests.claims.marked import Compared, in_full
 from tests.crash.support import inspection
 from tests.crash.support.altered_serve import BRIEF
 from tests.crash.support.chained import FAILING
@@ -50,7 +50,7 @@ def service_program() -> dict[str, Any]:
 
 
 @pytest.mark.claim("queue", "troubles-of-runs", minutes=0.5)
-def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, compared: Compared) -> None:
     """A run that allocates without end, never ends, or crashes the interpreter has the named end, and no neighbour."""
     work = replace(WORK, speeds=len(FAILURES) + 3, run_seconds=0.2)
     behaviours = json.dumps({speed: behaviour for speed, (behaviour, _) in FAILURES.items()})
@@ -69,7 +69,7 @@ def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, com
 
 
 @pytest.mark.claim("queue", "trouble-locked", minutes=0.3)
-def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A database that another program locks: refused with a reason, nothing lost."""
     with crash_test(WORK, tmp_path, settings=ONE_WORKER, **service_program()) as here:
         ids = here.submit()
@@ -82,7 +82,7 @@ def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, comp
 
 
 @pytest.mark.claim("queue", "trouble-away", minutes=0.3)
-def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A PostgreSQL server that crashes and comes back: refused with a reason, nothing lost."""
     with (
         postgresql_server() as server,
@@ -101,7 +101,7 @@ def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, com
 
 
 @pytest.mark.claim("queue", "trouble-disk")
-def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A disk that is full: nothing is begun, nothing is lost, and it goes on when there is room."""
     settings = {**ONE_WORKER, "WHIPPLE_DISK_RESERVE": str(RESERVE)}
     with small_disk(tmp_path / "data"), crash_test(LONG, tmp_path, settings=settings, **service_program()) as here:
@@ -120,7 +120,7 @@ def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Callable[...
 
 
 @pytest.mark.claim("queue", "trouble-clock", minutes=0.3)
-def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A clock that is set back by a day, and forward again: nothing is lost, nothing stops."""
     clock = tmp_path / "clock"
     write_text(clock, "0")

@@ -7,7 +7,8 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from studies.cases.rows import Row, at_least, equal
+from studies.cases.rows import at_least, equal
+from tests.claims.marked import Compared
 from tests.crash.support.browser import BEYOND, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, violations_of, window
 from tests.crash.support.serving import Service, serving
 from tests.service.support.api import open_api, served
@@ -27,7 +28,7 @@ PICTURE = "canvas => canvas.toDataURL()"
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "watching", minutes=1.5)
-def test_browser__watches_a_sweep_and_looks_inside_its_runs(tmp_path: Path, compared: Callable[[Row], None]) -> None:
+def test_browser__watches_a_sweep_and_looks_inside_its_runs(tmp_path: Path, compared: Compared) -> None:
     """In a browser a sweep fills its grid; a run's film slides and its matter turns, by keys too; the cube is one.
 
     At 400 and 1400 px, light and dark, no page has a message, a request elsewhere, a serious violation of
@@ -62,7 +63,7 @@ def test_browser__renews_a_page_whose_button_has_the_focus(tmp_path: Path) -> No
         expect(page.locator("#status > *")).to_have_count(3)
 
 
-def _watch(browser: Browser, service: Service, compared: Callable[[Row], None]) -> None:
+def _watch(browser: Browser, service: Service, compared: Compared) -> None:
     """From the list to the sweep, until its report is there; nothing is loaded by hand."""
     with window(browser) as (page, _, _):
         page.goto(service.url)
@@ -78,9 +79,7 @@ def _watch(browser: Browser, service: Service, compared: Callable[[Row], None]) 
         expect(page.frame_locator("iframe").locator(".headline")).to_be_visible(timeout=PATIENCE)
 
 
-def _look_inside(
-    browser: Browser, service: Service, width: int, scheme: Scheme, compared: Callable[[Row], None]
-) -> None:
+def _look_inside(browser: Browser, service: Service, width: int, scheme: Scheme, compared: Compared) -> None:
     where = f"{width} px, {scheme}"
     with window(browser, width, scheme) as (page, messages, requests):
         _turn(page, service, where, compared)
@@ -89,7 +88,7 @@ def _look_inside(
     compared(equal(f"{where}: requests elsewhere", expected=[], got=foreign))
 
 
-def _turn(page: Page, service: Service, where: str, compared: Callable[[Row], None]) -> None:
+def _turn(page: Page, service: Service, where: str, compared: Compared) -> None:
     """From the list to the film and the matter of a run, and back."""
     page.goto(service.url)
     _compare(page, f"{where}: list", compared)
@@ -115,7 +114,7 @@ def _turn(page: Page, service: Service, where: str, compared: Callable[[Row], No
     expect(page.locator("h1")).to_have_text(str(SWEEP["title"]))
 
 
-def _compare(page: Page, where: str, compared: Callable[[Row], None]) -> None:
+def _compare(page: Page, where: str, compared: Compared) -> None:
     """What no page may have, with all that is folded open."""
     page.evaluate("document.querySelectorAll('details').forEach(each => each.open = true)")
     compared(equal(f"{where}: serious violations (axe)", expected=[], got=violations_of(page)))
@@ -150,7 +149,7 @@ def _cube(browser: Browser, service: Service, id: str, file: Path) -> tuple[int,
         return hole.sizes["speed"], hole.sizes["plate_thickness"], bool(hole.notnull().all())
 
 
-def _cancel(browser: Browser, service: Service, compared: Callable[[Row], None]) -> None:
+def _cancel(browser: Browser, service: Service, compared: Compared) -> None:
     id = service.submit(ENDLESS)
     with window(browser) as (page, _, _):
         page.goto(f"{service.url}/sweeps/{id}")

@@ -6,7 +6,6 @@ import os
 import re
 import threading
 import zipfile
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -22,12 +21,13 @@ from service.api.routes.runs import FilmField
 from service.client.client import Client
 from service.files.artifacts import Artifacts, describe
 from service.records.jobs import Kind, Lease, Stored
-from studies.cases.rows import Row, equal
+from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.films.film import SCALARS
 from studies.quantities.measured import Measured
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
+from tests.claims.marked import Compared
 from tests.service.support.api import SWEEP, Api, served, sweep_of
 from tests.service.support.fakes import DEADLINE
 from tests.studies.reports.test_figures import built
@@ -94,7 +94,7 @@ def test_partial_cube__of_other_or_damaged_results_is_another(api: Api, tmp_path
 
 
 @pytest.mark.claim("pages", "report-so-far", minutes=0.2)
-def test_report__of_the_results_so_far_says_that_it_is_not_complete(api: Api, compared: Callable[[Row], None]) -> None:
+def test_report__of_the_results_so_far_says_that_it_is_not_complete(api: Api, compared: Compared) -> None:
     """The report of a sweep that has not ended is made on request, and its title says how far the sweep is."""
     report = f"/v1/sweeps/{api.submit()}/report.html"
     first, second = api.store.leases.take(2, api.term())

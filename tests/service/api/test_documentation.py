@@ -4,7 +4,6 @@ import json
 import os
 import re
 import subprocess
-from collections.abc import Callable
 from html import unescape
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from service.api.pages.documentation import TAGS
 from service.records.jobs import Scope
 from studies.cases.rows import equal
 from studies.sweeps import examples
+from tests.claims.marked import Compared
 from tests.service.support.api import SWEEP, Api, SameFile, served, sweep_of
 
 PARTS = ["submit", "watch", "results", "runs", "catalogue", "keys", "operations"]
@@ -49,7 +49,7 @@ def test_documentation__has_every_operation_in_one_part_and_every_problem(shared
 
 
 @pytest.mark.claim("pages", "api-examples", minutes=0.2)
-def test_examples__of_the_documentation_run(api: Api, tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_examples__of_the_documentation_run(api: Api, tmp_path: Path, compared: Compared) -> None:
     """Each example of /docs, run by a shell with curl against a service, succeeds."""
     api.http.app.state.conversions = SameFile(api.settings.data / "cache")  # type: ignore[attr-defined]
     id = api.submit()

@@ -6,7 +6,7 @@ by hand between two calls, so that every state of a sweep is met.
 
 import copy
 import itertools
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -24,6 +24,7 @@ from service.api.app import build_app
 from service.records.jobs import Scope
 from service.settings import Settings
 from studies.cases.rows import at_least
+from tests.claims.marked import Compared
 from tests.service.support.api import Api, SameFile, open_api, sweep_of
 from tests.service.support.fakes import issue_key
 
@@ -189,9 +190,7 @@ def test_calls__came_through_to_what_they_asked_for(described: Described) -> Non
 
 
 @pytest.mark.claim("api", "openapi", minutes=15.0)
-def test_openapi__describes_what_schemathesis_meets(
-    described: Described, tmp_path: Path, compared: Callable[..., None]
-) -> None:
+def test_openapi__describes_what_schemathesis_meets(described: Described, tmp_path: Path, compared: Compared) -> None:
     """schemathesis (fixed seed, a key, operations alone and in sequence) finds nothing against the description."""
     for operation, mode in itertools.product(operations(), GenerationMode):
         call_operation(described, operation, mode, THOROUGH)

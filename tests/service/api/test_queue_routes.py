@@ -3,7 +3,6 @@
 import json
 import re
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,6 +12,7 @@ from prometheus_client.parser import text_string_to_metric_families
 from service.api.routes import health
 from service.records.jobs import Cause, StoreUnavailable
 from studies.cases.rows import equal
+from tests.claims.marked import Compared
 from tests.service.support.api import Api
 from tests.service.support.fakes import DEADLINE
 
@@ -106,7 +106,7 @@ def test_metrics__count_jobs_by_state_and_seconds_of_runs(api: Api) -> None:
 
 
 @pytest.mark.claim("doors", "monitoring")
-def test_alerts_and_dashboard__read_metrics_that_are_there(api: Api, compared: Callable[..., None]) -> None:
+def test_alerts_and_dashboard__read_metrics_that_are_there(api: Api, compared: Compared) -> None:
     """Every metric that the alert rules and the dashboard of the documentation name is one of the service."""
     api.submit()
     api.compute(failures=1)

@@ -2,7 +2,7 @@
 
 import os
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from pathlib import Path
 
@@ -16,7 +16,8 @@ from service.queue.scrubbing import FILES_AT_ONCE, Scrubber
 from service.records.jobs import Keep, State, Stored, StoreUnavailable, SweepState
 from service.store.publications import LOST, MOST_AT_ONCE
 from solver.checkpoints import Carried, CheckpointRefused, read_checkpoint, write_checkpoint
-from studies.cases.rows import Row, equal
+from studies.cases.rows import equal
+from tests.claims.marked import Compared
 from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.fakes import DEADLINE, failing, runs_of
 from tests.service.support.harness import Harness, open_harness
@@ -57,9 +58,7 @@ def registered(harness: Harness) -> list[tuple[str, Stored]]:
 
 
 @pytest.mark.claim("doors", "rot")
-def test_rot__is_all_found_in_one_pass_made_again_and_never_served(
-    harness: Harness, compared: Callable[[Row], None]
-) -> None:
+def test_rot__is_all_found_in_one_pass_made_again_and_never_served(harness: Harness, compared: Compared) -> None:
     """A pass finds all of 20 flipped bits in results, states, films, cubes and reports; none is served, all are mended.
 
     The first five are made again at once, and the others when people allow more; checkpoints that rot are refused.

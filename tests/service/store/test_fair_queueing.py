@@ -1,12 +1,11 @@
 """Fairness between sweeps, priorities of shared runs, a paused queue."""
 
-from collections.abc import Callable
-
 import pytest
 
 from service.records.jobs import Cause, Conflict, Kind, State, Submission
 from service.store import Store
 from studies.cases.rows import equal
+from tests.claims.marked import Compared
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result
 
@@ -61,7 +60,7 @@ def test_retried_runs__queue_up_like_new_ones(store: Store) -> None:
 
 @pytest.mark.claim("doors", "two-owners")
 def test_owner__with_few_runs_waits_for_no_more_of_another_whatever_the_number_of_sweeps(
-    store: Store, compared: Callable[..., None]
+    store: Store, compared: Compared
 ) -> None:
     """Beside 10 sweeps of 1 000 runs, a sweep of another owner that comes later gets every second run: 10 take 20."""
     for number in range(10):
