@@ -131,12 +131,12 @@ def test_service__that_dies_around_an_upload_leaves_no_orphan(
         for point in LIVES:
             here.service.start(fault=point)
             compared(equal(f"exit status at {point}", expected=-SIGKILL, got=here.service.die()))
-            compared(equal(f"died at {point}: wrong in store and files", expected=[], got=_wrong(here, objects)))
+            compared(equal(f"died at {point}: wrong in store and files", expected=[], got=_wrong(here)))
             left |= _orphans(here, objects)
         compared(at_least("objects that kills have left", limit=1, got=len(left)))
         here.service.start()
         compared(*here.rows_of_results(ids, tmp_path / "cubes"))
-        compared(equal("wrong in the end", expected=[], got=_wrong(here, objects)))
+        compared(equal("wrong in the end", expected=[], got=_wrong(here)))
         with suppress(AssertionError):
             wait_until(lambda: not _orphans(here, objects), seconds=PATIENCE)
         compared(equal("objects that no row names", expected=set(), got=_orphans(here, objects)))
@@ -166,10 +166,9 @@ def test_bucket__that_is_away_for_a_while_loses_nothing(
         runs = inspection.runs(here.store, ids).values()
         got = {(run.state, run.attempt) for run in runs}
         compared(equal("runs and their attempts", expected={(State.SUCCEEDED, 1)}, got=got))
-        compared(
-            equal("runs with one result", expected=2 * WORK.runs, got=len(inspection.registered_once(here.store, ids)))
-        )
-        compared(equal("wrong in store, files and bucket", expected=[], got=_wrong(here, objects)))
+        once = len(inspection.registered_once(here.store, ids))
+        compared(equal("runs with one result", expected=2 * WORK.runs, got=once))
+        compared(equal("wrong in store, files and bucket", expected=[], got=_wrong(here)))
         compared(here.row_of_processes())
 
 
@@ -218,18 +217,16 @@ def test_link__leads_to_the_bucket_and_is_checked(objects: ObjectStore, tmp_path
         compared(equal("status", expected=307, got=response.status_code))
         link = response.headers["Location"]
         [cube] = [file for file in inspection.files(here.store) if file.name == "cube.nc"]
-        compared(
-            equal("where it leads", expected=True, got=link.split("?")[0].endswith(f"/results/whipple/{cube.path}"))
-        )
+        address = link.split("?")[0]
+        compared(equal("where it leads", expected=True, got=address.endswith(f"/results/whipple/{cube.path}")))
         compared(equal("digest of what is there", expected=cube.sha256, got=_digest(httpx.get(link).content)))
-        unsigned = httpx.get(link.split("?")[0]).status_code
+        unsigned = httpx.get(address).status_code
         compared(Row("status without the signature", "no success", unsigned, unsigned >= 400))
         objects.flip(cube.path)
         with here.service.client() as client, pytest.raises(ServiceError, match="Damaged download"):
             client.sweep(ids[0]).fetch(tmp_path / "damaged")
-        compared(
-            equal("damaged files that were written", expected=False, got=(tmp_path / "damaged" / "cube.nc").exists())
-        )
+        written = (tmp_path / "damaged" / "cube.nc").exists()
+        compared(equal("damaged files that were written", expected=False, got=written))
         compared(here.row_of_processes())
 
 
@@ -243,7 +240,7 @@ def _empty(here: CrashTest) -> None:
         shutil.rmtree(here.service.data / folder, ignore_errors=True)
 
 
-def _wrong(here: CrashTest, objects: ObjectStore) -> list[str]:
+def _wrong(here: CrashTest) -> list[str]:
     """Faults of the store, and each registered file whose copy or object is missing or damaged."""
     artifacts = Artifacts.of(Settings(data=here.service.data))
     named = inspection.files(here.store)

@@ -59,13 +59,8 @@ def test_pages__of_many_sweeps_and_runs_are_bounded(api: Api, compared: Compared
         asked = [text for text in sent if not text.startswith("BEGIN")]
         compared(at_most(f"{name}: statements", limit=MOST_STATEMENTS, got=len(asked)))
     cells = CELLS.findall(found["large sweep"])
-    compared(
-        equal(
-            "runs in the grid, of which some have succeeded",
-            expected=(400, True),
-            got=(len(cells), "succeeded" in cells),
-        )
-    )
+    shown = len(cells), "succeeded" in cells
+    compared(equal("runs in the grid, of which some have succeeded", expected=(400, True), got=shown))
     compared(equal("sweeps on the first page", expected=50, got=found["sweeps"].count(LINK)))
     named = sum("99" in str(number) for number in range(SWEEPS - 1))
     compared(equal("sweeps that were found", expected=named, got=found["sweeps that are searched"].count(LINK)))
