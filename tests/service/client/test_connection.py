@@ -91,9 +91,9 @@ def test_delete__whose_answer_was_lost_is_done(shared_api: Api, url: str) -> Non
             handle.delete()
 
 
-def test_service__that_comes_back_is_waited_for() -> None:
-    gone = httpx.ConnectError("refused")
-    client, sent = scripted(httpx.Response(200, json=ITEMS), gone, gone, httpx.Response(200, json=ITEMS))
+@pytest.mark.parametrize("failure", [httpx.ConnectError("refused"), problem(503, **{"retry-after": "0"})])
+def test_service__that_comes_back_or_is_locked_for_a_while_is_waited_for(failure: Answer) -> None:
+    client, sent = scripted(httpx.Response(200, json=ITEMS), failure, failure, httpx.Response(200, json=ITEMS))
     for _ in range(2):
         assert client.laws() == []
     assert len(sent) == 4
@@ -117,12 +117,6 @@ def test_address__that_never_answered_is_told_at_once() -> None:
     with pytest.raises(Unreachable):
         client.submit(SWEEP)
     assert len(sent) == 1
-
-
-def test_store__that_is_locked_for_a_while_is_asked_again() -> None:
-    client, sent = scripted(problem(503, **{"retry-after": "0"}), httpx.Response(200, json=ITEMS))
-    assert client.laws() == []
-    assert len(sent) == 2
 
 
 @pytest.mark.parametrize("status", [400, 401, 403, 404, 409, 422, 500])
