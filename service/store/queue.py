@@ -74,9 +74,7 @@ class Queue:
         """The queue at this moment; counts without an event are up to ``REUSE_SECONDS`` old."""
         youngest = sa.select(sa.func.coalesce(sa.func.max(TERMS.c.term), 0)).scalar_subquery()
         event = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0)).scalar_subquery()
-        query = sa.select(
-            *(CONTROL.c.paused, CONTROL.c.blocked_reason), *(youngest.label("term"), event.label("event"))
-        )
+        query = sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, youngest.label("term"), event.label("event"))
         with self._database.reading() as connection:
             row = connection.execute(query).one()
             counts = self._counted(connection, row.event)
@@ -123,5 +121,4 @@ class Queue:
     def attempts_by_cause(self) -> Mapping[Cause, int]:
         """Attempts that did not succeed, since the store was made."""
         with self._database.reading() as connection:
-            attempts = {row.cause: row.attempts for row in connection.execute(sa.select(CAUSES))}
-        return {cause: attempts.get(cause, 0) for cause in Cause}
+            return {row.cause: row.attempts for row in connection.execute(sa.select(CAUSES))}

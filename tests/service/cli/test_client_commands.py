@@ -27,13 +27,6 @@ def _environment(monkeypatch: pytest.MonkeyPatch, url: str) -> None:
     monkeypatch.delenv(KEY_VARIABLE, raising=False)
 
 
-@pytest.fixture
-def smoke(tmp_path: Path) -> Path:
-    file = tmp_path / "smoke.yaml"
-    file.write_text(examples.text("smoke"))
-    return file
-
-
 def submitted(capsys: Capsys, file: Path, *arguments: object) -> str:
     """The id of a sweep that the command submitted."""
     assert run("submit", file, *arguments) == 0
