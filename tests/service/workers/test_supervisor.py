@@ -39,9 +39,6 @@ def _end_idle_process() -> Iterator[None]:
     SLOT.close()
 
 
-# --- the files of an attempt ---------------------------------------------------------------------
-
-
 @pytest.mark.parametrize(
     ("keep", "names"),
     [
@@ -98,9 +95,6 @@ def test_publication__lists_results_that_are_lost_or_damaged(tmp_path: Path) -> 
     assert run_id(3) in ending.reason
     listed = list_in(Path(attempt.directory))
     assert [loss.run_id for loss in listed] == [run_id(3), run_id(4)]
-
-
-# --- how an attempt ends -------------------------------------------------------------------------
 
 
 def test_ending__without_the_files_names_them_and_the_free_space(tmp_path: Path) -> None:
@@ -203,9 +197,6 @@ def test_crash__with_a_fork_that_lives_on_is_noticed(tmp_path: Path) -> None:
         wait_until(running.is_over)
         assert running.end().failure == "SIGABRT"
     wait_until(lambda: is_gone(forked))
-
-
-# --- the log -------------------------------------------------------------------------------------
 
 
 def test_log__has_the_trace_of_a_failure(tmp_path: Path) -> None:
