@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands.options import Json
-from service.cli.console import print_json, print_table
+from service.cli.console import SHORT_ID, print_json, print_table
 from studies.quantities.display import display_of, with_unit
 from studies.quantities.findings import Finding, InvalidInput, nearest_cure
 
@@ -22,7 +22,6 @@ if TYPE_CHECKING:
 app = typer.Typer()
 
 MOST_LISTED = 10  # runs that are left out
-SHORT_ID = 12  # digits of an id: enough for ``whipple fetch-run``
 
 QuantityOption = Annotated[
     str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")
