@@ -6,6 +6,7 @@ accumulate themselves. Each term is summed from its own quantity and none is the
 what drifts.
 """
 
+import math
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -14,7 +15,7 @@ import numpy as np
 from solver.problem.geometry import conserved_axes, impact_axis
 from solver.state import Departed, Particles
 
-HOTTEST_PART = 1e-3  # of the mass: the particles whose part of the internal energy is watched
+HOTTEST_PART = 1e-3  # of the particles: those whose share of the internal energy is watched
 
 
 @dataclass(frozen=True)
@@ -102,7 +103,7 @@ class Audit:
     removed_energy: float  # by damping, contact, absorbers and walls, of the initial energy and |work|
     contact_energy: float  # the part of it that contact took
     outflow_energy: float  # likewise
-    hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of mass
+    hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of the particles
     largest_speed: float  # m/s
     exchanged: Exchanged
     bodies: tuple[BodyBalance, ...] = ()  # in the order of the problem
@@ -223,7 +224,5 @@ def _largest_speed(particles: Particles, living: np.ndarray) -> float:
 def _hottest_share(particles: Particles, living: np.ndarray, internal: float) -> float:
     if internal <= 0.0:
         return 0.0
-    order = living[np.argsort(particles.energy[living])[::-1]]
-    cumulated = np.cumsum(particles.mass[order])
-    hottest = order[: int(np.searchsorted(cumulated, HOTTEST_PART * cumulated[-1])) + 1]
+    hottest = living[np.argsort(particles.energy[living])[-math.ceil(HOTTEST_PART * living.size) :]]
     return float((particles.mass[hottest] * particles.energy[hottest]).sum()) / internal

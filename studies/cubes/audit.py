@@ -48,7 +48,7 @@ AUDIT = (
     _drift("largest_energy_drift", meaning="largest energy drift at any time of the run"),
     _share("momentum_error", meaning="momentum unaccounted for, over the initial momentum"),
     _share("mass_error", meaning="mass unaccounted for, over the initial mass"),
-    _share("hottest_energy_share", meaning="share of internal energy in the hottest particles"),
+    _share("hottest_energy_share", meaning="share of internal energy in the hottest 0.1 % of particles"),
     _share(
         "removed_energy_fraction",
         meaning="energy removed by walls, absorbing surfaces, contact, damping, over the initial and the loads' work",

@@ -41,8 +41,8 @@ from studies.runs.run_log import RunLog
 from studies.runs.stages import EARLIER_STAGE, carried_by, outcome_of, setting_of, together
 from studies.scenarios import Setting
 
-# Flagged, not failed. The hottest 0.1 % of mass of resolved perforations holds 3 to 9 % of the internal energy at the
-# end; half of it means that single particles have run away.
+# Flagged, not failed. The hottest 0.1 % of the particles of resolved perforations hold 1 to 6 % of the internal energy
+# at the end (case ``energy``); half of it means that single particles have run away.
 HOTTEST_SHARE_FLAG = 0.5
 
 # Flagged, not failed: more of the initial mass than this left a grid while its own pressure still drove it apart.

@@ -47,7 +47,7 @@ class Hole:
     rest: float  # root of the sum of the squares of all else that it states, m
     cells_per_diameter: float
     energy_drift: float  # largest of the run, of the initial energy
-    hottest_energy_share: float  # of internal energy, in the hottest 0.1 % of mass at the end
+    hottest_energy_share: float  # of internal energy, in the hottest 0.1 % of particles at the end
 
 
 def hole(question: Question) -> Hole:
@@ -91,11 +91,7 @@ def _holes(questions: list[Question]) -> dict[Question, Hole]:
 
 
 def _energy(holes: dict[Question, Hole]) -> Iterator[Row]:
-    """The worst of all runs that are fine enough.
-
-    The share is asked to stay below what flags a run. One in nine runs of 16 cells per diameter, at 6 km/s, has 0.102,
-    above the 0.10 that the case ``energy`` asks of the grid's first offset.
-    """
+    """The worst of all runs that are fine enough; the share is asked to stay below what flags a run."""
     fine = [each for each in holes.values() if each.cells_per_diameter >= CELLS_PER_DIAMETER]
     where = f"worst of {len(fine)} runs of at least {CELLS_PER_DIAMETER:g} cells per diameter"
     yield at_most(
@@ -104,7 +100,7 @@ def _energy(holes: dict[Question, Hole]) -> Iterator[Row]:
         got=float(np.max([each.energy_drift for each in fine])),
     )
     yield at_most(
-        f"{where}: share of internal energy in the hottest 0.1 % of mass at the end",
+        f"{where}: share of internal energy in the hottest 0.1 % of particles at the end",
         limit=HOTTEST_SHARE_FLAG,
         got=float(np.max([each.hottest_energy_share for each in fine])),
     )

@@ -89,3 +89,13 @@ def test_bodies__sum_to_the_audited_totals(kind: str) -> None:
         momentum = sum(body.momentum + body.departed_momentum for body in balanced.bodies)
         momentum -= balanced.exchanged.impulse
         assert momentum == pytest.approx(initial.momentum[axis], rel=ROUND_OFF)
+
+
+def test_hottest_energy_share__counts_particles_whatever_their_mass() -> None:
+    """A thousand warm grains beside cold ones of a thousand times their mass are no runaway; a single hot one is."""
+    particles = views(empty_table(2000))
+    particles.mass[:1000], particles.mass[1000:] = 1.0, 1e3
+    particles.energy[:1000] = 1.0
+    assert balance(particles, totals(particles)).hottest_energy_share == pytest.approx(2.0 / 1000.0)
+    particles.energy[0] = 3000.0
+    assert balance(particles, totals(particles)).hottest_energy_share == pytest.approx(3001.0 / 3999.0)

@@ -105,7 +105,7 @@ def _impact(speed: float, recipe: Recipe) -> Iterator[Row]:
         got=float(np.max([abs(audit.energy_drift) for audit in outcome.history])),
     )
     yield at_most(
-        f"{where}: share of internal energy in the hottest 0.1 % of mass at the end",
+        f"{where}: share of internal energy in the hottest 0.1 % of particles at the end",
         limit=HOTTEST,
         got=outcome.audit.hottest_energy_share,
     )
