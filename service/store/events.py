@@ -44,7 +44,7 @@ class Events:
         query = sa.select(EVENTS).where(EVENTS.c.number > after, which)
         with self._database.reading() as connection:
             rows = connection.execute(query.order_by(EVENTS.c.number).limit(limit))
-            return tuple(Event(**row._mapping) for row in rows)
+            return tuple(Event(*row) for row in rows)
 
 
 class AuditTrail:

@@ -84,7 +84,7 @@ def _has_unregistered_answer(here: FaultSite) -> bool:
 
 
 def _has_another(here: FaultSite) -> bool:
-    done = [run for run in inspection.runs(here.store, here.sweeps).values() if run.path]
+    done = [run for run in inspection.runs(here.store, here.sweeps).values() if run.sha256]
     kept = [run for run in done if here.artifacts.checkpoint(run.id).is_file()]
     return len(done) > here.succeeded and len(kept) > 0
 

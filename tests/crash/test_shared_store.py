@@ -167,7 +167,7 @@ def _has_computed(here: CrashTest, after: int) -> bool:
 def _rows_of_results(here: CrashTest, ids: list[str]) -> Iterator[Row]:
     """Each run has the result of its first attempt."""
     runs = inspection.runs(here.store, ids).values()
-    kept = sum(run.state is State.SUCCEEDED and run.path is not None for run in runs)
+    kept = sum(run.state is State.SUCCEEDED and run.sha256 is not None for run in runs)
     yield equal("results that are registered", expected=WORK.runs, got=kept)
     yield equal("attempts begun", expected=WORK.runs, got=sum(run.attempt for run in runs))
     lost = sum(event.kind == "lost" for event in inspection.events(here.store))

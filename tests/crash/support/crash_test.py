@@ -146,7 +146,7 @@ class CrashTest:
     def wait_until_ended(self, job: str, after: int) -> None:
         """Wait until a job has ended with its result, in an event after one."""
         ends = ("succeeded", "published")
-        self._wait(lambda: any(e.job_id == job and e.kind in ends for e in self.store.events.all(after=after)))
+        self._wait(lambda: any(e.run_id == job and e.kind in ends for e in self.store.events.all(after=after)))
 
     def wait_for_the_end(self, ids: list[str]) -> None:
         self._wait(lambda: all(self.store.sweeps.get(id).is_terminal for id in ids), seconds=END_SECONDS)

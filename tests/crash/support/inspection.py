@@ -38,7 +38,7 @@ def events(store: Store) -> Iterator[Any]:
 
 def registered_once(store: Store, sweeps: list[str]) -> list[str]:
     """Runs that succeeded, were registered once (events are never removed), and have one answer."""
-    counts = Counter(str(event.job_id) for event in events(store) if event.kind == "succeeded")
+    counts = Counter(str(event.run_id) for event in events(store) if event.kind == "succeeded")
     return [
         run.id
         for run in runs(store, sweeps).values()

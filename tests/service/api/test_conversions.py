@@ -85,9 +85,7 @@ def test_partial_cube__of_other_or_damaged_results_is_another(api: Api, tmp_path
     made.write_bytes(b"damaged")
     assert opened(api.http.get(partial).content, tmp_path).attrs["sweep_state"] == "running, 1 of 2 runs have a result"
     finish(api, second)
-    path = api.store.runs.get(first.id).path
-    assert path is not None
-    (api.settings.data / path).write_bytes(b"damaged")
+    (api.settings.data / api.store.runs.file(first.id, "result.json").path).write_bytes(b"damaged")
     response = api.http.get(partial)
     assert response.headers["ETag"] != tag
     assert any("damaged" in str(reason) for reason in opened(response.content, tmp_path).run_reason.values)

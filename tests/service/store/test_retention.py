@@ -126,7 +126,7 @@ def test_state__is_kept_while_it_is_there_and_computed_again_once_dropped(store:
 def test_mend__computes_a_run_again_for_the_sweeps_that_have_it(store: Store, damaged: Stored) -> None:
     sweep = finished(store, STATE, keep=Keep.FINAL)
     assert store.publications.mend(damaged, most=3)
-    assert (store.runs.get(RUN).path is None) is (damaged != STATE)  # the result stays, if it is whole
+    assert (store.runs.get(RUN).sha256 is None) is (damaged != STATE)  # the result stays, if it is whole
     assert store.publications.mend(damaged, most=3) is (damaged == STATE)  # under way, or forgotten
     assert store.leases.finish(lease_runs(store, 1)[0], result(FILM))
     finish_all(store)
