@@ -92,7 +92,7 @@ def test_delete__whose_answer_was_lost_is_done(shared_api: Api, url: str) -> Non
 
 
 @pytest.mark.parametrize("failure", [httpx.ConnectError("refused"), problem(503, **{"retry-after": "0"})])
-def test_service__that_comes_back_or_is_locked_for_a_while_is_waited_for(failure: Answer) -> None:
+def test_service__that_comes_back_is_waited_for(failure: Answer) -> None:
     client, sent = scripted(httpx.Response(200, json=ITEMS), failure, failure, httpx.Response(200, json=ITEMS))
     for _ in range(2):
         assert client.laws() == []
