@@ -3,8 +3,8 @@
 ``python -m docs.pages`` writes all of them, in seconds. ``python -m docs.pages compute NAME`` computes the results
 behind a page anew, in seconds (``tutorial``), minutes (``gallery``) or hours (``shots``, ``accuracy``, ``validation``).
 
-How to add a page: a module here that offers ``pages()``, Markdown by name of file in docs/, and ``drawings()``, SVG by
-name of file; and a line in ``__main__``.
+How to add a page: a module here that offers ``pages()``, Markdown by name of file in docs/, and, where the page has
+plots, ``drawings()``, SVG by name of file in docs/drawings.
 """
 
 import json
@@ -50,13 +50,18 @@ def keep(document: Any, file: Path) -> None:
     file.write_text(lines + "\n", encoding="utf-8")
 
 
+def read_json(file: Path) -> Any:
+    """Results as they were kept."""
+    return json.loads(file.read_text(encoding="utf-8"))
+
+
 def computed_once(run: Run, directory: Path) -> RunResult:
     """The result of a run, computed where its directory has none."""
     file = directory / RESULT
     if not file.exists():
         directory.mkdir(parents=True, exist_ok=True)
         execute(run, directory, threads=1)
-    return RunResult.from_json(json.loads(file.read_text(encoding="utf-8")))
+    return RunResult.from_json(read_json(file))
 
 
 def sentence(words: str) -> str:

@@ -2,18 +2,16 @@
 
 import sys
 from argparse import ArgumentParser
+from importlib import import_module
 from pathlib import Path
+from pkgutil import iter_modules
 
+from docs import pages
 from docs.pages import (
     DOCS,
-    accuracy,
-    api,
     failure,
     gallery,
-    laws,
-    measurements,
     shield_series,
-    shields,
     shots,
     simulated_shields,
     tutorial,
@@ -21,21 +19,8 @@ from docs.pages import (
     verification,
 )
 
-PAGES = (
-    accuracy,
-    api,
-    failure,
-    gallery,
-    laws,
-    measurements,
-    shield_series,
-    shields,
-    shots,
-    simulated_shields,
-    tutorial,
-    validation,
-    verification,
-)
+NAMES = (found.name for found in iter_modules(pages.__path__) if found.name != "__main__")
+PAGES = tuple(module for name in NAMES if hasattr(module := import_module(f"docs.pages.{name}"), "pages"))
 COMPUTED = {
     "accuracy": verification,
     "failure": failure,
@@ -58,7 +43,7 @@ def main(arguments: list[str]) -> None:
         for file, text in module.pages().items():
             (DOCS / file).parent.mkdir(exist_ok=True)
             (DOCS / file).write_text(text, encoding="utf-8")
-        for file, text in module.drawings().items():
+        for file, text in module.drawings().items() if hasattr(module, "drawings") else ():
             (DOCS / "drawings" / file).write_text(text, encoding="utf-8")
     limits = DOCS / "limits.md"
     lines = limits.read_text(encoding="utf-8").splitlines()

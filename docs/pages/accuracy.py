@@ -4,7 +4,7 @@ import math
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
-from docs.pages import MADE, counted, shots, table, validation, verification
+from docs.pages import MADE, counted, read_json, shots, table, validation, verification
 from studies.quantities.display import NONE, digits
 
 # Quantity and target of the cases that stand in one row; a case that none names has a row of its own.
@@ -77,13 +77,13 @@ def _shots() -> Iterator[list[str]]:
 
 def _published() -> dict[str, tuple[str, Rows]]:
     """Page and rows of each published problem, on the finest grids."""
-    cases = validation.stored()["cases"]
+    cases = read_json(validation.STORED)["cases"]
     return {name: (f"validation/{name}.md", kept["rows"]) for name, kept in cases.items() if "/" not in name}
 
 
 def _exact() -> dict[str, tuple[str, Rows]]:
     """Page and rows of each case with an exact answer."""
-    return {name: (f"verification/{name}.md", rows) for name, rows in verification.stored()["cases"].items()}
+    return {name: (f"verification/{name}.md", rows) for name, rows in read_json(verification.STORED)["cases"].items()}
 
 
 def _cases(
@@ -109,8 +109,3 @@ def _differences(rows: Rows) -> str:
         if ratios:
             texts.append(f"{word} to {digits(100.0 * max(abs(ratio - 1.0) for ratio in ratios), 2)} %")
     return f"; differences {', '.join(texts)}" if texts else ""
-
-
-def drawings() -> dict[str, str]:
-    """None of its own."""
-    return {}

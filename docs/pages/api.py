@@ -85,8 +85,3 @@ def _fields(record: type) -> str:
         return ""
     found = FIELDS.search(inspect.getsource(record))
     return inspect.cleandoc(found[1]) if found else ""
-
-
-def drawings() -> dict[str, str]:
-    """The page has none."""
-    return {}

@@ -16,7 +16,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
-from docs.pages import MADE, RESULTS, computed_once, keep, table
+from docs.pages import MADE, RESULTS, computed_once, keep, read_json, table
 from solver import PHYSICS_VERSION
 from studies import materials, measurements
 from studies.cases.validation import plate_spall
@@ -163,13 +163,9 @@ def series_of(runs: Sequence[Mapping[str, Any]]) -> Iterator[Series]:
     for scenario, (_, _, quantities) in TARGETS.items():
         for metal, speed, failure, quantity in product(METALS, SPEEDS, FAILURES, quantities):
             grids = [at[scenario, metal, speed, failure, grid] for grid in range(3)]
-            values = tuple(_number(run["values"].get(quantity)) for run in grids)
+            values = tuple(math.nan if (value := run["values"].get(quantity)) is None else value for run in grids)
             settled = all(quantity not in run["still_growing"] for run in grids)
             yield Series(metal, speed, failure, quantity, values, settled)
-
-
-def _number(value: float | None) -> float:
-    return math.nan if value is None else value
 
 
 def out(runs: Sequence[Mapping[str, Any]]) -> list[str]:
@@ -211,7 +207,7 @@ def pages() -> dict[str, str]:
     """docs/failure.md."""
     if not STORED.exists():
         return {}
-    document = json.loads(STORED.read_text(encoding="utf-8"))
+    document = read_json(STORED)
     runs = document["runs"]
     series = list(series_of(runs))
     kinds = list(dict.fromkeys(each.quantity for each in series))
@@ -288,8 +284,3 @@ def _values(series: Sequence[Series], kinds: Sequence[str]) -> Iterator[str]:
 
 def _title(quantity: str) -> str:
     return measurements.load(quantity).title.lower()
-
-
-def drawings() -> dict[str, str]:
-    """None."""
-    return {}

@@ -95,8 +95,3 @@ def pages() -> dict[str, str]:
     for file, page, says in OTHERS:
         parts += [f"[![{says}]({file})]({page})\n", f"{says}\n"]
     return {"gallery.md": "\n".join(parts)}
-
-
-def drawings() -> dict[str, str]:
-    """None: photographs are kept as they were taken."""
-    return {}

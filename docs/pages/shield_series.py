@@ -12,7 +12,6 @@ offset or a failure says otherwise, and where the finest grid holds with a flag 
   5.0 mm behind one of 1 mm. Their spheres of 99.9 % aluminium are computed as 1100-O, the purest aluminium that ships.
 """
 
-import json
 import math
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
@@ -21,7 +20,7 @@ from itertools import product
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, computed_once, keep, table
+from docs.pages import MADE, RESULTS, computed_once, keep, read_json, table
 from docs.pages.simulated_shields import FAILURES, GRIDS, parameters_of
 from solver import PHYSICS_VERSION
 from studies import materials
@@ -71,7 +70,7 @@ def series() -> dict[str, Series]:
 
 def compute(directory: Path | None = None, *names: Path) -> None:
     """Compute every run of the named series, or of all, that a directory does not have, and write the results."""
-    runs = json.loads(STORED.read_text(encoding="utf-8"))["runs"]
+    runs = read_json(STORED)["runs"]
     with tempfile.TemporaryDirectory() as temporary:
         folder = (directory or Path(temporary)).resolve()
         for name, each in series().items():
@@ -130,7 +129,7 @@ def told(runs: Sequence[Mapping[str, Any]]) -> tuple[Simulated, str]:
 
 def pages() -> dict[str, str]:
     """docs/shield-series.md."""
-    stored = json.loads(STORED.read_text(encoding="utf-8"))["runs"]
+    stored = read_json(STORED)["runs"]
     grids = ", ".join(f"{grid:g}" for grid in THREE)
     computed = [
         (each.title, shot, runs)
@@ -163,8 +162,3 @@ def _row(title: str, shot: ShieldShot, runs: Sequence[Mapping[str, Any]]) -> lis
     cells = ", ".join(f"{cells:g}" for cells in sorted({run["cells"] for run in runs}))
     mark = says if says == shot.outcome else f"**{says}**"
     return [title, sizes, f"{shot.speed / 1e3:.2f} km/s", shot.outcome, mark, cells, why]
-
-
-def drawings() -> dict[str, str]:
-    """The page has none."""
-    return {}

@@ -20,11 +20,6 @@ def pages() -> dict[str, str]:
     return {"shields.md": "\n".join([*_shots(), *_judged(), *_probability(), *_sources()]) + "\n"}
 
 
-def drawings() -> dict[str, str]:
-    """The page has none."""
-    return {}
-
-
 def _shots() -> Iterator[str]:
     screening = published()
     failed = sum(shot.is_perforated for shot in screening.shots)

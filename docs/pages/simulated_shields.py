@@ -6,7 +6,6 @@ models were written down before any of them was run. An outcome is open where tw
 is for shots on which those of the first agree.
 """
 
-import json
 import math
 import random
 import tempfile
@@ -17,7 +16,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, computed_once, keep, table
+from docs.pages import MADE, RESULTS, computed_once, keep, read_json, table
 from solver import PHYSICS_VERSION
 from studies import materials
 from studies.observations.shields import joined
@@ -221,7 +220,7 @@ def pages() -> dict[str, str]:
     """docs/simulated-shields.md."""
     if not STORED.exists():
         return {}
-    runs = json.loads(STORED.read_text(encoding="utf-8"))["runs"]
+    runs = read_json(STORED)["runs"]
     told = outcomes(runs)
     shots = [shot for shot, _ in told]
     grids = _computed_grids(runs)
@@ -325,10 +324,5 @@ def _of_shot(shot: ShieldShot, told: Simulated) -> list[str]:
     return [f"{shot.source} {shot.shot}", f"{shot.speed / 1e3:.2f} km/s", lengths, shot.outcome, mark]
 
 
-def drawings() -> dict[str, str]:
-    """None."""
-    return {}
-
-
 if __name__ == "__main__":  # the constants of the results as they are stored
-    joined.store(simulations(json.loads(STORED.read_text(encoding="utf-8"))["runs"]))
+    joined.store(simulations(read_json(STORED)["runs"]))

@@ -6,7 +6,6 @@
 import ast
 import contextlib
 import io
-import json
 import os
 import re
 import tempfile
@@ -14,7 +13,7 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from docs.pages import DOCS, MADE, RESULTS, keep
+from docs.pages import DOCS, MADE, RESULTS, keep, read_json
 
 NOTEBOOK = DOCS / "tutorial.ipynb"
 STORED = RESULTS / "tutorial.json"
@@ -56,8 +55,7 @@ def _executed(number: int, source: str, namespace: dict[str, Any]) -> dict[str, 
 
 
 def _cells() -> list[dict[str, Any]]:
-    cells: list[dict[str, Any]] = json.loads(NOTEBOOK.read_text(encoding="utf-8"))["cells"]
-    return cells
+    return list(read_json(NOTEBOOK)["cells"])
 
 
 def _code() -> list[str]:
@@ -70,7 +68,7 @@ def pages() -> dict[str, str]:
 
 
 def _parts() -> Iterator[str]:
-    outputs = iter(json.loads(STORED.read_text(encoding="utf-8"))["cells"])
+    outputs = iter(read_json(STORED)["cells"])
     for cell in _cells():
         source = "".join(cell["source"])
         if cell["cell_type"] == "markdown":
@@ -84,8 +82,3 @@ def _parts() -> Iterator[str]:
             yield f"```text\n{kept['output'].rstrip()}\n```\n"
         if kept["figure"]:
             yield f"![What the cell draws](drawings/{kept['figure']})\n"
-
-
-def drawings() -> dict[str, str]:
-    """None: the figures are kept as they were drawn."""
-    return {}

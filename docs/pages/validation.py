@@ -4,7 +4,6 @@ computed once.
 A case that is another model on the mesh of its source, as the half model of a block, may stand there twice.
 """
 
-import json
 import shutil
 import tempfile
 from collections.abc import Iterator
@@ -13,7 +12,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import DOCS, MADE, RESULTS, by_place, cell, counted, keep, sentence, table
+from docs.pages import DOCS, MADE, RESULTS, by_place, cell, counted, keep, read_json, sentence, table
 from solver import PHYSICS_VERSION
 from studies.cases import validation
 from studies.cases.pages import HEADERS, cells
@@ -33,7 +32,7 @@ def compute(directory: Path | None = None, *names: Path) -> None:
     with tempfile.TemporaryDirectory() as temporary:
         place = directory or Path(temporary)
         chosen = [str(name) for name in names] or validation.names()
-        cases = {**(stored()["cases"] if STORED.exists() else {})}
+        cases = {**(read_json(STORED)["cases"] if STORED.exists() else {})}
         cases |= {name: _computed(name, place) for name in chosen}
     document = {"command": COMMAND, "version": version("whipple"), "cases": dict(sorted(cases.items()))}
     keep(document, STORED)
@@ -66,15 +65,9 @@ def _place(chosen: str) -> tuple[str, validation.ValidationLevel]:
     return name, level or LEVEL  # type: ignore[return-value]
 
 
-def stored() -> dict[str, Any]:
-    """The results as they were computed."""
-    document: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
-    return document
-
-
 def pages() -> dict[str, str]:
     """The list of the cases, and a page for each."""
-    document = stored()
+    document = read_json(STORED)
     made = MADE.format(source=f"`docs/results/{STORED.name}`")
     absent = [f"`{name}`" for name in validation.names() if name not in document["cases"]]
     longer = f" Not computed for this page: {', '.join(absent)}." if absent else ""
@@ -106,7 +99,7 @@ def _summary(chosen: str, kept: dict[str, Any]) -> list[str]:
 
 def _page(name: str, made: str) -> str:
     """A case at the level ``fine``, and below it at others."""
-    case, cases = validation.load(name), stored()["cases"]
+    case, cases = validation.load(name), read_json(STORED)["cases"]
     parts = [f"# {name}\n", made, f"{sentence(case.says)} Source: {case.source}.\n"]
     for chosen, kept in cases.items():
         if _place(chosen)[0] == name:
@@ -121,11 +114,6 @@ def _page(name: str, made: str) -> str:
 
 def _title(file: str) -> str:
     return file.removeprefix("validation-").removesuffix(".svg").replace("-", " ").replace("_", " ")
-
-
-def drawings() -> dict[str, str]:
-    """None of its own: those of the cases are kept beside the results."""
-    return {}
 
 
 def _row(row: dict[str, Any]) -> list[str]:

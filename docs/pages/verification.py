@@ -5,7 +5,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
-from docs.pages import MADE, RESULTS, by_place, cell, counted, keep, sentence, table
+from docs.pages import MADE, RESULTS, by_place, cell, counted, keep, read_json, sentence, table
 from solver import PHYSICS_VERSION
 from studies.cases import verification
 from studies.quantities.display import NONE, digits
@@ -25,26 +25,19 @@ def compute(directory: Path | None = None) -> None:
 
 
 def _rows_of(name: str, directory: Path | None) -> list[dict[str, Any]]:
-    kept = None if directory is None else directory / f"{name}.json"
-    if kept is not None and kept.exists():
-        rows: list[dict[str, Any]] = json.loads(kept.read_text(encoding="utf-8"))
-        return rows
+    file = None if directory is None else directory / f"{name}.json"
+    if file is not None and file.exists():
+        return list(read_json(file))
     rows = [verified.row.as_json() for verified in verification.verify([name])]
-    if kept is not None:
-        kept.parent.mkdir(parents=True, exist_ok=True)
-        kept.write_text(json.dumps(rows), encoding="utf-8")
+    if file is not None:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        file.write_text(json.dumps(rows), encoding="utf-8")
     return rows
-
-
-def stored() -> dict[str, Any]:
-    """The results as they were computed."""
-    document: dict[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
-    return document
 
 
 def pages() -> dict[str, str]:
     """The list of the cases, and a page for each."""
-    cases = stored()["cases"]
+    cases = read_json(STORED)["cases"]
     made = MADE.format(source=f"`docs/results/{STORED.name}`")
     return {
         "verification.md": _list(made),
@@ -53,7 +46,7 @@ def pages() -> dict[str, str]:
 
 
 def _list(made: str) -> str:
-    document = stored()
+    document = read_json(STORED)
     absent = [f"`{name}`" for name in verification.names() if name not in document["cases"]]
     longer = f" Not computed for this page: {', '.join(absent)}." if absent else ""
     return "\n".join(
@@ -88,11 +81,6 @@ def _page(name: str, rows: list[dict[str, Any]], made: str) -> str:
     header = ["compared", "expected", "computed", "error", "tolerance", "verdict"]
     text = f"{sentence(case.says)} Source: {case.source}.\n"
     return "\n".join([f"# {name}\n", made, text, table(header, list(by_place([_row(row) for row in rows])))])
-
-
-def drawings() -> dict[str, str]:
-    """None of its own."""
-    return {}
 
 
 def _row(row: dict[str, Any]) -> list[str]:

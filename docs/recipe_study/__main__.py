@@ -8,6 +8,7 @@ from multiprocessing import get_context
 from pathlib import Path
 from typing import Any
 
+from docs.pages import table
 from docs.recipe_study.choice import (
     candidates,
     change_of_hole,
@@ -36,7 +37,7 @@ def main(directory: Path) -> None:
         scanned = compute(directory / "scan.json", pool, scan(), known)
         finals = compute_finals(directory / "candidates.json", pool, scanned)
         results = compute(directory / "results.json", pool, variants(), measured)
-    text = "\n".join((table(results), scan_table(scanned), final_table(finals)))
+    text = "\n".join((variant_table(results), scan_table(scanned), final_table(finals)))
     (directory / "tables.md").write_text(text)
     print(text)
     print(f"chosen: {winner(scanned, finals)}")
@@ -87,22 +88,20 @@ def compute_finals(file: Path, pool: ProcessPoolExecutor, scanned: Results) -> R
     return finals
 
 
-def table(results: Mapping[str, Mapping[str, Any]]) -> str:
+def variant_table(results: Mapping[str, Mapping[str, Any]]) -> str:
     """The variants as a table in Markdown."""
-    lines = [
-        "| variant | worst error, %: P | Us | particle density | from spacing | scatter, % | bar: time, % | rebound "
+    header = (
+        "variant | worst error, %: P | Us | particle density | from spacing | scatter, % | bar: time, % | rebound "
         "| Taylor bar: changes, from experiment, % | D at 4, 8 cells, mm: 2 km/s | 6 km/s | crater p, D, mm | cost, s "
-        "| eligible |",
-        "|---|---|---|---|---|---|---|---|---|---|---|---|---|---|",
-    ]
-    lines += [_line(name, figures) for name, figures in results.items()]
-    return "\n".join(lines) + "\n"
+        "| eligible"
+    )
+    return table(header.split(" | "), [_row(name, figures) for name, figures in results.items()])
 
 
-def _line(name: str, figures: Mapping[str, Any]) -> str:
+def _row(name: str, figures: Mapping[str, Any]) -> list[str]:
     bar, taylor = figures["bar"], figures["taylor"]
     verdict = "; ".join([*sorted(set(failures(figures))), *missed(figures)])
-    cells = [
+    return [
         name,
         *(_worst(figures, quantity) for quantity in ("pressure", "shock_speed", "particle_density", "spacing_density")),
         f"{100.0 * scatter(figures):.1f}",
@@ -114,21 +113,15 @@ def _line(name: str, figures: Mapping[str, Any]) -> str:
         f"{total_cost(figures):.0f}" if change_of_hole(figures, "2000") is not None else "-",
         f"no: {verdict}" if verdict else "yes",
     ]
-    return "| " + " | ".join(cells) + " |"
 
 
 def scan_table(scanned: Mapping[str, Mapping[str, Any]]) -> str:
     """The viscosities as a table in Markdown: the smallest margin, and the gate that it is of."""
-    lines = [
-        "| viscosity | smallest margin | of | scatter, % | Taylor bar: changes, from experiment, % |",
-        "|---|---|---|---|---|",
-    ]
+    rows = []
     for name, figures in scanned.items():
         gate, least = min(margins(figures).items(), key=lambda one: one[1])
-        lines.append(
-            f"| {name} | {least:+.2f} | {gate} | {100.0 * scatter(figures):.1f} | {_taylor(figures['taylor'])} |"
-        )
-    return "\n".join(lines) + "\n"
+        rows.append([name, f"{least:+.2f}", gate, f"{100.0 * scatter(figures):.1f}", _taylor(figures["taylor"])])
+    return table(["viscosity", "smallest margin", "of", "scatter, %", "Taylor bar: changes, from experiment, %"], rows)
 
 
 def _taylor(figures: Mapping[str, Any]) -> str:
@@ -153,20 +146,17 @@ def _millimetres(runs: Iterable[Mapping[str, Any]], key: str) -> str:
 
 def final_table(finals: Mapping[str, Mapping[str, Any]]) -> str:
     """The candidates as a table in Markdown."""
-    lines = [
-        "| candidate | cost, s | speed | D at 4, 8, 16 cells, mm, mean of three positions | 4 to 8, % | 8 to 16, % |",
-        "|---|---|---|---|---|---|",
-    ]
+    header = "candidate | cost, s | speed | D at 4, 8, 16 cells, mm, mean of three positions | 4 to 8, % | 8 to 16, %"
+    rows = []
     for name, final in finals.items():
         holes = final["holes"]
         changes = zip(final_changes(holes, "32"), final_changes(holes, "64"), strict=True)
         for (speed, means), (first, last) in zip(mean_holes(holes).items(), changes, strict=True):
             values = " ".join(f"{1e3 * value:.2f}" for value in means.values())
             where = f"{float(speed) / 1e3:g} km/s"
-            lines.append(
-                f"| {name} | {final['seconds']:.0f} | {where} | {values} | {100.0 * first:+.1f} | {100.0 * last:+.1f} |"
-            )
-    return "\n".join(lines) + "\n"
+            change = [f"{100.0 * first:+.1f}", f"{100.0 * last:+.1f}"]
+            rows.append([name, f"{final['seconds']:.0f}", where, values, *change])
+    return table(header.split(" | "), rows)
 
 
 if __name__ == "__main__":

@@ -10,7 +10,7 @@ difference over all runs of the draft's grid, and over all of finer ones, rounde
 import json
 import math
 import sys
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor, as_completed
 from dataclasses import replace
 from itertools import product
@@ -19,6 +19,7 @@ from pathlib import Path
 from statistics import median
 from typing import Any
 
+from docs.pages import table
 from docs.recipe_study.measure import OFFSETS, Figures, computed, hole, taylor
 from studies.quantities.numerical_defaults import RECIPES, Recipe
 from studies.sweeps import examples
@@ -45,39 +46,34 @@ def main(file: Path) -> None:
             figures[name] = job.result()
             file.write_text(json.dumps(figures, indent=1))
             print(name, file=sys.stderr, flush=True)
-    print("\n".join(table(figures)))
+    print(tables(figures))
 
 
-def table(figures: Mapping[str, Figures]) -> Iterator[str]:
-    """The figures as two tables in Markdown."""
-    yield "| Taylor bar | change from 10 to 20, 20 to 40 cells | from the experiment at 10, at 40 cells |"
-    yield "|---|---|---|"
+def tables(figures: Mapping[str, Figures]) -> str:
+    """The figures as three tables in Markdown."""
+    bars, values, changed = [], [], []
     for count in COUNTS:
         bar = figures[_name("taylor", count)]
         from_grid_to_grid = ", ".join(_percent(change) for change in bar["changes"])
         errors = ", ".join(_percent(bar[name]) for name in ("mean_error", "finest_error"))
-        yield f"| {count} particles | {from_grid_to_grid} | {errors} |"
-    yield ""
-    yield (
-        "| value | cells per diameter | 2 particles, mm | 3 particles, mm | difference: mean, root mean square "
-        "| processor time, 3 over 2 |"
-    )
-    yield "|---|---|---|---|---|---|"
-    for quantity, speed, cells in _rows():
-        pairs, seconds = _pairs(figures, quantity, speed, cells)
-        few, many = (_mean_and_range([pair[place] for pair in pairs]) for place in (0, 1))
-        changes = [few / many - 1.0 for few, many in pairs]
-        yield (
-            f"| {quantity.replace('_', ' ')}, {speed / 1e3:g} km/s | {cells} | {few} | {many} "
-            f"| {100.0 * sum(changes) / len(changes):+.1f}, {100.0 * _rms(changes):.1f} % "
-            f"| {seconds[1] / seconds[0]:.1f} |"
-        )
-    yield ""
-    yield "| root mean square difference | draft's grid | finer |"
-    yield "|---|---|---|"
+        bars.append([f"{count} particles", from_grid_to_grid, errors])
+    for quantity in (*OF_HOLES, *OF_CRATERS):
+        for speed, cells in product(SPEEDS, CELLS[_problem(quantity)]):
+            pairs, seconds = _pairs(figures, quantity, speed, cells)
+            both = (_mean_and_range([pair[place] for pair in pairs]) for place in (0, 1))
+            changes = [few / many - 1.0 for few, many in pairs]
+            change = f"{100.0 * sum(changes) / len(changes):+.1f}, {100.0 * _rms(changes):.1f} %"
+            where = f"{quantity.replace('_', ' ')}, {speed / 1e3:g} km/s"
+            values.append([where, str(cells), *both, change, f"{seconds[1] / seconds[0]:.1f}"])
     for quantity in (*OF_HOLES, *OF_CRATERS, *COMPANIONS):
-        coarse, fine = parts(figures, quantity)
-        yield f"| {quantity.replace('_', ' ')} | {_percent(coarse)} | {_percent(fine)} |"
+        changed.append([quantity.replace("_", " "), *map(_percent, parts(figures, quantity))])
+    header = (
+        "value | cells per diameter | 2 particles, mm | 3 particles, mm | difference: mean, root mean square "
+        "| processor time, 3 over 2"
+    )
+    of_bars = ["Taylor bar", "change from 10 to 20, 20 to 40 cells", "from the experiment at 10, at 40 cells"]
+    of_changes = ["root mean square difference", "draft's grid", "finer"]
+    return "\n".join([table(of_bars, bars), table(header.split(" | "), values), table(of_changes, changed)])
 
 
 def parts(figures: Mapping[str, Figures], quantity: str) -> tuple[float, float]:
@@ -112,12 +108,6 @@ def _calls() -> dict[str, tuple[Any, ...]]:
             call = (problem, recipes[count], speed, cells, offset)
             calls[_name(kind, count, speed, cells, offset)] = call
     return calls
-
-
-def _rows() -> Iterator[tuple[str, float, int]]:
-    for quantity in (*OF_HOLES, *OF_CRATERS):
-        for speed, cells in product(SPEEDS, CELLS[_problem(quantity)]):
-            yield quantity, speed, cells
 
 
 def _problem(quantity: str) -> str:

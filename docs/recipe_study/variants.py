@@ -80,13 +80,13 @@ def scan() -> Iterator[Variant]:
 
 def _words(name: str, value: Any) -> str:
     known = {
-        "scheme": f"{value}",
-        "particles_per_cell": f"{value} particles",
-        "viscosity_linear": f"q {value:g}" if isinstance(value, float) else "",
-        "viscosity_quadratic": f"/ {value:g}" if isinstance(value, float) else "",
-        "courant": f"courant {value}",
-        "damping_rate": f"PIC {value:g}/s" if isinstance(value, float) else "",
+        "scheme": "{}",
+        "particles_per_cell": "{} particles",
+        "viscosity_linear": "q {:g}",
+        "viscosity_quadratic": "/ {:g}",
+        "courant": "courant {}",
+        "damping_rate": "PIC {:g}/s",
         "damping_order": "of second order",
-        "tension": f"{value} tension",
+        "tension": "{} tension",
     }
-    return known[name]
+    return known[name].format(value)

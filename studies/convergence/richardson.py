@@ -1,55 +1,20 @@
 """Convergence of a measured number under refinement: observed order, Richardson's value, error bar, verdict.
 
-The rules:
+- The value of a resolution is the mean over its sub-cell offsets, without those that failed. The three finest
+  resolutions count; coarser ones are shown and decide nothing.
+- Their differences are compared with the noise first: a difference that is not above it says nothing about the mesh.
+  Then a change of sign is ``oscillatory``; an order outside of ``ORDERS`` is ``not in the asymptotic range``, and one
+  above the formal where no noise is known that may have raised it.
+- One rule holds for all points of a series, which a curve joins: either all are extrapolated with the mean order of
+  those that converge by themselves, at least half of all (the global average of Celik et al. 2008 for the points of a
+  profile), or each has the value of its finest resolution. A point alone is a series of one.
+- The error bar is the root of the sum of the squares of three parts: ``mesh``, the error that is left and what the
+  noise makes of the value; ``offsets``, the noise of the finest resolution over the root of the number of its offsets;
+  ``measurement``, all else that the finest runs state (growth, azimuth), root mean square over their offsets.
 
-- The value of a resolution is the mean over its sub-cell offsets; its scatter is half the range of two or three
-  offsets, the standard deviation of more. An offset that failed is left out, and counted in the reason.
-- The three finest resolutions count; coarser ones are shown and decide nothing.
-- A finest resolution that is flagged ``too_coarse`` has no error bar at all, and nothing is
-  extrapolated from it.
-- A run that succeeded and found nothing to measure (no hole, say) contradicts the others: where one of those that
-  count did, nothing is extrapolated and the mesh's part is unknown.
-- The noise of a resolution is its scatter, or, where only one offset has a value, what the
-  measurement says a single run cannot see; of a resolution that lost an offset, the larger of the two.
-- Their differences are compared with the noise first: a difference that is not above it says
-  nothing about the mesh. Then a change of sign is ``oscillatory``; an order outside of ``ORDERS``
-  is ``not in the asymptotic range``, and one above the formal where no noise is known that may have raised it.
-- One rule holds for all points of a series, which a curve joins: either all are extrapolated with one order, or each
-  has the value of its finest resolution. The order is the mean of those of the points that converge by themselves, at
-  least half of all (the global average of Celik et al. 2008 for the points of a profile). A point that does not must
-  fit that order within its noise, or none is extrapolated. And none is where the squares of the mesh parts would add up
-  to more: an extrapolation multiplies the noise of the two finest, the more so the lower the order and the closer the
-  grids. A point alone is a series of one.
-- The error bar is the root of the sum of the squares of three parts:
-
-  ``mesh``
-      Of three grids, the root of the sum of the squares of the error that is left and of ``COVERAGE`` times what the
-      noise makes of the value. The noise is a share of a cell, the same on the three, and over the root of the
-      number of offsets where they were averaged. The error that is left:
-
-      - Extrapolated: ``LEFT`` of the correction, and at least the distance to the limit of the order that the point
-        shows by itself, and to that of any order from the assumed to the formal one that fits the three values within
-        their noise.
-      - ``converging`` with the finest value: the grid convergence index, ``SAFETY`` times the correction of its own
-        order, and at least the distance to each limit of an order that fits.
-      - Else, where such an order fits them within their noise: the largest error of the finest that one of them gives.
-        So an oscillation, or an order above 3, that lies within the scatter of the offsets costs this scatter alone.
-      - Else, where noise is known and the sizes of the differences have an order that is not below ``ORDERS``, the
-        coarsest is outside of the asymptotic range: the index of the two finest at that order, at most the assumed one.
-      - Else they diverge, or nothing but their scatter about a fit tells their noise: the uncertainty of Eça and
-        Hoekstra (2014), Appendix A, by the better of least-squares fits of first and of second order: three times its
-        error, its standard deviation and its misfit of the finest. They ask for four grids; of three the standard
-        deviation has one degree of freedom.
-
-      Of two grids the index with a factor of safety of 3 at the assumed order. Unknown for a single grid, and where
-      grids do not differ and no noise is stated.
-  ``offsets``
-      The noise of the finest resolution, over the root of the number of its offsets.
-  ``measurement``
-      All else that the finest runs state (growth, azimuth), root mean square over their offsets.
-
-The bars are made to hold the limit in 95 of 100 cases. ``COVERAGE`` and ``LEFT`` are set by synthetic series of known
-limit (``tests/studies/convergence/series.py``; ``make claims bars``), never by the solver's results.
+``studies.reports.report.RULES`` says which mesh error goes with which verdict. The bars are made to hold the limit in
+95 of 100 cases. ``COVERAGE`` and ``LEFT`` are set by synthetic series of known limit
+(``tests/studies/convergence/series.py``; ``make claims bars``), never by the solver's results.
 
 Sources: Richardson (1911); Roache (1994), J. Fluids Eng. 116, 405; Celik et al. (2008), J. Fluids
 Eng. 130, 078001; Eça and Hoekstra (2014), J. Comput. Phys. 262, 104.

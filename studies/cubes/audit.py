@@ -24,7 +24,7 @@ class AuditNumber:
         return Variable(
             f"audit_{self.name}",
             self.meaning,
-            lambda cell: cell.numbers.get(self.name),
+            lambda cell: cell.result.numbers.get(self.name),
             RUNS,
             self.unit,
             label=self.name.replace("_", " "),

@@ -97,8 +97,13 @@ def catalogue_of(sweep: Any) -> Catalogue:
     own = declared(scenario.parameters)
     axes = [axis.name for axis in sweep.axes]
     stated = [name for shot in sweep.observations for name in shot.parameters]
+    # The constants of materials are named by their paths, their roles in the meaning.
     constants = {
-        name: _constant(name, allowed.parameters[name]) for name in (*axes, *sweep.fixed, *stated) if name not in own
+        name: replace(
+            allowed.parameters[name], name=name, meaning=f"{name.partition('.')[0]}: {allowed.parameters[name].meaning}"
+        )
+        for name in (*axes, *sweep.fixed, *stated)
+        if name not in own
     }
     critical = [laws.CRITICAL[name] for name in allowed.quantities if name in laws.CRITICAL]
     return Catalogue(
@@ -115,12 +120,6 @@ def catalogue_of(sweep: Any) -> Catalogue:
         compared_shots=sweep.compared_shots(),
         critical=[Quantity(name, "m", laws.UNMEASURED[name]) for name in critical],
     )
-
-
-def _constant(path: str, parameter: Parameter) -> Parameter:
-    """The constant of a material as a parameter of its own: named by its path, its role in the meaning."""
-    meaning = f"{path.partition('.')[0]}: {parameter.meaning}"
-    return replace(parameter, name=path, meaning=meaning)
 
 
 def _shot_of(run: Any) -> Any | None:

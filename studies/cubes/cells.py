@@ -11,22 +11,16 @@ from studies.convergence.outcomes import agree
 from studies.convergence.richardson import Sample, converge_series
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
-from studies.quantities.measured import BY_ONE_GRID, CELLS_THROUGH, DEFINITION, ENOUGH_GRIDS, numerical_parts
+from studies.quantities.measured import BY_ONE_GRID, CELLS_THROUGH, DEFINITION, ENOUGH_GRIDS, Measured, numerical_parts
+from studies.runs.results import RunResult
 from studies.sweeps.reading import RESOLUTION
 
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
 OF_MESH = (SUB_CELL, CELLS_THROUGH)  # parts that offsets and resolutions show themselves
 
 
-@dataclass(frozen=True)
-class MissingResult:
-    """State and reason of a run that left no result."""
-
-    state: str  # "cancelled", "crashed", "pending", ...
-    reason: str
-
-
-MISSING = MissingResult("missing", "no result was recorded for this run")
+Results = Mapping[str, RunResult]  # what each run left, by its id
+MISSING = RunResult("", "missing", "no result was recorded for this run")
 
 
 @dataclass(frozen=True)
@@ -36,37 +30,13 @@ class Cell:
     coordinates: Mapping[str, Any]  # of the axes, by the names a user writes
     run: Any  # studies.runs.run.Run
     shot: Any | None  # studies.laws.Shot: what the laws are asked about
-    result: Any | None  # studies.runs.results.RunResult, when the run left one
+    result: RunResult  # without measurements, where the run left none
     state: str  # one of STATES
     reason: str  # why there is no result
 
-    def of_result(self, name: str) -> Any:
-        """A field of the result; None where the run left none."""
-        return getattr(self.result, name, None)
-
-    def measured(self, quantity: str) -> Any | None:
-        """The measurement of a quantity (studies.runs.results.Measured)."""
-        return self.measurements.get(quantity)
-
-    @property
-    def measurements(self) -> Mapping[str, Any]:
-        return self.of_result("measurements") or {}
-
-    @property
-    def numbers(self) -> Mapping[str, float]:
-        return self.of_result("numbers") or {}
-
-    @property
-    def histories(self) -> Mapping[str, Any]:
-        return self.of_result("histories") or {}
-
-    @property
-    def distributions(self) -> Mapping[str, Any]:
-        return self.of_result("distributions") or {}
-
-    @property
-    def provenance(self) -> Mapping[str, Any]:
-        return self.of_result("provenance") or {}
+    def measured(self, quantity: str) -> Measured | None:
+        """The measurement of a quantity."""
+        return self.result.measurements.get(quantity)
 
 
 @dataclass(frozen=True)
@@ -97,7 +67,13 @@ class Layout:
         return self.cells.reshape(*self.cells.shape[: len(self.point_dims)], -1)
 
 
-def lay_out(sweep: Any, results: Mapping[str, Any], shot_of: Callable[[Any], Any | None]) -> Layout:
+def results_of(outcomes: Mapping[str, Mapping[str, Any]]) -> Results:
+    """Results from their JSON by run id, that of a run which left none with its state and reason alone."""
+    nothing: dict[str, Any] = {"measurements": {}, "flags": ()}
+    return {id: RunResult.from_json({"run_id": id, **nothing, **plain}) for id, plain in outcomes.items()}
+
+
+def lay_out(sweep: Any, results: Results, shot_of: Callable[[Any], Any | None]) -> Layout:
     """The runs of a sweep in their places; expands its grid, once."""
     grid = sweep.combine == "grid"
     axes = (*(sweep.axes if grid else ()), *sweep.refinements)
@@ -115,7 +91,7 @@ def _on_grids(cells: np.ndarray) -> np.ndarray:
     """The runs of one point, (runs,), without flags of one grid alone on values that enough grids have."""
     grids: dict[str, set[float]] = {}
     for cell in cells:
-        for name, measured in cell.measurements.items():
+        for name, measured in cell.result.measurements.items():
             if measured.value is not None:
                 grids.setdefault(name, set()).add(_spacing(cell))
     seen = {name for name, spacings in grids.items() if len(spacings) >= ENOUGH_GRIDS}
@@ -127,22 +103,21 @@ def _on_grids(cells: np.ndarray) -> np.ndarray:
 def _without_flag(cell: Cell, seen: set[str]) -> Cell:
     """The run without flags of one grid alone on some of its values."""
     flagged = {name for name in seen if {*BY_ONE_GRID} & {*getattr(cell.measured(name), "flags", ())}}
-    if not flagged or cell.result is None:
+    if not flagged:
         return cell
-    measurements = dict(cell.measurements)
+    measurements = dict(cell.result.measurements)
     for name in flagged:
         kept = tuple(flag for flag in measurements[name].flags if flag not in BY_ONE_GRID)
         measurements[name] = replace(measurements[name], flags=kept)
     return replace(cell, result=replace(cell.result, measurements=measurements))
 
 
-def _cell(point: Any, results: Mapping[str, Any], shot: Any | None) -> Cell:
+def _cell(point: Any, results: Results, shot: Any | None) -> Cell:
     result = results.get(point.run.id, MISSING)
     state, reason = result.state, result.reason or ""
     if state not in STATES:
         state, reason = "other", f"{state}: {reason}"
-    left = None if isinstance(result, MissingResult) else result
-    return Cell(point.coordinates, point.run, shot, left, state, reason)
+    return Cell(point.coordinates, point.run, shot, result, state, reason)
 
 
 def converge_points(layout: Layout, quantity: str, outcomes: Sequence[str] = ()) -> np.ndarray:
@@ -183,10 +158,10 @@ def _spacing(cell: Cell) -> float:
     return float(1.0 / cell.coordinates.get(RESOLUTION, 1.0))
 
 
-def _sample(cell: Cell, measured: Any | None) -> Sample:
+def _sample(cell: Cell, measured: Measured | None) -> Sample:
     """A run as convergence sees it; one that did not succeed has no value."""
     spacing = _spacing(cell)
-    if measured is None or cell.result is None or cell.state != "succeeded":
+    if measured is None or cell.state != "succeeded":
         return Sample(spacing, np.nan)
     if measured.value is None:
         return Sample(spacing, np.nan, nothing=True)

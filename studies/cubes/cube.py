@@ -1,20 +1,13 @@
 """The cube: what a sweep computed, labelled, in one xarray Dataset and one NetCDF-4 file.
 
-Dimensions are the axes of the sweep (grid), or one dimension ``run`` with the axes as coordinates
-along it (zip). A sweep that names several resolutions or offsets has them as further dimensions,
-``cells_per_diameter`` and ``offset``; what converges over them is ``{quantity}_converged`` and its
-companions, over the axes alone. Every run keeps its cell: one that has no result is NaN, with
-``run_state`` and ``run_reason`` saying why.
+Dimensions are the axes of the sweep (grid), or one dimension ``run`` with the axes as coordinates along it (zip), and
+resolutions and offsets, where a sweep names several; what converges over these lies over the axes alone. Every run
+keeps its cell: one that has no result is NaN, with ``run_state`` and ``run_reason`` saying why.
 
-Parameters are coordinates, scalars where all runs share them; histories lie over ``history_time``. The main results
-come first, then what explains them, the runs, their audit and the shots: each variable names its ``group``, and has a
-short ``long_name`` for an axis with the definition in ``comment``. All stand in the root of the file, grouped by their
-names and this attribute, and not in a tree of NetCDF groups: ``xarray.open_dataset``, Panoply's plots and MATLAB's
-``ncread`` take every variable with its coordinates by its plain name, while ``open_dataset`` shows the root of a tree
-alone. ``runs.csv`` beside the file has one row a run (:mod:`studies.cubes.runs_table`).
-
-The laws are evaluated here, so that ``xarray.open_dataset("cube.nc")``
-alone redoes the report. Each variable is declared in :mod:`studies.cubes.variables`.
+All variables stand in the root of the file, told apart by their attribute ``group``, and not in a tree of NetCDF
+groups: ``xarray.open_dataset``, Panoply's plots and MATLAB's ``ncread`` take every variable with its coordinates by its
+plain name, while ``open_dataset`` shows the root of a tree alone. The laws are evaluated here, so that
+``xarray.open_dataset("cube.nc")`` alone redoes the report.
 """
 
 import json
@@ -34,7 +27,7 @@ import xarray as xr
 from studies.cubes import audit, limits
 from studies.cubes import variables as declared
 from studies.cubes.catalogue import Catalogue, answers, catalogue_of
-from studies.cubes.cells import Cell, Layout, converge_points, definition_part, lay_out
+from studies.cubes.cells import MISSING, Cell, Layout, Results, converge_points, definition_part, lay_out
 from studies.cubes.models import Assess, assessment
 from studies.cubes.variable import (
     BETWEEN_OUTCOMES,
@@ -63,19 +56,19 @@ ONCE_A_RUN = ("started", "seconds", "threads", "checkpoint")
 Column = tuple[Variable, np.ndarray, Mapping[str, Any]]  # with its values and further attributes
 
 
-def build(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue | None = None) -> xr.Dataset:
-    """The cube of a sweep; ``results`` has a ``RunResult`` or a :class:`MissingResult` by run id."""
+def build(sweep: Any, results: Results, catalogue: Catalogue | None = None) -> xr.Dataset:
+    """The cube of a sweep; ``results`` has what each run left, by its id."""
     catalogue = catalogue or catalogue_of(sweep)
     if sweep.searched:
         return _of_search(sweep, results, catalogue)
     return _built(sweep, results, catalogue, [])
 
 
-def _of_search(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue) -> xr.Dataset:
+def _of_search(sweep: Any, results: Results, catalogue: Catalogue) -> xr.Dataset:
     """The cube of the values that a search tried, with the limits; the attribute ``search`` is its document."""
     axis = sweep.searched
     quantity = axis.search.quantity
-    searched = sweep.limits(lambda run: limits.outcome_of(results.get(run.id), quantity))
+    searched = sweep.limits(lambda run: limits.outcome_of(results.get(run.id, MISSING), quantity))
     about = {"limit_of": quantity, "axis": variable_name(axis.name)}
     columns = limits.columns_of(searched, catalogue.parameters[axis.name], catalogue.parameters, about)
     dataset = _built(sweep.tried(searched), results, catalogue, columns)
@@ -83,7 +76,7 @@ def _of_search(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue) -> 
     return dataset.assign_attrs(search=document)
 
 
-def _built(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue, first: Sequence[Column]) -> xr.Dataset:
+def _built(sweep: Any, results: Results, catalogue: Catalogue, first: Sequence[Column]) -> xr.Dataset:
     """The cube with these columns before all others."""
     layout = lay_out(sweep, results, catalogue.shot_of)
     dataset = xr.Dataset(
@@ -103,11 +96,11 @@ def _built(sweep: Any, results: Mapping[str, Any], catalogue: Catalogue, first: 
     return dataset.sortby(numeric) if numeric else dataset
 
 
-def with_computation(dataset: xr.Dataset, results: Mapping[str, Any]) -> xr.Dataset:
+def with_computation(dataset: xr.Dataset, results: Results) -> xr.Dataset:
     """The cube with the date, and the wall time and threads of each run: they are in no file, which has the same bytes
     whoever computes the sweep."""
     ids = dataset[declared.RUN_ID.name].variable
-    made_by = _each(ids.values.astype(object), lambda id: getattr(results.get(id), "provenance", {}))
+    made_by = _each(ids.values.astype(object), lambda id: results.get(id, MISSING).provenance)
     times = {
         variable.name: xr.Variable(ids.dims, variable.values(made_by), _attributes(variable))
         for variable in (declared.SOLVER_SECONDS, declared.SOLVER_THREADS)
@@ -200,7 +193,7 @@ def _of_runs(layout: Layout) -> Iterator[Column]:
     if np.isfinite(diameters).any():
         yield declared.EQUIVALENT_DIAMETER, _compact(diameters, layout), {}
     for number in audit.AUDIT:
-        if any(number.name in cell.numbers for cell in layout.cells.flat):
+        if any(number.name in cell.result.numbers for cell in layout.cells.flat):
             yield _column(number.variable, layout.cells)
 
 
@@ -209,13 +202,13 @@ def _of_histories(layout: Layout, samples: int) -> Iterator[Column]:
 
     Runs of one sweep may differ in their bodies: NaN marks a body that a run does not have.
     """
-    of_runs = [cell.histories.get("bodies", ()) for cell in layout.cells.flat]
+    of_runs = [cell.result.histories.get("bodies", ()) for cell in layout.cells.flat]
     bodies = list(dict.fromkeys(name for names in of_runs for name in names))
     if not bodies:
         return
     yield _column(audit.BODY_NAME, _records(bodies))
     for history in audit.HISTORIES:
-        picked = _each(layout.cells, lambda cell, name=history.name: cell.histories.get(name))
+        picked = _each(layout.cells, lambda cell, name=history.name: cell.result.histories.get(name))
         if history.by_body:
             by_body = np.full((picked.size, len(bodies)), None, object)
             for run, (names, values) in enumerate(zip(of_runs, picked.flat, strict=True)):
@@ -229,15 +222,15 @@ def _of_distributions(layout: Layout) -> Iterator[Column]:
     """Arrays over bins, of the runs that have them."""
     from studies.measurements.fragments import DISTRIBUTIONS
 
-    for name in {name: None for cell in layout.cells.flat for name in cell.distributions}:
+    for name in {name: None for cell in layout.cells.flat for name in cell.result.distributions}:
         distribution = DISTRIBUTIONS[name]
         for bins in distribution.bins:
             yield _column(declared.bins_variable(bins), _records(bins.middles))
         shape = [bins.count for bins in distribution.bins]
         values = np.full((*layout.cells.shape, *shape), np.nan)
         for place, cell in np.ndenumerate(layout.cells):
-            if name in cell.distributions:
-                values[place] = cell.distributions[name]["values"]
+            if name in cell.result.distributions:
+                values[place] = cell.result.distributions[name]["values"]
         yield declared.distribution_variable(distribution), values, {}
 
 
@@ -406,8 +399,8 @@ def _samples(layout: Layout) -> int:
 
 def _times(cell: Cell) -> Sequence[float]:
     """The times of a run's histories (s): those of the longest one."""
-    histories = (measured.history.get("time", ()) for measured in cell.measurements.values())
-    return max((cell.histories.get("time", ()), *histories), key=len)
+    histories = (measured.history.get("time", ()) for measured in cell.result.measurements.values())
+    return max((cell.result.histories.get("time", ()), *histories), key=len)
 
 
 def _history(cell: Cell, quantity: str) -> list[float] | None:
@@ -466,7 +459,7 @@ def _about(sweep: Any, layout: Layout, catalogue: Catalogue) -> dict[str, Any]:
     spoken = ", ".join(f"{name} {'/'.join(values)}" for name, values in versions.items())
     document = sweep.document()
     title = document.get("title") or document.get("name") or catalogue.title
-    numbers = {name for cell in cells for name in cell.numbers}
+    numbers = {name for cell in cells for name in cell.result.numbers}
     predicted = [*catalogue.quantities, *(each.name for each in catalogue.critical)]
     laws = [law for law in catalogue.laws if law.quantity in predicted]
     json_text = partial(json.dumps, ensure_ascii=False, sort_keys=True)
@@ -514,13 +507,13 @@ def _names(axes: Sequence[Any]) -> list[str]:
 def _versions(cells: Sequence[Cell]) -> dict[str, list[Any]]:
     """Every version that a run of this cube was computed with, by what it is a version of."""
     return _collected(
-        (name, str(value)) for cell in cells for name, value in cell.provenance.items() if name not in ONCE_A_RUN
+        (name, str(value)) for cell in cells for name, value in cell.result.provenance.items() if name not in ONCE_A_RUN
     )
 
 
 def _definitions(cells: Sequence[Cell]) -> dict[str, list[Any]]:
     """Versions of the definitions that each quantity of this cube was measured with; more than one: mixed."""
-    return _collected((name, measured.version) for cell in cells for name, measured in cell.measurements.items())
+    return _collected((name, measured.version) for cell in cells for name, measured in cell.result.measurements.items())
 
 
 def _collected(pairs: Iterable[tuple[str, Any]]) -> dict[str, list[Any]]:

@@ -12,6 +12,7 @@ import numpy as np
 from studies.cubes.variable import Variable
 from studies.cubes.variables import parameter_variable
 from studies.quantities.parameters import Parameter
+from studies.runs.results import RunResult
 from studies.sweeps.search import LimitOutcome, SearchedLimit, SearchVerdict, outcome_in
 
 SEARCH = "search"
@@ -73,12 +74,12 @@ REASON = Variable(
 )
 
 
-def outcome_of(result: Any | None, quantity: str) -> LimitOutcome | str:
+def outcome_of(result: RunResult, quantity: str) -> LimitOutcome | str:
     """The outcome of a run by its result, or its state where it has not ended."""
-    if result is None or result.state in UNFINISHED:
+    if result.state in UNFINISHED:
         return "unfinished"
-    measured = getattr(result, "measurements", None) or {}
-    plain = {name: {"value": each.value, "flags": each.flags} for name, each in measured.items() if name == quantity}
+    measured = result.measurements.items()
+    plain = {name: {"value": each.value, "flags": each.flags} for name, each in measured if name == quantity}
     return outcome_in({"measurements": plain} if result.state == "succeeded" else None, quantity)
 
 

@@ -14,7 +14,8 @@ from typing import Any
 
 import numpy as np
 
-from studies.cubes.cells import Cell
+from studies.cubes.cells import MISSING, Cell
+from studies.runs.results import RunResult
 from studies.sweeps.screening import CONTRIBUTIONS, contributions_of
 
 STORED = Path(__file__).with_name("sensitivities.json")
@@ -37,7 +38,7 @@ class ModelPart:
     alloy: str = ""  # of what is stored, where it is not that of the run
 
 
-def assessment(sweep: Any, results: Mapping[str, Any]) -> Assess:
+def assessment(sweep: Any, results: Mapping[str, RunResult]) -> Assess:
     """The function that assesses a quantity of a cell, by the sweep's ``model_part``."""
     if sweep.model_part == "none":
         return lambda cell, quantity: ModelPart(None, f"{NOT_ASSESSED}: model_part is none")
@@ -69,26 +70,25 @@ def classes() -> list[Mapping[str, Any]]:
     return classes
 
 
-def _like(scenario: str, target: Mapping[str, Any]) -> list[Mapping[str, Any]]:
-    """The classes of a target's family, that of its alloy first."""
-    mine = [each for each in classes() if each["scenario"] == scenario and each["family"] == target.get("family")]
-    return sorted(mine, key=lambda each: bool(each["alloy"] != target.get("alloy")))
-
-
 def _stored(cell: Cell, quantity: str) -> ModelPart:
     """The model part of a value by the stored answers of its metal, at its speed.
 
     A contribution that the metal has no sources for is that of the first metal of its family that has them.
     """
     scenario, target = cell.run.scenario, cell.run.materials.get("target", {})
-    classes = [each for each in _like(scenario, target) if quantity in each["quantities"]]
-    if not classes:
+    alike = [
+        each
+        for each in classes()
+        if (each["scenario"], each["family"]) == (scenario, target.get("family")) and quantity in each["quantities"]
+    ]
+    if not alike:
         metal = target.get("name", "no target")
         return _part(cell, quantity, {}, f"nothing is stored for {quantity} of {scenario} in {metal}")
-    parameters, entry = cell.run.parameters, classes[0]
+    alike.sort(key=lambda each: bool(each["alloy"] != target.get("alloy")))  # its own alloy first
+    parameters, entry = cell.run.parameters, alike[0]
     shares: dict[str, float] = {}
     borrowed = []
-    for each in classes:
+    for each in alike:
         more = stored_shares(each, quantity, float(parameters.get("speed") or each["speeds"][0]))
         for name in more.keys() - shares.keys():
             shares[name] = more[name]
@@ -125,7 +125,8 @@ def _distance(parameters: Mapping[str, Any], entry: Mapping[str, Any]) -> float 
     """The largest factor between speed and t/d of a run and the nearest of an entry; 1 inside, None without both."""
     measured, ratio = _thickness_ratio(entry["parameters"]), _thickness_ratio(parameters)
     sides = ((parameters.get("speed"), min(entry["speeds"]), max(entry["speeds"])), (ratio, measured, measured))
-    return max((_factor(*side) for side in sides if all(side)), default=None)
+    factors = [max(low / value, value / high) for value, low, high in sides if value and low and high]
+    return max((factor if factor > 1.0 + ROUND_OFF else 1.0 for factor in factors), default=None)
 
 
 def _thickness_ratio(parameters: Mapping[str, Any]) -> float | None:
@@ -134,18 +135,13 @@ def _thickness_ratio(parameters: Mapping[str, Any]) -> float | None:
     return thickness / diameter if thickness and diameter else None
 
 
-def _factor(value: float, low: float, high: float) -> float:
-    factor = max(low / value, value / high)
-    return factor if factor > 1.0 + ROUND_OFF else 1.0
-
-
 # ---- screened ------------------------------------------------------------------------------------
 
 
 class _Screened:
     """The answers of the screening runs of a sweep."""
 
-    def __init__(self, sweep: Any, results: Mapping[str, Any]) -> None:
+    def __init__(self, sweep: Any, results: Mapping[str, RunResult]) -> None:
         self.middle, self.screens = sweep.screening()
         self.results = results
 
@@ -165,8 +161,6 @@ class _Screened:
         return contributions_of(base, answers), "; ".join([text, *lacking])
 
     def _value(self, run_id: str, quantity: str) -> float | None:
-        result = self.results.get(run_id)
-        if getattr(result, "state", "") != "succeeded":
-            return None
-        measured = getattr(result, "measurements", {}).get(quantity)
-        return None if measured is None else measured.value
+        result = self.results.get(run_id, MISSING)
+        measured = result.measurements.get(quantity)
+        return measured.value if measured is not None and result.state == "succeeded" else None

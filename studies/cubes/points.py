@@ -3,6 +3,7 @@
 A cube without refinements is its own points. Laws, observations and figures look at points; runs and audit at runs.
 """
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
@@ -17,6 +18,7 @@ from studies.cubes.variable import Variable
 from studies.quantities.measured import NOT_COMPARED
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
+SAME = 1e-9  # relative: values of an axis that differ by less are the same value written twice
 SUCCEEDED = cubes.STATES.index("succeeded")
 
 Place = Mapping[str, float | str]  # axis -> value
@@ -45,10 +47,9 @@ def axes_of(dataset: xr.Dataset) -> list[str]:
     return [*str(dataset.attrs["axes"]).split(), *refinements_of(dataset)]
 
 
-def places_of(dataset: xr.Dataset) -> list[dict[str, float | str]]:
-    """The axis values of each cell, in the order in which ``values.ravel()`` has them."""
-    axes = axes_of(dataset)
-    columns = {axis: by_run(dataset, axis) for axis in axes}
+def places_of(dataset: xr.Dataset, axes: Sequence[str] | None = None) -> list[dict[str, float | str]]:
+    """The values of the axes, or of some, at each cell, in the order in which ``values.ravel()`` has them."""
+    columns = {axis: by_run(dataset, axis) for axis in (axes_of(dataset) if axes is None else axes)}
     return [{axis: plain(column[cell]) for axis, column in columns.items()} for cell in range(dataset.run_state.size)]
 
 
@@ -60,6 +61,13 @@ def by_run(dataset: xr.Dataset, name: str) -> np.ndarray:
 def plain(value: Any) -> float | str:
     """A coordinate's value as a float or a text of Python's own."""
     return str(value) if isinstance(value, str) else float(value)
+
+
+def is_same(value: Any, other: Any, within: float = SAME) -> bool:
+    """Whether two values of an axis are one: equal texts, or numbers that differ by no more than this share."""
+    if isinstance(value, str) or isinstance(other, str):
+        return bool(value == other)
+    return math.isclose(value, other, rel_tol=within)
 
 
 # ---- what may be used ----------------------------------------------------------------------------

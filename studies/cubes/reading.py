@@ -13,7 +13,7 @@ import xarray as xr
 from xarray import Dataset
 
 from studies.cubes.variable import Variable
-from studies.cubes.variables import EQUATION, LAW_CONFIDENCE, LAW_LABEL
+from studies.cubes.variables import EQUATION, FLAGS, FLAGS_OF_RUN, LAW_CONFIDENCE, LAW_LABEL
 from studies.laws import CRITICAL
 from studies.quantities.files import CUBE
 from studies.quantities.findings import refusal
@@ -36,9 +36,7 @@ def finite(value: Any) -> Any:
 
 
 def confidences_of(dataset: xr.Dataset, quantity: str, variable: Variable = LAW_CONFIDENCE) -> list[str]:
-    """The word of confidence of each law of a quantity, in the order of the labels; empty of cubes that lack it."""
-    if not variable.is_in(dataset, quantity):
-        return []
+    """The word of confidence of each law of a quantity, in the order of the labels."""
     return [str(text).removeprefix(EQUATION) for text in variable.of(dataset, quantity).values]
 
 
@@ -69,6 +67,12 @@ def doubts(flags: xr.DataArray) -> xr.DataArray:
     """The flags that doubt a value: all but those that say how well its error is known."""
     unknown = sum(mask for mask, word in flag_meanings(flags) if word in NO_DOUBT)
     return flags & ~np.int32(unknown)
+
+
+def doubts_at(dataset: xr.Dataset, quantity: str) -> list[tuple[str, ...]]:
+    """The flags that doubt a quantity at each cell, in words: its own, then those of the run."""
+    words = flag_words(doubts(FLAGS.of(dataset, quantity))), flag_words(FLAGS_OF_RUN.of(dataset))
+    return [(*own, *of_run) for own, of_run in zip(*words, strict=True)]
 
 
 def by_run(dataset: xr.Dataset, variable: xr.Variable) -> np.ndarray:

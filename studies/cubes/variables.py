@@ -17,10 +17,6 @@ from studies.convergence.richardson import VERDICTS
 from studies.cubes.variable import POINTS, RUNS, Variable, VariableKind, variable_name
 from studies.quantities.parameters import Parameter
 
-# 2: refinements and what converges over them; laws at observed shots have labels of their own.
-# 3: groups, short labels with the meaning in ``comment``, parameters as coordinates, one time for all histories.
-# 4: the uncertainty of a run's reading has a name of its own, which says that it is no error bar; nothing that another
-# computation of the same sweep would change: no date, wall time or number of threads.
 SCHEMA_VERSION = 4
 
 LAW, OBSERVATION = "{quantity}_law", "observation"
@@ -80,15 +76,15 @@ _number_of_run = partial(Variable, dims=RUNS, group="run")
 
 RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.run.id)
 RUN_REASON = _text_of_run("run_reason", "why the run has no result, or no answer", lambda cell: cell.reason)
-RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.of_result("failure"))
-STOP_REASON = _text_of_run("stop_reason", "reason for the end of the simulation", lambda cell: cell.of_result("stop"))
+RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.result.failure)
+STOP_REASON = _text_of_run("stop_reason", "reason for the end of the simulation", lambda cell: cell.result.stop)
 RUN_STATE = Variable(
     *("run_state", "state of the run", lambda cell: cell.state, RUNS), kind="flag", meanings=STATES, group="run"
 )
 FLAGS_OF_RUN = Variable(
     "run_flags",
     "warnings about the run",
-    lambda cell: cell.of_result("flags"),
+    lambda cell: cell.result.flags,
     RUNS,
     kind="mask",
     meanings=RUN_FLAGS,
@@ -353,14 +349,6 @@ CONVERGED_UNCERTAINTY_OVER_DIAMETER = _over_diameter(CONVERGED_UNCERTAINTY)
 # ---- of a law: a record is a law with one of its variants, or its answer -------------------------
 
 _text_of_law = partial(Variable, dims=(LAW,), kind="text")
-_in_range = partial(
-    Variable,
-    meaning="whether the shot lies inside the stated range of the law",
-    pick=lambda answer: IN_RANGE[answer.in_range],
-    kind="flag",
-    meanings=IN_RANGE,
-)
-
 EQUATION = "equation: "  # before the word of confidence: it is not about the constants of a material
 
 LAW_LABEL = _text_of_law(LAW, "law and variant", lambda choice: choice.label)
@@ -373,7 +361,15 @@ BY_LAW = Variable(
     label="{words} by laws",
     group="result",
 )
-BY_LAW_IN_RANGE = _in_range("{quantity}_by_law_in_range", dims=(*POINTS, LAW), label="{words}, in range")
+BY_LAW_IN_RANGE = Variable(
+    "{quantity}_by_law_in_range",
+    "whether the shot lies inside the stated range of the law",
+    lambda answer: IN_RANGE[answer.in_range],
+    (*POINTS, LAW),
+    kind="flag",
+    meanings=IN_RANGE,
+    label="{words}, in range",
+)
 BY_LAW_REASON = Variable(
     "{quantity}_by_law_reason",
     "why the law is outside its range or has no answer",
@@ -439,21 +435,16 @@ OBSERVED_UNCERTAINTY = _of_shot(
     label="{words}, shot error",
     group="observation",
 )
-OBSERVED_LOWER = _of_shot(
-    "{quantity}_observed_lower",
-    "lower bound of {quantity} where a range alone is published",
-    lambda shot: shot.bounds and shot.bounds[0],
-    unit="{unit}",
-    label="{words}, lower bound",
+OBSERVED_BOUNDS = tuple(
+    _of_shot(
+        f"{{quantity}}_observed_{bound}",
+        f"{bound} bound of {{quantity}} where a range alone is published",
+        lambda shot, place=place: shot.bounds and shot.bounds[place],  # type: ignore[misc]
+        unit="{unit}",
+        label=f"{{words}}, {bound} bound",
+    )
+    for place, bound in enumerate(("lower", "upper"))
 )
-OBSERVED_UPPER = _of_shot(
-    "{quantity}_observed_upper",
-    "upper bound of {quantity} where a range alone is published",
-    lambda shot: shot.bounds and shot.bounds[1],
-    unit="{unit}",
-    label="{words}, upper bound",
-)
-OBSERVED_BOUNDS = (OBSERVED_LOWER, OBSERVED_UPPER)
 OBSERVED_LAW_LABEL = Variable(
     OBSERVED_LAW,
     "law and variant, of those stated for an observed shot",
@@ -463,44 +454,24 @@ OBSERVED_LAW_LABEL = Variable(
     label="law and variant of a shot",
     group="observation",
 )
-OBSERVED_LAW_TITLE = Variable(
-    "{quantity}_observed_law_title",
-    "title of the law",
-    lambda choice: choice.law.title,
-    (OBSERVED_LAW,),
-    kind="text",
-    label="title of the law",
-    group="observation",
-)
-OBSERVED_LAW_CONFIDENCE = Variable(
-    "{quantity}_observed_law_confidence",
-    "confidence in the equation",
-    lambda choice: EQUATION + choice.law.confidence,
-    (OBSERVED_LAW,),
-    kind="text",
-    group="observation",
-)
-BY_LAW_AT_OBSERVATION = Variable(
-    "{quantity}_by_law_at_observation",
-    "{quantity} by published laws for each shot",
-    lambda answer: answer.value,
-    (OBSERVATION, OBSERVED_LAW),
-    "{unit}",
+_of_observed_law = partial(replace, dims=(OBSERVED_LAW,), group="observation")
+OBSERVED_LAW_TITLE = _of_observed_law(LAW_TITLE, name="{quantity}_observed_law_title")
+OBSERVED_LAW_CONFIDENCE = _of_observed_law(LAW_CONFIDENCE, name="{quantity}_observed_law_confidence")
+_at_observation = partial(replace, dims=(OBSERVATION, OBSERVED_LAW))
+BY_LAW_AT_OBSERVATION = _at_observation(
+    BY_LAW,
+    name="{quantity}_by_law_at_observation",
+    meaning="{quantity} by published laws for each shot",
     label="{words}, law at shot",
     group="observation",
 )
-BY_LAW_AT_OBSERVATION_IN_RANGE = _in_range(
-    "{quantity}_by_law_at_observation_in_range",
-    dims=(OBSERVATION, OBSERVED_LAW),
-    label="{words}, in range",
-    group="observation",
+BY_LAW_AT_OBSERVATION_IN_RANGE = _at_observation(
+    BY_LAW_IN_RANGE, name="{quantity}_by_law_at_observation_in_range", group="observation"
 )
-BY_LAW_AT_OBSERVATION_REASON = Variable(
-    "{quantity}_by_law_at_observation_reason",
-    "why the law is outside its range, or has no answer, for each shot",
-    lambda answer: answer.reason,
-    (OBSERVATION, OBSERVED_LAW),
-    kind="text",
+BY_LAW_AT_OBSERVATION_REASON = _at_observation(
+    BY_LAW_REASON,
+    name="{quantity}_by_law_at_observation_reason",
+    meaning="why the law is outside its range, or has no answer, for each shot",
     label="{words}, shot reason",
 )
 OF_OBSERVED_LAWS = (OBSERVED_LAW_LABEL, OBSERVED_LAW_TITLE, OBSERVED_LAW_CONFIDENCE)

@@ -17,15 +17,14 @@ FRAMES = {  # unit and meaning of each array over particles
     "plastic_strain": ("1", "plastic strain"),
     "damage": ("1", "damage: 0 whole, 1 failed"),
 }
-LATER = ("plastic_strain", "damage")  # which older films lack
 
 
 def open_film(path: str | Path) -> Dataset:
     """Open a film, or the one in a folder; raises InvalidInput for anything else.
 
     ``position`` (time, particle, component), ``speed``, ``pressure``, ``temperature``, ``plastic_strain`` and
-    ``damage`` (time, particle) are in SI and NaN where a particle has left the grid; older films lack the last two.
-    ``particle`` is its permanent number, ``body`` the name of its body, empty for one that no frame shows on the grid.
+    ``damage`` (time, particle) are in SI and NaN where a particle has left the grid. ``particle`` is its permanent
+    number, ``body`` the name of its body, empty for one that no frame shows on the grid.
     """
     file = Path(path)
     file = file / FILM if file.is_dir() else file
@@ -43,8 +42,6 @@ def _dataset(saved: "np.lib.npyio.NpzFile") -> Dataset:
     dims = ("time", "particle", "component")
     frames = {}
     for name, (unit, meaning) in FRAMES.items():
-        if name in LATER and name not in saved:
-            continue
         values = saved[name]
         frames[name] = (dims[: values.ndim], values, {"units": unit, "long_name": meaning})
     coordinates = {

@@ -155,7 +155,8 @@ def fit(measured: MeasuredShots, form: Form) -> FittedForm:
     if reason:
         return FittedForm(form, measured, None, reason)
     try:
-        solution = _solved(form, measured.shots, _ratios(measured), _ratio_errors(measured))
+        errors = None if measured.errors is None else measured.errors / _scales(measured)
+        solution = _solved(form, measured.shots, measured.values / _scales(measured), errors)
     except NotIdentified:
         reason = "not fitted: the points do not tell its constants apart"
         return FittedForm(form, measured, None, reason)
@@ -298,14 +299,6 @@ def _diameters(shots: Sequence[Shot]) -> np.ndarray:
 def _scales(measured: MeasuredShots) -> np.ndarray:
     """The projectile's diameter, or its power for the size of a volume."""
     return _diameters(measured.shots) ** dimension_of(measured.quantity)
-
-
-def _ratios(measured: MeasuredShots) -> np.ndarray:
-    return measured.values / _scales(measured)
-
-
-def _ratio_errors(measured: MeasuredShots) -> np.ndarray | None:
-    return None if measured.errors is None else measured.errors / _scales(measured)
 
 
 def _rounded(value: float) -> float:

@@ -14,7 +14,7 @@ import xarray as xr
 from studies import laws, observations, scenarios
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import axes_of, comparable, places_of, points_of, simulated
+from studies.cubes.points import axes_of, comparable, is_same, places_of, points_of, simulated
 from studies.cubes.variable import variable_name
 from studies.laws import Shot
 from studies.quantities.findings import InvalidInput, nearest_cure, refusal
@@ -60,7 +60,7 @@ class MeasuredShots:
         kept = [
             number
             for number, place in enumerate(self.places)
-            if all(name in place and _same(place[name], value) for name, value in chosen.items())
+            if all(name in place and is_same(place[name], value) for name, value in chosen.items())
         ]
         return replace(
             self,
@@ -77,12 +77,6 @@ def number_or_text(text: str) -> float | str:
         return float(text)
     except ValueError:
         return text
-
-
-def _same(value: float | str, other: float | str) -> bool:
-    if isinstance(value, str) or isinstance(other, str):
-        return value == other
-    return bool(np.isclose(value, other, rtol=1e-9, atol=0.0))
 
 
 # ---- from a cube ---------------------------------------------------------------------------------
@@ -110,11 +104,9 @@ def of_cube(dataset: xr.Dataset, quantity: str) -> MeasuredShots:
     shots, places = _shots(sweep, axes_of(points)), places_of(points)
     values = comparable(points, quantity).values.ravel()
     errors = simulated(points, quantity, cubes.UNCERTAINTY).values.ravel()
-    own = reading.flag_words(reading.doubts(cubes.FLAGS.of(points, quantity)))
-    of_run = reading.flag_words(cubes.FLAGS_OF_RUN.of(points))
     reasons = [
-        ", ".join(word.replace("_", " ") for word in (*mine, *others)) if value > 0.0 else "no value to compare"
-        for value, mine, others in zip(values, own, of_run, strict=True)
+        ", ".join(flags).replace("_", " ") if value > 0.0 else "no value to compare"
+        for value, flags in zip(values, reading.doubts_at(points, quantity), strict=True)
     ]
     kept = np.array([number for number, reason in enumerate(reasons) if not reason], int)
     return MeasuredShots(

@@ -21,7 +21,7 @@ from studies.cubes.points import SUCCEEDED, axes_of, by_run, main_quantities, re
 from studies.cubes.variables import FLAGS, RUN_ID
 from studies.fits.measured import number_or_text, source_of
 from studies.laws.fitting.least_squares import CONFIDENCE
-from studies.quantities.findings import Finding, Findings, InvalidInput, MissingExtra, nearest_cure, refusal
+from studies.quantities.findings import Finding, Findings, MissingExtra, nearest_cure, refusal, shown
 from studies.quantities.measured import CLOSED_ON_AXIS, TOO_COARSE
 from studies.quantities.parameters import Parameter, parse_value
 from studies.quantities.units import readable
@@ -55,6 +55,13 @@ class SurrogateInput:
     def is_axis(self) -> bool:
         """Whether it is a parameter of the shot, and no refinement of the grid."""
         return self.name != RESOLUTION
+
+    @property
+    def parameter(self) -> Parameter:
+        """What a person may ask for: the values between those of the runs."""
+        return Parameter(
+            name=self.name, kind="quantity", unit=self.unit, meaning=self.name, minimum=self.low, maximum=self.high
+        )
 
     def scaled(self, values: np.ndarray) -> np.ndarray:
         """Values from 0 to 1; of the resolution by the size of a cell, with which errors of the grid go."""
@@ -117,25 +124,17 @@ class ComputedRuns:
                 cure = nearest_cure(name, names)
                 findings.append(Finding("--at", name, "an input of the surrogate", cure))
         for each in self.inputs:
-            low, high = (readable(end, each.unit) for end in (each.low, each.high))
-            parameter = Parameter(
-                name=each.name, kind="quantity", unit=each.unit, meaning=each.name, minimum=each.low, maximum=each.high
-            )
-            if each.name not in stated and not each.is_axis:
+            if each.name in stated:
+                number = number_or_text(stated[each.name])
+                place.append(findings.attempt(parse_value, each.parameter, number, f"--at {each.name}"))
+            elif each.is_axis:
+                low, high = (readable(end, each.unit) for end in (each.low, each.high))
+                limit, cure = f"{each.name} from {low} to {high}", f"add --at '{each.name}={low}'"
+                findings.append(Finding("--at", shown("nothing"), limit, cure))
+            else:
                 place.append(each.high)
-                continue
-            try:
-                if each.name not in stated:
-                    limit = f"{each.name} from {low} to {high}"
-                    raise refusal("--at", "nothing", limit, f"add --at '{each.name}={low}'")
-                value = parse_value(parameter, number_or_text(stated[each.name]), f"--at {each.name}")
-                assert isinstance(value, float)
-                place.append(value)
-            except InvalidInput as error:
-                findings.extend(error.findings)
-        if findings:
-            raise InvalidInput(findings)
-        return np.array(place)
+        findings.check()
+        return np.array(place, float)
 
 
 def runs_of(dataset: xr.Dataset, quantity: str) -> ComputedRuns:

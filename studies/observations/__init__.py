@@ -1,16 +1,12 @@
 """Observations: measured shots, published or the user's own, with uncertainty and source.
 
-A sweep brings its shots as a table, one row a shot, with a column for each parameter that the shot states. A wide
-table has a column for each measured quantity, ``hole_diameter``, and may have ``hole_diameter_uncertainty``; a long one
-has ``quantity`` ("hole_diameter"), ``value`` and ``uncertainty``. ``source`` is needed; ``confidence`` and ``note`` are
-texts that may be left out. The unit stands in the header, "speed [km/s]", or beside each number, "6 km/s". What was
-published as a range alone is written as one, "27.5 to 34.5", and a material as "aluminium of unknown alloy" where its
-source names none: such shots are listed and drawn, and nothing is compared with them. ``sweeps`` reads and writes them;
-users find this in docs/own-shots.md.
+A sweep brings its shots as a table, one row a shot, wide or long: docs/own-shots.md. ``sweeps`` reads and writes them.
 
 How to add a published table: a CSV file in this folder, named after the shots, which a sweep names in place of its own
 file, ``observations: craters``. Its ``confidence`` is a word of ``studies.materials.schema.CONFIDENCES``; facts that
-have no column stand in its ``note``, and shots that no scenario computes in remarks.
+have no column stand in its ``note``, and shots that no scenario computes in remarks. What was published as a range
+alone is written as one, "27.5 to 34.5", and a material as "aluminium of unknown alloy" where its source names none:
+such shots are listed and drawn, and nothing is compared with them.
 """
 
 import csv
@@ -21,7 +17,7 @@ from importlib.resources import files
 from itertools import islice
 from typing import Any
 
-from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
+from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown
 from studies.quantities.parameters import Parameter, Value, parse_value
 from studies.quantities.units import is_number, readable
 
@@ -122,12 +118,8 @@ def read_observations(raw: object, allowed: AllowedNames, path: str = "observati
     read: list[Observation] = []
     findings = Findings()
     for where, row in rows:
-        try:
-            read.extend(_observations(row, allowed, where))
-        except InvalidInput as error:
-            findings.extend(error.findings)
-    if findings:
-        raise InvalidInput(findings)
+        read.extend(findings.attempt(tuple, _observations(row, allowed, where)) or ())
+    findings.check()
     return tuple(read)
 
 
@@ -179,16 +171,17 @@ def _observations(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> 
     """The shots of a row, one for each measured quantity; raises InvalidInput with every finding in it."""
     findings = Findings()
     cells: dict[str, Any] = {}
-    for header, raw in row.items():
-        try:
-            name, cell = cell_of(header, raw, where)
-            if name not in OWN_COLUMNS and not _is_measured(name, allowed):
-                cell = _parameter(name, cell, allowed, where)
-            if name in cells:
-                raise refusal(f"{where}.{name}", header, "each column once", "remove one of the two")
-            cells[name] = cell
-        except InvalidInput as error:
-            findings.extend(error.findings)
+
+    def read(header: str, raw: Any) -> None:
+        name, cell = cell_of(header, raw, where)
+        if name not in OWN_COLUMNS and not _is_measured(name, allowed):
+            cell = _parameter(name, cell, allowed, where)
+        if name in cells:
+            raise refusal(f"{where}.{name}", header, "each column once", "remove one of the two")
+        cells[name] = cell
+
+    for item in row.items():
+        findings.attempt(read, *item)
     measured = [name for name in cells if name in allowed.quantities]
     # A refused column of a wide table may be the one that is measured: its own finding says which is meant.
     if not findings or measured or not {*LONG_COLUMNS}.isdisjoint(cells):
@@ -199,8 +192,7 @@ def _observations(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> 
             for name in LONG_COLUMNS
             if name in cells
         )
-    if findings:
-        raise InvalidInput(findings)
+    findings.check()
     yield from _checked(cells, measured, allowed, where)
 
 

@@ -235,6 +235,15 @@ def printed_alone(value: float | bool | None, unit: str | None) -> str:
     return digits(float(f"{value * display_alone(value, unit).factor:.12g}"), 4)
 
 
+def elapsed(seconds: float) -> str:
+    """A time of a run with three digits and its unit.
+
+    >>> elapsed(1.2345e-5)
+    '12.3 µs'
+    """
+    return f"{printed_in(float(f'{seconds:.3g}'), 's')} {display_of('s').unit}"
+
+
 def duration(seconds: float | None) -> str:
     """A time span for people.
 

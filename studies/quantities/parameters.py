@@ -87,9 +87,19 @@ class Parameter:
         return what + _between(self.minimum, self.maximum, self.unit)
 
 
+@cache
 def declared(record: type) -> Mapping[str, Parameter]:
     """The parameters that a record declares, by name; TypeError for an annotation of no use."""
-    return _declared(record)
+    hints, parts = get_type_hints(record, include_extras=True), _parts(record)
+    if dataclasses.is_dataclass(record):
+        defaults = {f.name: f.default for f in dataclasses.fields(record)}
+    else:
+        described = marked(record, Described)
+        defaults = {name: record._field_defaults.get(name, MISSING) for name in described}  # type: ignore[attr-defined]
+    parameters: dict[str, Parameter] = {}
+    for name, default in defaults.items():
+        parameters |= declared(parts[name]) if name in parts else {name: _parameter(name, hints[name], default)}
+    return MappingProxyType(parameters)
 
 
 def grouped(record: type) -> Mapping[str, tuple[str, ...]]:
@@ -207,20 +217,6 @@ def _parts(record: Any) -> Mapping[str, Any]:
     return {name: hint for name, hint in get_type_hints(record).items() if dataclasses.is_dataclass(hint)}
 
 
-@cache
-def _declared(record: type) -> Mapping[str, Parameter]:
-    hints, parts = get_type_hints(record, include_extras=True), _parts(record)
-    if dataclasses.is_dataclass(record):
-        defaults = {f.name: f.default for f in dataclasses.fields(record)}
-    else:
-        described = marked(record, Described)
-        defaults = {name: record._field_defaults.get(name, MISSING) for name in described}  # type: ignore[attr-defined]
-    parameters: dict[str, Parameter] = {}
-    for name, default in defaults.items():
-        parameters |= _declared(parts[name]) if name in parts else {name: _parameter(name, hints[name], default)}
-    return MappingProxyType(parameters)
-
-
 def _parameter(name: str, hint: Any, default: Any) -> Parameter:
     marks = {type(mark): mark for mark in marks_of(hint)}
     about = marks.get(Described, Described(""))
@@ -280,8 +276,7 @@ def _parse_quantity(parameter: Parameter, raw: Any, field: str) -> float:
 def _parse_integer(parameter: Parameter, raw: Any, field: str) -> int:
     value = exact_number(raw, field, str(parameter.bounds.nearest(1)))
     if value != value.to_integral_value():
-        cure = f"write {parameter.bounds.nearest(round(value))}"
-        raise refusal(field, raw, parameter.limit(), cure)
+        raise refusal(field, raw, parameter.limit(), f"write {parameter.bounds.nearest(round(value))}")
     return int(_within(int(value), parameter, raw, field))
 
 

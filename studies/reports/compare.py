@@ -8,8 +8,7 @@ how far off it is.
 """
 
 import json
-import math
-from collections.abc import Collection, Iterator, Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -17,12 +16,12 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import reading
-from studies.cubes import variables as cubes
 from studies.cubes.points import Place, comparable, error_bars, places_of, points_of, refined, refinements_of
-from studies.laws import DRAWN_ONLY, NO_RANGE
+from studies.laws import DRAWN_ONLY
 from studies.reports.matched import MatchedObservation, matched_observations
 from studies.reports.verdict import Verdict, verdict
-from studies.reports.verdict.evidence import Reference, axes_in, evidence_of, without_range
+from studies.reports.verdict.evidence import LawAnswers, Reference, answers_of, axes_in, evidence_of
+from studies.reports.verdict.texts import joined, words
 from studies.reports.verdict.trends import is_uneven
 
 ONLY_SIMULATION = (
@@ -151,20 +150,16 @@ def compare(cube: xr.Dataset) -> Comparison:
     )
 
 
-def published_shots(cube: xr.Dataset) -> list[dict[str, Any]] | None:
-    """Groups of published shots with the bias of whipple itself; None of a cube that was made without them."""
-    groups: list[dict[str, Any]] | None = json.loads(cube.attrs.get("compared_shots", "null"))
+def published_shots(cube: xr.Dataset) -> list[dict[str, Any]]:
+    """Groups of published shots with the bias of whipple itself."""
+    groups: list[dict[str, Any]] = json.loads(cube.attrs["compared_shots"])
     return groups
 
 
 def mixed(cube: xr.Dataset) -> dict[str, str]:
     """Quantities whose runs mix versions of the definition, with the sentence that says so and names the cure."""
     versions = {name: reading.mixed_versions(cube, name) for name in reading.quantities_of(cube)}
-    return {name: MIXED.format(name.replace("_", " "), _listed(each)) for name, each in versions.items() if each}
-
-
-def _listed(versions: Sequence[int]) -> str:
-    return f"{', '.join(map(str, versions[:-1]))} and {versions[-1]}"
+    return {name: MIXED.format(words(name), joined(list(map(str, each)))) for name, each in versions.items() if each}
 
 
 def statistics(subject: np.ndarray, reference: References) -> Statistics:
@@ -242,24 +237,17 @@ def _largest(values: np.ndarray, points: np.ndarray, places: Sequence[Place]) ->
 
 def _against_simulation(cube: xr.Dataset, points: xr.Dataset, name: str) -> Iterator[Residual]:
     """Each law against the simulation."""
-    if cubes.BY_LAW.is_in(points, name):
-        settled = None
-        if refinements_of(cube):
-            verdicts = [point.converged.verdict for point in refined(cube, name)]
-            settled = np.array(verdicts) == "converging"
-        reference = References(
-            "simulation",
-            comparable(points, name).values.ravel(),
-            places_of(points),
-            error_bars(points, name).values.ravel(),
-            settled,
-        )
-        inside = cubes.BY_LAW_IN_RANGE.of(points, name)
-        titles = cubes.LAW_TITLE.of(points, name)
-        confidences = reading.confidences_of(points, name)
-        answers = cubes.BY_LAW.of(points, name)
-        rangeless = without_range(points, name)
-        yield from _of_laws(name, answers, inside, titles, confidences, reference, rangeless)
+    settled = None
+    if refinements_of(cube):
+        settled = np.array([point.converged.verdict for point in refined(cube, name)]) == "converging"
+    reference = References(
+        "simulation",
+        comparable(points, name).values.ravel(),
+        places_of(points),
+        error_bars(points, name).values.ravel(),
+        settled,
+    )
+    yield from (_of_law(name, law, reference) for law in answers_of(points, name))
 
 
 def _against_observations(points: xr.Dataset, name: str, shots: Sequence[MatchedObservation]) -> Iterator[Residual]:
@@ -268,66 +256,39 @@ def _against_observations(points: xr.Dataset, name: str, shots: Sequence[Matched
         return
     places = [shot.at for shot in shots]
     values = np.array([shot.observed for shot in shots])
-    bars = np.array([_nan(shot.uncertainty) for shot in shots])
     # NaN where the observation states none, or the mesh error of the simulation is unknown.
-    joint = np.hypot(bars, [_nan(shot.simulation_uncertainty) for shot in shots])
+    bars, own = np.array([(shot.uncertainty, shot.simulation_uncertainty) for shot in shots], float).T
+    simulated = np.array([shot.simulation for shot in shots], float)
     yield Residual(
         quantity=name,
         unit=points[name].attrs["units"],
         subject="simulation",
         title="simulation",
         reference="observation",
-        everywhere=statistics(
-            np.array([_nan(shot.simulation) for shot in shots]), References("observation", values, places, joint)
-        ),
+        everywhere=statistics(simulated, References("observation", values, places, np.hypot(bars, own))),
         in_range=None,
         points=len(shots),
     )
-    if cubes.BY_LAW_AT_OBSERVATION.is_in(points, name):
-        rows = {"observation": [shot.observation for shot in shots]}
-        yield from _of_laws(
-            name,
-            cubes.BY_LAW_AT_OBSERVATION.of(points, name).isel(rows),
-            cubes.BY_LAW_AT_OBSERVATION_IN_RANGE.of(points, name).isel(rows),
-            cubes.OBSERVED_LAW_TITLE.of(points, name),
-            reading.confidences_of(points, name, cubes.OBSERVED_LAW_CONFIDENCE),
-            References("observation", values, places, bars),
-            without_range(points, name),
-        )
+    reference = References("observation", values, places, bars)
+    for law in answers_of(points, name, [shot.observation for shot in shots]):
+        yield _of_law(name, law, reference)
 
 
-def _of_laws(
-    name: str,
-    answers: xr.DataArray,
-    inside: xr.DataArray,
-    titles: xr.DataArray,
-    confidences: Sequence[str],
-    reference: References,
-    rangeless: Collection[str],
-) -> Iterator[Residual]:
-    """Each law, along the last dimension of its answers; ``rangeless`` are labels of those without a stated range."""
-    labels = answers[str(answers.dims[-1])].values
-    for number, label in enumerate(labels):
-        answer = answers.values[..., number].ravel()
-        in_range = inside.values[..., number].ravel() == 1
-        drawn_only = DRAWN_ONLY.get(confidences[number], "") if confidences else ""
-        everywhere = statistics(answer, reference)
-        ranged = statistics(np.where(in_range, answer, np.nan), reference)
-        if drawn_only:
-            everywhere, ranged = without_averages(everywhere), without_averages(ranged)
-        yield Residual(
-            quantity=name,
-            unit=answers.attrs["units"],
-            subject=str(label),
-            title=str(titles.values[number]),
-            reference=reference.kind,
-            everywhere=everywhere,
-            in_range=ranged,
-            points=int(np.isfinite(reference.values).sum()),
-            drawn_only=drawn_only,
-            no_range=NO_RANGE if str(label) in rangeless else "",
-        )
-
-
-def _nan(value: float | None) -> float:
-    return math.nan if value is None else value
+def _of_law(name: str, law: LawAnswers, reference: References) -> Residual:
+    drawn_only = DRAWN_ONLY.get(law.confidence, "")
+    everywhere = statistics(law.answers, reference)
+    ranged = statistics(np.where(law.inside, law.answers, np.nan), reference)
+    if drawn_only:
+        everywhere, ranged = without_averages(everywhere), without_averages(ranged)
+    return Residual(
+        quantity=name,
+        unit=law.unit,
+        subject=law.label,
+        title=law.title,
+        reference=reference.kind,
+        everywhere=everywhere,
+        in_range=ranged,
+        points=int(np.isfinite(reference.values).sum()),
+        drawn_only=drawn_only,
+        no_range=law.no_range,
+    )

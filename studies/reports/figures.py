@@ -17,7 +17,17 @@ from studies.convergence.orders import FORMAL_ORDER
 from studies.convergence.richardson import Convergence
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, Refined, axes_of, by_run, main_quantities, places_of, refined, refinements_of
+from studies.cubes.points import (
+    Place,
+    Refined,
+    axes_of,
+    by_run,
+    is_same,
+    main_quantities,
+    places_of,
+    refined,
+    refinements_of,
+)
 from studies.cubes.variable import SYMBOLS
 from studies.quantities.units import readable
 from studies.reports import captions
@@ -363,7 +373,7 @@ def _observed(
         and shot.value is not None
         and view.abscissa.name in shot.at
         and not shot.elsewhere
-        and all(_meets(shot.at.get(axis), value) for axis, value in piece.at.items())
+        and all(axis in shot.at and is_same(shot.at[axis], value, captions.NEAR) for axis, value in piece.at.items())
     ]
     if mine:
         yield Series(
@@ -375,12 +385,6 @@ def _observed(
             notes=tuple(shot.source for shot, _ in mine),
             connected=False,
         )
-
-
-def _meets(value: float | str | None, other: float | str) -> bool:
-    if value is None or isinstance(value, str) or isinstance(other, str):
-        return value == other
-    return math.isclose(value, other, rel_tol=captions.NEAR)
 
 
 # ---- maps -----------------------------------------------------------------------------------------

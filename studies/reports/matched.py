@@ -4,13 +4,12 @@ import json
 import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 import xarray as xr
 
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, comparable, error_bars, places_of, plain, simulated
+from studies.cubes.points import Place, axes_of, comparable, error_bars, is_same, places_of, plain, simulated
 from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
 
@@ -18,7 +17,6 @@ ELSEWHERE = "the shot has another"
 A_RANGE = "a range alone is published: nothing is compared with it"
 BEYOND_AXES = "the shot lies outside the axis"
 LINEAR = "linear between neighbouring runs"
-SAME = 1e-9  # relative: axis values that differ by less are the same value written twice
 
 
 @dataclass(frozen=True)
@@ -57,6 +55,7 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
     """The observed shots of a measured quantity; ``dataset`` is of points."""
     if not cubes.OBSERVED.is_in(dataset, name):
         return
+    confidence = cubes.OBSERVATION_CONFIDENCE  # in no cube of shots without any
     barred = dataset.assign({cubes.UNCERTAINTY.named(name): error_bars(dataset, name)})
     for row in range(dataset.sizes["observation"]):
         shot = dataset.isel(observation=row)
@@ -74,7 +73,7 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 quantity=name,
                 unit=dataset[name].attrs["units"],
                 source=str(cubes.OBSERVATION_SOURCE.of(shot).item()),
-                confidence=_confidence_of(shot),
+                confidence=str(confidence.of(shot).item()) if confidence.is_in(shot) else "",
                 at=at,
                 diameter=finite(float(cubes.OBSERVATION_DIAMETER.of(shot))),
                 value=value,
@@ -89,12 +88,6 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
                 lower=bounds[0],
                 upper=bounds[1],
             )
-
-
-def _confidence_of(shot: xr.Dataset) -> str:
-    """How well a shot is known; empty in cubes that do not say."""
-    confidence = cubes.OBSERVATION_CONFIDENCE
-    return str(confidence.of(shot).item()) if confidence.is_in(shot) else ""
 
 
 def _parameters_of(shot: xr.Dataset) -> dict[str, float | str]:
@@ -148,7 +141,7 @@ def _is_another(dataset: xr.Dataset, name: str, wanted: float | str) -> bool:
     """Whether the shot states a value for something fixed that no run of the sweep has."""
     if name not in dataset:
         return False
-    return not any(_same(plain(value), wanted) for value in dataset[name].values.ravel())
+    return not any(is_same(plain(value), wanted) for value in dataset[name].values.ravel())
 
 
 Sides = Mapping[str, list[tuple[float, int]]]  # by dimension: weights, and places around the shot
@@ -159,7 +152,7 @@ def _sides_of(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> Sides:
     if "run" not in dataset.dims:
         return {axis: _sides(dataset[axis].values, axis, at[axis]) for axis in axes}
     for run, place in enumerate(places_of(dataset)):
-        if all(_same(place[axis], at[axis]) for axis in axes):
+        if all(is_same(place[axis], at[axis]) for axis in axes):
             return {"run": [(1.0, run)]}
     raise LookupError("no run has the parameters of the shot")
 
@@ -167,19 +160,13 @@ def _sides_of(dataset: xr.Dataset, axes: Sequence[str], at: Place) -> Sides:
 def _sides(values: np.ndarray, axis: str, wanted: float | str) -> list[tuple[float, int]]:
     """One value of an axis, or the two around it, with weights; LookupError outside the axis."""
     for place, value in enumerate(values):
-        if _same(value, wanted):
+        if is_same(value, wanted):
             return [(1.0, place)]
     if isinstance(wanted, str) or not values.min() < wanted < values.max():
         raise LookupError(f"{BEYOND_AXES} {_listed([axis])}")
     above = int(np.searchsorted(values, wanted))
     share = float((wanted - values[above - 1]) / (values[above] - values[above - 1]))
     return [(1.0 - share, above - 1), (share, above)]
-
-
-def _same(value: Any, other: Any) -> bool:
-    if isinstance(value, str) or isinstance(other, str):
-        return str(value) == str(other)
-    return math.isclose(value, other, rel_tol=SAME)
 
 
 def _weighted(values: xr.DataArray, sides: Sides) -> xr.DataArray:

@@ -9,6 +9,7 @@ import json
 from collections.abc import Iterator, Mapping, Sequence
 from functools import cache
 from importlib.resources import files as resources
+from itertools import islice
 from pathlib import Path
 from typing import Any
 
@@ -35,6 +36,7 @@ from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
 from studies.reports.view import Scale
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
+CUT = "Only the first rows are printed; report.json contains all rows."
 MOST_REASONS = 4  # of a law, in its row
 MOST_LAWS = 6  # whose bands are listed open; a longer list is folded
 
@@ -180,11 +182,6 @@ def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node
     return [row for row in residuals if bare(row.quantity) == bare(quantity_name) and bare(row.reference) == reference]
 
 
-def _cut_note(rows: Any) -> str:
-    """The note above a table that does not show all rows."""
-    return "" if len(rows) <= MOST_ROWS else "Only the first rows are printed; report.json contains all rows."
-
-
 def _thumbnails(pictures: Node, kind: str) -> list[Node]:
     """The pictures of a run that its thumbnails show."""
     return [
@@ -226,11 +223,12 @@ def environment() -> Environment:
         ),
         alone=_alone,
         unit_alone=lambda value, unit: display_alone(bare(value), bare(unit)).unit,
-        first_rows=lambda rows: [row for row, _ in zip(rows, range(MOST_ROWS), strict=False)],
+        first_rows=lambda rows: list(islice(rows, MOST_ROWS)),
         is_long=lambda laws: len(laws) > MOST_LAWS,
         judged_laws=lambda laws: [law for law in laws if bare(law.judged)],
-        some_reasons=lambda reasons: [reason for reason, _ in zip(reasons, range(MOST_REASONS), strict=False)],
-        cut_note=_cut_note,
+        some_reasons=lambda reasons: list(islice(reasons, MOST_REASONS)),
+        # Above a table that does not show all rows.
+        cut_note=lambda rows: CUT if len(rows) > MOST_ROWS else "",
         thumbnails=_thumbnails,
         coarser=lambda runs: [run for run in runs if not bare(run.finest)],
         ends=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "end"],

@@ -20,7 +20,7 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import axes_of, by_run, places_of, refinements_of, simulated_values
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
-from studies.quantities.display import MESH_UNKNOWN, digits, display_of, printed, printed_in
+from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed, printed_in
 from studies.reports.setup import setup_of, upward
 from studies.reports.view import judged_window, spread, title_of
 from studies.sweeps.reading import OFFSET, RESOLUTION
@@ -223,7 +223,6 @@ def _picture(
     lengths = run.lengths if kind == "end" else {}
     unit, factor = SHOWN[field]
     label = field.replace("_", " ")
-    time = f"{printed_in(float(f'{section.time:.3g}'), 's')} {display_of('s').unit}"
     low, high = (digits(float(f"{limit * factor:.6g}")) for limit in limits)
     measured = "; ".join(
         f"{name.replace('_', ' ')} {printed(value, 'length')} {display_of('m').unit}" for name, value in lengths.items()
@@ -232,7 +231,7 @@ def _picture(
     if field == AREAL_DENSITY:
         scene = "Radiograph of the end, seen from the side"
     where = f", {run.title}" if run.title else ""
-    alt = f"{scene} ({time}){where}, coloured by {label} from {low} to {high} {unit}".rstrip() + (
+    alt = f"{scene} ({elapsed(section.time)}){where}, coloured by {label} from {low} to {high} {unit}".rstrip() + (
         f"; {measured} (one grid: {MESH_UNKNOWN})" if measured else ""
     )
     return {
@@ -272,10 +271,9 @@ def _middle(run: Shown) -> float:
 def _why_missing(sections: Sections, asked: float) -> str:
     """Why the state of a moment is not there."""
     end = sections.at(END)
-    when = f"{printed_in(float(f'{asked:.3g}'), 's')} {display_of('s').unit}"
     if end is not None and end.time < asked:
-        return f"no picture: the run ended before {when}"
-    return f"no picture: the state at {when} was not kept when the run was resumed"
+        return f"no picture: the run ended before {elapsed(asked)}"
+    return f"no picture: the state at {elapsed(asked)} was not kept when the run was resumed"
 
 
 def _growth(dataset: xr.Dataset, run: Shown) -> dict[str, Any] | None:

@@ -13,7 +13,7 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
-from studies.cubes.cells import MissingResult
+from studies.cubes.cells import Results, results_of
 from studies.cubes.reading import open_cube
 from studies.cubes.runs_table import runs_csv
 from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
@@ -28,17 +28,15 @@ def publish(
 ) -> dict[str, str]:
     """Write ``cube.nc``, ``runs.csv``, ``runs-all.csv``, ``report.html``, ``report.json`` into a folder; paths by name.
 
-    ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}``
-    of a run that left none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its
-    sections, for the pictures. Each file appears whole or not at
-    all, and replaces what was there.
+    ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}`` of a run that left
+    none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its sections, for the pictures.
     """
     return publish_sweep(*_parsed(sweep_document, outcomes), Path(directory), sections=sections)
 
 
 def publish_sweep(
     sweep: Any,
-    results: Mapping[str, Any],
+    results: Results,
     directory: Path,
     catalogue: Catalogue | None = None,
     sections: Mapping[str, Path] | None = None,
@@ -86,22 +84,12 @@ def write_partial_report(
     return write_text(file, page(document))
 
 
-def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, dict[str, Any]]:
+def _parsed(document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]]) -> tuple[Any, Results]:
     """A sweep and the results of its runs, as records."""
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
 
-    results = {run_id: outcome_from_json(plain) for run_id, plain in outcomes.items()}
-    return Sweep.parse(document, ACCEPTED), results
-
-
-def outcome_from_json(plain: Mapping[str, Any]) -> Any:
-    """A ``RunResult``, or a ``MissingResult`` where there is only a state and a reason."""
-    if "measurements" in plain:
-        from studies.runs.results import RunResult
-
-        return RunResult.from_json(plain)
-    return MissingResult(str(plain["state"]), str(plain.get("reason") or ""))
+    return Sweep.parse(document, ACCEPTED), results_of(outcomes)
 
 
 FORMATS = ("png", "svg", "pdf")  # of figures as files

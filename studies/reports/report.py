@@ -31,14 +31,13 @@ from studies.cubes.points import (
     refinements_of,
 )
 from studies.cubes.reading import finite
-from studies.cubes.variable import variable_name
+from studies.cubes.variable import Variable, variable_name
 from studies.cubes.variables import STATES
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.compare import Comparison, published_shots
 from studies.reports.figures import Figure, figures, fragment_sizes
-from studies.reports.limits.outcomes import outcomes_of
+from studies.reports.limits.outcomes import limits_of, outcomes_of
 from studies.reports.limits.residual import residual_curves, residual_figure
-from studies.reports.limits.searched import limits_of
 from studies.reports.limits.shield import shield_limits
 from studies.reports.limits.shield_figure import shield_figure
 from studies.reports.limits.shield_probability import chances_of, in_words
@@ -49,19 +48,6 @@ from studies.reports.verdict import openings
 from studies.sweeps.reading import OFFSET, RESOLUTION
 from studies.sweeps.screening import CONTRIBUTIONS
 
-# 2: converged values and their error bars, a sentence about each law
-# 3: an error bar without the mesh's part judges nothing
-# 4: figures of residuals have the error bar as a band
-# 5: the verdict; no mean of residuals that change sign or vary by more than a factor of two
-# 6: what the verdict rests on and what error bars hold, once for all quantities; numbers of the model part
-# 7: the words of bands are those of the text (trusted, within); laws without a stated range; the shots of a material
-# 8: limits of a search, curves of residual velocities
-# 9: methods side by side
-# 10: the rule by which a value was extrapolated or not; "numerically" in place of "trusted" beside a simulation; no
-# error bar without the mesh error; bias as an interval
-# 11: a headline of at most twenty words with its table; what was not checked; bands with differences and uncertainty
-# 12: numbers of pieces that the mesh alone made are withheld; the sizes of fragments; the ballistic limit of a shield
-# 13: the probability that the wall of a shield fails
 REPORT_VERSION = 13
 
 RULES = (
@@ -368,7 +354,8 @@ def _runs(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
             "doubted": bool(doubted[number]),
             "has_value": any(values[name] is not None for name in main),
             "values": values,
-            "ratios": {name: _ratio(values[name], diameter) for name in lengths},
+            # Lengths over the projectile's diameter.
+            "ratios": {name: None if None in (values[name], diameter) else values[name] / diameter for name in lengths},
         }
 
 
@@ -395,11 +382,6 @@ def _flags(dataset: xr.Dataset) -> list[list[str]]:
     ]
 
 
-def _ratio(value: float | None, diameter: float | None) -> float | None:
-    """A length over the projectile's diameter."""
-    return None if value is None or diameter is None else value / diameter
-
-
 def _audit(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """For each number of the audit: its range, and the run that is farthest from zero."""
     places = places_of(dataset)
@@ -422,46 +404,30 @@ def _audit(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
             }
 
 
-def _scatter(dataset: xr.Dataset, quantity: str, row: int) -> float | None:
-    """The published scatter of a law; None where none is published."""
-    if not cubes.LAW_SCATTER.is_in(dataset, quantity):
-        return None
-    scatter = float(cubes.LAW_SCATTER.of(dataset, quantity).values[row])
-    return None if np.isnan(scatter) else scatter
-
-
 def _model_part(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Each statement of what the models leave open of a quantity, in numbers too, with the runs that it is about."""
     for quantity in reading.quantities_of(dataset):
-        if cubes.MODEL_REASON.is_in(dataset, quantity):
-            shares = {name: _shares(dataset, quantity, name) for name in CONTRIBUTIONS}
-            texts = list(map(str, by_run(dataset, cubes.MODEL_REASON.named(quantity))))
-            for text, count in Counter(filter(None, texts)).items():
-                run = texts.index(text)
-                yield {
-                    "quantity": quantity,
-                    "statement": text,
-                    "contributions": {name: finite(share[run]) for name, share in shares.items()},
-                    "distance": _farthest(dataset, quantity, np.array(texts) == text),
-                    "runs": count,
-                }
+        shares = {name: _by_run(dataset, cubes.model_contribution(name), quantity) for name in CONTRIBUTIONS}
+        factors = _by_run(dataset, cubes.MODEL_DISTANCE, quantity)
+        texts = by_run(dataset, cubes.MODEL_REASON.named(quantity)).astype(str)
+        for text, count in Counter(filter(None, texts.tolist())).items():
+            mine = texts == text
+            distances = factors[mine & np.isfinite(factors)]
+            yield {
+                "quantity": quantity,
+                "statement": text,
+                "contributions": {name: finite(float(share[mine][0])) for name, share in shares.items()},
+                # The largest factor by which they are outside of where their model part was measured.
+                "distance": float(distances.max()) if distances.size else None,
+                "runs": count,
+            }
 
 
-def _farthest(dataset: xr.Dataset, quantity: str, runs: np.ndarray) -> float | None:
-    """The largest factor by which some runs (n, bool) are outside of where their model part was measured."""
-    if not cubes.MODEL_DISTANCE.is_in(dataset, quantity):
-        return None
-    factors = by_run(dataset, cubes.MODEL_DISTANCE.named(quantity))[runs]
-    return float(np.nanmax(factors)) if np.isfinite(factors).any() else None
-
-
-def _shares(dataset: xr.Dataset, quantity: str, contribution: str) -> list[float]:
-    """A contribution to the model part of each run, relative; NaN where it is not assessed."""
-    variable = cubes.model_contribution(contribution)
+def _by_run(dataset: xr.Dataset, variable: Variable, quantity: str) -> np.ndarray:
+    """A number of a quantity for each run, (runs,); NaN where no run has it."""
     if not variable.is_in(dataset, quantity):
-        return [math.nan] * dataset.run_state.size
-    shares: list[float] = by_run(dataset, variable.named(quantity)).tolist()
-    return shares
+        return np.full(dataset.run_state.size, np.nan)
+    return by_run(dataset, variable.named(quantity))
 
 
 LAW_TEXTS = {
@@ -480,14 +446,16 @@ def _laws(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
         if not cubes.LAW_LABEL.is_in(dataset, quantity):
             continue
         texts = {key: variable.of(dataset, quantity).values for key, variable in LAW_TEXTS.items()}
-        variants = cubes.LAW_VARIANT.of(dataset, quantity).values
-        reasons = cubes.BY_LAW_REASON.of(dataset, quantity).values
+        variants, reasons, scatter = (
+            variable.of(dataset, quantity).values
+            for variable in (cubes.LAW_VARIANT, cubes.BY_LAW_REASON, cubes.LAW_SCATTER)
+        )
         for law in dict.fromkeys(texts["name"]):
             rows = np.flatnonzero(texts["name"] == law)
             counts = Counter(str(reason) for reason in reasons[..., rows].ravel() if reason)
             yield {
                 **{key: str(column[rows[0]]) for key, column in texts.items()},
-                "scatter": _scatter(dataset, quantity, int(rows[0])),
+                "scatter": finite(float(scatter[rows[0]])),
                 "quantity": quantity.replace("_", " "),
                 "variants": [str(variants[row]) for row in rows if variants[row]],
                 "reasons": [{"reason": reason, "answers": count} for reason, count in counts.most_common()],

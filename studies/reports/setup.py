@@ -17,7 +17,7 @@ from studies.quantities.units import readable
 
 def setup_of(dataset: xr.Dataset) -> dict[str, Any] | None:
     """The set-up of the first run: outlines, dimensions, speed and materials; None where the scenario draws none."""
-    values = {name: values_of(dataset, name) for name in _parameters(dataset)}
+    values = {name: values_of(dataset, name) for name in json.loads(dataset.attrs["vocabulary"])["parameters"]}
     try:
         scenario = scenarios.load(dataset.attrs["scenario"])
     except InvalidInput:  # a scenario of another version
@@ -34,7 +34,11 @@ def setup(scenario: scenarios.Scenario, values: Mapping[str, Sequence[Any]]) -> 
     names = dict.fromkeys([d.parameter for d in outline.dimensions])
     labels = {name: _label(units[name], values[name]) for name in (*names, "speed") if values.get(name)}
     bodies = [shape.body for shape in outline.shapes if shape.body in scenario.materials]
-    materials = {body: _texts(values[body]) for body in bodies if values.get(body)}
+    materials = {
+        body: ", ".join([*map(str, values[body][:3]), *(["…"] if len(values[body]) > 3 else [])])
+        for body in bodies
+        if values.get(body)
+    }
     spoken = [f"{name.replace('_', ' ')} {label}" for name, label in labels.items()]
     spoken += [f"{body} of {text}" for body, text in materials.items()]
     return {
@@ -60,11 +64,6 @@ def values_of(dataset: xr.Dataset, parameter: str) -> list[float | str]:
     return [value for value in dict.fromkeys(values) if value not in ("", "nan") and value == value]
 
 
-def _parameters(dataset: xr.Dataset) -> Mapping[str, Any]:
-    parameters: Mapping[str, Any] = json.loads(dataset.attrs["vocabulary"])["parameters"]
-    return parameters
-
-
 def _label(unit: str, values: Sequence[float | str]) -> str:
     """A length or a speed in the unit that people read, with its range where the sweep varies it."""
     low, high = (readable(end, unit) for end in (min(map(float, values)), max(map(float, values))))
@@ -72,7 +71,3 @@ def _label(unit: str, values: Sequence[float | str]) -> str:
         return low
     number, _, name = low.partition(" ")
     return f"{number if high.endswith(f' {name}') else low} to {high}"
-
-
-def _texts(values: Sequence[float | str]) -> str:
-    return ", ".join(str(value) for value in values[:3]) + (", …" if len(values) > 3 else "")

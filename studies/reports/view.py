@@ -65,9 +65,9 @@ class FigureView:
         values = variable.of(self.dataset, name).values
         return values.reshape(len(self.x), *values.shape[len(self.dataset.variables["run_state"].dims) :])
 
-    def succeeded(self, name: str, variable: Variable = cubes.VALUE) -> np.ndarray:
+    def succeeded(self, name: str) -> np.ndarray:
         """Measured values of each point; NaN where no run succeeded."""
-        return simulated_values(self.dataset, variable.named(name)).ravel()
+        return simulated_values(self.dataset, name).ravel()
 
     def compared(self, name: str) -> np.ndarray:
         """Measured values of each point with which laws are compared; NaN elsewhere."""
@@ -101,12 +101,7 @@ class FigureView:
 
     def doubts(self, name: str) -> list[str]:
         """The flags of a quantity and of its run at each point, in words; empty without any."""
-        own = reading.flag_words(reading.doubts(cubes.FLAGS.of(self.dataset, name)))
-        of_run = reading.flag_words(cubes.FLAGS_OF_RUN.of(self.dataset))
-        return [
-            ", ".join(flag.replace("_", " ") for flag in (*mine, *other))
-            for mine, other in zip(own, of_run, strict=True)
-        ]
+        return [", ".join(flags).replace("_", " ") for flags in reading.doubts_at(self.dataset, name)]
 
     def normed(self, name: str) -> bool:
         """Whether it is shown over the projectile's diameter: a length, all diameters known."""
@@ -131,7 +126,7 @@ class FigureView:
             variable.of(self.dataset, name).values.astype(str).tolist()
             for variable in (cubes.LAW_NAME, cubes.LAW_TITLE)
         )
-        confidences = reading.confidences_of(self.dataset, name) or [""] * len(names)
+        confidences = reading.confidences_of(self.dataset, name)
         return {
             law: title + ONLY_DRAWN if confidence in DRAWN_ONLY else title
             for law, title, confidence in zip(names, titles, confidences, strict=True)

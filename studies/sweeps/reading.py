@@ -454,15 +454,8 @@ def _constants(role: str, candidates: list[Material]) -> dict[str, Parameter]:
 
     Where no material of the role is known, one finding says so; any constant is let through then.
     """
-    constants = [material.parameters() for material in candidates] or [_all_constants()]
+    every = [material.parameters() for material in candidates or map(shipped.load, shipped.names())]
+    constants = every if candidates else [{path: each for one in every for path, each in one.items()}]
     units = [{(path, constant.unit) for path, constant in each.items()} for each in constants]
     shared = set.intersection(*units)
     return {f"{role}.{path}": constant for path, constant in constants[0].items() if (path, constant.unit) in shared}
-
-
-def _all_constants() -> dict[str, Parameter]:
-    """The constants of all materials that ship."""
-    constants: dict[str, Parameter] = {}
-    for name in shipped.names():
-        constants |= shipped.load(name).parameters()
-    return constants

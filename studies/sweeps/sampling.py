@@ -1,7 +1,7 @@
 """Points sampled from the ranges of several axes, in place of their product: Latin hypercubes and Sobol sequences."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 from studies.quantities.findings import Finding, Findings, refusal, shown, unknown_keys
@@ -93,17 +93,12 @@ def sampled(sampling: Sampling, axes: Sequence[Axis]) -> tuple[Axis, ...]:
     """Axes with the values of the points; those that state all their values keep them."""
     if all(axis.values for axis in axes):
         return tuple(axes)
-    places = sampling.coordinates(len(axes))
-    return tuple(
-        Axis(axis.name, axis.unit, _between(axis.bounds, column), axis.bounds)
-        for axis, column in zip(axes, places, strict=True)
-        if axis.bounds is not None
-    )
-
-
-def _between(bounds: tuple[float, float], shares: Sequence[float]) -> tuple[float, ...]:
-    low, high = bounds
-    return tuple(round_quantity(low + (high - low) * share) for share in shares)
+    drawn = []
+    for axis, shares in zip(axes, sampling.coordinates(len(axes)), strict=True):
+        assert axis.bounds is not None
+        low, high = axis.bounds
+        drawn.append(replace(axis, values=tuple(round_quantity(low + (high - low) * share) for share in shares)))
+    return tuple(drawn)
 
 
 def _is_whole(value: Any) -> bool:

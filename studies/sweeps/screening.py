@@ -40,12 +40,12 @@ class Screen:
 def screens_of(run: Run, own: Iterable[Material] = ()) -> Iterator[Screen]:
     """Every change of a run; ``own`` are materials of its sweep: draws of a calibration, say."""
     materials = materials_of(run)
-    yield _screen(run, STRONGER, _of_strength(materials, 1.0 + STRENGTH_DEVIATION), {})
-    yield _screen(run, WEAKER, _of_strength(materials, 1.0 - STRENGTH_DEVIATION), {})
-    for alternative in _of_other_strength(materials):
-        yield _exchanged(run, STRENGTH, materials, alternative)
-    for alternative in _of_strengths(materials, own):
-        yield _exchanged(run, DRAWN, materials, alternative)
+    for name, factor in ((STRONGER, 1.0 + STRENGTH_DEVIATION), (WEAKER, 1.0 - STRENGTH_DEVIATION)):
+        yield _screen(run, name, {role: _scaled(material, factor) for role, material in materials.items()}, {})
+    # Other sources and other tempers of the same alloys that ship, and the sweep's own.
+    for kind, others in ((STRENGTH, map(shipped.load, shipped.names())), (DRAWN, own)):
+        for alternative in _of_strengths(materials, others):
+            yield _exchanged(run, kind, materials, alternative)
     yield from _of_other_failure(run, materials)
     others = [other for material in _each_once(materials) if (other := _of_other_eos(material))]
     for each in others:
@@ -77,12 +77,8 @@ def _screen(run: Run, name: str, materials: Mapping[str, Material], changes: Map
     return Screen(name, changed)
 
 
-def _of_strength(materials: Mapping[str, Material], factor: float) -> dict[str, Material]:
-    """The materials with every constant of their strengths that is a stress so many times as large."""
-    return {role: _scaled(material, factor) for role, material in materials.items()}
-
-
 def _scaled(material: Material, factor: float) -> Material:
+    """A material with every constant of its strength that is a stress so many times as large."""
     for path, unit in material.paths().items():
         value = material.value_at(path)
         if path.startswith("strength.") and unit == "Pa" and value is not None:
@@ -118,11 +114,6 @@ def _of_other_failure(run: Run, materials: Mapping[str, Material]) -> Iterator[S
     for other in SOURCED_FAILURES:
         if other != failure:
             yield _screen(run, f"{FAILURE} {other}", materials, {**constants, "failure": other})
-
-
-def _of_other_strength(materials: Mapping[str, Material]) -> Iterator[Material]:
-    """The materials that ship of the same alloys, with another strength: other sources, other tempers."""
-    return _of_strengths(materials, map(shipped.load, shipped.names()))
 
 
 def _of_strengths(materials: Mapping[str, Material], others: Iterable[Material]) -> Iterator[Material]:

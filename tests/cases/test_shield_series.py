@@ -26,8 +26,8 @@ def test_simulation__tells_the_outcome_of_each_shot(name: str, tmp_path: Path, c
 
     That of Piekutowski and Poorman has not: all walls hold on all grids, also the four that were perforated (4.77 to
     5.81 mm). No matter breaks there, as 2219-T87 has no published fracture strains: the deepest crater is 4 to 21 % of
-    the wall, which bulges by 1.5 to 5.6 mm. Those of Reimerdes, Noelke and Schaefer are open: without failure their walls
-    hold on the finer grids, with Johnson and Cook's they are perforated on every grid, those that held as well.
+    the wall, which bulges by 1.5 to 5.6 mm. Those of Reimerdes, Noelke and Schaefer are open: without failure their
+    walls hold on the finer grids, with Johnson and Cook's they are perforated on every grid, those that held as well.
     """
     each = series()[name]
     for shot in each.shots:

@@ -40,15 +40,8 @@ def test_release__brings_every_file_to_its_version_and_leaves_the_rest(copied: P
         changelog.replace("\n## 98.1.0 (2026-12-24)\n", "").replace("\n## 98.0.1 (2026-12-01)\n", "")
         == before["CHANGELOG.md"]
     )
-    changed = [
-        a
-        for a, b in zip(
-            *(text.splitlines() for text in (before["pyproject.toml"], (copied / "pyproject.toml").read_text())),
-            strict=True,
-        )
-        if a != b
-    ]
-    assert len(changed) == 1
+    lines = [text.splitlines() for text in (before["pyproject.toml"], (copied / "pyproject.toml").read_text())]
+    assert sum(a != b for a, b in zip(*lines, strict=True)) == 1
 
 
 @pytest.mark.parametrize(

@@ -65,11 +65,11 @@ def chances(series: Sequence[PredictedShots]) -> tuple[float, float]:
     return float(np.mean(repeated <= counted)), float(np.mean(repeated >= counted))
 
 
-def predict(posterior: Posterior, shots: BarStrains, seed: int = SEED) -> PredictedShots:
+def predict(posterior: Posterior, shots: BarStrains) -> PredictedShots:
     """The sizes of shots: by the A of their lot where the posterior has it, else by that of a lot that was not shot."""
-    rng, known = np.random.default_rng(seed), posterior.calibration.shots.lots
+    rng, known = np.random.default_rng(SEED), posterior.calibration.shots.lots
     constants, draws = posterior.constants, len(posterior.constants)
-    further = {lot: posterior.further_lots(seed + number)[:, 0] for number, lot in enumerate(shots.lots)}
+    further = {lot: posterior.further_lots(SEED + number)[:, 0] for number, lot in enumerate(shots.lots)}
     yields = np.column_stack(
         [posterior.lots[:, known.index(lot)] if lot in known else further[lot] for lot in shots.series.tolist()]
     )

@@ -79,11 +79,6 @@ def calibrated(material: Material, posterior: Posterior, name: str, source: str)
     return made
 
 
-def chosen_draws(posterior: Posterior, count: int) -> list[int]:
-    """Numbers of draws that are evenly spaced over all: the chains stand one after another in time."""
-    return np.linspace(0, len(posterior.constants) - 1, count).round().astype(int).tolist()
-
-
 def write(
     folder: Path, material: Material, posterior: Posterior, predicted: PredictedShots, table: str
 ) -> Iterator[Path]:
@@ -95,7 +90,9 @@ def write(
     yield write_atomically(folder / DRAWS_FILE, dataset.to_netcdf)
     yield write_text(folder / MATERIAL_FILE, as_toml(calibrated(material, posterior, name, source)))
     texts = [REMARK.format(material=material.name, table=table), "materials:"]
-    for number, drawn in enumerate(chosen_draws(posterior, IN_SWEEP), 1):
+    # Evenly spaced over all: the chains stand one after another in time.
+    chosen = np.linspace(0, len(posterior.constants) - 1, IN_SWEEP).round().astype(int)
+    for number, drawn in enumerate(chosen, 1):
         row = values_of(posterior, posterior.further_lots()[drawn : drawn + 1])
         constants = ", ".join(
             f"{each}: {float(column[0]) / 1e6:.4g} MPa" if UNITS[each] == "Pa" else f"{each}: {float(column[0]):.4g}"

@@ -55,8 +55,8 @@ class LawAnswer:
 
     def describe(self) -> dict[str, Any]:
         """Plain values, SI."""
-        numbers = {name: _plain(getattr(self, name)) for name in ("value", "low", "high")}
-        return {"law": self.law.name, **numbers, "in_range": self.in_range, "outside": self.outside}
+        numbers = {"value": self.value, "low": self.low, "high": self.high}
+        return {"law": self.law.name, **_without_nan(numbers), "in_range": self.in_range, "outside": self.outside}
 
 
 @dataclass(frozen=True)
@@ -264,14 +264,10 @@ def printed_bounds(low: float, high: float, unit: str) -> str:
     return texts[0] if texts[0] == texts[1] else " to ".join(texts)
 
 
-def _plain(value: float) -> float | None:
-    return None if math.isnan(value) else value
-
-
 def _without_nan(value: Any) -> Any:
     """Plain objects as JSON has them: None in place of NaN."""
     if isinstance(value, Mapping):
         return {name: _without_nan(each) for name, each in value.items()}
     if isinstance(value, list | tuple):
         return [_without_nan(each) for each in value]
-    return _plain(value) if isinstance(value, float) else value
+    return None if isinstance(value, float) and math.isnan(value) else value

@@ -10,7 +10,7 @@ from xarray import Dataset
 
 from studies.films.film_section import sections_of
 from studies.films.section import Sections
-from studies.quantities.display import display_of, printed_in
+from studies.quantities.display import display_of, elapsed
 from studies.quantities.files import write_atomically
 from studies.quantities.findings import MissingExtra, nearest_cure, refusal
 from studies.reports.drawing.canvas import drawn_in_style
@@ -85,7 +85,7 @@ def _write(film: Dataset, field: str, writer: AbstractMovieWriter, file: Path) -
                 image.set_data(
                     coloured(nearest(sections, state, frame, columns), state.fields[field], picture["limits"], field)
                 )
-                title.set_text(f"{printed_in(float(f'{state.time:.3g}'), 's')} {display_of('s').unit}")
+                title.set_text(elapsed(state.time))
                 writer.grab_frame()
 
 

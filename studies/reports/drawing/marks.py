@@ -27,7 +27,7 @@ MOST_LABELS = 4  # flagged points of a panel that are labelled; beyond, they are
 
 def scaled(values: Sequence[Any], scale: Scale) -> np.ndarray:
     """Values in the display unit; NaN for gaps."""
-    return np.array([np.nan if value is None else value for value in values], float) * display_of(scale.unit).factor
+    return np.array(values, float) * display_of(scale.unit).factor
 
 
 class Marks:

@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 
 from studies.films.radiograph import AREAL_DENSITY
 from studies.films.section import Sections, read_sections
-from studies.quantities.display import digits, display_of, printed, printed_in
+from studies.quantities.display import digits, display_of, elapsed, printed
 from studies.reports.drawing.canvas import arrow, as_svg, canvas, drawn_in_style, line, number, write
 from studies.reports.drawing.pixels import coloured, colours, in_radiograph, nearest
 from studies.reports.pictures import Frame
@@ -90,9 +90,7 @@ def _thumbnail(picture: Mapping[str, Any], frame: Frame, pixels: np.ndarray, wid
     line(axes, "scale", (begin, begin + length), (foot - 2.0 * point,) * 2)
     unit = display_of("m")
     write(axes, "small", begin, foot - 5.0 * point, f"{number(length * unit.factor)} {unit.unit}", "left")
-    seconds = float(f"{picture['time']:.3g}")
-    time = f"{printed_in(seconds, 's')} {display_of('s').unit}"
-    write(axes, "small", frame.right - 2.0 * point, foot - 4.0 * point, time, "right")
+    write(axes, "small", frame.right - 2.0 * point, foot - 4.0 * point, elapsed(picture["time"]), "right")
     return drawing
 
 

@@ -13,14 +13,13 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes.long_texts import short_texts
-from studies.cubes.points import Place, axes_of, by_run, main_quantities, plain, points_of
+from studies.cubes.points import Place, axes_of, is_same, main_quantities, places_of, plain, points_of
 from studies.quantities.files import write_text
 from studies.quantities.findings import refusal
 from studies.reports.drawing.charts import draw
 from studies.reports.figures import Figure, Panel, simulation
-from studies.reports.view import PREFERRED, FigureView, Scale, Slice, title_of, view_of
+from studies.reports.view import PREFERRED, FigureView, Scale, title_of, view_of
 
-SAME = 1e-9  # relative: two values of an axis that differ by less are one point
 TABLE = "differences.csv"
 
 
@@ -57,7 +56,7 @@ class TwoCubes:
 
     def differences(self) -> Iterator[Difference]:
         """Each quantity at each point that both cubes have."""
-        first, second = (_places(view, self.axes) for view in self.views)
+        first, second = (places_of(view.dataset, self.axes) for view in self.views)
         pairs = [(i, j) for i, mine in enumerate(first) for j, other in enumerate(second) if _same(mine, other)]
         for name in self.quantities:
             scale = self.views[0].scale_of(name)
@@ -71,10 +70,11 @@ class TwoCubes:
     def figure(self, name: str) -> Figure:
         """A quantity of both cubes over the abscissa, a panel for each value of the other axes that both have."""
         others = [axis for axis in self.axes if axis != self.views[0].abscissa.name]
+        first, second = (places_of(view.dataset, others) for view in self.views)
         panels = []
         for piece in self.views[0].slices:
-            at = _at(self.views[0], piece, others)
-            pieces = [each for each in self.views[1].slices if _same(at, _at(self.views[1], each, others))]
+            at = first[piece.cells[0]]
+            pieces = [each for each in self.views[1].slices if _same(at, second[each.cells[0]])]
             shown = [(self.views[0], piece, self.names[0]), *((self.views[1], each, self.names[1]) for each in pieces)]
             series = [
                 replace(points, kind="quantity", label=label)
@@ -151,24 +151,8 @@ def _in_both(first: Sequence[str], second: Sequence[str]) -> list[str]:
     return [name for name in first if name in second]
 
 
-def _places(view: FigureView, axes: Sequence[str]) -> list[dict[str, float | str]]:
-    """The values of some axes at each point, whether they vary there or are fixed."""
-    columns = {axis: by_run(view.dataset, axis) for axis in axes}
-    return [{axis: plain(column[cell]) for axis, column in columns.items()} for cell in range(len(view.x))]
-
-
-def _at(view: FigureView, piece: Slice, axes: Sequence[str]) -> Place:
-    """The values of some axes in a panel."""
-    return {axis: plain(by_run(view.dataset, axis)[piece.cells[0]]) for axis in axes}
-
-
 def _same(first: Place, second: Place) -> bool:
-    return all(
-        math.isclose(value, other, rel_tol=SAME)
-        if isinstance(value, float) and isinstance(other := second[axis], float)
-        else value == second[axis]
-        for axis, value in first.items()
-    )
+    return all(is_same(value, second[axis]) for axis, value in first.items())
 
 
 def _others(first: xr.Dataset, second: xr.Dataset, axes: Sequence[str]) -> dict[str, tuple[str, str]]:
@@ -182,5 +166,5 @@ def _others(first: xr.Dataset, second: xr.Dataset, axes: Sequence[str]) -> dict[
         }
 
     mine, other = fixed(first), fixed(second)
-    both = [name for name in mine if name in other and not _same({name: mine[name]}, {name: other[name]})]
+    both = [name for name in mine if name in other and not is_same(mine[name], other[name])]
     return {name: (title_of(first, {name: mine[name]}), title_of(second, {name: other[name]})) for name in both}

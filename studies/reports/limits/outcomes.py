@@ -1,4 +1,4 @@
-"""Outcomes of shots with what leaves them open."""
+"""Outcomes of shots with what leaves them open, and the limits of a search for one."""
 
 import math
 from collections.abc import Iterator
@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.cubes import variables
-from studies.cubes.points import main_quantities, places_of, simulated_values
+from studies.cubes import limits, variables
+from studies.cubes.points import axes_of, main_quantities, places_of, plain, simulated_values
 from studies.cubes.reading import finite, flag_words
 from studies.cubes.variable import BETWEEN_OUTCOMES, OUTCOMES
 from studies.quantities.measured import doubts_of
@@ -71,3 +71,25 @@ def _outcomes(points: xr.Dataset, name: str) -> Iterator[tuple[float | None, str
             yield None, f"{words[int(value)]}, but {doubts}"
         else:
             yield float(value), "one grid"
+
+
+def limits_of(dataset: xr.Dataset) -> dict[str, Any] | None:
+    """The limits of a search with their intervals; None without a search."""
+    if not limits.LIMIT.is_in(dataset):
+        return None
+    about = dataset.limit.attrs
+    others = [name for name in axes_of(dataset) if f"limit_{name}" in dataset]
+    rows = [
+        {
+            "at": {name: plain(dataset[f"limit_{name}"].values[place]) for name in others},
+            "limit": finite(dataset.limit.values[place]),
+            "lower": finite(dataset.limit_lower.values[place]),
+            "upper": finite(dataset.limit_upper.values[place]),
+            "runs": int(dataset.limit_runs.values[place]),
+            "verdict": limits.VERDICTS[int(dataset.limit_verdict.values[place])].replace("_", " "),
+            "reason": str(dataset.limit_reason.values[place]),
+        }
+        for place in range(dataset.sizes[limits.SEARCH])
+    ]
+    label = about["axis"].replace("_", " ")
+    return {"axis": label, "of": about["limit_of"], "unit": about["units"], "rows": rows}

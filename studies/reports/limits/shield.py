@@ -20,7 +20,7 @@ from studies.cubes.points import Place, axes_of, by_run, places_of, simulated_va
 from studies.cubes.variable import variable_name
 from studies.laws import CRITICAL, DRAWN_ONLY, Shot
 from studies.quantities.findings import InvalidInput
-from studies.reports.verdict.evidence import UNJUDGED_STATES
+from studies.reports.verdict.evidence import UNJUDGED_STATES, LawAnswers, answers_of
 from studies.reports.view import view_of
 from studies.sweeps.reading import ACCEPTED
 from studies.sweeps.search import interval_of
@@ -98,7 +98,7 @@ def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
     for cell, place in enumerate(places):
         if math.isfinite(runs[cell].diameter):
             groups.setdefault((*(place[axis] for axis in others), float(speed[cell])), []).append(cell)
-    answers = _Answers(points)
+    laws = list(answers_of(points, DIAMETER))
     limits = []
     for (*values, at_speed), cells in sorted(groups.items(), key=lambda group: group[0][-1]):
         mine = sorted(cells, key=lambda cell: runs[cell].diameter)
@@ -113,7 +113,7 @@ def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
                 lower,
                 upper,
                 unjudged,
-                tuple(answers.beside(mine, [runs[cell].diameter for cell in mine], (lower, upper), unjudged)),
+                tuple(_equations(laws, mine, [runs[cell].diameter for cell in mine], (lower, upper), unjudged)),
             )
         )
     return tuple(limits)
@@ -162,36 +162,22 @@ def why_unjudged(limits: Sequence[ShieldLimit]) -> str:
     return MIXED if MIXED in flags else FLAGGED + ", ".join(flags)
 
 
-class _Answers:
-    """The answers of the equations that enter a verdict, by point."""
-
-    def __init__(self, points: xr.Dataset):
-        def text(variable: Any) -> list[str]:
-            return [str(each) for each in variable.of(points, DIAMETER).values]
-
-        def flat(variable: Any) -> np.ndarray:
-            values: np.ndarray = variable.of(points, DIAMETER).values
-            return values.reshape(-1, values.shape[-1])
-
-        self.labels, self.titles = text(cubes.LAW_LABEL), text(cubes.LAW_TITLE)
-        self.confidences = reading.confidences_of(points, DIAMETER)
-        self.values = flat(cubes.BY_LAW)
-        self.inside = flat(cubes.BY_LAW_IN_RANGE) == 1
-        self.reasons = flat(cubes.BY_LAW_REASON)
-
-    def beside(
-        self, cells: Sequence[int], diameters: Sequence[float], interval: tuple[float, float], unjudged: str
-    ) -> Iterator[CriticalDiameter]:
-        """Each equation at the points of one speed: its answer at that whose projectile is nearest to it."""
-        for law, label in enumerate(self.labels):
-            values = self.values[list(cells), law]
-            if self.confidences[law] in DRAWN_ONLY or not np.isfinite(values).any():
-                continue
-            nearest = int(np.nanargmin(np.abs(np.log(np.array(diameters) / values))))
-            cell, value = cells[nearest], float(values[nearest])
-            outside = "" if self.inside[cell, law] else str(self.reasons[cell, law])
-            word = "outside" if not self.inside[cell, law] else _word(value, *interval, unjudged)
-            yield CriticalDiameter(label, self.titles[law], value, word, outside)
+def _equations(
+    laws: Sequence[LawAnswers],
+    cells: Sequence[int],
+    diameters: Sequence[float],
+    interval: tuple[float, float],
+    unjudged: str,
+) -> Iterator[CriticalDiameter]:
+    """Each equation that enters a verdict, at the points of one speed: its answer where the projectile is nearest."""
+    for law in laws:
+        values = law.answers[list(cells)]
+        if law.confidence in DRAWN_ONLY or not np.isfinite(values).any():
+            continue
+        nearest = int(np.nanargmin(np.abs(np.log(np.array(diameters) / values))))
+        value, outside = float(values[nearest]), law.outside[cells[nearest]]
+        word = "outside" if outside else _word(value, *interval, unjudged)
+        yield CriticalDiameter(law.label, law.title, value, word, outside)
 
 
 def _word(diameter: float, lower: float, upper: float, unjudged: str) -> EquationWord:

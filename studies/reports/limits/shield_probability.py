@@ -1,7 +1,7 @@
 """The probability that a simulated wall fails: from equations and shots, and joined with what the simulation says."""
 
 import math
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
@@ -14,13 +14,14 @@ from studies.observations.shields.joined import NOT_JOINED, Simulated, Simulatio
 from studies.observations.shields.probability import Probability, probability
 from studies.quantities.units import readable
 from studies.reports.limits.outcomes import OF_MODEL
-from studies.reports.limits.shield import ShieldLimit, WallRun, shot_at, shots_of
+from studies.reports.limits.shield import ShieldLimit, shot_at, shots_of
 from studies.reports.verdict.texts import capital, joined, shortest, words
 
 RESOLUTION = "cells_per_diameter"
 ROUNDED = 1e-6  # relative: of a number of cells
 MOST_SAID = 3  # speeds and shields with a sentence
 CALIBRATED = {"geometry": "axisymmetric", "projectile_shape": "sphere"}  # of the simulated shots
+TOLD: dict[bool | None, Simulated] = {True: "perforated", False: "held", None: "open"}
 DOES: dict[bool | None, str] = {True: "perforates", False: "is held", None: "is undecided"}
 
 
@@ -54,22 +55,15 @@ def chances_of(dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldL
     shots, chances = shots_of(dataset), list[list[WallChance]]()
     finest = float(dataset[RESOLUTION].max()) if RESOLUTION in refinements_of(dataset) else None
     for limit in limits:
-        shot, settings = shot_at(shots, limit.at), _Settings(points, limit)
+        shot, named = shot_at(shots, limit.at), ("failure", *CALIBRATED, *([RESOLUTION] if finest is None else ()))
+        settings = {name: limit.at[name] if name in limit.at else by_run(points, name)[0] for name in named}
         chances.append([] if shot is None else list(_of_limit(shot, limit, settings, finest)))
     return chances
 
 
-class _Settings:
-    """How the runs of a limit are computed."""
-
-    def __init__(self, points: xr.Dataset, limit: ShieldLimit):
-        self.points, self.at = points, limit.at
-
-    def __getitem__(self, name: str) -> Any:
-        return self.at[name] if name in self.at else by_run(self.points, name)[0]
-
-
-def _of_limit(shot: Shot, limit: ShieldLimit, settings: _Settings, finest: float | None) -> Iterator[WallChance]:
+def _of_limit(
+    shot: Shot, limit: ShieldLimit, settings: Mapping[str, Any], finest: float | None
+) -> Iterator[WallChance]:
     """Chances at one speed on one shield; ``finest`` is the resolution of the finest of several grids."""
     kind = SimulationKind((str(settings["failure"]),), "one" if finest is None else "several")
     constants = joint(kind)
@@ -87,15 +81,11 @@ def _of_limit(shot: Shot, limit: ShieldLimit, settings: _Settings, finest: float
             why = f"on {constants.shots} shots, simulations with failure {kind.name} did not improve P"
         elif not why and cells < least * (1.0 - ROUNDED):
             why = f"the shots were simulated on at least {least:.0f} cells across"
-        after = constants.probability(before, _told(run)) if constants and not why else None
+        after = constants.probability(before, TOLD[run.perforated]) if constants and not why else None
         yield WallChance(run.diameter, run.perforated, before, after, why and f"{NOT_JOINED}: {why}")
 
 
-def _told(run: WallRun) -> Simulated:
-    return "open" if run.perforated is None else "perforated" if run.perforated else "held"
-
-
-def _why_not(limit: ShieldLimit, settings: _Settings) -> str:
+def _why_not(limit: ShieldLimit, settings: Mapping[str, Any]) -> str:
     """Why no simulated shots are like the runs of a limit."""
     if limit.normal_speed < limit.speed:
         return "no shots were simulated at an angle"

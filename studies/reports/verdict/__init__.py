@@ -24,14 +24,14 @@ def verdict(
     evidence: Sequence[Evidence],
     axes: Sequence[AxisOfSweep],
     mixed: Mapping[str, str],
-    published: Sequence[Mapping[str, Any]] | None = None,
-    run: str = "run",
+    published: Sequence[Mapping[str, Any]],
+    run: str,
 ) -> Verdict:
     """The verdict on the quantities of a sweep.
 
     ``mixed`` has the quantities whose runs mix versions of the definition, each with a sentence: their values do not
     compare, so there is no verdict. ``published`` has the groups of published shots (``ComparedShots`` as plain
-    values); None where nothing is known of them. ``run`` is what a point is called.
+    values), and ``run`` is what a point is called.
     """
     if unlike := [texts.words(each.quantity) for each in evidence if each.quantity in mixed]:
         return Verdict(

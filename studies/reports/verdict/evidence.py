@@ -13,7 +13,6 @@ from numpy.typing import ArrayLike
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, comparable, error_bars, main_quantities, places_of, simulated_values
-from studies.cubes.variable import Variable
 from studies.laws import CAVEATS, DRAWN_ONLY, FITTED, NO_RANGE
 from studies.reports.matched import BEYOND_AXES, ELSEWHERE, MatchedObservation, interpolate
 
@@ -33,6 +32,9 @@ MESH, DEFINITION, MODEL = "mesh error", "definition", "model"
 FIRST_HAND = ("", "read", "verified", "user")
 NO_SIZE = "has the value zero, to which nothing is relative"
 UNSTATED = "a limit of its source is not met"
+# Variables of the answers of laws beside runs and beside observed shots.
+BESIDE_RUNS = (*cubes.OF_ANSWERS, cubes.LAW_TITLE, cubes.LAW_CONFIDENCE)
+BESIDE_SHOTS = (*cubes.OF_ANSWERS_AT_OBSERVATIONS, cubes.OBSERVED_LAW_TITLE, cubes.OBSERVED_LAW_CONFIDENCE)
 # Why a point without a value judges nothing, by the state of its run.
 UNJUDGED_STATES = {
     "succeeded": "the run measured no value",
@@ -175,7 +177,7 @@ def evidence_of(points: xr.Dataset, observations: Sequence[MatchedObservation]) 
             parts=quantity.parts() if subjects else {},
             points=int(np.isfinite(quantity.values).sum()),
             flagged=tuple(quantity.flags),
-            has_scatter=any(map(math.isfinite, quantity.scatter().values())),
+            has_scatter=any(math.isfinite(law.scatter) for law in answers_of(points, name)),
             shots=Counter(shot.confidence for shot in shots),
             distant=int((quantity.distances() > 1.0).sum()),
             distance=float(quantity.distances().max(initial=1.0)),
@@ -194,15 +196,14 @@ class _Quantity:
     def __init__(self, points: xr.Dataset, name: str):
         self.points, self.name = points, name
         self.places = places_of(points)
+        self.states = cubes.RUN_STATE.of(points).values.ravel()
         self.assessed = {
             DEFINITION: self._stored(f"{name}_definition_part"),
             MODEL: self._stored(cubes.MODEL_PART.named(name)),
         }
         self.numerical = simulated_values(points, cubes.UNCERTAINTY.named(name)).ravel()
         self.values = comparable(points, name).values.ravel()
-        run_flags = reading.flag_words(cubes.FLAGS_OF_RUN.of(points))
-        own_flags = reading.flag_words(reading.doubts(cubes.FLAGS.of(points, name)))
-        self.flags = [(*own, *run) for own, run in zip(own_flags, run_flags, strict=True)]
+        self.flags = reading.doubts_at(points, name)
 
     # ---- error bars: standard uncertainties in the quantity's unit ----
 
@@ -248,36 +249,26 @@ class _Quantity:
 
     def against_simulation(self) -> Iterator[Subject]:
         """Each law against the simulation."""
-        if not cubes.BY_LAW.is_in(self.points, self.name):
-            return
         tests = self.tests()
         unjudged = [self._why_unjudged(number) for number in range(len(self.places))]
-        for law in self._laws(
-            cubes.BY_LAW, cubes.BY_LAW_IN_RANGE, cubes.LAW_TITLE, cubes.LAW_CONFIDENCE, cubes.BY_LAW_REASON
-        ):
+        for law in answers_of(self.points, self.name):
             spread = np.abs(law.answers) * law.scatter
             bars, numerical = self.bars(spread), self.bars(spread, without=MODEL)
             numerical = np.where(np.isnan(self.assessed[MODEL]), np.nan, numerical)
-            yield Subject(
-                law.label,
-                law.title,
-                "simulation",
-                tuple(
-                    JudgedPoint(
-                        place,
-                        float(law.answers[number]),
-                        float(self.values[number]),
-                        _over(bars[number], self.values[number]),
-                        _over(numerical[number], self.values[number]),
-                        bool(tests[number]),
-                        law.outside[number],
-                        unjudged[number],
-                    )
-                    for number, place in enumerate(self.places)
-                ),
-                law.confidence,
-                law.no_range,
-            )
+            points = [
+                JudgedPoint(
+                    place,
+                    float(law.answers[number]),
+                    float(self.values[number]),
+                    _over(bars[number], self.values[number]),
+                    _over(numerical[number], self.values[number]),
+                    bool(tests[number]),
+                    law.outside[number],
+                    unjudged[number],
+                )
+                for number, place in enumerate(self.places)
+            ]
+            yield Subject(law.label, law.title, "simulation", tuple(points), law.confidence, law.no_range)
 
     def _why_unjudged(self, number: int) -> str:
         """Why the value of a point judges no law; empty where it does."""
@@ -286,44 +277,28 @@ class _Quantity:
         value = self.values[number]
         if math.isfinite(value):
             return "" if value else NO_SIZE
-        return UNJUDGED_STATES[cubes.STATES[cubes.RUN_STATE.of(self.points).values.ravel()[number]]]
+        return UNJUDGED_STATES[cubes.STATES[self.states[number]]]
 
     def against_shots(self, shots: Sequence[MatchedObservation]) -> Iterator[Subject]:
         """The simulation and each law against the observed shots."""
         if not shots:
             return
         yield Subject("simulation", "simulation", "observation", tuple(map(self._simulated_shot, shots)))
-        if not cubes.BY_LAW_AT_OBSERVATION.is_in(self.points, self.name):
-            return
-        rows = [shot.observation for shot in shots]
-        for law in self._laws(
-            cubes.BY_LAW_AT_OBSERVATION,
-            cubes.BY_LAW_AT_OBSERVATION_IN_RANGE,
-            cubes.OBSERVED_LAW_TITLE,
-            cubes.OBSERVED_LAW_CONFIDENCE,
-            cubes.BY_LAW_AT_OBSERVATION_REASON,
-            rows,
-        ):
-            yield Subject(
-                law.label,
-                law.title,
-                "observation",
-                tuple(
-                    JudgedPoint(
-                        shot.at,
-                        float(law.answers[number]),
-                        shot.observed,
-                        _over(math.hypot(shot.uncertainty or 0.0, law.spread(number)), shot.observed),
-                        tests=shot.uncertainty is not None,
-                        outside="" if law.outside[number] == FITTED else law.outside[number],
-                        unjudged=FITTED if law.outside[number] == FITTED else "" if shot.value else NO_SIZE,
-                        doubtful=shot.confidence not in FIRST_HAND,
-                    )
-                    for number, shot in enumerate(shots)
-                ),
-                law.confidence,
-                law.no_range,
-            )
+        for law in answers_of(self.points, self.name, [shot.observation for shot in shots]):
+            points = [
+                JudgedPoint(
+                    shot.at,
+                    float(law.answers[number]),
+                    shot.observed,
+                    _over(math.hypot(shot.uncertainty or 0.0, _zero(law.scatter * law.answers[number])), shot.observed),
+                    tests=shot.uncertainty is not None,
+                    outside="" if law.outside[number] == FITTED else law.outside[number],
+                    unjudged=FITTED if law.outside[number] == FITTED else "" if shot.value else NO_SIZE,
+                    doubtful=shot.confidence not in FIRST_HAND,
+                )
+                for number, shot in enumerate(shots)
+            ]
+            yield Subject(law.label, law.title, "observation", tuple(points), law.confidence, law.no_range)
 
     def _simulated_shot(self, shot: MatchedObservation) -> JudgedPoint:
         """The simulation at the parameters of a shot, by unflagged points alone."""
@@ -350,71 +325,47 @@ class _Quantity:
         shape = self.points.run_state
         return xr.DataArray(np.reshape(values, shape.shape), dims=shape.dims)
 
-    def _laws(
-        self,
-        answers: Variable,
-        in_range: Variable,
-        titles: Variable,
-        confidences: Variable,
-        reasons: Variable,
-        rows: Sequence[int] | None = None,
-    ) -> Iterator["_Law"]:
-        """Each law with its answers, (points,) or at some observed shots."""
-        some = {} if rows is None else {"observation": list(rows)}
-        found, inside = (variable.of(self.points, self.name).isel(some) for variable in (answers, in_range))
-        reason = reasons.of(self.points, self.name).isel(some).values
-        scatter, rangeless = self.scatter(), without_range(self.points, self.name)
-        stated_confidences = reading.confidences_of(self.points, self.name, confidences)
-        for number, label in enumerate(found[str(found.dims[-1])].values):
-            values = found.values[..., number].ravel()
-            whole = inside.values[..., number].ravel() == 1
-            why = map(str, reason[..., number].ravel())
-            yield _Law(
-                str(label),
-                str(titles.of(self.points, self.name).values[number]),
-                values,
-                [
-                    text if inside_range and math.isfinite(value) else text or UNSTATED
-                    for value, inside_range, text in zip(values, whole, why, strict=True)
-                ],
-                scatter.get(str(label), math.nan),
-                stated_confidences[number] if stated_confidences else "",
-                NO_RANGE if str(label) in rangeless else "",
-            )
-
-    def scatter(self) -> dict[str, float]:
-        """The published scatter of each law of the runs, relative; NaN where none is published."""
-        if not cubes.LAW_SCATTER.is_in(self.points, self.name):
-            return {}
-        scatter = cubes.LAW_SCATTER.of(self.points, self.name)
-        labels = cubes.LAW_LABEL.of(self.points, self.name).values
-        return dict(zip(map(str, labels), map(float, scatter.values), strict=True))
-
 
 @dataclass(frozen=True)
-class _Law:
-    """The answers of one law with one of its variants."""
+class LawAnswers:
+    """The answers of one law with one of its variants, at points or for observed shots."""
 
     label: str
     title: str
-    answers: np.ndarray
-    outside: Sequence[str]  # why an answer is outside the range; empty inside
+    unit: str  # SI
+    answers: np.ndarray  # (n,) NaN where it has none
+    inside: np.ndarray  # (n,) bool, of its range
+    outside: Sequence[str]  # why an answer is outside the range, or there is none; empty inside
     scatter: float  # published, relative; NaN where none is
     confidence: str  # in the equation
     no_range: str  # NO_RANGE where its source states none; else empty
 
-    def spread(self, number: int) -> float:
-        """The published scatter about an answer, in its unit; 0 where none is published."""
-        return _zero(self.scatter * self.answers[number])
 
-
-def without_range(points: xr.Dataset, quantity: str) -> frozenset[str]:
-    """Labels of the laws of the runs whose source states no range."""
-    if not cubes.LAW_RANGE.is_in(points, quantity):
-        return frozenset()
-    labels, ranges = (variable.of(points, quantity).values for variable in (cubes.LAW_LABEL, cubes.LAW_RANGE))
-    each = zip(map(str, labels), map(str, ranges), strict=True)
-    return frozenset(label for label, words in each if words.startswith(NO_RANGE))
+def answers_of(points: xr.Dataset, quantity: str, shots: Sequence[int] | None = None) -> Iterator[LawAnswers]:
+    """Each law of a quantity with its answers at the points, or for some of the observed shots."""
+    answers, inside, reasons, titles, confidences = BESIDE_RUNS if shots is None else BESIDE_SHOTS
+    if not answers.is_in(points, quantity):
+        return
+    some = {} if shots is None else {"observation": list(shots)}
+    found, ranged, why = (each.of(points, quantity).isel(some) for each in (answers, inside, reasons))
+    of_runs = (each.of(points, quantity).values for each in (cubes.LAW_LABEL, cubes.LAW_SCATTER, cubes.LAW_RANGE))
+    stated = {str(label): (float(scatter), str(text)) for label, scatter, text in zip(*of_runs, strict=True)}
+    known_titles, known = titles.of(points, quantity).values, reading.confidences_of(points, quantity, confidences)
+    for number, label in enumerate(map(str, found[str(found.dims[-1])].values)):
+        values, is_inside = found.values[..., number].ravel(), ranged.values[..., number].ravel() == 1
+        texts, met = why.values[..., number].ravel(), is_inside & np.isfinite(values)
+        scatter, limits = stated.get(label, (math.nan, ""))
+        yield LawAnswers(
+            label,
+            str(known_titles[number]),
+            found.attrs["units"],
+            values,
+            is_inside,
+            [str(text) or ("" if is_met else UNSTATED) for text, is_met in zip(texts, met, strict=True)],
+            scatter,
+            known[number],
+            NO_RANGE if limits.startswith(NO_RANGE) else "",
+        )
 
 
 def _zero(number: float) -> float:

@@ -227,7 +227,7 @@ def _texts(standings: Sequence[Standing], judge: Judge, checked: str, axes: Sequ
     if len(ties) == 1:
         names, verb = [first.name], "agrees"
     else:
-        listed = _listed([law.name for law in ties], "or" if first.grade == "use" else "and")
+        listed = joined([law.name for law in ties], "or" if first.grade == "use" else "and")
         names, verb = [listed, f"{_count(len(ties))} laws"][len(ties) > MOST_NAMED :], "agree"
     if first.grade == "untested":
         checked = f"one mesh, {checked}" if judge == "simulation" else f"{checked} without error bars"
@@ -264,11 +264,6 @@ def _checked(evidence: Evidence, judge: Judge, label: str) -> str:
 
 def _count(count: int) -> str:
     return {1: "one", 2: "two", 3: "three"}.get(count, str(count))
-
-
-def _listed(names: Sequence[str], last: str) -> str:
-    """ "a", "a or b", "a, b or c"."""
-    return f" {last} ".join(filter(None, (", ".join(names[:-1]), names[-1])))
 
 
 def _place(values: Sequence[BandValue], axes: Sequence[AxisOfSweep]) -> str:
@@ -336,7 +331,7 @@ def why_none(every: Sequence[Evidence], run: str) -> str:
         if unjudged and all(evidence.flagged):
             flags = list(dict.fromkeys(flag for flags in evidence.flagged for flag in flags))
             common = [flag for flag in flags if all(flag in each for each in evidence.flagged)]
-            listed = _listed([words(flag) for flag in common or flags], "and" if common else "or")
+            listed = joined([words(flag) for flag in common or flags], "and" if common else "or")
             listed = listed.replace("under resolved", "under-resolved")
             return shortest(
                 [f"No verdict: every {run} is flagged as {listed}.", f"No verdict: every {run} is flagged."]
@@ -344,5 +339,5 @@ def why_none(every: Sequence[Evidence], run: str) -> str:
         if unjudged:
             kinds = {"is flagged" if why.startswith("flagged") else why.removeprefix("the run ") for why in unjudged}
             whole = f"No verdict: every {run} in the range of a law"
-            return shortest([f"{whole} {_listed(sorted(kinds), 'or')}.", f"{whole} failed or is flagged."])
+            return shortest([f"{whole} {joined(sorted(kinds), 'or')}.", f"{whole} failed or is flagged."])
     return f"No verdict: no {run} is inside the range of a law."

@@ -60,10 +60,8 @@ def _unchecked(evidence: Evidence) -> Iterator[str]:
         yield f"{'; '.join(dict.fromkeys(titles))}: {caveat}"
 
 
-def shots_text(groups: Sequence[Mapping[str, Any]] | None) -> str:
-    """How whipple itself does beside the published shots that ship; empty of a cube that does not say so."""
-    if groups is None:
-        return ""
+def shots_text(groups: Sequence[Mapping[str, Any]]) -> str:
+    """How whipple itself does beside the published shots that ship."""
     if not groups:
         return "No published shot of these quantities in this metal ships, so the bias of whipple itself is unknown."
     texts = [of_shots(each) for each in groups[:MOST_GROUPS]]

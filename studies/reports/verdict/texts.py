@@ -141,16 +141,12 @@ def _trend(trend: Trend | None) -> str:
     lost = [slope for slope in trend.slopes if slope not in clear]
     texts = [
         f"{signed(100.0 * slope.value, 1)} ± {decimals(100.0 * slope.interval, 1)} percentage points per "
-        f"{_per(slope.unit)}of {words(slope.axis)}"
+        f"{slope.unit or 'unit'} of {words(slope.axis)}"
         for slope in clear
     ]
     if lost:
         texts.append(f"none beyond its interval along {joined([words(slope.axis) for slope in lost])}")
     return f"linear trend over {trend.n} points: {' and '.join(texts)} ({share(CONFIDENCE)} interval)"
-
-
-def _per(unit: str) -> str:
-    return f"{unit} " if unit else "unit "
 
 
 def exponents_text(law: LawVerdict) -> str:
@@ -322,8 +318,7 @@ def terms() -> tuple[tuple[str, str], ...]:
 
 def title(law: LawVerdict) -> str:
     """The title of a law with its variant."""
-    variant = law.subject.partition("/")[2]
-    return f"{law.title} ({variant})" if variant else law.title
+    return law.title + _variants([law])
 
 
 def share(size: float) -> str:
@@ -375,11 +370,9 @@ def capital(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def joined(parts: Sequence[str]) -> str:
+def joined(parts: Sequence[str], last: str = "and") -> str:
     """ "a", "a and b", "a, b and c"."""
-    if len(parts) < 2:
-        return "".join(parts)
-    return f"{', '.join(parts[:-1])} and {parts[-1]}"
+    return f" {last} ".join(filter(None, (", ".join(parts[:-1]), *parts[-1:])))
 
 
 def shortest(texts: Sequence[str]) -> str:

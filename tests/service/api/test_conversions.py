@@ -30,7 +30,6 @@ from studies.runs.results import RunResult
 from tests.claims.marked import Compared
 from tests.service.support.api import SWEEP, Api, served, sweep_of
 from tests.service.support.fakes import DEADLINE
-from tests.studies.reports.test_figures import built
 from tests.studies.runs.solved import asked
 from tests.studies.support import fakes
 
@@ -200,7 +199,7 @@ def with_files(api: Api) -> tuple[str, str]:
             files = [replace(describe(file), path=f"{run}/{file.name}") for file in sorted(folder.iterdir())]
             api.store.leases.finish(lease, replace(ended, files=tuple(files)))
         else:
-            file = describe(cube.write(built(fakes.holes()), folder / "cube.nc"))
+            file = describe(cube.write(fakes.cube_of(fakes.holes()), folder / "cube.nc"))
             api.store.leases.publish(lease, [replace(file, path=f"{lease.id}/cube.nc")], seconds=0.1)
     return id, run
 

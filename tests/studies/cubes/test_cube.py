@@ -30,15 +30,15 @@ WORDS = sweep_of(
 )
 
 
-def holes(**catalogue: object) -> xr.Dataset:
+def holes() -> xr.Dataset:
     sweep = fakes.holes()
-    return cube.build(sweep, fakes.with_trouble(sweep), fakes.catalogue(**catalogue))  # type: ignore[arg-type]
+    return fakes.cube_of(sweep, fakes.with_trouble(sweep))
 
 
 def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
     sweep = fakes.holes()
     results = fakes.results(sweep)
-    dataset = cube.build(sweep, results, fakes.catalogue())
+    dataset = fakes.cube_of(sweep, results)
     assert dataset.hole_diameter.dims == ("speed", "plate_thickness")
     for point in sweep.runs():
         cell = dataset.sel(point.coordinates)
@@ -56,9 +56,7 @@ def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
 def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouched() -> None:
     """A run that fails is NaN with state and reason in the cube; its neighbours are untouched."""
     sweep = fakes.holes()
-    whole, hurt = (
-        cube.build(sweep, outcomes, fakes.catalogue()) for outcomes in (fakes.results(sweep), fakes.with_trouble(sweep))
-    )
+    whole, hurt = fakes.cube_of(sweep), fakes.cube_of(sweep, fakes.with_trouble(sweep))
     failed, cancelled = (hurt.sel(speed=2e3, plate_thickness=thick) for thick in (2e-3, 3e-3))
     assert np.isnan(failed.hole_diameter)
     assert STATES[int(failed.run_state)] == "failed"
@@ -101,7 +99,7 @@ def test_histories__are_thinned_padded_and_keep_both_ends() -> None:
     long = replace(hole, history={"time": list(range(400)), "value": values})
     measurements = {"hole_diameter": long}
     outcomes[run] = replace(outcomes[run], measurements=measurements)
-    dataset = cube.build(sweep, outcomes, fakes.catalogue())
+    dataset = fakes.cube_of(sweep, outcomes)
     first = dataset.hole_diameter_history.isel(speed=0, plate_thickness=0)
     assert dataset.sizes["sample"] == cube.HISTORY_SAMPLES < 400
     assert (float(first[0]), float(first[-1])) == (values[0], values[-1])
@@ -116,7 +114,7 @@ def test_histories__of_bodies_lie_over_body_and_time() -> None:
     energy = [[2.0 * place for place in range(len(times))], [1.0] * len(times)]
     histories = {"time": times, "bodies": ["projectile", "target"], "kinetic_energy": energy}
     outcomes[run] = replace(outcomes[run], histories=histories)
-    kinetic = cube.build(sweep, outcomes, fakes.catalogue()).body_kinetic_energy_history
+    kinetic = fakes.cube_of(sweep, outcomes).body_kinetic_energy_history
     first = kinetic.isel(speed=0, plate_thickness=0)
     assert first.dims == ("body", "sample")
     assert first.sel(body="projectile").values.tolist() == energy[0]
@@ -134,7 +132,7 @@ def test_file__opens_as_it_was_built_and_passes_the_cf_checker(tmp_path: Path, c
     sweep = sweeps.get(case, fakes.holes())
     outcomes = {} if case == "nothing" else fakes.results(sweep)
     shots = fakes.SHOTS if case in ("grid", "refined") else ()
-    dataset = cube.build(sweep, outcomes, fakes.catalogue(observations=shots))
+    dataset = fakes.cube_of(sweep, outcomes, observations=shots)
     file = cube.write(dataset, tmp_path / "cube.nc")
     with xr.open_dataset(file) as read:
         assert set(read.variables) == set(dataset.variables)
@@ -146,9 +144,8 @@ def test_file__opens_as_it_was_built_and_passes_the_cf_checker(tmp_path: Path, c
 @pytest.fixture(scope="module")
 def written(tmp_path_factory: pytest.TempPathFactory) -> xr.Dataset:
     """The cube of a refined sweep with laws, shots and histories, as its file has it."""
-    built = cube.build(
-        fakes.refined_holes(), fakes.with_trouble(fakes.refined_holes()), fakes.catalogue(observations=fakes.SHOTS)
-    )
+    sweep = fakes.refined_holes()
+    built = fakes.cube_of(sweep, fakes.with_trouble(sweep), observations=fakes.SHOTS)
     with xr.open_dataset(cube.write(built, tmp_path_factory.mktemp("cube") / "cube.nc")) as dataset:
         return dataset.load()
 
@@ -228,7 +225,7 @@ def test_value_of_the_mesh__keeps_its_flag_below_three_grids(grids: tuple[float,
         for run, result in fakes.results(sweep).items()
         if getattr(result, "measurements", None)
     }
-    dataset = cube.build(sweep, outcomes, fakes.catalogue())
+    dataset = fakes.cube_of(sweep, outcomes)
     # At the last speed every run succeeded.
     flags = dataset.hole_diameter_flags.isel(speed=-1)
     assert bool((flags > 0).all()) == bool((flags > 0).any()) == flagged

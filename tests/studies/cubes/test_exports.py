@@ -20,7 +20,6 @@ from studies.runs.execution import execute
 from studies.runs.exports import export_vtk, files_of
 from studies.runs.remeasure import load_state
 from tests.service.support.command import run
-from tests.studies.reports.test_figures import built
 from tests.studies.runs.solved import asked
 from tests.studies.support import fakes
 
@@ -36,7 +35,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 @pytest.fixture
 def cube_file(tmp_path: Path) -> Path:
-    return cube.write(built(fakes.holes()), tmp_path / "cube.nc")
+    return cube.write(fakes.cube_of(fakes.holes()), tmp_path / "cube.nc")
 
 
 def read(file: Path) -> Any:

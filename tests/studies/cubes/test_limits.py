@@ -10,6 +10,7 @@ from studies.reports.publish import publish_sweep
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
+from tests.studies.support import fakes
 from tests.studies.support.printed import undrawn
 
 SWEEP = Sweep.parse(
@@ -35,15 +36,8 @@ def result_of(run: Run) -> RunResult:
 
 
 def test_report__states_limits_and_residual_velocities(tmp_path: Path) -> None:
-    results: dict[str, RunResult] = {}
-
-    def outcome_of(run: Run) -> bool:
-        results[run.id] = result_of(run)
-        return results[run.id].measurements["perforated"].value == 1.0
-
-    SWEEP.limits(outcome_of)
     with undrawn():
-        publish_sweep(SWEEP, results, tmp_path)
+        publish_sweep(SWEEP, fakes.searched(SWEEP, result_of), tmp_path)
     report = json.loads((tmp_path / "report.json").read_text())
     rows = {row["at"]["nose"]: row for row in report["limits"]["rows"]}
     for nose, exact in EXACT.items():

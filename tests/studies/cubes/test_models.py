@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 from studies.cubes import cube
-from studies.cubes.cells import MissingResult
 from studies.cubes.models import BASE, stored_shares
 from studies.reports import report
 from studies.reports.compare import compare
@@ -32,7 +31,7 @@ def results_of(sweep: Sweep, screens: dict[str, float]) -> dict[str, Any]:
 
 def _result(run_id: str, value: float) -> Any:
     if np.isnan(value):
-        return MissingResult("failed", "unphysical state")
+        return RunResult("", "failed", "unphysical state")
     measured = {"value": value, "uncertainty": 1e-4, "parts": {"resolution": 1e-4}, "flags": []}
     hole = {**measured, "history": {}, "version": 4}
     plain = {"run_id": run_id, "state": "succeeded", "measurements": {"hole_diameter": hole}}

@@ -8,7 +8,6 @@ import pytest
 import xarray as xr
 
 from studies.convergence.richardson import Sample, converge_series
-from studies.cubes import cube
 from studies.cubes.points import points_of, refined
 from studies.cubes.variables import VERDICT_WORDS
 from studies.sweeps.reading import RESOLUTION
@@ -19,7 +18,7 @@ SWEEP = fakes.refined_holes()
 
 
 def built(sweep: Sweep = SWEEP, **replaced: Any) -> xr.Dataset:
-    return cube.build(sweep, {**fakes.results(sweep), **replaced}, fakes.catalogue())
+    return fakes.cube_of(sweep, {**fakes.results(sweep), **replaced})
 
 
 # --- the cube ---------------------------------------------------------------------------------------

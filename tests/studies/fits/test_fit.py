@@ -40,14 +40,6 @@ def exact(form: Form) -> MeasuredShots:
 
 
 @pytest.mark.parametrize("form", FORMS.values(), ids=lambda form: form.name)
-def test_fit__finds_the_constants_of_exact_data(form: Form) -> None:
-    done = fit(exact(form), form)
-    for name, constant in done.constants.items():
-        assert constant.value == pytest.approx(TRUE[name], rel=ROUND_OFF)
-    assert done.rms < 1e-12
-
-
-@pytest.mark.parametrize("form", FORMS.values(), ids=lambda form: form.name)
 def test_fit__is_that_of_the_law_which_it_becomes(form: Form) -> None:
     points = exact(form)
     law = fit(points, form).law().as_law()

@@ -23,8 +23,6 @@ from studies.sweeps.sampling import LATIN, SOBOL, Sampling
 from tests.service.support.command import run
 from tests.studies.support.sized import CRATERS, HOLES, sized_cube
 
-ROUND_OFF = 1e-6  # relative: of a covariance with a condition of 1e6 and more
-
 
 def bent(shot: Shot) -> float:
     """A size that no straight line has, m."""

@@ -5,7 +5,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -18,15 +18,14 @@ from studies.laws import CRITICAL, Shot, load
 from studies.observations.shields.judged import equations
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import Measured
-from studies.reports import report
 from studies.reports.answers.question import read_question
-from studies.reports.compare import compare
 from studies.reports.figures import FAILED, HELD, INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED
 from studies.reports.publish import publish_sweep
 from studies.reports.verdict.texts import MOST_WORDS
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
+from tests.studies.support import fakes
 from tests.studies.support.printed import at, read_page, undrawn
 
 SHIELD = {
@@ -61,22 +60,14 @@ def result_of(run: Run, limit: Callable[[float], float] = exact, flags: tuple[st
     return RunResult(run.id, "succeeded", measurements=measured, flags=flags, stop="settled")
 
 
+def document_of(sweep: Sweep, results: Mapping[str, RunResult]) -> dict[str, Any]:
+    return fakes.document_of(cube.build(sweep, results))
+
+
 def searched(**how: Any) -> dict[str, Any]:
     """The report of a search."""
-    sweep, results = sweep_of(SEARCH), dict[str, RunResult]()
-
-    def outcome_of(run: Run) -> bool:
-        results[run.id] = result_of(run, **how)
-        return results[run.id].measurements["wall_perforated"].value == 1.0
-
-    sweep.limits(outcome_of)
-    return document_of(sweep, results)
-
-
-def document_of(sweep: Sweep, results: Mapping[str, Any]) -> dict[str, Any]:
-    dataset = cube.build(sweep, results)
-    document: dict[str, Any] = json.loads(report.as_json(report.document(dataset, compare(dataset))))
-    return document
+    sweep = sweep_of(SEARCH)
+    return document_of(sweep, fakes.searched(sweep, partial(result_of, **how)))
 
 
 @cache

@@ -2,30 +2,18 @@
 
 import math
 from dataclasses import replace
-from typing import Any
 
 import numpy as np
 import pytest
 import xarray as xr
 
-from studies.cubes import cube
 from studies.laws import DRAWN_ONLY
 from studies.quantities.measured import NOT_COMPARED
-from studies.reports.compare import References, Residual, Statistics, compare, statistics
+from studies.reports.compare import References, Residual, compare, statistics
 from tests.studies.support import fakes
 
 MAIDEN = "maiden_al"  # its stated range is 2.5 to 5.5 km/s
-
-
-def holes(*shots: fakes.Observed, **replaced: Any) -> xr.Dataset:
-    sweep = fakes.holes()
-    return cube.build(sweep, {**fakes.results(sweep), **replaced}, fakes.catalogue(observations=shots))
-
-
-def refined_holes(*shots: fakes.Observed, **replaced: Any) -> xr.Dataset:
-    sweep = fakes.refined_holes()
-    outcomes = {**fakes.results(sweep), **replaced}
-    return cube.build(sweep, outcomes, fakes.catalogue(observations=shots))
+HOLES = fakes.holes()
 
 
 def residual(dataset: xr.Dataset, subject: str, reference: str = "simulation") -> Residual:
@@ -33,31 +21,26 @@ def residual(dataset: xr.Dataset, subject: str, reference: str = "simulation") -
     return entry
 
 
-def of(subject: list[float], reference: list[float]) -> Statistics:
-    places = [{"speed": float(number)} for number in range(len(subject))]
-    return statistics(np.array(subject), References("simulation", np.array(reference), places))
-
-
 @pytest.mark.parametrize("residuals", [[-1.0, 2.0], [1.0, 2.1]])
 def test_statistics__have_no_mean_where_it_would_hide_the_residuals(residuals: list[float]) -> None:
-    entry = of([10.0 + each for each in residuals], [10.0, 10.0])
+    reference = References("simulation", np.array([10.0, 10.0]), [{"speed": 2e3}, {"speed": 3e3}])
+    entry = statistics(10.0 + np.array(residuals), reference)
     assert (entry.bias, entry.relative_bias) == (None, None)
     assert (entry.smallest, entry.greatest) == pytest.approx(residuals)
 
 
 @pytest.mark.parametrize(("flag", "compared"), [*((f, 0) for f in NOT_COMPARED), ("near_rim", 1)])
 def test_law__is_not_compared_with_a_value_whose_flags_speak_against_it(flag: str, compared: int) -> None:
-    run = fakes.holes().runs()[0].run
+    run = HOLES.runs()[0].run
     flagged = replace(fakes.result(run), measurements={"hole_diameter": fakes.measured(0.012, flag)})
-    assert residual(holes(**{run.id: flagged}), "maiden_c").points == 17 + compared
+    dataset = fakes.cube_of(HOLES, {**fakes.results(HOLES), run.id: flagged})
+    assert residual(dataset, "maiden_c").points == 17 + compared
 
 
 def with_confidence(word: str) -> xr.Dataset:
     """Holes in runs and in a shot, with every law of one confidence."""
-    sweep = fakes.holes()
-    catalogue = fakes.catalogue(observations=[fakes.observed(4e3, 3e-3, 17.9e-3)])
-    laws = tuple(replace(law, confidence=word) for law in catalogue.laws)
-    return cube.build(sweep, fakes.results(sweep), replace(catalogue, laws=laws))
+    laws = [replace(law, confidence=word) for law in fakes.HOLE_LAWS]
+    return fakes.cube_of(HOLES, laws=laws, observations=[fakes.observed(4e3, 3e-3, 17.9e-3)])
 
 
 @pytest.mark.parametrize("word", ["memory", "indicative"])
@@ -93,17 +76,18 @@ def test_verdict__says_which_laws_are_recalled_and_by_whom(word: str, stated: bo
 
 def test_observation__judges_a_law_by_its_own_error_bar() -> None:
     shot = fakes.observed(4e3, 3e-3, 17.9e-3)
-    entry = residual(holes(shot), MAIDEN, "observation")
+    entry = residual(fakes.cube_of(HOLES, observations=[shot]), MAIDEN, "observation")
     assert shot.shot is not None
     answer = fakes.HOLE_LAWS[0].evaluate(shot.shot, "").value
     assert entry.everywhere.bias == pytest.approx(answer - 17.9e-3)
     assert (entry.everywhere.judged, entry.everywhere.bar) == (1, 0.3e-3)
-    unbarred = residual(holes(replace(shot, uncertainty=None)), MAIDEN, "observation")
+    without = fakes.cube_of(HOLES, observations=[replace(shot, uncertainty=None)])
+    unbarred = residual(without, MAIDEN, "observation")
     assert (unbarred.everywhere.judged, unbarred.everywhere.bar) == (0, None)
 
 
 def test_observation__judges_the_simulation_by_both_error_bars_together() -> None:
-    dataset = refined_holes(fakes.observed(2e3, 2e-3, 11.5e-3, 0.3e-3))
+    dataset = fakes.cube_of(fakes.refined_holes(), observations=[fakes.observed(2e3, 2e-3, 11.5e-3, 0.3e-3)])
     converged = dataset.sel(speed=2e3)
     bar = math.hypot(0.3e-3, float(converged.hole_diameter_converged_uncertainty))
     entry = residual(dataset, "simulation", "observation")

@@ -20,16 +20,11 @@ from studies.reports.figures import ERROR_BAR, Figure, Series, figures
 from studies.reports.page import page
 from studies.reports.publish import draw_figures
 from studies.sweeps.axes import Axis
-from studies.sweeps.sweep import Sweep
 from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 
 REFINED = fakes.refined_holes()
 PLAIN = fakes.holes()
-
-
-def built(sweep: Sweep, outcomes: dict[str, Any] | None = None, **catalogue: Any) -> xr.Dataset:
-    return cube.build(sweep, outcomes or fakes.results(sweep), fakes.catalogue(**catalogue))
 
 
 def drawn(dataset: xr.Dataset, ending: str) -> Figure:
@@ -55,7 +50,7 @@ def bands(figure: Figure) -> list[Series]:
 @pytest.mark.claim("report", "cube-redoes-figures")
 def test_main_figure__is_redone_from_the_cube_alone() -> None:
     """xarray.open_dataset("cube.nc") alone redoes the main figure of the report."""
-    dataset = built(PLAIN, fakes.with_trouble(PLAIN))
+    dataset = fakes.cube_of(PLAIN, fakes.with_trouble(PLAIN))
     ratios = dataset.hole_diameter.where(dataset.run_state == 0) / dataset.equivalent_diameter
     answers = dataset.hole_diameter_by_law / dataset.equivalent_diameter
     variants = answers.sel(hole_diameter_law=[f"strength_ln/{name}" for name in fakes.YIELDS])
@@ -76,7 +71,7 @@ def test_main_figure__is_redone_from_the_cube_alone() -> None:
 
 
 def test_band__is_the_error_bar_over_the_value_about_zero() -> None:
-    dataset = built(REFINED)
+    dataset = fakes.cube_of(REFINED)
     figure = drawn(dataset, "residuals")
     (band,) = bands(figure)
     relative = dataset.hole_diameter_converged_uncertainty / dataset.hole_diameter_converged
@@ -93,7 +88,7 @@ def test_band__is_the_error_bar_over_the_value_about_zero() -> None:
 
 
 def test_convergence__shows_runs_levels_and_the_value_with_its_error_bar() -> None:
-    dataset = built(REFINED)
+    dataset = fakes.cube_of(REFINED)
     figure = drawn(dataset, "convergence")
     assert [panel.at["speed"] for panel in figure.panels] == list(fakes.SPEEDS)
     for number, panel in enumerate(figure.panels):
@@ -112,7 +107,7 @@ def test_convergence__shows_runs_levels_and_the_value_with_its_error_bar() -> No
 
 
 def test_convergence__extrapolates_only_what_converges_and_says_the_verdict() -> None:
-    dataset = built(REFINED)
+    dataset = fakes.cube_of(REFINED)
     figure = drawn(dataset, "convergence")
     for number, panel in enumerate(figure.panels):
         limits = series_of(figure, number, kind="limit")
@@ -134,7 +129,7 @@ def test_convergence__extrapolates_only_what_converges_and_says_the_verdict() ->
 def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """The folder of a cube with several figures."""
     folder = tmp_path_factory.mktemp("cube")
-    cube.write(built(PLAIN, observations=fakes.SHOTS), folder / "cube.nc")
+    cube.write(fakes.cube_of(PLAIN, observations=fakes.SHOTS), folder / "cube.nc")
     return folder
 
 
@@ -167,7 +162,7 @@ def test_two_thousand_runs__have_maps_over_two_axes_and_a_small_page(
     along = [np.linspace(0.0, 1.0, each) for each in MANY] if combine == "grid" else rng.random((2, count))
     speed = Axis("speed", "m s-1", tuple((2e3 + 5e3 * along[0]).tolist()))
     thickness = Axis("plate_thickness", "m", tuple((1e-3 + 4e-3 * along[1]).tolist()))
-    dataset = built(sweep_of(speed, thickness, combine=combine))
+    dataset = fakes.cube_of(sweep_of(speed, thickness, combine=combine))
     document = report.document(dataset, compare(dataset))
     names = [figure["name"] for figure in document["figures"]]
     compared(

@@ -13,10 +13,7 @@ import xarray as xr
 import whipple
 from studies import laws as laws_of
 from studies.cases.rows import equal
-from studies.cubes import cube
 from studies.quantities.measured import Measured
-from studies.reports import report
-from studies.reports.compare import compare
 from studies.reports.verdict import openings
 from studies.sweeps import examples
 from studies.sweeps.axes import Axis
@@ -60,10 +57,8 @@ def document_of(
         measured = Measured(value, bar * value, {"resolution": bar * value}, (), {}, 1)
         result = replace(fakes.result(point.run), measurements={NAME: measured})
         results[point.run.id] = replace(result, **(spoiled or {}).get(number, {}))
-    catalogue = fakes.catalogue(observations=shots)
-    catalogue = replace(catalogue, laws=tuple(laws), quantities={NAME: catalogue.quantities[NAME]})
-    dataset = cube.build(sweep, results, catalogue)
-    return json.loads(report.as_json(report.document(dataset, compare(dataset)))), dataset
+    dataset = fakes.cube_of(sweep, results, laws=laws, quantities={NAME: fakes.HOLES[NAME]}, observations=shots)
+    return fakes.document_of(dataset), dataset
 
 
 SPEED = Axis("speed", "m s-1", fakes.SPEEDS)

@@ -5,7 +5,6 @@ import math
 import pytest
 import xarray as xr
 
-from studies.cubes import cube
 from studies.reports.compare import compare
 from studies.reports.methods import methods_of
 from studies.sweeps.axes import Axis
@@ -23,7 +22,7 @@ def cube_of(sweep: Sweep, factor: float) -> xr.Dataset:
     for point in sweep.runs():
         if point.coordinates.get("method") == "sph":
             outcomes[point.run.id] = fakes.scaled(outcomes[point.run.id], factor)
-    return cube.build(sweep, outcomes, fakes.catalogue(sweep.scenario))
+    return fakes.cube_of(sweep, outcomes)
 
 
 @pytest.mark.parametrize(

@@ -1,16 +1,13 @@
 """What a report says of outcomes: along an axis, over grids and models, and in its headline."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import replace
 from typing import Any
 
 import pytest
 
 from studies.cases.rows import equal
-from studies.cubes import cube
 from studies.cubes.variable import Quantity
 from studies.quantities.measured import Measured
-from studies.reports import compare, report
 from studies.reports.page import page
 from studies.reports.verdict import openings
 from studies.runs.results import RunResult
@@ -32,10 +29,7 @@ def document_of(outcome: Outcome, *axes: Axis, **changes: Any) -> dict[str, Any]
         results[point.run.id] = RunResult(
             point.run.id, "succeeded", measurements={"wall_perforated": measured}, provenance=fakes.PROVENANCE
         )
-    parameters = {**fakes.PARAMETERS, **fakes.declared_of("geometry")}
-    catalogue = replace(fakes.catalogue(), parameters=parameters, quantities={"wall_perforated": HOLDS}, laws=[])
-    dataset = cube.build(sweep, results, catalogue)
-    return report.document(dataset, compare.compare(dataset))
+    return fakes.document_of(fakes.cube_of(sweep, results, quantities={"wall_perforated": HOLDS}, laws=[]))
 
 
 def coarse_is_open(parameters: Mapping[str, Any]) -> float:

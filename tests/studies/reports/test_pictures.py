@@ -4,7 +4,6 @@ import base64
 import io
 import json
 import re
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -101,10 +100,8 @@ def test_page__embeds_pictures_that_can_be_opened(report: Reported) -> None:
 def test_setup__is_to_scale_with_the_values_of_the_sweep(tmp_path: Path) -> None:
     axes = Axis("speed", "m s-1", (2e3, 7e3)), Axis("plate_thickness", "m", (2e-3, 4e-3))
     sweep = sweep_of(*axes, fixed={"plate_radius": 28e-3})
-    catalogue = fakes.catalogue()
-    catalogue = replace(catalogue, parameters={**catalogue.parameters, **fakes.declared_of("plate_radius")})
     with undrawn():
-        files = publish_sweep(sweep, fakes.results(sweep), tmp_path, catalogue)
+        files = publish_sweep(sweep, fakes.results(sweep), tmp_path, fakes.catalogue())
     setup = json.loads(Path(files["report.json"]).read_text())["pictures"]["setup"]
     assert setup["labels"] == {
         "projectile_diameter": "8 mm",

@@ -26,8 +26,7 @@ from studies.quantities.display import (
     printed_in,
 )
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
-from studies.reports import page, report
-from studies.reports.compare import compare
+from studies.reports import page
 from studies.reports.drawing.charts import chart
 from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
@@ -53,19 +52,14 @@ def cube_of(case: str) -> xr.Dataset:
     outcomes = fakes.with_trouble(sweep) if case in ("grid", "refined") else fakes.results(sweep)
     none_through = (fakes.observed(5e3, 0.002, 0.0),)  # nothing is relative to it
     shots = {"grid": fakes.SHOTS, "refined": fakes.SHOTS, "one run": none_through}.get(case, ())
-    return cube.build(sweep, outcomes, fakes.catalogue(sweep.scenario, shots))
-
-
-def document_of(dataset: xr.Dataset) -> dict:
-    """The document as a program reads it."""
-    return json.loads(report.as_json(report.document(dataset, compare(dataset))))
+    return fakes.cube_of(sweep, outcomes, observations=shots)
 
 
 @cache
 def made(case: str) -> tuple[xr.Dataset, dict, str]:
     """Cube, document and page of a case."""
     dataset = cube_of(case)
-    document = document_of(dataset)
+    document = fakes.document_of(dataset)
     return dataset, document, page.page(document) if case in DRAWN else undrawn_page(document)
 
 
@@ -199,7 +193,7 @@ def test_text_of_a_user__cannot_become_markup() -> None:
     dataset.attrs["title"] = hostile
     dataset.attrs["sweep"] = json.dumps({"fixed": {"name": hostile}})
     dataset.run_reason[:] = hostile
-    html = page.page(document_of(dataset))
+    html = page.page(fakes.document_of(dataset))
     assert "<script>alert" not in html
     assert html.count("</script>") == made("one run")[2].count("</script>")
 
@@ -240,7 +234,7 @@ def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
     }
     few = {**group, "quantity": "crater_depth", "shots": 4, "bias": None, "scatter": None}
     dataset = made("one run")[0].assign_attrs(compared_shots=json.dumps([group, few]))
-    document = document_of(dataset)
+    document = fakes.document_of(dataset)
     assert document["verdict"]["shots"] == (
         "Bias of whipple itself beside published shots: hole diameter −7.5 to −3.1\u202f%, scatter 2.1\u202f% "
         "(6 shots, tin on lead, stated to ±10.0\u202f%); crater depth unknown (4 shots, too few for "
@@ -249,7 +243,7 @@ def test_published_shots__are_stated_with_the_verdict_and_listed() -> None:
     html = undrawn_page(document)
     assert '<a href="#published">' in html
     assert 'id="published">' in html
-    document = document_of(dataset.assign_attrs(compared_shots="[]"))
+    document = fakes.document_of(dataset.assign_attrs(compared_shots="[]"))
     assert document["verdict"]["shots"].startswith("No published shot")
     assert '"#published"' not in undrawn_page(document)
 
@@ -276,7 +270,7 @@ def test_report__withholds_numbers_of_pieces_that_the_mesh_made(compared: Callab
             provenance=fakes.PROVENANCE,
             distributions=over_size,
         )
-    document = document_of(cube.build(sweep, outcomes))
+    document = fakes.document_of(cube.build(sweep, outcomes))
     (fragments,) = (each for each in document["extremes"] if each["quantity"] == "fragments")
     ends = [fragments["smallest"], fragments["largest"]]
     compared(equal("smallest and largest number of fragments", expected=[20.0, 20.0], got=ends))

@@ -13,9 +13,9 @@ from studies.observations.shields.answers import shown
 from studies.observations.shields.joined import NOT_JOINED, Joint
 from studies.observations.shields.probability import Probability, probability
 from studies.reports.verdict.texts import MOST_WORDS
-from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
 from tests.studies.reports.test_ballistic_limit import PLAIN, SHIELD, computed, document_of, result_of, sweep_of
+from tests.studies.support import fakes
 
 ADDED = {
     "none, one grid": Joint(2.0, -1.0, ((0.1, 0.0), (0.0, 0.2)), 50, gained=0.02),
@@ -115,14 +115,7 @@ def test_open_run__leaves_the_probability_as_it_was() -> None:
 def test_search_on_several_grids__is_joined_by_what_such_simulations_add() -> None:
     joined.STORED.write_text(json.dumps({"none, several grids": vars(ADDED["none, one grid"])}))
     sweep = sweep_of({"limit_of": "wall_perforated", "between": ["1 mm", "9 mm"], "until": "10 %"}, resolution=[40, 54])
-    results: dict[str, Any] = {}
-
-    def outcome_of(run: Run) -> bool:
-        results[run.id] = result_of(run)
-        return results[run.id].measurements["wall_perforated"].value == 1.0
-
-    sweep.limits(outcome_of)
-    limits = document_of(sweep, results)["ballistic_limit"]
+    limits = document_of(sweep, fakes.searched(sweep, result_of))["ballistic_limit"]
     for row in limits["rows"]:
         assert row["upper"] <= 1.11 * row["lower"]
     chances = [row for row in limits["probability"]["rows"] if row["diameter"] <= 9e-3]

@@ -58,9 +58,7 @@ def document_of(
     axis = fakes.Axis("speed", "m s-1", speeds)
     sweep = fakes.sweep_of(axis, resolutions=fakes.CELLS, model_part="none")
     results = {point.run.id: change(result(point.run)) for point in sweep.runs()}
-    catalogue = fakes.catalogue()
-    catalogue = replace(catalogue, laws=(law,), quantities={NAME: catalogue.quantities[NAME]})
-    return compare(cube.build(sweep, results, catalogue)).as_json()
+    return compare(fakes.cube_of(sweep, results, laws=[law], quantities={NAME: fakes.HOLES[NAME]})).as_json()
 
 
 def result(run: Any) -> RunResult:
@@ -238,9 +236,8 @@ def test_verdict__is_that_of_cube_nc(case: str, tmp_path: Path) -> None:
     """Words, numbers and bands of each law in the verdict are recomputed from cube.nc with xarray and numpy alone."""
     sweep = SWEEPS[case]
     results = fakes.results(sweep) if case == "craters" else fakes.with_trouble(sweep)
-    catalogue = fakes.catalogue(sweep.scenario)
-    catalogue = replace(catalogue, laws=(*catalogue.laws, *([TILTED] if case == "holes" else [])))
-    file = cube.write(cube.build(sweep, results, catalogue), tmp_path / "cube.nc")
+    more = {"laws": (*fakes.HOLE_LAWS, TILTED)} if case == "holes" else {}
+    file = cube.write(fakes.cube_of(sweep, results, **more), tmp_path / "cube.nc")
     with xr.open_dataset(file) as dataset:
         verdict = compare(dataset).as_json()["verdict"]
         assert list(verdict["unchecked"]) == SENTENCES[case]

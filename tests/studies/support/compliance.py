@@ -25,8 +25,8 @@ ASKED_OFTEN = (
 )
 
 
-def complaints(file: Path, at_least: int = BaseCheck.HIGH) -> list[str]:
-    """Messages of every check of this weight (HIGH: errors; MEDIUM: warnings too) that failed."""
+def complaints(file: Path) -> list[str]:
+    """Messages of every check for errors that failed."""
     CheckSuite.load_all_available_checkers()
     suite = CheckSuite()
     with ExitStack() as ends:
@@ -36,7 +36,7 @@ def complaints(file: Path, at_least: int = BaseCheck.HIGH) -> list[str]:
     failed = [
         message
         for result in results
-        if result.weight >= at_least and _failed(result)
+        if result.weight >= BaseCheck.HIGH and _failed(result)
         for message in result.msgs or [str(result.name)]
     ]
     return failed + [str(check) for check in stumbled if check not in STUMBLES]

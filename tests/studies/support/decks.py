@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 
 
-def appendix_deck(*, rows: int = 260) -> str:
+def appendix_deck() -> str:
     """Appendix A of Ma (2005), its lost characters and its particles as the reader's docstring says."""
     across = [0.25 + 0.5 * i for i in range(4)]
     places = [
@@ -49,7 +49,7 @@ Particle
 """
     table = [
         f"{number} 1 {component} {x:.4f}D+00 {y:.4f}D+00 {z:.4f}D+00"
-        for number, (component, x, y, z) in enumerate(places[:rows], 1)
+        for number, (component, x, y, z) in enumerate(places, 1)
     ]
     tail = """velo
 ! number vx vy vz
@@ -106,8 +106,9 @@ def rows(masses: Iterable[float], places: Any) -> list[str]:
     ]
 
 
-def detonation_deck(cells: int, length: float = 100.0) -> str:
+def detonation_deck(cells: int) -> str:
     """A bar of TNT (mm, g, ms) that is lit at its closed end: our own words for MPM3D-F90's Deto1k with splines."""
+    length = 100.0  # mm
     cell = length / cells
     return f"""mpm3d *** bar of TNT
 ! Unit: mm g N ms MPa

@@ -1,18 +1,23 @@
 """Sweeps with invented results, and laws that suit them: smooth numbers, so that cube and report are tested alone."""
 
+import json
 import math
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import asdict, replace
 from typing import Any
 
+import xarray as xr
+
 from studies import laws, materials, scenarios
+from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue, Observed
-from studies.cubes.cells import MissingResult
 from studies.cubes.variable import Quantity
 from studies.laws import NOT_FOUND, Law, Range, Shot
 from studies.laws._range import speed
 from studies.quantities.measured import DEFINITION, Measured
-from studies.quantities.parameters import Parameter, declared
+from studies.quantities.parameters import declared
+from studies.reports import report
+from studies.reports.compare import compare
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.axes import Axis
@@ -93,29 +98,6 @@ CRATER_LAWS = (
 )
 
 
-def declared_of(*names: str) -> dict[str, Parameter]:
-    """Parameters of a thin plate as the scenario declares them."""
-    every = declared(scenarios.load("thin_plate").parameters)
-    return {name: every[name] for name in names}
-
-
-PARAMETERS = {
-    **declared_of(
-        *(
-            "speed",
-            "plate_thickness",
-            "projectile_diameter",
-            "projectile",
-            "target",
-            "cells_per_diameter",
-            "offset",
-            "method",
-        )
-    ),
-    "target.strength.A": Parameter(
-        name="target.strength.A", kind="quantity", unit="Pa", meaning="initial yield stress"
-    ),
-}
 HOLES = {
     "hole_diameter": Quantity("hole_diameter", "m", "clear opening"),
     "hole_diameter_areal": Quantity("hole_diameter_areal", "m", "opening by areal density"),
@@ -127,17 +109,23 @@ CRATERS = {
 }
 
 
-def catalogue(scenario: str = "thin_plate", observations: Sequence[Observed] = ()) -> Catalogue:
+def cube_of(sweep: Sweep, outcomes: Mapping[str, RunResult] | None = None, **changes: Any) -> xr.Dataset:
+    """The cube of a sweep with invented results, and with changes to its catalogue."""
+    return cube.build(sweep, results(sweep) if outcomes is None else outcomes, catalogue(sweep.scenario, **changes))
+
+
+def catalogue(scenario: str = "thin_plate", **changes: Any) -> Catalogue:
+    """What suits the invented results, with changes."""
     holes = scenario == "thin_plate"
-    return Catalogue(
-        title="Perforation of a thin plate" if holes else "Crater in a thick plate",
-        parameters=PARAMETERS,
-        quantities=HOLES if holes else CRATERS,
-        laws=HOLE_LAWS if holes else CRATER_LAWS,
-        shot_of=laws.shot_of,
-        observations=observations,
-        materials={"copper-ofhc": {"title": COPPER.title, "numbers": NUMBERS}},
-    )
+    plain: dict[str, Any] = {
+        "title": "Perforation of a thin plate" if holes else "Crater in a thick plate",
+        "parameters": declared(scenarios.load(scenario).parameters),
+        "quantities": HOLES if holes else CRATERS,
+        "laws": HOLE_LAWS if holes else CRATER_LAWS,
+        "shot_of": laws.shot_of,
+        "materials": {"copper-ofhc": {"title": COPPER.title, "numbers": NUMBERS}},
+    }
+    return Catalogue(**plain | changes)
 
 
 def scaled(outcome: RunResult, factor: float) -> RunResult:
@@ -244,6 +232,25 @@ def results(sweep: Sweep) -> dict[str, Any]:
     return {point.run.id: result(point.run) for point in sweep.runs()}
 
 
+def searched(sweep: Sweep, result_of: Callable[[Run], RunResult]) -> dict[str, RunResult]:
+    """The results of the runs that the search of a sweep asks for."""
+    outcomes: dict[str, RunResult] = {}
+    [quantity] = [axis.search.quantity for axis in sweep.axes if axis.search]
+
+    def outcome_of(run: Run) -> bool:
+        outcomes[run.id] = result_of(run)
+        return outcomes[run.id].measurements[quantity].value == 1.0
+
+    sweep.limits(outcome_of)
+    return outcomes
+
+
+def document_of(dataset: xr.Dataset) -> dict[str, Any]:
+    """The report of a cube as a program reads it."""
+    document: dict[str, Any] = json.loads(report.as_json(report.document(dataset, compare(dataset))))
+    return document
+
+
 def with_trouble(sweep: Sweep) -> dict[str, Any]:
     """One run failed, one was cancelled, one is coarse and one did not perforate."""
     outcomes = results(sweep)
@@ -256,7 +263,7 @@ def with_trouble(sweep: Sweep) -> dict[str, Any]:
         stop="failed",
         provenance=PROVENANCE,
     )
-    outcomes[second] = MissingResult("cancelled", "cancelled by its user")
+    outcomes[second] = RunResult("", "cancelled", "cancelled by its user")
     outcomes[third] = replace(outcomes[third], flags=("under_resolved",))
     outcomes[fourth] = replace(
         outcomes[fourth],

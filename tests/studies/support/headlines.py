@@ -11,7 +11,7 @@ import xarray as xr
 from scipy import stats
 
 from studies.cubes import reading
-from studies.cubes.points import points_of
+from studies.cubes.points import places_of, points_of
 from studies.laws import DRAWN_ONLY, FITTED
 from studies.quantities.display import display_of
 from studies.reports.matched import matched_observations
@@ -70,34 +70,24 @@ def _by_simulation(points: xr.Dataset, name: str) -> Iterator[Judged]:
     mesh = f"{name}_converged_uncertainty_mesh"
     tests = points[mesh].notnull() if mesh in points else xr.zeros_like(value, dtype=bool)
     usable = value.notnull() & ~flagged & (value != 0.0)
-    flat = xr.Dataset({"value": value, "usable": usable, "tests": tests})
-    flat = flat.assign(squares=sum(part.fillna(0.0) ** 2 for part in parts))
+    squares = sum(part.fillna(0.0) ** 2 for part in parts)
     law = f"{name}_law"
     for number, label in enumerate(points[law].values):
         if _is_drawn_only(points[f"{law}_confidence"].values[number]):
             continue
-        answers = points[f"{name}_by_law"].isel({law: number})
-        inside = (points[f"{name}_by_law_in_range"].isel({law: number}) == 1) & answers.notnull()
-        scatter = float(np.nan_to_num(points[f"{law}_scatter"].values[number]))
-        cells = flat.assign(law=answers, inside=inside)
-        for cell in _cells(cells, points):
-            if cell["inside"] and cell["usable"]:
-                bar = math.sqrt(cell["squares"] + (scatter * cell["law"]) ** 2) / abs(cell["value"])
-                yield Judged(str(label), "simulation", cell, cell["law"], cell["value"], bar, bool(cell["tests"]))
+        answers, inside = (points[each].isel({law: number}) for each in (f"{name}_by_law", f"{name}_by_law_in_range"))
+        spread = float(np.nan_to_num(points[f"{law}_scatter"].values[number])) * answers
+        bar = (squares + spread**2) ** 0.5 / abs(value)
+        judges = usable & (inside == 1) & answers.notnull()
+        columns = [each.broadcast_like(value).values.ravel() for each in (answers, value, bar, tests, judges)]
+        for at, answer, reference, width, tested, judged in zip(places_of(points), *columns, strict=True):
+            if judged:
+                yield Judged(str(label), "simulation", at, answer, reference, width, bool(tested))
 
 
 def _is_drawn_only(confidence: str) -> bool:
     """Whether a law is in no verdict by the confidence in its equation, of "equation: memory"."""
     return re.split("[:;] ?", str(confidence))[1] in DRAWN_ONLY
-
-
-def _cells(cells: xr.Dataset, points: xr.Dataset) -> Iterator[dict[str, Any]]:
-    dims = points.run_state.dims
-    axes = [axis for axis in str(points.attrs["axes"]).split() if axis in points]
-    for place in np.ndindex(*points.run_state.shape):
-        cell = cells.isel(dict(zip(dims, place, strict=True)))
-        numbers = {str(key): cell[key].item() for key in cells}
-        yield numbers | {axis: cell[axis].item() for axis in axes if axis in cell.coords}
 
 
 def _by_shots(points: xr.Dataset, name: str) -> Iterator[Judged]:

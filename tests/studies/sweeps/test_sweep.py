@@ -82,11 +82,8 @@ def test_range__equals_the_list_written_out(start: int, step: int, count: int) -
     assert first == second
 
 
-def test_document__is_canonical_and_reads_as_itself() -> None:
-    sweep = Sweep.parse(DOCUMENT)
-    document = json.loads(json.dumps(sweep.document()))
-    assert Sweep.parse(document) == sweep
-    assert Sweep.parse(document).document() == document
+def test_document__is_one_for_every_spelling() -> None:
+    document = Sweep.parse(DOCUMENT).document()
     assert document["axes"]["plate_thickness"] == ["2 mm", "3 mm", "4 mm"]
     assert Sweep.parse(changed("axes/plate_thickness", ["0.002 m", "3.0e-3 m", "4000 um"])).document() == document
 
@@ -271,6 +268,7 @@ def test_refinement__computes_each_point_at_each_resolution_and_offset() -> None
 @pytest.mark.parametrize(
     "changes",
     [
+        {},
         {"resolution": [64, 16, 32]},
         {"offsets": 4},
         {"resolution": [16, 32], "offsets": 2},
@@ -278,7 +276,7 @@ def test_refinement__computes_each_point_at_each_resolution_and_offset() -> None
         {"resolution": None, "accuracy": "fine"},
     ],
 )
-def test_refinement__is_canonical_and_reads_as_itself(changes: dict[str, Any]) -> None:
+def test_document__is_canonical_and_reads_as_itself(changes: dict[str, Any]) -> None:
     sweep = Sweep.parse(refined(**changes))
     document = json.loads(json.dumps(sweep.document()))
     assert Sweep.parse(document) == sweep
