@@ -188,7 +188,6 @@ class Settings(BaseSettings):
 
     @property
     def url(self) -> str:
-        """The database's URL."""
         return self.database_url or f"sqlite:///{self.data.absolute() / 'whipple.db'}"
 
     @property

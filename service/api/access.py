@@ -289,7 +289,6 @@ def _is_local(scope: types.Scope, settings: Settings) -> bool:
 
 
 def _is_from_trusted_proxy(scope: types.Scope, settings: Settings) -> bool:
-    """Whether the peer address is that of a declared proxy."""
     try:
         address = ip_address(peer_of(scope))
     except ValueError:

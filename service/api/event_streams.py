@@ -24,9 +24,10 @@ from typing import Any
 
 from anyio.to_thread import run_sync
 from fastapi.sse import ServerSentEvent
+from pydantic_core import to_jsonable_python
 
 from service.api.errors import Busy, TooManyRequests, Unauthorized
-from service.api.schemas import EventModel, ProgressModel, RunModel, SweepModel
+from service.api.schemas import ProgressModel, RunModel, SweepModel
 from service.records.jobs import TERMINAL, Event, NotFound, RunRow, StoreUnavailable
 from service.store import Store
 
@@ -204,7 +205,7 @@ def run_subject(store: Store, id: str) -> EventSubject:
 
     def final() -> Any | None:
         row = store.runs.get(id)
-        return RunModel.of(row) if row.state in TERMINAL else None
+        return to_jsonable_python(RunModel.of(row)) if row.state in TERMINAL else None
 
     return EventSubject(
         events=lambda after: store.events.of_run(id, after=after, limit=PAGE),
@@ -237,7 +238,7 @@ async def stream(subject: EventSubject, listener: Listener, after: int) -> Async
             final, events, has_failed = None, (), True
         for event in events:
             after = event.number
-            yield ServerSentEvent(data=EventModel.of(event), id=str(after))
+            yield ServerSentEvent(data=to_jsonable_python(event), id=str(after))
         if len(events) == PAGE:
             continue
         if final is not None:

@@ -64,8 +64,6 @@ USUAL = ReadingLimits()
 
 @dataclass(frozen=True)
 class EstimatedSweep:
-    """A sweep whose cost was estimated."""
-
     scenario: str
     cost: SweepCost
     warnings: list[str]
@@ -171,7 +169,6 @@ def _number_or_text(text: str) -> Any:
 
 
 def estimated(document: Any, posted: Posted) -> EstimatedSweep:
-    """The cost of the sweep."""
     sweep = _sweep(document, posted)
     cost = sweep_cost(sweep)
     return EstimatedSweep(sweep.scenario, cost, warnings_of(sweep), [*presets_of(sweep, posted.max_runs)])

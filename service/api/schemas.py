@@ -4,7 +4,7 @@ Models are made from records of the store and of the studies; only links are add
 """
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import datetime
 from typing import Any, Generic, TypeVar
 
@@ -14,7 +14,6 @@ from pydantic.json_schema import models_json_schema
 from service.records.jobs import (
     PRIORITIES,
     Event,
-    Keep,
     PointRow,
     QueueRow,
     RunRow,
@@ -22,6 +21,7 @@ from service.records.jobs import (
     Stored,
     SweepState,
     SweepStatus,
+    described,
 )
 from studies.quantities.files import ARCHIVE, SWEEP_FILES
 from studies.sweeps import examples
@@ -166,61 +166,34 @@ class EstimateModel(Answer):
 # --- runs -----------------------------------------------------------------------------------------
 
 
-class RunModel(Answer):
+@dataclass(frozen=True)
+class RunModel(RunRow):
     """A run: one simulation, its state and its measurements."""
 
-    id: str = Field(description="Digest of the run's parameters: equal runs have equal ids")
-    scenario: str
-    state: State
-    attempt: int = Field(description="Number of attempts")
-    crashes: int = Field(description="Attempts whose process died at the same checkpoint")
-    priority: int = Field(description="Priority of the most urgent sweep that waits for it")
-    keep: Keep = Field(description="Files kept, for the most demanding sweep")
-    checkpoint: int | None = Field(description="Step of the last checkpoint; the next attempt starts there")
-    fraction: float | None = Field(description="Completed part of the running attempt, 0 to 1")
-    progress: dict[str, Any] | None = Field(description="Simulated time, step, values so far")
-    cause: str | None = Field(description="Cause of the failure: `verdict` of the solver, or an accident")
-    failure: str | None = Field(description="Kind of the failure")
-    reason: str | None = Field(description="Description of the failure")
-    summary: dict[str, Any] | None = Field(description="Measurements, flags and audit")
-    sha256: str | None = Field(description="Digest of the result file")
-    cost: float = Field(description="Estimated core seconds")
-    seconds: float | None = Field(description="Measured seconds of the attempt that counts")
-    created: datetime
-    started: datetime | None
-    finished: datetime | None
-    links: dict[str, str]
+    links: Mapping[str, str]
 
     @classmethod
     def of(cls, row: RunRow) -> "RunModel":
-        """A run with its links."""
         here = f"/v1/runs/{row.id}"
         names = ("events", "history", "log", "files")
         return cls(**vars(row), links={"self": here, **{name: f"{here}/{name}" for name in names}})
 
 
+@dataclass(frozen=True)
 class RunQuestion(RunModel):
     """A run with its complete parameters: every default filled in, SI."""
 
-    question: dict[str, Any] = Field(description="Scenario, parameters and materials")
+    question: Mapping[str, Any] = field(metadata=described("Scenario, parameters and materials"))
 
 
-class PointModel(Answer):
+@dataclass(frozen=True)
+class PointModel(PointRow):
     """A point of a sweep, and its run."""
 
-    ordinal: int = Field(description="Position in the order of the sweep")
-    index: tuple[int, ...] = Field(
-        description="Position on each axis, and among the resolutions and offsets if several"
-    )
-    coordinates: dict[str, float | str] = Field(
-        description="Value on each of these axes, SI; of a run that screens the models, `screening` alone"
-    )
-    state: State = Field(description="State of the run; `cancelled` if this sweep no longer waits for it")
     run: RunModel
 
     @classmethod
     def of(cls, row: PointRow) -> "PointModel":
-        """A point of the store."""
         return cls(**{**vars(row), "run": RunModel.of(row.run)})
 
 
@@ -234,7 +207,6 @@ class FileModel(Answer):
 
     @classmethod
     def of(cls, run_id: str, file: Stored) -> "FileModel":
-        """A file of a run with its address."""
         href = f"/v1/runs/{run_id}/files/{file.name}"
         return cls(name=file.name, size=file.size, sha256=file.sha256, href=href)
 
@@ -242,21 +214,9 @@ class FileModel(Answer):
 # --- queue and events -----------------------------------------------------------------------------
 
 
-class EventModel(Answer):
+@dataclass(frozen=True)
+class EventModel(Event):
     """A change of state; events are permanent."""
-
-    number: int = Field(description="Increasing; the `id` in an event stream")
-    time: datetime
-    kind: str = Field(description="accepted, started, requeued, succeeded, failed, published ...")
-    sweep_id: str | None
-    run_id: str | None = Field(description="Id of a run, or of the publication of the sweep")
-    body: dict[str, Any] = Field(description="Details: cause, reason, attempt")
-
-    @classmethod
-    def of(cls, event: Event) -> "EventModel":
-        """An event of the store."""
-        fields = {name: value for name, value in vars(event).items() if name != "job_id"}
-        return cls(**fields, run_id=event.job_id)
 
 
 class ProgressModel(Answer):

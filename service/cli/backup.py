@@ -38,8 +38,6 @@ def files_from(store: Store, id: str) -> Iterator[tuple[str, Stored]]:
 
 @dataclass(frozen=True)
 class Backup:
-    """The outcome of a backup."""
-
     folder: Path
     copied: int = 0  # files
     size: int = 0  # bytes of these

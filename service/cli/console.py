@@ -91,7 +91,6 @@ def print_sweep(sweep: "SweepStatus") -> None:
 
 
 def print_sweeps(sweeps: "Iterable[SweepStatus]") -> None:
-    """A table of sweeps."""
     rows = (
         (
             *(sweep.id[:SHORT_ID], sweep.state, f"{sweep.progress:.0%}", str(sweep.planned)),
@@ -164,7 +163,6 @@ def _measurement_units() -> Mapping[str, str]:
 
 
 def print_queue(queue: Mapping[str, Any]) -> None:
-    """The queue as a whole."""
     paused = f"paused since {queue['paused']}" if queue["paused"] else "open"
     say(f"{paused}: {nonzero(queue['counts']) or 'empty'}")
     if queue["oldest_queued"]:
@@ -241,7 +239,6 @@ def _moment(time: "datetime | None") -> str:
 
 
 def print_check(check: "Check") -> None:
-    """The outcome of a check, and its cure if it needs one."""
     say(f"{check.status.upper():<8} {check.name}: {check.detail}", flush=True)
     if check.cure:
         say(f"{'':8} -> {check.cure}")
@@ -284,7 +281,6 @@ def tracking(done: "Iterable[Remeasured]", count: int) -> "Iterable[Remeasured]"
 
 
 def print_backup(done: "Backup") -> None:
-    """Print the number of copied files, and the missing files."""
     say(f"{done.folder}: {done.copied} files copied ({done.size / 1e6:.1f} MB), {done.present} present")
     if done.removed:
         say(f"  {done.removed} files were deleted by the service meanwhile and are left out")

@@ -23,8 +23,6 @@ from studies.quantities.findings import InvalidInput
 
 
 class CheckStatus(StrEnum):
-    """The outcome of a check."""
-
     OK = "ok"
     WARNING = "warning"  # it works, with a limitation
     ERROR = "error"
@@ -32,8 +30,6 @@ class CheckStatus(StrEnum):
 
 @dataclass(frozen=True)
 class Check:
-    """One check and its outcome."""
-
     name: str
     status: CheckStatus
     detail: str
@@ -41,7 +37,6 @@ class Check:
 
 
 def examine(settings: Settings) -> Iterator[Check]:
-    """Every check in turn."""
     yield from check_directory(settings)
     yield from check_bucket(settings)
     yield from check_store(settings)

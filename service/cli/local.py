@@ -54,7 +54,6 @@ class Finished:
 
     @property
     def counts(self) -> Mapping[str, int]:
-        """Points by state."""
         return self.sweep.counts
 
     def __fspath__(self) -> str:

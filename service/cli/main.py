@@ -22,6 +22,7 @@ from service.cli.commands import (
     validating,
 )
 from service.cli.commands.options import FAILURE, INVALID
+from service.cli.console import print_findings, say
 from solver.errors import WhippleError
 from studies.quantities.findings import InvalidInput
 
@@ -73,12 +74,8 @@ def main() -> NoReturn:
     try:
         app()
     except InvalidInput as error:
-        from service.cli.console import print_findings
-
         print_findings(error)
         sys.exit(INVALID)
     except WhippleError as error:
-        from service.cli.console import say
-
         say(f"whipple: {error}", file=sys.stderr)
     sys.exit(FAILURE)

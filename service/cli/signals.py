@@ -25,8 +25,6 @@ KILLED_BY = 128  # a shell's exit status of a process that a signal ended: this 
 
 
 class EndRequest:
-    """Requests to end this process."""
-
     def __init__(self) -> None:
         # Its ``put`` may interrupt a ``get`` of the same thread; that of an Event would wait for ever.
         self._signals: SimpleQueue[signal.Signals] = SimpleQueue()

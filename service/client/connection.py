@@ -52,8 +52,6 @@ class _Temporary(Exception):
 
 
 class Connection:
-    """Requests to one service."""
-
     def __init__(
         self, url: str, *, key: str | None, timeout: float, patience: float, transport: httpx.BaseTransport | None
     ):
@@ -67,7 +65,6 @@ class Connection:
         self._has_responded = False
 
     def close(self) -> None:
-        """Close the connections."""
         self._http.close()
 
     def json(self, method: str, path: str, **options: Any) -> Any:

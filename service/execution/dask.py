@@ -166,7 +166,6 @@ class DaskEngine:
     # --- for the dispatcher ----------------------------------------------------------------------
 
     def slots(self) -> int:
-        """Attempts that can be under way at once."""
         try:
             workers = self._connection().workers()
         except OSError:
@@ -180,7 +179,6 @@ class DaskEngine:
         return slots
 
     def submit(self, attempt: Attempt) -> None:
-        """Begin an attempt; ``Ended`` follows."""
         client, key = self._connection(), attempt.key
         with self._changed:
             self._followed[key] = None
@@ -219,7 +217,6 @@ class DaskEngine:
             raise
 
     def forget(self, keys: list[str]) -> None:
-        """Let the scheduler forget attempts whose rows tell how they ended."""
         with suppress(OSError):  # away; the next life follows and forgets them
             self._connection().release([PUBLISHED + key for key in keys])
 

@@ -33,12 +33,9 @@ class LocalEngine:
             thread.start()
 
     def slots(self) -> int:
-        """The number of threads."""
         return len(self._threads)
 
     def submit(self, attempt: Attempt) -> None:
-        """Begin an attempt."""
-
         def send(progress: Mapping[str, Any]) -> None:
             self._inbox.put(ProgressMessage(attempt.key, progress))
 

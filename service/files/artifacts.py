@@ -56,7 +56,6 @@ class Artifacts:
         return cls(settings.data, None if settings.artifacts is None else Bucket(settings.artifacts))
 
     def attempt_directory(self, lease: Lease) -> Path:
-        """The folder that one attempt of a job writes into."""
         attempt = name_of_attempt(lease.attempt, lease.token)
         if lease.kind is Kind.RUN:
             return self.run_folder(lease.id) / attempt
@@ -79,15 +78,12 @@ class Artifacts:
                 place.mkdir(exist_ok=True)
 
     def run_folder(self, id: str) -> Path:
-        """The folder of all attempts of a run."""
         return self.root / RUNS / _checked(id)[:2] / id
 
     def sweep_folder(self, id: str) -> Path:
-        """The folder of all publications of a sweep."""
         return self.root / SWEEPS / _checked(id)
 
     def log_of(self, run_id: str, attempt: int, token: str) -> Path:
-        """The log of an attempt of a run, registered or not."""
         return self.run_folder(run_id) / name_of_attempt(attempt, token) / LOG
 
     def checkpoint(self, run_id: str) -> Path:
@@ -131,10 +127,8 @@ class Artifacts:
 
     def may_be_shown(self, stored: Stored) -> bool:
         """Whether the file is there with the registered digest, by the last reading of it: see ``known_digest``."""
-        return self._is_known(stored) or self.bring_back(stored)
-
-    def _is_known(self, stored: Stored) -> bool:
-        return self.is_there(stored) and known_digest(self.path(stored)) == stored.sha256
+        is_known = self.is_there(stored) and known_digest(self.path(stored)) == stored.sha256
+        return is_known or self.bring_back(stored)
 
     # --- the bucket ------------------------------------------------------------------------------
 
@@ -207,16 +201,13 @@ def describe(file: Path) -> Stored:
 
 
 def name_of_attempt(attempt: int, token: str) -> str:
-    """The name of an attempt's folder."""
     return f"a{attempt}-{token}"
 
 
 def digest(path: Path) -> str:
     """SHA-256 of a file, in hex."""
-    sha256 = hashlib.sha256()
-    for chunk in chunks(path):
-        sha256.update(chunk)
-    return sha256.hexdigest()
+    with path.open("rb") as file:
+        return hashlib.file_digest(file, "sha256").hexdigest()
 
 
 def chunks(path: Path, *, from_disk: bool = False) -> Iterator[bytes]:

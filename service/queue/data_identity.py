@@ -97,7 +97,6 @@ def read(data: Path) -> str | None:
 
 
 def write(data: Path, id: str) -> str:
-    """Write the id of a directory, and return it."""
     write_text(data / IDENTITY, f"{id}\n")
     return id
 

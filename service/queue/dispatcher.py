@@ -70,15 +70,12 @@ class Dispatcher:
         return ticks and self._thread.is_alive() and not self._closing
 
     def leads(self) -> bool:
-        """Whether this service is the leader."""
         return self._leader.term is not None
 
     def blocked_reason(self) -> str | None:
-        """The reason why no job starts; None: the queue is not blocked."""
         return self._leader.blocked_reason
 
     def workers(self) -> int | None:
-        """Attempts that can be under way at once; None while another service leads."""
         return self._leader.slots if self.leads() else None
 
     def wake(self) -> None:

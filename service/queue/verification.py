@@ -104,7 +104,6 @@ class Verification:
             return None
 
     def forget(self, key: str) -> None:
-        """Forget an attempt that is registered."""
         self._running.pop(key, None)
         self._retries.pop(key, None)
 

@@ -161,8 +161,6 @@ class StoreUnavailable(WhippleError):
 
 @dataclass(frozen=True)
 class Page(Generic[Item]):
-    """A page of a list."""
-
     items: tuple[Item, ...]
     next_cursor: str | None  # ``cursor`` of the next page; None: this is the last
 
@@ -251,28 +249,25 @@ class SweepStatus:
 
 @dataclass(frozen=True)
 class RunRow:
-    """A run at one moment, read from its row."""
+    """A run at one moment: read from its row, served by the API."""
 
-    id: str  # content id: 32 hex digits
+    id: str = field(metadata=described("Digest of the run's parameters: equal runs have equal ids"))
     scenario: str
     state: State
-    attempt: int  # attempts begun, lost ones included
-    crashes: int  # attempts that died at the same checkpoint
-    priority: int  # of the most urgent sweep that waits for it
-    keep: Keep  # the most that a sweep demands
-    checkpoint: int | None  # step of the last one
-    fraction: float | None  # 0 to 1, of the running attempt
-    # studies.runs.results.Progress: time, step, eta_seconds, measured.
-    progress: Mapping[str, Any] | None
-    cause: Cause | None  # why it failed
-    failure: str | None  # short kind: "UnphysicalState", "SIGABRT"
-    reason: str | None  # for people
-    summary: Mapping[str, Any] | None  # measurements, flags, numbers, stop
-    path: str | None  # RESULT of the attempt that counts, relative to the data directory
-    size: int | None  # bytes
-    sha256: str | None
-    cost: float  # estimated core seconds
-    seconds: float | None  # measured wall clock of the attempt that counts
+    attempt: int = field(metadata=described("Number of attempts"))
+    crashes: int = field(metadata=described("Attempts whose process died at the same checkpoint"))
+    priority: int = field(metadata=described("Priority of the most urgent sweep that waits for it"))
+    keep: Keep = field(metadata=described("Files kept, for the most demanding sweep"))
+    checkpoint: int | None = field(metadata=described("Step of the last checkpoint; the next attempt starts there"))
+    fraction: float | None = field(metadata=described("Completed part of the running attempt, 0 to 1"))
+    progress: Mapping[str, Any] | None = field(metadata=described("Simulated time, step, values so far"))
+    cause: str | None = field(metadata=described("Cause of the failure: `verdict` of the solver, or an accident"))
+    failure: str | None = field(metadata=described("Kind of the failure"))
+    reason: str | None = field(metadata=described("Description of the failure"))
+    summary: Mapping[str, Any] | None = field(metadata=described("Measurements, flags and audit"))
+    sha256: str | None = field(metadata=described("Digest of the result file"))
+    cost: float = field(metadata=described("Estimated core seconds"))
+    seconds: float | None = field(metadata=described("Measured seconds of the attempt that counts"))
     created: datetime
     started: datetime | None  # the last attempt
     finished: datetime | None
@@ -280,12 +275,16 @@ class RunRow:
 
 @dataclass(frozen=True)
 class PointRow:
-    """One point of a sweep, and its run."""
+    """A point of a sweep, and its run."""
 
-    ordinal: int  # position in the sweep's own order
-    index: tuple[int, ...]  # position on each axis
-    coordinates: Mapping[str, float | str]  # SI
-    state: State  # the run's, or ``cancelled`` if this sweep no longer waits for it
+    ordinal: int = field(metadata=described("Position in the order of the sweep"))
+    index: tuple[int, ...] = field(
+        metadata=described("Position on each axis, and among the resolutions and offsets if several")
+    )
+    coordinates: Mapping[str, float | str] = field(
+        metadata=described("Value on each of these axes, SI; of a run that screens the models, `screening` alone")
+    )
+    state: State = field(metadata=described("State of the run; `cancelled` if this sweep no longer waits for it"))
     run: RunRow
 
 
@@ -364,14 +363,14 @@ class MeasuredRun:
 
 @dataclass(frozen=True)
 class Event:
-    """An event; never changed, never removed."""
+    """A change of state; never changed, never removed."""
 
-    number: int  # grows; the ``id:`` of a server-sent event
+    number: int = field(metadata=described("Increasing; the `id` in an event stream"))
     time: datetime
-    kind: str  # "accepted", "started", "requeued", "succeeded", "failed", "published" ...
+    kind: str = field(metadata=described("accepted, started, requeued, succeeded, failed, published ..."))
     sweep_id: str | None
-    job_id: str | None
-    body: Mapping[str, Any]
+    run_id: str | None = field(metadata=described("Id of a run, or of the publication of the sweep"))
+    body: Mapping[str, Any] = field(metadata=described("Details: cause, reason, attempt"))
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,6 @@ that it may start from. Called by queue, API and command line.
 from collections.abc import Callable
 from contextlib import closing
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 import sqlalchemy as sa
 
@@ -25,9 +24,6 @@ from service.store.runs import Runs
 from service.store.submission import digest_of
 from service.store.sweeps import Sweeps
 from service.store.tables import CONTROL
-
-if TYPE_CHECKING:
-    from studies.runs.run import Run
 
 __all__ = ["Leadership", "Store", "digest_of"]
 
@@ -46,9 +42,9 @@ class Store:
     keys: Keys
     audit: AuditTrail
 
-    def __init__(self, database: Database, *, cost: Callable[["Run"], float]):
+    def __init__(self, database: Database):
         self.database = database
-        self.sweeps = Sweeps(database, cost)
+        self.sweeps = Sweeps(database)
         self.runs = Runs(database)
         self.publications = Publications(database)
         self.queue = Queue(database)
@@ -60,11 +56,10 @@ class Store:
         self.audit = AuditTrail(database)
 
     @classmethod
-    def open(cls, url: str, *, cost: Callable[["Run"], float] | None = None, migrate: bool = True) -> "Store":
+    def open(cls, url: str, *, migrate: bool = True) -> "Store":
         """Connect, and make the tables or bring them up to date; with ``migrate=False`` only check their revision.
 
-        ``cost`` estimates the core seconds of a run; without it ``studies.runs.run.estimate`` does. Raises
-        StoreUnavailable, also for tables of another revision.
+        Raises StoreUnavailable, also for tables of another revision.
         """
         database = Database(url)
         try:
@@ -75,7 +70,7 @@ class Store:
         except BaseException:
             database.close()
             raise
-        return cls(database, cost=cost or _estimated_core_seconds)
+        return cls(database)
 
     @staticmethod
     def revision(url: str) -> str | None:
@@ -84,7 +79,6 @@ class Store:
             return database.revision()
 
     def close(self) -> None:
-        """Give every connection back."""
         self.database.close()
 
     def on_command(self, listener: Callable[[], object]) -> None:
@@ -116,10 +110,3 @@ class Store:
             if chosen != present:
                 connection.execute(CONTROL.update().values(data_id=chosen))
         return chosen
-
-
-def _estimated_core_seconds(run: "Run") -> float:
-    """The estimated core seconds of a run, from the studies."""
-    from studies.runs.run import estimate
-
-    return estimate(run).core_seconds

@@ -86,7 +86,6 @@ class Database:
 
     @property
     def is_sqlite(self) -> bool:
-        """Whether the database is a file of this machine."""
         return self.url.get_backend_name() == "sqlite"
 
     @contextmanager
@@ -186,7 +185,6 @@ class Database:
             raise StoreUnavailable(f"the database cannot be copied now: {error}") from error
 
     def close(self) -> None:
-        """Give every connection back."""
         self._engine.dispose()
 
     @contextmanager

@@ -29,11 +29,9 @@ class Events:
         return self._page(sa.and_(which, EVENTS.c.number >= first), after, limit)
 
     def of_run(self, run_id: str, *, after: int = 0, limit: int = 1000) -> tuple[Event, ...]:
-        """Events of a run."""
         return self._page(EVENTS.c.job_id == run_id, after, limit)
 
     def all(self, *, after: int = 0, limit: int = 1000) -> tuple[Event, ...]:
-        """Every event."""
         return self._page(sa.true(), after, limit)
 
     def last(self) -> int:
@@ -46,7 +44,7 @@ class Events:
         query = sa.select(EVENTS).where(EVENTS.c.number > after, which)
         with self._database.reading() as connection:
             rows = connection.execute(query.order_by(EVENTS.c.number).limit(limit))
-            return tuple(Event(**row._mapping) for row in rows)
+            return tuple(Event(*row) for row in rows)
 
 
 class AuditTrail:

@@ -48,7 +48,6 @@ class Queue:
         return self.status()
 
     def resume(self) -> QueueRow:
-        """Begin runs again."""
         resume = CONTROL.update().where(CONTROL.c.paused.is_not(None)).values(paused=None)
         with self._database.commanding() as connection:
             if connection.execute(resume).rowcount:
@@ -75,9 +74,7 @@ class Queue:
         """The queue at this moment; counts without an event are up to ``REUSE_SECONDS`` old."""
         youngest = sa.select(sa.func.coalesce(sa.func.max(TERMS.c.term), 0)).scalar_subquery()
         event = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0)).scalar_subquery()
-        query = sa.select(
-            *(CONTROL.c.paused, CONTROL.c.blocked_reason), *(youngest.label("term"), event.label("event"))
-        )
+        query = sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, youngest.label("term"), event.label("event"))
         with self._database.reading() as connection:
             row = connection.execute(query).one()
             counts = self._counted(connection, row.event)
@@ -116,7 +113,6 @@ class Queue:
             return tuple(JobTally(**row._mapping) for row in rows)
 
     def tally_of_owners(self) -> Sequence[tuple[str, State, int]]:
-        """Unfinished runs by owner and state."""
         of_runs = sa.select(JOBS.c.owner, JOBS.c.state, sa.func.count()).where(JOBS.c.kind == Kind.RUN)
         groups = of_runs.where(JOBS.c.state.in_(ACTIVE)).group_by(JOBS.c.owner, JOBS.c.state)
         with self._database.reading() as connection:
@@ -125,5 +121,4 @@ class Queue:
     def attempts_by_cause(self) -> Mapping[Cause, int]:
         """Attempts that did not succeed, since the store was made."""
         with self._database.reading() as connection:
-            attempts = {row.cause: row.attempts for row in connection.execute(sa.select(CAUSES))}
-        return {cause: attempts.get(cause, 0) for cause in Cause}
+            return {row.cause: row.attempts for row in connection.execute(sa.select(CAUSES))}

@@ -123,7 +123,6 @@ class Retention:
             return Scrub(**connection.scalar(sa.select(CONTROL.c.scrub)) or {})
 
     def note_scrub(self, scrub: Scrub) -> None:
-        """Note how far it is."""
         with self._database.writing() as connection:
             connection.execute(CONTROL.update().values(scrub=vars(scrub)))
 

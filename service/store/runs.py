@@ -107,15 +107,9 @@ class Runs:
         with self._database.reading() as connection:
             one_row(connection, sa.select(SWEEPS.c.id).where(SWEEPS.c.id == sweep_id), "sweep", sweep_id)
             rows = connection.execute(query).all()
+        kept_by = {row.run_id: stored_record(row) for row in rows if row.path is not None}
         return tuple(
-            MeasuredRun(
-                id=row.run_id,
-                scenario=row.scenario,
-                state=row.state,
-                summary=row.summary,
-                kept=None if row.path is None else stored_record(row),
-            )
-            for row in rows
+            MeasuredRun(row.run_id, row.scenario, row.state, row.summary, kept_by.get(row.run_id)) for row in rows
         )
 
     def measured_rate(self, scenario: str) -> float | None:

@@ -5,7 +5,7 @@ the results ask for further ones. Nothing is stored beyond the document and the 
 retry are those of any sweep.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cache, reduce
@@ -123,12 +123,18 @@ class SweepsWithFiles:
     blocked_reason: str | None  # why nothing is begun although there is work
 
 
+def _core_seconds(run: "Run") -> float:
+    """The estimated cost of a run; the API loads no studies."""
+    from studies.runs.run import estimate
+
+    return estimate(run).core_seconds
+
+
 class Sweeps:
     """Each command is one transaction, each query a read transaction of a few statements whatever the size."""
 
-    def __init__(self, database: Database, cost: Callable[["Run"], float]):
+    def __init__(self, database: Database):
         self._database = database
-        self._cost = cost
         self._tallies = Tallies()
 
     # --- commands --------------------------------------------------------------------------------
@@ -147,7 +153,7 @@ class Sweeps:
                     return sweep_status(connection, earlier)
         sweep = submission.sweep
         if not isinstance(sweep, ExpandedSweep):
-            sweep = expand(sweep, self._cost)
+            sweep = expand(sweep, _core_seconds)
         moment = now()
         with self._database.commanding() as connection:
             earlier = accepted_before(connection, submission)
@@ -171,7 +177,7 @@ class Sweeps:
             if not wait_again(connection, lease, is_wanted):
                 return False
             first = connection.execute(last).scalar_one() + 1
-            expanded = [*expanded_points(points, self._cost)]
+            expanded = [*expanded_points(points, _core_seconds)]
             new = add_points(connection, id, expanded, moment, first)
             counts = {"planned": SWEEPS.c.planned + len(points), "new": SWEEPS.c.new + new}
             connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(counts))

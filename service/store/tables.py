@@ -250,7 +250,6 @@ POINT_STATE = sa.type_coerce(
 
 
 def runs_of(sweep_id: str) -> sa.Select[tuple[str]]:
-    """Ids of the runs of a sweep."""
     return sa.select(POINTS.c.run_id).where(POINTS.c.sweep_id == sweep_id)
 
 

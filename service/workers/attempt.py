@@ -43,8 +43,6 @@ class Attempt:
 
 @dataclass(frozen=True)
 class Ending:
-    """How an attempt ended."""
-
     cause: Cause | None  # None: its files are complete
     failure: str  # short kind: "SIGABRT", "MemoryError"; "" for none
     reason: str  # for people
@@ -69,8 +67,6 @@ class Ended:
 
 @dataclass(frozen=True)
 class ProgressMessage:
-    """Progress of an attempt."""
-
     key: str
     progress: Mapping[str, Any]  # "seconds": wall clock; "checkpoint": step of the last one, if any
 

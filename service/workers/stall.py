@@ -29,7 +29,6 @@ class StallClock:
         self.quiet, self.idle = self.quiet + seconds, self.idle + seconds
 
     def hear(self) -> None:
-        """Note a message."""
         self.longest = max(self.longest, self.quiet)
         self.quiet = self.idle = 0.0
 

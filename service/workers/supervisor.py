@@ -67,7 +67,6 @@ class Supervisor:
         self._stopped_for: Cause | None = None
 
     def stop(self) -> None:
-        """Ask for the end of the attempt."""
         self._stop_at = -math.inf
 
     def leave(self, seconds: float) -> None:
@@ -128,7 +127,6 @@ class Supervisor:
     def _ending(
         self, cause: Cause | None, failure: str = "", reason: str = "", files: tuple[Stored, ...] = ()
     ) -> Ending:
-        """An ending, now."""
         free = None
         with suppress(OSError):  # the disk does not tell
             free = free_bytes(self._directory.parent)
@@ -158,7 +156,8 @@ class Supervisor:
             if now - self._cut_log >= timings.message_interval:
                 self._cut_log = now
                 _cut(self._directory / LOG)
-                if self._stopped_for is None and self._is_stalled(process):
+                used, has_steps = process.processor_seconds(), "fraction" in self._progress
+                if self._stopped_for is None and self._stall.has_run_out(used=used, has_steps=has_steps):
                     self._stopped_for = Cause.STALLED
                     return None
             if not self._is_wanted():
@@ -170,11 +169,6 @@ class Supervisor:
                 self._stopped_for = Cause.LOST if now > self._stop_at else Cause.TIME_LIMIT
                 process.send({"stop": True})
                 kill_at = now + timings.stop_grace
-
-    def _is_stalled(self, process: WarmProcess) -> bool:
-        """Whether it has made no progress for too long."""
-        has_steps = "fraction" in self._progress
-        return self._stall.has_run_out(used=process.processor_seconds(), has_steps=has_steps)
 
     def _note(self, message: RawMessage) -> None:
         """Note a message; send progress on when a checkpoint was written, else not too often."""
@@ -245,7 +239,6 @@ class Supervisor:
         return [name for name in names if not (self._directory / name).is_file()]
 
     def _collect(self) -> Ending:
-        """The files of an attempt that succeeded."""
         kind = self._attempt.kind
         files = [self._directory / name for name in (*FILES[kind], *MORE_FILES[kind])]
         return self._ending(None, files=tuple(describe(file) for file in files if file.is_file()))

@@ -56,7 +56,6 @@ class WarmProcess:
         self._selector.register(self._stdout, selectors.EVENT_READ)
 
     def compute(self, attempt: Attempt) -> None:
-        """Send it an attempt."""
         self.attempts += 1
         self.send({"attempt": asdict(attempt)})
 

@@ -24,7 +24,6 @@ def burn(turns: int = TURNS) -> int:
 
 
 def execute(run: Run, directory: Path, *_arguments: Any, **_options: Any) -> RunResult:
-    """Burn, and answer."""
     hole = Measured(0.01 + burn() * 1e-15, 1e-4, {}, (), {"time": [0.0], "value": [0.01]}, 1)
     measured = {"hole_diameter": hole}
     result = RunResult(run.id, "succeeded", measurements=measured, numbers={}, stop="settled", provenance={})

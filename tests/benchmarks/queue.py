@@ -39,7 +39,6 @@ END_SECONDS = 1800.0
 
 
 def main() -> None:
-    """Print the figures."""
     start = statistics.median(_start() for _ in range(STARTS))
     print(f"from the command to /readyz: {start:.2f} s (median of {STARTS})")
     slot, attempt = overhead()
@@ -161,7 +160,6 @@ def _ask(client: httpx.Client, method: str, path: str) -> None:
 
 
 def _seconds(act: Callable[[], object]) -> float:
-    """How long it takes."""
     begin = time.perf_counter()
     act()
     return time.perf_counter() - begin

@@ -5,13 +5,13 @@ is goes through the reference kernel.
 """
 
 import functools
-from collections.abc import Callable
 
 import pytest
 
 from studies.cases.rows import Row, at_least, at_most, equal
 from tests.benchmarks import figures, queue
 from tests.benchmarks.measure import BARS, SWEEP
+from tests.claims.marked import Compared
 
 FASTER = {"axisymmetric_default": 6.0, "3d_linear": 4.0, "3d_spline": 4.5}
 NANOSECONDS = {
@@ -20,8 +20,6 @@ NANOSECONDS = {
     "3d_linear_1m": 150.0,
     "3d_spline_117k": 185.0,
 }
-
-Compared = Callable[[Row], None]
 
 
 @functools.cache

@@ -30,6 +30,7 @@ TESTS = Path(__file__).parents[1]
 ROWS = pytest.StashKey[list[Verified]]()
 MARKS = ("pytest.mark.claim(", "claimed(")
 ALL = "all"  # in place of a name: every claim
+Compared = Callable[..., None]  # what the fixture ``compared`` gives: called with rows
 IN_FULL = "WHIPPLE_CLAIMS_IN_FULL"  # environment, also of the processes that a test starts
 
 

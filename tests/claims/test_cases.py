@@ -1,11 +1,10 @@
 """The verification cases: each is a claim by its own sentence, and a few are ordinary tests."""
 
-from collections.abc import Callable
-
 import pytest
 
 from studies.cases import verification
 from studies.cases.verification import DEFAULT, VerificationCase
+from tests.claims.marked import Compared
 
 METHODS = ("sph-", "finite-elements", "coupled-bar")  # beginnings of the cases of other methods
 
@@ -24,6 +23,6 @@ CASES = map(verification.load, verification.names())
 
 
 @pytest.mark.parametrize("case", [pytest.param(case, marks=_marked(case), id=case.name) for case in CASES])
-def test_case__has_its_answer(case: VerificationCase, compared: Callable[..., None]) -> None:
+def test_case__has_its_answer(case: VerificationCase, compared: Compared) -> None:
     for row in case.run(DEFAULT):
         compared(row)

@@ -40,7 +40,6 @@ EXPECTED = {
 
 @pytest.fixture(scope="module")
 def file(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """Tests that are claims."""
     file = tmp_path_factory.mktemp("claims") / "test_of_claims.py"
     file.write_text(TESTS)
     return file

@@ -3,7 +3,7 @@
 import os
 import subprocess
 import sys
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
 
@@ -16,32 +16,14 @@ from studies.cases.rows import Row, equal
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
-from tests.crash.support.browser import (
-    CUT,
-    HEIGHT,
-    PATIENCE,
-    SCHEMES,
-    WIDTHS,
-    Scheme,
-    chromium,
-    messages_of,
-    violations_of,
-)
+from tests.claims.marked import Compared
+from tests.crash.support.browser import BEYOND, CUT, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, violations_of, window
 from tests.crash.support.serving import ROOT, Service, http, serving
 
 PAGES = (
-    *(
-        "/",
-        "/new",
-        "/new/thin_plate",
-        "/new/whipple_shield?preset=shield",
-        "/shields",
-        "/shields?speed=6",
-        "/scenarios",
-    ),
-    *("/laws", "/materials", "/materials/copper-ofhc", "/shots", "/shots/holes", "/shots/shields"),
+    *("/", "/new", "/new/thin_plate", "/new/whipple_shield?preset=shield", "/shields", "/shields?speed=6"),
+    *("/scenarios", "/laws", "/materials", "/materials/copper-ofhc", "/shots", "/shots/holes", "/shots/shields"),
 )
-BEYOND = "Math.max(0, document.documentElement.scrollWidth - innerWidth)"
 # Formulas do not break inside.
 CUT_FORMULAS = """() => [...document.querySelectorAll("math")]
     .filter(each => each.getBoundingClientRect().right > innerWidth + 1).map(each => each.textContent)"""
@@ -62,9 +44,7 @@ def service(tmp_path: Path) -> Iterator[Service]:
 @pytest.mark.browser
 @pytest.mark.claim("pages", "asking", minutes=2.0)
 @pytest.mark.parametrize("width", WIDTHS)
-def test_page__reads_on_a_telephone_and_on_a_desk(
-    service: Service, width: int, compared: Callable[[Row], None]
-) -> None:
+def test_page__reads_on_a_telephone_and_on_a_desk(service: Service, width: int, compared: Compared) -> None:
     """Pages with which a person asks: no serious violation of accessibility, no message, no request elsewhere."""
     with chromium() as browser:
         for scheme in SCHEMES:
@@ -74,33 +54,24 @@ def test_page__reads_on_a_telephone_and_on_a_desk(
 
 def looked_at(service: Service, browser: Browser, width: int, scheme: Scheme) -> Iterator[Row]:
     """What must not be there on any page, in a window of a width."""
-    context = browser.new_context(viewport={"width": width, "height": HEIGHT}, color_scheme=scheme)
-    page = context.new_page()
-    messages = messages_of(page)
-    requests: list[str] = []
-    page.on("request", lambda request: requests.append(request.url))
-    for path in PAGES:
-        page.goto(f"{service.url}{path}", timeout=PATIENCE)
-        where = f"{path}, {width} px, {scheme}"
-        yield equal(f"{where}: serious violations", expected=[], got=violations_of(page))
-        cut = [*page.evaluate(CUT), *page.evaluate(CUT_FORMULAS)]
-        yield equal(f"{where}: elements beyond the window", expected=[], got=cut)
-        yield equal(f"{where}: wider than the window (px)", expected=0, got=page.evaluate(BEYOND))
+    with window(browser, width, scheme) as (page, messages, requests):
+        for path in PAGES:
+            page.goto(f"{service.url}{path}")
+            where = f"{path}, {width} px, {scheme}"
+            yield equal(f"{where}: serious violations", expected=[], got=violations_of(page))
+            cut = [*page.evaluate(CUT), *page.evaluate(CUT_FORMULAS)]
+            yield equal(f"{where}: elements beyond the window", expected=[], got=cut)
+            yield equal(f"{where}: wider than the window (px)", expected=0, got=page.evaluate(BEYOND))
     elsewhere = [url for url in requests if not url.startswith((service.url, "data:"))]
     yield equal(f"{width} px, {scheme}: messages", expected=[], got=messages)
     yield equal(f"{width} px, {scheme}: requests elsewhere", expected=[], got=elsewhere)
-    context.close()
 
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "new-sweep", minutes=1.0)
-def test_form__follows_what_is_written_and_submits_a_preset(service: Service, compared: Callable[[Row], None]) -> None:
+def test_form__follows_what_is_written_and_submits_a_preset(service: Service, compared: Compared) -> None:
     """The form of a new sweep shows cost, set-up and findings while it is written, and submits by its button alone."""
-    with chromium() as browser:
-        context = browser.new_context(viewport={"width": max(WIDTHS), "height": HEIGHT})
-        context.set_default_timeout(PATIENCE)
-        page = context.new_page()
-        messages = messages_of(page)
+    with chromium() as browser, window(browser) as (page, messages, _):
         page.goto(f"{service.url}/")
         page.get_by_role("link", name="Fill in a form").click()
         page.get_by_role("link", name="Smoke test").click()
@@ -127,12 +98,9 @@ def test_form__follows_what_is_written_and_submits_a_preset(service: Service, co
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "new-sweep", minutes=0.5)
-def test_form__works_without_scripts(service: Service, compared: Callable[[Row], None]) -> None:
+def test_form__works_without_scripts(service: Service, compared: Compared) -> None:
     """Without scripts the form of a new sweep shows its findings, keeps what was written, and submits."""
-    with chromium() as browser:
-        context = browser.new_context(java_script_enabled=False)
-        context.set_default_timeout(PATIENCE)
-        page = context.new_page()
+    with chromium() as browser, window(browser, java_script_enabled=False) as (page, _, _):
         page.goto(f"{service.url}/new/thin_plate?preset={PRESET}")
         thickness = page.get_by_label("Plate thickness")
         thickness.fill("2")
@@ -149,14 +117,13 @@ def test_form__works_without_scripts(service: Service, compared: Callable[[Row],
 @pytest.mark.browser
 @pytest.mark.claim("pages", "same-request", minutes=0.5)
 def test_request__is_the_same_by_form_curl_python_and_yaml(
-    service: Service, tmp_path: Path, compared: Callable[[Row], None]
+    service: Service, tmp_path: Path, compared: Compared
 ) -> None:
     """A sweep has the same runs by its form, and by the curl, the Python and the YAML that its page shows."""
     expected = {point.run.id for point in Sweep.parse(read_yaml(examples.text(PRESET), PRESET)).runs()}
     environment = {**os.environ, "PYTHONPATH": str(ROOT)}
-    with chromium() as browser:
-        page = browser.new_page()
-        page.goto(f"{service.url}/new/thin_plate?preset={PRESET}", timeout=PATIENCE)
+    with chromium() as browser, window(browser) as (page, _, _):
+        page.goto(f"{service.url}/new/thin_plate?preset={PRESET}")
         texts = {name: shown(page, name) for name in ("curl", "python", "yaml")}
         page.get_by_role("button", name="Submit sweep").click()
         expect(page.locator(".state")).to_have_text("queued", timeout=PATIENCE)
@@ -178,12 +145,10 @@ def shown(page: Page, language: str) -> str:
 
 
 def sweeps(service: Service) -> list[dict[str, str]]:
-    """The sweeps of a service, newest first."""
     items: list[dict[str, str]] = http().get(f"{service.url}/v1/sweeps", timeout=PATIENCE).json()["items"]
     return items
 
 
 def runs_of(service: Service, sweep: str) -> set[str]:
-    """The ids of the runs of a sweep."""
     points = http().get(f"{service.url}/v1/sweeps/{sweep}/runs", timeout=PATIENCE).json()["items"]
     return {point["run"]["id"] for point in points}

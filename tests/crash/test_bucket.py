@@ -2,7 +2,7 @@
 
 import hashlib
 import shutil
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from pathlib import Path
@@ -16,17 +16,17 @@ from service.api.app import build_app
 from service.client.connection import ServiceError
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
-from service.queue.scrubbing import Scrubber
 from service.records.jobs import Keep, State
 from service.settings import Settings
 from studies.cases.rows import Row, at_least, equal
+from tests.claims.marked import Compared
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
 from tests.crash.support.object_store import URL, ObjectStore, object_store
 from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.cluster import free_port
 from tests.service.support.fakes import runs_of, wait_until
-from tests.service.support.harness import AT_ONCE, open_harness
+from tests.service.support.harness import open_harness
 
 WORK = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=0.2)
 LONG = replace(WORK, run_seconds=3.0)  # some run is under way when the store stops
@@ -60,7 +60,7 @@ def objects() -> Iterator[ObjectStore]:
 
 @pytest.mark.claim("doors", "bucket-serves", minutes=0.3)
 def test_bucket__serves_all_where_the_disk_has_lost_it(
-    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+    objects: ObjectStore, tmp_path: Path, compared: Compared
 ) -> None:
     """A sweep whose files are in a bucket is served after those on the disk are deleted: by links, itself, as a ZIP."""
     with crash_test(WORK, tmp_path, settings=LINKS) as here:
@@ -72,7 +72,8 @@ def test_bucket__serves_all_where_the_disk_has_lost_it(
         _empty(here)
         compared(*inspection.rows_of_cubes(undisturbed(WORK), here.fetch(ids, tmp_path / "linked")))
         shown = {"report.html", "report.json"}  # not by links, for a browser shows them
-        compared(equal("files on the disk after downloads by links", expected=shown, got=_on_disk(here)))
+        got = {file.name for file in (here.service.data / "sweeps").rglob("*") if file.is_file()}
+        compared(equal("files on the disk after downloads by links", expected=shown, got=got))
         here.service.leave()
         for left in here.service.data.glob("whipple.[!d]*"):  # the id; a database stays
             left.unlink()
@@ -94,7 +95,7 @@ def test_bucket__serves_all_where_the_disk_has_lost_it(
 
 @pytest.mark.claim("doors", "bucket-directories", minutes=0.3)
 def test_services__with_a_directory_each_share_a_bucket(
-    objects: ObjectStore, tmp_path: Path, postgresql_url: str, compared: Callable[..., None]
+    objects: ObjectStore, tmp_path: Path, postgresql_url: str, compared: Compared
 ) -> None:
     """Two services with a directory each share a bucket: each sends all files, and goes on when the other is killed."""
     with crash_test(WORK, tmp_path, database_url=postgresql_url) as here:
@@ -120,7 +121,7 @@ def test_services__with_a_directory_each_share_a_bucket(
 
 @pytest.mark.claim("doors", "bucket-kills", minutes=1.0)
 def test_service__that_dies_around_an_upload_leaves_no_orphan(
-    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+    objects: ObjectStore, tmp_path: Path, compared: Compared
 ) -> None:
     """A service that is killed at each point around upload and commit loses, doubles and leaves behind nothing."""
     with crash_test(WORK, tmp_path, settings=BRISK) as here:
@@ -130,12 +131,12 @@ def test_service__that_dies_around_an_upload_leaves_no_orphan(
         for point in LIVES:
             here.service.start(fault=point)
             compared(equal(f"exit status at {point}", expected=-SIGKILL, got=here.service.die()))
-            compared(equal(f"died at {point}: wrong in store and files", expected=[], got=_wrong(here, objects)))
+            compared(equal(f"died at {point}: wrong in store and files", expected=[], got=_wrong(here)))
             left |= _orphans(here, objects)
         compared(at_least("objects that kills have left", limit=1, got=len(left)))
         here.service.start()
         compared(*here.rows_of_results(ids, tmp_path / "cubes"))
-        compared(equal("wrong in the end", expected=[], got=_wrong(here, objects)))
+        compared(equal("wrong in the end", expected=[], got=_wrong(here)))
         with suppress(AssertionError):
             wait_until(lambda: not _orphans(here, objects), seconds=PATIENCE)
         compared(equal("objects that no row names", expected=set(), got=_orphans(here, objects)))
@@ -144,7 +145,7 @@ def test_service__that_dies_around_an_upload_leaves_no_orphan(
 
 @pytest.mark.claim("doors", "bucket-away", minutes=0.5)
 def test_bucket__that_is_away_for_a_while_loses_nothing(
-    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+    objects: ObjectStore, tmp_path: Path, compared: Compared
 ) -> None:
     """While the store of a bucket is stopped nothing accepted is lost, nothing begins, and all resumes by itself."""
     with crash_test(LONG, tmp_path, settings={"WHIPPLE_WORKERS": "1"}) as here:
@@ -165,19 +166,18 @@ def test_bucket__that_is_away_for_a_while_loses_nothing(
         runs = inspection.runs(here.store, ids).values()
         got = {(run.state, run.attempt) for run in runs}
         compared(equal("runs and their attempts", expected={(State.SUCCEEDED, 1)}, got=got))
-        compared(
-            equal("runs with one result", expected=2 * WORK.runs, got=len(inspection.registered_once(here.store, ids)))
-        )
-        compared(equal("wrong in store, files and bucket", expected=[], got=_wrong(here, objects)))
+        once = len(inspection.registered_once(here.store, ids))
+        compared(equal("runs with one result", expected=2 * WORK.runs, got=once))
+        compared(equal("wrong in store, files and bucket", expected=[], got=_wrong(here)))
         compared(here.row_of_processes())
 
 
 @pytest.mark.claim("doors", "bucket-rot", minutes=0.2)
 def test_object__that_rots_is_found_mended_and_never_served(
-    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
+    objects: ObjectStore, tmp_path: Path, compared: Compared
 ) -> None:
     """Flipped bits of objects are found in one pass and mended, from the disk or anew; none is served in between."""
-    with open_harness(tmp_path, replace(AT_ONCE, scrub_step=PATIENCE), artifacts=URL) as here:
+    with open_harness(tmp_path, artifacts=URL) as here:
         identity.settle(here.settings, here.store)
         here.artifacts = Artifacts.of(here.settings)
         here.engine.free = 3
@@ -197,21 +197,18 @@ def test_object__that_rots_is_found_mended_and_never_served(
             return [each.url.path for each in answers if each.status_code == 200 and _digest(each.content) not in whole]
 
         compared(equal("flipped objects that are served", expected=[], got=served()))
-        settings = here.settings.model_copy(update={"scrub_rate": 1 << 60})
-        Scrubber(settings, here.store, here.artifacts, replace(AT_ONCE, scrub_step=PATIENCE)).step()
+        here.scrubber().step()
         found = list(here.store.retention.scrub().whole[1:])
         compared(equal("files, and damaged ones", expected=[len(jobs), len(rotten)], got=found))
         compared(equal("flipped objects that are served after the pass", expected=[], got=served()))
         here.compute_all()
-        Scrubber(settings, here.store, here.artifacts, replace(AT_ONCE, scrub_step=PATIENCE, scrub_interval=0.0)).step()
+        here.scrubber().step()
         found = list(here.store.retention.scrub().whole[1:])
         compared(equal("the next pass", expected=[len(jobs), 0], got=found))
 
 
 @pytest.mark.claim("doors", "bucket-link", minutes=0.2)
-def test_link__leads_to_the_bucket_and_is_checked(
-    objects: ObjectStore, tmp_path: Path, compared: Callable[..., None]
-) -> None:
+def test_link__leads_to_the_bucket_and_is_checked(objects: ObjectStore, tmp_path: Path, compared: Compared) -> None:
     """A download is redirected to a signed link that works for whoever has it; the client refuses a damaged object."""
     with crash_test(WORK, tmp_path, settings=LINKS) as here:
         ids = here.submit()
@@ -220,18 +217,16 @@ def test_link__leads_to_the_bucket_and_is_checked(
         compared(equal("status", expected=307, got=response.status_code))
         link = response.headers["Location"]
         [cube] = [file for file in inspection.files(here.store) if file.name == "cube.nc"]
-        compared(
-            equal("where it leads", expected=True, got=link.split("?")[0].endswith(f"/results/whipple/{cube.path}"))
-        )
+        address = link.split("?")[0]
+        compared(equal("where it leads", expected=True, got=address.endswith(f"/results/whipple/{cube.path}")))
         compared(equal("digest of what is there", expected=cube.sha256, got=_digest(httpx.get(link).content)))
-        unsigned = httpx.get(link.split("?")[0]).status_code
+        unsigned = httpx.get(address).status_code
         compared(Row("status without the signature", "no success", unsigned, unsigned >= 400))
         objects.flip(cube.path)
         with here.service.client() as client, pytest.raises(ServiceError, match="Damaged download"):
             client.sweep(ids[0]).fetch(tmp_path / "damaged")
-        compared(
-            equal("damaged files that were written", expected=False, got=(tmp_path / "damaged" / "cube.nc").exists())
-        )
+        written = (tmp_path / "damaged" / "cube.nc").exists()
+        compared(equal("damaged files that were written", expected=False, got=written))
         compared(here.row_of_processes())
 
 
@@ -245,12 +240,7 @@ def _empty(here: CrashTest) -> None:
         shutil.rmtree(here.service.data / folder, ignore_errors=True)
 
 
-def _on_disk(here: CrashTest) -> set[str]:
-    """The files of sweeps on the disk."""
-    return {file.name for file in (here.service.data / "sweeps").rglob("*") if file.is_file()}
-
-
-def _wrong(here: CrashTest, objects: ObjectStore) -> list[str]:
+def _wrong(here: CrashTest) -> list[str]:
     """Faults of the store, and each registered file whose copy or object is missing or damaged."""
     artifacts = Artifacts.of(Settings(data=here.service.data))
     named = inspection.files(here.store)
@@ -259,5 +249,4 @@ def _wrong(here: CrashTest, objects: ObjectStore) -> list[str]:
 
 
 def _orphans(here: CrashTest, objects: ObjectStore) -> set[str]:
-    """Objects that no row names."""
     return set(objects.bucket.names("")) - {file.path for file in inspection.files(here.store)} - {"whipple.id"}

@@ -18,7 +18,7 @@ from service.records.jobs import Scope
 from service.settings import Settings
 from service.store import Store
 from studies.cases.rows import Row, absolute, at_least, at_most, equal
-from tests.claims.marked import in_full
+from tests.claims.marked import Compared, in_full
 from tests.crash.support import altered_serve, clients
 from tests.crash.support.clients import LivenessProbe, probing
 from tests.crash.support.costly_bodies import BODIES, CostlyBody
@@ -94,7 +94,7 @@ class RequestCost:
 
 
 @pytest.mark.claim("api", "bad-bodies", minutes=3.0)
-def test_bad_body__is_refused_cheaply(service: Service, compared: Callable[..., None]) -> None:
+def test_bad_body__is_refused_cheaply(service: Service, compared: Compared) -> None:
     """Bodies of up to 4 MB that are made to cost much are refused within a second, and others answered meanwhile."""
     limit = f"each refused in {REFUSAL_SECONDS:g} s of computing ({MOST_BYTES} B, {MOST_FINDINGS} findings)"
     with httpx.Client(base_url=service.url, timeout=PATIENCE_SECONDS) as client, probing(service.port) as probe:
@@ -137,9 +137,7 @@ def _of_each(service: Service, read: Callable[[psutil.Process], float]) -> Itera
 
 
 @pytest.mark.claim("api", "heads", minutes=1.0, short=True)
-def test_heads__that_never_end_are_closed_and_others_are_served(
-    service: Service, compared: Callable[..., None]
-) -> None:
+def test_heads__that_never_end_are_closed_and_others_are_served(service: Service, compared: Compared) -> None:
     """Endless heads and half-sent heads by the hundred are closed, and others are answered meanwhile."""
     # More heads than may be connected, and fewer than a process may open.
     size, counts = (200 << 20, (510, 900)) if in_full() else (20 << 20, (510,))
@@ -159,7 +157,7 @@ def test_heads__that_never_end_are_closed_and_others_are_served(
 
 
 @pytest.mark.claim("api", "heads", minutes=1.0, short=True)
-def test_body__that_comes_in_small_pieces_holds_nobody_up(service: Service, compared: Callable[..., None]) -> None:
+def test_body__that_comes_in_small_pieces_holds_nobody_up(service: Service, compared: Compared) -> None:
     """A body of chunks of one byte holds nobody up, and one that comes byte by byte is waited for so long."""
     chunks = 1_000_000 if in_full() else 100_000
     with probing(service.port) as probe:
@@ -174,7 +172,7 @@ def test_body__that_comes_in_small_pieces_holds_nobody_up(service: Service, comp
 
 
 @pytest.mark.claim("mend-again", "pipelining", minutes=0.5)
-def test_pipelining__by_hundreds_without_a_key_holds_nobody_up(service: Service, compared: Callable[..., None]) -> None:
+def test_pipelining__by_hundreds_without_a_key_holds_nobody_up(service: Service, compared: Compared) -> None:
     """600 connections that send requests for the documentation and read nothing hold nobody up."""
     with probing(service.port) as probe, clients.pipelining(service.port, 600, "/docs"):
         time.sleep(15.0)
@@ -187,9 +185,7 @@ ESTIMATES, SUBMISSIONS, FLOOD_SECONDS = 64, 16, 60.0
 
 
 @pytest.mark.claim("mend-again", "large-sweeps", minutes=4.0)
-def test_large_sweeps__at_once_leave_the_service_alive_ready_and_small(
-    tmp_path: Path, compared: Callable[..., None]
-) -> None:
+def test_large_sweeps__at_once_leave_the_service_alive_ready_and_small(tmp_path: Path, compared: Compared) -> None:
     """64 estimates and 16 submissions of large sweeps at once hold nobody up, and are answered or refused."""
     with served(tmp_path) as service:
         with closing(Store.open(Settings(data=service.data).url, migrate=False)) as store:
@@ -200,7 +196,7 @@ def test_large_sweeps__at_once_leave_the_service_alive_ready_and_small(
 
 @pytest.mark.claim("doors", "memory-of-submissions", minutes=1.5)
 def test_submissions__of_ten_thousand_runs_take_little_memory_and_give_it_back(
-    tmp_path: Path, compared: Callable[..., None]
+    tmp_path: Path, compared: Compared
 ) -> None:
     """Six submissions of 10 000 runs take the service and its children at most 200 MB more, half of it for good."""
     with served(tmp_path) as service, httpx.Client(base_url=service.url, timeout=LONGEST_ANSWER) as client:

@@ -4,7 +4,6 @@ import os
 import re
 import subprocess
 import time
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -16,23 +15,22 @@ from service.cli.commands.computing import DEMO
 from studies.cases.rows import Row, at_least, at_most, equal
 from studies.cubes.points import refined
 from studies.cubes.reading import quantities_of
+from studies.quantities.files import SWEEP_FILES
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
+from tests.claims.marked import Compared
 from tests.crash.support.serving import ROOT
 
 FINE, SPEEDS = 64, ("2 km/s", "4 km/s", "6 km/s")  # twice the cells of the demo's finest grid
 
 
 def computed(document: dict[str, Any], folder: Path) -> xr.Dataset:
-    """The cube of a sweep."""
     return xr.load_dataset(whipple.run_sweep(document, folder, keep="numbers") / "cube.nc")
 
 
 @pytest.mark.claim("mend-again", "demo-series", minutes=7.0)
-def test_demo__extrapolates_whole_curves_and_its_bars_hold_a_finer_grid(
-    tmp_path: Path, compared: Callable[..., None]
-) -> None:
+def test_demo__extrapolates_whole_curves_and_its_bars_hold_a_finer_grid(tmp_path: Path, compared: Compared) -> None:
     """No curve of the demo mixes extrapolated and computed values; bars of its holes hold a grid twice as fine."""
     for name in set(DEMO) - {"shield"}:  # an outcome is no curve
         document = read_yaml(examples.text(name), name)
@@ -53,7 +51,6 @@ def test_demo__extrapolates_whole_curves_and_its_bars_hold_a_finer_grid(
                 compared(at_most(label, limit=1e3 * bar, got=1e3 * error))
 
 
-FILES = {"cube.nc", "runs.csv", "report.html", "report.json"}
 SHAPES = {
     "holes": {"speed": 6},
     "aluminium": {"speed": 3, "plate_thickness": 2},
@@ -65,7 +62,7 @@ SHAPES = {
 
 @pytest.mark.claim("demo", "demo", minutes=5.0)
 @pytest.mark.claim("speed", "demo-time", minutes=5.0)
-def test_demo__takes_less_than_five_minutes(tmp_path: Path, compared: Callable[[Row], None]) -> None:
+def test_demo__takes_less_than_five_minutes(tmp_path: Path, compared: Compared) -> None:
     """make demo takes less than five minutes from a fresh clone on two idle cores, on 16 and 24 cells per diameter.
 
     Neither environment nor kernels are there. Each hole is computed on at least 3 cells through the plate, and the
@@ -84,7 +81,8 @@ def test_demo__takes_less_than_five_minutes(tmp_path: Path, compared: Callable[[
     compared(at_most("the whole (s)", limit=300.0, got=seconds))
     for name in DEMO:
         folder = clone / "demo" / name
-        compared(equal(f"{name}: files", expected=FILES, got=FILES & {file.name for file in folder.iterdir()}))
+        there = {file.name for file in folder.iterdir()} & {*SWEEP_FILES}
+        compared(equal(f"{name}: files", expected={*SWEEP_FILES}, got=there))
         cube = xr.load_dataset(folder / "cube.nc")
         sizes = {axis: int(cube.sizes[axis]) for axis in SHAPES[name]}
         compared(equal(f"{name}: axes", expected=SHAPES[name], got=sizes))

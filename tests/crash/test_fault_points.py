@@ -19,11 +19,11 @@ from service.files.artifacts import Artifacts, digest
 from service.records.jobs import Kind, State, SweepState, SweepStatus
 from service.store import Store
 from studies.cases.rows import equal
-from studies.quantities.files import RESULT
+from studies.quantities.files import RESULT, SWEEP_FILES
+from tests.claims.marked import Compared
 from tests.crash.support import inline_service, inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.fault_points import POINTS, VARIABLE
-from tests.crash.support.inline_service import PUBLISHED
 from tests.crash.support.serving import ROOT, START_SECONDS, process_tree
 
 WORK = Work(speeds=3, sweeps=1, thicknesses=1, run_seconds=0.1)
@@ -56,7 +56,7 @@ class FaultSite:
     def count(self, state: State) -> int:
         return sum(row.counts[state] for row in self.store.sweeps.page().items)
 
-    def die_at_every_point(self, live_until: Callable[[str], int], compared: Callable[..., None]) -> None:
+    def die_at_every_point(self, live_until: Callable[[str], int], compared: Compared) -> None:
         """Lives that end at one point after the other, and what is there after each."""
         for point in POINTS[: POINTS.index(COPY)]:
             compared(equal(f"exit status at {point}", expected=-SIGKILL, got=live_until(point)))
@@ -72,9 +72,6 @@ class FaultSite:
         return [*wrong, *inspection.half_files(self.store, self.artifacts)]
 
 
-# --- what is expected at each point -----------------------------------------------------------------
-
-
 def _is_accepted(here: FaultSite) -> bool:
     row = here.sweep()
     return row.state is SweepState.QUEUED and row.counts[State.QUEUED] == WORK.runs
@@ -87,21 +84,21 @@ def _has_unregistered_answer(here: FaultSite) -> bool:
 
 
 def _has_another(here: FaultSite) -> bool:
-    done = [run for run in inspection.runs(here.store, here.sweeps).values() if run.path]
+    done = [run for run in inspection.runs(here.store, here.sweeps).values() if run.sha256]
     kept = [run for run in done if here.artifacts.checkpoint(run.id).is_file()]
     return len(done) > here.succeeded and len(kept) > 0
 
 
 def _is_unpublished(here: FaultSite) -> bool:
-    row = here.sweep()
+    row, files = here.sweep(), here.store.publications.files
     written = {file.name for file in here.artifacts.sweep_folder(row.id).glob("a*/*")}
-    return row.state is SweepState.PUBLISHING and written >= {*PUBLISHED} and not here.store.publications.files(row.id)
+    return row.state is SweepState.PUBLISHING and written >= {*SWEEP_FILES} and not files(row.id)
 
 
 def _is_published(here: FaultSite) -> bool:
     row = here.sweep()
     names = {file.name for file in here.store.publications.files(row.id)}
-    return row.state is SweepState.SUCCEEDED and names >= {*PUBLISHED}
+    return row.state is SweepState.SUCCEEDED and names >= {*SWEEP_FILES}
 
 
 CLAIMED = "a row says running", lambda here: len(here.store.leases.held()) > 0
@@ -121,13 +118,10 @@ EXPECTED: Mapping[str, tuple[str, Callable[[FaultSite], bool]]] = {
 }
 
 
-# --- a service --------------------------------------------------------------------------------------
-
-
 @pytest.mark.claim("queue", "fault-points", minutes=2.0)
 @pytest.mark.parametrize("database", ["sqlite", "postgresql"])
 def test_service__that_dies_at_a_point_goes_on(
-    database: str, tmp_path: Path, request: pytest.FixtureRequest, compared: Callable[..., None]
+    database: str, tmp_path: Path, request: pytest.FixtureRequest, compared: Compared
 ) -> None:
     """A service that dies at a named point leaves a consistent store and no half file, and the next one goes on."""
     url = request.getfixturevalue("postgresql_url") if database == "postgresql" else None
@@ -159,7 +153,7 @@ def _submit(here: CrashTest) -> str:
 
 
 @pytest.mark.claim("queue", "fault-points")
-def test_fork_of_a_service__that_dies_at_a_point_goes_on(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_fork_of_a_service__that_dies_at_a_point_goes_on(tmp_path: Path, compared: Compared) -> None:
     """The same of a service without interface and engine, which is the fork of a process that has loaded it."""
 
     def live(**more: str) -> int:
@@ -180,15 +174,12 @@ def test_fork_of_a_service__that_dies_at_a_point_goes_on(tmp_path: Path, compare
         compared(equal("wrong in store and files", expected=[], got=here.wrong()))
 
 
-# --- a sweep without a service -----------------------------------------------------------------------
-
-
 @pytest.mark.claim("queue", "fault-points", minutes=0.1)
-def test_copy__that_dies_after_the_first_file_is_completed(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_copy__that_dies_after_the_first_file_is_completed(tmp_path: Path, compared: Compared) -> None:
     """A sweep without a service that is killed while it copies files out copies the others when it starts again."""
     work = replace(WORK, targets="tests.service.support.targets", run_seconds=0.0)
     [document] = work.documents()
-    file, published = tmp_path / "sweep.yaml", {*PUBLISHED}
+    file, published = tmp_path / "sweep.yaml", {*SWEEP_FILES}
     file.write_text(yaml.safe_dump(document))
 
     def run(**more: str) -> int:

@@ -51,7 +51,7 @@ class InspectedStore:
 
 @pytest.fixture
 def site(tmp_path: Path) -> Iterator[InspectedStore]:
-    with closing(Store.open(f"sqlite:///{tmp_path / 'whipple.db'}", cost=lambda run: 1.0)) as store:
+    with closing(Store.open(f"sqlite:///{tmp_path / 'whipple.db'}")) as store:
         yield InspectedStore(store, tmp_path)
 
 

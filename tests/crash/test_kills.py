@@ -4,7 +4,7 @@ import os
 import signal
 import subprocess
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -14,7 +14,8 @@ import yaml
 from service.files.artifacts import Artifacts
 from service.records.jobs import Kind, State
 from studies.cases.rows import at_least, equal
-from tests.claims.marked import in_full
+from studies.quantities.files import SWEEP_FILES
+from tests.claims.marked import Compared, in_full
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.faults import Fault, KillMoment, Victim, draw_faults
@@ -66,7 +67,7 @@ SAYS = "kills -9 lose and double nothing: one registered result a run, with the 
     ],
 )
 def test_kill__loses_nothing(
-    plan: KillPlan, tmp_path: Path, request: pytest.FixtureRequest, compared: Callable[..., None]
+    plan: KillPlan, tmp_path: Path, request: pytest.FixtureRequest, compared: Compared
 ) -> None:
     work, victims = (FULL_WORK, plan.victims) if in_full() else (SHORT_WORK, SHORT_VICTIMS)
     url = request.getfixturevalue("postgresql_url") if plan.external else None
@@ -82,7 +83,7 @@ def test_kill__loses_nothing(
 
 
 @pytest.mark.claim("mend-again", "stopped-child", minutes=0.5)
-def test_stop__of_a_child_ten_times_loses_and_doubles_nothing(compared: Callable[..., None], tmp_path: Path) -> None:
+def test_stop__of_a_child_ten_times_loses_and_doubles_nothing(compared: Compared, tmp_path: Path) -> None:
     """A child process that is stopped (SIGSTOP) is ended, and its run begins again and succeeds, ten times of ten."""
     work = Work(speeds=4, sweeps=3, run_seconds=0.8)
     stopped: dict[str, Kind] = {}
@@ -115,7 +116,7 @@ def _stop_one(here: CrashTest, stopped: dict[str, Kind]) -> bool:
 
 
 @pytest.mark.claim("mend-again", "equal-cubes", minutes=1.0)
-def test_cubes__of_two_services_have_equal_bytes(compared: Callable[..., None], tmp_path: Path) -> None:
+def test_cubes__of_two_services_have_equal_bytes(compared: Compared, tmp_path: Path) -> None:
     """Cubes of the same sweep by two services are equal byte for byte, also after kills and with other workers."""
     work = Work(speeds=2, sweeps=1, targets=SOLVER)
     cubes = []
@@ -132,8 +133,6 @@ def test_cubes__of_two_services_have_equal_bytes(compared: Callable[..., None], 
             compared(equal("kills", expected=number, got=len(here.injected)))
     compared(*inspection.rows_of_cubes(*cubes))
 
-
-# --- Ctrl-C on a sweep without a service -----------------------------------------------------------
 
 WORK = Work(speeds=3, sweeps=1, thicknesses=1, targets="tests.service.support.targets", run_seconds=0.0)
 # The last verification waits, however busy the machine is.
@@ -181,5 +180,5 @@ def test_interrupt__as_from_a_terminal_ends_all_in_order_and_can_be_resumed(tmp_
     assert begin(tmp_path, gate).wait(PATIENCE) == 0
     ids = [row.id for row in store.sweeps.page().items]
     assert all(row.passed is not False for row in inspection.rows_of_store(store, artifacts, ids, WORK.runs))
-    assert {"cube.nc", "runs.csv", "report.html", "report.json"} <= {file.name for file in tmp_path.iterdir()}
+    assert {*SWEEP_FILES} <= {file.name for file in tmp_path.iterdir()}
     store.close()

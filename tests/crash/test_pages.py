@@ -5,7 +5,7 @@ import re
 import subprocess
 import sys
 import threading
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
@@ -16,16 +16,15 @@ import xarray
 
 from service.files.artifacts import digest
 from studies.cases.rows import Row, equal
+from tests.claims.marked import Compared
 from tests.crash.support.blocks import Block, Reader, blocks_of, cloned, surroundings
-from tests.crash.support.browser import CUT, WIDTHS, chromium, messages_of, violations_of
+from tests.crash.support.browser import CUT, WIDTHS, chromium, violations_of, window
 from tests.crash.support.serving import ROOT
 from tests.service.support.api import open_api, served
 from tests.service.support.cluster import free_port
 from tests.service.support.databases import postgresql_server
 
 BEYOND = "(main => main.scrollWidth - main.clientWidth)(document.querySelector('main'))"
-
-# --- README.md --------------------------------------------------------------------------------------
 
 README = blocks_of(ROOT / "README.md")
 FOLDERS = ("over-rest", "from-service", "without-service")  # of the small sweep, a block each
@@ -53,7 +52,7 @@ CURL = {
         pytest.param(False, marks=pytest.mark.claim("docs", "readme-quickly", minutes=0.2)),
     ],
 )
-def test_readme__does_in_a_fresh_clone_what_it_says(whole: bool, tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_readme__does_in_a_fresh_clone_what_it_says(whole: bool, tmp_path: Path, compared: Compared) -> None:
     """The blocks of README.md do what it says: run in order, verbatim, in a fresh clone."""
     clone, seconds, environment = cloned(tmp_path), FULL_SECONDS, surroundings()
     if not whole:  # without the block that takes hours: this environment, and runs that cost nothing
@@ -154,8 +153,6 @@ def test_readme__needs_no_recent_curl() -> None:
     assert long | short | formats <= CURL.keys()
 
 
-# --- docs/ ------------------------------------------------------------------------------------------
-
 PAGE_SECONDS = 1800.0  # that a block may take
 # What is no command: files of other programs, formulas, listings.
 SHOWN = ("text", "ini", "nginx", "matlab")
@@ -184,7 +181,7 @@ def test_pages__with_blocks_that_run_are_found() -> None:
 
 @pytest.mark.claim("docs", "docs-run", minutes=60.0)
 @pytest.mark.parametrize("name", PAGES)
-def test_page__does_what_it_says(name: str, tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_page__does_what_it_says(name: str, tmp_path: Path, compared: Compared) -> None:
     """The blocks of every page of docs/ do what it says: run in order, verbatim, in a fresh clone."""
     page, clone = PAGES[name], cloned(tmp_path)
     (clone / ".venv").symlink_to(sys.prefix)
@@ -222,22 +219,17 @@ def _with_database(ends: ExitStack) -> dict[str, str]:
     return {"DATABASE": url.replace("+psycopg", ""), "PATH": f"{programs}:{os.environ['PATH']}"}
 
 
-# --- the page of the API, in a browser --------------------------------------------------------------
-
-
 @pytest.mark.browser
 @pytest.mark.claim("pages", "api-page", minutes=0.2)
-def test_documentation__is_accessible_and_fits_a_phone(tmp_path: Path, compared: Callable[[Row], None]) -> None:
+def test_documentation__is_accessible_and_fits_a_phone(tmp_path: Path, compared: Compared) -> None:
     """The page of the API has no serious violation of accessibility (axe), and nothing on it reaches beyond a phone."""
     with open_api(tmp_path) as api, served(api) as url, chromium() as browser:
         for width in WIDTHS:
-            page = browser.new_page(viewport={"width": width, "height": 900})
-            messages = messages_of(page)
-            page.goto(f"{url}/docs")
-            compared(equal(f"{width} px: serious violations", expected=[], got=violations_of(page)))
-            compared(equal(f"{width} px: elements beyond the window", expected=[], got=page.evaluate(CUT)))
-            compared(equal(f"{width} px: content beyond the page, px", expected=0, got=page.evaluate(BEYOND)))
-            compared(equal(f"{width} px: messages on the console", expected=[], got=messages))
-            page.get_by_role("link", name="Results", exact=True).click()
-            assert page.url.endswith("#results")
-            page.close()
+            with window(browser, width) as (page, messages, _):
+                page.goto(f"{url}/docs")
+                compared(equal(f"{width} px: serious violations", expected=[], got=violations_of(page)))
+                compared(equal(f"{width} px: elements beyond the window", expected=[], got=page.evaluate(CUT)))
+                compared(equal(f"{width} px: content beyond the page, px", expected=0, got=page.evaluate(BEYOND)))
+                compared(equal(f"{width} px: messages on the console", expected=[], got=messages))
+                page.get_by_role("link", name="Results", exact=True).click()
+                assert page.url.endswith("#results")

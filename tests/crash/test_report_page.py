@@ -1,6 +1,6 @@
 """The report in a real browser, from disk: figures and pictures are drawn, and nothing is asked of the network."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
@@ -9,7 +9,7 @@ from playwright.sync_api import Browser
 import whipple
 from studies.cases.rows import Row, at_most, equal
 from studies.reports.publish import publish_sweep
-from tests.claims.marked import claimed
+from tests.claims.marked import Compared, claimed
 from tests.crash.support.browser import CHROMIUM, HEIGHT, SCHEMES, WIDTHS, chromium, look, opened, print_page, rows_of
 from tests.studies.runs.solved import solved
 from tests.studies.support import fakes
@@ -73,7 +73,7 @@ def test_page__shows_every_picture_with_its_text(browser: Browser, report: Path)
     assert all(width > 100 and "Section" in label for width, label in shown)
 
 
-def test_page__is_quiet_whole_and_accessible(browser: Browser, report: Path, compared: Callable[..., None]) -> None:
+def test_page__is_quiet_whole_and_accessible(browser: Browser, report: Path, compared: Compared) -> None:
     compared(*rows_of(look(browser, report, min(WIDTHS), "dark"), "narrow and dark"))
 
 
@@ -85,7 +85,7 @@ SHEET = (703, 1032)  # what margins of 12 mm leave of A4, px at 96 to the inch
 
 @pytest.mark.parametrize("width", claimed(WIDTHS, WIDTHS[:1], "door", "first-screen"))
 def test_page__shows_headline_figure_and_picture_on_the_first_screen(
-    browser: Browser, report: Path, width: int, compared: Callable[[Row], None]
+    browser: Browser, report: Path, width: int, compared: Compared
 ) -> None:
     """The first screen of a report, 400 or 1400 px wide and 900 high, has its headline, main figure and a picture."""
     with opened(browser, report, width) as (page, _, _):
@@ -97,7 +97,7 @@ def test_page__shows_headline_figure_and_picture_on_the_first_screen(
 
 @pytest.mark.claim("door", "first-sheet")
 def test_page__prints_the_opening_on_one_sheet_and_then_the_rest(
-    browser: Browser, report: Path, compared: Callable[[Row], None]
+    browser: Browser, report: Path, compared: Compared
 ) -> None:
     """Headline, figure, picture and numbers are one sheet of A4; what is folded on the screen begins on the next."""
     with opened(browser, report, max(WIDTHS)) as (page, _, _):
@@ -117,7 +117,7 @@ def test_page__prints_the_opening_on_one_sheet_and_then_the_rest(
 
 
 @pytest.mark.claim("report", "report-page", minutes=2.0)
-def test_page__of_computed_runs(browser: Browser, compared: Callable[[Row], None]) -> None:
+def test_page__of_computed_runs(browser: Browser, compared: Compared) -> None:
     """A report with pictures has at most 8 MB; in Chromium at 400 and 1400 px, light, dark and printed, all is well.
 
     There is no message, no request, nothing cut off and no serious violation of accessibility.

@@ -15,6 +15,7 @@ import pytest
 
 from service.client.client import Client
 from studies.cases.rows import Row, at_least, equal
+from tests.claims.marked import Compared
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.round_robin import round_robin
@@ -92,7 +93,7 @@ class Clients:
 @pytest.mark.slow
 @pytest.mark.claim("doors", "rolling-restart", minutes=2.0)
 def test_services__restarted_one_after_the_other_fail_no_request(
-    tmp_path: Path, postgresql_url: str, compared: Callable[..., None]
+    tmp_path: Path, postgresql_url: str, compared: Compared
 ) -> None:
     """Two services behind a proxy that are restarted in turn fail no request, lose no event, compute no run twice."""
     with ExitStack() as ends:
@@ -118,16 +119,14 @@ def test_services__restarted_one_after_the_other_fail_no_request(
         compared(equal("event streams with a gap or a repetition", expected=[], got=_uneven(here, clients)))
         work = replace(WORK, sweeps=len(clients.ids))
         compared(*here.rows_of_results(clients.ids, tmp_path / "first", work))
-        begun = Counter(log.parents[1].name for log in here.artifacts.root.glob("runs/*/*/*/log.txt") if _is_first(log))
+        logs = here.artifacts.root.glob("runs/*/*/*/log.txt")
+        begun = Counter(log.parents[1].name for log in logs if "begins at step 0" in log.read_text())
         twice = [id for id, times in begun.items() if times > 1]
         compared(equal("runs that began twice at their start", expected=[], got=twice))
         compared(inspection.row_of_checkpoints(here.store, here.artifacts, clients.ids))
         here.services[0].leave()
-        compared(
-            *inspection.rows_of_cubes(
-                _cubes(tmp_path / "first", clients.ids), here.fetch(clients.ids, tmp_path / "other")
-            )
-        )
+        first = [tmp_path / "first" / id / "cube.nc" for id in clients.ids]
+        compared(*inspection.rows_of_cubes(first, here.fetch(clients.ids, tmp_path / "other")))
 
 
 def _restart(here: CrashTest, service: Service) -> int:
@@ -146,12 +145,3 @@ def _uneven(here: CrashTest, clients: Clients) -> list[str]:
         for id in clients.ids
         if clients.streams.get(id) != [event.number for event in here.store.events.of_sweep(id)]
     ]
-
-
-def _is_first(log: Path) -> bool:
-    """Whether an attempt began where its run begins."""
-    return "begins at step 0" in log.read_text()
-
-
-def _cubes(place: Path, ids: list[str]) -> tuple[Path, ...]:
-    return tuple(place / id / "cube.nc" for id in ids)

@@ -3,7 +3,7 @@
 import os
 import signal
 import time
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
 from dataclasses import replace
@@ -16,6 +16,7 @@ import pytest
 
 from service.records.jobs import State
 from studies.cases.rows import Row, at_most, equal
+from tests.claims.marked import Compared
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.serving import Service, http
@@ -34,9 +35,7 @@ CLIENTS = 8
 
 @pytest.mark.slow
 @pytest.mark.claim("queue", "disk-identity", minutes=0.2)
-def test_directory__that_moves_loses_no_result(
-    tmp_path: Path, postgresql_url: str, compared: Callable[..., None]
-) -> None:
+def test_directory__that_moves_loses_no_result(tmp_path: Path, postgresql_url: str, compared: Compared) -> None:
     """A data directory that is renamed away and back, under a service or before its start, forgets no result."""
     with crash_test(WORK, tmp_path, database_url=postgresql_url, settings=ONE_WORKER) as here:
         [service], away = here.services, tmp_path / "away"
@@ -72,7 +71,7 @@ def test_directory__that_moves_loses_no_result(
 
 @pytest.mark.slow
 @pytest.mark.claim("queue", "frozen-leader", minutes=0.2)
-def test_leader__that_is_frozen_is_replaced(tmp_path: Path, postgresql_url: str, compared: Callable[..., None]) -> None:
+def test_leader__that_is_frozen_is_replaced(tmp_path: Path, postgresql_url: str, compared: Compared) -> None:
     """A leader that is frozen (SIGSTOP) is replaced within 15 s, and stands by when it goes on."""
     with crash_test(SLOW, tmp_path, database_url=postgresql_url, settings=ONE_WORKER, count=2) as here:
         leading, other = _by_lead(here)
@@ -87,7 +86,7 @@ def test_leader__that_is_frozen_is_replaced(tmp_path: Path, postgresql_url: str,
             seconds = time.monotonic() - begin
             compared(at_most("until another has computed (s)", limit=REPLACED_SECONDS, got=seconds))
             here.wait_for_the_end(ids)
-        wait_until(lambda: not _says_that_it_leads(leading))
+        wait_until(lambda: "whipple_leader 1.0" not in http().get(f"{leading.url}/metrics", timeout=30).text)
         compared(equal("goes on and stands by: /readyz", expected=200, got=leading.get("/readyz")))
         compared(equal("the other one leads", expected=True, got=_leads(here, other)))
         compared(equal("terms since", expected=1, got=here.store.queue.status().term - term))
@@ -105,7 +104,7 @@ def test_leader__that_is_frozen_is_replaced(tmp_path: Path, postgresql_url: str,
 
 @pytest.mark.claim("queue", "replicas", minutes=1.0)
 def test_replicas__that_are_asked_the_same_at_once_compute_it_once(
-    tmp_path: Path, postgresql_url: str, compared: Callable[..., None]
+    tmp_path: Path, postgresql_url: str, compared: Compared
 ) -> None:
     """Two services on one store that eight clients ask the same at once compute it once, also without their leader."""
     more = replace(SHARED, resolution=5)  # other runs
@@ -151,7 +150,6 @@ def _submit_from_all(here: CrashTest, work: Work) -> tuple[list[str], list[Mappi
 
 
 def _leads(here: CrashTest, service: Service) -> bool:
-    """Whether the store names a service as the leader."""
     return (here.store.queue.status().leader or "").endswith(f":{service.pid}")
 
 
@@ -169,7 +167,7 @@ def _has_computed(here: CrashTest, after: int) -> bool:
 def _rows_of_results(here: CrashTest, ids: list[str]) -> Iterator[Row]:
     """Each run has the result of its first attempt."""
     runs = inspection.runs(here.store, ids).values()
-    kept = sum(run.state is State.SUCCEEDED and run.path is not None for run in runs)
+    kept = sum(run.state is State.SUCCEEDED and run.sha256 is not None for run in runs)
     yield equal("results that are registered", expected=WORK.runs, got=kept)
     yield equal("attempts begun", expected=WORK.runs, got=sum(run.attempt for run in runs))
     lost = sum(event.kind == "lost" for event in inspection.events(here.store))
@@ -183,10 +181,6 @@ def _frozen(service: Service) -> Iterator[None]:
         yield
     finally:
         os.kill(service.pid, signal.SIGCONT)
-
-
-def _says_that_it_leads(service: Service) -> bool:
-    return "whipple_leader 1.0" in http().get(f"{service.url}/metrics", timeout=30).text
 
 
 def _not_ready(service: Service) -> str:

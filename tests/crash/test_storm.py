@@ -5,7 +5,6 @@ import random
 import statistics
 import time
 from collections import defaultdict
-from collections.abc import Callable
 from contextlib import nullcontext
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -14,6 +13,7 @@ import pytest
 
 from service.records.jobs import State
 from studies.cases.rows import Row, equal
+from tests.claims.marked import Compared
 from tests.crash.support import inspection
 from tests.crash.support.crash_test import CrashTest, Work, crash_test
 from tests.crash.support.faults import Victim
@@ -59,7 +59,7 @@ class Storm:
     ],
 )
 def test_storm__loses_doubles_and_holds_up_nothing(
-    storm: Storm, tmp_path: Path, request: pytest.FixtureRequest, compared: Callable[..., None]
+    storm: Storm, tmp_path: Path, request: pytest.FixtureRequest, compared: Compared
 ) -> None:
     """100 kills -9 and 30 freezes over both engines, both databases and S3 lose, double and hold up no run."""
     server = request.getfixturevalue("postgresql") if storm.postgresql else None

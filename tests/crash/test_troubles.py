@@ -2,12 +2,10 @@
 
 import json
 import os
-import shlex
-import signal
 import sqlite3
 import subprocess
-from collections.abc import Callable, Collection, Iterator, Mapping
-from contextlib import closing, contextmanager
+from collections.abc import Collection, Iterator, Mapping
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -15,22 +13,20 @@ from typing import Any
 
 import numpy as np
 import pytest
-import sqlalchemy as sa
 import xarray as xr
 
-from service.records.jobs import Cause, StoreUnavailable
-from service.store import Store
+from service.records.jobs import Cause
 from studies.cases.rows import Row, at_least, equal
 from studies.quantities.files import write_text
-from tests.claims.marked import in_full
+from tests.claims.marked import Compared, in_full
 from tests.crash.support import inspection
 from tests.crash.support.altered_serve import BRIEF
 from tests.crash.support.chained import FAILING
 from tests.crash.support.crash_test import CrashTest, Work, crash_test, undisturbed
 from tests.crash.support.faults import KillMoment
-from tests.crash.support.serving import MARK
+from tests.crash.support.serving import unmarked
 from tests.service.support.databases import postgresql_server
-from tests.service.support.fakes import is_gone, wait_until
+from tests.service.support.fakes import wait_until
 
 WORK = Work(speeds=2, sweeps=1, thicknesses=1, run_seconds=1.0)
 # Runs that are still computing when the disk is full, or the clock is set, however late that is.
@@ -54,7 +50,7 @@ def service_program() -> dict[str, Any]:
 
 
 @pytest.mark.claim("queue", "troubles-of-runs", minutes=0.5)
-def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, compared: Compared) -> None:
     """A run that allocates without end, never ends, or crashes the interpreter has the named end, and no neighbour."""
     work = replace(WORK, speeds=len(FAILURES) + 3, run_seconds=0.2)
     behaviours = json.dumps({speed: behaviour for speed, (behaviour, _) in FAILURES.items()})
@@ -73,7 +69,7 @@ def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, com
 
 
 @pytest.mark.claim("queue", "trouble-locked", minutes=0.3)
-def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A database that another program locks: refused with a reason, nothing lost."""
     with crash_test(WORK, tmp_path, settings=ONE_WORKER, **service_program()) as here:
         ids = here.submit()
@@ -86,23 +82,26 @@ def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, comp
 
 
 @pytest.mark.claim("queue", "trouble-away", minutes=0.3)
-def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A PostgreSQL server that crashes and comes back: refused with a reason, nothing lost."""
     with (
-        stoppable_postgresql() as (url, stop, start),
-        crash_test(WORK, tmp_path, settings=ONE_WORKER, database_url=url) as here,
+        postgresql_server() as server,
+        crash_test(WORK, tmp_path, settings=ONE_WORKER, server=server) as here,
+        ExitStack() as ends,
     ):
         ids = here.submit()
         here.wait_until_computing()
-        stop()
+        ends.callback(server.start)  # so that it can be ended in order
+        server.kill()
         compared(*_rows_of_refusals(here))
         compared(equal("life meanwhile: status", expected=200, got=here.service.get("/livez")))
-        start()
+        with unmarked():
+            server.start()
         compared(*_all_is_well(here, ids, tmp_path))
 
 
 @pytest.mark.claim("queue", "trouble-disk")
-def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A disk that is full: nothing is begun, nothing is lost, and it goes on when there is room."""
     settings = {**ONE_WORKER, "WHIPPLE_DISK_RESERVE": str(RESERVE)}
     with small_disk(tmp_path / "data"), crash_test(LONG, tmp_path, settings=settings, **service_program()) as here:
@@ -121,7 +120,7 @@ def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Callable[...
 
 
 @pytest.mark.claim("queue", "trouble-clock", minutes=0.3)
-def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A clock that is set back by a day, and forward again: nothing is lost, nothing stops."""
     clock = tmp_path / "clock"
     write_text(clock, "0")
@@ -137,9 +136,6 @@ def test_clock__that_is_set_loses_nothing(tmp_path: Path, compared: Callable[...
         jump = (max(times) - min(times)).total_seconds()
         compared(at_least("the clock was set (s)", limit=DAY, got=jump))
         compared(*_all_is_well(here, ids, tmp_path))
-
-
-# --- what all of them do -------------------------------------------------------------------------
 
 
 def _all_is_well(here: CrashTest, ids: list[str], place: Path) -> Iterator[Row]:
@@ -170,59 +166,6 @@ def _rows_of_neighbours(quiet: Path, got: Path, failures: Collection[int]) -> It
     yield equal("neighbours without a hole", expected=0, got=int(np.isnan(holes).sum()))
     odd = list(inspection.differences(quiet, got, at={"speed": speeds}))
     yield equal(f"of {inspection.count_variables(got)} variables of the neighbours, other bits", expected=[], got=odd)
-
-
-# --- a database that goes away ---------------------------------------------------------------------
-
-
-@contextmanager
-def stoppable_postgresql() -> Iterator[tuple[str, Callable[[], None], Callable[[], None]]]:
-    """The URL of a database, and how its server is stopped as in a crash, and started again."""
-    with postgresql_server() as server, server.database() as url:
-        with sa.create_engine(url, poolclass=sa.NullPool).connect() as connection:
-            folder = Path(connection.exec_driver_sql("SHOW data_directory").scalar_one())
-        file = folder / "postmaster.pid"
-
-        def stop() -> None:
-            pid = int(file.read_text().split()[0])
-            os.kill(pid, signal.SIGQUIT)
-            wait_until(lambda: is_gone(pid))
-
-        try:
-            yield url, stop, partial(_start_postgresql, folder, url)
-        finally:
-            if not file.exists():
-                _start_postgresql(folder, url)  # so that it can be ended in order
-
-
-def _start_postgresql(folder: Path, url: str) -> None:
-    """Start a server with the options of the last time."""
-    owner = folder.stat()
-    is_other = owner.st_uid != os.getuid()
-    subprocess.Popen(
-        shlex.split((folder / "postmaster.opts").read_text()),
-        cwd="/",
-        env={name: value for name, value in os.environ.items() if name != MARK},  # outside of the tree of a test
-        user=owner.st_uid if is_other else None,
-        group=owner.st_gid if is_other else None,
-        extra_groups=[] if is_other else None,
-        stdout=subprocess.DEVNULL,
-        stderr=subprocess.DEVNULL,
-        start_new_session=True,
-    )
-
-    def answers() -> bool:
-        try:
-            with closing(Store.open(url, migrate=False)) as store:
-                store.ping()
-        except StoreUnavailable:
-            return False
-        return True
-
-    wait_until(answers)
-
-
-# --- a disk that is full ---------------------------------------------------------------------------
 
 
 @contextmanager

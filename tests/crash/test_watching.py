@@ -7,12 +7,12 @@ import pytest
 import xarray as xr
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from studies.cases.rows import Row, at_least, equal
-from tests.crash.support.browser import HEIGHT, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, messages_of, violations_of
+from studies.cases.rows import at_least, equal
+from tests.claims.marked import Compared
+from tests.crash.support.browser import BEYOND, PATIENCE, SCHEMES, WIDTHS, Scheme, chromium, violations_of, window
 from tests.crash.support.serving import Service, serving
 from tests.service.support.api import open_api, served
 
-BEYOND = "Math.max(0, document.documentElement.scrollWidth - innerWidth)"
 SWEEP = {
     "name": "watched",
     "title": "Holes that are watched",
@@ -28,7 +28,7 @@ PICTURE = "canvas => canvas.toDataURL()"
 
 @pytest.mark.browser
 @pytest.mark.claim("pages", "watching", minutes=1.5)
-def test_browser__watches_a_sweep_and_looks_inside_its_runs(tmp_path: Path, compared: Callable[[Row], None]) -> None:
+def test_browser__watches_a_sweep_and_looks_inside_its_runs(tmp_path: Path, compared: Compared) -> None:
     """In a browser a sweep fills its grid; a run's film slides and its matter turns, by keys too; the cube is one.
 
     At 400 and 1400 px, light and dark, no page has a message, a request elsewhere, a serious violation of
@@ -41,7 +41,7 @@ def test_browser__watches_a_sweep_and_looks_inside_its_runs(tmp_path: Path, comp
         _watch(browser, service, compared)
         for width in WIDTHS:
             for scheme in SCHEMES:
-                _look_inside(browser, service, id, width, scheme, compared)
+                _look_inside(browser, service, width, scheme, compared)
         cube = _cube(browser, service, id, tmp_path / "cube.nc")
         compared(equal("values in the cube", expected=(3, 2, True), got=cube))
         _cancel(browser, service, compared)
@@ -51,10 +51,9 @@ def test_browser__watches_a_sweep_and_looks_inside_its_runs(tmp_path: Path, comp
 @pytest.mark.claim("pages", "watching-by-keys", minutes=0.1)
 def test_browser__renews_a_page_whose_button_has_the_focus(tmp_path: Path) -> None:
     """While the button Cancel of a sweep has the focus, its state is renewed, and the button keeps the focus."""
-    with open_api(tmp_path) as api, served(api) as url, chromium() as browser:
+    with open_api(tmp_path) as api, served(api) as url, chromium() as browser, window(browser) as (page, _, _):
         id = api.submit()
-        page = browser.new_page()
-        page.goto(f"{url}/sweeps/{id}", timeout=PATIENCE)
+        page.goto(f"{url}/sweeps/{id}")
         cancel, state = page.get_by_role("button", name="Cancel"), page.locator("#status .state")
         cancel.focus()
         expect(state).to_have_text("queued")
@@ -62,36 +61,35 @@ def test_browser__renews_a_page_whose_button_has_the_focus(tmp_path: Path) -> No
         expect(state).to_have_text("running", timeout=PATIENCE)
         expect(cancel).to_be_focused()
         expect(page.locator("#status > *")).to_have_count(3)
-        page.close()
 
 
-def _watch(browser: Browser, service: Service, compared: Callable[[Row], None]) -> None:
+def _watch(browser: Browser, service: Service, compared: Compared) -> None:
     """From the list to the sweep, until its report is there; nothing is loaded by hand."""
-    page = browser.new_page()
-    page.set_default_timeout(PATIENCE)
-    page.goto(service.url)
-    page.get_by_role("searchbox").fill("watched")
-    page.keyboard.press("Enter")
-    page.get_by_role("link", name=str(SWEEP["title"])).click()
-    waiting = page.locator(".cells td:not(.succeeded) a")
-    seen = set()
-    while left := waiting.count():
-        seen.add(left)
-        expect(waiting).not_to_have_count(left, timeout=PATIENCE)
-    compared(at_least("numbers of unfinished cells that were seen", limit=2, got=len(seen)))
-    expect(page.frame_locator("iframe").locator(".headline")).to_be_visible(timeout=PATIENCE)
-    page.close()
+    with window(browser) as (page, _, _):
+        page.goto(service.url)
+        page.get_by_role("searchbox").fill("watched")
+        page.keyboard.press("Enter")
+        page.get_by_role("link", name=str(SWEEP["title"])).click()
+        waiting = page.locator(".cells td:not(.succeeded) a")
+        seen = set()
+        while left := waiting.count():
+            seen.add(left)
+            expect(waiting).not_to_have_count(left, timeout=PATIENCE)
+        compared(at_least("numbers of unfinished cells that were seen", limit=2, got=len(seen)))
+        expect(page.frame_locator("iframe").locator(".headline")).to_be_visible(timeout=PATIENCE)
 
 
-def _look_inside(
-    browser: Browser, service: Service, id: str, width: int, scheme: Scheme, compared: Callable[[Row], None]
-) -> None:
+def _look_inside(browser: Browser, service: Service, width: int, scheme: Scheme, compared: Compared) -> None:
     where = f"{width} px, {scheme}"
-    context = browser.new_context(viewport={"width": width, "height": HEIGHT}, color_scheme=scheme)
-    context.set_default_timeout(PATIENCE)
-    page = context.new_page()
-    messages, elsewhere = messages_of(page), []
-    page.on("request", lambda request: elsewhere.append(request.url))
+    with window(browser, width, scheme) as (page, messages, requests):
+        _turn(page, service, where, compared)
+    compared(equal(f"{where}: messages", expected=[], got=messages))
+    foreign = [url for url in requests if not url.startswith((service.url, "data:", "blob:"))]
+    compared(equal(f"{where}: requests elsewhere", expected=[], got=foreign))
+
+
+def _turn(page: Page, service: Service, where: str, compared: Compared) -> None:
+    """From the list to the film and the matter of a run, and back."""
     page.goto(service.url)
     _compare(page, f"{where}: list", compared)
     page.get_by_role("link", name=str(SWEEP["title"])).click()
@@ -114,13 +112,9 @@ def _look_inside(
     page.go_back()
     page.get_by_role("link", name="The whole page").click()
     expect(page.locator("h1")).to_have_text(str(SWEEP["title"]))
-    compared(equal(f"{where}: messages", expected=[], got=messages))
-    foreign = [url for url in elsewhere if not url.startswith((service.url, "data:", "blob:"))]
-    compared(equal(f"{where}: requests elsewhere", expected=[], got=foreign))
-    context.close()
 
 
-def _compare(page: Page, where: str, compared: Callable[[Row], None]) -> None:
+def _compare(page: Page, where: str, compared: Compared) -> None:
     """What no page may have, with all that is folded open."""
     page.evaluate("document.querySelectorAll('details').forEach(each => each.open = true)")
     compared(equal(f"{where}: serious violations (axe)", expected=[], got=violations_of(page)))
@@ -145,27 +139,21 @@ def _drag(page: Page, view: Locator) -> None:
 
 def _cube(browser: Browser, service: Service, id: str, file: Path) -> tuple[int, int, bool]:
     """Sizes of the axes of the cube that a page offers, and whether every run has a value."""
-    page = browser.new_page()
-    page.goto(f"{service.url}/sweeps/{id}", timeout=PATIENCE)
-    with page.expect_download(timeout=PATIENCE) as download:
-        page.get_by_role("link", name="Cube").click()
-    download.value.save_as(file)
-    page.close()
+    with window(browser) as (page, _, _):
+        page.goto(f"{service.url}/sweeps/{id}")
+        with page.expect_download() as download:
+            page.get_by_role("link", name="Cube").click()
+        download.value.save_as(file)
     with xr.open_dataset(file) as cube:
         hole = cube.hole_diameter
         return hole.sizes["speed"], hole.sizes["plate_thickness"], bool(hole.notnull().all())
 
 
-def _cancel(browser: Browser, service: Service, compared: Callable[[Row], None]) -> None:
+def _cancel(browser: Browser, service: Service, compared: Compared) -> None:
     id = service.submit(ENDLESS)
-    page = browser.new_page()
-    page.set_default_timeout(PATIENCE)
-    page.goto(f"{service.url}/sweeps/{id}")
-    page.get_by_role("button", name="Cancel").press("Enter")
-    expect(page.locator("#status .state")).to_have_text("cancelled", timeout=PATIENCE)
-    compared(
-        equal(
-            "cells of a cancelled sweep", expected=["cancelled"] * 6, got=page.locator(".cells td a").all_inner_texts()
-        )
-    )
-    page.close()
+    with window(browser) as (page, _, _):
+        page.goto(f"{service.url}/sweeps/{id}")
+        page.get_by_role("button", name="Cancel").press("Enter")
+        expect(page.locator("#status .state")).to_have_text("cancelled", timeout=PATIENCE)
+        cells = page.locator(".cells td a").all_inner_texts()
+    compared(equal("cells of a cancelled sweep", expected=["cancelled"] * 6, got=cells))

@@ -8,6 +8,7 @@ from pathlib import Path
 import pytest
 
 from service.store import Store
+from studies.sweeps import examples
 from tests.service.support.api import Api, open_api, served
 from tests.service.support.databases import Postgresql, postgresql_server
 from tests.service.support.fakes import put_empty_store
@@ -61,6 +62,14 @@ def store(database_url: str) -> Iterator[Store]:
     """A store, once on each kind of database."""
     with closing(Store.open(database_url)) as opened:
         yield opened
+
+
+@pytest.fixture
+def smoke(tmp_path: Path) -> Path:
+    """A file that asks for the smallest sweep."""
+    file = tmp_path / "smoke.yaml"
+    file.write_text(examples.text("smoke"))
+    return file
 
 
 @pytest.fixture

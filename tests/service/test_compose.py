@@ -43,21 +43,14 @@ def test_image__the_linter_finds_nothing() -> None:
     assert (output.returncode, output.stdout) == (0, "")
 
 
-@pytest.mark.parametrize("part", PARTS)
-def test_settings__of_a_part_are_known(part: str) -> None:
-    named = {name for name in PARTS[part].get("environment", {}) if name.startswith("WHIPPLE_")}
+@pytest.mark.parametrize("part", PARTS.values(), ids=PARTS)
+def test_part__has_known_settings_waits_for_parts_writes_into_volumes_and_opens_the_loopback(part: Any) -> None:
+    named = {name for name in part.get("environment", {}) if name.startswith("WHIPPLE_")}
     assert {name.removeprefix("WHIPPLE_").lower() for name in named} <= set(Settings.model_fields)
-
-
-def test_parts__wait_only_for_parts_and_write_only_into_volumes() -> None:
-    for part in PARTS.values():
-        assert set(part.get("depends_on", [])) <= set(PARTS)
-        assert {volume.partition(":")[0] for volume in part["volumes"]} <= set(DOCUMENT["volumes"])
-
-
-def test_service__is_published_on_the_loopback_only() -> None:
-    published = [port for part in PARTS.values() for port in part.get("ports", [])]
-    assert [port.partition(":")[0] for port in published] == ["127.0.0.1"]
+    assert set(part.get("depends_on", [])) <= set(PARTS)
+    assert {volume.partition(":")[0] for volume in part["volumes"]} <= set(DOCUMENT["volumes"])
+    published = ["127.0.0.1"] if part is PARTS["service"] else []
+    assert [port.partition(":")[0] for port in part.get("ports", [])] == published
 
 
 @dataclass

@@ -4,7 +4,6 @@ A child process reads the form (``service.api.pages.forms``), as it reads the do
 with what it found, so that the form works without scripts; a script asks for the same page while a person writes.
 """
 
-import json
 import secrets
 from collections.abc import AsyncIterator, Iterable, Mapping
 from dataclasses import replace
@@ -18,9 +17,8 @@ from service.api.browsers import ONCE, FormFields, check_token, idempotency_of
 from service.api.pages.fields import FieldGroup, FormField, field_of, is_missing, label_of, placed
 from service.api.pages.forms import COUNTS, MORE, WORDS, AskedSweep, asked
 from service.api.pages.rendering import SEE_OTHER, page
-from service.api.reading import Posted
 from service.api.routes import sweeps
-from service.api.routes.dependencies import AppSettings, AppStore, read_posted, submission_of
+from service.api.routes.dependencies import AppSettings, AppStore, read_content, submission_of
 from service.api.schemas import EstimateModel, example_sweeps
 from service.client.client import KEY_VARIABLE
 from service.records.jobs import PRIORITIES, USUAL_PRIORITIES, Keep, Scope
@@ -163,15 +161,13 @@ async def _asked(
     scenario: str,
     form: FormFields,
     _: Submitter,
-    settings: AppSettings,
     document: Annotated[Mapping[str, Any], Depends(_beginning)],
 ) -> AsyncIterator[AskedSweep]:
     """The sweep of a form that was sent, or of the document with which a page begins, read by a child process."""
     known = _names(scenarios.load(scenario))
     fields = {name: text for name, text in (form or request.query_params).items() if name in known}
     content = {"fields": {**fields, "scenario": scenario}, "document": document, "submit": form.get(ORDER) == SUBMIT}
-    posted = Posted("application/json", json.dumps(content).encode(), settings.max_runs)
-    async with read_posted(request, posted, asked) as read:
+    async with read_content(request, content, asked) as read:
         yield read
 
 

@@ -1,6 +1,5 @@
 """The catalogue as pages: scenarios, laws with their formulas, materials with their curves, and measured shots."""
 
-import json
 import math
 from collections.abc import AsyncIterator, Iterator, Mapping
 from dataclasses import dataclass
@@ -14,8 +13,8 @@ from markupsafe import Markup
 from service.api.access import Reader
 from service.api.pages.formulas import formula
 from service.api.pages.rendering import page
-from service.api.reading import Posted, drawn_material
-from service.api.routes.dependencies import AppSettings, read_posted
+from service.api.reading import drawn_material
+from service.api.routes.dependencies import read_content
 from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit
 from studies.materials import CONFIDENCES, Material
@@ -71,9 +70,6 @@ def show_scenarios(request: Request, caller: Reader) -> Response:
     )
 
 
-# --- laws -----------------------------------------------------------------------------------------
-
-
 @router.get("/laws")
 def show_laws(request: Request, caller: Reader) -> Response:
     """Every law with its formula, range and source, by what it predicts."""
@@ -100,9 +96,6 @@ def _limit(law: Law, limit: Limit) -> Markup:
     return formula(limit.words) + (f" ({', '.join(notes)})" if notes else "")
 
 
-# --- materials ------------------------------------------------------------------------------------
-
-
 @router.get("/materials")
 def show_materials(request: Request, caller: Reader) -> Response:
     """Every material that ships, with its models."""
@@ -110,12 +103,11 @@ def show_materials(request: Request, caller: Reader) -> Response:
     return page(request, "materials.html", caller, materials=listed, shown=shown)
 
 
-async def _drawings(name: str, request: Request, _: Reader, settings: AppSettings) -> AsyncIterator[list[Any]]:
+async def _drawings(name: str, request: Request, _: Reader) -> AsyncIterator[list[Any]]:
     """The pictures of a material, made once by a child process."""
     kept: dict[str, list[Any]] = request.app.state.drawings
     if materials.load(name).name not in kept:
-        posted = Posted("application/json", json.dumps({"name": name}).encode(), settings.max_runs)
-        async with read_posted(request, posted, drawn_material) as drawn:
+        async with read_content(request, {"name": name}, drawn_material) as drawn:
             kept[name] = drawn
     yield kept[name]
 
@@ -164,9 +156,6 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant
                 )
         if rows:
             yield title, getattr(getattr(material, section, None), "kind", ""), rows
-
-
-# --- shots ----------------------------------------------------------------------------------------
 
 
 @router.get("/shots")

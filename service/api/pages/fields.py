@@ -18,8 +18,6 @@ OF_MORE = ("laws", "ends")
 
 @dataclass(frozen=True)
 class FormField:
-    """A field of a form."""
-
     name: str
     label: str
     hint: str
@@ -32,15 +30,12 @@ class FormField:
 
 @dataclass(frozen=True)
 class FieldGroup:
-    """Fields that belong together."""
-
     title: str
     fields: tuple[FormField, ...]
     is_open: bool = False
 
 
 def field_of(parameter: Parameter, label: str = "") -> FormField:
-    """The field of a parameter."""
     limit = "" if parameter.kind in ("text", "boolean") else f"; {parameter.limit()}"
     default = parameter.default
     if parameter.kind == "quantity" and isinstance(default, float):

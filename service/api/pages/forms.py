@@ -26,15 +26,9 @@ from studies.sweeps.reading import KEYS, RESOLUTION, SweepLimits
 from studies.sweeps.sweep import Sweep
 
 MORE = "more"  # the field of what has no field of its own
-WORDS = (
-    "title",
-    "name",
-    "combine",
-    "accuracy",
-    "model_part",
-    "observations",
-)  # fields that hold a text of the document
-COUNTS = ("offsets", "points", "seed")  # and whole numbers
+# Fields that hold a text of the document, and those of whole numbers.
+WORDS = ("title", "name", "combine", "accuracy", "model_part", "observations")
+COUNTS = ("offsets", "points", "seed")
 OF_PARAMETERS = ("fixed", "axes")
 SAMPLED = ("latin-hypercube", "sobol")
 LOW, HIGH = "low", "high"  # keys of a sampled axis

@@ -1,6 +1,5 @@
 """What published laws and measured shots say of one shield, at once: a form, and the answer of a child process."""
 
-import json
 from collections.abc import AsyncIterator, Mapping
 from functools import cache
 from typing import Annotated, Any
@@ -12,8 +11,8 @@ from fastapi.responses import HTMLResponse
 from service.api.access import Reader
 from service.api.pages.fields import field_of, placed
 from service.api.pages.rendering import page
-from service.api.reading import AnsweredForm, Posted, answered_form
-from service.api.routes.dependencies import AppSettings, read_posted
+from service.api.reading import AnsweredForm, answered_form
+from service.api.routes.dependencies import read_content
 from service.client.client import KEY_VARIABLE
 from studies import materials
 from studies.observations.shields.shots import published
@@ -59,11 +58,8 @@ def _fields(request: Request) -> Mapping[str, str]:
 ShieldFields = Annotated[Mapping[str, str], Depends(_fields)]
 
 
-async def _answer(
-    request: Request, fields: ShieldFields, _: Reader, settings: AppSettings
-) -> AsyncIterator[AnsweredForm]:
-    posted = Posted("application/json", json.dumps(fields).encode(), settings.max_runs)
-    async with read_posted(request, posted, answered_form) as answer:
+async def _answer(request: Request, fields: ShieldFields, _: Reader) -> AsyncIterator[AnsweredForm]:
+    async with read_content(request, fields, answered_form) as answer:
         yield answer
 
 

@@ -3,10 +3,10 @@
 import hashlib
 import json
 import re
-from collections.abc import AsyncIterator, Callable, Iterator, Mapping
+from collections.abc import AsyncIterator, Callable, Iterator
 from contextlib import asynccontextmanager, suppress
 from dataclasses import replace
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any
 
 from fastapi import Depends, Header, Path, Query, Request, Response
 from pydantic import ValidationError
@@ -24,12 +24,10 @@ from service.api.reading import (
     Posted,
     Read,
     Refusal,
-    alone,
     answered,
     answered_as_cube,
     estimated,
     expanded,
-    longer,
 )
 from service.api.schemas import SweepChange
 from service.files.artifacts import Artifacts
@@ -137,13 +135,11 @@ async def read_posted(request: Request, posted: Posted, part: Callable[[Any, Pos
 
 
 @asynccontextmanager
-async def derived_sweep(
-    request: Request, settings: Settings, part: Literal["longer", "alone"], change: Mapping[str, Any]
-) -> AsyncIterator[ExpandedSweep]:
-    """A sweep that is made of a stored one (``reading.longer``, ``reading.alone``); raises InvalidInput."""
-    posted = Posted("application/json", json.dumps(change).encode(), settings.max_runs)
-    async with read_posted(request, posted, {"longer": longer, "alone": alone}[part]) as sweep:
-        yield sweep
+async def read_content(request: Request, content: Any, part: Callable[[Any, Posted], Read]) -> AsyncIterator[Read]:
+    """The same with what a page asks for."""
+    posted = Posted("application/json", json.dumps(content).encode(), request.app.state.settings.max_runs)
+    async with read_posted(request, posted, part) as read:
+        yield read
 
 
 async def _estimated(request: Request, body: RequestBody, settings: AppSettings) -> AsyncIterator[EstimatedSweep]:

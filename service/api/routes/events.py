@@ -136,5 +136,5 @@ def _page(request: Request, response: Response, events: tuple[Event, ...], limit
     """The first ``limit`` events, with a link to the rest."""
     cursor = str(events[limit - 1].number) if len(events) > limit else None
     link_next(request, response, cursor)
-    items = [EventModel.of(event) for event in events[:limit]]
+    items = [EventModel(**vars(event)) for event in events[:limit]]
     return PageOf(items=items, next_cursor=cursor)

@@ -3,7 +3,7 @@
 import json
 import re
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import StreamingResponse
@@ -46,13 +46,8 @@ def download_cube(
     conversions: AppConversions,
     partial: SoFar = False,
 ) -> Response:
-    if partial:
-        sweep, stored = store.sweeps.get_with_file(id, CUBE)
-        if stored is None:
-            path, sha256 = _partial(store, artifacts, conversions, sweep, PARTIAL)
-            name = f"{_plain(sweep.name)}-partial-{CUBE}"
-            return send_file(request, Download(path, name, sha256, is_attachment=True))
-    return send_file(request, _published(store, artifacts, id, CUBE, is_attachment=True))
+    conversion = (conversions, PARTIAL) if partial else None
+    return send_file(request, _published(store, artifacts, id, CUBE, conversion, is_attachment=True))
 
 
 @serves(
@@ -93,12 +88,8 @@ def download_report_html(
     partial: SoFar = False,
 ) -> Response:
     policy = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
-    if partial:
-        sweep, stored = store.sweeps.get_with_file(id, REPORT_HTML)
-        if stored is None:
-            path, sha256 = _partial(store, artifacts, conversions, sweep, PARTIAL_REPORT)
-            return send_file(request, Download(path, f"{_plain(sweep.name)}-{REPORT_HTML}", sha256, headers=policy))
-    return send_file(request, _published(store, artifacts, id, REPORT_HTML, headers=policy))
+    conversion = (conversions, PARTIAL_REPORT) if partial else None
+    return send_file(request, _published(store, artifacts, id, REPORT_HTML, conversion, headers=policy))
 
 
 @serves(
@@ -156,20 +147,22 @@ def _published(
     artifacts: Artifacts,
     id: str,
     name: str,
-    *,
-    is_attachment: bool = False,
-    headers: dict[str, str] | None = None,
+    conversion: tuple[Conversions, str] | None = None,
+    **more: Any,
 ) -> Download:
-    """A file of a sweep that has ended; raises NotFound, NotReady."""
+    """A file of a sweep that has ended; before, that of the results so far by a conversion. Raises as ``_partial``."""
     sweep, stored = store.sweeps.get_with_file(id, name)
-    if stored is None:
+    if stored is not None:
+        filename = f"{_plain(sweep.name)}-{name}"
+        return Download(artifacts.path(stored), filename, stored.sha256, registered=stored, **more)
+    if conversion is None:
         raise _absent(sweep, name)
-    filename = f"{_plain(sweep.name)}-{name}"
-    return Download(artifacts.path(stored), filename, stored.sha256, is_attachment, headers or {}, stored)
+    path, sha256 = _partial(store, artifacts, sweep, *conversion)
+    return Download(path, f"{_plain(sweep.name)}-partial-{name}", sha256, **more)
 
 
 def _partial(
-    store: Store, artifacts: Artifacts, conversions: Conversions, sweep: SweepStatus, kind: str
+    store: Store, artifacts: Artifacts, sweep: SweepStatus, conversions: Conversions, kind: str
 ) -> tuple[Path, str]:
     """The cube or the report of the results so far, and its SHA-256; raises NotReady, Busy, ConversionFailed."""
     document, outcomes = store.publications.inputs(sweep.id)

@@ -31,7 +31,7 @@ def list_runs_by_id(store: AppStore, prefix: Prefix = "", limit: PageLimit = 50)
 def show_run(id: RunId, store: AppStore) -> RunQuestion:
     """A run: its complete parameters, its state and its measurements."""
     run = RunModel.of(store.runs.get(id))
-    return RunQuestion(**dict(run), question=dict(store.runs.spec(id)))
+    return RunQuestion(**vars(run), question=store.runs.spec(id))
 
 
 @router.get("/{id}/files")

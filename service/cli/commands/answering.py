@@ -7,6 +7,13 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from service.cli.commands.options import Json
+from service.cli.console import print_json, print_table, say
+from studies.quantities.display import display_of
+from studies.quantities.files import write_atomically, write_text
+from studies.quantities.findings import refusal
+from studies.quantities.parameters import declared
+from studies.quantities.units import readable
+from studies.sweeps.document import read_sweep_file, read_yaml
 
 if TYPE_CHECKING:
     from studies.reports.answers.answer import ShotAnswer
@@ -33,7 +40,6 @@ def shots(
     """List measured shots on Whipple shields, with what became of the wall: filtered, or nearest to a shield first."""
     from dataclasses import asdict
 
-    from service.cli.console import print_json, print_table, say
     from studies.observations.shields import shots as measured
 
     table = measured.published().shots if own is None else measured.read_shots(_text_of(own))
@@ -70,8 +76,6 @@ def _shown(value: Any, unit: str) -> str:
 
 def _text_of(own: Path) -> str:
     """The text of a table; raises InvalidInput where it cannot be read."""
-    from studies.quantities.findings import refusal
-
     try:
         return own.read_text(encoding="utf-8")
     except (OSError, UnicodeError) as error:
@@ -81,9 +85,7 @@ def _text_of(own: Path) -> str:
 
 def _one_shield(at: Path) -> Any:
     """The shot at the shield of a file; raises InvalidInput where it asks about something else."""
-    from studies.quantities.findings import refusal
     from studies.reports.answers.question import read_question
-    from studies.sweeps.document import read_sweep_file
 
     question = read_question(read_sweep_file(at))
     if question.target != "shield" or question.axes:
@@ -95,10 +97,8 @@ def _one_shield(at: Path) -> Any:
 
 def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, as_json: bool) -> None:
     """Ask every law about the shots of a file, with what the options change; raises InvalidInput."""
-    from service.cli.console import print_json, say
     from studies.reports.answers.answer import answers, document
     from studies.reports.answers.question import read_question
-    from studies.sweeps.document import read_sweep_file
 
     question = read_question({**(read_sweep_file(at) if at else {}), **given})
     if out is not None:
@@ -115,8 +115,6 @@ def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, a
 
 def _write(question: "Question", out: Path) -> Path:
     """The answer as a file, by the ending of its name; raises InvalidInput."""
-    from studies.quantities.files import write_atomically, write_text
-    from studies.quantities.findings import refusal
     from studies.reports.answers.answer import answers
 
     if not out.parent.is_dir():
@@ -143,11 +141,9 @@ def _write(question: "Question", out: Path) -> Path:
 
 def print_example(page_file: Path) -> None:
     """Print what laws and shots say about the shield that ships, and write its page."""
-    from service.cli.console import say
     from studies.reports.answers import EXAMPLE
     from studies.reports.answers.answer import answers, shot_in_words
     from studies.reports.answers.question import read_question
-    from studies.sweeps.document import read_yaml
 
     question = read_question(read_yaml(EXAMPLE.read_text(encoding="utf-8"), EXAMPLE.name))
     [answer] = answers(question)
@@ -156,9 +152,6 @@ def print_example(page_file: Path) -> None:
 
 
 def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
-    from service.cli.console import print_table, say
-    from studies.quantities.display import display_of
-    from studies.quantities.parameters import declared
     from studies.reports.answers.question import ShotParameters
 
     if varied:
@@ -194,6 +187,4 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
 
 
 def _readable(value: Any, unit: str | None) -> str:
-    from studies.quantities.units import readable
-
     return readable(value, unit) if unit else str(value)

@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Annotated
 
 import typer
 
+from service.cli.commands.computing import compute
 from service.cli.commands.options import SUCCESS, Out, folder_of
 
 if TYPE_CHECKING:
@@ -32,7 +33,6 @@ def calibrate(
     A hundred bars are computed first, within a few minutes; repeated, it takes them from the folder. It writes
     calibration.nc, material.toml, materials.yaml for a sweep, and calibration.png.
     """
-    from service.cli.commands.computing import compute
     from studies import materials
     from studies.fits.calibration.design import sweep_of
     from studies.fits.calibration.posterior import check_extras
@@ -49,7 +49,6 @@ def calibrate(
 
 
 def _calibrate(folder: Path, table: str, material: "Material", shots: "BarStrains", *, leave_out: bool) -> None:
-    """Sample, write and print."""
     from studies.cubes.reading import open_cube
     from studies.fits.calibration import results
     from studies.fits.calibration.design import box_of

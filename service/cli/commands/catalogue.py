@@ -6,7 +6,10 @@ from typing import Annotated, Any
 
 import typer
 
+from service.cli.commands.answering import print_answers
 from service.cli.commands.options import Json
+from service.cli.console import print_json, print_table
+from studies.quantities.units import readable
 
 app = typer.Typer()
 
@@ -55,8 +58,6 @@ def laws(
     options = locals()
     given = {each: options[each] for each in names if options[each] is not None}
     if at is not None or given:
-        from service.cli.commands.answering import print_answers
-
         print_answers(at, given, out, as_json=as_json)
         return
     _show(name, as_json, shipped.names(), lambda each: shipped.load(each).describe(), _list_laws, _show_law)
@@ -79,8 +80,6 @@ def _show(
     show_entry: Callable[[Description], None],
 ) -> None:
     """Print an entry, or the list of all; raises InvalidInput for an unknown name."""
-    from service.cli.console import print_json
-
     if name is not None:
         entry = describe(name)
         print_json(entry) if as_json else show_entry(entry)
@@ -90,8 +89,6 @@ def _show(
 
 
 def _list_materials(entries: list[Description]) -> None:
-    from service.cli.console import print_table
-
     rows = (
         (
             *(entry["name"], entry["title"], entry["family"], _value(entry["density"])),
@@ -103,8 +100,6 @@ def _list_materials(entries: list[Description]) -> None:
 
 
 def _show_material(material: Description) -> None:
-    from service.cli.console import print_table
-
     print(f"{material['name']}: {material['title']} ({material['family']})")
     rows = [(path, _value(each), each["confidence"], each["source"]) for path, each in _constants(material)]
     rows += [
@@ -127,15 +122,11 @@ def _constants(material: Description) -> Iterable[tuple[str, Description]]:
 
 
 def _list_laws(entries: list[Description]) -> None:
-    from service.cli.console import print_table
-
     rows = ((law["name"], law["title"], law["quantity"], law["use"].partition(" (")[0]) for law in entries)
     print_table(("name", "title", "quantity", "use"), rows)
 
 
 def _show_law(law: Description) -> None:
-    from service.cli.console import print_table
-
     print(f"{law['name']}: {law['title']}, for {law['quantity']}")
     print(f"  equation  {law['equation']}")
     print(f"  source    {law['source']} ({law['confidence']})")
@@ -148,15 +139,11 @@ def _show_law(law: Description) -> None:
 
 
 def _list_scenarios(entries: list[Description]) -> None:
-    from service.cli.console import print_table
-
     rows = ((each["name"], each["title"], ", ".join(each["measurements"])) for each in entries)
     print_table(("name", "title", "measures"), rows)
 
 
 def _show_scenario(scenario: Description) -> None:
-    from service.cli.console import print_table
-
     print(f"{scenario['name']}: {scenario['title']}\n{scenario['description']}")
     print(f"measures: {', '.join(scenario['measurements'])}")
     rows = ((each["name"], _default(each), each["limit"], each["meaning"]) for each in scenario["parameters"])
@@ -171,8 +158,6 @@ def _default(parameter: Description) -> str:
 
 def _value(quantity: Description) -> str:
     """A value with its unit, as a sweep document writes it."""
-    from studies.quantities.units import readable
-
     value, unit = quantity["value"], quantity["unit"]
     if isinstance(value, bool):
         return "true" if value else "false"

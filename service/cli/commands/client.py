@@ -27,6 +27,15 @@ from service.cli.commands.options import (
     document_of,
     folder_of,
 )
+from service.cli.console import (
+    print_event,
+    print_json,
+    print_points,
+    print_queue,
+    print_sweep,
+    print_sweeps,
+    print_warnings,
+)
 from studies.quantities.display import escaped
 from studies.quantities.files import ARCHIVE
 from studies.quantities.findings import Finding, InvalidInput
@@ -51,7 +60,6 @@ def submit(
     key_file: KeyFile = None,
 ) -> None:
     """Submit a sweep to a service, and print its id."""
-    from service.cli.console import print_sweep, print_warnings
     from service.client.progress import showing_progress
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
@@ -83,8 +91,6 @@ def status(
     key_file: KeyFile = None,
 ) -> None:
     """Show the status of a sweep, or of all sweeps. With --watch: its events as they happen."""
-    from service.cli.console import print_event, print_json, print_sweep, print_sweeps
-
     if watch and (as_json or id is None):
         raise InvalidInput([Finding("--watch", "--watch", "with an ID and without --json", "leave it out")])
     with client_of(url, key_file) as client:
@@ -114,7 +120,6 @@ def runs(
     key_file: KeyFile = None,
 ) -> None:
     """List the runs of a sweep, each with its state and, if it failed, the reason."""
-    from service.cli.console import print_json, print_points
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
 
@@ -229,8 +234,6 @@ def delete(id: SweepArgument, url: Url = None, key_file: KeyFile = None) -> None
 @app.command()
 def queue(as_json: Json = False, url: Url = None, key_file: KeyFile = None) -> None:
     """Show the queue: its jobs by state, its leader, and what blocks it."""
-    from service.cli.console import print_json, print_queue
-
     with client_of(url, key_file) as client:
         state = client.queue()
     print_json(state) if as_json else print_queue(state)
@@ -239,8 +242,6 @@ def queue(as_json: Json = False, url: Url = None, key_file: KeyFile = None) -> N
 @app.command()
 def pause(url: Url = None, key_file: KeyFile = None) -> None:
     """Stop starting runs. Running runs continue; sweeps are accepted and published."""
-    from service.cli.console import print_queue
-
     with client_of(url, key_file) as client:
         print_queue(client.pause())
 
@@ -248,8 +249,6 @@ def pause(url: Url = None, key_file: KeyFile = None) -> None:
 @app.command()
 def resume(url: Url = None, key_file: KeyFile = None) -> None:
     """Start runs again."""
-    from service.cli.console import print_queue
-
     with client_of(url, key_file) as client:
         print_queue(client.resume())
 
@@ -257,8 +256,6 @@ def resume(url: Url = None, key_file: KeyFile = None) -> None:
 @contextmanager
 def _commanding(id: str, url: str | None, key_file: Path | None) -> "Iterator[SweepHandle]":
     """A sweep that receives a command in the block; its status is printed afterwards."""
-    from service.cli.console import print_sweep
-
     with client_of(url, key_file) as client:
         handle = client.find_sweep(id)
         yield handle

@@ -6,10 +6,11 @@ import sys
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from service.cli.commands.answering import print_example
 from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
@@ -25,12 +26,11 @@ from service.cli.commands.options import (
     folder_of,
     settings_of,
 )
+from service.cli.console import print_cost, print_json, print_warnings
 from solver.errors import WhippleError
 from studies.quantities.files import write_text
 from studies.quantities.findings import Finding, InvalidInput
-
-if TYPE_CHECKING:
-    from service.workers.warm import WarmProcess
+from studies.sweeps.document import read_sweep_file, read_yaml
 
 app = typer.Typer()
 
@@ -47,9 +47,7 @@ KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that 
 @app.command()
 def demo(out: Out = Path("demo"), threads: Threads = None, full: Full = False) -> None:
     """Ask laws and shots about a shield, and compute the example sweeps: holes, a measured crater, craters."""
-    from service.cli.commands.answering import print_example
     from studies.sweeps import examples
-    from studies.sweeps.document import read_yaml
 
     folder = folder_of(out)
     begin = time.perf_counter()
@@ -80,23 +78,14 @@ def sweep(
 
     # A child process imports what publishing needs (1 s) while this one imports what the queue needs (1 s).
     with preloading(*PUBLICATION) as ready:
-        from service.cli.console import print_warnings
         from service.settings import Settings
         from studies.sweeps.reading import SweepLimits
         from studies.sweeps.sweep import Sweep
 
         document = document_of(file, law)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
-        status = compute(
-            document,
-            file.stem,
-            folder_of(out),
-            overwrite=overwrite,
-            threads=threads,
-            keep=keep,
-            every_column=every_column,
-            ready=ready,
-        )
+        options = {"overwrite": overwrite, "keep": keep, "every_column": every_column, "ready": ready}
+        status = compute(document, file.stem, folder_of(out), threads, **options)
     raise typer.Exit(status)
 
 
@@ -141,10 +130,8 @@ def estimate(file: SweepFile, as_json: Json = False) -> None:
     """Estimate the cost of a sweep, as it is and at each accuracy. Nothing is computed."""
     from dataclasses import asdict
 
-    from service.cli.console import print_cost, print_json, print_warnings
     from service.settings import Settings
     from studies.sweeps.cost import cost_of, presets_of
-    from studies.sweeps.document import read_sweep_file
     from studies.sweeps.reading import SweepLimits
     from studies.sweeps.sweep import Sweep
 
@@ -167,7 +154,6 @@ def warm(
 ) -> None:
     """Compile the kernels of sweeps into the cache, before the first run needs them."""
     from studies.sweeps import examples
-    from studies.sweeps.document import read_sweep_file, read_yaml
     from studies.sweeps.sweep import Sweep
 
     if files:
@@ -178,37 +164,15 @@ def warm(
     _compile_kernels(documents + thesis)
 
 
-def compute(
-    sweep: "Mapping[str, Any] | Path",
-    name: str,
-    folder: Path,
-    *,
-    overwrite: bool = False,
-    threads: str | None = None,
-    keep: str = "final",
-    every_column: bool = False,
-    ready: "list[WarmProcess] | None" = None,
-) -> int:
-    """Compute a sweep into a folder, print the outcome, and return the exit status.
-
-    ``ready`` are processes that were started before.
-    """
+def compute(sweep: Mapping[str, Any], name: str, folder: Path, threads: str | None = None, **options: Any) -> int:
+    """Compute a sweep into a folder with options of ``run_sweep``, print the outcome, and return the exit status."""
     from service.cli.local import STORE_OF_FOLDER, run_sweep
     from service.client.progress import showing_progress
 
     begin = time.perf_counter()
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with showing_progress(name) as show:
-        finished = run_sweep(
-            sweep,
-            folder,
-            progress=show,
-            settings=settings,
-            overwrite=overwrite,
-            keep=keep,
-            every_column=every_column,
-            ready=ready,
-        )
+        finished = run_sweep(sweep, folder, progress=show, settings=settings, **options)
     seconds = time.perf_counter() - begin
     print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {folder / 'report.html'}")
     if headline := _headline(folder):

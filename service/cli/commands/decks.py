@@ -1,15 +1,18 @@
 """Decks of MPM3D: what one says, and the sweep that computes it."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import Annotated, Any
 
 import typer
 
+from service.cli.commands.computing import compute
 from service.cli.commands.options import Json, Threads, folder_of
+from service.cli.console import print_json, print_table
+from studies.decks.deck import Deck
+from studies.decks.problem import fixed_step
+from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
 from studies.quantities.findings import Finding, InvalidInput
-
-if TYPE_CHECKING:
-    from studies.decks.deck import Deck
+from studies.sweeps.document import no_such_file
 
 app = typer.Typer()
 
@@ -28,8 +31,6 @@ def deck(
     as_json: Json = False,
 ) -> None:
     """Read a deck of MPM3D, print what was understood, and compute it or write its sweep."""
-    from service.cli.console import print_json
-    from studies.decks.reader import read_deck
     from studies.sweeps.sweep import Sweep
 
     text = _text_of(file)
@@ -57,15 +58,10 @@ def deck(
     if output is not None:
         _write(output, document)
     if run is not None:
-        from service.cli.commands.computing import compute
-
         raise typer.Exit(compute(document, file.stem, folder_of(run), threads=threads))
 
 
 def _text_of(file: Path) -> str:
-    from studies.decks.reader import MOST_BYTES, read_file_text
-    from studies.sweeps.document import no_such_file
-
     try:
         with file.open("rb") as opened:
             content = opened.read(MOST_BYTES + 1)
@@ -77,11 +73,8 @@ def _text_of(file: Path) -> str:
     return read_file_text(content)
 
 
-def _print_deck(deck: "Deck") -> None:
+def _print_deck(deck: Deck) -> None:
     """Tables of the grid, the bodies and the materials, and what is left out."""
-    from service.cli.console import print_table
-    from studies.decks.problem import fixed_step
-
     end = f"{deck.end_time * 1e6:g} us, steps of {fixed_step(deck) * 1e9:.4g} ns"
     numerics = f"{deck.shape}, {deck.scheme}, viscosity {deck.viscosity[0]:g} {deck.viscosity[1]:g}"
     contact = f"on the nodes, friction {deck.friction:g}" if deck.contact else "none"

@@ -7,7 +7,10 @@ from typing import Annotated
 import typer
 
 from service.cli.commands.options import folder_of
+from service.cli.console import print_table
+from studies.quantities.display import printed_in, with_unit
 from studies.quantities.findings import Finding, InvalidInput, refusal
+from studies.sweeps.document import no_such_file
 
 app = typer.Typer()
 
@@ -68,8 +71,6 @@ def film(
 
 
 def _no_such_file(file: Path) -> InvalidInput:
-    from studies.sweeps.document import no_such_file
-
     return no_such_file(file, example="give the film.npz of a run that kept its film, or its folder")
 
 
@@ -98,8 +99,6 @@ def plot(
 
 def _compared(cube: Path, other: Path, out: Path, format: str) -> list[Path]:
     """Print the differences of two cubes, and draw both into files."""
-    from service.cli.console import print_table
-    from studies.quantities.display import printed_in, with_unit
     from studies.reports.drawing.two_cubes import draw_two, two_cubes
     from studies.reports.view import title_of
 

@@ -9,7 +9,9 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands.options import Json
-from studies.quantities.findings import Finding, InvalidInput
+from service.cli.console import SHORT_ID, print_json, print_table
+from studies.quantities.display import display_of, with_unit
+from studies.quantities.findings import Finding, InvalidInput, nearest_cure
 
 if TYPE_CHECKING:
     from studies.fits.fit import FittedForm
@@ -20,7 +22,6 @@ if TYPE_CHECKING:
 app = typer.Typer()
 
 MOST_LISTED = 10  # runs that are left out
-SHORT_ID = 12  # digits of an id: enough for ``whipple fetch-run``
 
 QuantityOption = Annotated[
     str | None, typer.Option(metavar="NAME", help="The measured quantity; by default every one.")
@@ -49,11 +50,9 @@ def fit(
     as_json: Json = False,
 ) -> None:
     """Fit forms of laws to the points of a cube or to shots; compare them with each other and with published laws."""
-    from service.cli.console import print_json
     from studies.fits.fit import as_json as plain
     from studies.fits.fit import fits_of, forms_of
     from studies.laws.fitting.forms import FORMS
-    from studies.quantities.findings import nearest_cure
 
     fitted = []
     for measured in _measured(source, quantity, at or []):
@@ -89,7 +88,6 @@ def surrogate(
     as_json: Json = False,
 ) -> None:
     """Interpolate the runs of a cube with an error, and say which axis matters. Needs the extra 'surrogate'."""
-    from service.cli.console import print_json
     from studies.cubes.reading import open_cube
     from studies.fits.indices import indices_of_surrogate
     from studies.fits.surrogate import as_json as plain
@@ -123,9 +121,7 @@ def surrogate(
 
 
 def _print_surrogate(made: "Surrogate", indices: "list[InputIndices]") -> None:
-    from service.cli.console import print_table
     from studies.fits.surrogate import KERNEL, SAMPLES
-    from studies.quantities.display import display_of, with_unit
 
     runs, left = made.runs, made.left_out
     shown = display_of(runs.unit)
@@ -175,8 +171,6 @@ def _index(index: "SobolIndex") -> str:
 
 
 def _print_prediction(made: "Surrogate", prediction: "Prediction", at: list[str]) -> None:
-    from studies.quantities.display import display_of
-
     shown = display_of(made.runs.unit)
     value, interval = (float(each[0]) * shown.factor for each in (prediction.values, prediction.intervals))
     unit = f" {shown.unit}" if shown.unit else ""
@@ -214,7 +208,6 @@ def _write(fitted: "list[list[FittedForm]]", out: Path, name: str) -> None:
 
 
 def _print_fits(fits: "list[FittedForm]") -> None:
-    from service.cli.console import print_table
     from studies.fits.fit import compared, verdicts
     from studies.laws.fitting.forms import dimension_of
 

@@ -10,6 +10,18 @@ from typing import TYPE_CHECKING, Annotated
 import typer
 
 from service.cli.commands.options import FAILURE, SOME_FAILED, SUCCESS, Data, DatabaseUrl, Json, settings_of
+from service.cli.console import (
+    SHORT_ID,
+    print_audit,
+    print_backup,
+    print_check,
+    print_expired,
+    print_json,
+    print_keys,
+    print_plan,
+    print_remeasured,
+    tracking,
+)
 from studies.quantities.findings import Finding, InvalidInput
 
 if TYPE_CHECKING:
@@ -24,9 +36,6 @@ UNITS = {"d": "days", "h": "hours", "m": "minutes"}
 KeyArgument = Annotated[
     str, typer.Argument(metavar="KEY", help="Id or prefix of a key, as `list` prints it, or the name of a usable one.")
 ]
-
-
-# --- keys -----------------------------------------------------------------------------------------
 
 
 @keys.command("create")
@@ -77,8 +86,6 @@ def rotate_key(
 
 
 def _print_secret(row: "KeyRow", secret: str) -> None:
-    from service.cli.console import print_keys
-
     print(secret)
     print_keys([row], file=sys.stderr)
     print("save the secret: it cannot be shown again", file=sys.stderr)
@@ -87,7 +94,6 @@ def _print_secret(row: "KeyRow", secret: str) -> None:
 @keys.command("list")
 def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """List all keys, without their secrets."""
-    from service.cli.console import print_json, print_keys
     from service.cli.offline import open_store
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
@@ -98,7 +104,6 @@ def list_keys(as_json: Json = False, data: Data = None, database_url: DatabaseUr
 @keys.command("revoke")
 def revoke_key(key: KeyArgument, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Revoke a key, from the next request on."""
-    from service.cli.console import print_keys
     from service.cli.offline import open_store, record_command
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
@@ -117,8 +122,6 @@ def _duration(option: str, text: str) -> timedelta:
 
 def _matching(text: str, rows: "tuple[KeyRow, ...]") -> "KeyRow":
     """The one key whose id or secret begins so, or the usable one of a name; raises InvalidInput."""
-    from service.cli.console import SHORT_ID
-
     moment = datetime.now(UTC)
     matching = [row for row in rows if text and (row.id.startswith(text) or text == row.prefix)]
     matching = matching or [row for row in rows if row.name == text and row.is_usable(moment)]
@@ -128,9 +131,6 @@ def _matching(text: str, rows: "tuple[KeyRow, ...]") -> "KeyRow":
         cure = f"write more of it: {candidates}" if matching else "see `whipple keys list`"
         raise InvalidInput([Finding("KEY", text, limit, cure)])
     return matching[0]
-
-
-# --- audit trail, doctor, backup ------------------------------------------------------------------
 
 
 @app.command()
@@ -143,7 +143,6 @@ def audit(
     database_url: DatabaseUrl = None,
 ) -> None:
     """List the orders that the service was given: who, from where, and what came of it; oldest first."""
-    from service.cli.console import print_audit, print_json
     from service.cli.offline import open_store
 
     with open_store(settings_of(data=data, database_url=database_url)) as store:
@@ -154,7 +153,6 @@ def audit(
 @app.command()
 def doctor(as_json: Json = False, data: Data = None, database_url: DatabaseUrl = None) -> None:
     """Check data directory, database and workers, and print cures. The exit status is 1 on an error."""
-    from service.cli.console import print_check, print_json
     from service.cli.doctor import CheckStatus, examine
 
     checks = []
@@ -175,7 +173,6 @@ def backup(
 ) -> None:
     """Copy database and files (SQLite) while the service runs. OUT then is a data directory."""
     from service.cli.backup import back_up
-    from service.cli.console import print_backup
     from service.cli.offline import open_store
 
     settings = settings_of(data=data)
@@ -183,9 +180,6 @@ def backup(
         done = back_up(settings, out, store)
     print_backup(done)
     raise typer.Exit(FAILURE if done.lost else SUCCESS)
-
-
-# --- retention ------------------------------------------------------------------------------------
 
 
 @app.command()
@@ -201,7 +195,6 @@ def retention(
     database_url: DatabaseUrl = None,
 ) -> None:
     """List, or delete, ended sweeps by age, size and owner; pinned ones stay, and runs that another sweep has."""
-    from service.cli.console import print_expired, print_json
     from service.cli.offline import open_store, record_command
     from service.records.jobs import Conflict, NotFound
 
@@ -229,9 +222,6 @@ def _size(option: str, text: str) -> int:
         return TypeAdapter(ByteSize).validate_python(text)
     except ValidationError:
         raise InvalidInput([Finding(option, text, "a size", "write it like 500GB or 2TiB")]) from None
-
-
-# --- missing files --------------------------------------------------------------------------------
 
 
 @app.command()
@@ -262,9 +252,6 @@ def forget_lost(
     print(f"{count} lost results may be computed again; the service starts them within a minute")
 
 
-# --- remeasure ------------------------------------------------------------------------------------
-
-
 @app.command()
 def remeasure(
     dry_run: Annotated[bool, typer.Option("--dry-run", help="Only list the outdated results.")] = False,
@@ -272,7 +259,6 @@ def remeasure(
     database_url: DatabaseUrl = None,
 ) -> None:
     """Apply changed definitions of measurements to the stored final states; stop the service first."""
-    from service.cli.console import print_plan, print_remeasured, tracking
     from service.cli.offline import open_store, record_command, without_services
     from service.cli.remeasuring import Remeasured, plan_of, remeasure_runs
 

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 import typer
 
 from studies.quantities.findings import Finding, InvalidInput
+from studies.sweeps.document import read_law_file, read_sweep_file
 
 if TYPE_CHECKING:
     from service.client.client import Client
@@ -47,8 +48,6 @@ DatabaseUrl = Annotated[
 
 def document_of(file: Path, laws: list[Path] | None) -> dict[str, Any]:
     """The document of a sweep, with the content of the files of fitted laws; raises InvalidInput."""
-    from studies.sweeps.document import read_law_file, read_sweep_file
-
     document = read_sweep_file(file)
     if laws:
         own = document.get("laws") or []

@@ -29,15 +29,5 @@ def serve(
     """Start the service: HTTP interface, queue and workers. Defaults come from WHIPPLE_*."""
     from service.cli.serve import serve as run
 
-    run(
-        settings_of(
-            host=host,
-            port=port,
-            data=data,
-            engine=engine,
-            tls_ca=tls_ca,
-            tls_cert=tls_cert,
-            tls_key=tls_key,
-            threads=threads,
-        )
-    )
+    tls = {"tls_ca": tls_ca, "tls_cert": tls_cert, "tls_key": tls_key}
+    run(settings_of(host=host, port=port, data=data, engine=engine, threads=threads, **tls))

@@ -7,7 +7,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Literal
+from typing import Any, Literal
 
 from axe_playwright_python.sync_playwright import Axe
 from playwright.sync_api import Browser, Page, sync_playwright
@@ -29,6 +29,7 @@ CUT = """() => [...document.querySelectorAll("figure, figure > *, svg, p, h1, h2
     .filter(box => box.getBoundingClientRect().right > innerWidth + 1 && !box.closest("table"))
     .map(box => `${box.tagName} ${box.className.baseVal ?? box.className} ${box.textContent.slice(0, 40)}`)"""
 
+BEYOND = "Math.max(0, document.documentElement.scrollWidth - innerWidth)"  # px of the document beyond the window
 A4 = (595, 842)  # points, portrait
 
 Scheme = Literal["light", "dark"]
@@ -48,7 +49,6 @@ class Seen:
 
 @contextmanager
 def chromium() -> Iterator[Browser]:
-    """A browser for the duration of a block."""
     with sync_playwright() as playwright:
         browser = playwright.chromium.launch(executable_path=CHROMIUM, args=list(FLAGS), timeout=PATIENCE)
         try:
@@ -58,35 +58,38 @@ def chromium() -> Iterator[Browser]:
 
 
 @contextmanager
-def opened(
-    browser: Browser, file: Path, width: int, scheme: Scheme = "light"
+def window(
+    browser: Browser, width: int = max(WIDTHS), scheme: Scheme = "light", **options: Any
 ) -> Iterator[tuple[Page, list[str], list[str]]]:
-    """A page from disk after its scripts have run, its messages, and its requests."""
-    context = browser.new_context(viewport={"width": width, "height": HEIGHT}, color_scheme=scheme)
-    page = context.new_page()
-    messages = messages_of(page)
-    requests: list[str] = []
+    """A page in a window of its own; what it and its scripts say on the console, and the addresses it requests."""
+    viewport: Any = {"width": width, "height": HEIGHT}
+    context = browser.new_context(viewport=viewport, color_scheme=scheme, **options)
+    context.set_default_timeout(PATIENCE)
+    page, messages, requests = context.new_page(), list[str](), list[str]()
+    page.on("console", lambda message: messages.append(message.text))
+    page.on("pageerror", lambda error: messages.append(str(error)))
     page.on("request", lambda request: requests.append(request.url))
     try:
-        page.goto(file.as_uri(), timeout=PATIENCE)
-        yield (page, messages, [url for url in requests if not url.startswith(("data:", file.as_uri()))])
+        yield page, messages, requests
     finally:
         context.close()
 
 
-def messages_of(page: Page) -> list[str]:
-    """What a page says on the console from now on, and errors of its scripts."""
-    messages: list[str] = []
-    page.on("console", lambda message: messages.append(message.text))
-    page.on("pageerror", lambda error: messages.append(str(error)))
-    return messages
+@contextmanager
+def opened(
+    browser: Browser, file: Path, width: int, scheme: Scheme = "light"
+) -> Iterator[tuple[Page, list[str], list[str]]]:
+    """A page from disk after its scripts have run, its messages, and its requests."""
+    with window(browser, width, scheme) as (page, messages, requests):
+        page.goto(file.as_uri())
+        yield (page, messages, [url for url in requests if not url.startswith(("data:", file.as_uri()))])
 
 
 def look(browser: Browser, file: Path, width: int, scheme: Scheme, picture: Path | None = None) -> Seen:
     """Open a page and what is folded on it, and keep a picture of all of it."""
     with opened(browser, file, width, scheme) as (page, messages, requests):
         page.evaluate("document.querySelectorAll('details.section').forEach(each => each.open = true)")
-        wider = page.evaluate("document.documentElement.scrollWidth - innerWidth")
+        wider = page.evaluate(BEYOND)
         cut = page.evaluate(CUT)
         violations = violations_of(page)
         if picture:
@@ -94,7 +97,7 @@ def look(browser: Browser, file: Path, width: int, scheme: Scheme, picture: Path
         return Seen(
             messages=tuple(messages),
             requests=tuple(requests),
-            wider=max(0, int(wider)),
+            wider=int(wider),
             cut=tuple(dict.fromkeys(cut)),
             violations=tuple(violations),
         )

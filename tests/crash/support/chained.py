@@ -65,7 +65,6 @@ def publish(
     directory: Path,
     sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
-    """Cube and report."""
     (directory / "pid").write_text(str(os.getpid()))
     # Most processes of a crash test compute runs alone, and need not load these.
     from studies.reports import publish as real

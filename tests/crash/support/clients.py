@@ -69,7 +69,6 @@ def send_chunks(port: int, count: int) -> None:
 
 @contextmanager
 def half_sent(port: int, count: int) -> Iterator[list[socket.socket]]:
-    """So many connections with half a head."""
     with ExitStack() as ends:
         clients = [ends.enter_context(connected(port)) for _ in range(count)]
         for client in clients:
@@ -105,7 +104,6 @@ def still_open(clients: Sequence[socket.socket], seconds: float) -> int:
 
 
 def connected(port: int) -> socket.socket:
-    """A connection to the service."""
     return socket.create_connection(("127.0.0.1", port), timeout=PATIENCE_SECONDS)
 
 

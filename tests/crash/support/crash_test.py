@@ -14,7 +14,6 @@ from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
-from unittest.mock import patch
 
 from service.files.artifacts import Artifacts
 from service.records.jobs import State, StoreUnavailable
@@ -24,7 +23,7 @@ from studies.quantities.files import RESULT
 from studies.sweeps.sweep import Sweep
 from tests.crash.support import inspection
 from tests.crash.support.faults import AttemptObserver, Fault, KillMoment, ObservedAttempt, Victim
-from tests.crash.support.serving import MARK, ProcessTree, Service, kill_and_wait, process_tree
+from tests.crash.support.serving import ProcessTree, Service, kill_and_wait, process_tree, unmarked
 from tests.service.support.cluster import DaskCluster, ShellProcess, family, parent_of, running
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import is_gone, wait_until
@@ -51,14 +50,12 @@ class Work:
 
     @property
     def runs(self) -> int:
-        """The number of different runs."""
         return self.speeds * (self.sweeps + self.thicknesses - 1)
 
     def documents(self) -> list[dict[str, Any]]:
         return [self._document(number) for number in range(self.sweeps)]
 
     def environment(self) -> dict[str, str]:
-        """Environment of a service that computes it."""
         return {
             "WHIPPLE_TARGETS_MODULE": self.targets,
             "WHIPPLE_TEST_SECONDS": str(self.run_seconds),
@@ -129,7 +126,6 @@ class CrashTest:
         return [self.service.submit(document, priority=number) for number, document in documents]
 
     def wait_until_computing(self) -> None:
-        """Wait until a run is under way."""
         self._wait(lambda: self.attempts.at(KillMoment.COMPUTING))
 
     def inject(self, fault: Fault) -> None:
@@ -150,10 +146,9 @@ class CrashTest:
     def wait_until_ended(self, job: str, after: int) -> None:
         """Wait until a job has ended with its result, in an event after one."""
         ends = ("succeeded", "published")
-        self._wait(lambda: any(e.job_id == job and e.kind in ends for e in self.store.events.all(after=after)))
+        self._wait(lambda: any(e.run_id == job and e.kind in ends for e in self.store.events.all(after=after)))
 
     def wait_for_the_end(self, ids: list[str]) -> None:
-        """Wait until every sweep is published."""
         self._wait(lambda: all(self.store.sweeps.get(id).is_terminal for id in ids), seconds=END_SECONDS)
 
     def fetch(self, ids: list[str], place: Path) -> tuple[Path, ...]:
@@ -234,9 +229,9 @@ class CrashTest:
             return True
         if victim is Victim.DATABASE:
             assert self.server is not None
-            with patch.dict(os.environ):
-                del os.environ[MARK]  # it outlives the tree
-                self.server.crash()
+            self.server.kill()
+            with unmarked():
+                self.server.start()
             return True
         self.service.kill()
         self.service.start()

@@ -41,20 +41,23 @@ def arm() -> None:
     from service.queue.leader import Leader
     from service.store import leases, sweeps
 
+    def always(*_: Any) -> bool:
+        return True
+
     places: dict[str, tuple[Any, str, Callable[..., bool]]] = {
-        "submission-before-commit": (sweeps, "accept", _always),
-        "submission-after-commit": (sweeps.Sweeps, "create", _always),
-        "claim-after-commit": (leases.Leases, "take", _has_answer),
-        "claim-after-submit": (Leader, "_begin", _always),
-        "result-before-registration": (leases.Leases, "finish", _always),
+        "submission-before-commit": (sweeps, "accept", always),
+        "submission-after-commit": (sweeps.Sweeps, "create", always),
+        "claim-after-commit": (leases.Leases, "take", lambda answer, *_: bool(answer)),
+        "claim-after-submit": (Leader, "_begin", always),
+        "result-before-registration": (leases.Leases, "finish", always),
         "result-before-commit": (leases, "log_attempts", _logs("succeeded")),
-        "result-after-commit": (leases.Leases, "finish", _always),
-        "publication-before-registration": (leases.Leases, "publish", _always),
+        "result-after-commit": (leases.Leases, "finish", always),
+        "publication-before-registration": (leases.Leases, "publish", always),
         "publication-before-commit": (leases, "log_attempts", _logs("published")),
-        "publication-after-commit": (leases.Leases, "publish", _always),
-        "copy-halfway": (Artifacts, "copy_out", _always),
-        "object-before-upload": (Bucket, "put", _always),
-        "object-after-upload": (Bucket, "put", _always),
+        "publication-after-commit": (leases.Leases, "publish", always),
+        "copy-halfway": (Artifacts, "copy_out", always),
+        "object-before-upload": (Bucket, "put", always),
+        "object-after-upload": (Bucket, "put", always),
     }
     assert tuple(places) == POINTS
     owner, name, dies = places[point]
@@ -68,14 +71,6 @@ def arm() -> None:
         return answer
 
     setattr(owner, name, armed)
-
-
-def _always(*_: Any) -> bool:
-    return True
-
-
-def _has_answer(answer: Any, *_: Any) -> bool:
-    return bool(answer)
 
 
 def _logs(kind: str) -> Callable[..., bool]:

@@ -18,8 +18,6 @@ FIRST, LAST = 0.05, 1.3
 
 
 class Victim(StrEnum):
-    """A kind of process."""
-
     RUN = "run"  # the warm process that computes it, or publishes
     WORKER = "worker"  # of a cluster
     SCHEDULER = "scheduler"  # the same
@@ -28,8 +26,6 @@ class Victim(StrEnum):
 
 
 class KillMoment(StrEnum):
-    """The state of an attempt when its process is killed."""
-
     ANY = "at random"
     CLAIMED = "claimed"  # a row says running, and no process has begun
     COMPUTING = "computing"
@@ -83,7 +79,6 @@ class AttemptObserver:
         self._artifacts = artifacts
 
     def at(self, moment: KillMoment) -> list[ObservedAttempt]:
-        """Attempts at a moment."""
         drawn = [self._target(claim) for claim in self._store.leases.held()]
         return [attempt for attempt in drawn if moment in attempt.moments]
 

@@ -11,12 +11,12 @@ from service.queue.dispatcher import Dispatcher
 from service.records.jobs import Kind, Submission
 from service.workers.attempt import Attempt, Ended, Ending, Inbox
 from service.workers.warm_process import perform
+from studies.quantities.files import SWEEP_FILES
 from tests.crash.support import fault_points
 from tests.service.support.fakes import RecordingEngine, open_store, settings_in, sweep_of
 from tests.service.support.targets import Run
 
 KEY = ("the-only-one", "11" * 32)
-PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")
 
 
 class Inline(RecordingEngine):
@@ -30,7 +30,7 @@ class Inline(RecordingEngine):
         folder = Path(attempt.directory)
         folder.mkdir(parents=True)
         perform(vars(attempt), lambda _message: None, lambda: False)
-        names = OF_A_RUN if attempt.kind is Kind.RUN else PUBLISHED
+        names = OF_A_RUN if attempt.kind is Kind.RUN else SWEEP_FILES
         files = tuple(describe(folder / name) for name in names if (folder / name).is_file())
         self._inbox.put(Ended(attempt.key, Ending(None, "", "", files, 0.1)))
 

@@ -30,7 +30,6 @@ def runs(store: Store, sweeps: list[str]) -> dict[str, RunRow]:
 
 
 def events(store: Store) -> Iterator[Any]:
-    """All events of a store."""
     after = 0
     while page := store.events.all(after=after, limit=PAGE):
         yield from page
@@ -39,7 +38,7 @@ def events(store: Store) -> Iterator[Any]:
 
 def registered_once(store: Store, sweeps: list[str]) -> list[str]:
     """Runs that succeeded, were registered once (events are never removed), and have one answer."""
-    counts = Counter(str(event.job_id) for event in events(store) if event.kind == "succeeded")
+    counts = Counter(str(event.run_id) for event in events(store) if event.kind == "succeeded")
     return [
         run.id
         for run in runs(store, sweeps).values()
@@ -174,7 +173,6 @@ def differences(expected: Path, got: Path, *, at: Mapping[str, Any] | None = Non
 
 
 def count_variables(file: Path) -> int:
-    """The number of variables that are compared."""
     with xr.open_dataset(file) as cube:
         return len(cube.variables)
 

@@ -39,7 +39,6 @@ class ObjectStore:
         return Bucket(URL)
 
     def flip(self, name: str) -> None:
-        """Flip a bit of an object."""
         path = f"{URL}/{name}"
         content = bytearray(self.bucket.files.cat_file(path))
         content[len(content) // 2] ^= 1

@@ -71,11 +71,9 @@ class Service:
             )
 
     def wait_until_listening(self) -> None:
-        """Until it answers."""
         wait_until(self._answers, seconds=START_SECONDS)
 
     def wait_until_ready(self) -> None:
-        """Until it can compute."""
         wait_until(lambda: self.get("/readyz") == 200, seconds=START_SECONDS)
 
     def get(self, path: str) -> int | None:
@@ -110,11 +108,9 @@ class Service:
         return self.process is not None and self.process.poll() is None
 
     def log_tail(self) -> str:
-        """The end of its log."""
         return self.log.read_text(errors="replace")[-LAST_BYTES:]
 
     def kill(self) -> None:
-        """Kill -9."""
         assert self.process is not None
         self.process.kill()
         self.process.wait()
@@ -165,7 +161,6 @@ class ProcessTree:
         return self.pids()
 
     def end(self) -> None:
-        """Kill what is left."""
         for pid in self.pids():
             kill_and_wait(pid)
         wait_until(lambda: not self.pids())
@@ -187,6 +182,14 @@ def process_tree() -> Iterator[ProcessTree]:
             yield tree
     finally:
         tree.end()
+
+
+@contextmanager
+def unmarked() -> Iterator[None]:
+    """What is started in the block is of no tree, and outlives it."""
+    with patch.dict(os.environ):
+        os.environ.pop(MARK, None)
+        yield
 
 
 def kill_and_wait(pid: int) -> bool:

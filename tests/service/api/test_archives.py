@@ -4,7 +4,6 @@ import hashlib
 import subprocess
 import tracemalloc
 import zipfile
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,6 +14,7 @@ from service.client.client import Client
 from service.client.connection import ServiceError, Unreachable
 from service.files.artifacts import digest
 from studies.cases.rows import at_most, equal
+from tests.claims.marked import Compared
 from tests.service.support.api import ALL_RUNS, FILES, Api, served
 from tests.service.support.command import run
 
@@ -37,7 +37,7 @@ def ended(api: Api) -> str:
 
 @pytest.mark.claim("pages", "archive-has-every-file")
 def test_archive__has_every_file_with_its_digest_and_is_never_in_memory(
-    api: Api, tmp_path: Path, compared: Callable[..., None]
+    api: Api, tmp_path: Path, compared: Compared
 ) -> None:
     """The archive of a sweep has every file of it and of its runs, each with its registered digest, sent in pieces."""
     id = ended(api)

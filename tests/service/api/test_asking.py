@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator
-from contextlib import closing
 from html import unescape
 from pathlib import Path
 from typing import Any
@@ -13,18 +12,15 @@ from service.api.browsers import ONCE, TOKEN_FIELD
 from service.api.pages.asking import ORDER, SUBMIT
 from service.api.pages.forms import COUNTS, MORE, WORDS, document_of, fields_of
 from service.api.pages.formulas import formula
-from service.api.pages.rendering import PAGES
 from service.records.jobs import Scope
-from service.settings import Settings
-from service.store import Store
 from studies import laws, scenarios
 from studies.quantities.parameters import declared
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 from tests.service.api.test_login import log_in, token_on
-from tests.service.api.test_pages import Links
 from tests.service.support.api import SWEEP, Api, open_api
+from tests.service.support.fakes import issue_key
 
 FORM = "/new/thin_plate"
 FIELDS = {**SWEEP["fixed"], "speed": "3 km/s, 6 km/s", "resolution": "8", "name": "two-speeds"}
@@ -51,7 +47,6 @@ def findings(page: Any) -> dict[str, str]:
 
 
 def runs_of(api: Api, page: Any) -> set[str]:
-    """The runs of the sweep whose page is shown."""
     id = page.url.path.removeprefix("/sweeps/")
     points = api.http.get(f"/v1/sweeps/{id}/runs", headers={"Accept": "application/json"}).json()
     return {item["run"]["id"] for item in points["items"]}
@@ -103,14 +98,6 @@ def test_form__begins_with_a_preset_a_sweep_or_the_address(api: Api) -> None:
         assert f'id="speed" name="speed" value="{value}"' in api.http.get(f"{FORM}?{query}").text
 
 
-def test_form__takes_no_order_without_the_token_of_its_page(api: Api) -> None:
-    form = {**FIELDS, ORDER: SUBMIT}
-    assert api.http.post(FORM, data=form).status_code == 403
-    foreign = {"Origin": "https://example.org", "Sec-Fetch-Site": "cross-site"}
-    assert send(api, FIELDS, headers=foreign).status_code == 403
-    assert api.http.get("/v1/sweeps", headers={"Accept": "application/json"}).json()["items"] == []
-
-
 def test_form__that_is_too_long_is_refused_as_such(api: Api) -> None:
     refused = send(api, {**FIELDS, "observations": "x" * (1 << 22)})
     assert refused.status_code == 413
@@ -118,8 +105,7 @@ def test_form__that_is_too_long_is_refused_as_such(api: Api) -> None:
 
 
 def test_form__is_offered_to_keys_that_may_submit(tmp_path: Path) -> None:
-    with closing(Store.open(Settings(data=tmp_path).url)) as store:
-        store.keys.issue("nobody", [])
+    issue_key(tmp_path, "nobody")
     with open_api(tmp_path, host="0.0.0.0") as api:
         api.http.headers.update({"Accept": "text/html"})
         for scope, offered in ((Scope.READ, 0), (Scope.SUBMIT, 1)):
@@ -187,18 +173,6 @@ def test_shield__is_answered_with_a_figure_and_its_findings_stand_at_the_fields(
     assert findings(refused).keys() == {"speed", "plate_thickness", "stand_off"}
     assert api.http.get(f"/shields/sheet?{asked}").status_code == 422
     assert "unsafe-inline" in api.http.get("/shields/sheet").headers["Content-Security-Policy"]
-
-
-@pytest.mark.claim("pages", "links", minutes=0.2)
-@pytest.mark.parametrize("path", ["/new", "/scenarios", "/laws", "/shots"])
-def test_page__with_which_a_person_asks_has_no_dead_link(api: Api, path: str) -> None:
-    """Every link of the pages with which a person asks leads to a page."""
-    links = Links(api.http.get(path).text)
-    for address in set(links.addresses) - {address for address, _ in PAGES}:
-        page, _, id = address.partition("#")
-        assert re.match(r"/(?!/)|#|data:", address), address
-        assert not page.startswith("/") or api.http.get(page).status_code == 200, address
-        assert page or id in links.ids, address
 
 
 def test_law__is_typeset_with_every_number_and_quantity_of_its_equation() -> None:

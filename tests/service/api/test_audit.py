@@ -2,7 +2,7 @@
 
 import io
 import json
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from types import SimpleNamespace
@@ -19,6 +19,7 @@ from service.api.middleware import READS
 from service.records.jobs import AuditEntry, Scope
 from service.store.tables import AUDIT
 from studies.cases.rows import equal
+from tests.claims.marked import Compared
 from tests.service.api.test_keys import ELSEWHERE, NAME
 from tests.service.api.test_login import token_on
 from tests.service.support.api import SWEEP, Api, open_api
@@ -45,7 +46,7 @@ def trail(api: Api) -> tuple[AuditEntry, ...]:
 
 
 @pytest.mark.claim("doors", "audit")
-def test_order__has_a_row_with_key_address_action_subject_and_outcome(api: Api, compared: Callable[..., None]) -> None:
+def test_order__has_a_row_with_key_address_action_subject_and_outcome(api: Api, compared: Compared) -> None:
     """Every order has one row: key, owner, address of the peer, action, id, status; what reads has none."""
     key, secret = api.store.keys.issue("anna", [Scope.ADMIN])
     anna = peer(api, secret)
@@ -66,7 +67,7 @@ def test_order__has_a_row_with_key_address_action_subject_and_outcome(api: Api, 
 
 
 @pytest.mark.claim("doors", "audit")
-def test_every_route_that_changes_something__is_recorded(api: Api, compared: Callable[..., None]) -> None:
+def test_every_route_that_changes_something__is_recorded(api: Api, compared: Compared) -> None:
     """A route with an unsafe method leaves a row whether its order is carried out or refused, but for two that read."""
     key, secret = api.store.keys.issue("anna", [Scope.ADMIN])
     anna, browser = peer(api, secret), peer(api)
@@ -83,26 +84,14 @@ def test_every_route_that_changes_something__is_recorded(api: Api, compared: Cal
                 browser.request(method, path, data=form, follow_redirects=False)
             missing += [route.name] * (len(trail(api)) != before + 1)
     compared(equal("routes without a row", expected=sorted(READS), got=sorted(missing)))
-    actions = {
-        "submit",
-        "add points",
-        "cancel",
-        "pin",
-        "unpin",
-        "retry",
-        "delete",
-        "prioritise",
-        "pause",
-        "resume",
-        "log-in",
-        "log-out",
-    }
+    of_sweeps = {"submit", "add points", "cancel", "pin", "unpin", "retry", "delete", "prioritise"}
+    actions = of_sweeps | {"pause", "resume", "log-in", "log-out"}
     compared(equal("actions", expected=actions, got={entry.action for entry in trail(api)}))
     compared(equal("key, also of the log-in", expected={key.id}, got={entry.key_id for entry in trail(api)}))
 
 
 @pytest.mark.claim("doors", "wrong-keys")
-def test_wrong_keys__are_slowed_down_by_address(api: Api, compared: Callable[..., None]) -> None:
+def test_wrong_keys__are_slowed_down_by_address(api: Api, compared: Compared) -> None:
     """After ten wrong keys within a minute an address gets 429 with Retry-After for others; a valid key is served."""
     _, secret = api.store.keys.issue("anna", [Scope.READ])
     key, old = api.store.keys.issue("bert", [Scope.READ], datetime.now(UTC) - timedelta(days=1))
@@ -133,7 +122,7 @@ def test_wrong_keys__are_counted_by_the_minute_and_network_in_bounded_memory(mon
 
 
 @pytest.mark.claim("doors", "audit")
-def test_order__is_accepted_though_its_row_cannot_be_written(api: Api, compared: Callable[..., None]) -> None:
+def test_order__is_accepted_though_its_row_cannot_be_written(api: Api, compared: Compared) -> None:
     """An order whose row cannot be written is carried out, answered, and in the log."""
     _, secret = api.store.keys.issue("anna", [Scope.SUBMIT])
     with api.store.database.writing() as connection:

@@ -16,8 +16,6 @@ FEW, MANY = 40, 10_000  # bodies for a service on each database, the same each t
 JSON, YAML = "application/json", "application/yaml"
 REFUSALS = (413, 415, 422)
 
-# --- what may be sent -----------------------------------------------------------------------------
-
 NUMBERS = st.integers() | st.floats() | st.sampled_from([10**400, -(10**30), 1e308, -0.0])
 UNITS = ("km/s", "m/s", "mm", "um", "kg", "%", "", " ", "m^m", "K**9", "Δ", "m/0", "1", "degC")
 QUANTITIES = st.builds("{} {}".format, NUMBERS, st.sampled_from(UNITS))
@@ -113,9 +111,6 @@ def is_clear(response: Any) -> bool:
     problem = response.json()
     told = all(error[word] for error in problem.get("errors", ()) for word in ("limit", "cure"))
     return problem["status"] == response.status_code and bool(problem["detail"]) and told
-
-
-# --- what happens to them -------------------------------------------------------------------------
 
 
 def submit_any(api: Api, count: int) -> None:

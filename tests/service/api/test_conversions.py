@@ -6,7 +6,6 @@ import os
 import re
 import threading
 import zipfile
-from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from pathlib import Path
@@ -22,12 +21,13 @@ from service.api.routes.runs import FilmField
 from service.client.client import Client
 from service.files.artifacts import Artifacts, describe
 from service.records.jobs import Kind, Lease, Stored
-from studies.cases.rows import Row, equal
+from studies.cases.rows import equal
 from studies.cubes import cube
 from studies.films.film import SCALARS
 from studies.quantities.measured import Measured
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
+from tests.claims.marked import Compared
 from tests.service.support.api import SWEEP, Api, served, sweep_of
 from tests.service.support.fakes import DEADLINE
 from tests.studies.runs.solved import asked
@@ -84,16 +84,14 @@ def test_partial_cube__of_other_or_damaged_results_is_another(api: Api, tmp_path
     made.write_bytes(b"damaged")
     assert opened(api.http.get(partial).content, tmp_path).attrs["sweep_state"] == "running, 1 of 2 runs have a result"
     finish(api, second)
-    path = api.store.runs.get(first.id).path
-    assert path is not None
-    (api.settings.data / path).write_bytes(b"damaged")
+    (api.settings.data / api.store.runs.file(first.id, "result.json").path).write_bytes(b"damaged")
     response = api.http.get(partial)
     assert response.headers["ETag"] != tag
     assert any("damaged" in str(reason) for reason in opened(response.content, tmp_path).run_reason.values)
 
 
 @pytest.mark.claim("pages", "report-so-far", minutes=0.2)
-def test_report__of_the_results_so_far_says_that_it_is_not_complete(api: Api, compared: Callable[[Row], None]) -> None:
+def test_report__of_the_results_so_far_says_that_it_is_not_complete(api: Api, compared: Compared) -> None:
     """The report of a sweep that has not ended is made on request, and its title says how far the sweep is."""
     report = f"/v1/sweeps/{api.submit()}/report.html"
     first, second = api.store.leases.take(2, api.term())
@@ -187,9 +185,6 @@ def test_file__of_one_request_is_waited_for_by_another_of_a_page_alone(tmp_path:
         files.may_end.set()
         assert first.result() == second.result()
     assert files.made == 1
-
-
-# --- results for other programs -----------------------------------------------------------------------
 
 
 def with_files(api: Api) -> tuple[str, str]:

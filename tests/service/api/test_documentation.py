@@ -4,15 +4,17 @@ import json
 import os
 import re
 import subprocess
-from collections.abc import Callable
 from html import unescape
 from pathlib import Path
 
 import pytest
 
+from service.api.errors import PROBLEMS
 from service.api.pages.documentation import TAGS
 from service.records.jobs import Scope
 from studies.cases.rows import equal
+from studies.sweeps import examples
+from tests.claims.marked import Compared
 from tests.service.support.api import SWEEP, Api, SameFile, served, sweep_of
 
 PARTS = ["submit", "watch", "results", "runs", "catalogue", "keys", "operations"]
@@ -24,21 +26,30 @@ TIMED_OUT = 28  # exit status of curl
 ORDERS = ("/cancel", "PATCH")  # of sweeps that have not ended
 
 
-def test_documentation__has_every_operation_in_one_part(shared_api: Api) -> None:
+def test_documentation__has_every_operation_in_one_part_and_every_problem(shared_api: Api) -> None:
     document = shared_api.http.get("/openapi.json").json()
-    tags = [operation["tags"] for methods in document["paths"].values() for operation in methods.values()]
-    assert all(len(each) == 1 for each in tags)
-    assert [tag["name"] for tag in TAGS] == PARTS
-    assert {name for [name] in tags} == {*PARTS} - {"keys"}  # which the operator makes
     page = shared_api.http.get("/docs").text
+    tags = set()
+    for path, methods in document["paths"].items():
+        for method, operation in methods.items():
+            assert f"{method.upper()} {path}" in page
+            assert operation["description"], (method, path)
+            assert list(operation["responses"]["4XX"]["content"]) == ["application/problem+json"], (method, path)
+            [tag] = operation["tags"]
+            tags.add(tag)
+    assert [tag["name"] for tag in TAGS] == PARTS
+    assert tags == {*PARTS} - {"keys"}  # which the operator makes
     places = [page.index(f'<section id="{name}">') for name in PARTS]
     assert places == sorted(places)
     ids = re.findall(r'\bid="([^"]*)"', page)
     assert len(ids) == len(set(ids))
+    assert {f"problem-{problem.slug}" for problem in PROBLEMS.values()} <= set(ids)
+    body = document["paths"]["/v1/sweeps"]["post"]["requestBody"]["content"]["application/json"]
+    assert list(body["examples"]) == examples.names()
 
 
 @pytest.mark.claim("pages", "api-examples", minutes=0.2)
-def test_examples__of_the_documentation_run(api: Api, tmp_path: Path, compared: Callable[..., None]) -> None:
+def test_examples__of_the_documentation_run(api: Api, tmp_path: Path, compared: Compared) -> None:
     """Each example of /docs, run by a shell with curl against a service, succeeds."""
     api.http.app.state.conversions = SameFile(api.settings.data / "cache")  # type: ignore[attr-defined]
     id = api.submit()
@@ -55,10 +66,10 @@ def test_examples__of_the_documentation_run(api: Api, tmp_path: Path, compared: 
     _, secret = api.store.keys.issue("anna", [Scope.READ])
     (tmp_path / "sweep.json").write_text(json.dumps(SWEEP))
     with served(api) as url:
-        examples = [unescape(text) for text in EXAMPLE.findall(api.http.get("/docs", headers={"Host": url[7:]}).text)]
-        assert len(examples) > 35
+        calls = [unescape(text) for text in EXAMPLE.findall(api.http.get("/docs", headers={"Host": url[7:]}).text)]
+        assert len(calls) > 35
         # Orders after questions, and what is deleted last: a pinned sweep is not.
-        for example in sorted(examples, key=lambda text: ("-X" in text, "DELETE" in text, not text.endswith("/pin"))):
+        for example in sorted(calls, key=lambda text: ("-X" in text, "DELETE" in text, not text.endswith("/pin"))):
             sweep = waiting if any(word in example for word in ORDERS) else id
             variables = {**os.environ, "SWEEP": sweep, "RUN": first.id, "WHIPPLE_API_KEY": secret}
             if "DELETE" in example:

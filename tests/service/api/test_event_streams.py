@@ -24,7 +24,6 @@ TIMEOUT = 60.0  # s, for a message on a busy machine
 
 @contextmanager
 def listening(url: str, path: str, last: int | None = None) -> Iterator[Iterator[ServerEvent]]:
-    """The messages of a stream, over a real connection."""
     headers = {} if last is None else {"Last-Event-ID": str(last)}
     with httpx.stream("GET", url + path, headers=headers, timeout=TIMEOUT) as response:
         assert response.status_code == 200, response.read()
@@ -45,9 +44,6 @@ def content(event: ServerEvent) -> Any:
 
 def kinds(events: list[ServerEvent]) -> list[str]:
     return [content(event)["kind"] for event in events if event.name == "message"]
-
-
-# --- the messages ---------------------------------------------------------------------------------
 
 
 def test_sweep__that_has_ended_is_told_whole_and_then_ends(api: Api) -> None:
@@ -112,9 +108,6 @@ def test_progress__tells_time_step_and_the_value_so_far(api: Api) -> None:
     assert told["run_id"] == lease.id
 
 
-# --- runs and sweeps alike ------------------------------------------------------------------------
-
-
 @pytest.fixture(params=["sweeps", "runs"])
 def ended(request: pytest.FixtureRequest, api: Api) -> str:
     """The address of a sweep or a run that has ended."""
@@ -139,9 +132,6 @@ def test_stream__behind_what_is_no_event_is_refused(api: Api, last: str) -> None
     refused = api.http.get(f"/v1/sweeps/{api.submit()}/events", params={"after": last})
     assert refused.status_code == 422
     assert refused.json()["errors"][0]["field"] == "Last-Event-ID"
-
-
-# --- their cost -----------------------------------------------------------------------------------
 
 
 def streams_of(api: Api) -> EventStreams:

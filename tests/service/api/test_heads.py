@@ -1,6 +1,6 @@
 """HEAD wherever there is a GET: one mechanism, looked at over every route and a real connection."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 
 import anyio
 import httpx
@@ -11,6 +11,7 @@ from starlette.types import Message, Receive, Scope, Send
 from service.api.app import GUARDED, OPEN
 from service.api.middleware import Heads
 from studies.cases.rows import equal
+from tests.claims.marked import Compared
 from tests.service.support.api import Api, SameFile, served
 from tests.service.support.fakes import wait_until
 
@@ -36,7 +37,7 @@ def paths(api: Api) -> Iterator[str]:
 
 
 @pytest.mark.claim("pages", "head-where-get")
-def test_head__is_what_get_says_without_its_body(api: Api, compared: Callable[..., None]) -> None:
+def test_head__is_what_get_says_without_its_body(api: Api, compared: Compared) -> None:
     """Every route with GET responds to HEAD with the same status and headers, and no body."""
     api.http.app.state.conversions = SameFile(api.settings.data / "cache")  # type: ignore[attr-defined]
     streams = api.http.app.state.event_streams  # type: ignore[attr-defined]

@@ -3,7 +3,6 @@
 import io
 import logging
 from collections.abc import Iterator
-from contextlib import closing
 from datetime import UTC, datetime, timedelta
 from pathlib import Path
 from typing import Any
@@ -14,9 +13,8 @@ from fastapi.testclient import TestClient
 
 from service import logs
 from service.records.jobs import Scope
-from service.settings import Settings
-from service.store import Store
 from tests.service.support.api import SWEEP, Api, open_api, served
+from tests.service.support.fakes import issue_key
 
 ELSEWHERE = {"host": "0.0.0.0", "allowed_hosts": ("whipple.example.org",)}
 NAME = "http://whipple.example.org"
@@ -24,7 +22,6 @@ WITHOUT_KEY = {"/livez", "/readyz", "/version"}  # asked by machines that have n
 
 
 def key_for(api: Api, *scopes: Scope, name: str = "anna", **more: Any) -> dict[str, str]:
-    """The header of a new key."""
     _, secret = api.store.keys.issue(name, scopes, **more)
     return {"Authorization": f"Bearer {secret}"}
 
@@ -32,8 +29,7 @@ def key_for(api: Api, *scopes: Scope, name: str = "anna", **more: Any) -> dict[s
 @pytest.fixture
 def api(tmp_path: Path) -> Iterator[Api]:
     """A service that can be reached from elsewhere; the key which lets it start is nobody's."""
-    with closing(Store.open(Settings(data=tmp_path).url)) as store:
-        store.keys.issue("nobody", [])
+    issue_key(tmp_path, "nobody")
     with open_api(tmp_path, **ELSEWHERE) as opened:
         yield opened
 
@@ -46,9 +42,6 @@ def is_refused(response: Any, status: int, challenge: str) -> bool:
         and response.headers["WWW-Authenticate"].startswith('Bearer realm="whipple"')
         and challenge in response.headers["WWW-Authenticate"]
     )
-
-
-# --- who is let in --------------------------------------------------------------------------------
 
 
 def test_every_operation__needs_a_key_elsewhere(api: Api) -> None:
@@ -106,8 +99,6 @@ def test_key__that_is_revoked_or_past_its_time_is_refused(api: Api) -> None:
     assert is_refused(api.http.get("/v1/sweeps", headers=old), 401, "invalid_token")
 
 
-# --- what a scope allows --------------------------------------------------------------------------
-
 ALLOWED = {
     Scope.READ: {("GET", "/v1/sweeps"), ("GET", "/v1/queue"), ("GET", "/metrics")},
     Scope.SUBMIT: {("POST", "/v1/sweeps"), ("POST", "/v1/sweeps/estimate")},
@@ -128,8 +119,6 @@ def test_scope__allows_what_it_says_and_no_more(api: Api, scope: Scope) -> None:
             else:
                 assert is_refused(response, 403, f'scope="{needed}"'), (path, response.text)
 
-
-# --- whose sweep is whose -------------------------------------------------------------------------
 
 ORDERS = (
     *(("POST", "/cancel", None), ("POST", "/retry", None), ("PATCH", "", {"priority": 3})),
@@ -170,9 +159,6 @@ def test_key__on_the_loopback_owns_what_is_submitted_with_it(tmp_path: Path) -> 
         reader = key_for(api, Scope.READ, name="bert")
         assert api.http.post("/v1/sweeps", json=SWEEP, headers=reader).status_code == 403
         assert api.http.post(f"/v1/sweeps/{sweep['id']}/cancel").status_code == 202
-
-
-# --- secrets ----------------------------------------------------------------------------------------
 
 
 def test_secret__is_neither_logged_nor_answered(api: Api) -> None:

@@ -2,13 +2,13 @@
 
 import io
 import time
-from collections.abc import Callable
 
 import pytest
 import xarray as xr
 
 from service.api.routes.catalogue import QUESTION
 from studies.cases.rows import at_most
+from tests.claims.marked import Compared
 from tests.service.support.api import Api
 
 ANSWER = 0.05  # s
@@ -34,7 +34,7 @@ def test_laws__refuse_with_field_value_limit_and_cure(shared_api: Api) -> None:
 
 
 @pytest.mark.claim("door", "answer-time", minutes=0.2)
-def test_laws__answer_within_fifty_milliseconds(shared_api: Api, compared: Callable[..., None]) -> None:
+def test_laws__answer_within_fifty_milliseconds(shared_api: Api, compared: Compared) -> None:
     """A running service answers a question about one shield within 50 ms, the median of twenty."""
 
     def seconds(speed: int) -> float:

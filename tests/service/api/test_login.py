@@ -2,7 +2,6 @@
 
 import re
 from collections.abc import Iterator
-from contextlib import closing
 from datetime import UTC, datetime
 from pathlib import Path
 from typing import Any
@@ -11,10 +10,9 @@ import pytest
 
 from service.api.browsers import SESSION, TOKEN_HEADER
 from service.records.jobs import Scope
-from service.settings import Settings
-from service.store import Store
 from service.store import keys as sessions
 from tests.service.support.api import SWEEP, Api, open_api
+from tests.service.support.fakes import issue_key
 
 HTML = {"Accept": "text/html"}
 
@@ -22,15 +20,13 @@ HTML = {"Accept": "text/html"}
 @pytest.fixture
 def api(tmp_path: Path) -> Iterator[Api]:
     """A service that asks for a key."""
-    with closing(Store.open(Settings(data=tmp_path).url)) as store:
-        store.keys.issue("nobody", [])
+    issue_key(tmp_path, "nobody")
     with open_api(tmp_path, host="0.0.0.0") as opened:
         opened.http.headers.update(HTML)
         yield opened
 
 
 def token_on(page: Any) -> str:
-    """The token in the forms of a page."""
     [token] = set(re.findall(r'name="csrf_token" value="(\w+)"', page.text))
     return token
 
@@ -137,7 +133,9 @@ def test_local_browser__needs_no_key_but_the_token(tmp_path: Path) -> None:
     with open_api(tmp_path) as api:
         id = api.submit()
         page = api.http.get(f"/sweeps/{id}")
-        assert api.http.post(f"/sweeps/{id}/cancel").status_code == 403
+        run = api.store.sweeps.points(id).items[0].run.id
+        for order in (f"/sweeps/{id}/cancel", f"/sweeps/{id}/values", f"/runs/{run}/film", "/new/thin_plate"):
+            assert api.http.post(order, data={"axis": "speed", "values": "4 km/s"}).status_code == 403
         cancelled = api.http.post(f"/sweeps/{id}/cancel", data={"csrf_token": token_on(page)}, headers=HTML)
         assert cancelled.status_code == 200
         assert "cancel" in cancelled.text

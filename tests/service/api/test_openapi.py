@@ -6,8 +6,8 @@ by hand between two calls, so that every state of a sweep is met.
 
 import copy
 import itertools
-from collections.abc import Callable, Iterator
-from contextlib import ExitStack, closing, contextmanager, suppress
+from collections.abc import Iterator
+from contextlib import ExitStack, contextmanager, suppress
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any, cast
@@ -23,9 +23,10 @@ from schemathesis.specs.openapi.checks import ensure_resource_availability, posi
 from service.api.app import build_app
 from service.records.jobs import Scope
 from service.settings import Settings
-from service.store import Store
 from studies.cases.rows import at_least
+from tests.claims.marked import Compared
 from tests.service.support.api import Api, SameFile, open_api, sweep_of
+from tests.service.support.fakes import issue_key
 
 HOST = "whipple.example.org"
 SEED = 20261121
@@ -96,8 +97,7 @@ def described(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Described]:
 @contextmanager
 def describing(folder: Path) -> Iterator[Described]:
     """A service in a folder, with its description."""
-    with closing(Store.open(Settings(data=folder).url)) as store:
-        _, secret = store.keys.issue("anna", [Scope.ADMIN])
+    secret = issue_key(folder, "anna", Scope.ADMIN)
     with open_api(folder, host="0.0.0.0", allowed_hosts=(HOST, "testserver")) as api:
         app: Any = api.http.app
         app.state.conversions = SameFile(folder / "cache")
@@ -190,9 +190,7 @@ def test_calls__came_through_to_what_they_asked_for(described: Described) -> Non
 
 
 @pytest.mark.claim("api", "openapi", minutes=15.0)
-def test_openapi__describes_what_schemathesis_meets(
-    described: Described, tmp_path: Path, compared: Callable[..., None]
-) -> None:
+def test_openapi__describes_what_schemathesis_meets(described: Described, tmp_path: Path, compared: Compared) -> None:
     """schemathesis (fixed seed, a key, operations alone and in sequence) finds nothing against the description."""
     for operation, mode in itertools.product(operations(), GenerationMode):
         call_operation(described, operation, mode, THOROUGH)

@@ -1,7 +1,6 @@
 """Pages of 1 000 sweeps, one of them of nearly 10 000 runs: bytes and statements are bounded."""
 
 import re
-from collections.abc import Callable
 
 import pytest
 import sqlalchemy as sa
@@ -10,7 +9,8 @@ from service.records.jobs import Kind, State, Submission
 from service.store import Store
 from service.store.submission import accept
 from service.store.tables import JOBS, now
-from studies.cases.rows import Row, at_most, equal
+from studies.cases.rows import at_most, equal
+from tests.claims.marked import Compared
 from tests.service.support.api import LARGE_SWEEPS, Api
 from tests.service.support.fakes import runs_of, sweep_of
 from tests.service.support.rows import statements
@@ -36,7 +36,7 @@ def _fill(store: Store) -> str:
 
 
 @pytest.mark.claim("pages", "bounds", minutes=0.5)
-def test_pages__of_many_sweeps_and_runs_are_bounded(api: Api, compared: Callable[[Row], None]) -> None:
+def test_pages__of_many_sweeps_and_runs_are_bounded(api: Api, compared: Compared) -> None:
     """With 1 000 sweeps, one of 9 990 runs, every page takes at most 8 statements and 120 kB."""
     answer = api.http.post("/v1/sweeps", json=LARGE_SWEEPS["a grid of 999 x 10"])
     assert answer.status_code == 202, answer.text
@@ -59,13 +59,8 @@ def test_pages__of_many_sweeps_and_runs_are_bounded(api: Api, compared: Callable
         asked = [text for text in sent if not text.startswith("BEGIN")]
         compared(at_most(f"{name}: statements", limit=MOST_STATEMENTS, got=len(asked)))
     cells = CELLS.findall(found["large sweep"])
-    compared(
-        equal(
-            "runs in the grid, of which some have succeeded",
-            expected=(400, True),
-            got=(len(cells), "succeeded" in cells),
-        )
-    )
+    shown = len(cells), "succeeded" in cells
+    compared(equal("runs in the grid, of which some have succeeded", expected=(400, True), got=shown))
     compared(equal("sweeps on the first page", expected=50, got=found["sweeps"].count(LINK)))
     named = sum("99" in str(number) for number in range(SWEEPS - 1))
     compared(equal("sweeps that were found", expected=named, got=found["sweeps that are searched"].count(LINK)))

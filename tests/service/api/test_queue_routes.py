@@ -3,7 +3,6 @@
 import json
 import re
 import threading
-from collections.abc import Callable
 from pathlib import Path
 
 import pytest
@@ -13,12 +12,11 @@ from prometheus_client.parser import text_string_to_metric_families
 from service.api.routes import health
 from service.records.jobs import Cause, StoreUnavailable
 from studies.cases.rows import equal
+from tests.claims.marked import Compared
 from tests.service.support.api import Api
 from tests.service.support.fakes import DEADLINE
 
 MONITORING = Path(__file__).parents[3] / "docs" / "monitoring"
-
-# --- queue ----------------------------------------------------------------------------------------
 
 
 def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
@@ -34,9 +32,6 @@ def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
     api.http.app.state.readiness = health.ReadinessCheck()  # type: ignore[attr-defined]
     queue = api.http.get("/v1/queue").json()
     assert (queue["leader"], queue["blocked_reason"]) == ("tests", not_ready(api)) == ("tests", api.engine.reason)
-
-
-# --- health ---------------------------------------------------------------------------------------
 
 
 def not_ready(api: Api) -> str:
@@ -84,9 +79,6 @@ def test_readyz__takes_the_write_lock_once_a_second_and_waits_for_no_store(
     assert len(pings) == 2
 
 
-# --- metrics --------------------------------------------------------------------------------------
-
-
 class Metrics(dict[tuple[str, frozenset[tuple[str, str]]], float]):
     """Every sample by name and labels."""
 
@@ -114,7 +106,7 @@ def test_metrics__count_jobs_by_state_and_seconds_of_runs(api: Api) -> None:
 
 
 @pytest.mark.claim("doors", "monitoring")
-def test_alerts_and_dashboard__read_metrics_that_are_there(api: Api, compared: Callable[..., None]) -> None:
+def test_alerts_and_dashboard__read_metrics_that_are_there(api: Api, compared: Compared) -> None:
     """Every metric that the alert rules and the dashboard of the documentation name is one of the service."""
     api.submit()
     api.compute(failures=1)

@@ -1,6 +1,5 @@
 """What a key may have: sweeps, runs, bytes, requests a minute, priorities, kept files; and what the machine has."""
 
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +9,7 @@ import pytest
 from service.client.client import Client
 from service.records.jobs import Keep, Scope
 from studies.cases.rows import equal
+from tests.claims.marked import Compared
 from tests.service.api.test_asking import FIELDS, send
 from tests.service.support.api import SWEEP, Api, open_api, served, sweep_of
 
@@ -18,7 +18,6 @@ OTHER = sweep_of(axes={"speed": ["4 km/s", "5 km/s"]})
 
 
 def header_of(api: Api, scope: Scope = Scope.SUBMIT) -> dict[str, str]:
-    """The header of a new key of Anna's."""
     return {"Authorization": f"Bearer {api.store.keys.issue('anna', [scope])[1]}"}
 
 
@@ -33,12 +32,7 @@ def header_of(api: Api, scope: Scope = Scope.SUBMIT) -> dict[str, str]:
     ids=["sweeps", "runs", "bytes"],
 )
 def test_quota__is_met_by_a_client_that_waits_as_told_and_ends(
-    quota: dict[str, int],
-    numbers: str,
-    wait: int,
-    tmp_path: Path,
-    monkeypatch: pytest.MonkeyPatch,
-    compared: Callable[..., None],
+    quota: dict[str, int], numbers: str, wait: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compared: Compared
 ) -> None:
     """A sweep beyond a quota gets 429 with both numbers and Retry-After; a client that waits so long is served."""
     waited: list[float] = []
@@ -69,7 +63,7 @@ def _refusal(response: Any) -> tuple[int, str]:
 
 @pytest.mark.claim("doors", "request-rate")
 def test_requests__of_a_key_beyond_its_quota_are_told_how_long_to_wait(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compared: Callable[..., None]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compared: Compared
 ) -> None:
     """Responses count down in RateLimit fields; requests beyond the quota get 429 until the minute is over."""
     moment = 100.0
@@ -112,7 +106,7 @@ def test_submission__that_can_never_be_computed_is_refused_with_both_numbers(
     numbers: tuple[str, str],
     tmp_path: Path,
     monkeypatch: pytest.MonkeyPatch,
-    compared: Callable[..., None],
+    compared: Compared,
 ) -> None:
     """Estimates beyond memory, disk or quota are refused at the door, priority and files by the scope of the key."""
     monkeypatch.setattr(
@@ -134,9 +128,7 @@ def test_submission__that_can_never_be_computed_is_refused_with_both_numbers(
 
 
 @pytest.mark.claim("doors", "at-the-door")
-def test_change__to_a_priority_that_passes_others_needs_the_scope_admin(
-    tmp_path: Path, compared: Callable[..., None]
-) -> None:
+def test_change__to_a_priority_that_passes_others_needs_the_scope_admin(tmp_path: Path, compared: Compared) -> None:
     """A key without ``admin`` gives its own sweep no priority that it could not have submitted it with."""
     with open_api(tmp_path) as api:
         own, admin = header_of(api), header_of(api, Scope.ADMIN)

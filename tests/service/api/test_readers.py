@@ -14,9 +14,9 @@ import pytest
 from service.api.errors import ReaderLost, TooManyRequests
 from service.api.readers import Readers
 from service.api.reading import EstimatedSweep, Posted, ReadingLimits, Refusal, estimated, read
-from studies.cases.rows import Row, at_most
+from studies.cases.rows import at_most
 from studies.sweeps.sweep import Sweep
-from tests.claims.marked import claimed
+from tests.claims.marked import Compared, claimed
 from tests.service.support.api import LARGE_SWEEPS, SWEEP
 
 Use = Callable[[Readers], Awaitable[Any]]
@@ -127,7 +127,7 @@ def test_request__that_finds_no_child_in_time_is_refused() -> None:
 
 @pytest.mark.claim("mend-again", "estimates", minutes=0.1)
 @pytest.mark.parametrize("name", LARGE_SWEEPS)
-def test_estimate__of_a_large_sweep_is_cheap(name: str, compared: Callable[[Row], None]) -> None:
+def test_estimate__of_a_large_sweep_is_cheap(name: str, compared: Compared) -> None:
     """The estimate of a sweep of nearly ten thousand runs takes half a second of computing time."""
     estimate = partial(read, posted(LARGE_SWEEPS[name]), estimated)
     estimate()  # loads what all others use

@@ -1,7 +1,6 @@
 """Sweeps and runs over HTTP: submitted, listed, estimated, deleted."""
 
 from contextlib import closing
-from typing import Any
 
 from service.store import Store
 from studies.sweeps import examples
@@ -99,16 +98,9 @@ def test_delete__is_refused_before_a_sweep_has_ended(api: Api) -> None:
     assert api.http.get(here).status_code == 200
 
 
-# --- estimates ------------------------------------------------------------------------------------
-
-
-def estimate(api: Api, document: Any) -> Any:
-    return api.http.post("/v1/sweeps/estimate", json=document).json()
-
-
 def test_estimate__counts_and_stores_nothing(api: Api) -> None:
     api.submit()
-    cost = estimate(api, MORE)
+    cost = api.http.post("/v1/sweeps/estimate", json=MORE).json()
     assert (cost["runs"], cost["reused"]) == (2, 1)
     assert cost["core_seconds"] > 0
     assert cost["bytes"] > 0

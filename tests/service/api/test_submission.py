@@ -28,9 +28,6 @@ def refused_field(response: Any) -> str:
     return error["field"]
 
 
-# --- Idempotency-Key ------------------------------------------------------------------------------
-
-
 def test_key__of_many_requests_is_one_sweep(api: Api) -> None:
     with ThreadPoolExecutor(8) as pool:
         responses = list(pool.map(lambda key: submit(api, key=key), [KEY, f'"{KEY}"'] * 4))
@@ -58,9 +55,6 @@ def test_key__that_is_none_is_refused(shared_api: Api, key: str) -> None:
     assert listed(shared_api) == []
 
 
-# --- priority and retention -----------------------------------------------------------------------
-
-
 def test_priority_and_keep__are_stated_in_the_query_and_no_part_of_the_question(api: Api) -> None:
     accepted = submit(api, query="?priority=-7&keep=film").json()
     assert (accepted["priority"], accepted["keep"]) == (-7, "film")
@@ -74,9 +68,6 @@ def test_priority_and_keep__are_stated_in_the_query_and_no_part_of_the_question(
 def test_query__that_is_wrong_is_refused_and_stores_nothing(shared_api: Api, query: str) -> None:
     assert refused_field(submit(shared_api, query=f"?{query}")) == f"query.{query.partition('=')[0]}"
     assert listed(shared_api) == []
-
-
-# --- change ---------------------------------------------------------------------------------------
 
 
 def test_change__gives_another_priority_until_the_sweep_has_ended(api: Api) -> None:

@@ -44,13 +44,11 @@ def computed(harness: Harness, runs: int, *, first: int = 0, name: str = "asked"
 
 
 def files_of(store: Store, root: Path) -> dict[str, bytes]:
-    """Every registered file with its content."""
     artifacts = Artifacts(root)
     return {file.path: artifacts.path(file).read_bytes() for _, file in store.retention.files()}
 
 
 def rows_of(store: Store) -> list[object]:
-    """What the store says of everything in it."""
     return [
         store.sweeps.page(),
         store.runs.get(run_id(0)),

@@ -27,13 +27,6 @@ def _environment(monkeypatch: pytest.MonkeyPatch, url: str) -> None:
     monkeypatch.delenv(KEY_VARIABLE, raising=False)
 
 
-@pytest.fixture
-def smoke(tmp_path: Path) -> Path:
-    file = tmp_path / "smoke.yaml"
-    file.write_text(examples.text("smoke"))
-    return file
-
-
 def submitted(capsys: Capsys, file: Path, *arguments: object) -> str:
     """The id of a sweep that the command submitted."""
     assert run("submit", file, *arguments) == 0
@@ -170,9 +163,6 @@ def test_results__come_home(shared_api: Api, smoke: Path, tmp_path: Path, capsys
     assert (tmp_path / "run" / "result.json").read_bytes() == b"{}"
     assert run("log", run_id) == 1  # this engine writes none
     assert "Not found" in capsys.readouterr().err
-
-
-# --- keys -----------------------------------------------------------------------------------------
 
 
 @pytest.fixture

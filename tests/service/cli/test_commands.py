@@ -17,22 +17,11 @@ from service.cli.commands import computing
 from service.records.jobs import SweepStatus
 from service.settings import Settings
 from studies.cases import rows
-from studies.sweeps import examples
 from studies.sweeps.accuracy import ACCURACY
 from tests.service.support.api import FILES, Api
 from tests.service.support.command import run
 
 Capsys = pytest.CaptureFixture[str]
-
-
-@pytest.fixture
-def smoke(tmp_path: Path) -> Path:
-    file = tmp_path / "smoke.yaml"
-    file.write_text(examples.text("smoke"))
-    return file
-
-
-# --- without a service ------------------------------------------------------------------------------
 
 
 def test_help__loads_nothing_heavy() -> None:

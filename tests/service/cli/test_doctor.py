@@ -20,7 +20,6 @@ ELSEWHERE = "tls://scheduler.example.org:8786"
 
 @pytest.fixture
 def settings(tmp_path: Path) -> Settings:
-    """A data directory and its store."""
     settings = Settings(data=tmp_path, workers=2)
     with closing(Store.open(settings.url)) as store:
         identity.settle(settings, store)

@@ -120,9 +120,6 @@ def test_command__without_a_database_says_how_to_name_one(
     assert not data.exists()
 
 
-# --- retention -------------------------------------------------------------------------------------
-
-
 def test_retention__lists_what_it_would_delete_and_deletes_it_on_request(store: Store, capsys: Capsys) -> None:
     ids = [store.sweeps.create(Submission(sweep_of(1), owner=owner)).id for owner in ("anna", "bert")]
     finish_all(store)
@@ -141,9 +138,6 @@ def test_retention__lists_what_it_would_delete_and_deletes_it_on_request(store: 
 def test_retention__needs_a_rule(arguments: tuple[str, ...], capsys: Capsys) -> None:
     assert run("retention", *arguments, "--apply") == 2
     assert "cure" in capsys.readouterr().err
-
-
-# --- files that are away ---------------------------------------------------------------------------
 
 
 def test_adopt__lets_an_empty_directory_belong_to_the_database(data: Path, store: Store, capsys: Capsys) -> None:

@@ -3,7 +3,6 @@
 import os
 import pwd
 import stat
-from collections.abc import Callable
 from pathlib import Path
 
 import httpx
@@ -16,13 +15,14 @@ from service.files import SOCKET
 from service.settings import Settings
 from studies.cases.rows import equal
 from studies.quantities.findings import InvalidInput
+from tests.claims.marked import Compared
 from tests.service.support.api import SWEEP, open_api, served
 from tests.service.support.command import run
 
 
 @pytest.mark.claim("doors", "own-socket")
 def test_socket__serves_the_command_line_where_the_loopback_asks_for_a_key(
-    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compared: Callable[..., None]
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, compared: Compared
 ) -> None:
     """With WHIPPLE_TRUST_LOOPBACK=false the loopback asks for a key, and the owner's command line needs none."""
     monkeypatch.delenv("WHIPPLE_SERVICE", raising=False)

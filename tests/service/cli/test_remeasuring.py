@@ -2,12 +2,13 @@
 
 import json
 import shutil
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterator
 from contextlib import closing
 from dataclasses import dataclass
 from itertools import islice
 from pathlib import Path
-from typing import Any, Self
+from typing import Any
+from unittest.mock import MagicMock
 
 import pytest
 import xarray as xr
@@ -75,7 +76,7 @@ class Solved:
 def original(tmp_path_factory: pytest.TempPathFactory) -> Path:
     """A data directory with two sweeps that were solved and published; tests work on copies."""
     settings = Settings(data=tmp_path_factory.mktemp("original"), workers=1, targets_module=SOLVING)
-    with closing(Store.open(settings.url, cost=lambda run: 1.0)) as store:
+    with closing(Store.open(settings.url)) as store:
         for document in (TINY, OTHER):
             store.sweeps.create(Submission(Sweep.parse(document)))
         with holding(settings), start_engine(settings, store):
@@ -92,29 +93,14 @@ def solved(original: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> I
     settings = {"data": tmp_path, "workers": 1, "targets_module": RAISED}
     for name, value in settings.items():
         monkeypatch.setenv(f"WHIPPLE_{name.upper()}", str(value))
-    with closing(Store.open(Settings().url, cost=lambda run: 1.0)) as store:
+    with closing(Store.open(Settings().url)) as store:
         yield Solved(Settings(), store)
-
-
-class MeasuringHere:
-    """In place of a pool of child processes, for tests of what is measured."""
-
-    def __init__(self, *_: object):
-        pass
-
-    def __enter__(self) -> Self:
-        return self
-
-    def __exit__(self, *_: object) -> None:
-        pass
-
-    def map(self, function: Callable[[Any], Any], tasks: Iterable[Any]) -> Iterator[Any]:
-        return map(function, tasks)
 
 
 @pytest.fixture
 def _here(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(remeasuring, "ProcessPoolExecutor", MeasuringHere)
+    """Measure in this process, not in a pool of others."""
+    monkeypatch.setattr(remeasuring, "ProcessPoolExecutor", MagicMock(return_value=MagicMock(map=map)))
 
 
 @pytest.mark.usefixtures("_here")
@@ -133,8 +119,7 @@ def test_results__follow_the_new_definition_and_their_sweeps_are_marked(solved: 
         assert result["measurements"][MEASUREMENT]["version"] == VERSION
         assert row.summary["measurements"][MEASUREMENT]["value"] == VALUE
         assert (row.attempt, row.state) == (1, State.SUCCEEDED)
-        file = solved.store.runs.file(id, RESULT)
-        assert (row.path, row.size, row.sha256) == (file.path, file.size, file.sha256)
+        assert row.sha256 == solved.store.runs.file(id, RESULT).sha256
         others = {name: item for name, item in result["measurements"].items() if name != MEASUREMENT}
         assert others.items() <= old[id]["measurements"].items()
     assert solved.is_intact()
@@ -195,9 +180,6 @@ def test_result__whose_state_was_not_kept_is_named(solved: Solved, capsys: Capsy
     assert all(f"{id} is unchanged: its final state was not kept" in output for id in solved.runs())
 
 
-# --- what interrupts it ----------------------------------------------------------------------------
-
-
 @pytest.mark.usefixtures("_here")
 def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(solved: Solved, capsys: Capsys) -> None:
     plan = plan_of(solved.store)
@@ -213,9 +195,6 @@ def test_interruption__leaves_what_is_done_and_the_next_time_goes_on(solved: Sol
     assert capsys.readouterr().out == "to measure again: 0 results of 0 sweeps; without a stored final state: 0\n"
 
 
-# --- beside a service ------------------------------------------------------------------------------
-
-
 def test_command__refuses_where_a_service_works(solved: Solved, capsys: Capsys) -> None:
     files = solved.store.retention.files()
     with holding(solved.settings):
@@ -228,7 +207,7 @@ def test_command__refuses_where_a_service_works(solved: Solved, capsys: Capsys) 
 
 def test_command__refuses_where_a_service_leads_on_postgresql(tmp_path: Path, postgresql_url: str) -> None:
     settings = Settings(data=tmp_path, database_url=postgresql_url)
-    with closing(Store.open(postgresql_url, cost=lambda run: 1.0)) as store:
+    with closing(Store.open(postgresql_url)) as store:
         leadership = store.terms.lead("host:7")
         assert leadership is not None
         with (

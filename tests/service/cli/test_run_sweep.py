@@ -7,7 +7,6 @@ import sys
 from contextlib import closing
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any
 
 import pytest
 
@@ -15,28 +14,12 @@ from service.cli.local import Finished, PublicationFailed, run_sweep
 from service.files.artifacts import Artifacts
 from service.records.jobs import State, Submission, SweepState, SweepStatus
 from service.settings import Settings
+from studies.quantities.files import SWEEP_FILES
 from studies.quantities.findings import InvalidInput
+from tests.service.support.api import SWEEP
 from tests.service.support.fakes import open_store, run_id, runs_of, settings_in, sweep_of
 
 ROOT = Path(__file__).parents[3]
-PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")
-
-
-def document(**more: Any) -> dict[str, Any]:
-    """A real sweep of two runs."""
-    return {
-        "name": "holes",
-        "scenario": "thin_plate",
-        "fixed": {
-            "projectile": "copper-ofhc",
-            "target": "copper-ofhc",
-            "projectile_diameter": "8 mm",
-            "plate_thickness": "2 mm",
-        },
-        "axes": {"speed": ["2 km/s", "3 km/s"]},
-        "resolution": 8,
-        **more,
-    }
 
 
 def settings_of(out: Path) -> Settings:
@@ -54,24 +37,24 @@ class Answered:
 @pytest.fixture(scope="module")
 def answered(tmp_path_factory: pytest.TempPathFactory) -> Answered:
     out, progress = tmp_path_factory.mktemp("sweep") / "out", list[SweepStatus]()
-    finished = run_sweep(document(), out, progress=progress.append, settings=settings_of(out), keep="film")
+    finished = run_sweep(SWEEP, out, progress=progress.append, settings=settings_of(out), keep="film")
     return Answered(finished, progress)
 
 
 def test_run_sweep__leaves_the_published_files_with_the_registered_digests(answered: Answered) -> None:
     out = Path(answered.finished)
-    assert {file.name for file in out.iterdir()} == {".whipple", "runs", *PUBLISHED}
+    assert {file.name for file in out.iterdir()} == {".whipple", "runs", *SWEEP_FILES}
     with closing(open_store(settings_of(out))) as store:
         files = store.publications.files(answered.finished.sweep.id)
-    copies = [replace(file, path=file.name) for file in files if file.name in PUBLISHED]
-    assert len(copies) == len(PUBLISHED)
+    copies = [replace(file, path=file.name) for file in files if file.name in SWEEP_FILES]
+    assert len(copies) == len(SWEEP_FILES)
     assert all(Artifacts(out).is_intact(copy) for copy in copies)
     assert len(list((out / "runs").glob("*/film.npz"))) == 2
 
 
 def test_run_sweep__refuses_an_unknown_retention(tmp_path: Path) -> None:
     with pytest.raises(InvalidInput, match="keep"):
-        run_sweep(document(), tmp_path, keep="everything")
+        run_sweep(SWEEP, tmp_path, keep="everything")
 
 
 def test_run_sweep__tells_how_far_it_is_until_the_end(answered: Answered) -> None:
@@ -83,7 +66,7 @@ def test_run_sweep__tells_how_far_it_is_until_the_end(answered: Answered) -> Non
 def test_run_sweep__again_from_a_file_computes_nothing_new(answered: Answered) -> None:
     out = Path(answered.finished)
     file = out.parent / "holes.json"
-    file.write_text(json.dumps(document()))
+    file.write_text(json.dumps(SWEEP))
     (out / "cube.nc").unlink()
     rule = {"retention_days": 1e-9}  # of a service, in the environment
     again = run_sweep(str(file), out, settings=settings_of(out).model_copy(update=rule))
@@ -95,13 +78,13 @@ def test_run_sweep__again_from_a_file_computes_nothing_new(answered: Answered) -
 
 def test_run_sweep__says_when_nothing_can_be_published(tmp_path: Path) -> None:
     with pytest.raises(PublicationFailed, match="this sweep cannot be published"):
-        run_sweep(document(name="unpublishable"), tmp_path, settings=settings_of(tmp_path))
+        run_sweep({**SWEEP, "name": "unpublishable"}, tmp_path, settings=settings_of(tmp_path))
 
 
 def test_run_sweep__refuses_a_bad_document_before_it_makes_anything(tmp_path: Path) -> None:
     out = tmp_path / "out"
     with pytest.raises(InvalidInput, match="thin_plat"):
-        run_sweep(document(scenario="thin_plat"), out, settings=settings_of(out))
+        run_sweep({**SWEEP, "scenario": "thin_plat"}, out, settings=settings_of(out))
     assert not out.exists()
 
 
@@ -110,7 +93,7 @@ def test_run_sweep__gives_up_what_the_folder_was_asked_before(tmp_path: Path) ->
     settings.data.mkdir()
     with closing(open_store(settings)) as store:
         old = store.sweeps.create(Submission(sweep_of(runs_of("hang", "hang", "hang"))))
-    run_sweep(document(), tmp_path, settings=settings, overwrite=True)
+    run_sweep(SWEEP, tmp_path, settings=settings, overwrite=True)
     with closing(open_store(settings)) as store:
         assert store.sweeps.get(old.id).state is SweepState.CANCELLED
         assert store.runs.get(run_id(0)).state is State.CANCELLED
@@ -118,7 +101,7 @@ def test_run_sweep__gives_up_what_the_folder_was_asked_before(tmp_path: Path) ->
 
 def test_run_sweep__from_a_script_without_a_guard_runs_it_once(tmp_path: Path) -> None:
     out, script = tmp_path / "out", tmp_path / "script.py"
-    call = f"run_sweep({document()!r}, {str(out)!r})"
+    call = f"run_sweep({SWEEP!r}, {str(out)!r})"
     script.write_text(f"from service.cli.local import run_sweep\nprint({call}.counts['succeeded'])\n")
     environment = {"WHIPPLE_TARGETS_MODULE": "tests.service.support.targets", "PYTHONPATH": str(ROOT)}
     answer = subprocess.run(

@@ -29,12 +29,6 @@ def _as_before() -> Iterator[None]:
     assert {one: signal.getsignal(one) for one in ASKS} == before
 
 
-def test_wish__is_noted() -> None:
-    with handling_end_signals() as leaving:
-        interrupt()
-        assert leaving.asked() is signal.SIGINT
-
-
 def test_raise_if_requested__raises_what_ends_a_program() -> None:
     with handling_end_signals() as leaving:
         leaving.raise_if_requested()

@@ -8,7 +8,6 @@ from pathlib import Path
 import pytest
 
 from service.client.client import Client, ServiceError, StillRunning
-from studies.quantities.findings import InvalidInput
 from studies.sweeps import examples
 from tests.service.support.api import Api, sweep_of
 
@@ -27,14 +26,6 @@ def test_submit__takes_a_file_with_the_observations_beside_it(client: Client, tm
     )
     document = client.submit(tmp_path / "smoke.yaml").document()
     assert document["observations"][0]["source"] == "own shot 7"
-
-
-def test_submit__refused__carries_every_finding(client: Client) -> None:
-    with pytest.raises(InvalidInput) as refused:
-        client.submit(sweep_of(scenario="thin_plat"))
-    [finding] = refused.value.findings
-    assert finding.field == "scenario"
-    assert "thin_plate" in finding.cure
 
 
 def test_wait__past_its_deadline_says_where_the_sweep_stands(client: Client) -> None:

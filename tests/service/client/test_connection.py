@@ -71,9 +71,6 @@ def problem(status: int, **headers: str) -> httpx.Response:
     return httpx.Response(status, content=json.dumps(body), headers=kind)
 
 
-# --- requests that are sent again -----------------------------------------------------------------
-
-
 def test_submission__whose_answer_was_lost_is_accepted_once(shared_api: Api, url: str) -> None:
     before = len(shared_api.store.sweeps.page(limit=1000).items)
     transport = Flaky(url, "behind", "behind")
@@ -94,9 +91,9 @@ def test_delete__whose_answer_was_lost_is_done(shared_api: Api, url: str) -> Non
             handle.delete()
 
 
-def test_service__that_comes_back_is_waited_for() -> None:
-    gone = httpx.ConnectError("refused")
-    client, sent = scripted(httpx.Response(200, json=ITEMS), gone, gone, httpx.Response(200, json=ITEMS))
+@pytest.mark.parametrize("failure", [httpx.ConnectError("refused"), problem(503, **{"retry-after": "0"})])
+def test_service__that_comes_back_is_waited_for(failure: Answer) -> None:
+    client, sent = scripted(httpx.Response(200, json=ITEMS), failure, failure, httpx.Response(200, json=ITEMS))
     for _ in range(2):
         assert client.laws() == []
     assert len(sent) == 4
@@ -122,12 +119,6 @@ def test_address__that_never_answered_is_told_at_once() -> None:
     assert len(sent) == 1
 
 
-def test_store__that_is_locked_for_a_while_is_asked_again() -> None:
-    client, sent = scripted(problem(503, **{"retry-after": "0"}), httpx.Response(200, json=ITEMS))
-    assert client.laws() == []
-    assert len(sent) == 2
-
-
 @pytest.mark.parametrize("status", [400, 401, 403, 404, 409, 422, 500])
 def test_refusal__is_not_asked_again(status: int) -> None:
     client, sent = scripted(problem(status))
@@ -143,9 +134,6 @@ def test_download__that_breaks_off_begins_again(shared_api: Api, url: str, tmp_p
     with Client(url, transport=Flaky(url, "behind", "", "behind")) as client:
         folder = client.sweep(id).fetch(tmp_path)
     assert {file.name for file in folder.iterdir()} == set(SWEEP_FILES)
-
-
-# --- events ---------------------------------------------------------------------------------------
 
 
 class Torn(httpx.SyncByteStream):
@@ -181,12 +169,8 @@ def test_stream__that_breaks_is_taken_up_where_it_was() -> None:
     assert [request.headers.get("Last-Event-ID") for request in sent] == [None, "2", "2", "2", "3"]
 
 
-# --- cubes from afar ------------------------------------------------------------------
-
-
 @pytest.fixture
 def published(shared_api: Api, url: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[SweepHandle]:
-    """A sweep with a real cube."""
     cube = xr.Dataset({"hole_diameter": ("speed", [0.1, 0.2])}, {"speed": [3e3, 6e3]})
     cube.to_netcdf(tmp_path / "cube.nc", engine="netcdf4")
     (name,) = (each for each in FILES if each.endswith("cube.nc"))

@@ -7,7 +7,7 @@ import signal
 import subprocess
 import sys
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import asdict, replace
 from functools import partial
 from pathlib import Path
@@ -23,6 +23,7 @@ from service.workers.attempt import Attempt, Away, Back, Ended
 from service.workers.timings import DEFAULT
 from solver import PHYSICS_VERSION
 from studies.cases.rows import at_most
+from tests.claims.marked import Compared
 from tests.service.support.cluster import (
     PRELOAD,
     ROOT,
@@ -164,7 +165,7 @@ def test_service_killed__the_next_one_follows_its_attempts(cluster: DaskCluster,
 
 @pytest.mark.claim("doors", "orphan", minutes=1.5)
 def test_service_killed_before_its_attempt_is_kept__the_attempt_ends(
-    cluster: DaskCluster, tmp_path: Path, compared: Callable[..., None]
+    cluster: DaskCluster, tmp_path: Path, compared: Compared
 ) -> None:
     """An attempt that no service can find again is over before a next service has begun: 20 kills."""
     for number in range(20):

@@ -4,7 +4,6 @@ import sys
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
-from queue import SimpleQueue
 from typing import Any
 
 import pytest
@@ -21,13 +20,6 @@ from tests.service.support.cluster import attempt_in, using
 from tests.service.support.fakes import is_gone
 
 ONE_SLOT = partial(LocalEngine, 1)
-
-
-def test_engine__is_of_this_machine_unless_an_address_is_set() -> None:
-    engine = engine_of(Settings(workers=3))(SimpleQueue())
-    assert isinstance(engine, LocalEngine)
-    assert engine.slots() == 3
-    engine.close(0.0)
 
 
 def test_engine__of_a_cluster_without_its_libraries_names_the_extra(

@@ -24,21 +24,18 @@ from service.files.disk_space import Space
 from service.queue import data_identity as identity
 from service.queue.bucket_keeping import HOUR, BucketKeeper
 from service.queue.garbage_collection import forget_lost_states
-from service.queue.scrubbing import Scrubber
 from service.records.jobs import Cause, Keep, State, Stored, SweepState
 from service.settings import Settings
 from studies.quantities.findings import InvalidInput
 from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.fakes import DEADLINE, open_store, run_id, runs_of, settings_in
-from tests.service.support.harness import AT_ONCE, Harness, open_harness
-
-FAST = replace(AT_ONCE, scrub_step=DEADLINE, scrub_note=0.0)
+from tests.service.support.harness import Harness, open_harness
 
 
 @pytest.fixture
 def harness(tmp_path: Path) -> Iterator[Harness]:
     """A service with a bucket, and a sweep that was submitted to it."""
-    with open_harness(tmp_path, FAST, artifacts=f"memory://{tmp_path.name}") as opened:
+    with open_harness(tmp_path, artifacts=f"memory://{tmp_path.name}") as opened:
         identity.settle(opened.settings, opened.store)
         opened.artifacts = Artifacts.of(opened.settings)
         opened.submit(runs_of("fine", "fine"), keep=Keep.FILM)
@@ -59,17 +56,11 @@ def http(harness: Harness, **settings: object) -> TestClient:
     return TestClient(build_app(chosen, harness.store, FakeDispatcher()), base_url=ADDRESS, follow_redirects=False)
 
 
-def scrubber(harness: Harness) -> Scrubber:
-    """A scrubber at its start, which reads everything in a step."""
-    settings = harness.settings.model_copy(update={"scrub_rate": 1 << 60})
-    return Scrubber(settings, harness.store, harness.artifacts, replace(FAST, scrub_interval=0.0))
-
-
 def keep_bucket(harness: Harness, **settings: object) -> None:
     """Go round the bucket, and twice over the disk."""
     chosen = harness.settings.model_copy(update=settings)
     space = Space(chosen.data, chosen.disk_reserve)
-    keeper = BucketKeeper(chosen, harness.store, harness.artifacts, space, scrubber(harness))
+    keeper = BucketKeeper(chosen, harness.store, harness.artifacts, space, harness.scrubber())
     for parts in (keeper._folders(bucket(harness)), keeper._pages(), keeper._pages()):
         deque(parts)
 
@@ -92,31 +83,6 @@ def put(harness: Harness, name: str, content: bytes) -> None:
 
 
 # --- before rows name them, and back --------------------------------------------------------------
-
-
-def test_registered_file__is_in_the_bucket_and_comes_back_whole(harness: Harness) -> None:
-    harness.compute_all()
-    registered = files(harness)
-    assert len(registered) == 2 * 4 + 5
-    assert set(bucket(harness).names("")) == {file.path for file in registered} | {"whipple.id"}
-    [sweep] = harness.store.sweeps.page().items
-    client = http(harness)
-    contents = {file: harness.artifacts.path(file).read_bytes() for file in registered}
-    for file in registered:
-        harness.artifacts.path(file).unlink()
-    assert client.get(f"/v1/sweeps/{sweep.id}/archive.zip").status_code == 200
-    state = next(file for file in registered if file.name == "state.npz")
-    harness.artifacts.path(state).write_bytes(b"rot")
-    report = next(file for file in registered if file.name == "report.json")
-    harness.artifacts.path(report).unlink()
-    job = next(id for id, file in harness.store.retention.files() if file == state)
-    assert client.get(f"/v1/runs/{job}/files/state.npz").content == contents[state]
-    assert client.get(f"/v1/sweeps/{sweep.id}/report.json").content == contents[report]
-    assert [harness.artifacts.is_intact(file) for file in registered] == [True] * len(registered)
-    elsewhere = harness.settings.data / "another"  # directory, of another service
-    elsewhere.mkdir()
-    response = http(harness, data=elsewhere).get(f"/v1/sweeps/{sweep.id}/report.json")
-    assert (response.content, len([*elsewhere.rglob("report.json")])) == (contents[report], 1)
 
 
 def test_files__that_the_bucket_alone_has_are_backed_up_and_not_lost(harness: Harness, tmp_path: Path) -> None:
@@ -282,7 +248,7 @@ def test_rot__of_one_copy_is_mended_and_of_both_is_made_again(harness: Harness) 
     bucket(harness).remove(registered["result.json"].path)  # as before there was a bucket
     put(harness, registered["cube.nc"].path, b"rot")
     harness.artifacts.path(registered["cube.nc"]).unlink()
-    scrubber(harness).step()
+    harness.scrubber().step()
     assert harness.store.retention.scrub().whole[1:] == [len(whole), 3]  # a file that was in no bucket is not damaged
     for name in ("state.npz", "film.npz", "result.json"):
         path = registered[name].path
@@ -298,7 +264,7 @@ def test_scrub__of_a_bucket_that_is_away_finds_no_damage(harness: Harness) -> No
     for file in files(harness):
         harness.artifacts.path(file).unlink()
     with away("_open", "exists", "info"), pytest.raises(BucketAway):
-        scrubber(harness).step()
+        harness.scrubber().step()
     assert harness.store.retention.scrub().files == 0
     assert [sweep.state for sweep in harness.store.sweeps.page().items] == [SweepState.SUCCEEDED]
 

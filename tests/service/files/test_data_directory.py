@@ -14,7 +14,7 @@ from service.files.data_directory import DataInUse, holding
 from service.settings import Settings
 from service.store import Store
 from studies.quantities.findings import InvalidInput
-from tests.service.cli.test_run_sweep import document
+from tests.service.support.api import SWEEP
 
 ROOT = Path(__file__).parents[3]
 HOLD = (
@@ -40,8 +40,7 @@ def held_elsewhere(folder: Path) -> Iterator["subprocess.Popen[str]"]:
 
 
 def run_sweep_in(settings: Settings) -> None:
-    """Compute a sweep there."""
-    run_sweep(document(), settings.data, settings=settings)
+    run_sweep(SWEEP, settings.data, settings=settings)
 
 
 def test_second__is_refused_and_told_by_whom(tmp_path: Path) -> None:

@@ -86,9 +86,6 @@ def test_lost_result__fails_its_run_when_it_is_lost_for_the_third_time(harness: 
     assert harness.store.sweeps.get(row.id).state is SweepState.SUCCEEDED
 
 
-# --- limits ----------------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def large(harness: Harness) -> Harness:
     """A service with eight results, which does not wait before it looks for lost ones again."""
@@ -126,7 +123,7 @@ def test_many_lost_results__are_named_and_none_is_forgotten(large: Harness, capl
     assert f"{run_id(0)}, {run_id(1)}, {run_id(2)} and 3 more" in blocked_reason
     assert blocked_reason.endswith("`whipple forget-lost 6`")
     assert all(any(run_id(number) in line for line in caplog.messages) for number in range(6))
-    assert all(large.run(number).path for number in range(6))
+    assert all(large.run(number).sha256 for number in range(6))
 
 
 def test_many_lost_results__stop_no_run_for_which_their_publication_waits(large: Harness) -> None:

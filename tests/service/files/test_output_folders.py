@@ -73,9 +73,6 @@ def leave_report(folder: Path, held: dict[str, Any]) -> None:
     (folder / "report.json").write_text(json.dumps({"provenance": {"sweep": held}}))
 
 
-# --- sweep ------------------------------------------------------------------------------------------
-
-
 def test_run_sweep__into_the_folder_of_another_goes_by_its_store_and_replaces_on_request(tmp_path: Path) -> None:
     settings = settings_in(tmp_path / ".whipple", workers=1)
     asked = {**SWEEP, "axes": {"speed": ["3 km/s"]}}
@@ -89,9 +86,6 @@ def test_run_sweep__into_the_folder_of_another_goes_by_its_store_and_replaces_on
     assert (tmp_path / "cube.nc").read_bytes() != first
     with pytest.raises(InvalidInput, match="'other'"):
         run_sweep(asked, tmp_path, settings=settings)
-
-
-# --- fetch ------------------------------------------------------------------------------------------
 
 
 @pytest.fixture

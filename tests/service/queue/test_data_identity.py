@@ -1,6 +1,5 @@
 """The id that data directory and database share, and what is done where they have two."""
 
-from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 
@@ -15,7 +14,6 @@ from service.store import Store
 from studies.quantities.files import STATE
 from tests.service.support.api import open_api
 from tests.service.support.fakes import settings_in, stored, sweep_of
-from tests.service.support.harness import Harness, open_harness
 from tests.service.support.rows import finish_all
 
 OTHER = "0123456789abcdef" * 2
@@ -24,17 +22,6 @@ OTHER = "0123456789abcdef" * 2
 @pytest.fixture
 def settings(tmp_path: Path, database_url: str) -> Settings:
     return settings_in(tmp_path / "data", database_url=database_url)
-
-
-@pytest.fixture
-def harness(tmp_path: Path) -> Iterator[Harness]:
-    """A service whose database is not in its data directory."""
-    with open_harness(tmp_path / "data", database_url=f"sqlite:///{tmp_path / 'x.db'}") as opened:
-        identity.settle(opened.settings, opened.store)
-        yield opened
-
-
-# --- at the start ----------------------------------------------------------------------------------
 
 
 def test_settle__gives_both_one_id_that_stays(settings: Settings, store: Store) -> None:
@@ -78,18 +65,6 @@ def test_settle__refuses_two_ids_until_the_directory_is_adopted(
     adopted = identity.adopt(settings, store)
     assert adopted == (before or in_directory) == identity.read(settings.data) == store.data_id()
     identity.settle(settings, store)
-
-
-# --- while the service runs ------------------------------------------------------------------------
-
-
-def test_another_directory__in_its_place_gets_no_work(harness: Harness, tmp_path: Path) -> None:
-    harness.submit(1)
-    harness.settings.data.rename(tmp_path / "away")
-    harness.settings.data.mkdir()
-    assert harness.tick() == []
-    assert "has no id" in str(harness.dispatcher.blocked_reason())
-    assert list(harness.settings.data.iterdir()) == []
 
 
 def test_retry__forgets_no_final_state_while_the_directory_is_away(tmp_path: Path) -> None:

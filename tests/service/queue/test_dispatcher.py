@@ -20,9 +20,6 @@ def lose_lead(harness: Harness) -> None:
         harness.tick()
 
 
-# --- which service leads -------------------------------------------------------------------------
-
-
 def test_stand_by__has_no_engine_until_it_leads(harness: Harness) -> None:
     harness.terms.grants_lead = False
     assert harness.begin(1) == []
@@ -69,9 +66,6 @@ def test_lead_won_again__after_another_leader_stops_what_no_longer_counts(harnes
     assert harness.store.queue.status().blocked_reason is None
 
 
-# --- errors --------------------------------------------------------------------------------------
-
-
 def test_engine_that_does_not_start__is_reported_at_once_and_tried_again(harness: Harness) -> None:
     engines: Iterator[RecordingEngine | None] = iter([None, RecordingEngine()])
 
@@ -102,9 +96,6 @@ def test_thread__goes_on_after_errors(harness: Harness, caplog: pytest.LogCaptur
     wait_until(lambda: harness.engine.submitted)
     harness.dispatcher.close()
     assert not harness.dispatcher.is_alive()
-
-
-# --- leaving -------------------------------------------------------------------------------------
 
 
 def test_close__queues_what_was_under_way_and_registers_what_ended(harness: Harness) -> None:

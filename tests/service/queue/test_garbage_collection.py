@@ -61,7 +61,6 @@ def lost_and_finished(harness: Harness) -> tuple[Path, Path]:
 
 
 def checkpoint_of(attempt: Attempt) -> Path:
-    """A checkpoint that an attempt wrote."""
     file = Path(attempt.checkpoint or "")
     file.parent.mkdir(parents=True, exist_ok=True)
     file.write_text("7")
@@ -69,14 +68,10 @@ def checkpoint_of(attempt: Attempt) -> Path:
 
 
 def temporary(file: Path) -> Path:
-    """The temporary file of a file that is being written."""
     half = file.with_name(f".{file.name}.abc.part")
     half.parent.mkdir(parents=True, exist_ok=True)
     half.write_text("ha")
     return half
-
-
-# --- attempts ------------------------------------------------------------------------------------
 
 
 def test_lost_attempt__goes_at_once_when_the_disk_is_full(harness: Harness) -> None:
@@ -108,9 +103,6 @@ def test_unknown_folders__stay(harness: Harness) -> None:
     assert sweep.is_dir()
 
 
-# --- checkpoints and temporary files -------------------------------------------------------------
-
-
 def test_checkpoint__of_a_run_under_way_stays_without_old_temporary_files(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     checkpoint = checkpoint_of(attempt)
@@ -140,9 +132,6 @@ def test_checkpoint__of_a_run_without_result_stays_for_a_retry(harness: Harness,
     assert not checkpoint.exists()
 
 
-# --- retention -----------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("other", [None, Keep.FINAL])
 def test_final_state__stays_as_long_as_a_sweep_retains_it(harness: Harness, other: Keep | None) -> None:
     harness.submit(1, keep=Keep.NUMBERS)
@@ -156,9 +145,6 @@ def test_final_state__stays_as_long_as_a_sweep_retains_it(harness: Harness, othe
     names = {file.name for file in harness.store.runs.files(run_id(0))}
     assert state.is_file() is ("state.npz" in names) is (other is not None)
     assert names >= {"result.json", "log.txt"}
-
-
-# --- sweeps and runs -----------------------------------------------------------------------------
 
 
 def publish(harness: Harness) -> Path:
@@ -205,9 +191,6 @@ def test_sweep__that_has_expired_is_deleted_unless_it_is_pinned(harness: Harness
         settings = harness.settings.model_copy(update={"retention_days": days})
         collector(replace(harness, settings=settings)).step()
         assert {sweep.id for sweep in harness.store.sweeps.page().items} == left
-
-
-# --- the size of a step --------------------------------------------------------------------------
 
 
 def test_step__removes_so_many_folders_at_most(harness: Harness) -> None:

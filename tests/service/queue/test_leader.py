@@ -12,8 +12,6 @@ from tests.service.support.fakes import run_id, runs_of
 from tests.service.support.harness import AT_ONCE, Harness, open_harness
 from tests.service.support.targets import FakeRun
 
-# --- filling -------------------------------------------------------------------------------------
-
 
 def test_fill__never_more_than_the_free_slots(harness: Harness) -> None:
     assert len(harness.begin(6)) == 2
@@ -76,9 +74,6 @@ def test_attempt__has_a_folder_of_its_own_and_the_limits(tmp_path: Path) -> None
         harness.end_well(attempt)
         [publication] = harness.tick()
         assert (publication.kind, publication.checkpoint) == (Kind.PUBLISH, None)
-
-
-# --- stopping and progress -----------------------------------------------------------------------
 
 
 def test_cancel__is_asked_for_until_the_attempt_has_ended(harness: Harness) -> None:

@@ -4,7 +4,7 @@ from pathlib import Path
 
 import pytest
 
-from service.records.jobs import Cause, State
+from service.records.jobs import Cause
 from service.workers.attempt import Attempt, Away, Back
 from tests.service.support.fakes import RecordingEngine, run_id
 from tests.service.support.harness import Harness
@@ -16,15 +16,6 @@ def attempt_numbers(engine: RecordingEngine) -> list[str]:
     return [attempt.key.split("-")[1] for attempt in engine.submitted]
 
 
-def is_first_success(harness: Harness, number: int = 0) -> bool:
-    """Whether a run has the result of its first attempt."""
-    row = harness.run(number)
-    return (row.state, row.attempt, row.crashes) == (State.SUCCEEDED, 1, 0)
-
-
-# --- another life --------------------------------------------------------------------------------
-
-
 def test_new_life__registers_what_is_complete_and_queues_the_rest(harness: Harness) -> None:
     harness.engine.free = 3
     complete, half, _none = harness.begin(3)
@@ -34,14 +25,11 @@ def test_new_life__registers_what_is_complete_and_queues_the_rest(harness: Harne
     result.rename(result.with_name(".result.json.x.part"))
     engine = RecordingEngine()
     harness.successor(engine).tick()
-    assert is_first_success(harness)
+    assert harness.is_first_success()
     assert harness.run().seconds == 0.5
     assert len(harness.store.runs.files(run_id(0))) == 3
     assert attempt_numbers(engine) == ["2", "2"]
     assert harness.run(1).crashes == 0
-
-
-# --- an engine that outlives the service ---------------------------------------------------------
 
 
 def test_adoption__attempts_go_on_through_changes_of_leader(harness: Harness) -> None:
@@ -54,7 +42,7 @@ def test_adoption__attempts_go_on_through_changes_of_leader(harness: Harness) ->
         assert engine.submitted == []
     harness.end_well(first)
     successor.tick()
-    assert is_first_success(harness)
+    assert harness.is_first_success()
     assert first.key in engine.forgotten
     assert len(engine.submitted) == 1  # in the free slot
 
@@ -89,9 +77,6 @@ def test_foreign_attempt__of_ours_is_stopped_until_it_ends_and_those_of_others_g
     assert harness.engine.forgotten == [attempt.key]
 
 
-# --- a scheduler that is away --------------------------------------------------------------------
-
-
 def test_away__costs_what_was_under_way_nothing(harness: Harness) -> None:
     first, second = harness.begin(2)
     harness.send(Away(AWAY))
@@ -102,7 +87,7 @@ def test_away__costs_what_was_under_way_nothing(harness: Harness) -> None:
     harness.end_badly(second, Cause.LOST)  # with the scheduler
     harness.end_well(first)
     harness.tick()
-    assert is_first_success(harness)
+    assert harness.is_first_success()
     assert (harness.run(1).attempt, harness.run(1).crashes) == (2, 0)
 
 

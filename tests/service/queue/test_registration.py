@@ -25,9 +25,6 @@ def checkpoint_of(harness: Harness) -> Path:
     return file
 
 
-# --- results -------------------------------------------------------------------------------------
-
-
 def test_result__its_row_has_files_and_numbers_but_no_history_and_no_checkpoint(harness: Harness) -> None:
     [attempt] = harness.begin(1)
     checkpoint = checkpoint_of(harness)
@@ -55,9 +52,6 @@ def test_result__the_engine_keeps_it_until_the_row_has_it(harness: Harness) -> N
     harness.tick()
     assert harness.engine.forgotten == [attempt.key]
     assert harness.run().state is State.SUCCEEDED
-
-
-# --- publications and failures -------------------------------------------------------------------
 
 
 def test_publication__gets_results_and_reasons(harness: Harness) -> None:
@@ -103,9 +97,6 @@ def test_ending_that_cannot_be_registered__holds_nobody_up_and_fails_in_the_end(
     assert (row.state, row.cause, row.failure) == (State.FAILED, Cause.ERROR, "RuntimeError")
     assert "an unexpected error" in str(row.reason)
     assert set(harness.engine.forgotten) == {attempt.key for attempt in attempts}
-
-
-# --- trying again --------------------------------------------------------------------------------
 
 
 def test_crash__progress_beyond_the_checkpoint_starts_the_count_anew(harness: Harness) -> None:

@@ -2,9 +2,8 @@
 
 import os
 import random
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -17,33 +16,27 @@ from service.queue.scrubbing import FILES_AT_ONCE, Scrubber
 from service.records.jobs import Keep, State, Stored, StoreUnavailable, SweepState
 from service.store.publications import LOST, MOST_AT_ONCE
 from solver.checkpoints import Carried, CheckpointRefused, read_checkpoint, write_checkpoint
-from studies.cases.rows import Row, equal
+from studies.cases.rows import equal
+from tests.claims.marked import Compared
 from tests.service.support.api import ADDRESS, FakeDispatcher
 from tests.service.support.fakes import DEADLINE, failing, runs_of
-from tests.service.support.harness import AT_ONCE, Harness, open_harness
+from tests.service.support.harness import Harness, open_harness
 
 SEED = 20261126
 SWEEPS, RUNS = 4, 4  # each sweep with so many runs of its own
 KINDS = ("result.json", "state.npz", "film.npz", "cube.nc", "report.html")
 EACH = 4  # files of each kind that rot
-FAST = replace(AT_ONCE, scrub_step=DEADLINE, scrub_note=0.0)
 
 
 @pytest.fixture
 def harness(tmp_path: Path) -> Iterator[Harness]:
     """A store with published sweeps whose runs keep films."""
-    with open_harness(tmp_path, FAST) as opened:
+    with open_harness(tmp_path) as opened:
         opened.engine.free = RUNS
         for number in range(SWEEPS):
             opened.submit(runs_of(*["fine"] * RUNS, first=RUNS * number), keep=Keep.FILM)
         opened.compute_all()
         yield opened
-
-
-def scrubber(harness: Harness, *, rate: int = 1 << 60, interval: float = 0.0) -> Scrubber:
-    """A scrubber at its start, which reads everything in a step."""
-    settings = harness.settings.model_copy(update={"scrub_rate": rate})
-    return Scrubber(settings, harness.store, harness.artifacts, replace(FAST, scrub_interval=interval))
 
 
 def passed(harness: Harness, scrubbing: Scrubber) -> list[float]:
@@ -65,9 +58,7 @@ def registered(harness: Harness) -> list[tuple[str, Stored]]:
 
 
 @pytest.mark.claim("doors", "rot")
-def test_rot__is_all_found_in_one_pass_made_again_and_never_served(
-    harness: Harness, compared: Callable[[Row], None]
-) -> None:
+def test_rot__is_all_found_in_one_pass_made_again_and_never_served(harness: Harness, compared: Compared) -> None:
     """A pass finds all of 20 flipped bits in results, states, films, cubes and reports; none is served, all are mended.
 
     The first five are made again at once, and the others when people allow more; checkpoints that rot are refused.
@@ -92,7 +83,7 @@ def test_rot__is_all_found_in_one_pass_made_again_and_never_served(
     def served() -> int:
         return sum(http.get(place).content == bytes_of[file] for file, place in where.items())
 
-    scrubbing = scrubber(harness, interval=DEADLINE)
+    scrubbing = harness.scrubber(interval=DEADLINE)
     compared(equal("files, and damaged ones", expected=[len(files), len(rotten)], got=passed(harness, scrubbing)))
     compared(equal("served after the pass", expected=0, got=served()))
     lost = [event for event in harness.store.events.all() if event.kind == LOST]
@@ -107,7 +98,7 @@ def test_rot__is_all_found_in_one_pass_made_again_and_never_served(
     compared(equal("served in the end", expected=0, got=served()))
     states = {sweep.state for sweep in harness.store.sweeps.page().items}
     compared(equal("states of the sweeps", expected={SweepState.SUCCEEDED}, got=states))
-    compared(equal("the next pass", expected=[len(files), 0], got=passed(harness, scrubber(harness))))
+    compared(equal("the next pass", expected=[len(files), 0], got=passed(harness, harness.scrubber())))
     compared(equal("checkpoints that are read", expected=0, got=checkpoints_read(harness.settings.data, generator)))
 
 
@@ -123,11 +114,8 @@ def checkpoints_read(folder: Path, generator: random.Random) -> int:
     return read
 
 
-# --- steps ---------------------------------------------------------------------------------------
-
-
 def test_step__reads_no_more_than_is_due(harness: Harness) -> None:
-    slow = scrubber(harness, rate=1)  # bytes a second: opening a file counts for an hour of it
+    slow = harness.scrubber(rate=1)  # bytes a second: opening a file counts for an hour of it
     for _ in range(100):
         slow.step()
     assert harness.store.retention.scrub().files == 0
@@ -138,21 +126,21 @@ def test_pass__that_was_interrupted_goes_on_where_it_was(harness: Harness) -> No
     job, file = files[len(files) // 2]
     rot(harness.artifacts.path(file), random.Random(SEED))
     with failing(harness.store.publications, "mend"), pytest.raises(StoreUnavailable):
-        scrubber(harness).step()
+        harness.scrubber().step()
     noted = harness.store.retention.scrub()
     assert (noted.files, noted.damaged) == (len(files) // 2, 0)
     assert (noted.job_id, noted.name) < (job, file.name)
-    assert passed(harness, scrubber(harness)) == [len(files), 1]
+    assert passed(harness, harness.scrubber()) == [len(files), 1]
 
 
 def test_pass__begins_when_the_last_one_is_old_and_takes_further_files(harness: Harness) -> None:
     files = len(registered(harness))
-    assert passed(harness, scrubber(harness)) == [files, 0]
+    assert passed(harness, harness.scrubber()) == [files, 0]
     harness.submit(runs_of(*["fine"] * 8, first=100))
     harness.compute_all()
     assert files < FILES_AT_ONCE < len(registered(harness))
-    assert passed(harness, scrubber(harness, interval=DEADLINE)) == [files, 0]
-    assert passed(harness, scrubber(harness)) == [len(registered(harness)), 0]
+    assert passed(harness, harness.scrubber(interval=DEADLINE)) == [files, 0]
+    assert passed(harness, harness.scrubber()) == [len(registered(harness)), 0]
 
 
 def test_files__of_a_disk_that_is_away_stay_registered(harness: Harness) -> None:
@@ -161,14 +149,14 @@ def test_files__of_a_disk_that_is_away_stay_registered(harness: Harness) -> None
     harness.settings.data.rename(harness.settings.data.with_name("away"))
     harness.settings.data.mkdir()
     with pytest.raises(identity.WrongDirectory):
-        scrubber(harness).step()
+        harness.scrubber().step()
     assert registered(harness) == files
 
 
 def test_state__that_is_lost_is_computed_again_beside_the_result(harness: Harness) -> None:
     run, state = next((job, file) for job, file in registered(harness) if file.name == "state.npz")
     harness.artifacts.path(state).unlink()
-    scrubber(harness).step()
+    harness.scrubber().step()
     row = harness.store.runs.get(run)
     assert (row.state, row.summary is None) == (State.QUEUED, False)
     harness.compute_all()

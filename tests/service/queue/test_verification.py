@@ -20,12 +20,6 @@ from tests.service.support.harness import AT_ONCE, Harness, open_harness
 NO_DOUBT = replace(AT_ONCE, verification_retry_limit=0.0)
 
 
-def is_first_success(harness: Harness) -> bool:
-    """Whether the first run has the result of its first attempt."""
-    row = harness.run()
-    return (row.state, row.attempt, row.crashes) == (State.SUCCEEDED, 1, 0)
-
-
 def test_text__that_no_database_takes_is_made_legible(tmp_path: Path, database_url: str) -> None:
     reason = "cannot read 'caf\udce9.toml'\0" + 5000 * "!"
     with open_harness(tmp_path, database_url=database_url) as harness:
@@ -41,9 +35,6 @@ def test_text__that_no_database_takes_is_made_legible(tmp_path: Path, database_u
         assert str(harness.run(1).reason).startswith("cannot read 'caf\ufffd.toml'\ufffd!")
         row = harness.run(2)
         assert (row.cause, row.reason) == (Cause.VERDICT, "at \ufffd\ufffd")
-
-
-# --- a disk that fails, or is late ---------------------------------------------------------------
 
 
 Checks = dict[str, Callable[[], None]]
@@ -89,7 +80,7 @@ def test_disk_that_fails__is_tried_again_and_costs_the_run_nothing(
     harness.tick()
     checks.clear()
     harness.tick()
-    assert is_first_success(harness)
+    assert harness.is_first_success()
 
 
 @pytest.mark.parametrize("damage", ["{}", "", None])
@@ -105,11 +96,8 @@ def test_damaged_result__is_computed_again_unless_the_disk_was_late(tmp_path: Pa
         files[0].write_bytes(whole)
         [again] = harness.tick()
         assert again.directory != damaged.directory
-        assert is_first_success(harness)
+        assert harness.is_first_success()
         assert harness.run(1).crashes == 1
-
-
-# --- beside the ticks ----------------------------------------------------------------------------
 
 
 @contextmanager
@@ -140,4 +128,4 @@ def test_large_result__does_not_hold_up_the_ticks(tmp_path: Path, checks: Checks
         assert harness.inbox is not None
         assert harness.inbox.get(timeout=DEADLINE) is None  # a tick is asked for
         harness.tick()
-        assert is_first_success(harness)
+        assert harness.is_first_success()

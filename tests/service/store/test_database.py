@@ -83,9 +83,6 @@ def test_database__that_cannot_be_used_is_unavailable(postgresql_url: str, tmp_p
         Store.open(f"sqlite:///{tmp_path}/no/such/folder/whipple.db")
 
 
-# --- tables ----------------------------------------------------------------------------------------
-
-
 @pytest.fixture
 def own_url(request: pytest.FixtureRequest, store: Store, database_url: str) -> Iterator[str]:
     """A database whose tables a test may change."""

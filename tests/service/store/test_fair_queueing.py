@@ -1,12 +1,11 @@
 """Fairness between sweeps, priorities of shared runs, a paused queue."""
 
-from collections.abc import Callable
-
 import pytest
 
 from service.records.jobs import Cause, Conflict, Kind, State, Submission
 from service.store import Store
 from studies.cases.rows import equal
+from tests.claims.marked import Compared
 from tests.service.support.fakes import run_id, runs_of, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result
 
@@ -31,15 +30,6 @@ def of_the_first(numbers: list[int]) -> int:
 
 def priorities(store: Store, count: int) -> list[int]:
     return [store.runs.get(run_id(number)).priority for number in range(count)]
-
-
-def test_two_sweeps__get_equal_shares(store: Store) -> None:
-    submit(store, 0, 6)
-    submit(store, 100, 6)
-    order = leased(store, 12)
-    for end in range(2, 13, 2):
-        assert of_the_first(order[:end]) == end // 2
-    assert [number for number in order if number < 100] == [0, 1, 2, 3, 4, 5]
 
 
 def test_later_sweep__neither_waits_for_a_long_one_nor_catches_up(store: Store) -> None:
@@ -68,12 +58,9 @@ def test_retried_runs__queue_up_like_new_ones(store: Store) -> None:
     assert of_the_first(leased(store, 12)) == 6
 
 
-# --- owners ----------------------------------------------------------------------------------------
-
-
 @pytest.mark.claim("doors", "two-owners")
 def test_owner__with_few_runs_waits_for_no_more_of_another_whatever_the_number_of_sweeps(
-    store: Store, compared: Callable[..., None]
+    store: Store, compared: Compared
 ) -> None:
     """Beside 10 sweeps of 1 000 runs, a sweep of another owner that comes later gets every second run: 10 take 20."""
     for number in range(10):
@@ -103,9 +90,6 @@ def test_shared_run__is_of_the_owner_for_whom_it_comes_sooner_and_goes_back(stor
     assert store.leases.take(1, TERM) == ()
 
 
-# --- priorities ------------------------------------------------------------------------------------
-
-
 def test_shared_run__has_the_priority_of_the_most_urgent_sweep(store: Store) -> None:
     patient = submit(store, 0, 3, priority=5)
     urgent = submit(store, 2, 2, priority=-5)
@@ -129,9 +113,6 @@ def test_moved_sweep__begins_at_the_virtual_time_of_its_new_class(store: Store) 
     leased(store, 30)
     store.sweeps.set_priority(first, 0)
     assert of_the_first(leased(store, 10)) == pytest.approx(5, abs=ONE_RUN)
-
-
-# --- pause -----------------------------------------------------------------------------------------
 
 
 def test_pause__lets_runs_under_way_end_and_sweeps_be_published(store: Store) -> None:

@@ -15,7 +15,6 @@ Replicas = tuple[Store, Store]
 
 @pytest.fixture
 def replicas(postgresql_url: str) -> Iterator[Replicas]:
-    """Two services on one PostgreSQL."""
     with ExitStack() as ends:
         one, two = (ends.enter_context(closing(Store.open(postgresql_url))) for _ in range(2))
         yield one, two

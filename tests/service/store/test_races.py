@@ -3,7 +3,7 @@
 Each replica has connections of its own, as a process of its own would have.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import ExitStack, closing, suppress
 from threading import Barrier
@@ -11,12 +11,11 @@ from threading import Barrier
 import pytest
 import sqlalchemy as sa
 
-from service.records.jobs import Cause, Conflict, Kind, Lease, State, Submission, SweepState
+from service.records.jobs import Cause, Conflict, Kind, Lease, State, Submission
 from service.store import Store
 from service.store.tables import JOBS, POINTS
 from tests.service.support.fakes import runs_of, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, result
-from tests.service.support.targets import FakeRun
 
 REPLICAS = 4
 ROUNDS = 3
@@ -25,7 +24,6 @@ PATIENCE = 120.0  # s, for everything that is done at once
 
 @pytest.fixture
 def replicas(database_url: str) -> Iterator[list[Store]]:
-    """Services on one database."""
     with ExitStack() as ends:
         yield [ends.enter_context(closing(Store.open(database_url))) for _ in range(REPLICAS)]
 
@@ -40,12 +38,6 @@ def at_once(*doings: Callable[[], object]) -> list[object]:
 
     with ThreadPoolExecutor(len(doings)) as pool:
         return [future.result(PATIENCE) for future in [pool.submit(begin, one) for one in doings]]
-
-
-def attempts(store: Store) -> dict[str, int]:
-    query = sa.select(JOBS.c.id, JOBS.c.attempt).where(JOBS.c.kind == Kind.RUN)
-    with store.database.reading() as connection:
-        return {row.id: row.attempt for row in connection.execute(query)}
 
 
 def check(store: Store) -> None:
@@ -66,15 +58,6 @@ def check(store: Store) -> None:
         assert set(connection.scalars(queued)) <= {row.run_id for row in rows}
 
 
-def test_same_sweep__submitted_by_eight_clients_is_computed_once(replicas: list[Store]) -> None:
-    rows = at_once(*(submitting(store, runs_of(*["fine"] * 50)) for store in replicas * 2))
-    assert sum(row.new for row in rows) == 50  # type: ignore[attr-defined]
-    finish_all(replicas[0])
-    assert set(attempts(replicas[0]).values()) == {1}
-    for row in replicas[0].sweeps.page().items:
-        assert (row.state, row.counts["succeeded"]) == (SweepState.SUCCEEDED, 50)
-
-
 def test_idempotency__two_at_once_are_one_sweep(replicas: list[Store]) -> None:
     for number in range(ROUNDS):
         key = (f"key-{number}", "11" * 32)
@@ -85,10 +68,6 @@ def test_idempotency__two_at_once_are_one_sweep(replicas: list[Store]) -> None:
         rows = at_once(*(submit(store) for store in replicas))
         assert len({row.id for row in rows}) == 1  # type: ignore[attr-defined]
     assert len(replicas[0].sweeps.page().items) == ROUNDS
-
-
-def submitting(store: Store, runs: Sequence[FakeRun]) -> Callable[[], object]:
-    return lambda: store.sweeps.create(Submission(sweep_of(runs)))
 
 
 def test_everything_at_once__ends_and_counts_match(replicas: list[Store]) -> None:

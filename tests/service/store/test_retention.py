@@ -33,9 +33,6 @@ def names(store: Store) -> list[str]:
     return [file.name for file in store.runs.files(RUN)]
 
 
-# --- garbage ---------------------------------------------------------------------------------------
-
-
 def test_drop__spares_files_that_a_sweep_demanded_meanwhile(store: Store) -> None:
     finished(store, STATE, FILM, keep=Keep.NUMBERS)
     discardable = store.retention.discardable(10, "")
@@ -43,8 +40,6 @@ def test_drop__spares_files_that_a_sweep_demanded_meanwhile(store: Store) -> Non
     assert store.retention.drop(discardable) == ((RUN, FILM),)
     assert names(store) == ["result.json", "state.npz"]
 
-
-# --- sweeps that expire ----------------------------------------------------------------------------
 
 ALONE = Stored("state.npz", "runs/alone.npz", 1000, "")
 SHARED = Stored("state.npz", "runs/shared.npz", 100, "")
@@ -83,9 +78,6 @@ def test_expired__are_neither_pinned_nor_under_way(store: Store, three: list[str
     assert expired(store) == [(three[0], 1000 + 2 * OF_EACH), (three[2], OF_EACH)]
     store.sweeps.create(Submission(sweep_of(runs_of("fine", first=9)), owner="anna"))
     assert len(expired(store, owner="anna")) == 2
-
-
-# --- results that stay -----------------------------------------------------------------------------
 
 
 def test_film__that_cannot_be_computed_leaves_the_result(store: Store) -> None:
@@ -130,14 +122,11 @@ def test_state__is_kept_while_it_is_there_and_computed_again_once_dropped(store:
     assert store.sweeps.create(Submission(sweep_of(1), keep=Keep.FINAL)).new == 1
 
 
-# --- damaged files ---------------------------------------------------------------------------------
-
-
 @pytest.mark.parametrize("damaged", [STATE, stored()])
 def test_mend__computes_a_run_again_for_the_sweeps_that_have_it(store: Store, damaged: Stored) -> None:
     sweep = finished(store, STATE, keep=Keep.FINAL)
     assert store.publications.mend(damaged, most=3)
-    assert (store.runs.get(RUN).path is None) is (damaged != STATE)  # the result stays, if it is whole
+    assert (store.runs.get(RUN).sha256 is None) is (damaged != STATE)  # the result stays, if it is whole
     assert store.publications.mend(damaged, most=3) is (damaged == STATE)  # under way, or forgotten
     assert store.leases.finish(lease_runs(store, 1)[0], result(FILM))
     finish_all(store)

@@ -112,9 +112,6 @@ def _cancelled(store: Store) -> tuple[str, ...]:
     return tuple(ids)
 
 
-# --- statements ------------------------------------------------------------------------------------
-
-
 def test_accept__is_one_transaction_of_two_statements_more_for_each_thousand_runs(filled: Filled) -> None:
     """10 000 runs are accepted in one transaction, of two statements more for each thousand."""
     assert filled.accepting["large"] == filled.accepting["small"] + 2 * ((LARGE - 1) // BATCH)
@@ -233,9 +230,6 @@ def test_commands__take_as_many_statements_for_many_runs_as_for_one(filled: Fill
         if name == "cancel":
             written = Counter(write[1] for text in many if (write := WRITE.match(text)))
             assert set(written.values()) == {1}, written
-
-
-# --- plans -----------------------------------------------------------------------------------------
 
 
 @contextmanager

@@ -10,8 +10,6 @@ from service.store import Store
 from tests.service.support.fakes import run_id, runs_of, stored, sweep_of
 from tests.service.support.rows import TERM, finish_all, lease_runs, result, statements
 
-# --- submission ------------------------------------------------------------------------------------
-
 
 def test_accident__is_computed_again_and_a_verdict_is_not(store: Store) -> None:
     store.sweeps.create(Submission(sweep_of(2)))
@@ -29,9 +27,6 @@ def test_shared_run__keeps_the_most_that_a_sweep_demands(store: Store) -> None:
     for runs, keep in ((2, Keep.FINAL), (1, Keep.FILM), (2, Keep.NUMBERS)):
         store.sweeps.create(Submission(sweep_of(runs), keep=keep))
     assert [store.runs.get(run_id(number)).keep for number in (0, 1)] == [Keep.FILM, Keep.FINAL]
-
-
-# --- cancel ----------------------------------------------------------------------------------------
 
 
 def test_cancel__publishes_what_was_computed(store: Store) -> None:
@@ -52,9 +47,6 @@ def test_cancel__publishes_what_was_computed(store: Store) -> None:
     finish_all(store)
     assert store.sweeps.get(sweep).progress == 1.0
     assert store.sweeps.cancel(sweep).state is SweepState.SUCCEEDED  # nothing is left to cancel
-
-
-# --- retry -----------------------------------------------------------------------------------------
 
 
 def test_retry__queues_accidents_and_cancelled_runs_and_on_request_verdicts(store: Store) -> None:
@@ -89,14 +81,11 @@ def test_retry__publishes_again_and_keeps_the_earlier_files_until_then(store: St
     assert [file.name for file in store.publications.files(sweep)] == ["report.html"]
 
 
-# --- replaced results ------------------------------------------------------------------------------
-
 NEW = Stored(RESULT, "runs/result-1.json", 3, "11" * 32)
 SUMMARY = {"measurements": {"hole_diameter": {"value": 2.0}}}
 
 
 def computed(store: Store, runs: int) -> str:
-    """A sweep of computed runs, published."""
     sweep = store.sweeps.create(Submission(sweep_of(runs))).id
     finish_all(store)
     return sweep
@@ -106,10 +95,11 @@ def test_replaced_result__publishes_the_sweeps_that_use_it_again(store: Store) -
     both, other = computed(store, 2), computed(store, 1)
     waiting = store.sweeps.create(Submission(sweep_of(3))).id
     assert store.runs.replace_result(run_id(1), "99" * 32, NEW, SUMMARY) == ()  # replaced before
-    assert store.runs.get(run_id(1)).path == stored().path
+    assert store.runs.get(run_id(1)).sha256 == stored().sha256
     assert store.runs.replace_result(run_id(1), stored().sha256, NEW, SUMMARY) == (both,)
-    run = store.runs.get(run_id(1))
-    assert (run.path, run.size, run.sha256, run.summary) == (NEW.path, 3, NEW.sha256, SUMMARY)
+    run, published = store.runs.get(run_id(1)), store.publications.inputs(both)[1]
+    assert (run.sha256, run.summary) == (NEW.sha256, SUMMARY)
+    assert (NEW.path, NEW.sha256) in {(one.path, one.sha256) for one in published}
     assert store.runs.file(run_id(1), RESULT) == NEW
     states = [store.sweeps.get(sweep).state for sweep in (both, other, waiting)]
     assert states == [SweepState.PUBLISHING, SweepState.SUCCEEDED, SweepState.RUNNING]
@@ -123,9 +113,6 @@ def test_publication__of_an_earlier_result_no_longer_counts(store: Store) -> Non
     assert store.runs.replace_result(run_id(0), stored().sha256, NEW, SUMMARY) == (sweep,)
     assert not store.leases.publish(stale, [stored("cube.nc", "cube.nc")], seconds=1.0)
     assert [lease.sweep_id for lease in store.leases.take(9, TERM)] == [sweep]
-
-
-# --- search ----------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -145,9 +132,6 @@ def test_search__finds_a_sweep_by_its_scenario_and_its_materials_in_two_statemen
         page = store.sweeps.page_with_files(text=text)
     assert bool(page.sweeps.items) is found
     assert len([each for each in sent if not each.startswith("BEGIN")]) <= 2
-
-
-# --- tallies ---------------------------------------------------------------------------------------
 
 
 def counting(store: Store, id: str) -> int:
@@ -186,9 +170,6 @@ def test_tally__is_read_again_when_another_sweep_queues_a_run(store: Store, data
         assert [service.sweeps.get(sweep).counts["queued"] for service in services] == [1, 1]
         finish_all(store)
         assert [service.sweeps.get(sweep).counts["succeeded"] for service in services] == [1, 1]
-
-
-# --- progress, publications and runs under way ------------------------------------------------------
 
 
 def test_progress__reaches_runs_and_sweep(store: Store) -> None:

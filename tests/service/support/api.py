@@ -116,7 +116,6 @@ class Api:
         return self.store.terms.begin("tests")
 
     def submit(self, **changes: Any) -> str:
-        """Submit the sweep of the tests and return its id."""
         response = self.http.post("/v1/sweeps", json=sweep_of(**changes))
         assert response.status_code == 202, response.text
         return response.json()["id"]

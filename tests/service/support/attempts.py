@@ -88,19 +88,16 @@ def under_way(attempt: Attempt, timings: Timings = NO_PAUSE) -> Iterator[Running
 
 
 def result_of(ending: Ending) -> dict[str, Any]:
-    """The content of result.json."""
     plain: dict[str, Any] = json.loads(Path(ending.files[0].path).read_text())
     return plain
 
 
 def surroundings(ending: Ending) -> dict[str, Any]:
-    """The surroundings that a run saw in its process."""
     provenance: dict[str, Any] = result_of(ending)["provenance"]
     return provenance
 
 
 def process_of(ending: Ending) -> int:
-    """The process that computed a run."""
     return int(surroundings(ending)["process"])
 
 

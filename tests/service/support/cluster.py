@@ -117,7 +117,6 @@ class DaskCluster:
     processes: list[ShellProcess] = field(default_factory=list)
 
     def certify(self) -> None:
-        """Make the certificates."""
         subprocess.run(
             ["bash", "-ec", documented("openssl")], cwd=self.folder, check=True, capture_output=True, timeout=120
         )
@@ -174,7 +173,6 @@ class EngineUser:
         self.messages: list[Message] = []
 
     def receive(self) -> list[Message]:
-        """All messages so far."""
         with suppress(Empty):
             while True:
                 message = self._inbox.get_nowait()

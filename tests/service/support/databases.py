@@ -84,21 +84,22 @@ class Postgresql:
                     connection.execute(table.insert(), rows)
 
     def pids(self) -> list[int]:
-        """All processes of the server."""
         postmaster = psutil.Process(self._server.get_pid())
         return [postmaster.pid, *(child.pid for child in postmaster.children(recursive=True))]
 
-    def crash(self) -> None:
-        """Kill -9 the server, all of it, and start it again."""
+    def kill(self) -> None:
+        """Kill -9 the server, all of it."""
         for pid in self.pids():
             with suppress(ProcessLookupError):
                 os.kill(pid, signal.SIGKILL)
         psutil.wait_procs([self._server.get_postmaster_info().process], START_SECONDS)
+
+    def start(self) -> None:
+        """Start the server again, unless it runs."""
         with _patient():
             self._server.ensure_postgres_running()
 
     def close(self) -> None:
-        """Leave the server."""
         self._ends.close()
         self._engine.dispose()
 

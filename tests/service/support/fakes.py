@@ -5,7 +5,7 @@ import shutil
 import tempfile
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import ExitStack, closing, contextmanager
 from dataclasses import dataclass, field
 from functools import cache
 from hashlib import sha256
@@ -16,7 +16,7 @@ from unittest.mock import patch
 import psutil
 
 from service.records.expansion import ExpandedSweep, expanded_points
-from service.records.jobs import Stored, StoreUnavailable
+from service.records.jobs import Scope, Stored, StoreUnavailable
 from service.settings import Settings
 from service.store import Store
 from service.store.leadership import Leadership, Terms
@@ -83,11 +83,17 @@ def put_empty_store(folder: Path) -> None:
         shutil.copytree(_empty_store(), folder, dirs_exist_ok=True)
 
 
+def issue_key(folder: Path, name: str, *scopes: Scope) -> str:
+    """The secret of a new key of the store in a folder; a service that others reach does not start without one."""
+    with closing(Store.open(Settings(data=folder).url)) as store:
+        return store.keys.issue(name, scopes)[1]
+
+
 def open_store(settings: Settings) -> Store:
-    """A store in which every run is expected to cost one core second."""
+    """A store with its tables."""
     if settings.database_url is None:
         put_empty_store(settings.data)
-    return Store.open(settings.url, cost=lambda run: 1.0)
+    return Store.open(settings.url)
 
 
 def stored(name: str = "result.json", path: str = "runs/result.json") -> Stored:

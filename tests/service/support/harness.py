@@ -8,11 +8,13 @@ from typing import Any
 
 from service.files.artifacts import OF_A_RUN, Artifacts, describe
 from service.queue.dispatcher import Dispatcher
-from service.records.jobs import Cause, Keep, Kind, RunRow, Submission
+from service.queue.scrubbing import Scrubber
+from service.records.jobs import Cause, Keep, Kind, RunRow, State, Submission
 from service.settings import Settings
 from service.store import Store
 from service.workers.attempt import Attempt, Ended, Ending, Inbox, Message
 from service.workers.timings import Timings
+from studies.quantities.files import SWEEP_FILES
 from tests.service.support.fakes import (
     DEADLINE,
     LosableTerms,
@@ -24,7 +26,6 @@ from tests.service.support.fakes import (
 )
 from tests.service.support.targets import FakeRun, execute, publish
 
-PUBLISHED = ("cube.nc", "runs.csv", "report.html", "report.json")
 # A tick waits for every verification and looks at all orphans, however busy the machine is; nothing is put off.
 AT_ONCE = Timings(
     leadership_retry=0.0,
@@ -33,6 +34,8 @@ AT_ONCE = Timings(
     last_verification_wait=DEADLINE,
     verification_retry=0.0,
     registration_retry=0.0,
+    scrub_step=DEADLINE,
+    scrub_note=0.0,
 )
 
 
@@ -86,17 +89,15 @@ class Harness:
         else:
             answers = {outcome["run_id"]: outcome for outcome in attempt.spec["outcomes"]}
             publish(attempt.spec["document"], answers, directory)
-        names = OF_A_RUN if attempt.kind is Kind.RUN else (*PUBLISHED, "log.txt")
+        names = OF_A_RUN if attempt.kind is Kind.RUN else (*SWEEP_FILES, "log.txt")
         files = [directory / name for name in names]
         return Ending(None, "", "", tuple(describe(file) for file in files if file.is_file()), 1.5)
 
     def send(self, message: Message) -> None:
-        """Send a message of the engine."""
         assert self.inbox is not None
         self.inbox.put(message)
 
     def end(self, attempt: Attempt, ending: Ending) -> None:
-        """End an attempt."""
         self.send(Ended(attempt.key, ending))
 
     def end_well(self, attempt: Attempt) -> None:
@@ -123,8 +124,17 @@ class Harness:
                 self.end_well(attempt)
 
     def run(self, number: int = 0) -> RunRow:
-        """The row of a run."""
         return self.store.runs.get(run_id(number))
+
+    def is_first_success(self) -> bool:
+        """Whether the first run has the result of its first attempt."""
+        row = self.run()
+        return (row.state, row.attempt, row.crashes) == (State.SUCCEEDED, 1, 0)
+
+    def scrubber(self, *, rate: int = 1 << 60, interval: float = 0.0) -> Scrubber:
+        """A scrubber at its start, which reads everything in a step and begins again at the next one."""
+        settings = self.settings.model_copy(update={"scrub_rate": rate})
+        return Scrubber(settings, self.store, self.artifacts, replace(AT_ONCE, scrub_interval=interval))
 
 
 @contextmanager

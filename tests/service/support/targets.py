@@ -26,7 +26,7 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import Interrupted
-from studies.quantities.files import write_text
+from studies.quantities.files import SWEEP_FILES, write_text
 from studies.quantities.measured import Measured
 from studies.runs import run as real
 from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
@@ -51,7 +51,6 @@ class FakeRun:
     scenario: str = "thin_plate"
 
     def as_json(self) -> dict[str, Any]:
-        """As plain objects."""
         return {"scenario": self.scenario, "parameters": dict(self.parameters), "materials": {FAKE: self.id}}
 
     @staticmethod
@@ -104,13 +103,12 @@ def publish(
     directory: Path,
     sections: Mapping[str, Path] | None = None,
 ) -> dict[str, str]:
-    """Three files that say what was given."""
     if document.get("name") == "unpublishable":
         raise RuntimeError("this sweep cannot be published")
     while _is_closed(SWEEP_GATE):
         time.sleep(PAUSE)
     outcomes_as_json = {id: {"state": one["state"], "reason": one["reason"]} for id, one in outcomes.items()}
-    for name in ("cube.nc", "runs.csv", "report.html", "report.json"):
+    for name in SWEEP_FILES:
         write_text(directory / name, json.dumps(outcomes_as_json, sort_keys=True))
     return {}
 

@@ -17,6 +17,7 @@ from service.records.jobs import Cause, Keep, Kind
 from service.workers import supervisor
 from service.workers.attempt import Attempt
 from service.workers.timings import DEFAULT
+from studies.quantities.files import SWEEP_FILES
 from tests.service.support.attempts import (
     LIMIT,
     SLOT,
@@ -36,9 +37,6 @@ from tests.service.support.targets import MEBIBYTE
 def _end_idle_process() -> Iterator[None]:
     yield
     SLOT.close()
-
-
-# --- the files of an attempt ---------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(
@@ -81,7 +79,7 @@ def test_publication__gets_results_and_reasons_however_many(tmp_path: Path) -> N
     more = [{**DIED, "run_id": run_id(number)} for number in range(2, 10_000)]
     ending = supervise(publication(tmp_path, {**DIED, **done}, *more))
     names = [file.name for file in ending.files]
-    assert names == ["cube.nc", "runs.csv", "report.html", "report.json", "log.txt"]
+    assert names == [*SWEEP_FILES, "log.txt"]
     published = result_of(ending)
     assert [published[run_id(number)]["state"] for number in (1, 2)] == ["succeeded", "failed"]
     assert len(published) == 9_999
@@ -97,9 +95,6 @@ def test_publication__lists_results_that_are_lost_or_damaged(tmp_path: Path) -> 
     assert run_id(3) in ending.reason
     listed = list_in(Path(attempt.directory))
     assert [loss.run_id for loss in listed] == [run_id(3), run_id(4)]
-
-
-# --- how an attempt ends -------------------------------------------------------------------------
 
 
 def test_ending__without_the_files_names_them_and_the_free_space(tmp_path: Path) -> None:
@@ -202,23 +197,6 @@ def test_crash__with_a_fork_that_lives_on_is_noticed(tmp_path: Path) -> None:
         wait_until(running.is_over)
         assert running.end().failure == "SIGABRT"
     wait_until(lambda: is_gone(forked))
-
-
-# --- checkpoints and progress --------------------------------------------------------------------
-
-
-def test_kill__the_next_attempt_goes_on_from_the_last_checkpoint(tmp_path: Path) -> None:
-    with under_way(with_checkpoint(tmp_path, seconds=5.0)) as running:
-        wait_until(lambda: running.progress)
-        os.kill(running.pid(), signal.SIGKILL)
-        step = running.end().checkpoint
-    assert step == int((tmp_path / "checkpoint").read_text())
-    progress: list[Mapping[str, Any]] = []
-    assert supervise(with_checkpoint(tmp_path, seconds=0.1), progress.append).cause is None
-    assert progress[0]["step"] == step + 1
-
-
-# --- the log -------------------------------------------------------------------------------------
 
 
 def test_log__has_the_trace_of_a_failure(tmp_path: Path) -> None:

@@ -12,19 +12,9 @@ from pathlib import Path
 import pytest
 
 from service.workers import warm_process
-from service.workers.attempt import Attempt
 from service.workers.warm import MOST_ATTEMPTS
 from studies.runs.run import resolve
-from tests.service.support.attempts import (
-    LIMIT,
-    SLOT,
-    attempt_at,
-    process_of,
-    result_of,
-    supervise,
-    surroundings,
-    under_way,
-)
+from tests.service.support.attempts import SLOT, attempt_at, process_of, result_of, supervise, surroundings, under_way
 from tests.service.support.fakes import is_gone, wait_until
 
 ROOT = Path(__file__).parents[3]
@@ -34,9 +24,6 @@ ROOT = Path(__file__).parents[3]
 def _end_idle_process() -> Iterator[None]:
     yield
     SLOT.close()
-
-
-# --- attempt after attempt -----------------------------------------------------------------------
 
 
 def test_process__computes_so_many_attempts_and_ends_with_its_slot(tmp_path: Path) -> None:
@@ -51,14 +38,6 @@ def test_process__computes_so_many_attempts_and_ends_with_its_slot(tmp_path: Pat
     assert other != first
     SLOT.close()
     assert is_gone(other)
-
-
-@pytest.mark.parametrize("behaviour", ["abort", "greedy"])
-def test_process__is_replaced_after_an_accident(tmp_path: Path, behaviour: str) -> None:
-    before = process_of(supervise(attempt_at(tmp_path / "1")))
-    supervise(replace(attempt_at(tmp_path / "2", behaviour), memory_limit=LIMIT))
-    assert process_of(supervise(attempt_at(tmp_path / "3"))) != before
-    assert is_gone(before)
 
 
 def test_process__is_replaced_when_an_attempt_left_something_running(tmp_path: Path) -> None:
@@ -104,42 +83,6 @@ def test_run__of_another_version_fails_and_its_reason_names_the_cure(tmp_path: P
     assert (result["run_id"], result["state"]) == ("0" * 32, "failed")
     assert result["failure"] == "OtherPhysics"
     assert "submit the sweep again" in result["reason"]
-
-
-# --- life and death ------------------------------------------------------------------------------
-
-SUPERVISOR = """
-import json, sys, time
-from service.workers.attempt import Attempt
-from service.workers.supervisor import Supervisor
-from service.workers.warm import Slot
-slot = Slot()
-Supervisor(Attempt(**json.loads(sys.argv[1])), print).run(slot)
-print("over", flush=True)
-time.sleep(600)
-"""
-
-
-def start_supervisor(attempt: Attempt) -> "subprocess.Popen[bytes]":
-    """A supervisor in a process of its own."""
-    command = [sys.executable, "-c", SUPERVISOR, json.dumps(vars(attempt))]
-    return subprocess.Popen(command, cwd=ROOT, stdout=subprocess.PIPE)
-
-
-@pytest.mark.parametrize("behaviour", ["deaf", "fine"])
-def test_supervisor_killed__the_process_goes_with_it(tmp_path: Path, behaviour: str) -> None:
-    attempt = attempt_at(tmp_path, behaviour)
-    with start_supervisor(attempt) as process:
-        try:
-            if behaviour == "fine":  # the process waits for the next attempt
-                assert process.stdout is not None
-                assert process.stdout.readline() == b"over\n"
-            file = Path(attempt.directory) / "pid"
-            pid = int(wait_until(lambda: file.is_file() and file.read_text()))
-            assert not is_gone(pid)
-        finally:
-            process.kill()
-    wait_until(lambda: is_gone(pid))
 
 
 @pytest.mark.parametrize("has_attempt", [False, True])
