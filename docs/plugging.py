@@ -8,13 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from solver.simulation import simulate
-from studies import materials
 from studies.films.section import SectionOptions, SectionRecorder, Sections
 from studies.reports.drawing.pixels import coloured, nearest
 from studies.reports.pictures import Frame
 from studies.runs.execution import observer_of
 from studies.runs.run import resolve
-from tests.cases.test_plugging import DIAMETER, ROLES, SPACING, SPEED
+from tests.cases.test_plugging import DIAMETER, SPACING, SPEED
 
 FILE = Path(__file__).parent / "plugging.png"
 MOMENTS = (7e-6, 30e-6, 60e-6, 120e-6)  # s: contact, the plate bulges, the plug moves, and is out
@@ -29,9 +28,8 @@ WIDTH, GAP, HEAD = 240, 10, 18  # px of a panel, between panels, and of a line o
 
 def sections(parameters: dict[str, Any]) -> Sections:
     """The sections of the shot at the moments, by the method of some parameters."""
-    roles = {role: materials.load(name) for role, name in ROLES.items()}
     shot = {"speed": SPEED, "cells_per_diameter": DIAMETER / SPACING, **parameters}
-    setting = observer_of(resolve("plugging", shot, roles)).setting
+    setting = observer_of(resolve("plugging", shot)).setting
     end = MOMENTS[-1]
     interval = 0.01 * end
     options = SectionOptions(moments=MOMENTS, reach=4.0 * DIAMETER)

@@ -113,17 +113,23 @@ class Law:
     # rate effects keeps; None: the value is no such power.
     size_exponent: Dimensionless | None = 1.0
     largest_obliquity: Radian = 0.0  # 0: for normal impact
-    # Value over the power ``dimension`` of the projectile's diameter, of a shot and a variant.
-    ratio: Callable[[Shot, str], float]
+    # Value over the power ``dimension`` of the projectile's diameter, of a shot and a variant: a number.
+    ratio: Callable[[Shot, str], Any]
     variants: Callable[[Shot], Sequence[str]] = lambda shot: ONE_FORM
     meaningless: Callable[[Shot, str], str] = lambda shot, variant: ""  # the reason, or ""
+    # For laws of holes that fall below D/d = 1 in slow shots or thin plates: there they mean nothing.
+    wider_than_projectile: bool = False
 
     def evaluate(self, shot: Shot, variant: str = "") -> LawValue:
         """The law's answer for one shot, with one of its variants."""
         reason = self.meaningless(shot, variant)
         if reason:
             return LawValue(math.nan, False, reason)
-        value = float(self.ratio(shot, variant)) * shot.projectile_diameter**self.dimension
+        ratio = float(self.ratio(shot, variant))
+        if self.wider_than_projectile and ratio < 1.0:  # NaN is for the range to explain
+            reason = f"D/d = {ratio:.3g} is narrower than the projectile: no physical meaning for this shot"
+            return LawValue(math.nan, False, reason)
+        value = ratio * shot.projectile_diameter**self.dimension
         reasons = self.range.reasons(shot) + self._oblique(shot)
         return LawValue(value, not reasons, "; ".join(reasons))
 
@@ -160,18 +166,6 @@ class Law:
         largest = math.degrees(self.largest_obliquity)
         limit = f"up to {largest:.3g} deg" if largest else "normal impact"
         return [f"for {limit}, the shot is {math.degrees(shot.obliquity):.3g} deg oblique"]
-
-
-def narrower_than_projectile(ratio: Callable[[Shot, str], float]) -> Callable[[Shot, str], str]:
-    """For the laws of holes that fall below D/d = 1 in slow shots or thin plates: there they mean nothing."""
-
-    def reason(shot: Shot, variant: str) -> str:
-        value = ratio(shot, variant)
-        if not value < 1.0:  # NaN is for the range to explain
-            return ""
-        return f"D/d = {value:.3g} is narrower than the projectile: no physical meaning for this shot"
-
-    return reason
 
 
 def without_hardness(shot: Shot, variant: str = "") -> str:

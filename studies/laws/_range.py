@@ -41,18 +41,13 @@ class Limit:
         return f"{reason} ({self.source})" if reason else ""
 
 
-@dataclass(frozen=True)
 class Range:
-    """The range of validity of a law."""
+    """The range of validity of a law: its own limits, and that of its projectiles."""
 
-    limits: tuple[Limit, ...]  # of the law itself
-    # Rods and discs penetrate otherwise than spheres; round numbers, which no law here states.
-    projectile: Limit = field(default_factory=lambda: length_ratio(0.5, 2.0, NOT_FOUND))
-
-    @property
-    def every(self) -> tuple[Limit, ...]:
-        """The law's own limits, and that of its projectiles."""
-        return (*self.limits, self.projectile)
+    def __init__(self, *limits: Limit, projectile: Limit | None = None):
+        self.limits = limits
+        # Rods and discs penetrate otherwise than spheres; round numbers, which no law here states.
+        self.every = (*limits, projectile or length_ratio(0.5, 2.0, NOT_FOUND))
 
     @property
     def words(self) -> str:

@@ -4,11 +4,12 @@ import math
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import InnerBumper, Shield, Shot
+from studies.laws import InnerBumper, Law, Shield, Shot
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, KSI
 from studies.laws._range import Limit, Range, family
 
@@ -101,18 +102,19 @@ def in_handbook_units(shield: Shield, bumper_density: float, projectile_density:
     )
 
 
-def over_projectile(critical: Callable[..., NDArray], oblique: bool = True) -> Callable[[Shot, str], float]:
-    """The ratio of a law, from its critical diameter by m/s, two densities in kg/m3, the shield and the obliquity.
+def shield_law(critical: Callable[..., NDArray], *, oblique: bool = True, **fields: Any) -> Law:
+    """The law of a critical diameter by m/s, two densities in kg/m3, the shield and the obliquity.
 
     Without ``oblique`` the equation is about normal impact and takes no obliquity.
     """
 
-    def ratio(shot: Shot, variant: str) -> float:
+    def ratio(shot: Shot, variant: str) -> NDArray:
         lean = (shot.obliquity,) if oblique else ()
         diameter = critical(shot.speed, shot.target.density, shot.projectile.density, shot.shield, *lean)
-        return float(diameter / shot.projectile_diameter)
+        return diameter / shot.projectile_diameter
 
-    return ratio
+    common = {"quantity": "critical_diameter", "size_exponent": None, "meaningless": without_shield}
+    return Law(ratio=ratio, largest_obliquity=math.radians(90.0) if oblique else 0.0, **{**common, **fields})
 
 
 def by_three_ranges(
@@ -156,10 +158,8 @@ def range_of(
 ) -> Range:
     """Bumper and wall of aluminium; ``fails`` says which wall has failed."""
     return Range(
-        (
-            family("aluminium", source),
-            Limit("a Whipple shield", "the equation is about bumper and wall", walls),
-            Limit(f"wall of aluminium; {fails}", source),
-            *limits,
-        )
+        family("aluminium", source),
+        Limit("a Whipple shield", "the equation is about bumper and wall", walls),
+        Limit(f"wall of aluminium; {fails}", source),
+        *limits,
     )

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._handbook import KILOMETRE_PER_SECOND
 from studies.laws._range import NOT_FOUND, Limit, plate, speed
 
@@ -22,10 +22,6 @@ def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike) -> NDArray:
     return 1.0 + 1.5 * thickness * velocity**0.3 / (1.0 + thickness**2 * velocity**-n)
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio))
-
-
 LAW = Law(
     name="carey_mcdonnell_dixon",
     title="Carey, McDonnell and Dixon",
@@ -35,7 +31,7 @@ LAW = Law(
     ),
     source="Carey, McDonnell and Dixon (1985), as recalled",
     confidence="memory",
-    range=Range((speed(2.0, 20.0, NOT_FOUND), plate(), Limit("foils", NOT_FOUND))),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    range=Range(speed(2.0, 20.0, NOT_FOUND), plate(), Limit("foils", NOT_FOUND)),
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio),
+    wider_than_projectile=True,
 )

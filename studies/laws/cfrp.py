@@ -42,7 +42,7 @@ LAW = Law(
     ),
     source=f"{RYAN}, 245, Eq. 15; {HANDBOOK}, Eq. 4-13 without insulation",
     confidence="verified",
-    range=Range((family("cfrp", RYAN), speed(5.8, 6.6, RYAN), Limit("quasi-isotropic laminate of 3.8 mm", RYAN))),
+    range=Range(family("cfrp", RYAN), speed(5.8, 6.6, RYAN), Limit("quasi-isotropic laminate of 3.8 mm", RYAN)),
     ratio=_ratio,
     variants=lambda shot: list(CONSTANTS),
 )

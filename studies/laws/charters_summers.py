@@ -5,7 +5,7 @@ import math
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot
+from studies.laws import Law, Range
 from studies.laws._range import NOT_FOUND, Limit, between, density_ratio, speed
 
 COUR_PALAIS = "Cour-Palais (1987), Int. J. Impact Eng. 5, p. 225"
@@ -24,14 +24,6 @@ def depth_ratio(speed: ArrayLike, density_ratio: ArrayLike, sound_speed: ArrayLi
     return 2.28 * scaled ** (2.0 / 3.0)
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed))
-
-
-def _mach(shot: Shot) -> float:
-    return shot.speed / shot.target.sound_speed
-
-
 LAW = Law(
     name="charters_summers",
     title="Charters and Summers",
@@ -40,13 +32,11 @@ LAW = Law(
     source="Summers and Charters (1959), Third Symposium on Hypervelocity Impact",
     confidence="cross-checked",
     range=Range(
-        (
-            between("v/C", _mach, (1.0, math.inf), "", NOT_FOUND),
-            # Data up to 16 km/s do not tell the exponent 2/3 from 0.58; densities within a factor of 3.
-            speed(0.0, 16.0, COUR_PALAIS),
-            density_ratio(1.0 / 3.0, 3.0, COUR_PALAIS),
-            Limit("metals", NOT_FOUND),
-        )
+        between("v/C", lambda shot: shot.speed / shot.target.sound_speed, (1.0, math.inf), "", NOT_FOUND),
+        # Data up to 16 km/s do not tell the exponent 2/3 from 0.58; densities within a factor of 3.
+        speed(0.0, 16.0, COUR_PALAIS),
+        density_ratio(1.0 / 3.0, 3.0, COUR_PALAIS),
+        Limit("metals", NOT_FOUND),
     ),
-    ratio=_ratio,
+    ratio=lambda shot, _: depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed),
 )

@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot
+from studies.laws import Law, Range
 from studies.laws._handbook import CENTIMETRE, HANDBOOK, KILOMETRE_PER_SECOND
 from studies.laws._range import NOT_FOUND, Limit, family
 
@@ -26,12 +26,6 @@ def depth_ratio(speed: ArrayLike, diameter: ArrayLike, density_ratio: ArrayLike)
     return CONSTANT * size * asarray(density_ratio) ** 0.5 * velocity ** (2.0 / 3.0)
 
 
-def of_shot(shot: Shot) -> float:
-    """The depth over the diameter for a shot."""
-    return float(depth_ratio(shot.normal_speed, shot.projectile_diameter, shot.density_ratio))
-
-
-RANGE = Range((family("steel", HANDBOOK), Limit("CRES 15-5PH; speeds of the shots of the fit", NOT_FOUND)))
 LAW = Law(
     name="christiansen_steel",
     title="Christiansen (steel 15-5PH)",
@@ -40,6 +34,6 @@ LAW = Law(
     source=f"Christiansen et al. (2009), {HANDBOOK}, Eq. 4-10, with the constant of Eq. 4-12",
     confidence="verified",
     size_exponent=SIZE_EXPONENT,
-    range=RANGE,
-    ratio=lambda shot, variant: of_shot(shot),
+    range=Range(family("steel", HANDBOOK), Limit("CRES 15-5PH; speeds of the shots of the fit", NOT_FOUND)),
+    ratio=lambda shot, _: depth_ratio(shot.normal_speed, shot.projectile_diameter, shot.density_ratio),
 )

@@ -5,7 +5,7 @@ import math
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, without_hardness
+from studies.laws import Law, Range, without_hardness
 from studies.laws._handbook import CENTIMETRE, HANDBOOK
 from studies.laws._range import family, speed
 
@@ -32,12 +32,6 @@ def depth_ratio(
     return 5.24 * size * np.asarray(brinell_hardness) ** -0.25 * density * mach ** (2.0 / 3.0)
 
 
-def of_shot(shot: Shot) -> float:
-    """The depth over the diameter for a shot; NaN where the target states no hardness."""
-    diameter, sound_speed = shot.projectile_diameter, shot.target.sound_speed
-    return float(depth_ratio(shot.normal_speed, diameter, shot.density_ratio, sound_speed, shot.brinell_hardness))
-
-
 LAW = Law(
     name="cour_palais",
     title="Cour-Palais (aluminium)",
@@ -54,7 +48,9 @@ LAW = Law(
     size_exponent=SIZE_EXPONENT,
     # It over-predicts slightly above 45 deg.
     largest_obliquity=math.radians(85.0),
-    range=Range((family("aluminium", HANDBOOK), speed(0.0, 8.0, HANDBOOK))),
-    ratio=lambda shot, variant: of_shot(shot),
+    range=Range(family("aluminium", HANDBOOK), speed(0.0, 8.0, HANDBOOK)),
+    ratio=lambda shot, _: depth_ratio(
+        shot.normal_speed, shot.projectile_diameter, shot.density_ratio, shot.target.sound_speed, shot.brinell_hardness
+    ),
     meaningless=without_hardness,
 )

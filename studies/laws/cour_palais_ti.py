@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, without_hardness
+from studies.laws import Law, Range, without_hardness
 from studies.laws._handbook import HANDBOOK, RYAN
 from studies.laws._range import Limit, family, speed
 
@@ -24,12 +24,6 @@ def depth_ratio(
     return 5.24 * hardness * asarray(density_ratio) ** 0.5 * mach ** (2.0 / 3.0)
 
 
-def of_shot(shot: Shot) -> float:
-    """The depth over the diameter for a shot; NaN where the target states no hardness."""
-    return float(depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed, shot.brinell_hardness))
-
-
-RANGE = Range((family("titanium", RYAN), speed(6.4, 7.0, RYAN), Limit("Ti-15V-3Cr-3Sn-3Al", RYAN)))
 LAW = Law(
     name="cour_palais_ti",
     title="Cour-Palais (titanium)",
@@ -37,7 +31,7 @@ LAW = Law(
     equation="p/d = 5.24 H^(-1/4) (rho_p/rho_t)^(1/2) (v/C)^(2/3), H: BHN",
     source=f"{RYAN}, 245, Eq. 11; {HANDBOOK}, Eq. 4-7",
     confidence="verified",
-    range=RANGE,
-    ratio=lambda shot, variant: of_shot(shot),
+    range=Range(family("titanium", RYAN), speed(6.4, 7.0, RYAN), Limit("Ti-15V-3Cr-3Sn-3Al", RYAN)),
+    ratio=lambda shot, _: depth_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed, shot.brinell_hardness),
     meaningless=without_hardness,
 )

@@ -21,8 +21,7 @@ def plate_critical_diameter(
     t = 1.8 p with the depth p in a thick block. The plate of 0.44 cm of Fig. 4-4 of the handbook (BHN 95, 5.1 km/s,
     2.713 g/cm3), hit by 2.796 g/cm3 at 1, 3, 7 and 14 km/s, in cm:
 
-    >>> from numpy import array
-    >>> speeds = array([1e3, 3e3, 7e3, 14e3])
+    >>> speeds = [1e3, 3e3, 7e3, 14e3]
     >>> (100.0 * plate_critical_diameter(speeds, 0.44e-2, 2.796 / 2.713, 5100.0, 95.0)).round(4).tolist()
     [0.4446, 0.2222, 0.1301, 0.084]
     """
@@ -54,7 +53,7 @@ LAW = Law(
     confidence="verified",
     size_exponent=1.0 / cour_palais.SIZE_EXPONENT,
     largest_obliquity=cour_palais.LAW.largest_obliquity,
-    range=Range((*cour_palais.LAW.range.limits, plate())),
+    range=Range(*cour_palais.LAW.range.limits, plate()),
     ratio=_ratio,
     meaningless=_without_plate,
 )

@@ -2,7 +2,7 @@
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, charters_summers
+from studies.laws import Law, Range, charters_summers
 from studies.laws._range import Limit
 
 
@@ -18,10 +18,6 @@ def diameter_ratio(speed: ArrayLike, density_ratio: ArrayLike, sound_speed: Arra
     return 2.0 * charters_summers.depth_ratio(speed, density_ratio, sound_speed)
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(diameter_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed))
-
-
 LAW = Law(
     name="crater_hemisphere",
     title="Hemisphere, D = 2 p",
@@ -30,10 +26,8 @@ LAW = Law(
     source="Ma (2005), section 1.2.1: p/D tends to 0.5 with the speed",
     confidence="indicative",
     range=Range(
-        (
-            *charters_summers.LAW.range.limits,
-            Limit("hemispheres; metals have p/D of 0.5 to 0.6", "Ma (2005), Tables 3.3 and 3.4"),
-        )
+        *charters_summers.LAW.range.limits,
+        Limit("hemispheres; metals have p/D of 0.5 to 0.6", "Ma (2005), Tables 3.3 and 3.4"),
     ),
-    ratio=_ratio,
+    ratio=lambda shot, _: diameter_ratio(shot.speed, shot.density_ratio, shot.target.sound_speed),
 )

@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import FittedShot, Law, Range, Shot
+from studies.laws import FittedShot, Law, Range
 from studies.laws._range import family, like_on_like, speed
 
 # p = 14 mm for 0.5 g of copper (a sphere of 4.75 mm) on copper at 6.0 km/s, Ma (2005), Table 3.3.
@@ -22,10 +22,6 @@ def depth_ratio(speed: ArrayLike, projectile_density: ArrayLike) -> NDArray:
     return FITTED_CONSTANT * density ** (1.0 / 3.0) * velocity ** (2.0 / 3.0)
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(depth_ratio(shot.speed, shot.projectile.density))
-
-
 LAW = Law(
     name="crater_two_thirds",
     title="2/3 law (constant fitted to one copper shot)",
@@ -37,13 +33,11 @@ LAW = Law(
     ),
     confidence="computed",
     range=Range(
-        (
-            like_on_like("the shot of the fit"),
-            family("copper", "the shot of the fit"),
-            # With this c the law follows the depths of Ma (2005), Table 3.4, within 0.4 mm.
-            speed(4.0, 7.0, "Ma (2005), Table 3.4"),
-        )
+        like_on_like("the shot of the fit"),
+        family("copper", "the shot of the fit"),
+        # With this c the law follows the depths of Ma (2005), Table 3.4, within 0.4 mm.
+        speed(4.0, 7.0, "Ma (2005), Table 3.4"),
     ),
     fitted_to=(FittedShot(speed=6000.0, projectile_diameter=4.746e-3, value=14e-3),),
-    ratio=_ratio,
+    ratio=lambda shot, _: depth_ratio(shot.speed, shot.projectile.density),
 )

@@ -3,7 +3,7 @@
 from numpy import asarray, pi
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, crater_two_thirds
+from studies.laws import Law, Range, crater_two_thirds
 from studies.laws._range import Limit
 
 # A hemisphere of 14 mm for 0.5 g of copper at 6.0 km/s, Ma (2005), Table 3.3.
@@ -23,10 +23,6 @@ def volume_ratio(speed: ArrayLike, projectile_density: ArrayLike) -> NDArray:
     return FITTED_CONSTANT * energy
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(volume_ratio(shot.speed, shot.projectile.density))
-
-
 LAW = Law(
     name="crater_volume_energy",
     title="Volume over energy (constant fitted to one copper shot)",
@@ -36,6 +32,6 @@ LAW = Law(
     confidence="computed",
     dimension=3,
     size_exponent=3.0,
-    range=Range((*crater_two_thirds.LAW.range.limits, Limit("hemispheres", "the constant of the fit"))),
-    ratio=_ratio,
+    range=Range(*crater_two_thirds.LAW.range.limits, Limit("hemispheres", "the constant of the fit")),
+    ratio=lambda shot, _: volume_ratio(shot.speed, shot.projectile.density),
 )

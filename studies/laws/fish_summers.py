@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from numpy import asarray, pi
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot
+from studies.laws import Law, Range
 from studies.laws._handbook import CENTIMETRE, COUR_PALAIS, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND
 from studies.laws._range import Limit, family, speed
 
@@ -30,11 +30,6 @@ def thickness_ratio(
     return asarray(constant) * density**0.148 * mass**OF_MASS * velocity**0.875 / size
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    diameter, density = shot.projectile_diameter, shot.projectile.density
-    return float(thickness_ratio(shot.speed, diameter, density, CONSTANTS[variant]))
-
-
 LAW = Law(
     name="fish_summers",
     title="Perforation, Fish and Summers",
@@ -47,12 +42,12 @@ LAW = Law(
     confidence="verified",
     size_exponent=3.0 * OF_MASS,
     range=Range(
-        (
-            family("aluminium", f"{COUR_PALAIS}, Eq. 3"),
-            speed(0.0, 8.5, f"{COUR_PALAIS}, Eq. 3"),
-            Limit("aluminium spheres of 0.16 cm; plates, not foils", f"{COUR_PALAIS}, Eq. 3"),
-        )
+        family("aluminium", f"{COUR_PALAIS}, Eq. 3"),
+        speed(0.0, 8.5, f"{COUR_PALAIS}, Eq. 3"),
+        Limit("aluminium spheres of 0.16 cm; plates, not foils", f"{COUR_PALAIS}, Eq. 3"),
     ),
-    ratio=_ratio,
+    ratio=lambda shot, variant: thickness_ratio(
+        shot.speed, shot.projectile_diameter, shot.projectile.density, CONSTANTS[variant]
+    ),
     variants=lambda shot: list(CONSTANTS),
 )

@@ -5,7 +5,7 @@ from collections.abc import Mapping
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot
+from studies.laws import Law, Range
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, RYAN
 from studies.laws._range import NOT_FOUND, Limit, family
 
@@ -27,11 +27,6 @@ def depth_ratio(speed: ArrayLike, diameter: ArrayLike, projectile_density: Array
     return asarray(constant) * size * density**0.5 * velocity ** (2.0 / 3.0)
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    diameter, density = shot.projectile_diameter, shot.projectile.density
-    return float(depth_ratio(shot.speed, diameter, density, CONSTANTS[variant]))
-
-
 LAW = Law(
     name="glass",
     title="Ryan and Christiansen (glass)",
@@ -43,7 +38,9 @@ LAW = Law(
     source=f"{RYAN}, 245, Eq. 19",
     confidence="verified",
     size_exponent=SIZE_EXPONENT,
-    range=Range((family("glass", RYAN), Limit("speeds of the shots of the fit", NOT_FOUND))),
-    ratio=_ratio,
+    range=Range(family("glass", RYAN), Limit("speeds of the shots of the fit", NOT_FOUND)),
+    ratio=lambda shot, variant: depth_ratio(
+        shot.speed, shot.projectile_diameter, shot.projectile.density, CONSTANTS[variant]
+    ),
     variants=lambda shot: list(CONSTANTS),
 )

@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, without_hardness
+from studies.laws import Law, Range, without_hardness
 from studies.laws._handbook import BRINELL
 from studies.laws._range import NOT_FOUND, Limit, speed
 
@@ -25,10 +25,6 @@ def depth_ratio(
     return 0.6 * scale * np.log1p(0.25 * scale * best)
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(depth_ratio(shot.speed, shot.density_ratio, shot.target.density, shot.brinell_hardness))
-
-
 LAW = Law(
     name="herrmann_jones",
     title="Herrmann and Jones",
@@ -39,7 +35,7 @@ LAW = Law(
     ),
     source="Herrmann and Jones (1961)",
     confidence="cross-checked",
-    range=Range((speed(1.0, 8.0, NOT_FOUND), Limit("metals", NOT_FOUND))),
-    ratio=_ratio,
+    range=Range(speed(1.0, 8.0, NOT_FOUND), Limit("metals", NOT_FOUND)),
+    ratio=lambda shot, _: depth_ratio(shot.speed, shot.density_ratio, shot.target.density, shot.brinell_hardness),
     meaningless=without_hardness,
 )

@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._range import NOT_FOUND, Limit, plate
 
 
@@ -28,11 +28,6 @@ def hole_ratio(
     return 2.8 * scaled * asarray(thickness_ratio) ** 0.516 + 0.6
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    speeds = shot.target.sound_speed, shot.projectile.sound_speed
-    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.density_ratio, *speeds))
-
-
 LAW = Law(
     name="hill",
     title="Hill",
@@ -46,7 +41,9 @@ LAW = Law(
         "Impact Eng. 30, 303, by its variables"
     ),
     confidence="cross-checked",
-    range=Range((plate(), Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND))),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    range=Range(plate(), Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND)),
+    ratio=lambda shot, _: hole_ratio(
+        shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed, shot.projectile.sound_speed
+    ),
+    wider_than_projectile=True,
 )

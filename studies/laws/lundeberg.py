@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._range import NOT_FOUND, Limit, density_ratio, plate
 
 OF_DENSITY = 0.0308
@@ -24,10 +24,6 @@ def hole_ratio(
     return 3.4 * scaled ** (1.0 / 3.0) * (1.0 - OF_DENSITY / asarray(density_ratio))
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed))
-
-
 LAW = Law(
     name="lundeberg",
     title="Lundeberg, Stern and Bristow",
@@ -36,12 +32,10 @@ LAW = Law(
     source="Lundeberg, Stern and Bristow (1965), NASA CR-54201",
     confidence="cross-checked",
     range=Range(
-        (
-            density_ratio(OF_DENSITY, float("inf"), "computed from the equation"),
-            plate(),
-            Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND),
-        )
+        density_ratio(OF_DENSITY, float("inf"), "computed from the equation"),
+        plate(),
+        Limit("materials, speeds and thicknesses of the shots of the fit", NOT_FOUND),
     ),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed),
+    wider_than_projectile=True,
 )

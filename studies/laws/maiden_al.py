@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._range import NOT_FOUND, family, like_on_like, speed, thickness_ratio
 
 
@@ -18,10 +18,6 @@ def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike) -> NDArray:
     return 0.45 * (asarray(speed) / 1e3) * asarray(thickness_ratio) ** (2.0 / 3.0) + 0.90
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio))
-
-
 LAW = Law(
     name="maiden_al",
     title="Maiden (aluminium)",
@@ -33,14 +29,12 @@ LAW = Law(
     ),
     confidence="read",
     range=Range(
-        (
-            like_on_like("Ma (2005), section 1.2.1"),
-            # 0.45 is 2.40 / 5.35, the general form with the sound speed of aluminium.
-            family("aluminium", "computed from the constant"),
-            speed(0.0, 8.0, NOT_FOUND),
-            thickness_ratio(0.0, 0.5, NOT_FOUND),
-        )
+        like_on_like("Ma (2005), section 1.2.1"),
+        # 0.45 is 2.40 / 5.35, the general form with the sound speed of aluminium.
+        family("aluminium", "computed from the constant"),
+        speed(0.0, 8.0, NOT_FOUND),
+        thickness_ratio(0.0, 0.5, NOT_FOUND),
     ),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio),
+    wider_than_projectile=True,
 )

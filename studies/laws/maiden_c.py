@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._range import NOT_FOUND, Limit, like_on_like, speed, thickness_ratio
 
 
@@ -19,10 +19,6 @@ def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, sound_speed: ArrayL
     return 2.40 * asarray(speed) / asarray(sound_speed) * asarray(thickness_ratio) ** (2 / 3) + 0.90
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed))
-
-
 LAW = Law(
     name="maiden_c",
     title="Maiden (sound speed)",
@@ -31,13 +27,11 @@ LAW = Law(
     source=("Maiden, Gehring and McMillan (1963), GM-DRL TR-63-225: general form of Ma (2005), Eq. 1-3"),
     confidence="cross-checked",
     range=Range(
-        (
-            like_on_like("Ma (2005), section 1.2.1"),
-            speed(0.0, 8.0, NOT_FOUND),
-            thickness_ratio(0.0, 0.5, NOT_FOUND),
-            Limit("fitted to aluminium; other metals through C alone", NOT_FOUND),
-        )
+        like_on_like("Ma (2005), section 1.2.1"),
+        speed(0.0, 8.0, NOT_FOUND),
+        thickness_ratio(0.0, 0.5, NOT_FOUND),
+        Limit("fitted to aluminium; other metals through C alone", NOT_FOUND),
     ),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed),
+    wider_than_projectile=True,
 )

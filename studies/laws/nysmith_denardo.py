@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._handbook import GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND
 from studies.laws._range import NOT_FOUND, Limit, family, like_on_like, plate
 
@@ -23,10 +23,6 @@ def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, projectile_density:
     return 0.88 * flux**0.5 * asarray(thickness_ratio) ** 0.45
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.projectile.density))
-
-
 LAW = Law(
     name="nysmith_denardo",
     title="Nysmith and Denardo",
@@ -35,13 +31,11 @@ LAW = Law(
     source="Nysmith and Denardo (1969), NASA TN D-5492",
     confidence="cross-checked",
     range=Range(
-        (
-            like_on_like(NOT_FOUND),
-            family("aluminium", NOT_FOUND),
-            plate(),
-            Limit("aluminium spheres on 2024-T3 sheet", NOT_FOUND),
-        )
+        like_on_like(NOT_FOUND),
+        family("aluminium", NOT_FOUND),
+        plate(),
+        Limit("aluminium spheres on 2024-T3 sheet", NOT_FOUND),
     ),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.projectile.density),
+    wider_than_projectile=True,
 )

@@ -1,6 +1,7 @@
 """Thicknesses below which a plate spalls or is perforated, in depths of the crater in a thick block."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
@@ -28,40 +29,33 @@ def thickness_ratio(depth_ratio: ArrayLike, factor: ArrayLike) -> NDArray:
     return asarray(asarray(factor) * asarray(depth_ratio))
 
 
-Depth = Callable[[Shot], float]  # over the projectile's diameter
+def _ratio(of_depth: Law, factor: float) -> Callable[[Shot, str], NDArray]:
+    return lambda shot, variant: thickness_ratio(of_depth.ratio(shot, variant), factor)
 
 
-def _ratio(depth: Depth, factor: float) -> Callable[[Shot, str], float]:
-    return lambda shot, variant: float(thickness_ratio(depth(shot), factor))
-
-
-def _laws(metal: str, of_depth: Law, depth: Depth, factors: Mapping[str, float], source: str) -> tuple[Law, ...]:
+def _laws(metal: str, of_depth: Law, factors: Mapping[str, float], source: str) -> tuple[Law, ...]:
     """A law for each limit of a metal, with the range of its depth."""
     return tuple(
-        Law(
+        replace(
+            of_depth,
             name=f"{limit}_{metal}",
             title=f"{limit.replace('_', ' ').capitalize()}, {of_depth.title}",
             quantity=f"{limit}_thickness",
             equation=f"t = {factor:g} p, {of_depth.equation}",
             source=source,
-            confidence=of_depth.confidence,
-            size_exponent=of_depth.size_exponent,
-            largest_obliquity=of_depth.largest_obliquity,
-            range=of_depth.range,
-            ratio=_ratio(depth, factor),
-            meaningless=of_depth.meaningless,
+            ratio=_ratio(of_depth, factor),
         )
         for limit, factor in factors.items()
     )
 
 
 GEHRING = Range(
-    (*cour_palais.LAW.range.limits, Limit("0.32 cm aluminium on 2024-T3 at 7.4 km/s", f"{COUR_PALAIS}, p. 225"))
+    *cour_palais.LAW.range.limits, Limit("0.32 cm aluminium on 2024-T3 at 7.4 km/s", f"{COUR_PALAIS}, p. 225")
 )
 LAW = (
-    *_laws("al", cour_palais.LAW, cour_palais.of_shot, ALUMINIUM, f"{HANDBOOK}, Eqs. 4-1 to 4-5"),
-    *_laws("ti", cour_palais_ti.LAW, cour_palais_ti.of_shot, TITANIUM, f"{RYAN}, 245, Eq. 11"),
-    *_laws("steel", christiansen_steel.LAW, christiansen_steel.of_shot, STEEL, f"{HANDBOOK}, Eqs. 4-10 and 4-12"),
+    *_laws("al", cour_palais.LAW, ALUMINIUM, f"{HANDBOOK}, Eqs. 4-1 to 4-5"),
+    *_laws("ti", cour_palais_ti.LAW, TITANIUM, f"{RYAN}, 245, Eq. 11"),
+    *_laws("steel", christiansen_steel.LAW, STEEL, f"{HANDBOOK}, Eqs. 4-10 and 4-12"),
     Law(
         name="detached_spall_gehring",
         title="Detached spall, Gehring",
@@ -71,7 +65,7 @@ LAW = (
         confidence="second-hand",
         size_exponent=cour_palais.SIZE_EXPONENT,
         range=GEHRING,
-        ratio=_ratio(cour_palais.of_shot, 2.3),
+        ratio=_ratio(cour_palais.LAW, 2.3),
         meaningless=cour_palais.LAW.meaningless,
     ),
 )

@@ -3,7 +3,7 @@
 from numpy import asarray, pi
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot
+from studies.laws import Law, Range
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND
 from studies.laws._range import NOT_FOUND, Limit, family
 
@@ -29,10 +29,6 @@ def depth_ratio(speed: ArrayLike, diameter: ArrayLike, projectile_density: Array
     return depth / size
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(depth_ratio(shot.speed, shot.projectile_diameter, shot.projectile.density))
-
-
 LAW = Law(
     name="reimerdes",
     title="Reimerdes (aluminium)",
@@ -41,6 +37,6 @@ LAW = Law(
     source=SOURCE,
     confidence="verified",
     size_exponent=3.0 * OF_MASS,
-    range=Range((family("aluminium", SOURCE), Limit("speeds of the shots of the fit", NOT_FOUND))),
-    ratio=_ratio,
+    range=Range(family("aluminium", SOURCE), Limit("speeds of the shots of the fit", NOT_FOUND)),
+    ratio=lambda shot, _: depth_ratio(shot.speed, shot.projectile_diameter, shot.projectile.density),
 )

@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._range import NOT_FOUND, family, like_on_like, plate, speed
 
 
@@ -22,10 +22,6 @@ def hole_ratio(
     return 3.2 * scaled**0.22 * asarray(thickness_ratio) ** (2.0 / 3.0) + 1.0
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed))
-
-
 LAW = Law(
     name="sawle",
     title="Sawle",
@@ -33,7 +29,7 @@ LAW = Law(
     equation="D/d = 3.2 [(rho_p/rho_t) (v/C)]^0.22 (t/d)^(2/3) + 1, C: bulk sound speed of the target",
     source="Sawle (1969), AIAA paper 69-378",
     confidence="cross-checked",
-    range=Range((like_on_like(NOT_FOUND), family("aluminium", NOT_FOUND), speed(2.0, 8.0, NOT_FOUND), plate())),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    range=Range(like_on_like(NOT_FOUND), family("aluminium", NOT_FOUND), speed(2.0, 8.0, NOT_FOUND), plate()),
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.density_ratio, shot.target.sound_speed),
+    wider_than_projectile=True,
 )

@@ -3,7 +3,7 @@
 from numpy import asarray
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range
 from studies.laws._range import NOT_FOUND, Limit, family, like_on_like, plate
 
 
@@ -20,10 +20,6 @@ def hole_ratio(speed: ArrayLike, thickness_ratio: ArrayLike, sound_speed: ArrayL
     return 2.794 * mach**0.962 * asarray(thickness_ratio) ** 0.895 + 1.120
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed))
-
-
 LAW = Law(
     name="schonberg",
     title="Schonberg",
@@ -32,13 +28,11 @@ LAW = Law(
     source="Schonberg (1988), fit to tests of the Marshall Space Flight Center at normal impact",
     confidence="cross-checked",
     range=Range(
-        (
-            like_on_like(NOT_FOUND),
-            family("aluminium", NOT_FOUND),
-            plate(),
-            Limit("1100 spheres on 6061-T6 plates", NOT_FOUND),
-        )
+        like_on_like(NOT_FOUND),
+        family("aluminium", NOT_FOUND),
+        plate(),
+        Limit("1100 spheres on 6061-T6 plates", NOT_FOUND),
     ),
-    ratio=_ratio,
-    meaningless=narrower_than_projectile(_ratio),
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio, shot.target.sound_speed),
+    wider_than_projectile=True,
 )

@@ -1,11 +1,9 @@
 """Hole in a plate with the strength of the target, Zhang and Huang (2000)."""
 
-from collections.abc import Sequence
-
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Range, Shot, narrower_than_projectile
+from studies.laws import Law, Range, Shot
 from studies.laws._range import Limit, thickness_ratio
 
 
@@ -22,13 +20,9 @@ def hole_ratio(speed: ArrayLike, yield_stress: ArrayLike, density: ArrayLike) ->
     return 1.68 * np.log(np.asarray(speed) / strength_speed) - 1.91
 
 
-def _variants(shot: Shot) -> Sequence[str]:
-    return [stated_yield.label for stated_yield in shot.target.yield_stresses]
-
-
-def _ratio(shot: Shot, variant: str) -> float:
-    yields = {stated.label: stated.value for stated in shot.target.yield_stresses}
-    return float(hole_ratio(shot.speed, yields[variant], shot.target.density))
+def _yields(shot: Shot) -> dict[str, float]:
+    """The yield stresses that the target states, Pa, by their labels."""
+    return {stated.label: stated.value for stated in shot.target.yield_stresses}
 
 
 LAW = Law(
@@ -39,14 +33,12 @@ LAW = Law(
     source=("Ma (2005), Eq. 1-5, after Zhang and Huang (2000), Introduction to hypervelocity impact dynamics"),
     confidence="read",
     range=Range(
-        (
-            # Fitted to shots with t/d = 0.6 and free of t/d itself: what rounds to 0.6 is inside.
-            thickness_ratio(0.55, 0.65, "Ma (2005), section 3.1.1"),
-            # With 2024-T3 it meets Eqs. 1-3 and 1-4 at t/d = 0.6 within 3 % from 4 to 7 km/s.
-            Limit("probably fitted to aluminium", "computed from Eqs. 1-3 and 1-4"),
-        )
+        # Fitted to shots with t/d = 0.6 and free of t/d itself: what rounds to 0.6 is inside.
+        thickness_ratio(0.55, 0.65, "Ma (2005), section 3.1.1"),
+        # With 2024-T3 it meets Eqs. 1-3 and 1-4 at t/d = 0.6 within 3 % from 4 to 7 km/s.
+        Limit("probably fitted to aluminium", "computed from Eqs. 1-3 and 1-4"),
     ),
-    ratio=_ratio,
-    variants=_variants,
-    meaningless=narrower_than_projectile(_ratio),
+    ratio=lambda shot, variant: hole_ratio(shot.speed, _yields(shot)[variant], shot.target.density),
+    variants=lambda shot: list(_yields(shot)),
+    wider_than_projectile=True,
 )

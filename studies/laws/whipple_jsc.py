@@ -4,7 +4,7 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Shield
+from studies.laws import Shield
 from studies.laws._handbook import RYAN
 from studies.laws._shields import (
     FAST,
@@ -13,9 +13,8 @@ from studies.laws._shields import (
     ThinBumper,
     in_handbook_units,
     in_metres,
-    over_projectile,
     range_of,
-    without_shield,
+    shield_law,
 )
 from studies.laws.whipple_nno import slow_diameter
 
@@ -67,10 +66,10 @@ def _wall_ratio(shield: HandbookShield, diameter: float, cosine: float) -> float
     return bare / (behind * (70.0 / strength / shield.stand_off) ** 0.5)
 
 
-LAW = Law(
+LAW = shield_law(
+    critical_diameter,
     name="whipple_jsc",
     title="Christiansen, thin bumpers",
-    quantity="critical_diameter",
     equation=(
         "that of Christiansen (1993) with shatter from v_n = 1.436 (t_b/d)^(-1/3) km/s on (2.60 km/s from "
         "t_b/d = 0.16) and F^(-2/3) from v_n = 7 km/s on, F = r - 2 x (r - 1) + x^2 (r - 1), "
@@ -78,9 +77,5 @@ LAW = Law(
     ),
     source=f"{RYAN}, 245, Eqs. 30 to 32, with the walls of r as coded in pyBLOSSUM, and the mass of a sphere",
     confidence="verified",
-    size_exponent=None,
-    largest_obliquity=math.radians(90.0),
     range=range_of(RYAN),
-    ratio=over_projectile(critical_diameter),
-    meaningless=without_shield,
 )

@@ -4,7 +4,7 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Shield
+from studies.laws import Shield
 from studies.laws._handbook import HANDBOOK
 from studies.laws._shields import (
     FAST,
@@ -14,9 +14,8 @@ from studies.laws._shields import (
     by_three_ranges,
     in_handbook_units,
     in_metres,
-    over_projectile,
     range_of,
-    without_shield,
+    shield_law,
 )
 
 SLOW = 3.0  # km/s of the normal speed, up to which the projectile stays whole
@@ -31,9 +30,7 @@ def critical_diameter(
     hit by 2.796 g/cm3 at 1, 3, 5, 7 and 10 km/s, in cm:
 
     >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
-    >>> from numpy import array
-    >>> speeds = array([1e3, 3e3, 5e3, 7e3, 10e3])
-    >>> (100.0 * critical_diameter(speeds, 2713.0, 2796.0, shield)).round(4).tolist()
+    >>> (100.0 * critical_diameter([1e3, 3e3, 5e3, 7e3, 10e3], 2713.0, 2796.0, shield)).round(4).tolist()
     [0.458, 0.2288, 0.3989, 0.569, 0.4486]
     """
     lean = min(obliquity, math.radians(STEEPEST))
@@ -59,10 +56,10 @@ def _critical(shield: HandbookShield, speed: float, obliquity: float) -> float:
     )
 
 
-LAW = Law(
+LAW = shield_law(
+    critical_diameter,
     name="whipple_nno",
     title="Christiansen, Whipple shield",
-    quantity="critical_diameter",
     equation=(
         "v_n <= 3: d = {[t_w (s/40)^0.5 + t_b] / [0.6 cos(theta)^(5/3) rho_p^0.5 v^(2/3)]}^(18/19); "
         "v_n >= 7: d = 3.918 t_w^(2/3) rho_p^(-1/3) rho_b^(-1/9) v_n^(-2/3) S^(1/3) (s/70)^(1/3); "
@@ -70,9 +67,5 @@ LAW = Law(
     ),
     source=f"Christiansen (1993), Int. J. Impact Eng. 14, 145; {HANDBOOK}, section 4",
     confidence="verified",
-    size_exponent=None,
-    largest_obliquity=math.radians(90.0),
     range=range_of(HANDBOOK),
-    ratio=over_projectile(critical_diameter),
-    meaningless=without_shield,
 )

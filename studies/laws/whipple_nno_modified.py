@@ -14,7 +14,7 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Shield
+from studies.laws import Shield
 from studies.laws._shields import (
     FAST,
     STEEPEST,
@@ -22,9 +22,8 @@ from studies.laws._shields import (
     by_three_ranges,
     in_handbook_units,
     in_metres,
-    over_projectile,
     range_of,
-    without_shield,
+    shield_law,
 )
 from studies.laws.whipple_nno import SLOW
 
@@ -41,8 +40,7 @@ def critical_diameter(
     2.796 g/cm3 at 1, 3, 5, 7, 10 and 14 km/s, in cm; computed apart from this code:
 
     >>> shield = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
-    >>> speeds = [1e3, 3e3, 5e3, 7e3, 10e3, 14e3]
-    >>> (100.0 * critical_diameter(speeds, 2713.0, 2796.0, shield)).round(4).tolist()
+    >>> (100.0 * critical_diameter([1e3, 3e3, 5e3, 7e3, 10e3, 14e3], 2713.0, 2796.0, shield)).round(4).tolist()
     [0.5005, 0.2406, 0.3308, 0.421, 0.3319, 0.2652]
     """
     lean = min(obliquity, math.radians(STEEPEST))
@@ -75,10 +73,10 @@ def _fast_diameter(shield: HandbookShield, normal_speed: float) -> float:
     return float(factor * densities * normal_speed ** (-2.0 / 3.0) * shield.stand_off**0.5 * wall)
 
 
-LAW = Law(
+LAW = shield_law(
+    critical_diameter,
     name="whipple_nno_modified",
     title="Christiansen and Kerr, Whipple shield",
-    quantity="critical_diameter",
     equation=(
         "v <= 3/cos(theta)^1.5: d = 1.9 [t_w (s/40)^0.5 + 0.37 t_b rho_b] cos(theta)^(-11/6) rho_p^-0.5 v^(-2/3); "
         "v_n >= 7: d = k_h rho_p^(-1/3) v_n^(-2/3) rho_b^(-1/9) S^(1/2) (t_w rho_w)^(2/3) (s/70)^(1/3), "
@@ -87,9 +85,5 @@ LAW = Law(
     ),
     source=f"{SOURCE}, Eqs. 1 to 3, with S^(1/2) where its text has S^(1/2) and S^(1/3)",
     confidence="read",
-    size_exponent=None,
-    largest_obliquity=math.radians(90.0),
     range=range_of(SOURCE),
-    ratio=over_projectile(critical_diameter),
-    meaningless=without_shield,
 )

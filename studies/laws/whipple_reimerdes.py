@@ -4,7 +4,7 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Shield
+from studies.laws import Shield
 from studies.laws._shields import (
     FAST,
     SIZE,
@@ -12,9 +12,8 @@ from studies.laws._shields import (
     ThinBumper,
     in_handbook_units,
     in_metres,
-    over_projectile,
     range_of,
-    without_shield,
+    shield_law,
 )
 from studies.laws.plates import ALUMINIUM as FACTORS
 from studies.laws.reimerdes import OF_ALUMINIUM, OF_MASS
@@ -60,10 +59,10 @@ def _wall_ratio(shield: HandbookShield, diameter: float) -> float:
     return FACTORS["perforation"] * depth / behind
 
 
-LAW = Law(
+LAW = shield_law(
+    critical_diameter,
     name="whipple_reimerdes",
     title="Reimerdes, Whipple shield",
-    quantity="critical_diameter",
     equation=(
         "v <= v_s: d = {(t_w/1.8 + t_b) / [0.796 x 0.42 rho_p^0.518 v^(2/3)]}^(18/19), "
         "v_s = 1.853 + 0.397 (t_b/d)^-0.565; v >= 7: that of Christiansen (1993) times F^(-2/3), "
@@ -71,9 +70,7 @@ LAW = Law(
     ),
     source=f"{SOURCE}, with 1.8 and r as coded in pyBLOSSUM, and the mass of a sphere",
     confidence="verified",
-    size_exponent=None,
     # Table 1 of the paper: k is 1.8 for no perforation, and would be 2.2 for no detached spall.
     range=range_of(SOURCE, fails="perforated (k = 1.8; no detached spall would be 2.2)"),
-    ratio=over_projectile(critical_diameter, oblique=False),
-    meaningless=without_shield,
+    oblique=False,
 )

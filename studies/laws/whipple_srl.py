@@ -4,7 +4,7 @@ import math
 
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import Law, Shield, Shot
+from studies.laws import Shield, Shot
 from studies.laws._range import Limit
 from studies.laws._shields import (
     FAST,
@@ -13,9 +13,8 @@ from studies.laws._shields import (
     by_three_ranges,
     in_handbook_units,
     in_metres,
-    over_projectile,
     range_of,
-    without_shield,
+    shield_law,
     without_yield_stress,
 )
 from studies.laws.whipple_nno import SLOW
@@ -92,10 +91,10 @@ VALIDATED = Limit(
     f"{PROGRAM}, Tables 12 and 14",
 )
 LAW = (
-    Law(
+    shield_law(
+        critical_diameter,
         name="whipple_srl",
         title="Schaefer, Ryan and Lambert, two walls",
-        quantity="critical_diameter",
         equation=(
             "v_n <= 3: d = {[t_w/1.4 (s/40)^0.5 + t_b] / [0.6 cos(theta)^delta rho_p^0.5 v^(2/3)]}^(18/19); "
             "v_n >= 7: d = 1.155 S^(1/3) t_w^(2/3) (s/70)^(1/3) / [0.4^(2/3) rho_p^(1/3) rho_b^(1/9) v^(2/3) "
@@ -104,16 +103,12 @@ LAW = (
         ),
         source=f"{SOURCE}; {PROGRAM}, Eqs. 58 to 60",
         confidence="read",
-        size_exponent=None,
-        largest_obliquity=math.radians(90.0),
         range=range_of(SOURCE, VALIDATED),
-        ratio=over_projectile(critical_diameter),
-        meaningless=without_shield,
     ),
-    Law(
+    shield_law(
+        critical_diameter,
         name="whipple_srl_three_walls",
         title="Schaefer, Ryan and Lambert, three walls",
-        quantity="critical_diameter",
         equation=(
             "v_n <= 3: d = {[(t_w^0.5 + t_i)/1.4 (s/40)^0.5 + t_b] / [0.6 cos(theta)^delta rho_p^0.5 v^(2/3)]}^(18/19)"
             "; v_n >= 7: d = 1.155 [S_1^(1/3) (t_i + 1.5 t_w)^(2/3) + 0.1 S_2^(2/3) t_w^(1/3) cos(theta)^-epsilon] "
@@ -123,10 +118,7 @@ LAW = (
         ),
         source=f"{SOURCE}, Eqs. 1 to 4; {PROGRAM}, Eqs. 65 to 67",
         confidence="read",
-        size_exponent=None,
-        largest_obliquity=math.radians(90.0),
         range=range_of(SOURCE, VALIDATED, walls=_without_inner_bumper),
-        ratio=over_projectile(critical_diameter),
         meaningless=_without_inner_bumper,
     ),
 )

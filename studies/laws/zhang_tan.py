@@ -31,10 +31,6 @@ def smallest_speed(thickness_ratio: float) -> float:
     return 1e3 * (1.0 + 1.0 / (1.66**2 * thickness_ratio))
 
 
-def _ratio(shot: Shot, variant: str) -> float:
-    return float(hole_ratio(shot.speed, shot.thickness_ratio))
-
-
 def _too_slow(shot: Shot, variant: str = "") -> str:
     limit = smallest_speed(shot.thickness_ratio)
     if shot.speed >= limit:
@@ -53,12 +49,10 @@ LAW = Law(
     ),
     confidence="read",
     range=Range(
-        (
-            like_on_like("Ma (2005), section 1.2.1"),
-            Limit("v >= 1 + 0.363 / (t/d) km/s, where D/d >= 1", "computed from the equation", _too_slow),
-            Limit("largest speed and thicknesses of the shots that it was fitted to", NOT_FOUND),
-        )
+        like_on_like("Ma (2005), section 1.2.1"),
+        Limit("v >= 1 + 0.363 / (t/d) km/s, where D/d >= 1", "computed from the equation", _too_slow),
+        Limit("largest speed and thicknesses of the shots that it was fitted to", NOT_FOUND),
     ),
-    ratio=_ratio,
+    ratio=lambda shot, _: hole_ratio(shot.speed, shot.thickness_ratio),
     meaningless=_too_slow,
 )

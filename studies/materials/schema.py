@@ -180,8 +180,7 @@ def record_of(section: str, kind: object, path: str) -> type:
     if not isinstance(kind, str) or kind not in kinds:
         limit = "one of " + ", ".join(kinds)
         raise refusal(f"{path}.kind", kind, limit, nearest_cure(kind, kinds))
-    chosen: type = kinds[kind].record
-    return chosen
+    return kinds[kind].record
 
 
 def section_of(section: str, kind: object, constants: Mapping[str, float | None]) -> Any:
@@ -234,8 +233,7 @@ class Material:
         """Bulk sound speed at rest, m/s, for laws."""
         from solver.matter.eos import reference_sound_speed
 
-        speed: float = reference_sound_speed(models("eos")[self.eos.kind].record(**self.fill("eos")))
-        return speed
+        return reference_sound_speed(models("eos")[self.eos.kind].record(**self.fill("eos")))
 
     @property
     def stiffness(self) -> float:
@@ -278,8 +276,7 @@ class Material:
 
     def _value(self, path: str) -> float | None:
         section, _, name = path.rpartition(".")
-        value: float | None = self._constants(section)[name] if section else getattr(self, name)
-        return value
+        return self._constants(section)[name] if section else getattr(self, name)
 
     def with_value(self, path: str, value: float | None, *, source: str = "set in the sweep") -> "Material":
         """The material with one constant changed (SI); raises InvalidInput with the nearest."""

@@ -51,6 +51,10 @@ class Reading:
     flags: tuple[str, ...] = ()
 
 
+class NoValue(Exception):
+    """A state, or a history, has no value of a measurement; the flags that say why are its arguments."""
+
+
 @dataclass(frozen=True)
 class History:
     """Readings of other measurements at each observation so far."""
@@ -67,14 +71,22 @@ class Measurement:
     title: str
     unit: str
     meaning: str
-    version: int
-    read: Callable[[Any], Reading]  # reads a view, or the History of the measurements that it follows
+    # Of a view, or of the History of the measurements that it follows; raises NoValue.
+    definition: Callable[[Any], Reading]
+    version: int = 1
     follows: tuple[str, ...] = ()  # measurements of one state
     widest: float = math.inf  # uncertainty over value, above which a value is flagged ``WIDE_BAR``
     # Whether the mesh decides the value: flagged "mesh_determined", unless a cube has it on three grids.
     mesh_determined: bool = False
     # What the values 0 and 1 of an outcome mean, in words: a sweep may search for the limit between them.
     outcomes: tuple[str, ...] = ()
+
+    def read(self, state: Any) -> Reading:
+        """The reading of a view, or of a history."""
+        try:
+            return self.definition(state)
+        except NoValue as none:
+            return Reading(math.nan, flags=none.args)
 
     @property
     def is_outcome(self) -> bool:
@@ -95,9 +107,9 @@ class Measurement:
         return size or None, () if is_flagged else (ERROR_UNKNOWN,)
 
 
-def measurement(**definition: Any) -> Callable[[Callable[[Any], Reading]], Measurement]:
+def measurement(**fields: Any) -> Callable[[Callable[[Any], Reading]], Measurement]:
     """Make a function that reads a view, or a history, the measurement of its name; the other fields are given."""
-    return lambda read: Measurement(name=read.__name__, read=read, **definition)
+    return lambda definition: Measurement(name=definition.__name__, definition=definition, **fields)
 
 
 @dataclass(frozen=True)
@@ -130,9 +142,9 @@ class Distribution:
     title: str
     unit: str
     meaning: str
-    version: int
     bins: tuple[Bins, ...]
     read: Callable[[Any], "np.ndarray"]  # of a view, with the shape of the bins
+    version: int = 1
 
 
 def names() -> list[str]:
@@ -142,5 +154,4 @@ def names() -> list[str]:
 
 def load(name: str) -> Measurement:
     """The measurement of a name; KeyError for an unknown one."""
-    measurement: Measurement = entries(__name__, "MEASUREMENT")[name]
-    return measurement
+    return entries(__name__, "MEASUREMENT")[name]

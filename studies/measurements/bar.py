@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, OnGrid, Reading, measurement
+from studies.measurements import RESOLUTION_IN_CELLS, History, Measurement, NoValue, OnGrid, Reading, measurement
 from studies.quantities.measured import LOST_PARTICLES
 
 TWICE_THE_SHEAR = np.array([1.0, 1.0, 1.0, 2.0, 2.0, 2.0])  # six components in a double contraction
@@ -92,8 +92,7 @@ def _strain_energy(body: Any, particles: Any, living: np.ndarray) -> np.ndarray:
     squares = (deviator**2 * TWICE_THE_SHEAR).sum(axis=1)
     shear = body.matter.shear_modulus
     shape = squares / (4.0 * shear * particles.density[living]) if shear else np.zeros_like(volume)
-    energy: np.ndarray = volume + shape
-    return energy
+    return volume + shape
 
 
 # ---- edges ---------------------------------------------------------------------------------------
@@ -134,16 +133,13 @@ def _row_ends(view: BarView, direction: int) -> np.ndarray:
     points[layer, step] = view.position[row]
     last = points[:, -1]
     if points.shape[1] > 1:
-        ends: np.ndarray = last + 0.5 * (last - points[:, -2])
-        return ends
+        return last + 0.5 * (last - points[:, -2])
     alone = last.copy()
     alone[:, direction] += 0.5 * view.width
     return alone
 
 
-LOST = Reading(math.nan, flags=(LOST_PARTICLES,))
-# Of what is measured against the initial motion of a bar on which its wall alone acts.
-LOADED = Reading(math.nan, flags=("loaded",))
+LOADED = "loaded"  # has no value of what is measured against the initial motion of a bar on which its wall alone acts
 
 # ---- shape ---------------------------------------------------------------------------------------
 
@@ -156,10 +152,9 @@ LOADED = Reading(math.nan, flags=("loaded",))
     version=2,
 )
 def final_length(view: BarView) -> Reading:
-    """From the impact face to the rear."""
     foot, rear = end_edges(view)
     if math.isnan(rear - foot):
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     return Reading(rear - foot, {"resolution": view.resolution})
 
 
@@ -171,10 +166,9 @@ def final_length(view: BarView) -> Reading:
     version=2,
 )
 def mushroom_diameter(view: BarView) -> Reading:
-    """The widest layer: D of a Taylor bar."""
     _, radii = side_edges(view)
     if np.isnan(radii).any():
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     return Reading(2.0 * float(radii.max()), {"resolution": view.resolution})
 
 
@@ -185,17 +179,16 @@ HEIGHT = 0.2  # of the initial length: Ma (2005), section 2.3.2
     title="Width at a fifth of the length",
     unit="m",
     meaning="diameter between particle edges at 0.2 of the initial length above the impact face",
-    version=1,
 )
 def width_at_fifth(view: BarView) -> Reading:
     """Diameter between the layers beside that height: W of a Taylor bar, Ma (2005), figure 2.3."""
     heights, radii = side_edges(view)
     level = end_edges(view)[0] + HEIGHT * view.length
     if np.isnan(radii).any() or math.isnan(level):
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     below = np.flatnonzero(heights < level)
     if not below.size or below[-1] + 1 == heights.size:
-        return Reading(math.nan, flags=("too_short",))
+        raise NoValue("too_short")
     first = int(below[-1])  # from the rear down: a lip beside the foot may curl
     share = (level - heights[first]) / (heights[first + 1] - heights[first])
     radius = radii[first] + share * (radii[first + 1] - radii[first])
@@ -207,7 +200,6 @@ def width_at_fifth(view: BarView) -> Reading:
     unit="1",
     meaning="mean of the relative errors of length, mushroom diameter and width at a fifth of the length, against the "
     "references of the run",
-    version=1,
 )
 def taylor_error(view: BarView) -> Reading:
     """(|dL| / L + |dD| / D + |dW| / W) / 3, relative to the reference: that of Johnson, Ma (2005), Eq. 2-42."""
@@ -216,11 +208,11 @@ def taylor_error(view: BarView) -> Reading:
     errors, uncertainties = [], []
     for reading, reference in zip(readings, view.references, strict=True):
         if reference is None:
-            return Reading(math.nan, flags=("no_reference",))
+            raise NoValue("no_reference")
         errors.append(abs(reading.value - reference) / reference)
         uncertainties.append(reading.parts.get("resolution", 0.0) / reference)
     if flags:
-        return Reading(math.nan, flags=flags)
+        raise NoValue(*flags)
     return Reading(sum(errors) / 3.0, {"resolution": math.hypot(*uncertainties) / 3.0})
 
 
@@ -242,9 +234,11 @@ def _energies(view: BarView) -> tuple[float, float, float]:
 
 def _share(name: str, title: str, meaning: str, of: Callable[[float, float, float], float]) -> Measurement:
     def read(view: BarView) -> Reading:
-        return LOADED if view.is_loaded else Reading(of(*_energies(view)), {"resolution": view.share})
+        if view.is_loaded:
+            raise NoValue(LOADED)
+        return Reading(of(*_energies(view)), {"resolution": view.share})
 
-    return Measurement(name=name, title=title, unit="1", meaning=meaning, version=1, read=read)
+    return Measurement(name=name, title=title, unit="1", meaning=meaning, definition=read)
 
 
 ENERGIES = (
@@ -289,14 +283,12 @@ def _in_the_middle(view: BarView, values: np.ndarray) -> Reading:
     inner = np.flatnonzero((view.place[:, :2] == 0).all(axis=1))[::-1]
     layers, first = np.unique(view.place[inner, 2], return_index=True)
     if layers.size <= view.place[:, 2].max():
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     column = inner[first]
     return Reading(float(np.interp(0.5 * view.length, view.height[column], values[column])))
 
 
-@measurement(
-    title="Velocity in the middle", unit="m s-1", meaning=f"axial velocity, away from the wall, {WHERE}", version=1
-)
+@measurement(title="Velocity in the middle", unit="m s-1", meaning=f"axial velocity, away from the wall, {WHERE}")
 def middle_velocity(view: BarView) -> Reading:
     return _in_the_middle(view, view.velocity[:, 2])
 
@@ -305,7 +297,6 @@ def middle_velocity(view: BarView) -> Reading:
     title="Stress in the middle",
     unit="Pa",
     meaning=f"axial stress, negative in compression and without artificial viscosity, {WHERE}",
-    version=1,
 )
 def middle_stress(view: BarView) -> Reading:
     return _in_the_middle(view, view.stress)
@@ -317,7 +308,7 @@ def _peak(of: Measurement, title: str, quantity: str) -> Measurement:
     def read(history: History) -> Reading:
         values = history.values[of.name]
         if np.isnan(values).any():
-            return LOST
+            raise NoValue(LOST_PARTICLES)
         at = int(np.abs(values).argmax())
         beside = values[max(at - 1, 0) : at + 2]
         return Reading(float(values[at]), {"sampling": float(np.ptp(beside))})
@@ -327,8 +318,7 @@ def _peak(of: Measurement, title: str, quantity: str) -> Measurement:
         title=title,
         unit=of.unit,
         meaning=f"largest {quantity} so far, with its sign, {WHERE}",
-        version=1,
-        read=read,
+        definition=read,
         follows=(of.name,),
     )
 
@@ -343,13 +333,12 @@ def _peak(of: Measurement, title: str, quantity: str) -> Measurement:
     title="Place of the rear face",
     unit="m",
     meaning="mean distance from the wall of the last layer of particles, at the end that is away from it",
-    version=1,
 )
 def rear_face_place(view: BarView) -> Reading:
     layer = view.place[:, 2]
     last = layer == layer.max()
     if last.sum() < np.unique(view.place[:, :2], axis=0).shape[0]:
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     place = float(np.average(view.position[last, 2], weights=view.mass[last]))
     return Reading(place, {"resolution": view.resolution})
 
@@ -358,17 +347,16 @@ def rear_face_place(view: BarView) -> Reading:
     title="Velocity of the rear face",
     unit="m s-1",
     meaning="velocity, away from the wall, with which the rear face has moved since the observation before",
-    version=1,
     follows=(rear_face_place.name,),
 )
 def rear_face_velocity(history: History) -> Reading:
     """The mean velocity since the last observation, uncertain by its change in that time."""
     at, place = history.times[-3:], history.values[rear_face_place.name][-3:]
     if np.isnan(place).any():
-        return LOST
+        raise NoValue(LOST_PARTICLES)
     velocities = np.diff(place) / np.diff(at)
     if not velocities.size:
-        return Reading(math.nan, flags=("one_observation",))
+        raise NoValue("one_observation")
     return Reading(float(velocities[-1]), {"sampling": float(np.ptp(velocities))})
 
 
@@ -379,11 +367,10 @@ def rear_face_velocity(history: History) -> Reading:
     title="Momentum after the rebound",
     unit="1",
     meaning="axial momentum away from the wall over the initial one towards it: -1 before, 1 after a perfect rebound",
-    version=1,
 )
 def rebound_momentum(view: BarView) -> Reading:
     if view.is_loaded:
-        return LOADED
+        raise NoValue(LOADED)
     momentum = float((view.mass * view.velocity[:, 2]).sum())
     initial = float(view.mass.sum()) * view.speed
     return Reading(momentum / initial, {"resolution": view.share})
@@ -399,11 +386,11 @@ class Push:
     at: np.ndarray  # (n,) times of the observations, s
 
 
-def push_of(history: History) -> Push | None:
-    """The push between each two observations, empty before the second; None of a loaded bar, which has no momentum."""
+def push_of(history: History) -> Push:
+    """The push between each two observations, empty before the second."""
     momentum, at = history.values[rebound_momentum.name], history.times
     if np.isnan(momentum).any():
-        return None
+        raise NoValue(LOADED)
     return Push(
         times=0.5 * (at[1:] + at[:-1]), rates=np.diff(momentum) / np.diff(at), impulse=momentum - momentum[0], at=at
     )
@@ -418,21 +405,17 @@ END = 0.5  # of the mean push: a front that the grid smears evenly does not move
     unit="s",
     meaning="time from the first touch until the wall's push falls, for the last time, below half of its mean; the "
     "mean is that over the time in which 99 % of the impulse is given",
-    version=1,
     follows=(rebound_momentum.name,),
 )
 def contact_time(history: History) -> Reading:
-    """When the push falls below half of its mean for the last time, interpolated between observations."""
     push = push_of(history)
-    if push is None:
-        return LOADED
     if push.rates.size < 2 or push.impulse.max() <= 0.0:
-        return Reading(math.nan, flags=("in_contact",))
+        raise NoValue("in_contact")
     whole = int(np.argmax(push.impulse >= WHOLE * push.impulse[-1]))
     level = END * push.impulse[whole] / (push.at[whole] - push.at[0])
     last = int(np.flatnonzero(push.rates >= level)[-1])
     if last + 1 == push.rates.size:
-        return Reading(math.nan, flags=("in_contact",))
+        raise NoValue("in_contact")
     before, after = push.rates[last], push.rates[last + 1]
     interval = push.times[last + 1] - push.times[last]
     end = push.times[last] + (before - level) / (before - after) * interval
@@ -443,16 +426,12 @@ def contact_time(history: History) -> Reading:
     title="Largest pull of the wall",
     unit="1",
     meaning="largest pull of the wall on the bar between two observations, over its largest push",
-    version=1,
     follows=(rebound_momentum.name,),
 )
 def wall_pull(history: History) -> Reading:
-    """The largest mean pull between two observations over the largest push; a unilateral wall must not pull."""
     push = push_of(history)
-    if push is None:
-        return LOADED
     if not push.rates.size or push.impulse.max() <= 0.0:
-        return Reading(math.nan, flags=("not_touched",))
+        raise NoValue("not_touched")
     return Reading(max(0.0, float(-push.rates.min())) / float(push.rates.max()))
 
 

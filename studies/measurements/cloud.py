@@ -23,7 +23,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import Bins, Distribution, Measurement, OnGrid, Reading, measurement
+from studies.measurements import Bins, Distribution, Measurement, NoValue, OnGrid, Reading, measurement
 from studies.measurements.impact.edges import overlap, place_holding
 from studies.measurements.impact.view import rim_of
 from studies.quantities.measured import DEFINITION
@@ -60,13 +60,11 @@ class CloudView(OnGrid):
 
     def behind(self, off: float = 0.0) -> np.ndarray:
         """(n,) whether it is farther than ``off`` (m) behind the back surface."""
-        beyond: np.ndarray = self.depth > self.thickness + off
-        return beyond
+        return self.depth > self.thickness + off
 
     def before(self, off: float = 0.0) -> np.ndarray:
         """(n,) whether it is farther than ``off`` (m) before the front surface."""
-        beyond: np.ndarray = self.depth < -off
-        return beyond
+        return self.depth < -off
 
 
 def view(setting: Any, snapshot: Any) -> CloudView:
@@ -200,7 +198,7 @@ def exceeded_reading(
     Its parts: half of what one particle more or less changes, a cell for a length, and what came off alone.
     """
     if not among.any():
-        return Reading(np.nan, flags=(NOTHING_BEHIND,))
+        raise NoValue(NOTHING_BEHIND)
     width = view.width if is_length else 0.0
 
     def of(which: np.ndarray, share: float) -> float:
@@ -248,7 +246,7 @@ def _total(
         meaning=f"{title.lower()} of all matter {place} the plate's original surfaces, the lips of the hole and what "
         "departed from the grid included, of whole bodies",
         version=2,
-        read=read,
+        definition=read,
     )
 
 
@@ -280,8 +278,7 @@ def _velocity(name: str, title: str, share: float, whose: str, of: Callable[[Clo
         unit="m s-1",
         meaning=f"axial velocity that {100.0 * share:g} % of the mass of {whose} behind the plate exceeds; few "
         "particles where one of them has more than the share",
-        version=1,
-        read=read,
+        definition=read,
     )
 
 
@@ -310,7 +307,6 @@ _FLAGS = "flags as those of the tip velocity"
     title="Largest radius of the cloud",
     unit="m",
     meaning=f"distance from the axis that {SHARE:.0%} of the mass behind the plate exceeds; {_FLAGS}",
-    version=1,
 )
 def cloud_radius(view: CloudView) -> Reading:
     return exceeded_reading(view, view.radius, SHARE, view.behind(), is_length=True)
@@ -321,14 +317,10 @@ def cloud_radius(view: CloudView) -> Reading:
     unit="m",
     meaning="mean distance, from the plate's original back surface, of the matter behind it that is at the largest "
     "radius or farther out",
-    version=1,
 )
 def cloud_radius_place(view: CloudView) -> Reading:
     """Mean depth of what lies farther out than the largest radius, with the standard error of a mean."""
-    radius = cloud_radius.read(view)
-    behind = view.behind()
-    if not behind.any():
-        return Reading(math.nan, flags=radius.flags)
+    radius, behind = cloud_radius.definition(view), view.behind()
     outside = overlap(view.radius[behind], view.width, radius.value, math.inf)
     mass, depth = view.mass[behind] * outside, view.depth[behind] - view.thickness
     mean = float((mass * depth).sum() / mass.sum())
@@ -340,7 +332,6 @@ def cloud_radius_place(view: CloudView) -> Reading:
     title="Length of the cloud",
     unit="m",
     meaning=f"distance from the plate's original back surface that {SHARE:.0%} of the mass behind it exceeds; {_FLAGS}",
-    version=1,
 )
 def cloud_length(view: CloudView) -> Reading:
     return exceeded_reading(view, view.depth - view.thickness, SHARE, view.behind(), is_length=True)
@@ -350,13 +341,10 @@ def cloud_length(view: CloudView) -> Reading:
     title="Length of the cloud over its diameter",
     unit="1",
     meaning="length of the cloud divided by twice its largest radius",
-    version=1,
 )
 def cloud_length_over_diameter(view: CloudView) -> Reading:
-    length, radius = cloud_length.read(view), cloud_radius.read(view)
+    length, radius = cloud_length.definition(view), cloud_radius.definition(view)
     ratio = length.value / (2.0 * radius.value)
-    if not math.isfinite(ratio):
-        return Reading(math.nan, flags=length.flags)
     parts = {
         name: abs(ratio) * float(np.hypot(part / length.value, radius.parts[name] / radius.value))
         for name, part in length.parts.items()
@@ -378,8 +366,7 @@ def _molten(view: CloudView, kind: int) -> np.ndarray:
 
     melting = view.melting[kind]
     onset = melting.heat_capacity * (melting.melt_temperature - melting.room_temperature)
-    molten: np.ndarray = melted_share(view.residual, onset, melting.latent_heat)
-    return molten
+    return melted_share(view.residual, onset, melting.latent_heat)
 
 
 def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.ndarray]) -> Measurement:
@@ -388,11 +375,11 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
     def read(view: CloudView) -> Reading:
         among = of(view)
         if not among.any():
-            return Reading(math.nan, flags=(NOTHING_BEHIND,))
+            raise NoValue(NOTHING_BEHIND)
         kinds = [kind for kind, body in enumerate((view.projectile, ~view.projectile)) if body[among].any()]
         reasons = [each for kind in kinds if isinstance(each := view.melting[kind], str)]
         if reasons:
-            return Reading(math.nan, flags=tuple(dict.fromkeys(reasons)))
+            raise NoValue(*dict.fromkeys(reasons))
         share = np.zeros(view.mass.size)
         for kind in kinds:
             mine = view.projectile if kind == 0 else ~view.projectile
@@ -410,7 +397,7 @@ def _melted(name: str, title: str, matter: str, of: Callable[[CloudView], np.nda
         "to no pressure, against c_v (T_m - T_0) and the latent heat of fusion, in part where it is in between; never "
         "melts, no latent heat or Lindemann reference where a material does not have those constants",
         version=3,
-        read=read,
+        definition=read,
     )
 
 
@@ -457,7 +444,6 @@ OF_CLOUD = (
         unit="kg",
         meaning="mass of all matter before and behind the plate's original surfaces, over its speed and the angle "
         "of its flight; the last speed holds all that is faster",
-        version=1,
         bins=(SPEEDS, ANGLES),
         read=_mass_in_bins,
     ),

@@ -10,16 +10,9 @@ from functools import lru_cache
 
 import numpy as np
 
-from studies.measurements import History, Reading, measurement
+from studies.measurements import History, NoValue, Reading, measurement
 from studies.measurements.impact.edges import SAMPLES_PER_CELL, edge_from_inside, overlap
-from studies.measurements.impact.opening import (
-    Radii,
-    axes_of,
-    contained,
-    equal_area_diameter,
-    parts_of,
-    radii_by_sector,
-)
+from studies.measurements.impact.opening import axes_of, contained, equal_area_diameter, parts_of, radii_by_sector
 from studies.measurements.impact.view import ImpactView
 
 COLUMN = 0.25  # radius of the column about the axis, in projectile diameters: the floor of a crater is flat there
@@ -85,28 +78,27 @@ def _floor(view: ImpactView, radius: np.ndarray, among: np.ndarray, column: floa
 
 
 @lru_cache(maxsize=1)
-def opening(view: ImpactView) -> Radii:
+def opening(view: ImpactView) -> np.ndarray:
     """Radii of the crater at the original surface."""
     depth = deepest_floor(view).depth
     if depth < view.cell:
-        return None, ("no_crater",)
+        raise NoValue("no_crater")
     unit = view.cell
     if math.isfinite(depth):
         unit = min(unit, DEEPEST * depth / (CENTRES[-1] + 0.5 * LAYER))
     walls = np.array([wall(view, centre * unit, LAYER * unit) for centre in CENTRES])
     if np.isnan(walls).any():
-        return None, ("no_crater",)
+        raise NoValue("no_crater")
     if not contained(view, walls):
-        return None, ("not_contained",)
+        raise NoValue("not_contained")
     # Squares of the radii are quadratic in the depth for every conic of revolution: sphere, ellipsoid, paraboloid, cone
     # and cylinder. Through six layers that scatters little more than a straight line through three (1.8 times the
     # scatter of a layer, 1.5), which makes a hemisphere too wide by a fifth of a cell at a radius of 16 cells.
     *_, squares = np.polyfit(CENTRES, walls**2, CONIC)
     # Walls may close below the surface while the crater forms.
     if (squares <= 0.0).any():
-        return None, ("no_crater",)
-    radii: np.ndarray = np.sqrt(squares)
-    return radii, ()
+        raise NoValue("no_crater")
+    return np.sqrt(squares)
 
 
 @lru_cache(maxsize=1)
@@ -140,8 +132,7 @@ def wall(view: ImpactView, centre: float, height: float, *, place: float = 0.0) 
         window=window,
     )
     inner, outer = np.maximum(middle - 0.5 * window, 0.0), middle + 0.5 * window
-    halving: np.ndarray = np.sqrt(0.5 * (inner**2 + outer**2))
-    return halving
+    return np.sqrt(0.5 * (inner**2 + outer**2))
 
 
 # Crater depths of thickness from which a block is deep: thinner ones have attached spall at their back (Gehring, in
@@ -159,13 +150,9 @@ DEEP = 3.0
     version=5,
 )
 def crater_depth(view: ImpactView) -> Reading:
-    """Where matter connected to the target begins, in a column about the axis, walking down into the crater.
-
-    Each particle fills its undisturbed volume. A void below the floor, which spall leaves, is not the floor.
-    """
     floor, back = deepest_floor(view).depth, view.thickness - view.cell
     if math.isnan(floor) or floor >= back:
-        return Reading(math.nan, flags=("perforated",) if floor >= back else ("no_crater",))
+        raise NoValue("perforated" if floor >= back else "no_crater")
     near_back = view.thickness < DEEP * floor and not view.back_absorbs
     return Reading(floor, {"resolution": view.resolution}, ("near_back",) if near_back else ())
 
@@ -181,10 +168,7 @@ def crater_depth(view: ImpactView) -> Reading:
     version=6,
 )
 def crater_diameter(view: ImpactView) -> Reading:
-    """Where walls begin on the way out from the axis, in six layers, continued to the original surface."""
-    radii, flags = opening(view)
-    if radii is None:
-        return Reading(math.nan, flags=flags)
+    radii = opening(view)
     return Reading(equal_area_diameter(radii), parts_of(view, radii))
 
 
@@ -218,18 +202,18 @@ def crater_volume(view: ImpactView) -> Reading:
     """
     floor = deepest_floor(view)
     if not floor.depth >= view.cell:
-        return Reading(math.nan, flags=("no_crater",))
+        raise NoValue("no_crater")
     if floor.depth >= view.thickness - view.cell:
-        return Reading(math.nan, flags=("perforated",))
+        raise NoValue("perforated")
     layers = math.ceil(floor.depth / view.cell)
     height = floor.depth / layers
     middles = height * (np.arange(layers) + 0.5)
     radii = np.array([wall(view, float(z), height, place=z / floor.depth * floor.place) for z in middles])
     if np.isnan(radii[0]).any():
-        return Reading(math.nan, flags=("no_crater",))
+        raise NoValue("no_crater")
     radii = np.nan_to_num(radii)
     if not contained(view, radii):
-        return Reading(math.nan, flags=("not_contained",))
+        raise NoValue("not_contained")
     areas = math.pi * np.mean(radii**2, axis=1)
     surface = 2.0 * math.pi * float(np.mean(radii[0] ** 2))
     return Reading(float(height * areas.sum()), {"resolution": surface * view.resolution})
@@ -255,13 +239,13 @@ def crater_lip_height(view: ImpactView) -> Reading:
     # Rings without matter above the original surface are flat.
     raised = lip.radius[lip.depth < 0.0]
     if not raised.size:
-        return Reading(math.nan, flags=("no_lip",))
+        raise NoValue("no_lip")
     rings = rings[(rings > raised.min() - view.cell) & (rings < raised.max() + view.cell)]
     height = _highest(lip, rings)
     if not height >= 0.5 * view.cell:
-        return Reading(math.nan, flags=("no_lip",))
+        raise NoValue("no_lip")
     if height > view.room - AT_EDGE * view.cell:
-        return Reading(math.nan, flags=("lip_at_edge",))
+        raise NoValue("lip_at_edge")
     return Reading(height, {"resolution": view.resolution})
 
 
@@ -312,10 +296,9 @@ def _height(view: ImpactView, middle: float) -> float:
     follows=(crater_depth.name,),
 )
 def crater_rebound(history: History) -> Reading:
-    """One minus the last depth over the largest; flagged while the last is the largest."""
     depth = history.values[crater_depth.name]
     if not depth.size or not math.isfinite(depth[-1]) or not depth[-1] > 0.0:
-        return Reading(math.nan, flags=("no_crater",))
+        raise NoValue("no_crater")
     largest = float(np.nanmax(depth))
     deepest = int(np.nanargmax(depth)) == depth.size - 1
     return Reading(1.0 - float(depth[-1]) / largest, flags=("before_maximum",) if deepest else ())
@@ -328,5 +311,5 @@ MEASUREMENT = (
     crater_volume,
     crater_lip_height,
     crater_rebound,
-    *axes_of("crater", "at the original surface (crater_diameter)", 4, opening),
+    *axes_of("crater", "at the original surface (crater_diameter)", 4, lambda view: (opening(view), ())),
 )

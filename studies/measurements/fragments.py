@@ -28,7 +28,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import Bins, Distribution, Measurement, Reading, load, measurement
+from studies.measurements import Bins, Distribution, Measurement, NoValue, Reading, load, measurement
 from studies.measurements.cloud import FEW_PARTICLES, HALF, NOTHING_BEHIND, OF_CLOUD, CloudView
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 
@@ -46,8 +46,7 @@ VOID_STRAIN = 0.15
 
 
 def _came_off(view: CloudView) -> np.ndarray:
-    came_off: np.ndarray = view.behind() & ~view.plate
-    return came_off
+    return view.behind() & ~view.plate
 
 
 def _pieces(view: CloudView) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
@@ -70,7 +69,7 @@ def _fragments(
         mass, _, copies = _pieces(view)
         value = of(mass, copies)
         if value is None:
-            return Reading(math.nan, flags=(NOTHING_BEHIND,))
+            raise NoValue(NOTHING_BEHIND)
         # The grid still joins flying matter to the plate.
         behind = view.behind()
         joined = behind & view.plate & (view.axial_velocity > FLYING * view.speed)
@@ -88,7 +87,7 @@ def _fragments(
         "fragment, so that the mesh alone made the pieces, fragment size unknown where a constant for that has no "
         "source",
         version=2,
-        read=read,
+        definition=read,
         mesh_determined=True,
     )
 
@@ -118,18 +117,17 @@ FRAGMENTS = (
     unit="s-1",
     meaning="rate at which the volume of the matter that came off and is behind the plate grows, over its original "
     "volume: the sum, over the three axes, of the standard deviation of velocity over that of the place before impact",
-    version=1,
 )
 def expansion_rate(view: CloudView) -> Reading:
     among = _came_off(view)
     if not among.any():
-        return Reading(math.nan, flags=(NOTHING_BEHIND,))
+        raise NoValue(NOTHING_BEHIND)
     mass, depth, speed = (array[among] for array in (view.mass, view.initial_depth, view.axial_velocity))
     # Whole bodies are symmetric about the axis, so that nothing across it has a mean.
     across, outward = (float(mass @ array[among] ** 2) for array in (view.initial_radius, view.transverse_velocity))
     along = _spread(mass, depth)
     if not across or not along:
-        return Reading(math.nan, flags=(FEW_PARTICLES,))
+        raise NoValue(FEW_PARTICLES)
     return Reading(_spread(mass, speed) / along + 2.0 * math.sqrt(outward / across))
 
 
@@ -195,11 +193,13 @@ def _nominal(name: str, title: str, ways: tuple[str, ...], meaning: str) -> Meas
     """A nominal size: that of the matter that breaks finest, in the way that takes the least stress."""
 
     def read(view: CloudView) -> Reading:
-        rate = expansion_rate.read(view)
-        if not rate.value > 0.0:
-            return Reading(math.nan, flags=rate.flags or (NOT_EXPANDING,))
-        known, unknown = _sizes(view, ways, rate.value)
-        return Reading(math.nan, flags=unknown) if unknown else Reading(min(known))
+        rate = expansion_rate.definition(view).value
+        if not rate > 0.0:
+            raise NoValue(NOT_EXPANDING)
+        known, unknown = _sizes(view, ways, rate)
+        if unknown:
+            raise NoValue(*unknown)
+        return Reading(min(known))
 
     flags = ", ".join(WAYS[way][1].replace("_", " ") for way in ways)
     return Measurement(
@@ -209,8 +209,7 @@ def _nominal(name: str, title: str, ways: tuple[str, ...], meaning: str) -> Meas
         meaning=f"nominal size of fragments at the rate of expansion of the cloud, {meaning}, of the matter behind the "
         f"plate that breaks finest, Grady (1988); not expanding where that rate is not positive, {flags} where a "
         "material does not have that constant",
-        version=1,
-        read=read,
+        definition=read,
     )
 
 
@@ -253,7 +252,6 @@ OF_PIECES = tuple(
         title=title,
         unit=unit,
         meaning=f"{meaning} behind the plate that came off, over its size; the mesh makes none smaller than a particle",
-        version=1,
         bins=(SIZES,),
         read=_over_size(of),
     )

@@ -23,16 +23,9 @@ import math
 
 import numpy as np
 
-from studies.measurements import Reading, measurement
+from studies.measurements import NoValue, Reading, measurement
 from studies.measurements.impact.edges import cumulated, overlap, place_holding
-from studies.measurements.impact.opening import (
-    Radii,
-    axes_of,
-    contained,
-    equal_area_diameter,
-    parts_of,
-    radii_by_sector,
-)
+from studies.measurements.impact.opening import axes_of, contained, equal_area_diameter, parts_of, radii_by_sector
 from studies.measurements.impact.view import FILM, ImpactView
 from studies.quantities.measured import CLOSED_ON_AXIS, DEFINITION
 
@@ -44,19 +37,14 @@ REACH = 1.0
 
 
 def _areal_edges(view: ImpactView) -> np.ndarray:
-    """Radius (sectors,) at which the areal density of the connected plate falls to half of its nominal value, m.
-
-    NaN where it never does on the way in from the rim.
-    """
+    """Radius (sectors,) at which the areal density of the connected plate falls to half of its nominal value, m."""
     plate = np.flatnonzero(view.attached_target)
-    return radii_by_sector(view, plate, view.mass[plate], view.density * view.thickness)
-
-
-def _flag_without_hole(view: ImpactView, edges: np.ndarray) -> str:
-    """The reason why a plate with such edges has no hole that can be measured; empty where it has."""
+    edges = radii_by_sector(view, plate, view.mass[plate], view.density * view.thickness)
     if np.isnan(edges).any() or _is_whole(view):
-        return "not_perforated"
-    return "" if contained(view, edges) else "not_contained"
+        raise NoValue("not_perforated")
+    if not contained(view, edges):
+        raise NoValue("not_contained")
+    return edges
 
 
 def _hole_reading(view: ImpactView, radii: np.ndarray, **parts: float) -> Reading:
@@ -102,12 +90,9 @@ def _flags(view: ImpactView, diameter: float) -> tuple[str, ...]:
 def hole_diameter(view: ImpactView) -> Reading:
     """The clear diameter, with half of its difference from that by areal density as the part of its definition."""
     edges = _areal_edges(view)
-    flag = _flag_without_hole(view, edges)
-    if flag:
-        return Reading(math.nan, flags=(flag,))
     radii = np.array([_clear_radius(view, sector, edge) for sector, edge in enumerate(edges)])
     if (radii < view.cell).any():
-        return Reading(math.nan, flags=("not_perforated",))
+        raise NoValue("not_perforated")
     gap = abs(equal_area_diameter(edges) - equal_area_diameter(radii))
     return _hole_reading(view, radii, **{DEFINITION: HALF_OF_GAP * gap})
 
@@ -138,12 +123,7 @@ def _clear_radius(view: ImpactView, sector: int, edge: float) -> float:
     version=3,
 )
 def hole_diameter_areal(view: ImpactView) -> Reading:
-    """Where the areal density of plate that hangs together with the rim falls to half its nominal value."""
-    edges = _areal_edges(view)
-    flag = _flag_without_hole(view, edges)
-    if flag:
-        return Reading(math.nan, flags=(flag,))
-    return _hole_reading(view, edges)
+    return _hole_reading(view, _areal_edges(view))
 
 
 @measurement(
@@ -154,7 +134,6 @@ def hole_diameter_areal(view: ImpactView) -> Reading:
     version=5,
 )
 def hole_diameter_midplane(view: ImpactView) -> Reading:
-    """Innermost particle edges, in each sector, within half a cell of the original mid-plane."""
     near = np.abs(view.depth - 0.5 * view.thickness) <= 0.5 * view.cell
     keep = view.attached_target & near
     radii = np.array(
@@ -162,9 +141,9 @@ def hole_diameter_midplane(view: ImpactView) -> Reading:
     )
     radii = radii - 0.5 * view.radial_width
     if _is_whole(view) or (radii < view.cell).any():
-        return Reading(math.nan, flags=("not_perforated",))
+        raise NoValue("not_perforated")
     if not np.isfinite(radii).all() or not contained(view, radii):
-        return Reading(math.nan, flags=("not_contained",))
+        raise NoValue("not_contained")
     return _hole_reading(view, radii)
 
 
@@ -187,16 +166,15 @@ def hole_diameter_lip(view: ImpactView) -> Reading:
         if above.size:
             radii[sector] = view.radius[above[np.argmin(view.depth[above])]]
     if np.isnan(radii).any():
-        return Reading(math.nan, flags=("no_lip",))
+        raise NoValue("no_lip")
     flags = ("lip_at_window",) if (radii > ends - view.cell).any() else ()
     return Reading(equal_area_diameter(radii), parts_of(view, radii), flags)
 
 
-def _radii(view: ImpactView) -> Radii:
+def _radii(view: ImpactView) -> tuple[np.ndarray, tuple[str, ...]]:
     """Radii by areal density: the clear radius of a sector is the least in it, which would make an oval narrower."""
     radii = _areal_edges(view)
-    flag = _flag_without_hole(view, radii)
-    return (None, (flag,)) if flag else (radii, _flags(view, equal_area_diameter(radii)))
+    return radii, _flags(view, equal_area_diameter(radii))
 
 
 MEASUREMENT = (

@@ -16,7 +16,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import History, Measurement, OnGrid, Reading, measurement
+from studies.measurements import History, Measurement, NoValue, OnGrid, Reading, measurement
 
 # Cells left out at the interface: matter that met at the touch is heated by the start of the shock.
 AT_INTERFACE = 3.0
@@ -64,14 +64,6 @@ class Profile:
     pressure: np.ndarray  # (k,) Pa, volume-weighted
 
 
-@dataclass(frozen=True)
-class Front:
-    """The front of a shock; ``flag`` says why there is none."""
-
-    distance: float = math.nan  # from the interface, m
-    flag: str = ""
-
-
 def view(setting: Any, snapshot: Any) -> PlateView:
     """The view of a snapshot (``solver.state.Snapshot``) in a ``PlateSetting``."""
     from solver.problem.geometry import impact_axis
@@ -116,41 +108,35 @@ def profile(view: PlateView, plate: int) -> Profile:
     )
 
 
-def front(layers: Profile) -> Front:
-    """The outermost place where the pressure falls to half of what is behind it."""
+def front(layers: Profile) -> float:
+    """The distance (m) from the interface of the outermost place where the pressure falls to half of that behind it."""
     highest = float(layers.pressure.max())
     if highest <= 0.0:
-        return Front(flag="no_shock")
+        raise NoValue("no_shock")
     level = HALF * float(np.median(layers.pressure[layers.pressure > HALF * highest]))
     last = int(np.flatnonzero(layers.pressure >= level)[-1])
     if last + 1 == layers.pressure.size:
-        return Front(flag="reflected")
+        raise NoValue("reflected")
     above, below = layers.pressure[last], layers.pressure[last + 1]
     near, far = layers.distance[last], layers.distance[last + 1]
-    return Front(float(near + (above - level) / (above - below) * (far - near)))
+    return float(near + (above - level) / (above - below) * (far - near))
 
 
-def plateau(view: PlateView, plate: int) -> tuple[np.ndarray, str]:
-    """The layers (k,) that make the plateau of a plate; a flag says why there are none."""
+def plateau(view: PlateView, plate: int) -> np.ndarray:
+    """The layers (k,) that make the plateau of a plate."""
     layers = profile(view, plate)
-    ends = front(layers)
-    if ends.flag:
-        return np.zeros(0, np.int64), ends.flag
-    first, last = AT_INTERFACE * view.cell, (1.0 - OUTER) * ends.distance
+    first, last = AT_INTERFACE * view.cell, (1.0 - OUTER) * front(layers)
     chosen = np.flatnonzero((layers.distance > first) & (layers.distance < last))
     if chosen.size < FEWEST:
-        return np.zeros(0, np.int64), "no_plateau"
-    return chosen, ""
+        raise NoValue("no_plateau")
+    return chosen
 
 
 def plateau_mean(view: PlateView, values: np.ndarray, plates: tuple[int, ...]) -> Reading:
     """Volume-weighted mean over the plateaus of some plates; its scatter is the part of its uncertainty."""
     inside = np.zeros(view.body.size, bool)
     for plate in plates:
-        chosen, flag = plateau(view, plate)
-        if flag:
-            return Reading(math.nan, flags=(flag,))
-        inside |= (view.body == plate) & np.isin(view.layer, chosen)
+        inside |= (view.body == plate) & np.isin(view.layer, plateau(view, plate))
     volume = view.mass[inside] / view.density[inside]
     mean = float((volume * values[inside]).sum() / volume.sum())
     variance = float((volume * (values[inside] - mean) ** 2).sum() / volume.sum())
@@ -162,7 +148,6 @@ def plateau_mean(view: PlateView, values: np.ndarray, plates: tuple[int, ...]) -
     unit="Pa",
     meaning="volume-weighted mean pressure between the shocks, without three cells at the interface and the outer 20 % "
     "on each side",
-    version=1,
 )
 def plateau_pressure(view: PlateView) -> Reading:
     return plateau_mean(view, view.pressure, (FLYER, TARGET))
@@ -172,13 +157,9 @@ def plateau_pressure(view: PlateView) -> Reading:
     title="Scatter of the plateau pressure",
     unit="1",
     meaning="volume-weighted standard deviation of the pressure of particles on the plateau, over its mean",
-    version=1,
 )
 def plateau_scatter(view: PlateView) -> Reading:
-    """A plateau should be flat."""
-    pressure = plateau_pressure.read(view)
-    if pressure.flags:
-        return Reading(math.nan, flags=pressure.flags)
+    pressure = plateau_pressure.definition(view)
     return Reading(pressure.parts["scatter"] / pressure.value)
 
 
@@ -187,7 +168,6 @@ def plateau_scatter(view: PlateView) -> Reading:
     unit="m s-1",
     meaning="volume-weighted mean velocity between the shocks, without three cells at the interface and the outer 20 % "
     "on each side",
-    version=1,
 )
 def plateau_velocity(view: PlateView) -> Reading:
     return plateau_mean(view, view.velocity, (FLYER, TARGET))
@@ -205,18 +185,14 @@ def _density(name: str, plate: int) -> Measurement:
         title=f"Density in the {name}",
         unit="kg m-3",
         meaning=f"volume-weighted mean of the density that particles carry on the plateau of the {name}",
-        version=1,
-        read=read,
+        definition=read,
     )
 
 
 def _density_from_spacing(name: str, plate: int) -> Measurement:
     def read(view: PlateView) -> Reading:
         """Mass between the outermost layers of a plateau over the volume between them."""
-        chosen, flag = plateau(view, plate)
-        if flag:
-            return Reading(math.nan, flags=(flag,))
-        layers = profile(view, plate)
+        chosen, layers = plateau(view, plate), profile(view, plate)
         first, last = int(chosen[0]), int(chosen[-1])
         mass = layers.mass[first : last + 1].sum() - 0.5 * (layers.mass[first] + layers.mass[last])
         volume = view.section * (layers.distance[last] - layers.distance[first])
@@ -231,18 +207,15 @@ def _density_from_spacing(name: str, plate: int) -> Measurement:
         unit="kg m-3",
         meaning=f"mass between the outermost layers of the plateau of the {name}, over the volume between them: what "
         "the positions of particles say, not what they carry",
-        version=1,
-        read=read,
+        definition=read,
     )
 
 
 def _shock_front(name: str, plate: int) -> Measurement:
     def read(view: PlateView) -> Reading:
         """The distance (m) that the shock has run in its plate, in undisturbed matter."""
-        ends = front(profile(view, plate))
-        if ends.flag:
-            return Reading(math.nan, flags=(ends.flag,))
-        place = interface(view) + (ends.distance if plate == TARGET else -ends.distance)
+        distance = front(profile(view, plate))
+        place = interface(view) + (distance if plate == TARGET else -distance)
         run = place if plate == TARGET else view.speed * view.time - place
         return Reading(run, {"resolution": view.resolution})
 
@@ -252,8 +225,7 @@ def _shock_front(name: str, plate: int) -> Measurement:
         unit="m",
         meaning="distance of the shock front, where the pressure falls to half, from the impact face of the "
         f"undisturbed {name}",
-        version=1,
-        read=read,
+        definition=read,
     )
 
 
@@ -263,7 +235,7 @@ def _shock_speed(name: str, _: int) -> Measurement:
         path = history.values[f"{name}_shock_front"]
         late = np.isfinite(path) & (history.times >= LATE * history.times[-1])
         if late.sum() < FEWEST:
-            return Reading(math.nan, flags=("no_plateau",))
+            raise NoValue("no_plateau")
         times, path = history.times[late], path[late]
         deviation = times - times.mean()
         slope = float((deviation * path).sum() / (deviation**2).sum())
@@ -277,8 +249,7 @@ def _shock_speed(name: str, _: int) -> Measurement:
         unit="m s-1",
         meaning=f"speed of the shock relative to the undisturbed {name}: slope of the front's path in the later half "
         "of the time",
-        version=1,
-        read=read,
+        definition=read,
         follows=(f"{name}_shock_front",),
     )
 
@@ -290,12 +261,11 @@ def _shock_speed(name: str, _: int) -> Measurement:
     title="Velocity of the free surface",
     unit="m s-1",
     meaning=f"mean velocity of the outermost {SURFACE:g} cells of the undeformed target, whose rear is free",
-    version=1,
 )
 def free_surface_velocity(view: PlateView) -> Reading:
     target = np.flatnonzero(view.body == TARGET)
     if not target.size:
-        return Reading(math.nan, flags=("no_target",))
+        raise NoValue("no_target")
     layers = int(view.layer[target].max()) + 1
     depth = (layers - view.layer[target] - 0.5) * view.thickness / layers
     last = target[depth < SURFACE * view.cell]
@@ -307,11 +277,9 @@ def free_surface_velocity(view: PlateView) -> Reading:
     unit="Pa",
     meaning="half of rho0 c0 of the target times the velocity of its free surface: the stress of a plane sound wave "
     "that would give it that velocity",
-    version=1,
 )
 def acoustic_stress(view: PlateView) -> Reading:
-    velocity = free_surface_velocity.read(view)
-    return Reading(0.5 * view.impedance * velocity.value, flags=velocity.flags)
+    return Reading(0.5 * view.impedance * free_surface_velocity.definition(view).value)
 
 
 @dataclass(frozen=True)
@@ -343,9 +311,11 @@ def _of_signal(name: str, of: str, title: str, unit: str, meaning: str, value: A
     def read(history: History) -> Reading:
         signal = pullback(history.values[of])
         got = value(signal)
-        return Reading(got) if math.isfinite(got) else Reading(math.nan, flags=(signal.flag,))
+        if not math.isfinite(got):
+            raise NoValue(signal.flag)
+        return Reading(got)
 
-    return Measurement(name=name, title=title, unit=unit, meaning=meaning, version=1, read=read, follows=(of,))
+    return Measurement(name=name, title=title, unit=unit, meaning=meaning, definition=read, follows=(of,))
 
 
 SIGNALS = (

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import History, Measurement, OnGrid, Reading, measurement
+from studies.measurements import History, Measurement, NoValue, OnGrid, Reading, measurement
 from studies.measurements.cloud import connected
 from studies.measurements.impact.edges import edge_from_outside
 from studies.measurements.impact.view import rim_of
@@ -25,7 +25,6 @@ FLYING_WITH = 0.5  # of the plug's velocity
 RING = (0.75, 1.25)  # of the plate about its hole, in projectile diameters from the axis: deflection and velocity
 OPEN = 0.9  # of the projectile's radius: a hole of which no attached matter is nearer to the axis lets it pass
 LAYER = 0.1  # of the thickness, a cell at least: matter that began so near to a face is that face
-NO_PLUG = Reading(math.nan, flags=("no_plug",))  # of what only a plug has
 
 
 @dataclass(frozen=True)
@@ -69,8 +68,7 @@ class PlugView(OnGrid):
     def ring(self) -> np.ndarray:
         """(n,) whether it is attached plate in the ring about the hole."""
         low, high = (share * self.projectile_diameter for share in RING)
-        inside: np.ndarray = self.attached & (self.radius > low) & (self.radius < high)
-        return inside
+        return self.attached & (self.radius > low) & (self.radius < high)
 
     def is_open(self) -> bool:
         """Whether the attached plate has a hole that lets the projectile pass."""
@@ -191,12 +189,11 @@ HALF = 0.5  # between two definitions: the part of the uncertainty
     meaning="mass of the heaviest piece of the plate that has not failed and does not hang together with the rim, and "
     "of the failed matter in its cells and neighbouring ones that is faster than half of it; no plug where the piece "
     "has less than a tenth of the mass that the projectile covers",
-    version=1,
 )
 def plug_mass(view: PlugView) -> Reading:
     """The mass with the failed matter that flies with it; its wall is known to a cell."""
     if not view.has_plug:
-        return NO_PLUG
+        raise NoValue("no_plug")
     value, core = float(view.mass[view.plug].sum()), float(view.mass[view.core].sum())
     wall = math.pi * view.projectile_diameter * view.thickness
     parts = {"resolution": view.density * wall * view.resolution, DEFINITION: HALF * (value - core)}
@@ -211,7 +208,7 @@ def plug_mass(view: PlugView) -> Reading:
 )
 def plug_velocity(view: PlugView) -> Reading:
     if not view.has_plug:
-        return NO_PLUG
+        raise NoValue("no_plug")
     value = mean_velocity(view, view.plug)
     return Reading(value, {DEFINITION: HALF * abs(mean_velocity(view, view.core) - value)})
 
@@ -221,15 +218,13 @@ def plug_velocity(view: PlugView) -> Reading:
     unit="s",
     meaning="time of the first observation from which on a plug hangs together with the plate by no matter that has "
     "not failed",
-    version=1,
     follows=(plug_mass.name,),
 )
 def plug_separation(history: History) -> Reading:
-    """The first observation after the last one without a plug."""
     without = np.flatnonzero(np.isnan(history.values[plug_mass.name]))
     first = int(without[-1]) + 1 if without.size else 0
     if first == history.times.size:
-        return NO_PLUG
+        raise NoValue("no_plug")
     interval = history.times[first] - history.times[max(first - 1, 0)]
     return Reading(float(history.times[first]), {"sampling": float(interval)})
 
@@ -241,7 +236,6 @@ def plug_separation(history: History) -> Reading:
     title="Velocity of the projectile",
     unit="m s-1",
     meaning="mass-weighted mean axial velocity of the projectile at the time of the observation",
-    version=1,
 )
 def projectile_velocity(view: PlugView) -> Reading:
     return Reading(mean_velocity(view, view.projectile))
@@ -253,11 +247,9 @@ def projectile_velocity(view: PlugView) -> Reading:
     meaning="1 where the plate that has not failed and hangs together with the rim is nowhere nearer to the axis than "
     "0.9 radii of the projectile, and the projectile flies forward; 0 where it does not, or where it is no faster than "
     "the plate between 0.75 and 1.25 diameters from the axis; else undecided: the run ends too early",
-    version=1,
     outcomes=("plate holds", "plate perforated"),
 )
 def perforated(view: PlugView) -> Reading:
-    """1, 0, or no value while the projectile still goes into a plate that is not open."""
     speed = mean_velocity(view, view.projectile)
     if speed <= 0.0:
         return Reading(0.0)
@@ -265,7 +257,7 @@ def perforated(view: PlugView) -> Reading:
         return Reading(1.0)
     if speed <= mean_velocity(view, view.ring()):
         return Reading(0.0)
-    return Reading(math.nan, flags=("undecided",))
+    raise NoValue("undecided")
 
 
 LAST = 0.1  # of the time so far: over it the velocity has to be constant
@@ -278,13 +270,12 @@ CONSTANT = 0.01  # of the impact speed
     meaning="mass-weighted mean axial velocity of the projectile at the end of the run where it perforates the plate, "
     "0 where it does not; uncertain by its range over the last tenth of the run; in contact where that is more than "
     "1 % of the impact speed",
-    version=1,
     follows=(perforated.name, projectile_velocity.name),
 )
 def residual_velocity(history: History) -> Reading:
     outcome, velocity = history.values[perforated.name][-1], history.values[projectile_velocity.name]
     if math.isnan(outcome):
-        return Reading(math.nan, flags=("undecided",))
+        raise NoValue("undecided")
     if outcome == 0.0:
         return Reading(0.0)
     late = velocity[history.times >= (1.0 - LAST) * history.times[-1]]
@@ -301,15 +292,13 @@ LOST = 1e-3  # of the impact speed: more than round-off and waves of one particl
     unit="s",
     meaning="time from which on the projectile slows down: where the line through the velocities of the first two "
     "observations that show a loss of more than 0.1 % meets the impact speed, at most two observations earlier",
-    version=1,
     follows=(projectile_velocity.name,),
 )
 def first_contact(history: History) -> Reading:
-    """Where the line through the first two observations that show a loss meets the impact speed."""
     times, velocity = history.times, history.values[projectile_velocity.name]
     late = np.flatnonzero(velocity < (1.0 - LOST) * velocity[0])
     if late.size < 2 or late[0] == 0:
-        return Reading(math.nan, flags=("no_contact",))
+        raise NoValue("no_contact")
     first = int(late[0])
     slope = (velocity[first + 1] - velocity[first]) / (times[first + 1] - times[first])
     before, after = times[max(first - 2, 0)], times[first]
@@ -325,12 +314,11 @@ def first_contact(history: History) -> Reading:
     unit="m",
     meaning="mean displacement along the flight of the plate's rear face, a tenth of the thickness or a cell, between "
     "0.75 and 1.25 projectile diameters from the axis, at the time of the observation",
-    version=1,
 )
 def dishing(view: PlugView) -> Reading:
     mine = view.ring() & (view.origin > view.thickness - view.layer)
     if not mine.any():
-        return Reading(math.nan, flags=("no_plate",))
+        raise NoValue("no_plate")
     mass = view.mass[mine]
     moved = (mass * (view.depth[mine] - view.origin[mine])).sum() / mass.sum()
     return Reading(float(moved), {"resolution": view.resolution})
@@ -344,7 +332,7 @@ def _hole(face: str, distance: Callable[[PlugView], np.ndarray]) -> Measurement:
 
     def read(view: PlugView) -> Reading:
         if not view.is_open():
-            return Reading(math.nan, flags=("not_perforated",))
+            raise NoValue("not_perforated")
         mine = view.attached & (distance(view) < view.layer)
         areal = 2.0 * math.pi * view.density * view.layer
         edge = edge_from_outside(
@@ -365,8 +353,7 @@ def _hole(face: str, distance: Callable[[PlugView], np.ndarray]) -> Measurement:
         meaning=f"diameter at which the areal density of the layer at the {face} face, a tenth of the thickness or a "
         "cell, falls to half of its nominal value on the way in; of the plate that has not failed and hangs together "
         "with the rim",
-        version=1,
-        read=read,
+        definition=read,
     )
 
 

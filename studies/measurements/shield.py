@@ -3,11 +3,10 @@
 Their definitions are those of a hole (``hole``) and of a debris cloud (``cloud``); those of the wall are in ``wall``.
 """
 
-import math
 from dataclasses import dataclass, replace
 from typing import Any
 
-from studies.measurements import Measurement, Reading
+from studies.measurements import Measurement, NoValue, Reading
 from studies.measurements import cloud as cloud_family
 from studies.measurements.cloud import CloudView
 from studies.measurements.hole import hole_diameter
@@ -55,13 +54,13 @@ def _hole_of(name: str, where: str, place: int) -> Measurement:
 
     def read(view: ShieldView) -> Reading:
         if place >= len(view.bumpers):
-            return Reading(math.nan, flags=(NOT_REACHED,))
+            raise NoValue(NOT_REACHED)
         reading = hole_diameter.read(view.bumpers[place])
         is_coming = view.wall is None and 0 < place == len(view.bumpers) - 1 and view.coming > LATE
         return replace(reading, flags=(*reading.flags, STILL_COMING)) if is_coming else reading
 
     title, meaning = f"Hole of {where}", f"of {where}: {hole_diameter.meaning}"
-    return replace(hole_diameter, name=f"{name}_hole_diameter", title=title, meaning=meaning, read=read)
+    return replace(hole_diameter, name=f"{name}_hole_diameter", title=title, meaning=meaning, definition=read)
 
 
 def _of_cloud(name: str, short: str) -> Measurement:
@@ -72,7 +71,7 @@ def _of_cloud(name: str, short: str) -> Measurement:
         return of_cloud.read(view.cloud)
 
     title, meaning = f"{of_cloud.title}, bumper", f"at the end of the last bumper's stage: {of_cloud.meaning}"
-    return replace(of_cloud, name=f"shield_{short}", title=title, meaning=meaning, read=read)
+    return replace(of_cloud, name=f"shield_{short}", title=title, meaning=meaning, definition=read)
 
 
 _CLOUD = {each.name: each for each in cloud_family.MEASUREMENT}

@@ -26,7 +26,7 @@ from typing import Any
 
 import numpy as np
 
-from studies.measurements import Measurement, OnGrid, Reading, measurement
+from studies.measurements import Measurement, NoValue, OnGrid, Reading, measurement
 from studies.measurements.hole import hole_diameter as plate_hole
 from studies.measurements.impact.view import ImpactView, hanging_together
 from studies.measurements.impact.view import view as impact_view
@@ -93,8 +93,7 @@ class RearWall(OnGrid):
         for lower, count in zip(self.lower, self.columns, strict=True):
             edges = lower + self.cell * np.arange(count + 1.0)
             clear.append((edges[1:] <= last) & ((edges[:-1] >= -last) | (lower == 0.0)))
-        inside: np.ndarray = np.logical_and.reduce(np.meshgrid(*clear, indexing="ij")).ravel()
-        return inside
+        return np.logical_and.reduce(np.meshgrid(*clear, indexing="ij")).ravel()
 
     @property
     def is_clear(self) -> np.ndarray:
@@ -139,8 +138,7 @@ class RearWall(OnGrid):
     def spall(self) -> np.ndarray:
         """(n,) Whether it is free, flies on, and no connected wall stands behind it."""
         back = np.maximum(self._rearmost(self.column, self.depth), 0.0)
-        flies: np.ndarray = ~self.attached & (self.velocity > 0.0) & (self.depth > back)
-        return flies
+        return ~self.attached & (self.velocity > 0.0) & (self.depth > back)
 
     @property
     def cratered(self) -> float:
@@ -157,8 +155,7 @@ class RearWall(OnGrid):
     @property
     def on_face(self) -> np.ndarray:
         """(n,) Whether it was the last layer of particles at the rear face."""
-        layer: np.ndarray = self.first_depth > self.thickness - self.width
-        return layer
+        return self.first_depth > self.thickness - self.width
 
     @property
     def void(self) -> float:
@@ -250,24 +247,25 @@ def wall_of(setting: Any, snapshot: Any) -> RearWall:
     )
 
 
-def _of_wall(**definition: Any) -> Callable[[Callable[[RearWall], Reading]], Measurement]:
+def _of_wall(**fields: Any) -> Callable[[Callable[[RearWall], Reading]], Measurement]:
     """Make a function that reads a wall the measurement of its name.
 
     It is not reached before there is debris at the wall. It says while more is coming, and where the rim has moved,
     unless it is an outcome that nothing undoes.
     """
 
-    def made(read: Callable[[RearWall], Reading]) -> Measurement:
-        def read_view(view: WallView) -> Reading:
+    def made(definition: Callable[[RearWall], Reading]) -> Measurement:
+        of_wall = measurement(**fields)(definition)
+
+        def read(view: WallView) -> Reading:
             if view.wall is None:
-                return Reading(math.nan, flags=(NOT_REACHED,))
-            reading = read(view.wall)
-            is_final = "outcomes" in definition and reading.value == 1.0
+                raise NoValue(NOT_REACHED)
+            reading = of_wall.read(view.wall)
+            is_final = of_wall.is_outcome and reading.value == 1.0
             doubts = [STILL_COMING] * (view.coming > LATE) + ["rim_moved"] * view.wall.rim_moved
             return Reading(reading.value, reading.parts, (*reading.flags, *([] if is_final else doubts)))
 
-        read_view.__name__ = read.__name__
-        return measurement(**definition)(read_view)
+        return replace(of_wall, definition=read)
 
     return made
 
@@ -291,7 +289,6 @@ def _doubt(wall: RearWall) -> tuple[str, ...]:
     outcomes=("wall holds", "wall perforated"),
 )
 def wall_perforated(wall: RearWall) -> Reading:
-    """Whether a column of cells is clear."""
     clear = wall.is_perforated
     return Reading(float(clear), flags=() if clear else _doubt(wall))
 
@@ -306,7 +303,6 @@ def wall_perforated(wall: RearWall) -> Reading:
     outcomes=("wall does not fail", "wall fails"),
 )
 def wall_failed(wall: RearWall) -> Reading:
-    """Whether it is perforated or spalled."""
     failed = wall.is_perforated or wall.is_spalled
     return Reading(float(failed), flags=() if failed else _doubt(wall))
 
@@ -322,7 +318,6 @@ def wall_failed(wall: RearWall) -> Reading:
     outcomes=("no attached spall", "attached spall"),
 )
 def wall_attached_spall(wall: RearWall) -> Reading:
-    """Whether there is a void within the connected wall."""
     return Reading(float(wall.void > LEAST * wall.covered))
 
 
@@ -337,11 +332,12 @@ def wall_attached_spall(wall: RearWall) -> Reading:
     widest=plate_hole.widest,
 )
 def wall_hole_diameter(wall: RearWall) -> Reading:
-    """The clear hole of the wall, as that of a plate."""
     if not wall.is_perforated:
-        return Reading(math.nan, flags=("not_perforated",))
+        raise NoValue("not_perforated")
     reading = plate_hole.read(wall.plate)
-    return Reading(math.nan, flags=("too_narrow",)) if "not_perforated" in reading.flags else reading
+    if "not_perforated" in reading.flags:
+        raise NoValue("too_narrow")
+    return reading
 
 
 @_of_wall(
@@ -354,7 +350,6 @@ def wall_hole_diameter(wall: RearWall) -> Reading:
     version=2,
 )
 def wall_crater_depth_over_thickness(wall: RearWall) -> Reading:
-    """The part of a column that is missing in front."""
     return Reading(1.0 if wall.is_perforated else wall.cratered, {"resolution": wall.resolution / wall.thickness})
 
 
@@ -367,10 +362,9 @@ def wall_crater_depth_over_thickness(wall: RearWall) -> Reading:
     version=3,
 )
 def wall_bulge(wall: RearWall) -> Reading:
-    """The mean displacement of the rear layer in the column that went farthest."""
     mine = wall.on_face & wall.attached
     if not mine.any():
-        return Reading(math.nan, flags=("no_wall",))
+        raise NoValue("no_wall")
     column, size = wall.first_column[mine], math.prod(wall.columns)
     mass = np.bincount(column, wall.mass[mine], size)
     displacement, velocity = (
@@ -425,9 +419,8 @@ def wall_detached_spall(wall: RearWall) -> Reading:
     version=2,
 )
 def wall_spall_diameter(wall: RearWall) -> Reading:
-    """The diameter of a circle with the area of the rear layer that came off."""
     if not wall.is_spalled:
-        return Reading(math.nan, flags=("no_spall",))
+        raise NoValue("no_spall")
     return Reading(math.sqrt(4.0 / math.pi * _spalled_face(wall)), {"resolution": wall.resolution})
 
 
@@ -439,7 +432,7 @@ def wall_spall_diameter(wall: RearWall) -> Reading:
 )
 def wall_spall_velocity(wall: RearWall) -> Reading:
     if not wall.is_spalled:
-        return Reading(math.nan, flags=("no_spall",))
+        raise NoValue("no_spall")
     mass = wall.mass[wall.spall]
     return Reading(float((mass * wall.velocity[wall.spall]).sum() / mass.sum()))
 

@@ -35,7 +35,7 @@ def _sum(name: str, title: str, unit: str, meaning: str, of: Callable[[WholeView
     def read(view: WholeView) -> Reading:
         return Reading(float(of(view)))
 
-    return Measurement(name=name, title=title, unit=unit, meaning=meaning, version=1, read=read)
+    return Measurement(name=name, title=title, unit=unit, meaning=meaning, definition=read)
 
 
 def _momentum(axis: int) -> Measurement:

@@ -14,14 +14,16 @@ from studies import measurements
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
-from studies.quantities.measured import MESH_DETERMINED, TOO_COARSE, WIDE_BAR, Measured
+from studies.quantities.measured import CLOSED_ON_AXIS, MESH_DETERMINED, STILL_COMING, TOO_COARSE, WIDE_BAR, Measured
 from studies.quantities.parameters import flat
-from studies.runs import settling
 from studies.runs.results import Progress
 from studies.scenarios import Scenario, Setting, SetUp
 
 # Share of a run that this process must have computed before it estimates the time left: an observation or two.
 LEAST_SHARE = 0.02
+# A particle moves its edge by a third to half of a cell when it comes loose: what varies by less has settled whatever
+# the share of the value.
+SETTLED_IN_CELLS = 0.25
 
 
 @dataclass
@@ -98,11 +100,22 @@ class RunObserver:
         return {name: self.measured_as(name) for name in self.names}
 
     def growth(self, name: str) -> float:
-        """Growth of a measurement within the last window of its stage; NaN where it has none."""
+        """Range of a measurement within the last window (s) of its stage.
+
+        NaN before one has passed, and without a present value. A length that was not there yet, as a hole, has grown
+        from zero.
+        """
         setting, mine = self._stage_of(name)
-        values = [reading[name].value for reading in self.readings[mine]]
-        rate = self.parameters.rate(setting)
-        return settling.growth(self.times[mine], values, rate, from_nothing=self._is_judged(name))
+        times, rate = self.times[mine], self.parameters.rate(setting)
+        # Observations are up to a step late; half of an interval leaves as many of them in every window.
+        begin = times[-1] - rate.window + 0.5 * rate.interval
+        earlier = [index for index, at in enumerate(times) if at <= begin]
+        if not earlier:
+            return math.nan
+        inside = np.array([reading[name].value for reading in self.readings[mine][earlier[-1] :]])
+        if self._is_judged(name):
+            inside[:-1] = np.nan_to_num(inside[:-1])
+        return float(np.ptp(inside))
 
     def _stage_of(self, name: str) -> tuple[Setting, slice]:
         """The last stage that waits for a measurement, by default the last of all, and the places of its readings."""
@@ -124,11 +137,18 @@ class RunObserver:
         return name in self.scenario.settles or is_length
 
     def _settled(self, name: str) -> bool:
+        """Whether a measurement grew by less than a share of its value or a quarter of a cell, in two windows at least.
+
+        A hole that a film still closes has not settled, whose diameter leaps when the film has flown away, and nothing
+        has to which debris still comes.
+        """
         setting, mine = self._stage_of(name)
-        problem, rate = setting.problem, self.parameters.rate(setting)
-        passed = self.times[mine][-1] - problem.start_time
-        return settling.has_settled(
-            self.readings[mine][-1][name], self.growth(name), passed, rate, problem.geometry.spacing
+        rate, last = self.parameters.rate(setting), self.readings[mine][-1][name]
+        passed = self.times[mine][-1] - setting.problem.start_time
+        if passed < 2.0 * rate.window or {CLOSED_ON_AXIS, STILL_COMING} & {*last.flags}:
+            return False
+        return self.growth(name) < max(
+            rate.growth * abs(last.value), SETTLED_IN_CELLS * setting.problem.geometry.spacing
         )
 
     def measured_as(self, name: str) -> Measured:

@@ -65,8 +65,7 @@ class RunResult:
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects that JSON can hold: no NaN."""
-        plain: dict[str, Any] = _plain(dataclasses.asdict(self))
-        return plain
+        return _plain(dataclasses.asdict(self))
 
     @staticmethod
     def from_json(plain: Mapping[str, Any]) -> "RunResult":

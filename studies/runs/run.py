@@ -17,7 +17,7 @@ from solver import PHYSICS_VERSION
 from solver.registry import entries
 from solver.units import Described
 from studies import scenarios
-from studies.materials import Material, simulated
+from studies.materials import Material, load, simulated
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import declared, flat, marks, parse_parameters
 
@@ -61,7 +61,8 @@ class Run:
     @cached_property
     def id(self) -> str:
         """Content hash, 32 hexadecimal digits."""
-        return hashlib.sha256(_canonical(self._content()).encode()).hexdigest()[:32]
+        content = json.dumps(self._content(), sort_keys=True, separators=(",", ":"), allow_nan=False)
+        return hashlib.sha256(content.encode()).hexdigest()[:32]
 
     @property
     def idle(self) -> set[str]:
@@ -114,15 +115,19 @@ class Run:
         }
 
 
-def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str, Material]) -> Run:
-    """The run of a scenario with checked parameters (SI) and its materials; raises InvalidInput with every finding."""
+def resolve(scenario: str, parameters: Mapping[str, Any], materials: Mapping[str, Material] | None = None) -> Run:
+    """The run of a scenario with checked parameters (SI); raises InvalidInput with every finding.
+
+    ``materials`` are those of some roles; the others are those that ship, by the names that the parameters give.
+    """
     chosen = scenarios.load(scenario)
     values = parse_parameters(chosen.parameters, parameters, "parameters", si=True)
     roles = chosen.roles(values)
-    absent = [name for name in roles if name not in materials]
+    own = materials or {}
+    absent = [name for name in roles if name not in own and not values[name]]
     if absent:
         raise InvalidInput(Finding(name, "nothing", "a material", f"give a material for {name}") for name in absent)
-    given = {name: materials[name] for name in roles}
+    given = {name: own[name] if name in own else load(str(values[name])) for name in roles}
     filled = chosen.record(values).filled(given)
     resolved = {name: material.resolved() for name, material in given.items()}
     findings = filled.check(given)
@@ -156,7 +161,3 @@ def estimate(run: Run) -> Estimate:
         bytes=BYTES_OF_RUN + size.particles * BYTES_PER_PARTICLE,
         memory=MEMORY_OF_PROCESS + size.particles * MEMORY_OF_PARTICLE,
     )
-
-
-def _canonical(content: Mapping[str, Any]) -> str:
-    return json.dumps(content, sort_keys=True, separators=(",", ":"), allow_nan=False)

@@ -11,6 +11,7 @@ import math
 from abc import ABC, abstractmethod
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field
+from importlib import import_module
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any, ClassVar, Self
 
@@ -70,6 +71,8 @@ class SetUp(ABC):
 
     # Whether drafts and three dimensions have as many particles as the recipe says.
     keeps_particles: ClassVar[bool] = False
+    # The module below ``studies.measurements`` whose ``view`` its measurements read.
+    viewed_by: ClassVar[str]
 
     @abstractmethod
     def filled(self, materials: Materials) -> Self:
@@ -95,10 +98,10 @@ class SetUp(ABC):
     def rate(self, setting: Any) -> ObservationRate:
         """How often the built problem is observed."""
 
-    @staticmethod
-    @abstractmethod
-    def view(setting: Any, snapshot: Any) -> Any:
+    @classmethod
+    def view(cls, setting: Any, snapshot: Any) -> Any:
         """A state as the measurements see it."""
+        return import_module(f"studies.measurements.{cls.viewed_by}").view(setting, snapshot)
 
     @staticmethod
     def numbers(view: Any) -> dict[str, float]:

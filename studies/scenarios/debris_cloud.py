@@ -112,6 +112,8 @@ class CloudShot(ImpactShot):
 class DebrisCloud(ImpactSetUp):
     """Parameters of a debris cloud."""
 
+    viewed_by = "cloud"
+
     shot: CloudShot
     fracture: Fracture
     numerics: Numerics
@@ -145,12 +147,6 @@ class DebrisCloud(ImpactSetUp):
 
     def rate(self, setting: Setting) -> ObservationRate:
         return ObservationRate(interval=setting.problem.end_time / OBSERVATIONS)
-
-    @staticmethod
-    def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements.cloud import view
-
-        return view(setting, snapshot)
 
     def sections(self, setting: Any) -> "SectionOptions":
         from studies.films.radiograph import PIXELS

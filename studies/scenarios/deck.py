@@ -92,6 +92,7 @@ class DeckRun(SetUp):
     """Parameters of a deck."""
 
     keeps_particles = True
+    viewed_by = "whole"
 
     deck: Annotated[str, LongText(MOST_BYTES), Described("text of the input file, at most 1 MB of UTF-8")]
     units: Annotated[
@@ -166,12 +167,6 @@ class DeckRun(SetUp):
         end = setting.problem.end_time
         asked = self.read.output_interval or end / OBSERVATIONS
         return ObservationRate(interval=min(max(asked, end / MOST_OBSERVATIONS), 0.5 * end))
-
-    @staticmethod
-    def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements import whole
-
-        return whole.view(setting, snapshot)
 
 
 SCENARIO = Scenario(

@@ -7,11 +7,11 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
-from solver.units import Described, Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Second
+from solver.units import Described, Dimensionless, KilogramPerCubicMetre, Pascal, Second
 from studies.quantities.findings import Finding
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
-from studies.scenarios.parts.bar import Bar, BarSetUp, Extent, Wall
+from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Extent, Wall
 from studies.scenarios.parts.loading import FASTEST, Loading
 from studies.scenarios.parts.matter import longitudinal_speed
 from studies.scenarios.parts.method import MethodChoice, check_method
@@ -47,16 +47,13 @@ class ElasticBar(BarSetUp):
     """Parameters of an elastic bar."""
 
     wall: Wall
-    speed: Annotated[
-        MetrePerSecond,
-        Described("impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3),
-    ] = 300.0
-    bar_length: Annotated[Metre, Described("length of the bar", 1e-5, 1.0)] = 10e-3
-    bar_diameter: Annotated[Metre, Described("diameter of the bar, or side of a square one", 1e-5, 1.0)] = 4e-3
+    speed: BarSpeed = 300.0
+    bar_length: BarLength = 10e-3
+    bar_diameter: BarDiameter = 4e-3
     young_modulus: Annotated[Pascal, Described("Young's modulus of the bar", 1e5, 1e13)] = 100e9
     poisson_ratio: Annotated[Dimensionless, Described("Poisson's ratio of the bar", 0.0, 0.49)] = 0.3
     density: Annotated[KilogramPerCubicMetre, Described("density of the bar", 1.0, 3e4)] = 8900.0
-    cells_per_diameter: Annotated[Dimensionless, Described("grid cells across the bar's diameter", 2.0, 512.0)] = 4.0
+    cells_per_diameter: CellsAcross = 4.0
     end_time: Annotated[
         Second | None,
         Described(
@@ -154,9 +151,6 @@ class ElasticBar(BarSetUp):
 
     def size(self, materials: Materials) -> Size:
         return self.bar.size(longitudinal_speed(self.bulk_modulus, self.shear_modulus, self.density))
-
-    def cells(self) -> dict[str, float]:
-        return {"cells_per_diameter": self.cells_per_diameter}
 
     def rate(self, setting: Any) -> ObservationRate:
         interval = self.transit / OBSERVATIONS_PER_TRANSIT

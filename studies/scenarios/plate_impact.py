@@ -52,6 +52,7 @@ class PlateImpact(SetUp):
 
     # A plane shock is of one dimension, whatever the section of the column.
     keeps_particles = True
+    viewed_by = "plates"
 
     speed: Annotated[MetrePerSecond, Described("impact speed", 1.0, 2e4)] = 2000.0
     flyer: Annotated[MaterialName, Described("material of the flying plate")] = "copper-ofhc"
@@ -228,12 +229,6 @@ class PlateImpact(SetUp):
         if end <= setting.crossing:
             return ObservationRate(interval=end / OBSERVATIONS)
         return ObservationRate(interval=setting.crossing / OBSERVATIONS_OF_A_SIGNAL)
-
-    @staticmethod
-    def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements import plates
-
-        return plates.view(setting, snapshot)
 
 
 @dataclass(frozen=True)

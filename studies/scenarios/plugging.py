@@ -30,7 +30,7 @@ from studies.scenarios.parts.matter import (
     matter,
 )
 from studies.scenarios.parts.method import REPULSION, MethodChoice, check_method, is_coupled, is_on_grid, is_smoothed
-from studies.scenarios.parts.numerics import ContactName, Numerics, has_melting, shapes
+from studies.scenarios.parts.numerics import ContactName, GridOffset, Numerics, ThermalSoftening, shapes
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 
 if TYPE_CHECKING:
@@ -155,6 +155,8 @@ class PluggingSetting(ImpactSetting):
 class Plugging(SetUp):
     """Parameters of the plugging of a plate."""
 
+    viewed_by = "plug"
+
     speed: Annotated[MetrePerSecond, Described("impact speed, normal to the plate", 1.0, 2000.0)]
     projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-4, 1.0)] = 20e-3
     projectile_length: Annotated[Metre, Described("length of the projectile, its nose included", 1e-4, 1.0)] = 80e-3
@@ -189,17 +191,8 @@ class Plugging(SetUp):
             1.0,
         ),
     ] = None
-    thermal_softening: Annotated[
-        bool, Described("whether temperature softens and melting takes all strength", acts=has_melting)
-    ] = True
-    offset: Annotated[
-        Dimensionless,
-        Described(
-            "shift of the grid against the bodies along the line of flight, in cells: it changes the mesh error alone",
-            0.0,
-            1.0,
-        ),
-    ] = 0.0
+    thermal_softening: ThermalSoftening = True
+    offset: GridOffset = 0.0
     fracture: PluggingFracture
     numerics: PluggingNumerics
     method: CoupledMethod
@@ -408,12 +401,6 @@ class Plugging(SetUp):
     def rate(self, setting: Setting) -> ObservationRate:
         interval = OBSERVED * self.cell / self.speed
         return ObservationRate(interval=max(interval, setting.problem.end_time / MOST_OBSERVED))
-
-    @staticmethod
-    def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements.plug import view
-
-        return view(setting, snapshot)
 
     def sections(self, setting: Any) -> "SectionOptions":
         from studies.films.section import SectionOptions

@@ -4,12 +4,12 @@ import math
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
-from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
+from solver.units import Described, Dimensionless, Metre, Second
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
-from studies.scenarios.parts.bar import Bar, BarSetUp, Extent, Wall
+from studies.scenarios.parts.bar import Bar, BarDiameter, BarLength, BarSetUp, BarSpeed, CellsAcross, Extent, Wall
 from studies.scenarios.parts.loading import Loading
 from studies.scenarios.parts.matter import (
     HUGONIOT,
@@ -21,7 +21,7 @@ from studies.scenarios.parts.matter import (
     matter,
     yield_stress,
 )
-from studies.scenarios.parts.numerics import Numerics, has_melting
+from studies.scenarios.parts.numerics import Numerics, ThermalSoftening
 
 if TYPE_CHECKING:
     from studies.materials import Material
@@ -66,13 +66,10 @@ class TaylorBar(BarSetUp):
 
     wall: Wall
     bar: Annotated[MaterialName, Described("material of the bar")] = "copper-thesis-taylor"
-    speed: Annotated[
-        MetrePerSecond,
-        Described("impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3),
-    ] = 190.0
-    bar_length: Annotated[Metre, Described("length of the bar", 1e-5, 1.0)] = 25.4e-3
-    bar_diameter: Annotated[Metre, Described("diameter of the bar, or side of a square one", 1e-5, 1.0)] = 7.6e-3
-    cells_per_diameter: Annotated[Dimensionless, Described("grid cells across the bar's diameter", 2.0, 512.0)] = 10.0
+    speed: BarSpeed = 190.0
+    bar_length: BarLength = 25.4e-3
+    bar_diameter: BarDiameter = 7.6e-3
+    cells_per_diameter: CellsAcross = 10.0
     end_time: Annotated[
         Second | None,
         Described("latest end of the run; by default 2.83 ms per metre of length, 72 us at 25.4 mm", 1e-9, 1.0),
@@ -83,9 +80,7 @@ class TaylorBar(BarSetUp):
     settled_growth: Annotated[
         Dimensionless, Described("relative growth within a twelfth of end_time that counts as settled", 0.0, 0.5)
     ] = 0.005
-    thermal_softening: Annotated[
-        bool, Described("whether temperature softens and melting takes all strength", acts=has_melting)
-    ] = True
+    thermal_softening: ThermalSoftening = True
     eos_form: Annotated[
         str,
         Choice(eos_forms),
@@ -149,9 +144,6 @@ class TaylorBar(BarSetUp):
 
     def size(self, materials: Materials) -> Size:
         return self.at_wall(materials["bar"]).size(elastic_speed(materials["bar"]))
-
-    def cells(self) -> dict[str, float]:
-        return {"cells_per_diameter": self.cells_per_diameter}
 
     def rate(self, setting: Setting) -> ObservationRate:
         window = WINDOW * setting.problem.end_time

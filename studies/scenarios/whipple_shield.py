@@ -25,7 +25,7 @@ from studies.quantities.numerical_defaults import DebrisName
 from studies.quantities.parameters import MaterialName
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
-from studies.scenarios.parts.impact import MOMENTS, REACH, Impact, ImpactSetting, ImpactSetUp, outline
+from studies.scenarios.parts.impact import Impact, ImpactSetting, ImpactSetUp, outline
 from studies.scenarios.parts.lattice import along_flight, slab_clamp
 from studies.scenarios.parts.matter import NO_FAILURE, Fracture
 from studies.scenarios.parts.numerics import Numerics
@@ -295,6 +295,8 @@ def _ways(layers: list[tuple[str, float, float]]) -> list[float]:
 class WhippleShield(ImpactSetUp):
     """Parameters of a shield."""
 
+    viewed_by = "shield"
+
     shot: ShotAtShield
     fracture: Fracture
     numerics: Numerics
@@ -502,12 +504,6 @@ class WhippleShield(ImpactSetUp):
         return {**self.impact.cells(), "cells_per_thickness": min(bumpers), "cells_per_wall": wall}
 
     @staticmethod
-    def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements.shield import view
-
-        return view(setting, snapshot)
-
-    @staticmethod
     def numbers(view: Any) -> dict[str, float]:
         """What missed the next grid, by how much the clock is ahead, and whether flights kept angular momentum."""
         numbers = {"missed_mass_fraction": view.missed, "clock_ahead": view.clock_ahead}
@@ -518,11 +514,7 @@ class WhippleShield(ImpactSetUp):
     def sections(self, setting: Any) -> "SectionOptions":
         from studies.films.section import SectionOptions
 
-        shot = self.shot
-        if setting.before:
-            return SectionOptions()
-        moments = tuple(moment * max(shot.projectile_diameter, shot.length) / shot.speed for moment in MOMENTS)
-        return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
+        return SectionOptions() if setting.before else super().sections(setting)
 
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:

@@ -10,6 +10,7 @@ from typing import Any
 import numpy as np
 import pytest
 
+from solver.audit import totals
 from solver.simulation import Simulation, start
 from studies import materials
 from studies.cases.rows import Row, absolute, at_least, at_most
@@ -45,7 +46,6 @@ STAY = 0.1  # cells
 
 
 def sphere(scenario: str, contact: str, cell: float) -> Run:
-    """The run of a sphere on a target."""
     parameters = {
         "projectile": COPPER,
         "target": COPPER,
@@ -58,12 +58,11 @@ def sphere(scenario: str, contact: str, cell: float) -> Run:
         "contact": contact,
         **TARGETS[scenario],
     }
-    return resolve(scenario, parameters, dict.fromkeys(("projectile", "target"), materials.load(COPPER)))
+    return resolve(scenario, parameters)
 
 
 def kinetic(simulation: Simulation) -> float:
-    p = simulation.particles
-    return 0.5 * float((p.mass * (p.velocity**2).sum(axis=1)).sum())
+    return totals(simulation.particles).kinetic
 
 
 @cache
@@ -147,13 +146,11 @@ def overlap(contact: str, cells: float) -> tuple[float, float]:
         "recipe": "thesis",
         "contact": contact,
     }
-    copper = materials.load(COPPER)
-    run = resolve("plate_impact", parameters, {"flyer": copper, "target": copper})
-    simulation = start(setting_of(run).problem, threads=1)
+    simulation = start(setting_of(resolve("plate_impact", parameters)).problem, threads=1)
     initial = kinetic(simulation)
     while simulation.time < simulation.problem.end_time:
         simulation.advance()
-    state = shocks(copper, copper, SPEED)
+    state = shocks(materials.load(COPPER), materials.load(COPPER), SPEED)
     flyer, target = (simulation.particles.position[simulation.body == body, 2] for body in (0, 1))
     layer = simulation.problem.bodies[0].spacing[2] * (1.0 - 0.5 * SPEED / state.speeds[0])  # rho0 / rho
     cell = simulation.problem.geometry.spacing

@@ -16,7 +16,6 @@ from solver.matter.melting import melted_share, melting_point, onset_of_melting,
 from solver.matter.stress import PointState, advance
 from solver.matter.tension.unlimited import UnlimitedTension
 from solver.problem import ArtificialViscosity
-from solver.simulation import start
 from studies import materials
 from studies.cases.compared import ComparedReading
 from studies.cases.rows import Row, absolute, at_most, equal, relative, reported
@@ -26,6 +25,7 @@ from studies.cases.validation.melted_projectile import QUANTITY
 from studies.scenarios.parts.matter import matter
 from tests.cases.cubes import computed
 from tests.contracts.test_scenarios import asked, built
+from tests.solver.bodies import after
 
 METALS = ("al-2024-t3", "al-6061-t6", "al-7075-t6", "copper-ofhc", "lead", "ti-6al-4v", "tungsten")
 EXACT = 1e-10
@@ -192,9 +192,7 @@ def test_melting_point__rises_with_density_from_the_given_one(compared: Callable
 def test_melting__keeps_the_energy(compared: Callable[[Row], None]) -> None:
     """An impact in which matter melts keeps its energy, and none of it is hotter than its equation of state says."""
     metals = {"projectile": "al-2024-t3", "target": "al-6061-t6"}
-    simulation = start(built(asked("debris_cloud", speed=8000.0, cells_per_diameter=8.0, **metals)).problem)
-    for _ in range(120):
-        simulation.advance()
+    simulation = after(built(asked("debris_cloud", speed=8000.0, cells_per_diameter=8.0, **metals)).problem, 120)
     particles, lower, melting = simulation.particles, 0.0, 0
     for number, body in enumerate(simulation.problem.bodies):
         mine = (simulation.snapshot().body == number) & (particles.alive == 1)

@@ -1,9 +1,8 @@
 """The stored model part: each metal has the runs behind it, and holds what other sourced models make of a shot."""
 
 import math
-import tempfile
 from collections.abc import Callable
-from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -11,15 +10,17 @@ from docs.model_part import METALS, SHOTS, SPEEDS, class_of
 from studies import materials
 from studies.cases.rows import Row, at_least, at_most, equal, relative
 from studies.cubes.models import BASE, classes, stored_shares
-from studies.runs.execution import execute
-from studies.runs.run import resolve
 from studies.sweeps.screening import CONTRIBUTIONS, FAILURE, STRENGTH
+from tests.cases.cubes import result_of
 
 SPEED = SPEEDS.index(5e3)
 HOLE = "hole_diameter"
 KEPT = 1e-4  # digits that are stored
 # The shot that was computed with each failure before the model part was: 2024-T3 on 2024-T3.
-SHOT = {"projectile_diameter": 10e-3, "plate_thickness": 4e-3, "speed": 6.18e3, "cells_per_diameter": 24.0}
+SHOT: dict[str, Any] = {
+    **dict.fromkeys(("projectile", "target"), "al-2024-t3"),
+    **{"projectile_diameter": 10e-3, "plate_thickness": 4e-3, "speed": 6.18e3, "cells_per_diameter": 24.0},
+}
 WIDEST = [
     *({"failure": "spall", "failure_time": time} for time in (10e-9, 20e-9, 50e-9, 100e-9, 1e-6)),
     *({"failure": "plastic-strain", "failure_strain": strain} for strain in (0.3, 1.0)),
@@ -58,13 +59,9 @@ def test_model_part__is_what_its_runs_give(metal: str, compared: Callable[..., N
 @pytest.mark.claim("breaking", "model-part-widest", minutes=0.5)
 def test_model_part__holds_what_failures_of_any_constant_make_of_a_shot(compared: Callable[..., None]) -> None:
     """The widest of seven failures with constants of a user lies inside the model part that a report prints."""
-    material = materials.load("al-2024-t3")
-    roles = {"projectile": material, "target": material}
 
     def hole(**failure: object) -> float:
-        run = resolve("thin_plate", {**SHOT, **dict.fromkeys(roles, material.name), **failure}, roles)
-        with tempfile.TemporaryDirectory() as folder:
-            return execute(run, Path(folder), threads=1).measurements[HOLE].value or math.nan
+        return result_of("thin_plate", {**SHOT, **failure}).measurements[HOLE].value or math.nan
 
     base = hole()
     (stored,) = [each for each in classes() if (each["scenario"], each["material"]) == ("thin_plate", "al-2024-t3")]

@@ -6,26 +6,23 @@ halving; with three speeds and three offsets two hours in all, or half of that i
 
 import math
 import multiprocessing
-import tempfile
 from collections.abc import Callable, Iterator
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from itertools import product
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 from solver.errors import WhippleError
-from studies import materials
 from studies.cases.rows import Row, at_most, equal, relative
 from studies.cases.verification.conservation import CELLS_PER_DIAMETER
 from studies.convergence.richardson import Sample, converge
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, numerical_parts
 from studies.quantities.numerical_defaults import RECIPES
-from studies.runs.execution import HOTTEST_SHARE_FLAG, execute
-from studies.runs.run import resolve
+from studies.runs.execution import HOTTEST_SHARE_FLAG
+from tests.cases.cubes import result_of
 
 MATERIAL, DIAMETER, THICKNESS = "copper-ofhc", 8e-3, 2e-3  # t/d = 0.25
 SPEEDS = (2e3, 4e3, 6e3)  # m/s
@@ -40,8 +37,6 @@ Question = tuple[float, int, str, float]  # speed, cells through the plate, geom
 
 @dataclass(frozen=True)
 class Hole:
-    """What came of a run."""
-
     diameter: float  # m; NaN without a hole
     unseen: float  # by one run alone, as it states, m
     rest: float  # root of the sum of the squares of all else that it states, m
@@ -65,10 +60,7 @@ def hole(question: Question) -> Hole:
         "projectile": MATERIAL,
         "target": MATERIAL,
     }
-    copper = materials.load(MATERIAL)
-    run = resolve("thin_plate", parameters, {"projectile": copper, "target": copper})
-    with tempfile.TemporaryDirectory() as folder:
-        result = execute(run, Path(folder), threads=1)
+    result = result_of("thin_plate", parameters)
     if result.state != "succeeded":
         raise WhippleError(f"{question}: {result.reason}")
     measured = result.measurements["hole_diameter"]

@@ -4,22 +4,17 @@ import math
 from collections.abc import Callable
 from dataclasses import replace
 from functools import cache
-from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pytest
 
-from studies import materials
 from studies.cases.rows import Row, at_most, equal, relative
 from studies.reports.limits.residual import fitted_curve
-from studies.runs.execution import execute
 from studies.runs.results import RunResult
-from studies.runs.run import resolve
 from studies.sweeps.search import LimitOutcome, Search, SearchVerdict, replay
+from tests.cases.cubes import result_of
 
 DIAMETER = 20e-3  # m
-ROLES = {"projectile": "arne-elastic", "target": "weldox-460-e"}
 # The seed (Zhang, Qiang and Gao): 285.4 m/s and a gap of 2 mm; contact at 7 us, the plug free at 120 us.
 SPEED, CONTACT, FREE = 285.4, 7.0e-6, 120e-6
 PLUG = 29.6e-3  # kg: 12 mm of the plate under the projectile
@@ -65,9 +60,7 @@ def shot(speed: float, cell: float, method: str = "mpm") -> RunResult:
     parameters: dict[str, float | str] = {"speed": speed, "cells_per_diameter": DIAMETER / cell}
     if method != "mpm":
         parameters |= {"method": method, "geometry": "quarter"}
-    run = resolve("plugging", parameters, {role: materials.load(name) for role, name in ROLES.items()})
-    with TemporaryDirectory() as folder:
-        return execute(run, Path(folder), threads=1)
+    return result_of("plugging", parameters)
 
 
 def _through(result: RunResult) -> float:

@@ -45,8 +45,6 @@ Draw = tuple[str, dict[str, Any]]  # a scenario with its parameters (SI)
 
 @dataclass(frozen=True)
 class Answer:
-    """What came of a draw."""
-
     cause: str  # "measured", a flag, or the kind of the failure
     finite: bool  # whether every number of result and final state is one
     flags: tuple[str, ...] = ()  # of the run and of what was asked
@@ -83,12 +81,9 @@ def _log_uniform(random: np.random.Generator, low: float, high: float) -> float:
 
 
 def answer(draw: Draw) -> Answer:
-    """Compute one draw."""
     scenario, parameters = draw
-    roles = {role: materials.load(parameters[role]) for role in ("projectile", "target")}
-    run = resolve(scenario, parameters, roles)
     with tempfile.TemporaryDirectory() as folder:
-        result = execute(run, Path(folder), threads=1)
+        result = execute(resolve(scenario, parameters), Path(folder), threads=1)
         finite = all(np.isfinite(each).all() for each in _numbers(result, Path(folder) / "state.npz"))
     if result.state != "succeeded":
         return Answer(f"error: {result.failure}" if result.failure else NAMELESS, finite)

@@ -1,23 +1,19 @@
 """What is called settled stays within its error bar when the run goes on for as long again."""
 
 import math
-import tempfile
 from collections.abc import Callable
 from concurrent.futures import ProcessPoolExecutor
 from dataclasses import dataclass
 from multiprocessing import get_context
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
-from studies import materials, scenarios
+from studies import scenarios
 from studies.cases.rows import Row, at_least, at_most
 from studies.quantities.measured import Measured
-from studies.runs.execution import execute
-from studies.runs.results import RunResult
-from studies.runs.run import resolve
+from tests.cases.cubes import result_of
 from tests.cases.test_robustness import COARSE, ORDINARY_SPEEDS, WORKERS, draws
 
 # Of one seed some 45 measurements settle, and one of them is 2 %: three seeds tell 95 % from 93 %.
@@ -40,14 +36,9 @@ class Ending:
 def endings(draw: tuple[str, dict[str, Any]]) -> list[Ending]:
     """Compute a draw, and once more for twice its time."""
     scenario, parameters = draw
-    roles = {role: materials.load(parameters[role]) for role in ("projectile", "target")}
-
-    def computed(**changes: Any) -> RunResult:
-        with tempfile.TemporaryDirectory() as folder:
-            return execute(resolve(scenario, {**parameters, **changes}, roles), Path(folder), threads=1)
-
-    ended = computed()
-    later = computed(end_time=2.0 * ended.numbers["end_time"], stop="end_time")
+    ended = result_of(scenario, parameters)
+    end_time = 2.0 * ended.numbers["end_time"]
+    later = result_of(scenario, {**parameters, "end_time": end_time, "stop": "end_time"})
     return [
         _ending(ended.measurements[name], later.measurements[name])
         for name in scenarios.load(scenario).settles

@@ -134,8 +134,7 @@ def used(distribution: Path) -> dict[str, Any]:
         timeout=300,
     )
     assert answer.returncode == 0, answer.stderr
-    figures: dict[str, Any] = json.loads(answer.stdout.splitlines()[-1])
-    return figures
+    return json.loads(answer.stdout.splitlines()[-1])
 
 
 def test_table__names_every_registry_and_every_added_file(table: dict[str, tuple[str, str, str]]) -> None:

@@ -111,7 +111,6 @@ CORNERS = [(share, energy) for share in SHARES for energy in (0.0, 1e5, 1e6, 1e7
 
 
 def asked(aspect: str) -> Any:
-    """The forms that a test runs over."""
     named = [name for name in FORMS if aspect not in NOT_ASKED.get(name, {})]
     return pytest.mark.parametrize("eos", [made(name) for name in named], ids=named)
 

@@ -8,11 +8,10 @@ from scipy.integrate import solve_ivp
 
 from solver.matter.eos import pressure_terms, temperature
 from solver.matter.failure.johnson_cook import fracture_strain
-from solver.matter.strength import yield_stress
 from studies import materials
 from studies.materials import Material
 from studies.materials.schema import CONFIDENCES
-from studies.scenarios.parts.matter import Fracture, check_constants, check_eos, eos_forms, eos_of, matter
+from studies.scenarios.parts.matter import Fracture, check_constants, check_eos, eos_forms, eos_of
 from tests.contracts.test_eos import shock
 
 # rho0 c0^2 is the bulk modulus at zero pressure; Ma (2005) alone has 3.6 and 3.94 km/s for copper.
@@ -92,12 +91,6 @@ def test_tillotson__has_the_shocks_of_the_same_metal_about_its_hugoniot(up: floa
     for mine, other in pairs:
         speeds = [shock(eos_of(materials.load(name)), up)[0] for name in (mine, other)]
         assert math.isclose(*speeds, rel_tol=SAME_METAL), (mine, speeds)
-
-
-def test_material__has_no_strength_when_molten(material: Material) -> None:
-    made = matter(material)
-    assert yield_stress(made.strength, 0.1, 1e4, 0.0) > 0.0
-    assert yield_stress(made.strength, 0.1, 1e4, 1.0) == 0.0
 
 
 # Triaxialities of Johnson and Cook's tests: from a bar in compression to a deep notch. Sets with D1 below zero end at a

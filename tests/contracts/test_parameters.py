@@ -8,7 +8,6 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.simulation import start
 from solver.units import Described
 from studies import scenarios
 from studies.cases.rows import Row, equal
@@ -16,6 +15,7 @@ from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import Parameter, declared, marks
 from studies.runs.run import Run
 from tests.contracts.test_scenarios import asked, built, given_of
+from tests.solver.bodies import after
 
 STEPS = 12
 # What needs longer than these steps to act, by what it changes: seen in the problem.
@@ -40,7 +40,6 @@ SMOOTHED: dict[str, dict[str, Any]] = {
 
 
 def methods() -> list[tuple[str, str]]:
-    """Each scenario with each of its methods."""
     return [
         (name, method)
         for name in scenarios.names()
@@ -64,11 +63,8 @@ def state(run: Run) -> tuple[str, str, str]:
     """Digest of a run after some steps; then its grid, faces, end and observation; then what acts later."""
     setting = built(run)
     problem = setting.problem
-    simulation = start(problem, threads=1)
-    for _ in range(STEPS):
-        simulation.advance()
     digest = hashlib.sha256()
-    for array in simulation.snapshot().particles:
+    for array in after(problem, STEPS).snapshot().particles:
         digest.update(np.ascontiguousarray(array).tobytes())
     seen = problem.geometry, problem.faces, problem.end_time, problem.retirement
     return (
@@ -87,7 +83,6 @@ def state(run: Run) -> tuple[str, str, str]:
 
 
 def others(parameter: Parameter, value: Any) -> Iterator[Any]:
-    """Values of a parameter that are not the present one."""
     low, high = parameter.minimum or 0.0, parameter.maximum or 0.0
     if parameter.kind == "choice":
         yield from (choice for choice in parameter.choices if choice != value)

@@ -9,13 +9,13 @@ from typing import Any
 import numpy as np
 import pytest
 
-from solver.audit import Audit
 from solver.simulation import start
-from studies import materials, measurements, scenarios
+from studies import measurements, scenarios
 from studies.quantities.parameters import declared
 from studies.runs.run import Run, materials_of, resolve
 from studies.scenarios import Scenario, Setting, SetUp
 from tests.claims.marked import claimed
+from tests.solver.bodies import after
 from tests.studies.support.decks import appendix_deck, detonation_deck, fluid_deck, soil_deck
 
 DIAMETER, CELLS = 8e-3, 4.0
@@ -185,11 +185,7 @@ EVERY = VARIATIONS + COMPILED_ALONE
 
 def asked(scenario: str, **changes: Any) -> Run:
     """A run at low resolution."""
-    given = {**SMALL[scenario], **changes}
-    chosen = scenarios.load(scenario)
-    defaults = declared(chosen.parameters)
-    names = {role: given.get(role, defaults[role].default) for role in chosen.materials}
-    return resolve(scenario, given, {role: materials.load(name) for role, name in names.items() if name})
+    return resolve(scenario, {**SMALL[scenario], **changes})
 
 
 def given_of(run: Run) -> SetUp:
@@ -197,15 +193,7 @@ def given_of(run: Run) -> SetUp:
 
 
 def built(run: Run) -> Any:
-    """The setting of a run."""
     return given_of(run).build(materials_of(run))
-
-
-def ten_steps(setting: Setting) -> Audit:
-    simulation = start(setting.problem, threads=1)
-    for _ in range(10):
-        simulation.advance()
-    return simulation.audit()
 
 
 @pytest.fixture(params=scenarios.names())
@@ -215,7 +203,6 @@ def scenario(request: pytest.FixtureRequest) -> Scenario:
 
 @cache
 def variation(number: int) -> tuple[Run, Setting]:
-    """A run and what it builds."""
     name, changes = EVERY[number]
     run = asked(name, **changes)
     return run, built(run)
@@ -307,7 +294,7 @@ def test_scenario__says_how_well_it_is_resolved(scenario: Scenario) -> None:
 )
 def test_variation__keeps_the_balance_over_ten_steps(varied: tuple[Run, Setting]) -> None:
     """Ten steps of a scenario keep mass, momentum and energy, with any of its laws, shapes and edges."""
-    audit = ten_steps(varied[1])
+    audit = after(varied[1].problem, 10).audit()
     assert audit.mass_error <= ROUND_OFF
     assert audit.momentum_error <= MOMENTUM
     assert abs(audit.energy_drift) <= ENERGY

@@ -17,7 +17,6 @@ OLDEST_SETUPTOOLS = 77  # that reads the license as pyproject.toml writes it
 
 @pytest.fixture(scope="module")
 def wheel(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    """The wheel of this checkout."""
     if missing := _missing_tool():
         if os.environ.get("CI"):
             pytest.fail(missing)

@@ -187,7 +187,6 @@ def leaving(kind: str, speed: float = 3000.0, **changes: Any) -> Problem:
 
 
 def after(problem: Problem, steps: int, *, threads: int = 1, shares: int = 0) -> Simulation:
-    """The simulation of a problem after some steps."""
     simulation = start(problem, threads=threads, shares=shares)
     for _ in range(steps):
         simulation.advance()

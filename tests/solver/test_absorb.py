@@ -124,5 +124,4 @@ def _dashpots(geometry: Any, body: Body, faces: Any, shape: Any, surface: Absorb
 
 
 def _cells(place: np.ndarray) -> list[tuple[int, ...]]:
-    """Places of nodes counted in cells."""
     return [tuple(cells) for cells in np.rint(place / SPACING).astype(int).tolist()]

@@ -25,14 +25,12 @@ def three() -> Particles:
 
 
 def balance(particles: Particles, start: Totals | None = None, **changes: Any) -> Audit:
-    """The audit of particles that started as ``three``."""
     geometry = changes.pop("geometry", box(4, 4, 4))
     books = Books(**{"start": start or totals(three()), "ledger": Ledger(), "impulse": np.zeros(3), **changes})
     return audit(geometry, particles, books, time=1.0)
 
 
 def put(name: str, index: Any, value: float) -> Callable[[Particles], None]:
-    """A change of one number of a particle."""
 
     def change(particles: Particles) -> None:
         getattr(particles, name)[index] = value

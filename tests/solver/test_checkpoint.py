@@ -40,7 +40,6 @@ STOPPED = 30
 
 
 def blocks(**changes: Any) -> Problem:
-    """A block that flies into another."""
     return two_blocks("axisymmetric", **{"end_time": END, **changes})
 
 
@@ -123,7 +122,6 @@ class Witness:
     def run(
         self, problem: Problem, *, interval: float = INTERVAL, threads: int = 1, shares: int = 0, **changes: Any
     ) -> Outcome:
-        """The outcome of a problem with this file."""
         checkpoint = Checkpointing(
             path=self.path,
             observer_state=lambda: json.dumps(self.observed),
@@ -167,7 +165,6 @@ def file(tmp_path: Path) -> Path:
 
 
 def stopped(problem: Problem, file: Path, step: int = STOPPED, **changes: Any) -> None:
-    """Leave a run after some steps."""
     with pytest.raises(Interrupted) as caught:
         Witness(file, leave_at=(step,)).run(problem, **changes)
     assert caught.value.step == step

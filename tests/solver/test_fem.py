@@ -11,7 +11,7 @@ from solver.errors import ProblemError, UnphysicalState
 from solver.fem.elements import Hexahedron, Quadrilateral, axes, mean_operator, point_operator
 from solver.fem.mesh import lattice, node_masses, point_volumes
 from solver.problem import Body, Face, Mesh, Problem, Traction
-from solver.simulation import Simulation, simulate, start
+from solver.simulation import simulate, start
 from tests.solver.bodies import (
     ABOUT_AXIS,
     DENSITY,
@@ -79,10 +79,6 @@ def squeezing(position: np.ndarray) -> np.ndarray:
     return 300.0 * np.stack([-x + 0.3 * y * x, 0.5 * x - y * y, 0.4 * z], axis=-1)
 
 
-def states_of(simulation: Simulation) -> np.ndarray:
-    return simulation.stepper.carried()["elements"]
-
-
 @each_kind
 def test_mean_operator_is_the_mean_over_the_volume(kind: Any) -> None:
     position, mesh = skewed(kind)
@@ -101,7 +97,7 @@ def test_mean_operator_is_the_mean_over_the_volume(kind: Any) -> None:
 def test_uniform_stress_leaves_inner_nodes_alone(kind: Any) -> None:
     """The patch test: however skewed the mesh, a uniform pressure pushes on the surface alone."""
     simulation = start(problem_of(kind))
-    states_of(simulation)[9] = 1e9  # pressure
+    simulation.stepper.carried()["elements"][9] = 1e9  # pressure
     simulation.advance()
     particles = simulation.particles
     extent = particles.position[:, : axes(kind)] / SPACING

@@ -15,7 +15,17 @@ from solver.sph.smoothing import CubicSpline, WendlandC2, factor, height, slope
 from solver.state import DENSITY as DENSITY_ROW
 from solver.state import PRESSURE, S11, S12, S22, S23, S31, S33
 from studies.cases.rows import Row, at_least, at_most
-from tests.solver.bodies import DENSITY, FREE, SOUND_SPEED, SPACING, SYMMETRIC, assert_balanced, box, elastic_copper
+from tests.solver.bodies import (
+    DENSITY,
+    FREE,
+    SOUND_SPEED,
+    SPACING,
+    SYMMETRIC,
+    after,
+    assert_balanced,
+    box,
+    elastic_copper,
+)
 
 ROUND_OFF = 1e-12  # of sums over a few hundred particles in some steps, relative
 STEPS = 12
@@ -48,13 +58,6 @@ def impact(**changes: Any) -> Problem:
     return Problem(bodies=bodies, faces=(mirror, mirror, FREE), courant=0.3, **values)
 
 
-def advanced(problem: Problem) -> Simulation:
-    made = start(problem, threads=1, shares=3)
-    for _ in range(STEPS):
-        made.advance()
-    return made
-
-
 @each_function
 @pytest.mark.parametrize("dimensions", [1, 2, 3])
 def test_smoothing_function__has_the_integral_1_and_its_own_slope(function: Any, dimensions: int) -> None:
@@ -68,7 +71,7 @@ def test_smoothing_function__has_the_integral_1_and_its_own_slope(function: Any,
 
 @each_contact
 def test_impact__keeps_momentum_and_energy_to_round_off(smoothing: Smoothing) -> None:
-    audit = advanced(impact(smoothing=smoothing)).audit()
+    audit = after(impact(smoothing=smoothing), STEPS, shares=3).audit()
     assert_balanced(audit)
 
 
@@ -107,10 +110,7 @@ def test_contact__half_a_block_at_a_plane_of_symmetry_meets_as_the_whole_one() -
             bodies.append(replace(whole, position=position, mass=mass))
         faces = ((Face.SYMMETRIC if symmetric else Face.FREE, Face.FREE), FREE, FREE)
         problem = impact(geometry=box(16, 9, 18), smoothing=REPELLING, fixed_dt=2e-8)
-        made = start(replace(problem, bodies=tuple(bodies), faces=faces))
-        for _ in range(STEPS):
-            made.advance()
-        return made
+        return after(replace(problem, bodies=tuple(bodies), faces=faces), STEPS)
 
     half, whole = made(np.arange(4.0), True), made(np.arange(5.0, 12.0), False)
     assert half.removed_by_contact > 0.0

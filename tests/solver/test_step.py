@@ -1,4 +1,4 @@
-"""Schemes and damping: what each keeps, what each loses, and that the loss is accounted for or seen."""
+"""Schemes, damping and threads: what each keeps, what each loses, and that the loss is accounted for or seen."""
 
 from typing import Any
 
@@ -9,6 +9,7 @@ from solver.audit import totals
 from solver.problem import Damping, Problem, Scheme
 from solver.simulation import Simulation, start
 from solver.state import Particles
+from solver.steps.threads import ThreadPool
 from tests.solver.bodies import (
     OPEN,
     ROUND_OFF,
@@ -100,6 +101,24 @@ def test_scheme__gives_the_same_bits_with_any_number_of_threads(shape: Any, sche
     problem = two_blocks("axisymmetric", shape=shape, scheme=scheme, damping=Damping(1e6, 2))
     serial, parallel = (after(problem, STEPS, threads=threads, shares=3).particles for threads in (1, 2))
     assert_same_bits(serial, parallel)
+
+
+@pytest.mark.claim("speed", "same-bits")
+@each_kind
+def test_step__gives_the_same_bits_with_any_number_of_threads(kind: str) -> None:
+    """Two and three threads change no bit."""
+    serial, *others = (after(two_blocks(kind), STEPS, threads=threads, shares=4).particles for threads in (1, 2, 3))
+    for particles in others:
+        assert_same_bits(serial, particles)
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_pool__runs_every_share_and_passes_on_what_one_raises(threads: int) -> None:
+    done: list[int] = []
+    ThreadPool(threads).run(done.append, [3, 1, 2])
+    assert sorted(done) == [1, 2, 3]
+    with pytest.raises(ZeroDivisionError):
+        ThreadPool(threads).run(lambda share: 1 // share, [1, 0])
 
 
 @each_kind

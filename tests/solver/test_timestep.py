@@ -59,7 +59,6 @@ def longitudinal_speed() -> float:
 
 
 def lone(speed: float = 0.0, **changes: Any) -> Simulation:
-    """A free block that flies."""
     geometry = box(6, 6, 6)
     body = block(geometry, (2.0, 2.0, 2.0), (4.0, 4.0, 4.0), velocity=(0.0, 0.0, speed))
     return start(Problem(geometry, (body,), OPEN, end_time=1e-6, **changes), threads=1)

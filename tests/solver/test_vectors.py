@@ -100,7 +100,6 @@ def by_eights(table, out):
 
 @kernel
 def one_by_one(table, out):
-    """The functions of single numbers."""
     for p in range(table.shape[1]):
         x, y = table[0, p], table[1, p]
         values, others = exact(x, y), elementary(x, y)
@@ -190,7 +189,6 @@ def copied(table, out, row, place, count, mask, line_out):
 
 @kernel
 def exchanged(table, out):
-    """The eight lines of a table as columns."""
     rows = (line(table, 0), line(table, 1), line(table, 2), line(table, 3))
     columns = transposed(*rows, line(table, 4), line(table, 5), line(table, 6), line(table, 7))
     for row in range(LANES):

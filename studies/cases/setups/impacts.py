@@ -45,8 +45,7 @@ def impact_setting(
     small = {key: value for key, value in SMALL.items() if key in declared(scenario.parameters)}
     values = scenario.record({**small, **asdict(recipe), **names, **parameters})
     loaded = {role: load(name) for role, name in names.items()}
-    setting: ImpactSetting = values.filled(loaded).build(loaded)  # type: ignore[assignment]
-    return setting
+    return values.filled(loaded).build(loaded)  # type: ignore[return-value]
 
 
 def scaled(problem: Problem, factor: float) -> Problem:

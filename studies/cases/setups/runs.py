@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 from solver.errors import WhippleError
-from studies.materials import load
 from studies.quantities.numerical_defaults import Recipe
 from studies.runs.execution import execute
 from studies.runs.results import RunResult
@@ -18,9 +17,7 @@ def executed(
     scenario: str, recipe: Recipe, parameters: Mapping[str, Any], materials: Mapping[str, str] | None = None
 ) -> RunResult:
     """The result of a scenario with the numerics of a recipe; raises WhippleError where the run failed."""
-    named = dict(materials or {})
-    values = {**asdict(recipe), **named, **parameters}
-    run = resolve(scenario, values, {role: load(name) for role, name in named.items()})
+    run = resolve(scenario, {**asdict(recipe), **(materials or {}), **parameters})
     with tempfile.TemporaryDirectory() as folder:
         result = execute(run, Path(folder), threads=1)
     if result.state != "succeeded":

@@ -11,8 +11,8 @@ from dataclasses import replace
 
 import numpy as np
 
+from solver.audit import totals
 from solver.simulation import simulate, start
-from solver.state import Particles
 from studies.cases.rows import Row, at_most, observed_order, relative, reported
 from studies.cases.setups.collision import Piece, collide, collision_problem
 from studies.cases.setups.impacts import impact_setting
@@ -54,13 +54,13 @@ def _momentum(recipe: Recipe) -> Iterator[Row]:
         )
         reached = (setting.radius - 0.5 * setting.projectile_diameter) / FASTEST
         simulation = start(setting.problem, threads=1)
-        before = _along(simulation.particles, axis)
+        before = totals(simulation.particles).momentum[axis]
         while simulation.time < reached:
             simulation.advance()
         yield at_most(
             f"{geometry}, {MOMENTUM_SPEED / 1e3:g} km/s, {simulation.step} steps: change of the axial momentum",
             limit=OF_MOMENTUM,
-            got=abs(_along(simulation.particles, axis) / before - 1.0),
+            got=abs(float(totals(simulation.particles).momentum[axis]) / before - 1.0),
         )
         outcome = simulate(replace(setting.problem, end_time=MOMENTUM_END), interval=0.1 * MOMENTUM_END)
         yield at_most(
@@ -68,10 +68,6 @@ def _momentum(recipe: Recipe) -> Iterator[Row]:
             limit=OF_MOMENTUM,
             got=float(np.max([abs(audit.momentum_error) for audit in outcome.history])),
         )
-
-
-def _along(particles: Particles, axis: int) -> float:
-    return float((particles.mass * particles.velocity[:, axis]).sum())
 
 
 @case(

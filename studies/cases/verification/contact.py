@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from solver.audit import Audit
+from solver.audit import Audit, totals
 from solver.problem import Body, Contact, Criterion, Problem, StepRule
 from solver.problem.geometry import Cartesian3D, grid
 from solver.simulation import Simulation, start
@@ -111,7 +111,7 @@ def _touch(recipe: Recipe) -> Touch:
         times.append(simulation.time)
         impulses.append(float(simulation.impulse[0]))
     before = WALL_SPEED * float(simulation.particles.mass.sum())
-    return Touch(np.array(times[1:]), np.diff(impulses) / np.diff(times), _along(simulation, 0) / before)
+    return Touch(np.array(times[1:]), np.diff(impulses) / np.diff(times), float(_momentum(simulation, 0)[0]) / before)
 
 
 # ---- bars, spheres and blocks that meet ----------------------------------------------------------
@@ -154,8 +154,7 @@ class ContactHistory:
     @property
     def force(self) -> np.ndarray:
         """Mean force on the second body in each step, N."""
-        force: np.ndarray = np.diff(self.second, prepend=0.0) / np.diff(self.time, prepend=0.0)
-        return force
+        return np.diff(self.second, prepend=0.0) / np.diff(self.time, prepend=0.0)
 
     def pushed(self, speed: float) -> float:
         """Time for which the push is above rho c v / 4, over 2 L / c: half of what theory says."""
@@ -254,7 +253,12 @@ def _pair(
 
 
 def _state(simulation: Simulation, before: float) -> tuple[float, float, float, float]:
-    return simulation.time + before, _kinetic(simulation), _along(simulation, 1), simulation.removed_by_contact
+    return (
+        simulation.time + before,
+        _kinetic(simulation),
+        float(_momentum(simulation, 1)[0]),
+        simulation.removed_by_contact,
+    )
 
 
 def _impact(name: str, contact: str, recipe: Recipe) -> Iterator[Row]:
@@ -319,22 +323,11 @@ def _balance(where: str, audit: Audit) -> Row:
 
 
 def _momentum(simulation: Simulation, body: int) -> np.ndarray:
-    p = simulation.particles
-    keep = simulation.body == body
-    total: np.ndarray = (p.mass[keep, None] * p.velocity[keep]).sum(axis=0)
-    return total
-
-
-def _along(simulation: Simulation, body: int) -> float:
-    """Momentum of a body along a column, N s."""
-    p = simulation.particles
-    keep = simulation.body == body
-    return float((p.mass[keep] * p.velocity[keep, 0]).sum())
+    return totals(simulation.particles, simulation.body == body).momentum
 
 
 def _kinetic(simulation: Simulation) -> float:
-    p = simulation.particles
-    return 0.5 * float((p.mass * (p.velocity**2).sum(axis=1)).sum())
+    return totals(simulation.particles).kinetic
 
 
 def _blocks(recipe: Recipe) -> Problem:

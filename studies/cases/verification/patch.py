@@ -283,8 +283,7 @@ def _after_a_turn(problem: Problem) -> np.ndarray:
     simulation.advance()
     middle = 0.5 * CELLS["cartesian"][0] * SPACING
     inside = np.abs(before - middle).max(axis=1) < middle - REACH * SPACING
-    deviators: np.ndarray = simulation.particles.deviator[inside]
-    return deviators
+    return simulation.particles.deviator[inside]
 
 
 def _farthest(stress: np.ndarray, expected: np.ndarray) -> float:
@@ -373,8 +372,7 @@ def _regions(claim: str, errors: np.ndarray, inside: np.ndarray) -> Iterator[Row
 
 def _moment(simulation: Simulation) -> np.ndarray:
     p = simulation.particles
-    moments: np.ndarray = (p.mass[:, None] * np.cross(p.position, p.velocity)).sum(axis=0)
-    return moments
+    return (p.mass[:, None] * np.cross(p.position, p.velocity)).sum(axis=0)
 
 
 def _inside(simulation: Simulation) -> np.ndarray:
@@ -444,8 +442,7 @@ def _turned_elements() -> Iterator[Row]:
         rate = 2.0 * math.pi / (steps * dt)
 
         def turning(x: np.ndarray, rate: float = rate) -> np.ndarray:
-            flow: np.ndarray = rate * np.cross(AXIS, x)
-            return flow
+            return rate * np.cross(AXIS, x)
 
         simulation = start(_meshed_block(ONE_POINT, turning, fixed_dt=dt, end_time=steps * dt), threads=1)
         simulation.advance()

@@ -58,7 +58,7 @@ def _run(recipe: Recipe) -> Iterator[Row]:
         vibration = Vibration(MATTER, LENGTH, amplitude)
         motions = [_motion(vibration, cells, recipe) for cells in CELLS]
         velocity = [_velocity_error(motion, vibration) for motion in motions]
-        drift = [_energy_change(motion) for motion in motions]
+        drift = [float(abs(motion.energy / motion.energy[0] - 1.0).max()) for motion in motions]
         yield from refinement(f"{name} amplitude: rms error of the mean velocity (of v0), {{}} cells", CELLS, velocity)
         yield from refinement(f"{name} amplitude: largest change of kinetic + strain energy, {{}} cells", CELLS, drift)
         yield from _halving(name, drift)
@@ -111,10 +111,6 @@ def _energy(p: Particles) -> float:
 def _velocity_error(motion: Motion, vibration: Vibration) -> float:
     exact = [vibration.mean_velocity(float(time)) for time in motion.time]
     return float((((motion.velocity - exact) ** 2).mean()) ** 0.5) / vibration.amplitude
-
-
-def _energy_change(motion: Motion) -> float:
-    return float(abs(motion.energy / motion.energy[0] - 1.0).max())
 
 
 CASE = _run

@@ -11,7 +11,7 @@ from typing import Any
 
 from studies.laws import Law, Limit, Range, Shot
 from studies.laws import names as shipped
-from studies.laws._range import between, speed
+from studies.laws._range import length_ratio, speed, thickness_ratio
 from studies.laws.fitting.forms import FORMS, Form, columns_of, dimension_of
 from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
 from studies.quantities.units import is_number, parse_quantity, readable
@@ -110,10 +110,8 @@ class FittedLaw:
         low, high = self.range.speed
         limits = [speed(low / 1e3, high / 1e3, self.title), _materials(self)]
         if self.range.thickness_ratio is not None:
-            bounds = self.range.thickness_ratio
-            limits.append(between("t/d", lambda shot: shot.thickness_ratio, bounds, "", self.title))
-        bounds = self.range.length_ratio
-        return Range(tuple(limits), between("projectile L/d", lambda shot: shot.length_ratio, bounds, "", self.title))
+            limits.append(thickness_ratio(*self.range.thickness_ratio, self.title))
+        return Range(*limits, projectile=length_ratio(*self.range.length_ratio, self.title))
 
 
 def _materials(law: FittedLaw) -> Limit:

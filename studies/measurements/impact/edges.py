@@ -59,8 +59,7 @@ def _share_of_nominal(
     """Weight within a window about each centre, over the undisturbed one; nothing counts below the last centre."""
     low, high = np.maximum(centre - 0.5 * window, centre[-1]), centre + 0.5 * window
     below = cumulated(place, weight, width, np.concatenate([low, high]))
-    share: np.ndarray = (below[low.size :] - below[: low.size]) / nominal(low, high)
-    return share
+    return (below[low.size :] - below[: low.size]) / nominal(low, high)
 
 
 def _crossing(centre: np.ndarray, share: np.ndarray, below: int) -> float:

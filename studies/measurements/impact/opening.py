@@ -88,8 +88,7 @@ def _diameters(view: ImpactView, radii: np.ndarray) -> np.ndarray:
     smoothed = np.sinc(terms * view.span / view.sectors / (2.0 * math.pi))
     series, *_ = np.linalg.lstsq(np.cos(angle[:, None] * terms) * smoothed, across**-2.0, rcond=None)
     fine = np.linspace(0.0, 0.5 * math.pi, DIRECTIONS)
-    diameters: np.ndarray = (np.cos(fine[:, None] * terms) @ series) ** -0.5
-    return diameters
+    return (np.cos(fine[:, None] * terms) @ series) ** -0.5
 
 
 AXES: dict[str, tuple[str, str, Callable[[np.ndarray], float]]] = {
@@ -103,21 +102,19 @@ AXES: dict[str, tuple[str, str, Callable[[np.ndarray], float]]] = {
 }
 
 
-Radii = tuple[np.ndarray | None, tuple[str, ...]]  # (sectors,) m, and flags; None where flags say why
+RadiiOf = Callable[[ImpactView], tuple[np.ndarray, tuple[str, ...]]]  # (sectors,) m, and flags
 
 
-def axes_of(noun: str, where: str, version: int, radii_of: Callable[[ImpactView], Radii]) -> list[Measurement]:
+def axes_of(noun: str, where: str, version: int, radii_of: RadiiOf) -> list[Measurement]:
     """The axes of an opening of which ``radii_of`` reads the radii and flags."""
     return [_axis(axis, noun, where, version, radii_of) for axis in AXES]
 
 
-def _axis(axis: str, noun: str, where: str, version: int, radii_of: Callable[[ImpactView], Radii]) -> Measurement:
+def _axis(axis: str, noun: str, where: str, version: int, radii_of: RadiiOf) -> Measurement:
     title, meaning, pick = AXES[axis]
 
     def read(view: ImpactView) -> Reading:
         radii, flags = radii_of(view)
-        if radii is None:
-            return Reading(math.nan, flags=flags)
         return Reading(pick(_diameters(view, radii)), parts_of(view, radii), flags)
 
     return Measurement(
@@ -127,5 +124,5 @@ def _axis(axis: str, noun: str, where: str, version: int, radii_of: Callable[[Im
         meaning=f"{meaning} of the {noun} {where}, through its middle: the sums of the radii of opposite sectors, one "
         "over their square as a constant and two cosines of the azimuth; of a body of revolution its diameter",
         version=version,
-        read=read,
+        definition=read,
     )

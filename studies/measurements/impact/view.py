@@ -204,8 +204,7 @@ def _sectors(setting: Any, plane: np.ndarray) -> tuple[np.ndarray, int]:
 
 def _sector_of(angle: np.ndarray, span: float, sectors: int) -> np.ndarray:
     """Index (n,) of the sector at an angle (rad)."""
-    index: np.ndarray = np.clip((angle / span * sectors).astype(np.int64), 0, sectors - 1)
-    return index
+    return np.clip((angle / span * sectors).astype(np.int64), 0, sectors - 1)
 
 
 def hanging_together(geometry: Any, position: np.ndarray, among: np.ndarray, seed: np.ndarray) -> np.ndarray:

@@ -10,7 +10,7 @@ from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from solver.units import Described
+from solver.units import Described, Dimensionless, Metre, MetrePerSecond
 from studies.quantities.findings import Finding
 from studies.scenarios import Setting, SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, along_flight, body, flight_axis, lattice, mesh, points
@@ -24,6 +24,13 @@ if TYPE_CHECKING:
 
     from solver.matter.laws import Matter
     from solver.problem import Body, Face
+
+BarSpeed = Annotated[
+    MetrePerSecond, Described("impact speed, normal to the wall; 0 for a bar that loads alone set in motion", 0.0, 1e3)
+]
+BarLength = Annotated[Metre, Described("length of the bar", 1e-5, 1.0)]
+BarDiameter = Annotated[Metre, Described("diameter of the bar, or side of a square one", 1e-5, 1.0)]
+CellsAcross = Annotated[Dimensionless, Described("grid cells across the bar's diameter", 2.0, 512.0)]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -227,11 +234,11 @@ class Bar:
 class BarSetUp(SetUp):
     """The parameters of a bar: which, its scenario says."""
 
-    @staticmethod
-    def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements import bar
+    viewed_by = "bar"
+    cells_per_diameter: float
 
-        return bar.view(setting, snapshot)
+    def cells(self) -> dict[str, float]:
+        return {"cells_per_diameter": self.cells_per_diameter}
 
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:

@@ -323,20 +323,23 @@ class ImpactSetUp(SetUp):
     def cells(self) -> dict[str, float]:
         return self.impact.cells()
 
+    def sections(self, setting: Any) -> "SectionOptions":
+        """Pictures while the projectile goes through, and when its debris is about to leave."""
+        from studies.films.section import SectionOptions
+
+        shot = self.impact.shot
+        moments = tuple(moment * max(shot.projectile_diameter, shot.length) / shot.speed for moment in MOMENTS)
+        return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
+
 
 class SettlingImpact(ImpactSetUp):
     """An impact that may end when what is measured on its target has settled."""
 
+    viewed_by = "impact.view"
     settling: Settling
 
     def rate(self, setting: Any) -> ObservationRate:
         return self.settling.rate
-
-    @staticmethod
-    def view(setting: Any, snapshot: Any) -> Any:
-        from studies.measurements.impact.view import view
-
-        return view(setting, snapshot)
 
     @staticmethod
     def numbers(view: Any) -> dict[str, float]:
@@ -350,14 +353,6 @@ class SettlingImpact(ImpactSetUp):
             "separated_mass_fraction": 1.0 - share(attached),
             "fast_mass_fraction": share(attached & (view.speed > FAST)),
         }
-
-    def sections(self, setting: Any) -> "SectionOptions":
-        """Pictures while the projectile goes through, and when its debris is about to leave."""
-        from studies.films.section import SectionOptions
-
-        shot = self.impact.shot
-        moments = tuple(moment * max(shot.projectile_diameter, shot.length) / shot.speed for moment in MOMENTS)
-        return SectionOptions(moments=moments, reach=REACH * shot.projectile_diameter)
 
     def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
         """The parts of few cells through the plate, and of few particles in the shape in which it was measured."""

@@ -56,6 +56,19 @@ def has_melting(run: Any) -> bool:
     return any(_states(each, "thermal.melt_temperature") for each in run.materials.values())
 
 
+ThermalSoftening = Annotated[
+    bool, Described("whether temperature softens and melting takes all strength", acts=has_melting)
+]
+GridOffset = Annotated[
+    Dimensionless,
+    Described(
+        "shift of the grid against the bodies along the line of flight, in cells: it changes the mesh error alone",
+        0.0,
+        1.0,
+    ),
+]
+
+
 def _states(material: Mapping[str, Any], path: str) -> bool:
     section, _, name = path.partition(".")
     return material.get(section, {}).get(name) is not None

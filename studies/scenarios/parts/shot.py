@@ -12,7 +12,7 @@ from studies.quantities.units import readable, round_quantity
 from studies.scenarios import ObservationRate
 from studies.scenarios.parts.matter import eos_forms
 from studies.scenarios.parts.method import ON_GRID, MethodChoice, is_smoothed
-from studies.scenarios.parts.numerics import BY_RECIPE, Numerics, filled_from, has_melting
+from studies.scenarios.parts.numerics import BY_RECIPE, GridOffset, Numerics, ThermalSoftening, filled_from
 
 # As the latest end of a run: 5 us at 8 mm.
 WINDOW_PER_DIAMETER = 5e-6 / 8e-3  # s/m
@@ -89,9 +89,7 @@ class ShotOptions(Projectile):
             "an equation of state, by the stated bulk modulus; other equations of state have the first or the last"
         ),
     ] = "hugoniot"
-    thermal_softening: Annotated[
-        bool, Described("whether temperature softens and melting takes all strength", acts=has_melting)
-    ] = True
+    thermal_softening: ThermalSoftening = True
     debris: Annotated[
         DebrisName | None,
         Described(
@@ -109,14 +107,7 @@ class ShotOptions(Projectile):
         Dimensionless,
         Described("grid outside a rim that is not fixed, in projectile diameters", 0.1, 50.0, acts=has_free_rim),
     ] = 0.5
-    offset: Annotated[
-        Dimensionless,
-        Described(
-            "shift of the grid against the bodies along the line of flight, in cells: it changes the mesh error alone",
-            0.0,
-            1.0,
-        ),
-    ] = 0.0
+    offset: GridOffset = 0.0
 
     @property
     def cell(self) -> float:

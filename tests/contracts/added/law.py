@@ -19,6 +19,6 @@ LAW = Law(
     equation="D/d = 1 + t/d",
     source="made up for a contract test",
     confidence="user",
-    range=Range((Limit("any plate", "user", lambda shot: ""),)),
+    range=Range(Limit("any plate", "user", lambda shot: "")),
     ratio=lambda shot, variant: hole_ratio(shot.thickness_ratio),
 )

@@ -12,6 +12,5 @@ MEASUREMENT = Measurement(
     title="Attached share",
     unit="1",
     meaning="mass connected to the target over that of the whole target",
-    version=1,
-    read=_read,
+    definition=_read,
 )

@@ -20,7 +20,7 @@ def raise_the_version() -> None:
         measurement = plain(name)
         if name != MEASUREMENT:
             return measurement
-        return replace(measurement, version=VERSION, read=_read)
+        return replace(measurement, version=VERSION, definition=_read)
 
     measurements.load = load
 

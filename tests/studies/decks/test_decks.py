@@ -34,7 +34,7 @@ DECKS: dict[str, Callable[[], str]] = {
 
 
 def problem(scenario: str, **parameters: Any) -> Problem:
-    return setting_of(resolve(scenario, parameters, {})).problem
+    return setting_of(resolve(scenario, parameters)).problem
 
 
 def error(text: str, units: str = "deck") -> str:

@@ -44,8 +44,7 @@ def result_of(run: Run, directory: Path) -> dict[str, Any]:
     """The result of a run as a program reads it from its file."""
     directory.mkdir(parents=True)
     execute(run, directory)
-    plain: dict[str, Any] = json.loads((directory / "result.json").read_text(encoding="utf-8"))
-    return plain
+    return json.loads((directory / "result.json").read_text(encoding="utf-8"))
 
 
 @pytest.mark.claim("report", "laws-in-the-report", minutes=1.0)
@@ -88,7 +87,6 @@ def test_report__has_the_numbers_about_each_law_that_its_runs_give(
 
 
 def _sample(run: Any, result: dict[str, Any]) -> Sample:
-    """A run, from its result alone."""
     measured = result["measurements"][NAME]
     parts = dict(numerical_parts(measured["parts"]))
     unseen = parts.pop("resolution", 0.0)

@@ -24,7 +24,6 @@ from studies.laws import (
     whipple_reimerdes,
     whipple_srl,
 )
-from studies.laws.zhang_tan import hole_ratio, smallest_speed
 from studies.reports.matched import matched_observations
 from studies.reports.verdict.evidence import evidence_of
 from studies.sweeps import examples
@@ -100,11 +99,6 @@ def test_law__says_why_a_shot_is_out_of_its_range(name: str, shot: Shot, words: 
     assert words in answer.reason
     assert answer.in_range == (answer.reason == "") == (words == "")
     assert math.isnan(answer.value) == ((name, shot, words) in MEANINGLESS)
-
-
-def test_zhang_tan__meets_the_projectile_at_its_smallest_speed() -> None:
-    assert float(hole_ratio(smallest_speed(0.25), 0.25)) == pytest.approx(1.0, rel=1e-12)
-    assert math.isnan(float(hole_ratio(900.0, 0.25)))
 
 
 def test_cour_palais__takes_the_normal_speed_and_another_exponent_for_dense_projectiles() -> None:

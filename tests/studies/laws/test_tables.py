@@ -93,7 +93,6 @@ def ratio(law: str, shot: Shot, variant: str = "") -> float:
 
 
 def thesis(law: str, thickness: float, variant: str) -> np.ndarray:
-    """D/d at the speeds of the thesis."""
     metal = PLAIN.with_value("density", 2780.0) if variant == "Y = 345 MPa" else COPPER
     shots = (Shot(1e3 * speed, 8e-3, thickness * 8e-3, metal, metal) for speed in THESIS_SPEEDS)
     return np.array([ratio(law, shot, variant) for shot in shots])

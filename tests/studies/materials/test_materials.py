@@ -42,8 +42,7 @@ HOW_TO = Path(__file__).parents[3] / "docs" / "how-to.md"
 def typed() -> dict[str, Any]:
     """The steel of docs/how-to.md, as a person types it into a sweep."""
     (block,) = re.findall(r"```yaml\n(materials:\n.*?)```", HOW_TO.read_text("utf-8"), re.S)
-    steel: dict[str, Any] = yaml.safe_load(block)["materials"]["our-steel"]
-    return steel
+    return yaml.safe_load(block)["materials"]["our-steel"]
 
 
 def test_typed__is_a_material_whose_source_is_the_user() -> None:

@@ -156,7 +156,6 @@ def chosen(state: Any, which: np.ndarray) -> Any:
 
 
 def reordered(state: Any) -> Any:
-    """The same particles in another order."""
     if isinstance(state, WallView) and not isinstance(state, ShieldView):
         if state.wall is None:
             return state
@@ -169,7 +168,6 @@ def reordered(state: Any) -> Any:
 
 
 def without(state: Any, gone: np.ndarray) -> Any:
-    """The particles that are not gone."""
     return chosen(state, ~gone)
 
 
@@ -500,35 +498,30 @@ def whole(speed: float) -> WholeView:
 # Settings and snapshots, as views ask for them
 
 
-def setting_of_plate(kind: str, **changes: Any) -> Any:
-    """What ``view`` asks a setting for."""
+def setting_of_plate(kind: str, *, thickness: float = THICKNESS, radius: float = RADIUS, room: int = 8) -> Any:
+    """What ``view`` asks a setting for, on a grid with ``room`` cells before and behind the plate."""
     flat = kind == "axisymmetric"
-    cells = round(changes.get("radius", RADIUS) / CELL)
-    deep = round(changes.get("thickness", THICKNESS) / CELL) + 16
-    left, wide = (-RADIUS, 2 * cells) if kind == "half" else (0.0, cells)
-    lower = (0.0, -8.0 * CELL, 0.0) if flat else (left, 0.0, -8.0 * CELL)
+    cells, deep = round(radius / CELL), round(thickness / CELL) + 2 * room
+    left, wide = (-radius, 2 * cells) if kind == "half" else (0.0, cells)
+    lower = (0.0, -room * CELL, 0.0) if flat else (left, 0.0, -room * CELL)
     record = Axisymmetric if flat else Cartesian3D
     extent = (cells, deep, 0) if flat else (wide, cells, deep)
     return SimpleNamespace(
-        **{
-            "problem": SimpleNamespace(
-                geometry=grid(record, lower=lower, cells=extent, spacing=CELL),
-                bodies=(body_of("target", DENSITY),),
-                absorbers=(),
-                arrivals=None,
-            ),
-            "target": "target",
-            "projectile_diameter": DIAMETER,
-            "thickness": THICKNESS,
-            "radius": RADIUS,
-            "sector": {"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}[kind],
-            **changes,
-        }
+        problem=SimpleNamespace(
+            geometry=grid(record, lower=lower, cells=extent, spacing=CELL),
+            bodies=(body_of("target", DENSITY),),
+            absorbers=(),
+            arrivals=None,
+        ),
+        target="target",
+        projectile_diameter=DIAMETER,
+        thickness=thickness,
+        radius=radius,
+        sector={"axisymmetric": 1.0, "quarter": 0.5 * math.pi, "half": math.pi}[kind],
     )
 
 
 def body_of(name: str, density: float, velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)) -> Any:
-    """What ``view`` asks a body for."""
     return SimpleNamespace(
         name=name, density=density, spacing=(PARTICLE,) * 3, velocity=np.array(velocity), mass=np.ones(1)
     )
@@ -588,23 +581,13 @@ def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0, bo
     moved = Moved(normal, inwards, velocity, *np.zeros((2, depth.size), bool))
     for change in changes:
         change(radius, depth, moved)
-    setting = setting_of_plate(kind, thickness=WALL, radius=SPAN)
-    cells, deep = round(SPAN / CELL), round(7.0 * WALL / CELL)
-    left, wide = (-SPAN, 2 * cells) if half else (0.0, cells)
-    lower = (0.0, -3.0 * WALL, 0.0) if flat else (left, 0.0, -3.0 * WALL)
-    geometry = grid(
-        Axisymmetric if flat else Cartesian3D,
-        lower=lower,
-        cells=(cells, deep, 0) if flat else (wide, cells, deep),
-        spacing=CELL,
-    )
-    body = SimpleNamespace(**{**vars(body_of("target", DENSITY)), "position": position, "mass": np.ones(depth.size)})
+    setting = setting_of_plate(kind, thickness=WALL, radius=SPAN, room=round(3.0 * WALL / CELL))
+    body, debris = body_of("target", DENSITY), body_of("debris", DENSITY)
+    body.position, body.mass, debris.mass = position, np.ones(depth.size), np.zeros(0)
     arrivals = Arrivals(np.array([-AGE, 0.0]), np.ones(2, np.int64), np.zeros((STORED + 1, 2)))
     arrivals.table[MASS], arrivals.table[VX + axis] = PIECE, SPALL_SPEED
-    setting.problem = SimpleNamespace(
-        geometry=geometry,
-        bodies=(body, SimpleNamespace(**{**vars(body_of("debris", DENSITY)), "mass": np.zeros(0)})),
-        absorbers=(),
+    vars(setting.problem).update(
+        bodies=(body, debris),
         arrivals=arrivals,
         faces=((0, 0),) * 3,
         particle_count=depth.size + arrivals.time.size,
@@ -783,11 +766,9 @@ def joined(push: History, front: History) -> History:
 
 
 def looks_at(name: str) -> type:
-    """The type of state that a measurement reads."""
-    hints = get_type_hints(measurements.load(name).read)
+    hints = get_type_hints(measurements.load(name).definition)
     (kind,) = (hint for argument, hint in hints.items() if argument != "return")
-    chosen: type = kind
-    return chosen
+    return kind
 
 
 def read(name: str, state: Any) -> Reading:

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from studies import materials, measurements
+from studies import measurements
 from studies.cases.rows import Row, absolute, at_most, equal
 from studies.convergence.richardson import Sample, converge
 from studies.quantities.measured import DEFINITION, Measured, numerical_parts
@@ -24,12 +24,9 @@ FASTEST = 1.1  # of the free surface's velocity 2 u_p; of like metals u_p is hal
 
 
 def asked(cells: float, **changes: float) -> Run:
-    """A run of the case on a grid."""
     case = {"speed": SPEED, "projectile_diameter": DIAMETER, "plate_thickness": THICKNESS, "end_time": 9e-6}
-    roles = {role: materials.load("copper-ofhc") for role in ("projectile", "target")}
-    return resolve(
-        "debris_cloud", {**case, **dict.fromkeys(roles, "copper-ofhc"), "cells_per_diameter": cells} | changes, roles
-    )
+    roles = dict.fromkeys(("projectile", "target"), "copper-ofhc")
+    return resolve("debris_cloud", {**case, **roles, "cells_per_diameter": cells} | changes)
 
 
 @pytest.mark.claim("clouds", "debris-cloud", minutes=10.0)

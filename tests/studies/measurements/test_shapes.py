@@ -66,10 +66,6 @@ def half_block(inside: Inside, *, radius: float, thickness: float, per_cell: int
     return view(setting, snapshot_of(particles))
 
 
-def _scoop(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
-    return x**2 + y**2 + z**2 < SCOOP**2
-
-
 def _drill(x: np.ndarray, y: np.ndarray, z: np.ndarray) -> np.ndarray:
     a, b = ELLIPSE
     return ((x - OFF_AXIS) / a) ** 2 + (y / b) ** 2 < 1.0
@@ -111,7 +107,7 @@ BLOCK: dict[str, Any] = {"radius": 16e-3, "thickness": 12e-3}
 # window's area) or of one, and by measurement: the size, and how far off the reading may be.
 SHAPES: Mapping[str, tuple[Callable[..., Any], Mapping[str, tuple[float, float]]]] = {
     "scooped half space": (
-        partial(half_block, _scoop, **BLOCK),
+        partial(half_block, lambda x, y, z: x**2 + y**2 + z**2 < SCOOP**2, **BLOCK),
         {
             "crater_depth": (SCOOP - _floor(1.0 / SCOOP), TENTH),
             "crater_diameter_mean_root": (2.0 * SCOOP, TENTH),

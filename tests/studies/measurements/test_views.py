@@ -58,7 +58,6 @@ def plate_of_particles(
 
 
 def particles_at(kind: str, position: np.ndarray) -> Particles:
-    """Particles of the target at some places."""
     particles = views(empty_table(len(position)))
     particles.position[:] = position
     measure = position[:, 0] * PARTICLE**2 if kind == "axisymmetric" else PARTICLE**3

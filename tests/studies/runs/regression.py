@@ -86,7 +86,6 @@ CASES: dict[str, tuple[str, dict[str, Any]]] = {
 
 
 def run_of(case: str) -> Run:
-    """The run of a case."""
     scenario, changes = CASES[case]
     return asked(scenario, **changes)
 
@@ -131,7 +130,6 @@ def _state(result: RunResult, folder: Path) -> Iterator[tuple[str, float]]:
 
 
 def main() -> None:
-    """Write the file anew."""
     lines = []
     for case in CASES:
         with tempfile.TemporaryDirectory() as folder:

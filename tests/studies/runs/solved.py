@@ -30,7 +30,6 @@ BROKEN_OFF_AFTER = 23  # steps; between two observations in each of the runs
 
 
 def asked(scenario: str, **changes: Any) -> Run:
-    """One of the runs, with some parameters changed."""
     return contract.asked(scenario, **{**RUNS[scenario], **changes})
 
 

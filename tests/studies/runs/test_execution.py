@@ -30,8 +30,7 @@ def stored(directory: Path) -> dict[str, Any]:
         raise AssertionError(f"result.json holds {constant}")
 
     text = (directory / "result.json").read_text(encoding="utf-8")
-    plain: dict[str, Any] = json.loads(text, parse_constant=refuse)
-    return plain
+    return json.loads(text, parse_constant=refuse)
 
 
 def without_provenance(directory: Path) -> str:
@@ -39,7 +38,6 @@ def without_provenance(directory: Path) -> str:
 
 
 def broken_off(run: Run, folder: Path, file: Path, *, steps: int = BROKEN_OFF_AFTER, **control: Any) -> None:
-    """Compute a run until it is interrupted after some steps."""
     with pytest.raises(Interrupted):
         execute(run, folder, RunControl(must_stop=after(steps), **control), threads=1, checkpoint=file)
 

@@ -128,7 +128,7 @@ CHANGES: tuple[tuple[str, str, str, str, str], ...] = (
         "raise the version of plateau_pressure",
     ),
     ("studies/scenarios/taylor_bar.py", "] = HUGONIOT", '] = "cubic"', "Taylor bar", "raise PHYSICS_VERSION"),
-    ("studies/scenarios/taylor_bar.py", "] = 190.0", "] = 200.0", "Taylor bar", "is another run now"),
+    ("studies/scenarios/taylor_bar.py", "BarSpeed = 190.0", "BarSpeed = 200.0", "Taylor bar", "is another run now"),
     ("solver/steps/timestep.py", "GROWTH = 1.05", "GROWTH = 1.06", "plate impact", "raise PHYSICS_VERSION"),
 )
 

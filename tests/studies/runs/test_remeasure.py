@@ -31,9 +31,9 @@ def patched(monkeypatch: pytest.MonkeyPatch) -> Patch:
     for module in (execution, simulation):
         monkeypatch.setattr(module, "simulate", _never)
 
-    def change(name: str, *, read: Callable[[object], Reading] | None = None) -> None:
+    def change(name: str, *, definition: Callable[[object], Reading] | None = None) -> None:
         now = measurements.load(name)
-        changed[name] = replace(now, version=now.version + 1, read=read or now.read)
+        changed[name] = replace(now, version=now.version + 1, definition=definition or now.definition)
 
     return change
 
@@ -47,7 +47,6 @@ def result_in(scenario: str) -> RunResult:
 
 
 def again(scenario: str, before: RunResult | None = None) -> RunResult:
-    """The solved run of a scenario, read again."""
     return remeasure(asked(scenario), before or result_in(scenario), solved(scenario) / "state.npz", by=WHO)
 
 
@@ -73,7 +72,7 @@ def test_nothing__changed_leaves_the_result_as_it_is() -> None:
 
 
 def test_definition__that_changed_gives_its_values_and_the_rest_stays(patched: Patch) -> None:
-    patched("hole_diameter", read=lambda view: Reading(float(view.mass.sum()), {"resolution": 0.5}))
+    patched("hole_diameter", definition=lambda view: Reading(float(view.mass.sum()), {"resolution": 0.5}))
     before, after = result_in("thin_plate"), again("thin_plate")
     state = load_state(solved("thin_plate") / "state.npz")
     assert after.measurements["hole_diameter"].value == pytest.approx(state.particles.mass.sum())

@@ -31,7 +31,6 @@ def asked(
 
 
 def refused(scenario: str = "thin_plate", **changes: Any) -> list[str]:
-    """The fields of the findings."""
     with pytest.raises(InvalidInput) as caught:
         asked(scenario, **changes)
     return [finding.field for finding in caught.value.findings]

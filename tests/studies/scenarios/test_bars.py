@@ -12,7 +12,7 @@ import pytest
 from solver.problem import Face
 from solver.problem.geometry import impact_axis
 from solver.simulation import simulate, start
-from studies import materials, measurements, scenarios
+from studies import measurements, scenarios
 from studies.cases.rows import Row, absolute, at_least, equal, relative
 from studies.observations.compared import stored
 from studies.quantities.measured import LOST_PARTICLES
@@ -58,8 +58,7 @@ def test_taylor_bar__has_at_the_start_the_size_that_was_asked_for(geometry: str)
 # Ma (2005): 4 particles across the radius and 20 along (section 2.3.1), 10 and 67 in 72 us (section 2.3.2).
 @pytest.mark.parametrize(("name", "particles", "spacing"), [("elastic_bar", 260, 1e-3), ("taylor_bar", 5293, 0.76e-3)])
 def test_bar__is_by_default_the_one_of_the_thesis(name: str, particles: int, spacing: float) -> None:
-    bar = {"bar": materials.load("copper-thesis-taylor")}
-    problem = built(resolve(name, {"geometry": "quarter", "recipe": "thesis"}, bar)).problem
+    problem = built(resolve(name, {"geometry": "quarter", "recipe": "thesis"})).problem
     assert problem.bodies[0].mass.size == particles
     assert math.isclose(problem.geometry.spacing, spacing)
     if name == "taylor_bar":

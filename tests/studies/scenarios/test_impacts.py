@@ -2,16 +2,15 @@
 
 import math
 from collections.abc import Callable
-from pathlib import Path
 
 import pytest
 
 from studies import materials, scenarios
 from studies.cases.rows import Row, at_most, equal, reported
 from studies.quantities.measured import numerical_parts
-from studies.runs.execution import execute
-from studies.runs.run import materials_of, resolve
+from studies.runs.run import materials_of
 from studies.scenarios.plate_impact import CROSSED, shocks
+from tests.cases.cubes import result_of
 from tests.contracts.test_scenarios import CORNERS, DIAMETER, ROUND_OFF, Changes, asked, built
 
 each_corner = pytest.mark.parametrize(
@@ -35,11 +34,6 @@ def test_impact__weighs_what_its_bodies_weigh(name: str, changes: Changes) -> No
     # A round target in axisymmetry, a square one otherwise.
     face = math.pi * setting.radius**2 / whole if whole > 1.0 else 4.0 * setting.radius**2 * part
     assert math.isclose(target.mass.sum(), target.density * face * setting.thickness, rel_tol=ROUND_OFF)
-
-
-# The method of a plate
-
-SPH = {"geometry": "quarter", "method": "sph"}
 
 
 # Plate on plate
@@ -118,15 +112,14 @@ def test_hole__states_a_part_for_few_cells_through_its_plate(cells: float, compa
 
 @pytest.mark.claim("breaking", "cells-through", minutes=1.0)
 def test_hole__with_four_cells_through_its_plate_has_a_bar_that_holds_the_fine_one(
-    tmp_path: Path, compared: Callable[[Row], None]
+    compared: Callable[[Row], None],
 ) -> None:
     """A hole with four cells through a plate of t/d 0.1 has a bar that holds that of 64 cells across the projectile."""
     shot = {"projectile_diameter": 10e-3, "plate_thickness": 1e-3, "speed": 6000.0}
-    roles = {role: materials.load("al-6061-t6") for role in ("projectile", "target")}
+    roles = dict.fromkeys(("projectile", "target"), "al-6061-t6")
     holes = []
     for cells in (40.0, 64.0):
-        parameters = {**shot, **dict.fromkeys(roles, "al-6061-t6"), "cells_per_diameter": cells}
-        result = execute(resolve("thin_plate", parameters, roles), tmp_path / f"{cells:g}", threads=1)
+        result = result_of("thin_plate", {**shot, **roles, "cells_per_diameter": cells})
         holes.append(result.measurements["hole_diameter"])
         compared(reported(f"{cells:g} cells across the projectile: hole (m)", holes[-1].value or math.nan))
     coarse, fine = holes

@@ -16,13 +16,11 @@ ROUND_OFF = 1e-12
 
 @pytest.fixture(scope="module")
 def coupled() -> tuple[Setting, Snapshot]:
-    """A coupled plugging at its start."""
     setting = built(asked("plugging", **COUPLED))
     return setting, start(setting.problem, threads=1).snapshot()
 
 
 def seen(setting: Setting, snapshot: Snapshot, **changes: np.ndarray) -> PlugView:
-    """The view of a snapshot with other arrays of its particles."""
     particles = snapshot.particles._replace(**changes)
     return view(setting, snapshot._replace(particles=particles))
 

@@ -11,20 +11,16 @@ axisymmetry that recipe gives 22.98, 20.95, 19.56 and 19.33 mm on 1, 0.5, 0.25 a
 """
 
 import math
-import tempfile
 from collections.abc import Callable, Mapping
 from functools import cache
 from itertools import pairwise
-from pathlib import Path
 from typing import Any
 
 import pytest
 
 from studies.cases.rows import Row, relative
-from studies.materials import load
-from studies.runs.execution import execute
 from studies.runs.results import RunResult
-from studies.runs.run import resolve
+from tests.cases.cubes import result_of
 
 THREADS = 2
 SPEEDS = (2, 6)  # km/s
@@ -56,9 +52,7 @@ def thick(geometry: str, cell: float) -> RunResult:
 
 def executed(scenario: str, material: str, parameters: Mapping[str, Any]) -> RunResult:
     roles = dict.fromkeys(("projectile", "target"), material)
-    run = resolve(scenario, {**roles, **parameters}, {role: load(name) for role, name in roles.items()})
-    with tempfile.TemporaryDirectory() as folder:
-        result = execute(run, Path(folder), threads=THREADS)
+    result = result_of(scenario, {**roles, **parameters}, threads=THREADS)
     assert result.state == "succeeded", result.reason
     return result
 

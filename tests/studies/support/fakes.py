@@ -77,7 +77,7 @@ def law(name: str, quantity: str, ratio: Callable[[Shot, str], float], **changes
 
 def within(low: float, high: float, source: str = "Nobody (1999)") -> Range:
     """A range of speeds, km/s."""
-    return Range((speed(low, high, source),), projectile=speed(0.0, math.inf, NOT_FOUND))
+    return Range(speed(low, high, source), projectile=speed(0.0, math.inf, NOT_FOUND))
 
 
 def shipped(name: str, title: str, range: Range) -> Law:
