@@ -44,10 +44,11 @@ def test_model_part__is_what_its_runs_give(metal: str, compared: Callable[..., N
     """Each change of strength, failure and equation of state behind a metal's model part gives the stored hole."""
     (stored,) = [each for each in classes() if (each["scenario"], each["material"]) == ("thin_plate", metal)]
     answers = class_of("thin_plate", metal, SPEEDS[SPEED : SPEED + 1])["quantities"][HOLE]
-    compared(equal(f"{metal}: changes", expected=list(stored["quantities"][HOLE]), got=list(answers)))
+    holes = {change: values[SPEED] for change, values in stored["quantities"][HOLE].items()}
+    told = [change for change, hole in holes.items() if hole is not None]  # at this speed
+    compared(equal(f"{metal}: changes", expected=told, got=list(answers)))
     for change, (value,) in answers.items():
-        expected = stored["quantities"][HOLE][change][SPEED]
-        compared(relative(f"{metal}, {change}: hole (m)", expected=expected, got=value, within=KEPT))
+        compared(relative(f"{metal}, {change}: hole (m)", expected=holes[change], got=value, within=KEPT))
     shares = stored_shares(stored, HOLE, SPEEDS[SPEED])
     compared(at_least(f"{metal}: share of strength", limit=KEPT, got=shares[STRENGTH]))
     if materials.load(metal).value_at("spall.strength") is not None:
