@@ -15,8 +15,16 @@ from typing import Any, TextIO
 from service.records.jobs import Kind, Lease
 
 FIELDS = (
-    *("request_id", "caller", "method", "route", "status", "seconds"),  # name of the API key; template of the route
-    *("run", "sweep", "attempt", "worker"),  # ids, as in a request, and the number of the attempt
+    "request_id",
+    "caller",  # name of the API key
+    "method",
+    "route",  # the template, not what was asked for
+    "status",
+    "seconds",
+    "run",  # its id, here as in a request
+    "sweep",
+    "attempt",  # its number
+    "worker",
     *("key", "address", "action", "subject", "outcome"),  # of an order: see ``AuditEntry``
 )
 OURS = "service"  # the beginning of the names of the service's loggers

@@ -15,7 +15,7 @@ import numpy as np
 from solver.problem.geometry import conserved_axes, impact_axis
 from solver.state import Departed, Particles
 
-HOTTEST_PART = 1e-3  # of the particles: those whose share of the internal energy is watched
+HOTTEST_PART = 1e-3  # share of the particles, the hottest, whose internal energy is watched
 
 
 @dataclass(frozen=True)
@@ -103,7 +103,7 @@ class Audit:
     removed_energy: float  # by damping, contact, absorbers and walls, of the initial energy and |work|
     contact_energy: float  # the part of it that contact took
     outflow_energy: float  # likewise
-    hottest_energy_share: float  # of the internal energy, held by the hottest 0.1 % of the particles
+    hottest_energy_share: float  # share of the internal energy that the hottest 0.1 % of the particles hold
     largest_speed: float  # m/s
     exchanged: Exchanged
     bodies: tuple[BodyBalance, ...] = ()  # in the order of the problem

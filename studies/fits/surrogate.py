@@ -58,7 +58,7 @@ class SurrogateInput:
 
     @property
     def parameter(self) -> Parameter:
-        """What a person may ask for: the values between those of the runs."""
+        """The parameter that a prediction is given, bounded by the smallest and the largest value of the runs."""
         return Parameter(
             name=self.name, kind="quantity", unit=self.unit, meaning=self.name, minimum=self.low, maximum=self.high
         )

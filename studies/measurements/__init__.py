@@ -71,7 +71,7 @@ class Measurement:
     title: str
     unit: str
     meaning: str
-    # Of a view, or of the History of the measurements that it follows; raises NoValue.
+    # The reading of a view, or of the History of the measurements that it follows; raises NoValue.
     definition: Callable[[Any], Reading]
     version: int = 1
     follows: tuple[str, ...] = ()  # measurements of one state

@@ -136,7 +136,7 @@ async def read_posted(request: Request, posted: Posted, part: Callable[[Any, Pos
 
 @asynccontextmanager
 async def read_content(request: Request, content: Any, part: Callable[[Any, Posted], Read]) -> AsyncIterator[Read]:
-    """The same with what a page asks for."""
+    """Read the content that a page puts together as ``read_posted`` reads a posted body, in a child process."""
     posted = Posted("application/json", json.dumps(content).encode(), request.app.state.settings.max_runs)
     async with read_posted(request, posted, part) as read:
         yield read
