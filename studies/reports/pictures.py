@@ -360,21 +360,27 @@ def _frame(run: Shown, kind: str, sign: float) -> Frame | None:
 
 
 def _limits(runs: Sequence[Shown], kind: str) -> dict[str, tuple[float, float]]:
-    """The ends of the colours of each field, for all runs."""
-    states = [
-        state
+    """The ends of the colours of each field, for all runs; at the end those of the body that was hit, not of debris."""
+    shown = [
+        {field: values[_judged(run.sections, state)] for field, values in state.fields.items()}
         for run in runs
         if run.sections
         for state in run.sections.states
         if (state.moment == END) == (kind == "end")
     ]
-    return {field: _limits_of(field, states) for field in FIELDS}
+    return {field: _limits_of(field, shown) for field in FIELDS}
 
 
-def _limits_of(field: str, states: Sequence[Section]) -> tuple[float, float]:
-    moved = [state.fields["plastic_strain"] > STRAINED for state in states]
-    values = [state.fields[field][of] for state, of in zip(states, moved, strict=True)]
-    values = values if any(of.any() for of in moved) else [state.fields[field] for state in states]
+def _judged(sections: Sections, state: Section) -> np.ndarray | slice:
+    """The particles of a state whose values set the colours."""
+    hit = state.body == len(sections.bodies) - 1
+    return hit if state.moment == END and hit.any() else slice(None)
+
+
+def _limits_of(field: str, states: Sequence[Mapping[str, np.ndarray]]) -> tuple[float, float]:
+    moved = [state["plastic_strain"] > STRAINED for state in states]
+    values = [state[field][of] for state, of in zip(states, moved, strict=True)]
+    values = values if any(of.any() for of in moved) else [state[field] for state in states]
     values = [each[np.isfinite(each)] for each in values if np.isfinite(each).any()]
     if not values:
         return (0.0, 1.0)

@@ -113,7 +113,7 @@ def _sentence(
             says = f"{says}, because runs are {why_unjudged(limits)}" if word == "unjudged" else says
             groups.append(f"{says}: {', '.join(map(_in_regime, mine))}")
     answers = "; ".join(groups) or "no equation is about such a shield"
-    return f"{capital(name)} the limit is {held}. {capital(answers)}."
+    return f"{capital(name)}: the limit is {held}. {capital(answers)}."
 
 
 def _in_regime(equation: Mapping[str, Any]) -> str:
