@@ -9,7 +9,7 @@ import pytest
 from scipy.special import expit, logit
 from sklearn.linear_model import LogisticRegression
 
-from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, drawn, simulations
+from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, OF_PLATES, drawn, simulations
 from studies.cases.rows import at_most, equal
 from studies.observations.shields import joined
 from studies.observations.shields.joined import PRIOR, Joint, SimulatedShot, SimulationKind, joint_of, unseen, validated
@@ -98,7 +98,7 @@ def test_kinds__have_the_outcomes_of_their_runs_alone() -> None:
     runs = [
         {"shot": number, "failure": failure, "grid": grid, "perforated": float((failure, grid) == ("none", GRIDS[0]))}
         for number in range(len(drawn()))
-        for failure in FAILURES
+        for failure in (*FAILURES, OF_PLATES)
         for grid in GRIDS
     ]
     says = {kind.name: {each.told for each in shots} for kind, shots in simulations(runs).items()}
@@ -106,6 +106,7 @@ def test_kinds__have_the_outcomes_of_their_runs_alone() -> None:
         "none, one grid": {"perforated"},
         "johnson-cook, one grid": {"held"},
         "johnson-cook and none, one grid": {"open"},
+        "void-growth, one grid": {"held"},
         "johnson-cook and none, several grids": {"open"},
     }
     [shots] = [shots for kind, shots in simulations(runs).items() if kind == SimulationKind(("none",), "one")]
