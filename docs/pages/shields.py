@@ -7,9 +7,9 @@ import numpy as np
 from docs.pages import MADE, table
 from studies import laws
 from studies.observations.shields.answers import SHORT
-from studies.observations.shields.judged import Judged, Share, equations, judge_by_range
-from studies.observations.shields.probability import curves
-from studies.observations.shields.shots import citation, laboratory, published, sources
+from studies.observations.shields.judged import Judged, Share, equations, judge, judge_by_range
+from studies.observations.shields.probability import curves, probability
+from studies.observations.shields.shots import citation, laboratory, on_honeycomb, published, sources
 from studies.observations.shields.validation import MEAN, Predicted, brier, coverage, predict, reliability
 
 COLLECTION = "https://github.com/shannonjryan/pyBLOSSUM"
@@ -17,7 +17,7 @@ COLLECTION = "https://github.com/shannonjryan/pyBLOSSUM"
 
 def pages() -> dict[str, str]:
     """docs/shields.md."""
-    return {"shields.md": "\n".join([*_shots(), *_judged(), *_probability(), *_sources()]) + "\n"}
+    return {"shields.md": "\n".join([*_shots(), *_judged(), *_probability(), *_honeycomb(), *_sources()]) + "\n"}
 
 
 def _shots() -> Iterator[str]:
@@ -115,6 +115,29 @@ def _probability() -> Iterator[str]:
     yield "What a simulation of the shot adds to P was measured on [drawn shots](simulated-shields.md).\n"
 
 
+def _honeycomb() -> Iterator[str]:
+    yield "\n## Honeycomb panels\n"
+    shots = on_honeycomb().shots
+    failed = np.array([shot.is_perforated for shot in shots])
+    chances = [probability(shot.as_shot()) for shot in shots]
+    chance = np.array([each.value for each in chances if each is not None])
+    assert len(chance) == len(shots)
+    unlikely = failed[chance < 0.5]
+    score, share = float(((chance - failed) ** 2).mean()), float(failed.mean())
+    yield (
+        f"{len(shots)} shots of the same collection are on sandwich panels: a honeycomb of aluminium between two face "
+        "sheets of it, without blankets; all are used. Its cells channel debris to the rear sheet. The equations for two "
+        "walls with an empty space between them, asked about the two sheets alone:\n"
+    )
+    rows = [_row(judge(law, shots)) for law in equations()]
+    yield table(["equation", "normal speed", "shots", "right", "unsafe", "too careful", "failures caught"], rows)
+    yield (
+        f"\n**P says little about honeycomb panels**: its Brier score is {score:.3f}, and {share * (1.0 - share):.3f} is that of the "
+        f"share of all panels that failed ({100.0 * share:.0f} %), said of each. Of the {len(unlikely)} panels with P "
+        f"below 50 % {unlikely.sum()} were perforated.\n"
+    )
+
+
 def _calibrated(predicted: Predicted, name: str) -> list[str]:
     inside, groups = coverage(predicted, name)
     chance = predicted.chance(name)
@@ -140,7 +163,7 @@ def _chance_of_miss(predicted: Predicted) -> float:
 
 def _sources() -> Iterator[str]:
     yield "## Sources\n"
-    shots = published().shots
+    shots = (*published().shots, *on_honeycomb().shots)
     rows = []
     for key, row in sources().items():
         count = sum(shot.source == key for shot in shots)

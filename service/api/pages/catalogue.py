@@ -182,7 +182,8 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
     """Measured shots on shields, those that the address chooses."""
     chosen = {name: text for name in FILTERS if (text := request.query_params.get(name, "").strip())}
     within = shield_shots.read_filters([f"{name}={text}" for name, text in chosen.items()])
-    found = shield_shots.filtered(shield_shots.published().shots, *within)
+    published = shield_shots.published().shots
+    found = shield_shots.filtered(published, *within)
     fields = declared(shield_shots.ShieldShot)
     units = {name: fields[name].unit for name in COLUMNS}
     rows = [
@@ -200,7 +201,7 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
         shown=SHOWN,
         chosen=chosen,
         filters=FILTERS,
-        choices={"outcome": shield_shots.OUTCOMES, "source": sorted(shield_shots.sources())},
+        choices={"outcome": shield_shots.OUTCOMES, "source": sorted({shot.source for shot in published})},
         following=str(request.url.include_query_params(begin=begin + SHOWN).query),
         citation=shield_shots.citation,
     )

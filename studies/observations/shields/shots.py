@@ -125,7 +125,17 @@ def read_shots(raw: object, path: str = PATH) -> tuple[ShieldShot, ...]:
 @cache
 def published() -> Screening:
     """The shots that ship, screened."""
-    text = files(__package__).joinpath("shots.csv").read_text(encoding="utf-8")
+    return _shipped("shots.csv")
+
+
+@cache
+def on_honeycomb() -> Screening:
+    """Shots on aluminium sandwich panels, screened; the honeycomb, as thick as their stand-off, is left out."""
+    return _shipped("honeycomb.csv")
+
+
+def _shipped(name: str) -> Screening:
+    text = files(__package__).joinpath(name).read_text(encoding="utf-8")
     return screened([_read(row, where) for where, row in rows_of(text, PATH)])
 
 

@@ -23,6 +23,7 @@ from studies.observations.shields.shots import (
     filtered,
     laboratory,
     nearest,
+    on_honeycomb,
     published,
     read_shots,
     screened,
@@ -58,14 +59,18 @@ def refused(raw: object) -> str:
 
 @pytest.mark.claim("door", "shield-shots")
 def test_published__are_the_shots_of_the_collection_less_those_published_twice(compared: Callable[..., None]) -> None:
-    """847 published shots on shields ship with their sources; 5 that a second report repeats are left out."""
-    shots = read_shots(TEXT)
+    """847 shots on shields ship with their sources, less 5 that a second report repeats, and 105 on honeycomb."""
+    shots, panels = read_shots(TEXT), on_honeycomb()
     compared(
         equal("rows that ship", expected=847, got=len(shots)),
         equal("perforated, held", expected=(391, 456), got=tuple(_count(shots, each) for each in OUTCOMES)),
         equal("left out", expected={"published twice": 5}, got=dict(published().left_out)),
         equal("used", expected=842, got=len(SHOTS)),
-        equal("sources without a citation", expected=set(), got={shot.source for shot in shots} - set(sources())),
+        equal(
+            "on honeycomb: perforated, held", expected=(82, 23), got=tuple(_count(panels.shots, o) for o in OUTCOMES)
+        ),
+        equal("on honeycomb: left out", expected={}, got=dict(panels.left_out)),
+        equal("sources with shots", expected=set(sources()), got={each.source for each in (*shots, *panels.shots)}),
         equal("alloys without a density", expected=set(), got={name for name in _alloys() if not _known(name)}),
     )
 
