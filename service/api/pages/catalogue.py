@@ -182,8 +182,7 @@ def show_shield_shots(request: Request, caller: Reader, begin: Annotated[int, Qu
     """Measured shots on shields, those that the address chooses."""
     chosen = {name: text for name in FILTERS if (text := request.query_params.get(name, "").strip())}
     within = shield_shots.read_filters([f"{name}={text}" for name, text in chosen.items()])
-    published = shield_shots.published().shots
-    found = shield_shots.filtered(published, *within)
+    found = shield_shots.filtered(published := shield_shots.published().shots, *within)
     fields = declared(shield_shots.ShieldShot)
     units = {name: fields[name].unit for name in COLUMNS}
     rows = [
