@@ -7,6 +7,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
 from importlib.resources import files
+from itertools import permutations
 from typing import Annotated, Any, Literal, get_args
 
 from solver.units import Described, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
@@ -27,6 +28,9 @@ DENSITIES: Mapping[str, float] = {
     **{"AA99.9%": 2700.0, "AA1100": 2710.0, "AA2017": 2800.0, "AA2024": 2770.0, "AA2219": 2840.0, "AA3003": 2730.0},
     **{"AA5083": 2660.0, "AA5154": 2660.0, "AA5456": 2660.0, "AA6061": 2700.0, "AA7075": 2800.0, "Alclad 7075": 2800.0},
 }
+# A source whose outcomes contradict each other, as if they were the wrong way round: ``compared_pairs`` counts them.
+IN_DOUBT = "AFML-TR-70-135"
+CONTRADICTED = "of a source whose outcomes contradict each other"
 SIZES = ("projectile_diameter", "bumper_thickness", "wall_thickness", "stand_off", "speed")
 NEAR = 0.5  # of the distance: five sizes that differ by a quarter each
 
@@ -123,9 +127,17 @@ def read_shots(raw: object, path: str = PATH) -> tuple[ShieldShot, ...]:
 
 
 @cache
-def published() -> Screening:
-    """The shots that ship, screened."""
+def collected() -> Screening:
+    """The shots that ship, screened one by one: with the source in doubt."""
     return _shipped("shots.csv")
+
+
+@cache
+def published() -> Screening:
+    """The shots that ship and are used, screened."""
+    all_shots = collected()
+    kept = tuple(shot for shot in all_shots.shots if shot.source != IN_DOUBT)
+    return Screening(kept, {**all_shots.left_out, CONTRADICTED: len(all_shots.shots) - len(kept)})
 
 
 @cache
@@ -216,6 +228,33 @@ def _is_same(shot: ShieldShot, other: ShieldShot) -> bool:
     alike = shot.outcome == other.outcome and shot.source != other.source and shot.shot != ""
     numbers = [field.name for field in fields(ShieldShot) if isinstance(getattr(shot, field.name), float)]
     return alike and all(math.isclose(getattr(shot, name), getattr(other, name), rel_tol=SAME) for name in numbers)
+
+
+def compared_pairs(shots: Sequence[ShieldShot]) -> tuple[int, int]:
+    """How many pairs of shots of one source agree on what is stronger, and how many contradict it.
+
+    Alloys and angle are the same, bumper, stand-off and speed within 3 %; one has a thicker wall or a smaller sphere,
+    by 2 % or more, and neither the other way round. They agree where it held and the other was perforated, and
+    contradict where it was perforated and the other held.
+    """
+    counts = Counter[bool]()
+    for weak, strong in permutations(shots, 2):
+        if weak.outcome != strong.outcome and _is_weaker(weak, strong):
+            counts[weak.is_perforated] += 1
+    return counts[True], counts[False]
+
+
+def _is_weaker(one: ShieldShot, other: ShieldShot) -> bool:
+    same = ("source", "obliquity", "projectile_material", "bumper_material", "wall_material")
+    close = ("bumper_thickness", "stand_off", "speed")
+    sphere = one.projectile_diameter / other.projectile_diameter
+    wall = other.wall_thickness / one.wall_thickness
+    return (
+        all(getattr(one, name) == getattr(other, name) for name in same)
+        and all(math.isclose(getattr(one, name), getattr(other, name), rel_tol=SAME) for name in close)
+        and min(sphere, wall) > 0.999
+        and max(sphere, wall) >= 1.02
+    )
 
 
 # --- finding ---------------------------------------------------------------------------------------

@@ -33,4 +33,4 @@ def test_shots__nearest_to_a_shield_are_counted_with_their_outcome(capsys: pytes
     assert run("shots", "--at", EXAMPLE, "--count", 3) == 0
     said, _, *rows = capsys.readouterr().out.splitlines()
     failed = sum("perforated" in row for row in rows)
-    assert (said, len(rows)) == (f"3 of 842 shots; the wall failed in {failed}", 3)
+    assert (said, len(rows)) == (f"3 of 804 shots; the wall failed in {failed}", 3)

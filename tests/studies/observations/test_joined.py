@@ -28,7 +28,7 @@ def told(right: float, seed: int = 3) -> list[SimulatedShot]:
     """The shots that are drawn, each told rightly with a chance; a tenth is open."""
     random = np.random.default_rng(seed)
     shots = []
-    for shot in drawn():
+    for shot in drawn().values():
         other = "held" if shot.is_perforated else "perforated"
         says = shot.outcome if random.random() < right else other
         shots.append(SimulatedShot(shot, 0.5, 1.0, "open" if random.random() < 0.1 else says))  # type: ignore[arg-type]
@@ -97,7 +97,7 @@ def test_kinds__have_the_outcomes_of_their_runs_alone() -> None:
     """Of runs without failure on a coarse grid that perforate, where all others hold."""
     runs = [
         {"shot": number, "failure": failure, "grid": grid, "perforated": float((failure, grid) == ("none", GRIDS[0]))}
-        for number in range(len(drawn()))
+        for number in drawn()
         for failure in (*FAILURES, OF_PLATES)
         for grid in GRIDS
     ]
@@ -110,8 +110,8 @@ def test_kinds__have_the_outcomes_of_their_runs_alone() -> None:
         "johnson-cook and none, several grids": {"open"},
     }
     [shots] = [shots for kind, shots in simulations(runs).items() if kind == SimulationKind(("none",), "one")]
-    assert sum(1.0 / each.share for each in shots) == pytest.approx(322)  # the shots that can be simulated
-    assert {each.shot.outcome for each in shots if each.share < 0.1} == {"perforated", "held"}
+    assert sum(1.0 / each.share for each in shots) == pytest.approx(284)  # the shots that can be simulated
+    assert {each.shot.outcome for each in shots if each.share < 0.12} == {"perforated", "held"}
     assert len(shots) <= 6 * EACH
 
 

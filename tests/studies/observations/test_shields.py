@@ -15,10 +15,14 @@ from studies.cases.rows import Row, at_least, equal
 from studies.laws import load
 from studies.observations.shields.judged import ALL, RANGES, Share, equations, judge, judge_by_range, margins
 from studies.observations.shields.shots import (
+    CONTRADICTED,
     DENSITIES,
+    IN_DOUBT,
     OUTCOMES,
     ShieldShot,
     citation,
+    collected,
+    compared_pairs,
     distances,
     filtered,
     laboratory,
@@ -59,13 +63,13 @@ def refused(raw: object) -> str:
 
 @pytest.mark.claim("door", "shield-shots")
 def test_published__are_the_shots_of_the_collection_less_those_published_twice(compared: Callable[..., None]) -> None:
-    """847 shots on shields ship with their sources, less 5 that a second report repeats, and 105 on honeycomb."""
+    """847 shots on shields ship with their sources; 5 that a second report repeats, and 38 in doubt, are not used."""
     shots, panels = read_shots(TEXT), on_honeycomb()
     compared(
         equal("rows that ship", expected=847, got=len(shots)),
         equal("perforated, held", expected=(391, 456), got=tuple(_count(shots, each) for each in OUTCOMES)),
-        equal("left out", expected={"published twice": 5}, got=dict(published().left_out)),
-        equal("used", expected=842, got=len(SHOTS)),
+        equal("left out", expected={"published twice": 5, CONTRADICTED: 38}, got=dict(published().left_out)),
+        equal("used", expected=804, got=len(SHOTS)),
         equal(
             "on honeycomb: perforated, held", expected=(82, 23), got=tuple(_count(panels.shots, o) for o in OUTCOMES)
         ),
@@ -73,6 +77,23 @@ def test_published__are_the_shots_of_the_collection_less_those_published_twice(c
         equal("sources with shots", expected=set(sources()), got={each.source for each in (*shots, *panels.shots)}),
         equal("alloys without a density", expected=set(), got={name for name in _alloys() if not _known(name)}),
     )
+
+
+@pytest.mark.claim("door", "shield-shots")
+def test_source__in_doubt_alone_contradicts_itself(compared: Callable[..., None]) -> None:
+    """In 20 of 20 pairs of one source the thicker wall is the one that failed; in the others the thinner nearly always.
+
+    Whether its outcomes are the wrong way round cannot be read, and so it is left out.
+    """
+    for source in sorted({shot.source for shot in collected().shots}):
+        agree, contradict = compared_pairs([shot for shot in collected().shots if shot.source == source])
+        if agree + contradict:
+            got = contradict > agree
+            compared(equal(f"{source}: {agree} agree, {contradict} contradict", expected=source == IN_DOUBT, got=got))
+    near = replace(ONE, wall_thickness=1.1 * ONE.wall_thickness, speed=1.02 * ONE.speed)
+    assert compared_pairs([near, replace(ONE, outcome="perforated")]) == (1, 0)
+    assert compared_pairs([replace(near, outcome="perforated"), ONE]) == (0, 1)
+    assert compared_pairs([replace(near, bumper_thickness=2.0 * ONE.bumper_thickness), ONE]) == (0, 0)
 
 
 def _count(shots: tuple[ShieldShot, ...], outcome: str) -> int:
@@ -296,7 +317,7 @@ def test_modified_equation__catches_the_failures_that_its_paper_states(compared:
     caught = {name: 100.0 * judge(load(name), SHOTS).caught.value for name in ("whipple_nno", "whipple_nno_modified")}
     compared(
         at_least("failures caught (%), modified", limit=90.0, got=caught["whipple_nno_modified"]),
-        equal("failures caught (%), of 1993", expected="74", got=f"{caught['whipple_nno']:.0f}"),
+        equal("failures caught (%), of 1993", expected="75", got=f"{caught['whipple_nno']:.0f}"),
     )
 
 

@@ -209,7 +209,8 @@ def test_page__says_the_sentences_and_the_numbers_of_the_document(tmp_path: Path
     assert len(mine) == 4 * len(SPEEDS) * len(equations())
     probable = "/ballistic_limit/probability/rows"
     mine += [mark for mark in shown.marks if mark.path.startswith(probable) and mark.value is not None]
-    assert len(mine) == 4 * len(SPEEDS) * len(equations()) + 5 * len(chances["rows"])
+    of_chances = sum(5 if row["joined"] is None else 8 for row in chances["rows"])
+    assert len(mine) == 4 * len(SPEEDS) * len(equations()) + of_chances
     for mark in mine:
         value = at(document, mark.path)
         assert mark.value == ("" if value is None else json.dumps(value))
