@@ -35,6 +35,7 @@ from studies.observations.shields.judged import RANGES, Judged, Share, equations
 from studies.observations.shields.shots import IN_DOUBT, OUTCOMES, ShieldShot, WallOutcome, collected, published
 from studies.quantities.findings import InvalidInput
 from studies.runs.run import resolve
+from studies.sweeps.search import outcome_in
 
 STORED = RESULTS / "simulated-shields.json"
 COMMAND = "python -m docs.pages compute simulated-shields"
@@ -151,12 +152,12 @@ def computed_row(asked: tuple[float, str, int], folder: Path) -> dict[str, Any]:
     except InvalidInput:  # a space too short for two grids: nothing is said of the shot
         return {**about, "state": "refused", "perforated": None, "flags": [], "seconds": 0.0}
     result = computed_once(run, folder / run.id)
-    wall = result.measurements.get("wall_perforated")
+    outcome = outcome_in(result.as_json(), "wall_perforated")
     print(shot.source, shot.shot, failure, grid, result.state, flush=True)
     return {
         **about,
         "state": result.state,
-        "perforated": None if wall is None else wall.value,
+        "perforated": None if outcome is None else float(outcome),
         "flags": list(result.flags),
         "seconds": round(float(result.provenance.get("seconds", math.nan)), 1),
     }
@@ -274,26 +275,29 @@ def pages() -> dict[str, str]:
 def _joined(runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     """What the simulation adds to the probability from equations and shots, by kind of runs."""
     yield "\n## Probability joined with the simulation\n"
+    kinds = simulations(runs)
+    gained = {kind: joined.validated(shots) for kind, shots in kinds.items()}
+    counted = " and ".join(f"failure {kind.name}" for kind, scores in gained.items() if scores.gained[0] > 0.0)
     yield (
         "logit P = logit P of [equations and shots](shields.md#probability-that-the-wall-fails) + a where the "
         "simulation perforates, + b where it holds; an open one adds nothing. The rule was written down before any "
         "outcome was seen: `studies/observations/shields/joined.py`. Each shot is predicted by the other laboratories "
         "alone. Behind a and b stands their standard deviation. Gained is the fall of the Brier score with 1.96 of its "
         "standard errors; of all: weighted so that the drawn shots stand for all that can be simulated. Aimed at was "
-        "0.125. A simulation of a kind that gains nothing is not joined: no report uses P joined.\n"
+        f"0.125. A simulation of a kind that gains nothing is not joined; reports join: {counted or 'none'}.\n"
     )
     rows = []
-    for kind, shots in simulations(runs).items():
-        constants, scores = joined.joint_of(joined.unseen(shots), shots), joined.validated(shots)
+    for kind, scores in gained.items():
+        constants = joined.joint_of(joined.unseen(kinds[kind]), kinds[kind])
         deviations = [constants.covariance[place][place] ** 0.5 for place in (0, 1)]
-        gained, error = scores.gained
+        fall, error = scores.gained
         rows.append(
             [
                 f"failure {kind.name}",
                 f"{constants.perforated:.2f} ± {deviations[0]:.2f}",
                 f"{constants.held:.2f} ± {deviations[1]:.2f}",
                 *(f"{score:.3f}" for score in scores.brier()),
-                f"{gained:.3f} ± {error:.3f}",
+                f"{fall:.3f} ± {error:.3f}",
                 *(f"{score:.3f}" for score in scores.brier(weighted=True)),
             ]
         )

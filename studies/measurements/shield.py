@@ -3,6 +3,7 @@
 Their definitions are those of a hole (``hole``) and of a debris cloud (``cloud``); those of the wall are in ``wall``.
 """
 
+import math
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -24,6 +25,7 @@ class ShieldView(WallView):
     cloud: CloudView  # behind the last of them
     missed: float  # part of all mass that flew past the next grid
     clock_ahead: float  # of the stage, s
+    attached: float  # momentum that flies on and has not come off the sheet of the stage, over the projectile's
     angular_momentum_error: float | None = None  # the largest of its flights, relative; None: the planes hold it
 
 
@@ -40,13 +42,30 @@ def view(setting: Any, snapshot: Any) -> ShieldView:
     return ShieldView(
         wall,
         coming,
+        any(each.attached > LATE for each in before),
         setting.problem.geometry.spacing,
         bumpers,
         cloud,
         missed=sum(each.missed for each in before) / sum(each.mass for each in before) if before else 0.0,
         clock_ahead=sum(each.clock_ahead for each in before),
+        attached=_attached(setting, snapshot) if wall is None else 0.0,
         angular_momentum_error=max((each.angular_momentum_error for each in before), default=0.0) if is_half else None,
     )
+
+
+def _attached(setting: Any, snapshot: Any) -> float:
+    """Momentum of what flies fast enough to come to the next sheet and has no clear way there, over the projectile's.
+
+    Of a projectile that goes through, most of it until it has come off; of one that the sheet stops none.
+    """
+    from solver.grid.debris import clear_debris
+    from solver.problem.geometry import impact_axis
+
+    problem, particles = setting.problem, snapshot.particles
+    velocity = particles.velocity[:, impact_axis(problem.geometry)]
+    flies = (particles.alive == 1) & (velocity > setting.slowest)
+    flies[clear_debris(problem, particles, snapshot.body, expansion=math.inf)] = False
+    return float((particles.mass * velocity)[flies].sum()) / setting.momentum
 
 
 def _hole_of(name: str, where: str, place: int) -> Measurement:
@@ -56,7 +75,8 @@ def _hole_of(name: str, where: str, place: int) -> Measurement:
         if place >= len(view.bumpers):
             raise NoValue(NOT_REACHED)
         reading = hole_diameter.read(view.bumpers[place])
-        is_coming = view.wall is None and 0 < place == len(view.bumpers) - 1 and view.coming > LATE
+        is_last = view.wall is None and place == len(view.bumpers) - 1
+        is_coming = is_last and (view.attached > LATE or (place > 0 and view.coming > LATE))
         return replace(reading, flags=(*reading.flags, STILL_COMING)) if is_coming else reading
 
     title, meaning = f"Hole of {where}", f"of {where}: {hole_diameter.meaning}"

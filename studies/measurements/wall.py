@@ -30,7 +30,7 @@ from studies.measurements import Measurement, NoValue, OnGrid, Reading, measurem
 from studies.measurements.hole import hole_diameter as plate_hole
 from studies.measurements.impact.view import ImpactView, hanging_together
 from studies.measurements.impact.view import view as impact_view
-from studies.quantities.measured import CLOSED_BY_FILM, STILL_COMING
+from studies.quantities.measured import CLOSED_BY_FILM, STILL_ATTACHED, STILL_COMING
 
 NOT_REACHED = "not_reached"  # no debris has come to the wall yet
 LATE = 0.01  # of the mass that flies to the wall: while more is to come the wall has not settled
@@ -184,6 +184,7 @@ class WallView(OnGrid):
 
     wall: RearWall | None  # None before the first of it
     coming: float  # part of the mass which flies to the wall that has yet to come to its grid
+    held_back: bool  # whether more than ``LATE`` of what flies to it had not come off a sheet in front
     cell: float  # m
 
 
@@ -250,8 +251,8 @@ def wall_of(setting: Any, snapshot: Any) -> RearWall:
 def _of_wall(**fields: Any) -> Callable[[Callable[[RearWall], Reading]], Measurement]:
     """Make a function that reads a wall the measurement of its name.
 
-    It is not reached before there is debris at the wall. It says while more is coming, and where the rim has moved,
-    unless it is an outcome that nothing undoes.
+    It is not reached before there is debris at the wall. It says while more is coming, where more would come that still
+    hangs on a sheet in front, and where the rim has moved, unless it is an outcome that nothing undoes.
     """
 
     def made(definition: Callable[[RearWall], Reading]) -> Measurement:
@@ -262,7 +263,8 @@ def _of_wall(**fields: Any) -> Callable[[Callable[[RearWall], Reading]], Measure
                 raise NoValue(NOT_REACHED)
             reading = of_wall.read(view.wall)
             is_final = of_wall.is_outcome and reading.value == 1.0
-            doubts = [STILL_COMING] * (view.coming > LATE) + ["rim_moved"] * view.wall.rim_moved
+            doubts = [STILL_COMING] * (view.coming > LATE) + [STILL_ATTACHED] * view.held_back
+            doubts += ["rim_moved"] * view.wall.rim_moved
             return Reading(reading.value, reading.parts, (*reading.flags, *([] if is_final else doubts)))
 
         return replace(of_wall, definition=read)

@@ -107,7 +107,7 @@ class Run:
         ]
         return {
             "physics": PHYSICS_VERSION,
-            "scenario": self.scenario,
+            "scenario": self.scenario if chosen.revision == 1 else f"{self.scenario}/{chosen.revision}",
             "parameters": {k: v for k, v in self.parameters.items() if k not in names},
             "materials": {
                 role: simulated(plain, chosen.measured_with, eos_form, models) for role, plain in self.materials.items()

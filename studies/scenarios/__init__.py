@@ -162,6 +162,7 @@ class Scenario:
     # Of its parameters those that its runs do not use: they are no part of a run's identity.
     unused: tuple[str, ...] = ()
     distributions: tuple[str, ...] = ()  # read off the final state of its runs
+    revision: int = 1  # part of a run's identity: higher where its runs, and no others, have other numbers than before
     least_cells: Mapping[str, float] = field(default_factory=dict)  # below: "under_resolved"
     fewest_cells: Mapping[str, float] = field(default_factory=dict)  # below: "too_coarse"
 

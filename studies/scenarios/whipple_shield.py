@@ -2,7 +2,8 @@
 
 Each sheet has a stage and a grid of its own, because the space between is a hundred times its thickness. The first is
 the impact on the bumper. What comes off leaves its grid as soon as nothing of the bumper can meet it and its own
-pressure drives it apart no more, and flies straight. The next has the next sheet alone, a further bumper or the wall,
+pressure drives it apart no more, and flies straight. The stage ends when the hole of the bumper has settled and what
+is fast enough to come to the next sheet has come off. The next has the next sheet alone, a further bumper or the wall,
 at the face of whose grid each particle joins with all of its state at the time of its arrival. Debris whose path misses
 that grid stays in the books, and so do the bumper that was hit and what flies back from it.
 
@@ -68,6 +69,8 @@ BUMPERS = ("bumper", "bumper_2", "bumper_3", "bumper_4")  # by their place: a sh
 class ShieldSetting(ImpactSetting):
     """A stage of a shield: the impact on the first bumper, or that of debris on the next sheet."""
 
+    slowest: float  # m/s: matter that is slower does not come to the next sheet before its stage ends
+    momentum: float  # of the projectile along the normal of the sheets, N s (per radian in axisymmetry)
     melting: tuple[Any, ...] = ()  # no melted share is measured
     breakup: tuple[Any, ...] = ()  # and no size of fragments
     bumpers: int = 1  # of the shield
@@ -83,6 +86,7 @@ class BumperStage:
     mass: float  # of the bodies that were not there before
     coming: float  # mass that flies to the next grid
     missed: float  # mass that flies past it
+    attached: float  # momentum that would fly to it and has not come off, over the projectile's
     clock_ahead: float  # s
     angular_momentum_error: float  # of the flight, relative
 
@@ -423,7 +427,14 @@ class WhippleShield(ImpactSetUp):
 
     def build(self, materials: Materials) -> Setting:
         setting = vars(self.impact.build(materials))
-        return ShieldSetting(**{**setting, "settles": self._settles(0), "bumpers": self.stages - 1})
+        normal_speed = self.shot.speed * math.cos(self.angles.obliquity)
+        [projectile] = [each for each in setting["problem"].bodies if each.name == "projectile"]
+        return ShieldSetting(
+            **{**setting, "settles": self._settles(0)},
+            bumpers=self.stages - 1,
+            slowest=SLOWEST * normal_speed,
+            momentum=float(projectile.mass.sum()) * normal_speed,
+        )
 
     def _settles(self, number: int) -> tuple[str, ...]:
         """What the stage of a sheet waits for."""
@@ -451,6 +462,7 @@ class WhippleShield(ImpactSetUp):
             mass=sum(float(each.mass.sum()) for each in before.bodies),
             coming=float(flight.arrivals.table[MASS].sum()),
             missed=flight.missed,
+            attached=seen.attached,
             clock_ahead=flight.ahead,
             angular_momentum_error=flight.angular_momentum_error,
         )
@@ -576,6 +588,7 @@ SCENARIO = Scenario(
     ),
     of_role={f"{name}_hole_diameter": name for name in BUMPERS[1:]},
     settles=("bumper_hole_diameter", "wall_perforated", "wall_bulge"),
+    revision=2,  # the stage of a bumper ends when what flies on has come off it
     least_cells=LEAST_CELLS,
     fewest_cells=FEWEST_CELLS,
 )

@@ -194,6 +194,23 @@ def test_oblique__shield_keeps_all_and_its_debris_comes_to_the_wall(compared: Co
     )
 
 
+@pytest.mark.claim("shields", "shield-slow")
+def test_bumper__stage_ends_when_a_slow_projectile_has_come_off_it(compared: Compared, tmp_path: Path) -> None:
+    """At 1.2 km/s the hole of the bumper settles before the sphere is free; it comes to the wall all the same.
+
+    At 0.86 km/s it still hangs on the bumper at the latest end: whether the wall holds is then undecided.
+    """
+    slow = {**{name: each for name, each in SMALL.items() if name not in ("end_time", "wall_time", "stop")}}
+    slow |= {"failure": "none", "stand_off": 30e-3}
+    free = execute(asked(**{**slow, "speed": 1200.0}), tmp_path / "free", threads=1)
+    share = value_of("wall_momentum")(free) / value_of("shield_momentum_behind")(free)
+    compared(at_least("momentum on the wall over that behind the bumper, its rim included", limit=0.5, got=share))
+    hanging = execute(asked(**{**slow, "speed": 860.0}), tmp_path / "hanging", threads=1)
+    flags = hanging.measurements[OUTCOME].flags
+    compared(equal("still attached in the end", expected=True, got="still_attached" in flags))
+    compared(equal("outcome", expected=None, got=outcome_in(hanging.as_json(), OUTCOME)))
+
+
 LONG = pytest.mark.claim("shields", "shield-restart", minutes=0.1)
 
 

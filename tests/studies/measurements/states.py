@@ -538,7 +538,7 @@ def shield() -> ShieldView:
     """A shield in the stage of its bumper, which has a hole."""
     place = ball(1e-3, 20e-3)
     debris = cloud(place, np.full(place.shape, (0.0, 0.0, CLOUD_SPEED)))
-    return ShieldView(None, 1.0, CELL, (drilled_disc(HOLE),), debris, missed=0.0, clock_ahead=0.0)
+    return ShieldView(None, 1.0, False, CELL, (drilled_disc(HOLE),), debris, missed=0.0, clock_ahead=0.0, attached=0.0)
 
 
 # Walls
@@ -565,7 +565,9 @@ class Moved(NamedTuple):
 Change = Callable[[np.ndarray, np.ndarray, Moved], None]  # of the radius and the depth at rest
 
 
-def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0, bounced: int = 0) -> WallView:
+def walled(
+    *changes: Change, kind: str = "axisymmetric", coming: float = 0.0, held_back: bool = False, bounced: int = 0
+) -> WallView:
     """A wall after some changes, as a geometry shows it, on a grid with three thicknesses before and behind it.
 
     Of two pieces of debris, in the model, as many as have ``bounced`` joined at the speed of spall and went back at it.
@@ -608,7 +610,7 @@ def walled(*changes: Change, kind: str = "axisymmetric", coming: float = 0.0, bo
     departed = records(0.0, particles, body_number, np.flatnonzero(gone))
     particles = Particles(*(array[~gone] for array in particles))
     wall = wall_of(setting, Snapshot(0.0, 0, particles, body_number[~gone], departed))
-    return WallView(wall, coming, CELL)
+    return WallView(wall, coming, held_back, CELL)
 
 
 def pit(depth_of_pit: float = PIT[1]) -> Change:
@@ -702,7 +704,7 @@ STATES: dict[type, dict[str, Callable[[], Any]]] = {
     },
     ShieldView: {"bumper": shield},
     WallView: {
-        "before": lambda: WallView(None, 1.0, CELL),
+        "before": lambda: WallView(None, 1.0, False, CELL),
         "whole": walled,
         "reached": lambda: walled(coming=0.5),
         "pitted and bulged": lambda: walled(pit(), bulged),

@@ -563,13 +563,14 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("plug_separation", lambda: slowed(7e-6, freed=201e-6), "no_plug"),
     ("perforated", lambda: plugged(is_open=False, speed=11.0), "undecided"),
     ("residual_velocity", lambda: slowed(7e-6, perforated=math.nan), "undecided"),
-    ("wall_perforated", lambda: WallView(None, 1.0, CELL), "not_reached"),
+    ("wall_perforated", lambda: WallView(None, 1.0, False, CELL), "not_reached"),
     ("wall_hole_diameter", walled, "not_perforated"),
     *((f"wall_spall_{name}", lambda: walled(pit()), "no_spall") for name in ("diameter", "velocity")),
 ]
 DOUBTED: list[tuple[str, Build, str]] = [
     *((name, lambda: walled(pit(WALL - PARTICLE)), "closed_by_film") for name in ("wall_perforated", "wall_failed")),
     *((f"wall_{name}", lambda: walled(coming=0.011), "still_coming") for name in ("perforated", "failed", "bulge")),
+    *((f"wall_{name}", lambda: walled(held_back=True), "still_attached") for name in ("perforated", "failed")),
     *(
         ("wall_bulge", lambda c=changes: walled(*c), flag)
         for changes, flag in (((bulged,), ""), ((bulged, moving), "still_moving"))
