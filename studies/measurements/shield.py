@@ -7,6 +7,8 @@ import math
 from dataclasses import dataclass, replace
 from typing import Any
 
+import numpy as np
+
 from studies.measurements import Measurement, NoValue, Reading
 from studies.measurements import cloud as cloud_family
 from studies.measurements.cloud import CloudView
@@ -39,6 +41,8 @@ def view(setting: Any, snapshot: Any) -> ShieldView:
         wall, cloud = wall_of(setting, snapshot), before[-1].cloud
     if before:
         coming = snapshot.waiting / before[-1].coming if before[-1].coming else 0.0
+    if wall is not None:
+        coming = max(coming, _on_its_way(setting, snapshot))
     return ShieldView(
         wall,
         coming,
@@ -53,19 +57,36 @@ def view(setting: Any, snapshot: Any) -> ShieldView:
     )
 
 
+def _on_its_way(setting: Any, snapshot: Any) -> float:
+    """Momentum of the debris on the grid of a wall that has no clear way past it, over the projectile's.
+
+    Of debris that has not reached the wall, and of what still drives it; of what it has stopped or thrown back none.
+    """
+    target = [each.name for each in setting.problem.bodies].index(setting.target)
+    return _unclear(setting, snapshot, snapshot.body != target)
+
+
 def _attached(setting: Any, snapshot: Any) -> float:
     """Momentum of what flies fast enough to come to the next sheet and has no clear way there, over the projectile's.
 
     Of a projectile that goes through, most of it until it has come off; of one that the sheet stops none.
     """
+    from solver.problem.geometry import impact_axis
+
+    velocity = snapshot.particles.velocity[:, impact_axis(setting.problem.geometry)]
+    return _unclear(setting, snapshot, velocity > setting.slowest)
+
+
+def _unclear(setting: Any, snapshot: Any, among: np.ndarray) -> float:
+    """Momentum of particles (n, bool) that no clear way leads off the grid, over the projectile's."""
     from solver.grid.debris import clear_debris
     from solver.problem.geometry import impact_axis
 
     problem, particles = setting.problem, snapshot.particles
-    velocity = particles.velocity[:, impact_axis(problem.geometry)]
-    flies = (particles.alive == 1) & (velocity > setting.slowest)
-    flies[clear_debris(problem, particles, snapshot.body, expansion=math.inf)] = False
-    return float((particles.mass * velocity)[flies].sum()) / setting.momentum
+    momentum = particles.mass * particles.velocity[:, impact_axis(problem.geometry)]
+    stays = (particles.alive == 1) & among
+    stays[clear_debris(problem, particles, snapshot.body, expansion=math.inf)] = False
+    return float(momentum[stays].sum()) / setting.momentum
 
 
 def _hole_of(name: str, where: str, place: int) -> Measurement:

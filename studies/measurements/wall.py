@@ -183,7 +183,7 @@ class WallView(OnGrid):
     """A wall, and the debris that has yet to come to it."""
 
     wall: RearWall | None  # None before the first of it
-    coming: float  # part of the mass which flies to the wall that has yet to come to its grid
+    coming: float  # part of the mass that has yet to come to the grid of the wall, or of the momentum on its way there
     held_back: bool  # whether more than ``LATE`` of what flies to it had not come off a sheet in front
     cell: float  # m
 

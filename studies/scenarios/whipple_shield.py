@@ -86,7 +86,7 @@ class BumperStage:
     mass: float  # of the bodies that were not there before
     coming: float  # mass that flies to the next grid
     missed: float  # mass that flies past it
-    attached: float  # momentum that would fly to it and has not come off, over the projectile's
+    attached: float  # part that would fly to it and has not come off, or had not come to this bumper
     clock_ahead: float  # s
     angular_momentum_error: float  # of the flight, relative
 
@@ -462,7 +462,7 @@ class WhippleShield(ImpactSetUp):
             mass=sum(float(each.mass.sum()) for each in before.bodies),
             coming=float(flight.arrivals.table[MASS].sum()),
             missed=flight.missed,
-            attached=seen.attached,
+            attached=max(seen.attached, seen.coming if setting.before else 0.0),
             clock_ahead=flight.ahead,
             angular_momentum_error=flight.angular_momentum_error,
         )

@@ -20,8 +20,8 @@ from studies.cubes.points import Place, axes_of, by_run, places_of, simulated_va
 from studies.cubes.variable import variable_name
 from studies.laws import CRITICAL, DRAWN_ONLY, Shot
 from studies.quantities.findings import InvalidInput
+from studies.quantities.measured import doubts_of
 from studies.reports.verdict.evidence import UNJUDGED_STATES, LawAnswers, answers_of
-from studies.reports.view import view_of
 from studies.sweeps.reading import ACCEPTED
 from studies.sweeps.search import interval_of
 from studies.sweeps.sweep import Sweep
@@ -139,12 +139,15 @@ def _wall_runs(points: xr.Dataset) -> list[WallRun]:
     refined = cubes.VERDICT_REASON.is_in(points, WALL)
     reasons = cubes.VERDICT_REASON.of(points, WALL).values.ravel() if refined else [""] * outcomes.size
     states = cubes.RUN_STATE.of(points).values.ravel()
-    diameters, flags = by_run(points, cubes.EQUIVALENT_DIAMETER.name), view_of(points).doubts(WALL)
+    diameters, flags = by_run(points, cubes.EQUIVALENT_DIAMETER.name), list(reading.doubts_at(points, WALL))
     runs = []
     for place, (outcome, reason) in enumerate(zip(outcomes, reasons, strict=True)):
         perforated = bool(outcome > 0.5) if math.isfinite(outcome) else None
         why = "" if perforated is not None else str(reason) or UNJUDGED_STATES[cubes.STATES[states[place]]]
-        runs.append(WallRun(float(diameters[place]), perforated, why, flags[place]))
+        # Several grids have left it open where their finest says so.
+        if not refined and perforated is not None and (doubts := doubts_of(outcome, flags[place])):
+            perforated, why = None, f"wall {'perforated' if perforated else 'holds'}, but {doubts}"
+        runs.append(WallRun(float(diameters[place]), perforated, why, ", ".join(flags[place]).replace("_", " ")))
     return runs
 
 

@@ -112,6 +112,20 @@ def test_open_run__leaves_the_probability_as_it_was() -> None:
     assert row["joined"] == row["before"]
 
 
+def test_held_run__that_may_still_be_perforated_is_open() -> None:
+    sweep = sweep_of(["4 mm"], resolution=FINE)
+    results = computed(sweep)
+    for id, each in results.items():
+        wall = replace(each.measurements["wall_perforated"], flags=("still_attached",))
+        results[id] = replace(each, measurements={"wall_perforated": wall})
+    limits = document_of(sweep, results)["ballistic_limit"]
+    runs = [run for row in limits["rows"] for run in row["runs"]]
+    assert {run["perforated"] for run in runs} == {None, True}
+    assert {run["why"] for run in runs} == {"", "wall holds, but still attached"}
+    for row in limits["probability"]["rows"]:
+        assert row["joined"] == row["before"] or row["perforated"]
+
+
 def test_search_on_several_grids__is_joined_by_what_such_simulations_add() -> None:
     joined.STORED.write_text(json.dumps({"none, several grids": vars(ADDED["none, one grid"])}))
     sweep = sweep_of({"limit_of": "wall_perforated", "between": ["1 mm", "9 mm"], "until": "10 %"}, resolution=[40, 54])
