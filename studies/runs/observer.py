@@ -14,7 +14,15 @@ from studies import measurements
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
-from studies.quantities.measured import CLOSED_ON_AXIS, MESH_DETERMINED, STILL_COMING, TOO_COARSE, WIDE_BAR, Measured
+from studies.quantities.measured import (
+    CLOSED_ON_AXIS,
+    MESH_DETERMINED,
+    STILL_COMING,
+    STILL_GROWING,
+    TOO_COARSE,
+    WIDE_BAR,
+    Measured,
+)
 from studies.quantities.parameters import flat
 from studies.runs.results import Progress
 from studies.scenarios import Scenario, Setting, SetUp
@@ -68,8 +76,7 @@ class RunObserver:
             self.sections.add(snapshot)
         if self.report:
             self.report(self._progress(snapshot))
-        awaited = self.scenario.settles if self.setting.settles is None else self.setting.settles
-        settled = self.rate.early and all(self._settled(name) for name in awaited)
+        settled = self.rate.early and all(map(self._settled, self._of_stage(self.setting)))
         if self.film and (settled or snapshot.time >= self.setting.problem.end_time):
             self.film.add(snapshot)
         return "settled" if settled else None
@@ -131,6 +138,16 @@ class RunObserver:
         values = {name: np.array([reading[name].value for reading in self.readings]) for name in measurement.follows}
         return measurement.read(History(np.array(self.times), values))
 
+    def _of_stage(self, setting: Setting) -> tuple[str, ...]:
+        """The measurements that a stage waits for."""
+        return self.scenario.settles if setting.settles is None else setting.settles
+
+    def _awaited(self, measurement: Measurement, value: float) -> tuple[str, ...]:
+        """The measurements that have to settle before a value is final: of a 0 that may become 1 all of its stage."""
+        if measurement.is_outcome:
+            return self._of_stage(self._stage_of(measurement.name)[0]) if value == 0.0 else ()
+        return (measurement.name,) if self._is_judged(measurement.name) else ()
+
     def _is_judged(self, name: str) -> bool:
         """Whether a measurement can be flagged as growing: lengths, and those that end a run when they settle."""
         is_length = measurements.load(name).unit == "m" and math.isfinite(self.rate.window)
@@ -164,8 +181,8 @@ class RunObserver:
             parts["growth"] = growth
         if has_value and measurement.mesh_determined:
             flags = (*flags, MESH_DETERMINED)
-        if has_value and self._is_judged(name) and not self._settled(name):
-            flags = (*flags, "still_growing")
+        if has_value and not all(map(self._settled, self._awaited(measurement, reading.value))):
+            flags = (*flags, STILL_GROWING)
         uncertainty, unknown = measurement.uncertainty_by(parts)
         if measurement.is_wide(reading.value, uncertainty):
             flags = (*flags, WIDE_BAR)
