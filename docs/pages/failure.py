@@ -256,7 +256,8 @@ def _choice(rows: Sequence[list[str]], series: Sequence[Series]) -> str:
     return (
         f"\nNothing excludes {names}, and the rule chooses `{chosen}`: plates, blocks and debris clouds on a grid have "
         "it by default where the target has its constants, and none elsewhere: other methods were not studied, and "
-        "shields were not measured with it. Faster impacts, which the rule does not ask, are in "
+        "shields keep none, though [drawn shots](simulated-shields.md) speak for it. Faster impacts, which the rule "
+        "does not ask, are in "
         "[plate-spall](validation/plate-spall.md) and [limits](limits.md). Holes with it and without differ by "
         f"{most} at most. The other failures count in the [model part](report.md#the-words) of each bar.\n"
     )

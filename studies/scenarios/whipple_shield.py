@@ -391,7 +391,7 @@ class WhippleShield(ImpactSetUp):
         diameter, numerics = self.shot.projectile_diameter, self.numerics
         return replace(
             self,
-            # Of matter that never breaks: with it shots were computed, and what a simulation adds was measured.
+            # Of matter that never breaks; void-growth tells more shots right (docs/simulated-shields.md).
             fracture=self.fracture.filled(materials, NO_FAILURE),
             shot=self.shot.filled(numerics, end_time=CAP_PER_DIAMETER * diameter),
             numerics=numerics.filled(few=self.shot.geometry != "axisymmetric"),

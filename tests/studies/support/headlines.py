@@ -19,14 +19,15 @@ from studies.reports.matched import matched_observations
 MOST_WORDS, MOST_REJECTING, CLOSE = 20, 0.2, 0.10
 FIRST_HAND = ("", "read", "verified", "user")
 DIFFERENCE = r"no difference|[\d.]+ % low to [\d.]+ % high|(?:[\d.]+ to )?[\d.]+ % (?:low|high)"
+BAR = r"±(?:[\d.]+ % numerically, ±)?(?P<bar>[\d.]+) %(?: with models)?"  # joint
 FORMS = (
-    rf"(?P<place>.+?): use (?P<names>.+), (?P<difference>{DIFFERENCE}), ±(?P<bar>[\d.]+) %",
-    rf"(?P<place>.+?): (?P<names>.+) agrees? only to ±(?P<bar>[\d.]+) %: (?P<difference>{DIFFERENCE})",
+    rf"(?P<place>.+?): use (?P<names>.+), (?P<difference>{DIFFERENCE}), {BAR}",
+    rf"(?P<place>.+?): (?P<names>.+) agrees? only to {BAR}: (?P<difference>{DIFFERENCE})",
     rf"(?P<place>.+?): trust none; (?P<nearest>nearest )?(?P<names>.+?),? (?:is )?(?P<difference>{DIFFERENCE})"
     r"(?:, (?P<rejecting>\d+) of (?P<tested>\d+) points reject|, the one point rejects)?",
     r"(?P<place>.+?): trust none; the exponent of (?:every law|its one law) is refuted",
     rf"(?P<place>.+?): untested; (?P<names>.+), (?P<difference>{DIFFERENCE})",
-    rf"(?P<place>.+?): (?P<names>.+), (?P<difference>{DIFFERENCE}), ±(?P<bar>[\d.]+) %",
+    rf"(?P<place>.+?): (?P<names>.+), (?P<difference>{DIFFERENCE}), {BAR}",
 )
 ELSEWHERE = rf"(?:; elsewhere (?P<elsewhere>{DIFFERENCE}))?(?:;|,) (?P<by>.+)\."
 
