@@ -27,7 +27,7 @@ class ShieldView(WallView):
     cloud: CloudView  # behind the last of them
     missed: float  # part of all mass that flew past the next grid
     clock_ahead: float  # of the stage, s
-    attached: float  # momentum that flies on and has not come off the sheet of the stage, over the projectile's
+    attached: float  # momentum of what flies on and has not come off the sheet of the stage, over the projectile's
     angular_momentum_error: float | None = None  # the largest of its flights, relative; None: the planes hold it
 
 
@@ -60,7 +60,8 @@ def view(setting: Any, snapshot: Any) -> ShieldView:
 def _on_its_way(setting: Any, snapshot: Any) -> float:
     """Momentum of the debris on the grid of a wall that has no clear way past it, over the projectile's.
 
-    Of debris that has not reached the wall, and of what still drives it; of what it has stopped or thrown back none.
+    Debris that has not reached the wall has it, and debris that still drives the wall; what the wall has stopped or
+    thrown back has none.
     """
     target = [each.name for each in setting.problem.bodies].index(setting.target)
     return _unclear(setting, snapshot, snapshot.body != target)
@@ -69,7 +70,7 @@ def _on_its_way(setting: Any, snapshot: Any) -> float:
 def _attached(setting: Any, snapshot: Any) -> float:
     """Momentum of what flies fast enough to come to the next sheet and has no clear way there, over the projectile's.
 
-    Of a projectile that goes through, most of it until it has come off; of one that the sheet stops none.
+    A projectile that goes through has nearly all of its own until it has come off; one that the sheet stops has none.
     """
     from solver.problem.geometry import impact_axis
 

@@ -183,7 +183,7 @@ class WallView(OnGrid):
     """A wall, and the debris that has yet to come to it."""
 
     wall: RearWall | None  # None before the first of it
-    coming: float  # part of the mass that has yet to come to the grid of the wall, or of the momentum on its way there
+    coming: float  # the larger part: of the mass that waits to join the grid, of the momentum on its way across it
     held_back: bool  # whether more than ``LATE`` of what flies to it had not come off a sheet in front
     cell: float  # m
 

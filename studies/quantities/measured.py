@@ -10,7 +10,7 @@ CLOSED_BY_FILM = "closed_by_film"  # a ligament thinner than a cell closes what 
 STILL_COMING = "still_coming"  # debris is on its way to what is measured
 STILL_ATTACHED = "still_attached"  # what flies to it had not come off the sheet in front at the end of that one's stage
 STILL_GROWING = "still_growing"  # it had not settled at the end
-# Of an outcome of 0: it may become 1, on another grid or later.
+# Flags that leave an outcome of 0 undecided, because it may become 1 on another grid or later.
 NOT_DECIDED = (CLOSED_BY_FILM, STILL_COMING, STILL_ATTACHED, STILL_GROWING)
 WIDE_BAR = "wide_bar"  # the uncertainty exceeds ``Measurement.widest``
 MESH_DETERMINED = "mesh_determined"  # read off one grid, which decides such a value

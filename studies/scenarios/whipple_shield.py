@@ -69,8 +69,8 @@ BUMPERS = ("bumper", "bumper_2", "bumper_3", "bumper_4")  # by their place: a sh
 class ShieldSetting(ImpactSetting):
     """A stage of a shield: the impact on the first bumper, or that of debris on the next sheet."""
 
-    slowest: float  # m/s: matter that is slower does not come to the next sheet before its stage ends
-    momentum: float  # of the projectile along the normal of the sheets, N s (per radian in axisymmetry)
+    slowest: float  # speed below which matter does not come to the next sheet before its stage ends, m/s
+    momentum: float  # momentum of the projectile along the normal of the sheets, N s (per radian in axisymmetry)
     melting: tuple[Any, ...] = ()  # no melted share is measured
     breakup: tuple[Any, ...] = ()  # and no size of fragments
     bumpers: int = 1  # of the shield
@@ -86,7 +86,7 @@ class BumperStage:
     mass: float  # of the bodies that were not there before
     coming: float  # mass that flies to the next grid
     missed: float  # mass that flies past it
-    attached: float  # part that would fly to it and has not come off, or had not come to this bumper
+    attached: float  # part of what would fly to it that has not come off this bumper, or not come to it
     clock_ahead: float  # s
     angular_momentum_error: float  # of the flight, relative
 

@@ -203,7 +203,7 @@ def test_stages__end_when_a_slow_projectile_has_come_off_the_bumper_and_to_the_w
     At 0.86 km/s it still hangs on the bumper at the latest end: whether the wall holds is then undecided. A wall that
     nothing has touched yet is at rest, and has not settled. One that still bulges at the end is undecided.
     """
-    slow = {**{name: each for name, each in SMALL.items() if name not in ("end_time", "wall_time", "stop")}}
+    slow = {name: each for name, each in SMALL.items() if name not in ("end_time", "wall_time", "stop")}
     slow |= {"failure": "none", "stand_off": 30e-3}
     free = execute(asked(**{**slow, "speed": 1200.0}), tmp_path / "free", threads=1)
     share = value_of("wall_momentum")(free) / value_of("shield_momentum_behind")(free)

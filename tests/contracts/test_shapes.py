@@ -198,7 +198,7 @@ each_name = pytest.mark.parametrize("name", sorted(SHAPES))
 # support is cut by the axis; anywhere else, and for the other shapes, the sum is exact.
 AT_FIRST_NODE = {"quadratic-bspline": 1.0 / 32.0}
 NEAR_AXIS, NEAR_AXIS_ERROR = 3.0, 0.01  # cells, and what the hoop rate may miss beyond them
-CELLS, PRESSURE, RATE = 12, 3e9, 2e4  # of the grid along each axis; Pa; 1/s
+CELLS, PRESSURE, RATE = 12, 3e9, 2e4  # cells of the grid along each axis, pressure (Pa), rate of strain (1/s)
 
 
 def filled_grid(kind: str, shape: Any) -> tuple[Any, Particles, Field]:

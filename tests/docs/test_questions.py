@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from docs.pages import DOCS
+from docs.pages import DOCS, read_json, simulated_shields
 from studies import laws
 from studies.observations.shields.judged import equations, judge
 from studies.observations.shields.shots import published
@@ -49,3 +49,13 @@ def test_page_of_the_shield__has_the_counts_of_the_published_shots() -> None:
     assert f"{100.0 * careful.unsafe.value:.1f} % of the shots were said to hold and did not" in text
     assert f"{100.0 * careful.careful.value:.0f} % were said to fail and held" in text
     assert f"The best equation is right in {100.0 * best:.0f} % of the shots" in text
+
+
+def test_page_of_the_shield__has_the_counts_of_the_simulated_shots() -> None:
+    text = " ".join((DOCS / "does-my-shield-hold.md").read_text(encoding="utf-8").split())
+    runs = read_json(simulated_shields.STORED)["runs"]
+    first = [run for run in runs if run["grid"] == simulated_shields.GRIDS[0]]
+    for failure, said in (("void-growth", "was right about"), ("none", "the default of shields, it was right about")):
+        told = [(shot.outcome, says) for shot, says in simulated_shields.outcomes(first, [failure])]
+        right = simulated_shields.rated(told)[0].right
+        assert f"{said} {right.count} of {right.of}" in text

@@ -186,7 +186,7 @@ def process_tree() -> Iterator[ProcessTree]:
 
 @contextmanager
 def unmarked() -> Iterator[None]:
-    """What is started in the block is of no tree, and outlives it."""
+    """Start processes without the mark of a tree in the block, so that they outlive every tree."""
     with patch.dict(os.environ):
         os.environ.pop(MARK, None)
         yield
