@@ -1,15 +1,14 @@
 """docs/simulated-shields.md: how often the simulation judges published shots on Whipple shields right.
 
-``python -m docs.pages compute simulated-shields DIRECTORY [GRID]`` computes what the directory does not have, on all
-grids or up to the one that is named, and writes docs/results/simulated-shields.json. The shots, the grids and the
-models were written down before any of them was run. An outcome is open where two runs disagree, so that the finer grid
-is for shots on which those of the first agree.
+``python -m docs.pages compute simulated-shields [DIRECTORY]`` computes what docs/results/simulated-shields.json has
+not, or has of another run, and stores each run as it ends; a directory keeps the states of runs that are cut. The shots, the grids and the models were written down before any of them was run. An outcome is open where two runs
+disagree, so that the finer grid is for shots on which those of the first agree.
 """
 
 import math
 import random
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 from itertools import product
@@ -57,10 +56,6 @@ FAILURES = ("none", "johnson-cook")
 OF_PLATES = "void-growth"
 GRIDS: tuple[float, ...] = (1.0, 1.5)  # times the cells below
 THROUGH_WALL = 8.0  # cells, at least
-NOT_ON_BOTH = (
-    f"**The cells times {GRIDS[1]:g} are not computed yet** (half a day of a core or more), so that a simulation "
-    "here is two runs on one grid, and what the mesh does to an outcome is not seen.\n"
-)
 
 
 @cache
@@ -117,45 +112,68 @@ def parameters_of(shot: ShieldShot, failure: str, grid: float) -> dict[str, Any]
 # ---- computed ------------------------------------------------------------------------------------
 
 
-def compute(directory: Path | None = None, last: Path | str = str(GRIDS[-1])) -> None:
-    """Compute what a directory does not have of all grids up to the last, and write the results."""
-    rows: list[dict[str, Any]] = []
+def compute(directory: Path | None = None) -> None:
+    """Compute the runs that neither the stored results nor a directory have, and store each as it ends.
+
+    On the finer grid those of Johnson and Cook's come first, which take less time, and those without failure where they
+    agree.
+    """
+    stored = {_place(run): run for run in (read_json(STORED)["runs"] if STORED.exists() else ())}
+    runs: list[Mapping[str, Any]] = []
+    asked = [*product(GRIDS[:1], (*FAILURES, OF_PLATES)), *product(GRIDS[1:], reversed(FAILURES))]
     with (
         tempfile.TemporaryDirectory() as temporary,
         ProcessPoolExecutor(WORKERS, mp_context=get_context("spawn")) as pool,
     ):
         folder = (directory or Path(temporary)).resolve()
-        for grid in (each for each in GRIDS if each <= float(str(last))):
-            shots = [shot for shot in drawn() if _is_undisputed(shot, rows)]
-            asked = list(product((grid,), FAILURES, shots))
-            rows += pool.map(computed_row, asked, [folder] * len(asked))
-        asked = [(GRIDS[0], OF_PLATES, shot) for shot in drawn()]
-        rows += pool.map(computed_row, asked, [folder] * len(asked))
-    keep({"physics": PHYSICS_VERSION, "command": COMMAND, "seed": SEED, "runs": rows}, STORED)
-    joined.store(simulations(rows))
+        for grid, failure in asked:
+            shots = [shot for shot in drawn() if grid == GRIDS[0] or simulated(_of(shot, runs)) != "open"]
+            shots.sort(key=lambda shot: sum(run["seconds"] for run in _of(shot, runs)))
+            places = [(grid, failure, shot) for shot in shots]
+            for run in pool.map(computed_row, places, [folder] * len(places), [stored.get(place) for place in places]):
+                runs.append(run)
+                _store({**stored, **{_place(each): each for each in runs}}.values())
+    _store(runs)
+    joined.store(simulations(runs))
 
 
-def _is_undisputed(shot: int, rows: Sequence[Mapping[str, Any]]) -> bool:
-    """Whether the runs of a shot so far leave its outcome to further ones."""
-    mine = [run for run in rows if run["shot"] == shot]
-    return not mine or simulated(mine) != "open"
+def _store(runs: Iterable[Mapping[str, Any]]) -> None:
+    ordered = sorted(runs, key=lambda run: (run["grid"], run["failure"], run["shot"]))
+    keep({"physics": PHYSICS_VERSION, "command": COMMAND, "seed": SEED, "runs": ordered}, STORED)
 
 
-def computed_row(asked: tuple[float, str, int], folder: Path) -> dict[str, Any]:
-    """What the run of a grid, a failure and the number of a shot says, computed where the folder does not have it."""
-    grid, failure, number = asked
+def _place(run: Mapping[str, Any]) -> tuple[float, str, int]:
+    return run["grid"], run["failure"], run["shot"]
+
+
+def _of(shot: int, runs: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]:
+    """The runs of a shot that decide its outcome."""
+    return [run for run in runs if run["shot"] == shot and run["failure"] in FAILURES]
+
+
+def computed_row(
+    place: tuple[float, str, int], folder: Path, before: Mapping[str, Any] | None = None
+) -> Mapping[str, Any]:
+    """What the run of a grid, a failure and the number of a shot says: as it did before where the run is the same one.
+
+    Computed where the folder does not have it.
+    """
+    grid, failure, number = place
     shot = drawn()[number]
     roles = {role: materials.load(str(name)) for role, name in _materials(shot).items()}
     about = {"shot": number, "failure": failure, "grid": grid}
     try:
         run = resolve("whipple_shield", parameters_of(shot, failure, grid), roles)
     except InvalidInput:  # a space too short for two grids: nothing is said of the shot
-        return {**about, "state": "refused", "perforated": None, "flags": [], "seconds": 0.0}
+        return {**about, "id": "", "state": "refused", "perforated": None, "flags": [], "seconds": 0.0}
+    if before is not None and before["id"] == run.id:
+        return before
     result = computed_once(run, folder / run.id)
     outcome = outcome_in(result.as_json(), "wall_perforated")
     print(shot.source, shot.shot, failure, grid, result.state, flush=True)
     return {
         **about,
+        "id": run.id,
         "state": result.state,
         "perforated": None if outcome is None else float(outcome),
         "flags": list(result.flags),
@@ -182,8 +200,12 @@ def outcomes(
     return [(shot, simulated([run for run in mine if run["shot"] == number])) for number, shot in drawn().items()]
 
 
-def _computed_grids(runs: Sequence[Mapping[str, Any]]) -> tuple[float, ...]:
-    return tuple(sorted({run["grid"] for run in runs}))
+def _ended(runs: Sequence[Mapping[str, Any]]) -> dict[int, Simulated]:
+    """What the runs of a shot on all grids say together, of the shots that have all that the rule asks for."""
+    every = len(GRIDS) * len(FAILURES)
+    mine = {shot: _of(shot, runs) for shot in drawn()}
+    said = {shot: simulated(of_shot) for shot, of_shot in mine.items()}
+    return {shot: outcome for shot, outcome in said.items() if outcome == "open" or len(mine[shot]) == every}
 
 
 def simulations(runs: Sequence[Mapping[str, Any]]) -> dict[SimulationKind, list[SimulatedShot]]:
@@ -193,7 +215,7 @@ def simulations(runs: Sequence[Mapping[str, Any]]) -> dict[SimulationKind, list[
     kinds = {}
     kinds_of_failures = [*((failure,) for failure in FAILURES), FAILURES, (OF_PLATES,)]
     computed = [(failures, GRIDS[:1]) for failures in kinds_of_failures]
-    if _computed_grids(runs) == GRIDS:
+    if len(_ended(runs)) == len(drawn()):
         computed.append((FAILURES, GRIDS))
     for failures, grids in computed:
         kind = SimulationKind(tuple(sorted(failures)), "one" if len(grids) == 1 else "several")
@@ -236,11 +258,11 @@ def pages() -> dict[str, str]:
     if not STORED.exists():
         return {}
     runs = read_json(STORED)["runs"]
-    told = outcomes(runs)
-    shots = [shot for shot, _ in told]
-    grids = _computed_grids(runs)
-    rows = [_row("simulation", *rated([(shot.outcome, outcome) for shot, outcome in told]))]
     first = [run for run in runs if run["grid"] == GRIDS[0]]
+    is_whole = len(_ended(runs)) == len(drawn())
+    told = outcomes(runs if is_whole else first)
+    shots = [shot for shot, _ in told]
+    rows = [_row("simulation", *rated([(shot.outcome, outcome) for shot, outcome in told]))]
     for failure in (*FAILURES, OF_PLATES):
         alone = [(shot.outcome, outcome) for shot, outcome in outcomes(first, [failure])]
         rows.append(_row(f"simulation, failure {failure}, cells × {GRIDS[0]:g} alone", *rated(alone)))
@@ -249,13 +271,13 @@ def pages() -> dict[str, str]:
         for law in equations():
             judged = judge(law, asked)
             rows.append(_row(f"`{law.name}`{words}", judged, len(asked) - judged.right.of))
-    kind = SimulationKind(tuple(sorted(FAILURES)), "several" if grids == GRIDS else "one")
+    kind = SimulationKind(tuple(sorted(FAILURES)), "several" if is_whole else "one")
     scores = joined.validated(simulations(runs)[kind])
     parts = [
         "# Shots on shields, simulated\n",
         MADE.format(source="`docs/results/simulated-shields.json`"),
         _rule(len(told)),
-        *([] if grids == GRIDS else [NOT_ON_BOTH]),
+        *_of_the_mesh(first, runs),
         table(["what tells", "right of those decided", "95 %", "unsafe", "too careful", "open"], rows),
         "\nUnsafe: said to hold, and perforated. Right / decided / open of the simulation by speed and outcome:\n",
         table(["speed", *OUTCOMES], list(_by_speed(told))),
@@ -270,6 +292,22 @@ def pages() -> dict[str, str]:
         ),
     ]
     return {"simulated-shields.md": "\n".join(parts)}
+
+
+def _of_the_mesh(first: Sequence[Mapping[str, Any]], runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
+    """How many of the shots that the first grid decides keep their outcome on the finer one."""
+    before = {shot: said for shot in drawn() if (said := simulated(_of(shot, first))) != "open"}
+    after = {shot: outcome for shot, outcome in _ended(runs).items() if shot in before}
+    kept = sum(outcome != "open" for outcome in after.values())
+    yield (
+        f"Of the {len(before)} shots that the coarser cells decide {len(after)} are computed on the finer ones, and "
+        f"{kept} keep their outcome there.\n"
+    )
+    if len(after) < len(before):
+        yield (
+            f"**The cells times {GRIDS[1]:g} are not all computed yet** (half a day of a core or more), so that a "
+            "simulation here is two runs on one grid.\n"
+        )
 
 
 def _joined(runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:

@@ -31,7 +31,7 @@ def test_simulation__tells_the_outcome_of_each_shot(name: str, tmp_path: Path, c
     """
     each = series()[name]
     for shot in each.shots:
-        runs = list(runs_of(shot, each.failures, tmp_path))
+        runs = list(runs_of(shot, each.failures, tmp_path, {}))
         for run in runs:
             if run["perforated"] is not None:
                 where = f"{1e3 * shot.projectile_diameter:g} mm, {run['failure']}, {run['cells']:g} cells"

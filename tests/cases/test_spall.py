@@ -140,7 +140,10 @@ def test_spall__breaks_a_bar_at_the_sourced_stress_and_time(name: str, compared:
 
 
 # Plane-strain fracture toughness, Pa m^(1/2), from which the materials' files compute their spall strengths.
-TOUGHNESS = {"al-2024-t3": 44e6, "al-2024-t351": 34.06e6, "al-7075-t6": 24e6, "ti-6al-4v": 55e6, "steel-4340": 87.4e6}
+TOUGHNESS = {
+    **{"al-2024-t3": 44e6, "al-2024-t351": 34.06e6, "al-2219-t87": 36e6, "al-7075-t6": 24e6},
+    **{"ti-6al-4v": 55e6, "steel-4340": 87.4e6},
+}
 THIRD_DIGIT = 5e-3
 # Wilkerson and Ramesh (2016), constants of copper: friction stress and Hall-Petch slope (Pa, Pa m^(1/2)), Young's
 # modulus, slope of the equation of state and bulk modulus (Pa), density, sites of voids in grains and at boundaries of
