@@ -1,7 +1,8 @@
 """docs/simulated-shields.md: how often the simulation judges published shots on Whipple shields right.
 
 ``python -m docs.pages compute simulated-shields [DIRECTORY]`` computes what docs/results/simulated-shields.json has
-not, or has of another run, and stores each run as it ends; a directory keeps the states of runs that are cut. The shots, the grids and the models were written down before any of them was run. An outcome is open where two runs
+not, or has of another run, and stores each run as it ends; a directory keeps the states of runs that are cut. The
+shots, the grids and the models were written down before any of them was run. An outcome is open where two runs
 disagree, so that the finer grid is for shots on which those of the first agree.
 """
 
