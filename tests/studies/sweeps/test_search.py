@@ -9,7 +9,7 @@ import pytest
 
 from studies.observations.shields.probability import probability
 from studies.quantities.findings import InvalidInput
-from studies.quantities.measured import CLOSED_BY_FILM, STILL_COMING
+from studies.quantities.measured import CLOSED_BY_FILM, STILL_COMING, TOO_COARSE
 from studies.runs.run import Run
 from studies.sweeps.cost import cost_of
 from studies.sweeps.search import Chance, LimitOutcome, Search, SearchedLimit, SearchVerdict, outcome_in, replay
@@ -49,6 +49,7 @@ def test_search__brackets_a_limit_within_its_tolerance(exact: float) -> None:
         (0.0, CLOSED_BY_FILM, None),
         (0.0, STILL_COMING, None),
         (1.0, STILL_COMING, True),
+        (1.0, TOO_COARSE, None),
     ],
 )
 def test_outcome__that_may_change_is_none(value: float | None, flag: str, outcome: LimitOutcome) -> None:
