@@ -74,6 +74,12 @@ class Search:
             return 2 + max(1, math.ceil(math.log2(math.log(self.high / self.low) / (EVEN * self.until))))
         return 2 + max(1, math.ceil(math.log2((self.high - self.low) / self.tolerance) - 1e-9))
 
+    def is_too_wide(self, low: float, high: float) -> bool:
+        """Whether an interval is wider than asked."""
+        if self.until is not None:
+            return math.log(high / low) > self.until * (1.0 + 1e-9)
+        return high - low > self.tolerance * (1.0 + 1e-9)
+
     def mass(self, low: float, high: float, chance: Chance | None) -> float:
         """The chance that the limit lies between two values."""
         even = math.log(high / low) / math.log(self.high / self.low)
@@ -146,12 +152,12 @@ def _limit(
     if len(tried) < search.most_tries:
         following = _guided(search, outcomes, chance) if search.until is not None else _halved(search, outcomes)
     if following is None and (is_reversed or not (zeros and ones)):
-        ends = [end for end in (search.low, search.high) if end in outcomes]
+        ends = [end for end in (search.low, search.high) if end in outcomes] or [*zeros[-1:], *ones[:1]]
         gave = " and ".join(f"{_shown(outcomes[end])} at {readable(end, unit)}" for end in ends) or "undecided"
         reason = f"not bracketed: {search.quantity} is {gave}; it has to be 0 at the lower end and 1 at the upper one"
         return SearchedLimit(SearchVerdict.NOT_BRACKETED, tried, None, reason=reason)
     reason = ""
-    if following is None and search.until is not None and math.log(upper / lower) > search.until * (1.0 + 1e-9):
+    if following is None and search.is_too_wide(lower, upper):
         inside = [value for value, outcome in outcomes.items() if outcome is None and lower < value < upper]
         at = ", ".join(readable(float(f"{value:.3g}"), unit) for value in inside)
         reason = f"wider than asked: {f'{search.quantity} is open at {at}' if at else 'no try is left'}"
@@ -164,7 +170,7 @@ def _halved(search: Search, outcomes: Mapping[float, LimitOutcome | str]) -> flo
     inside = [value for value in outcomes if lower <= value <= upper]
     gaps = [(after - before, before) for before, after in pairwise(inside)]
     width, before = max(gaps, key=lambda gap: (gap[0], -gap[1]), default=(0.0, 0.0))
-    return None if width <= search.tolerance * (1.0 + 1e-9) else round_quantity(before + 0.5 * width)
+    return round_quantity(before + 0.5 * width) if search.is_too_wide(before, before + width) else None
 
 
 def _guided(search: Search, outcomes: Mapping[float, LimitOutcome | str], chance: Chance | None) -> float | None:
@@ -173,7 +179,7 @@ def _guided(search: Search, outcomes: Mapping[float, LimitOutcome | str], chance
     lower, upper = interval_of(outcomes)
     low, high = (search.low if math.isnan(lower) else lower), (search.high if math.isnan(upper) else upper)
     inside = sorted({low, high, *(value for value in outcomes if low < value < high)})
-    wide = [(a, b) for a, b in pairwise(inside) if math.log(b / a) > search.until * (1.0 + 1e-9)]
+    wide = [(a, b) for a, b in pairwise(inside) if search.is_too_wide(a, b)]
     if wide:
         return search.halving(*max(wide, key=lambda gap: search.mass(gap[0], gap[1], chance)), chance)
     return next((end for end in (low, high) if end not in outcomes), None)

@@ -207,12 +207,14 @@ class Sweep:
         for number, (index, coordinates) in enumerate(self._places()):
             if chosen is not None and number not in chosen:
                 continue
+            at = coordinates
             try:
-                resolved = self._run(coordinates)
+                resolved = self._run(at)
+                for at in self._ends_of(coordinates):
+                    self._run(at)
             except InvalidInput as error:
                 place = ", ".join(
-                    f"{axis.name} = {written(coordinates[axis.name], axis.unit)}"
-                    for axis in (*self.axes, *self.refinements)
+                    f"{axis.name} = {written(at[axis.name], axis.unit)}" for axis in (*self.axes, *self.refinements)
                 )
                 findings |= {finding: place for finding in error.findings if finding not in findings}
                 refused += 1
@@ -395,6 +397,12 @@ class Sweep:
             return at
         (first,) = axis.search.start(self._chance(at))
         return {**at, axis.name: first}
+
+    def _ends_of(self, at: Mapping[str, Value]) -> Iterator[dict[str, Value]]:
+        """The points at both ends of a guided search, which starts between them; none of another search or sweep."""
+        axis = self.searched
+        if axis is not None and axis.search is not None and axis.search.until is not None:
+            yield from ({**at, axis.name: end} for end in (axis.search.low, axis.search.high))
 
     def _chance(self, at: Mapping[str, Value]) -> "Chance | None":
         """The chance that a searched limit lies below a value, by equations and shots; None where it is not known."""

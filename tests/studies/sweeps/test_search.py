@@ -196,12 +196,20 @@ def test_until__tries_an_end_before_it_says_that_nothing_is_bracketed(perforates
     assert (GUIDED.low if perforates else GUIDED.high) in limit.tried
 
 
-def test_until__leaves_an_open_value_inside_its_interval() -> None:
-    limit = replay(GUIDED, lambda speed: None if 280.0 < speed < 340.0 else speed > 300.0, "m s-1")
+@pytest.mark.parametrize("search", [SEARCH, GUIDED])
+def test_search__leaves_an_open_value_inside_its_interval(search: Search) -> None:
+    low, high = search.low + 20.0, search.low + 80.0
+    limit = replay(search, lambda speed: None if low < speed < high else speed > low, "m s-1")
     assert limit.verdict is SearchVerdict.BRACKETED
-    assert limit.lower <= 280.0
-    assert limit.upper >= 340.0
-    assert limit.reason.startswith("wider than asked: perforated is open at 2")
+    assert limit.lower <= low
+    assert limit.upper >= high
+    assert limit.reason.startswith("wider than asked: perforated is open at 1")
+
+
+def test_until__names_what_is_decided_where_nothing_is_bracketed() -> None:
+    limit = replay(GUIDED, lambda speed: None if speed > 200.0 else False, "m s-1")
+    assert limit.verdict is SearchVerdict.NOT_BRACKETED
+    assert limit.reason.startswith("not bracketed: perforated is 0 at 1")
 
 
 def test_until__starts_on_a_shield_where_its_equations_and_shots_leave_it_open() -> None:
@@ -232,6 +240,9 @@ def test_until__starts_on_a_shield_where_its_equations_and_shots_leave_it_open()
     runs = {point.run.id for point in sweep.tried(limits).runs()}
     assert runs >= {point.run.id for point in sweep.runs()}
     assert cost_of(sweep).runs == sweep.most_runs
+    short = {**document, "fixed": {**document["fixed"], "stand_off": "25 mm"}}  # refused for 10 mm alone
+    with pytest.raises(InvalidInput, match="projectile_diameter = 10 mm"):
+        Sweep.parse(short).runs()
 
 
 @pytest.mark.parametrize(
