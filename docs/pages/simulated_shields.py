@@ -26,10 +26,12 @@ from studies.observations.shields.joined import (
     LEAST_CELLS,
     MOST_CELLS,
     THROUGH_BUMPER,
+    THROUGH_WALL,
     Simulated,
     SimulatedShot,
     SimulationKind,
     cells_across,
+    cells_through,
 )
 from studies.observations.shields.judged import RANGES, Judged, Share, equations, judge, range_of
 from studies.observations.shields.shots import IN_DOUBT, OUTCOMES, ShieldShot, WallOutcome, collected, published
@@ -56,7 +58,6 @@ FAILURES = ("none", "johnson-cook")
 # were known, and before any of its own. None of these shots had a part in making it the default (docs/failure.md).
 OF_PLATES = "void-growth"
 GRIDS: tuple[float, ...] = (1.0, 1.5)  # times the cells below
-THROUGH_WALL = 8.0  # cells, at least
 
 
 @cache
@@ -95,8 +96,7 @@ def _breaks(shot: ShieldShot) -> bool:
 
 def parameters_of(shot: ShieldShot, failure: str, grid: float) -> dict[str, Any]:
     """The parameters of a run of a shot, by the rule of the cells."""
-    cells = grid * cells_across(shot.projectile_diameter, shot.bumper_thickness)
-    across_wall = cells * shot.wall_thickness / shot.projectile_diameter
+    cells = cells_across(shot.projectile_diameter, shot.bumper_thickness)
     return {
         **_materials(shot),
         "projectile_diameter": shot.projectile_diameter,
@@ -105,8 +105,8 @@ def parameters_of(shot: ShieldShot, failure: str, grid: float) -> dict[str, Any]
         "wall_thickness": shot.wall_thickness,
         "speed": shot.speed,
         "failure": failure,
-        "cells_per_diameter": cells,
-        "cells_per_wall": max(grid * THROUGH_WALL, 0.5 * across_wall),
+        "cells_per_diameter": grid * cells,
+        "cells_per_wall": grid * cells_through(shot.wall_thickness, shot.projectile_diameter, cells),
     }
 
 

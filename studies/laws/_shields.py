@@ -11,7 +11,7 @@ from numpy.typing import ArrayLike, NDArray
 
 from studies.laws import InnerBumper, Law, Shield, Shot
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, KSI
-from studies.laws._range import Limit, Range, family
+from studies.laws._range import OTHER_MATERIAL, Limit, Range, family
 
 FAST = 7.0  # km/s of the normal speed, from which the debris is molten
 SIZE = 18.0 / 19.0  # exponent of the limbs of strength
@@ -160,6 +160,13 @@ def range_of(
     return Range(
         family("aluminium", source),
         Limit("a Whipple shield", "the equation is about bumper and wall", walls),
-        Limit(f"wall of aluminium; {fails}", source),
+        Limit("wall of aluminium", source, _other_metal),
+        Limit(fails, source),
         *limits,
     )
+
+
+def _other_metal(shot: Shot) -> str:
+    """Why what stands behind the bumper is not what an equation is for."""
+    behind = shot.shield.of_other_metal if shot.shield else {}
+    return ", ".join(f"{OTHER_MATERIAL}aluminium, the {name} is {family}" for name, family in behind.items())

@@ -14,15 +14,16 @@ SHIELD_ROLES = ("bumper", "wall")  # materials of a shield, its target first
 
 @dataclass(frozen=True)
 class InnerBumper:
-    """A second bumper of aluminium, between the first one and the wall."""
+    """A second bumper, between the first one and the wall."""
 
     thickness: Metre
     stand_off: Metre  # between the back of this bumper and the front of the wall
+    family: str = "aluminium"  # of its material
 
 
 @dataclass(frozen=True)
 class Shield:
-    """A Whipple shield: a bumper of the target's material before a wall of aluminium."""
+    """A Whipple shield: a bumper of the target's material before a wall."""
 
     bumper_thickness: Metre
     wall_thickness: Metre
@@ -31,6 +32,15 @@ class Shield:
     wall_density: KilogramPerCubicMetre | None = None  # None: that of the bumper
     inner_bumper: InnerBumper | None = None  # None: two walls
     further_bumpers: int = 0  # behind the inner one: no equation is about such a shield
+    wall_family: str = "aluminium"  # of its material
+
+    @property
+    def of_other_metal(self) -> dict[str, str]:
+        """The families of what stands behind the bumper, by name, where they are not aluminium."""
+        families = {"wall": self.wall_family}
+        if self.inner_bumper:
+            families["inner bumper"] = self.inner_bumper.family
+        return {name: family for name, family in families.items() if family != "aluminium"}
 
 
 @dataclass(frozen=True)
@@ -99,11 +109,12 @@ def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material] |
     276000000.0
     >>> inner = {"bumper_2": "al-6061-t6", "bumper_2_thickness": 5e-4, "bumper_2_stand_off": 0.05}
     >>> shot_from({**shot, **shield, **inner}).shield.inner_bumper
-    InnerBumper(thickness=0.0005, stand_off=0.05)
+    InnerBumper(thickness=0.0005, stand_off=0.05, family='aluminium')
     """
     values = {name: value for name, value in parameters.items() if value is not None}
     target, *others = SHIELD_ROLES if "bumper_thickness" in values else ("target",)
-    materials = materials or {role: load(values[role]) for role in ("projectile", target, *others)}
+    roles = ("projectile", target, *others, *(("bumper_2",) if values.get("bumper_2_thickness") else ()))
+    materials = materials or {role: load(values[role]) for role in roles}
     return Shot(
         speed=values["speed"],
         projectile_diameter=_equivalent_diameter(values),
@@ -112,21 +123,24 @@ def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material] |
         target=materials[target],
         obliquity=values.get("obliquity", 0.0),
         length_ratio=_length_ratio(values),
-        shield=_shield(values, materials["wall"]) if others else None,
+        shield=_shield(values, materials) if others else None,
     )
 
 
-def _shield(values: Mapping[str, Any], wall: Material) -> Shield:
+def _shield(values: Mapping[str, Any], materials: Mapping[str, Material]) -> Shield:
     """The shield, its wall of the first yield stress that its material states; NaN where it states none."""
-    inner = values.get("bumper_2_thickness")
+    wall, inner = materials["wall"], None
+    if values.get("bumper_2_thickness"):
+        inner = InnerBumper(values["bumper_2_thickness"], values["bumper_2_stand_off"], materials["bumper_2"].family)
     return Shield(
         bumper_thickness=values["bumper_thickness"],
         wall_thickness=values["wall_thickness"],
         stand_off=values["stand_off"],
         wall_yield_stress=wall.yield_stresses[0].value if wall.yield_stresses else math.nan,
         wall_density=wall.density,
-        inner_bumper=InnerBumper(inner, values["bumper_2_stand_off"]) if inner else None,
+        inner_bumper=inner,
         further_bumpers=sum(bool(values.get(f"bumper_{place}_thickness")) for place in (3, 4)),
+        wall_family=wall.family,
     )
 
 

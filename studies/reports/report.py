@@ -169,7 +169,7 @@ def _ballistic_limit(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any] 
     what = "spheres" if shapes == {"sphere"} else "projectiles"
     terms = ShieldTerms(units, what, has_grids=bool(refinements_of(dataset)))
     verdict = verdict_on_equations(limits, terms)
-    chances = in_words(limits, chances_of(dataset, points, limits), one_mesh=not terms.has_grids)
+    chances = in_words(limits, chances_of(dataset, points, limits), terms)
     headline = chances.pop("headline") or verdict["headline"]
     return {**verdict, "headline": headline, "probability": chances}
 

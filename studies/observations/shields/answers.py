@@ -99,7 +99,7 @@ def answer(shot: Shot, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
         near=len(near),
         nearest=ordered[:LISTED],
         judged=tuple(judge(law, near, "near") for law in equations()),
-        outside=tuple(_outside(shot)),
+        outside=tuple(outside_of_shots(shot)),
     )
 
 
@@ -114,14 +114,17 @@ def _words(shot: Shot) -> Iterator[Word]:
         yield Word(law.name, says if value.in_range else "outside", value.value, value.reason)
 
 
-def _outside(shot: Shot) -> Iterator[str]:
+def outside_of_shots(shot: Shot) -> Iterator[str]:
     """Why a shot on a shield is like none of the published ones."""
     assert shot.shield is not None
     if shot.shield.inner_bumper:
         yield "all shots have two walls"
-    for role, material in (("projectile", shot.projectile), ("bumper", shot.target)):
-        if material.family != "aluminium":
-            yield f"the {role} is {material.family}, all shots are of aluminium"
+    metals = {"projectile": shot.projectile.family, "bumper": shot.target.family, **shot.shield.of_other_metal}
+    for role, family in metals.items():
+        if family != "aluminium":
+            yield f"the {role} is {family}, all shots are of aluminium"
+    if shot.length_ratio != 1.0:
+        yield f"the projectile has L/d = {shot.length_ratio:.3g}, all shots are of spheres"
     for (name, unit), value in _ratios(shot).items():
         low, high = _limits()[name]
         if not low <= value <= high:

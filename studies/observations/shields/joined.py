@@ -45,6 +45,7 @@ STORED = Path(__file__).with_name("joined.json")
 PRIOR = np.array([2.5, 2.5])  # standard deviations of a and b
 # Cells across the projectile in simulated shots, or those that leave so many through the bumper where these are more.
 LEAST_CELLS, MOST_CELLS, THROUGH_BUMPER = 16.0, 48.0, 6.0
+THROUGH_WALL = 8.0  # cells, at least
 Simulated = Literal["perforated", "held", "open"]
 NOT_JOINED = "the simulation is not counted"
 
@@ -128,6 +129,15 @@ def cells_across(diameter: float, bumper_thickness: float) -> float:
     (30.0, 16.0, 48.0)
     """
     return min(MOST_CELLS, max(LEAST_CELLS, THROUGH_BUMPER * diameter / bumper_thickness))
+
+
+def cells_through(wall_thickness: float, diameter: float, across: float) -> float:
+    """Cells through the wall of a shot that was simulated with so many cells across the projectile.
+
+    >>> cells_through(2e-3, 5e-3, 30.0), cells_through(5e-3, 5e-3, 30.0)
+    (8.0, 15.0)
+    """
+    return max(THROUGH_WALL, 0.5 * across * wall_thickness / diameter)
 
 
 def joint_of(before: Sequence[Probability], shots: Sequence[SimulatedShot]) -> Joint:

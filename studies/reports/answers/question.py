@@ -100,7 +100,8 @@ class Question:
             stand_off=given["stand_off"],
             wall_yield_stress=given.get("wall_yield_stress") or _yield_stress(self._wall(given), given),
             wall_density=self._wall(given).density,
-            inner_bumper=InnerBumper(*inner) if len(inner) == len(INNER) else None,
+            inner_bumper=InnerBumper(inner[0], inner[1]) if len(inner) == len(INNER) else None,
+            wall_family=self._wall(given).family,
         )
 
     def _wall(self, given: Mapping[str, Any]) -> Material:

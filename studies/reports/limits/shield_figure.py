@@ -5,12 +5,13 @@ from collections.abc import Iterator, Sequence
 
 import xarray as xr
 
-from studies.laws import Shot
+from studies.laws import Shield, Shot
 from studies.observations.shields.shots import published
 from studies.quantities.units import readable
 from studies.reports.figures import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Series
 from studies.reports.limits.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
 from studies.reports.limits.shield import DIAMETER, ShieldLimit, shot_at, shots_of
+from studies.reports.verdict.texts import joined
 from studies.reports.view import MOST_PANELS, Scale, spread, title_of
 
 RUNS = {RUN_HELD: False, RUN_PERFORATED: True, RUN_UNDECIDED: None}
@@ -30,7 +31,7 @@ def shield_figure(dataset: xr.Dataset, limits: Sequence[ShieldLimit]) -> Iterato
     yield Figure(
         name="ballistic_limit",
         title="Ballistic limit of the shield: diameter of the projectile against speed",
-        caption=_caption(len(shields) - len(shown), shots[0]),
+        caption=_caption(len(shields) - len(shown), [shot.shield for shot in shots if shot and shot.shield]),
         x=SPEED,
         y=Scale(DIAMETER, "diameter of the projectile", "m"),
         panels=tuple(panels),
@@ -54,15 +55,17 @@ def _panel(dataset: xr.Dataset, limits: Sequence[ShieldLimit], shot: Shot | None
     return Panel(title_of(dataset, at), at, tuple(series))
 
 
-def _caption(left_out: int, shot: Shot | None) -> str:
+def _caption(left_out: int, shields: Sequence[Shield]) -> str:
     sentences = [
         "Squares: runs, filled where the wall is perforated, open where it holds. A bar reaches from the largest "
         "projectile that is held to the smallest that perforates. Of a cylinder the diameter is that of the sphere "
         "with its volume."
     ]
-    if shot is not None and shot.shield is not None:
-        stress = shot.shield.wall_yield_stress
-        known = "unknown" if math.isnan(stress) else readable(stress, "Pa")
+    if shields:
+        stresses = [each.wall_yield_stress for each in shields]
+        known = joined(
+            list(dict.fromkeys("unknown" if math.isnan(each) else readable(each, "Pa") for each in stresses))
+        )
         sentences.append(
             "Lines: equations that cover the shield at some speed, dotted outside their range; yield stress of the "
             f"wall: {known}. Circles: those of {len(published().shots)} published shots that are on shields like "

@@ -7,20 +7,36 @@ from typing import Any
 
 import xarray as xr
 
-from studies.cubes.points import by_run, refinements_of
+from studies.cubes.points import Place, by_run, refinements_of
 from studies.laws import Shot
-from studies.observations.shields.answers import shown
-from studies.observations.shields.joined import NOT_JOINED, Simulated, SimulationKind, cells_across, joint
+from studies.observations.shields.answers import outside_of_shots, shown
+from studies.observations.shields.joined import (
+    NOT_JOINED,
+    Simulated,
+    SimulationKind,
+    cells_across,
+    cells_through,
+    joint,
+)
 from studies.observations.shields.probability import Probability, probability
+from studies.quantities.numerical_defaults import RECIPES
 from studies.quantities.units import readable
 from studies.reports.limits.outcomes import OF_MODEL
-from studies.reports.limits.shield import ShieldLimit, shot_at, shots_of
+from studies.reports.limits.shield import ShieldLimit, shots_of
+from studies.reports.limits.shield_verdict import ShieldTerms, place_of, values_of
 from studies.reports.verdict.texts import capital, joined, shortest, words
 
-RESOLUTION = "cells_per_diameter"
 ROUNDED = 1e-6  # relative: of a number of cells
 MOST_SAID = 3  # speeds and shields with a sentence
-CALIBRATED = {"geometry": "axisymmetric", "projectile_shape": "sphere"}  # of the simulated shots
+# How the simulated shots were computed: by one recipe, and all cells by the rule.
+_RECIPE = RECIPES["whipple"]
+CALIBRATED: Mapping[str, Any] = {
+    **{"geometry": "axisymmetric", "projectile_shape": "sphere", "edges": "fixed", "eos_form": "hugoniot"},
+    **{"contact": "none", "particles_per_cell": _RECIPE.particles_per_cell},
+    **{"shape": _RECIPE.shape, "scheme": _RECIPE.scheme, "tension": _RECIPE.tension},
+    **{"viscosity_linear": _RECIPE.viscosity_linear, "viscosity_quadratic": _RECIPE.viscosity_quadratic},
+}
+CELLS = ("cells_per_diameter", "cells_per_wall")
 TOLD: dict[bool | None, Simulated] = {True: "perforated", False: "held", None: "open"}
 DOES: dict[bool | None, str] = {True: "perforates", False: "is held", None: "is undecided"}
 
@@ -32,6 +48,7 @@ class WallChance:
     diameter: float  # m
     perforated: bool | None  # by the simulation; None: open
     before: Probability  # from equations and shots
+    outside: tuple[str, ...]  # why the shield lies outside of all shots; empty inside
     joined: Probability | None  # with the simulation; None where it is not joined
     why: str  # it is not joined; else empty
 
@@ -44,7 +61,12 @@ class WallChance:
     def sentence(self) -> str:
         """ "71 % (45 to 88) to fail; 42 % (27 to 58) without simulation"."""
         after = f"{shown(self.before)} without simulation" if self.joined else NOT_JOINED
-        return f"{shown(self.best)} to fail; {after}"
+        return f"{shown(self.best)} to fail{self.where}; {after}"
+
+    @property
+    def where(self) -> str:
+        """Where the probability is an extrapolation."""
+        return ", outside all shots" if self.outside else ""
 
 
 Computed = tuple[ShieldLimit, Sequence[WallChance]]
@@ -52,61 +74,95 @@ Computed = tuple[ShieldLimit, Sequence[WallChance]]
 
 def chances_of(dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit]) -> list[list[WallChance]]:
     """The chances of the runs of each limit; none where no equation covers a run."""
-    shots, chances = shots_of(dataset), list[list[WallChance]]()
-    finest = float(dataset[RESOLUTION].max()) if RESOLUTION in refinements_of(dataset) else None
+    shots, several = shots_of(dataset), refinements_of(dataset)
+    finest = {CELLS[0]: float(dataset[CELLS[0]].max())} if CELLS[0] in several else {}
+    of_points = {name: by_run(points, name) for name in ("failure", *CALIBRATED, *CELLS) if name in points.variables}
+    chances = []
     for limit in limits:
-        shot, named = shot_at(shots, limit.at), ("failure", *CALIBRATED, *([RESOLUTION] if finest is None else ()))
-        settings = {name: limit.at[name] if name in limit.at else by_run(points, name)[0] for name in named}
-        chances.append([] if shot is None else list(_of_limit(shot, limit, settings, finest)))
+        settings = {name: limit.at.get(name, values[0]) for name, values in of_points.items()} | finest
+        chances.append([*_of_limit([shot for at, shot in shots if _is_at(at, limit)], limit, settings, bool(finest))])
     return chances
 
 
+def _is_at(at: Place, limit: ShieldLimit) -> bool:
+    return all(at[name] == value for name, value in limit.at.items())
+
+
 def _of_limit(
-    shot: Shot, limit: ShieldLimit, settings: Mapping[str, Any], finest: float | None
+    shots: Sequence[Shot], limit: ShieldLimit, settings: Mapping[str, Any], has_grids: bool
 ) -> Iterator[WallChance]:
-    """Chances at one speed on one shield; ``finest`` is the resolution of the finest of several grids."""
-    kind = SimulationKind((str(settings["failure"]),), "one" if finest is None else "several")
+    """Chances at one speed on one shield, of which these are shots."""
+    kind = SimulationKind((str(settings["failure"]),), "several" if has_grids else "one")
     constants = joint(kind)
-    cells = float(settings[RESOLUTION]) if finest is None else finest
     for run in limit.runs:
-        before = probability(replace(shot, speed=limit.speed, projectile_diameter=run.diameter))
-        if before is None:
+        shot = _shot_of(shots, limit.speed, run.diameter)
+        before = probability(shot) if shot else None
+        if shot is None or before is None:
             continue
-        why = _why_not(limit, settings)
-        least = cells_across(run.diameter, shot.plate_thickness or math.inf)
+        outside = tuple(outside_of_shots(shot))
         if constants is None:
-            how = f"with failure {kind.name}" if finest is None else "on several grids with one failure alone"
+            how = "on several grids with one failure alone" if has_grids else f"with failure {kind.name}"
             why = f"no shots were simulated {how}"
         elif constants.gained <= 0.0:
             why = f"on {constants.shots} shots, simulations with failure {kind.name} did not improve P"
-        elif not why and cells < least * (1.0 - ROUNDED):
-            why = f"the shots were simulated on at least {least:.0f} cells across"
+        else:
+            why = next(iter(outside), "") or _why_not(shot, settings)
         after = constants.probability(before, TOLD[run.perforated]) if constants and not why else None
-        yield WallChance(run.diameter, run.perforated, before, after, why and f"{NOT_JOINED}: {why}")
+        yield WallChance(run.diameter, run.perforated, before, outside, after, why and f"{NOT_JOINED}: {why}")
 
 
-def _why_not(limit: ShieldLimit, settings: Mapping[str, Any]) -> str:
+def _shot_of(shots: Sequence[Shot], speed: float, diameter: float) -> Shot | None:
+    """The shot of a run; None where a search tried a cylinder that no shot of the sweep is of."""
+    for shot in shots:
+        if math.isclose(shot.speed, speed, rel_tol=ROUNDED) and math.isclose(
+            shot.projectile_diameter, diameter, rel_tol=ROUNDED
+        ):
+            return shot
+    spheres = (shot for shot in shots if shot.length_ratio == 1.0)
+    return next((replace(shot, speed=speed, projectile_diameter=diameter) for shot in spheres), None)
+
+
+def _why_not(shot: Shot, settings: Mapping[str, Any]) -> str:
     """Why no simulated shots are like the runs of a limit."""
-    if limit.normal_speed < limit.speed:
+    if shot.obliquity:
         return "no shots were simulated at an angle"
     for name, calibrated in CALIBRATED.items():
-        if str(settings[name]) != calibrated:
-            return f"no shots were simulated with {name.replace('_', ' ')} {settings[name]}"
+        if settings[name] != calibrated:
+            return f"no shots were simulated with {words(name)} {settings[name]}"
+    assert shot.shield is not None
+    across, through = (float(settings[name]) for name in CELLS)
+    least = cells_across(shot.projectile_diameter, shot.shield.bumper_thickness)
+    if across < least * (1.0 - ROUNDED):
+        return f"the shots were simulated on at least {least:.0f} cells across"
+    least = cells_through(shot.shield.wall_thickness, shot.projectile_diameter, least)
+    if through < least * (1.0 - ROUNDED):
+        return f"the shots were simulated on at least {least:.0f} cells through the wall"
     return ""
 
 
-def in_words(limits: Sequence[ShieldLimit], chances: Sequence[Sequence[WallChance]], one_mesh: bool) -> dict[str, Any]:
+def in_words(
+    limits: Sequence[ShieldLimit], chances: Sequence[Sequence[WallChance]], terms: ShieldTerms
+) -> dict[str, Any]:
     """Headline of a sweep that brackets no limit, a sentence for each shot, and all chances as plain objects."""
     pairs = [(limit, mine) for limit, mine in zip(limits, chances, strict=True) if mine]
     groups = _of_shots(pairs)
     headline = ""
     if len(pairs) == len(limits) and all(len(limit.runs) == 1 for limit in limits):
         worst = max(groups, key=lambda group: max(mine[0].best.value for _, mine in group))
-        headline = _headline(worst, "; one mesh." if one_mesh else ".")
-    why = list(dict.fromkeys(chance.why for _, mine in pairs for chance in mine if chance.why))
+        headline = _headline(worst, _shield(worst, pairs, terms), "." if terms.has_grids else "; one mesh.")
+    every = [chance for _, mine in pairs for chance in mine]
+    why = list(dict.fromkeys(each.why for each in every if each.why))
+    outside = list(dict.fromkeys(reason for each in every for reason in each.outside))
+    why += [f"outside all shots: {'; '.join(outside)}"] if outside else []
+    without = [limit for limit, mine in zip(limits, chances, strict=True) if not mine]
+    if pairs and without:
+        why.append(f"no equation gives a probability at {joined([place_of(limit, terms) for limit in without])}")
     return {
         "headline": headline,
-        "sentences": [_sentence(group) for group in groups[:MOST_SAID]] + [f"{capital(each)}." for each in why],
+        "sentences": [
+            *(_sentence(group, _shield(group, pairs, terms)) for group in groups[:MOST_SAID]),
+            *(f"{capital(each)}." for each in why),
+        ],
         "rows": [
             {"at": dict(limit.at), "speed": limit.speed, **asdict(chance), "does": DOES[chance.perforated]}
             for limit, mine in pairs
@@ -124,23 +180,30 @@ def _of_shots(pairs: Sequence[Computed]) -> list[list[Computed]]:
     return list(groups.values())
 
 
-def _headline(group: Sequence[Computed], end: str) -> str:
+def _shield(group: Sequence[Computed], pairs: Sequence[Computed], terms: ShieldTerms) -> str:
+    """Speed of a group, and what tells its shield from the others: "7 km/s, wall thickness 3 mm"."""
+    limit = group[0][0]
+    told = [name for name in limit.at if name not in OF_MODEL and len({each.at[name] for each, _ in pairs}) > 1]
+    return ", ".join([readable(limit.speed, "m s-1"), *values_of({name: limit.at[name] for name in told}, terms)])
+
+
+def _headline(group: Sequence[Computed], shield: str, end: str) -> str:
     """What the simulation of one shot says, and how likely the wall fails."""
     chances = [chance for _, [chance] in group]
     worst = max(chances, key=lambda each: each.best.value)
-    begin = f"{readable(group[0][0].speed, 'm s-1')}, {_size(worst)}:"
+    begin = f"{shield}, {_size(worst)}:"
     if worst.joined:
-        return f"{begin} {worst.sentence}{end}"
+        return shortest([f"{begin} {worst.sentence}{end}", f"{begin} {shown(worst.best)} to fail{end}"])
     outcomes = {each.perforated for each in chances}
     does = (DOES[outcomes.pop()] if len(outcomes) == 1 else DOES[None]).removeprefix("is ")
     why = " (models disagree)" if len(outcomes) > 1 else ""
-    likely = f"{shown(worst.before)} to fail by"
-    return shortest(
-        [f"{begin} {does} in simulation{why}; {likely} {known}{end}" for known in ("equations and shots", "equations")]
-    )
+    likely = f"{shown(worst.before)} to fail{worst.where}"
+    sources = (" by equations and shots", " by equations", "")
+    texts = [f"{begin} {does} in simulation{why}; {likely}{known}{end}" for known in sources]
+    return shortest([*texts, f"{begin} {likely}{end}"])
 
 
-def _sentence(group: Sequence[Computed]) -> str:
+def _sentence(group: Sequence[Computed], shield: str) -> str:
     """The chances of a shot at the ends of the interval, or of the one run; where it has none, of the middle run."""
     said: dict[tuple[str, str], list[str]] = {}
     for limit, chances in group:
@@ -150,7 +213,7 @@ def _sentence(group: Sequence[Computed]) -> str:
             does = DOES[each.perforated] + (f" with {model}" if model else "")
             said.setdefault((_size(each), each.sentence), []).append(does)
     texts = [f"{size} {joined(list(dict.fromkeys(does)))}: {sentence}" for (size, sentence), does in said.items()]
-    return f"At {readable(group[0][0].speed, 'm s-1')}, {'. '.join(texts)}."
+    return f"At {shield}, {'. '.join(texts)}."
 
 
 def _size(chance: WallChance) -> str:

@@ -5,6 +5,7 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
+from studies.cubes.points import Place
 from studies.observations.shields.answers import SHORT
 from studies.observations.shields.judged import RANGES, range_of
 from studies.quantities.display import digits, display_of
@@ -30,6 +31,7 @@ STATEMENT = (
     "makes them more careful. The yield stress of the wall is the first that its material states. "
 )
 ONE_GRID = "Every run is on one grid: what a finer one would change is unknown."
+NO_RUN = "no run tells whether the wall holds"
 SEVERAL = "A point whose grids disagree is undecided, and widens the interval."
 
 Entry = tuple[ShieldLimit, CriticalDiameter]
@@ -102,10 +104,9 @@ def _sentence(
 ) -> str:
     """What the simulation gives in a range of the normal speed, and how each equation does there."""
     if len(limits) <= MOST_LISTED:
-        held = joined([f"{_held(limit)} ({_place(limit, terms)})" for limit in limits])
+        held = joined([f"{_held(limit)} ({place_of(limit, terms)})" for limit in limits])
     else:
-        ends = [end for limit in limits for end in (limit.lower, limit.upper) if math.isfinite(end)]
-        held = f"{_sizes(min(ends), max(ends))} at {len(limits)} points" if ends else "unknown"
+        held = joined([*_held_at(limits)])
     groups = []
     for word, says in SAID.items():
         mine = [each for each in equations if each["word"] == word]
@@ -135,14 +136,28 @@ def _held(limit: ShieldLimit) -> str:
     return f"below {_sizes(limit.upper, limit.upper)}" if math.isfinite(limit.upper) else "unknown"
 
 
-def _place(limit: ShieldLimit, terms: ShieldTerms) -> str:
+def _held_at(limits: Sequence[ShieldLimit]) -> Iterator[str]:
+    """The intervals of many points: those with both ends together, and those with one."""
+    kinds: dict[str, list[ShieldLimit]] = {}
+    for limit in limits:
+        kinds.setdefault("" if limit.is_bracketed else _held(limit).partition(" ")[0], []).append(limit)
+    for kind, mine in sorted(kinds.items()):
+        ends = [end for limit in mine for end in (limit.lower, limit.upper) if math.isfinite(end)]
+        sizes = _sizes(min(ends), max(ends)) if ends else ""
+        yield " ".join(filter(None, (kind, sizes, "at", plural(len(mine), "point"))))
+
+
+def place_of(limit: ShieldLimit, terms: ShieldTerms) -> str:
     """ "7 km/s", and the values of the other axes."""
-    texts = [
-        value if isinstance(value, str) else readable(value, terms.units[name] or "1")
-        for name, value in limit.at.items()
-    ]
-    others = [f"{words(name)} {text}" for name, text in zip(limit.at, texts, strict=True)]
-    return ", ".join([readable(limit.speed, "m s-1"), *others])
+    return ", ".join([readable(limit.speed, "m s-1"), *values_of(limit.at, terms)])
+
+
+def values_of(at: Place, terms: ShieldTerms) -> list[str]:
+    """Values of axes with their names: "wall thickness 3 mm"."""
+    texts = (
+        value if isinstance(value, str) else readable(value, terms.units[name] or "1") for name, value in at.items()
+    )
+    return [f"{words(name)} {text}" for name, text in zip(at, texts, strict=True)]
 
 
 def _sizes(low: float, high: float) -> str:
@@ -165,11 +180,12 @@ def _headline(limits: Sequence[ShieldLimit], terms: ShieldTerms) -> str:
             return _stated(limit, [f"{says}, {others} more too", says] if others else [says], terms)
     if agreeing := [entry for entry in entries if entry[1].word == "agrees"]:
         limit = max((limit for limit, _ in agreeing), key=lambda each: each.speed)
-        names = list(dict.fromkeys(short_name(each) for _, each in agreeing))
+        names = [short_name(each) for each in limit.equations if each.word == "agrees"]
         return _stated(limit, [f"all {len(names)} equations agree" if len(names) > 1 else f"{names[0]} agrees"], terms)
     known = [limit for limit in limits if math.isfinite(limit.lower) or math.isfinite(limit.upper)]
     if not known:
-        return "No verdict: no run tells whether the wall holds."
+        is_told = any(run.perforated is not None for limit in limits for run in limit.runs)
+        return f"No verdict: {'larger projectiles are held than perforate' if is_told else NO_RUN}."
     limit = max(known, key=lambda each: (each.is_bracketed, each.speed))
     if not entries:
         return _stated(limit, ["no equation is about such a shield"], terms)
@@ -182,7 +198,7 @@ def _stated(limit: ShieldLimit, says: Sequence[str], terms: ShieldTerms) -> str:
     """What the wall does at a place, and the first of what is said of equations that leaves few enough words."""
     mesh = "" if terms.has_grids else "; one mesh"
     does, briefly = _does(limit)
-    place, speed = f"At {_place(limit, terms)},", f"At {readable(limit.speed, 'm s-1')}"
+    place, speed = f"At {place_of(limit, terms)},", f"At {readable(limit.speed, 'm s-1')}"
     begins = [f"{place} {terms.what} {does}", f"{place} {briefly}"] if limit.at else []
     return shortest([f"{begin}; {text}{mesh}." for begin in (*begins, f"{speed} {terms.what} {does}") for text in says])
 

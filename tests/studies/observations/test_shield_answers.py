@@ -189,6 +189,7 @@ def test_diameters_at__have_these_chances() -> None:
         ({"shield": replace(SHIELD, wall_thickness=0.1)}, "t_w = 100 mm is above 50.8 mm"),
         ({"shield": replace(SHIELD, bumper_thickness=10e-6)}, "d/t_b = 500 is above"),
         ({"projectile": materials.load("copper-ofhc")}, "the projectile is copper"),
+        ({"length_ratio": 2.0}, "the projectile has L/d = 2"),
     ],
 )
 def test_answer__flags_a_shield_outside_of_all_shots(change: dict[str, Any], words: str) -> None:
@@ -209,11 +210,18 @@ def test_answer__of_a_plate_is_refused() -> None:
         answer(replace(SHOT, shield=None))
 
 
-def test_answer__of_another_metal_leaves_its_equations_out() -> None:
-    got = answer(replace(SHOT, target=materials.load("copper-ofhc")))
+@pytest.mark.parametrize(
+    ("part", "change"),
+    [
+        ("bumper", {"target": materials.load("copper-ofhc")}),
+        ("wall", {"shield": replace(SHIELD, wall_family="copper")}),
+    ],
+)
+def test_answer__of_another_metal_leaves_its_equations_out(part: str, change: dict[str, Any]) -> None:
+    got = answer(replace(SHOT, **change))
     assert {word.says for word in got.words} == {"outside"}
     assert got.probability is None
-    assert got.sentence == "no probability: the bumper is copper, all shots are of aluminium."
+    assert got.sentence == f"no probability: the {part} is copper, all shots are of aluminium."
 
 
 def test_answer__has_the_users_own_shots_among_those_near() -> None:

@@ -247,6 +247,23 @@ def test_one_end__judges_what_it_contradicts(limit: float, word: str, does: str)
     assert does in document["headline"]
 
 
+def test_many_points__of_one_end_have_no_limit() -> None:
+    speeds = ["3.5 km/s", "4.5 km/s", "5.5 km/s", "6.5 km/s"]
+    sweep = sweep_of([], axes={"speed": speeds, "projectile_diameter": ["3 mm", "4 mm"]})
+    held = document_of(sweep, computed(sweep, limit=lambda speed: 9e-3 if speed < 6e3 else 3.5e-3))
+    [regime] = held["ballistic_limit"]["regimes"]
+    assert "the limit is 3-4 mm at 1 point and above 4 mm at 3 points." in regime["sentence"]
+
+
+def test_larger_projectile__that_is_held_leaves_no_verdict() -> None:
+    sweep = sweep_of(["2 mm", "4 mm"])
+    results = computed(sweep, limit=lambda speed: 1e-3)
+    for point in sweep.runs():
+        if point.run.parameters["projectile_diameter"] == 4e-3:
+            results[point.run.id] = result_of(point.run, limit=lambda speed: 9e-3)
+    assert document_of(sweep, results)["headline"] == "No verdict: larger projectiles are held than perforate."
+
+
 def test_flagged_runs__judge_nothing() -> None:
     document = searched(flags=("under_resolved",))
     words = {each["word"] for row in document["ballistic_limit"]["rows"] for each in row["equations"]}

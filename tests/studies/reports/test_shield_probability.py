@@ -84,6 +84,9 @@ def test_shot__is_told_once_with_what_each_failure_says() -> None:
         ({"resolution": 16}, "on at least 24 cells across"),
         ({"resolution": FINE, "fixed": {**SHIELD, "failure": "johnson-cook"}}, "grid did not improve P"),
         ({"resolution": FINE, "fixed": {**SHIELD, "geometry": "quarter"}}, "with geometry quarter"),
+        ({"resolution": FINE, "fixed": {**SHIELD, "recipe": "thesis"}}, "with particles per cell 2"),
+        ({"resolution": FINE, "fixed": {**SHIELD, "cells_per_wall": 8}}, "on at least 9 cells through the wall"),
+        ({"resolution": FINE, "fixed": {**SHIELD, "projectile": "steel-304"}}, "the projectile is steel"),
         ({"resolution": [FINE, 48]}, "on several grids with one failure alone"),
     ],
 )
@@ -95,6 +98,26 @@ def test_simulation__is_not_joined_where_no_shots_were_simulated_like_it(changes
     assert all(row["why"].startswith(NOT_JOINED) and why in row["why"] for row in rows)
     assert "in simulation; " in document["headline"]
     assert any(why in sentence for sentence in document["ballistic_limit"]["probability"]["sentences"])
+
+
+def test_each_shield__is_named_beside_its_probability() -> None:
+    walls = {name: value for name, value in SHIELD.items() if name != "wall_thickness"}
+    axes = {"wall_thickness": ["2 mm", "3 mm"], "bumper_2_thickness": ["0 mm", "1 mm"]}
+    fixed = {**walls, **SHOT, "bumper_2": "al-6061-t6", "bumper_2_stand_off": "5 cm"}
+    sweep = sweep_of([], axes=axes, fixed=fixed, resolution=FINE)
+    document = document_of(sweep, computed(sweep, limit=lambda speed: 3e-3))
+    thin, thick, without = document["ballistic_limit"]["probability"]["sentences"]
+    assert thin.startswith("At 7 km/s, wall thickness 2 mm, 4 mm perforates: ")
+    assert thick.startswith("At 7 km/s, wall thickness 3 mm, 4 mm perforates: ")
+    assert without.count("bumper 2 thickness 1 mm") == 2
+
+
+@pytest.mark.parametrize("lengths", [["4 mm", "20 mm"], ["20 mm", "4 mm"]])
+def test_rod__has_no_probability_that_is_a_short_cylinders(lengths: list[str]) -> None:
+    fixed = {**SHIELD, **SHOT, "projectile_shape": "cylinder"}
+    sweep = sweep_of([], axes={"projectile_length": lengths}, fixed=fixed, resolution=FINE)
+    [row] = document_of(sweep, computed(sweep))["ballistic_limit"]["probability"]["rows"]
+    assert row["at"] == {"projectile_length": 4e-3}
 
 
 def test_simulation__is_not_joined_before_any_shot_was_simulated() -> None:

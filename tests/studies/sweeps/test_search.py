@@ -213,7 +213,7 @@ def test_until__names_what_is_decided_where_nothing_is_bracketed() -> None:
 
 
 def test_until__starts_on_a_shield_where_its_equations_and_shots_leave_it_open() -> None:
-    document = {
+    document: dict[str, Any] = {
         "scenario": "whipple_shield",
         "fixed": {
             **{"projectile": "al-2017-t4", "bumper": "al-6061-t6", "wall": "al-6061-t6"},
