@@ -16,7 +16,7 @@ from typing import Any
 
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
-from studies.quantities.measured import ERROR_UNKNOWN, MESH_DETERMINED, TOO_COARSE, WIDE_BAR, Measured
+from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING, TOO_COARSE, WIDE_BAR, Measured
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 
@@ -56,7 +56,7 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
     view = None if all(measurement.follows for measurement in chosen) else _view_of(run, result, state)
     for measurement in chosen:
         if measurement.follows:
-            renewed[measurement.name] = _from_histories(measurement, result)
+            renewed[measurement.name] = _from_histories(run, measurement, result)
         else:
             renewed[measurement.name] = _from_state(run, measurement, measurement.read(view), result)
     # Names as the scenario has them, then those that it no longer has.
@@ -96,15 +96,19 @@ def _view_of(run: Run, result: RunResult, state: Path) -> Any:
     """The view of the stored final state that the scenario's measurements read."""
     import numpy as np
 
+    from solver.state import MASS
     from studies.runs.stages import earlier_stages, setting_of
 
     step = int(result.numbers.get("steps", 0))
     with np.load(state, allow_pickle=False) as saved:
         setting = setting_of(run, earlier_stages(saved))
-    return scenarios.load(run.scenario).parameters.view(setting, load_state(state, step=step))
+    snapshot, arrivals = load_state(state, step=step), setting.problem.arrivals
+    if arrivals is not None:
+        snapshot = snapshot._replace(waiting=float(arrivals.table[MASS][arrivals.time > snapshot.time].sum()))
+    return scenarios.load(run.scenario).parameters.view(setting, snapshot)
 
 
-def _from_histories(measurement: Measurement, result: RunResult) -> Measured:
+def _from_histories(run: Run, measurement: Measurement, result: RunResult) -> Measured:
     """A measurement read off stored histories; where one of them is incomplete or outdated it keeps its value."""
     import numpy as np
 
@@ -123,37 +127,35 @@ def _from_histories(measurement: Measurement, result: RunResult) -> Measured:
         name: np.array([math.nan if v is None else v for v in measured.history["value"]], float)
         for name, measured in followed.items()
     }
-    return _measured(measurement, measurement.read(History(np.array(times, float), values)), result)
+    return _measured(run, measurement, measurement.read(History(np.array(times, float), values)), result)
 
 
 def _from_state(run: Run, measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
-    """A measurement read off the final state alone."""
+    """A measurement read off the final state alone; an outcome that had not settled stays open."""
+    before, flags = result.measurements.get(measurement.name), (*reading.flags, NEEDS_SOLVING)
+    if before and STILL_GROWING in before.flags and measurement.is_outcome and reading.value == 0.0:
+        flags = (*flags, STILL_GROWING)
+    return _measured(run, measurement, replace(reading, flags=flags), result)
+
+
+def _measured(run: Run, measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
+    """A reading with its uncertainty and flags, as ``studies.runs.observer`` gives them."""
     scenario = scenarios.load(run.scenario)
-    parameters = scenario.record(run.parameters)
-    parts = parameters.all_parts(measurement.name, reading.value, reading.parts)
-    measured = _measured(measurement, replace(reading, parts=parts), result)
-    flags: tuple[str, ...] = (*measured.flags, NEEDS_SOLVING)
-    if measured.value is not None:
-        flags = (*flags, *parameters.flags(measurement.name))
-    if measured.value is not None and measurement.mesh_determined:
-        flags = (*flags, MESH_DETERMINED)
-    if measurement.is_wide(measured.value, measured.uncertainty):
-        flags = (*flags, WIDE_BAR)
-    if measured.value is not None and scenario.too_coarse(result.numbers):
-        kept = tuple(flag for flag in flags if flag != ERROR_UNKNOWN)
-        return replace(measured, uncertainty=None, flags=(*kept, TOO_COARSE))
-    return replace(measured, flags=flags)
-
-
-def _measured(measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
-    value = reading.value if math.isfinite(reading.value) else None
-    parts = {} if value is None else dict(reading.parts)
+    parameters, value = scenario.record(run.parameters), reading.value if math.isfinite(reading.value) else None
+    parts = {} if value is None else parameters.all_parts(measurement.name, value, reading.parts)
     uncertainty, unknown = measurement.uncertainty_by(parts)
+    flags = reading.flags
+    if value is not None:
+        flags = (*flags, *parameters.flags(measurement.name), *[MESH_DETERMINED] * measurement.mesh_determined)
+    if measurement.is_wide(reading.value, uncertainty):
+        flags = (*flags, WIDE_BAR)
+    if value is not None and scenario.too_coarse(result.numbers):
+        uncertainty, unknown = None, (TOO_COARSE,)
     return Measured(
         value=value,
         uncertainty=uncertainty,
         parts=parts,
-        flags=reading.flags if value is None else (*reading.flags, *unknown),
+        flags=flags if value is None else (*flags, *unknown),
         history={"time": [result.numbers["end_time"]], "value": [value]},
         version=measurement.version,
     )
