@@ -142,6 +142,7 @@ def points_of(dataset: xr.Dataset) -> xr.Dataset:
         changed[name] = xr.Variable(converged.dims, converged.values, cubes.VALUE.of(dataset, name).attrs)
         changed[cubes.UNCERTAINTY.named(name)] = cubes.CONVERGED_UNCERTAINTY.of(dataset, name).variable
         changed[cubes.FLAGS.named(name)] = _flags(dataset, cubes.FLAGS.of(dataset, name), [name])
+        changed |= _model_part(dataset, name)
     valued = np.logical_or.reduce([np.isfinite(changed[name].values) for name in names])
     state = points.run_state.variable
     changed["run_state"] = state.copy(data=np.where(valued, np.int8(SUCCEEDED), state.values).astype(np.int8))
@@ -191,6 +192,27 @@ def _flags(dataset: xr.Dataset, flags: xr.DataArray, names: Sequence[str]) -> xr
         across = (*across, along)
     kept = [str(name) for name in dims if name not in (OFFSET, RESOLUTION)]
     return xr.Variable(kept, raised.squeeze(across), flags.attrs)
+
+
+def _model_part(dataset: xr.Dataset, name: str) -> dict[str, xr.Variable]:
+    """What a cube has of the model part of each point: that of its finest run with a value, the first of equal ones."""
+    dims = list(dataset.run_state.dims)
+    across = [axis for axis in (RESOLUTION, OFFSET) if axis in dims]
+    kept, sizes = [str(axis) for axis in dims if axis not in across], [dataset.sizes[axis] for axis in across]
+
+    def by_point(values: np.ndarray) -> np.ndarray:
+        """(..., runs of a point), the finest first."""
+        moved = np.moveaxis(values, [dims.index(axis) for axis in across], range(-len(across), 0))
+        finest = np.flip(moved, -len(across)) if RESOLUTION in across else moved
+        return finest.reshape(*finest.shape[: len(kept)], math.prod(sizes))
+
+    first = np.isfinite(by_point(simulated_values(dataset, name))).argmax(-1, keepdims=True)
+    chosen = {}
+    for part in (each for each in dataset.data_vars if str(each).startswith(cubes.MODEL_PART.named(name))):
+        stored = dataset.variables[part]
+        values = np.take_along_axis(by_point(reading.by_run(dataset, stored)), first, -1)[..., 0]
+        chosen[str(part)] = xr.Variable(kept, values, stored.attrs)
+    return chosen
 
 
 def _flat(array: xr.DataArray, dataset: xr.Dataset) -> np.ndarray:

@@ -66,3 +66,14 @@ def test_points__have_the_flags_of_the_runs_that_their_value_is_of(finest_failed
     assert points.run_flags.attrs.keys() == dataset.run_flags.attrs.keys()
     reason = dataset.hole_diameter_converged_reason.sel(speed=2e3).item()
     assert "under resolved at" in reason
+
+
+def test_points__keep_their_model_part_where_the_first_of_the_finest_runs_failed() -> None:
+    whole = points_of(built())
+    first = next(p for p in SWEEP.runs() if p.coordinates[RESOLUTION] == 64.0 and p.coordinates["offset"] == 0.0)
+    lost = replace(fakes.result(first.run), state="failed", reason="late", measurements={})
+    points = points_of(built(SWEEP, **{first.run.id: lost}))
+    np.testing.assert_allclose(points.hole_diameter_model_part, whole.hole_diameter_model_part, rtol=0.1)
+    assert (
+        points.hole_diameter_model_part_reason.values.tolist() == whole.hole_diameter_model_part_reason.values.tolist()
+    )
