@@ -6,6 +6,7 @@ from collections.abc import Mapping
 from service.logs import about
 from service.records.jobs import Lease, MeasuredRun, State
 from service.store import Store
+from service.store.sweeps import is_search
 from solver.errors import WhippleError
 from studies.runs.run import Run
 from studies.sweeps.reading import ACCEPTED
@@ -19,8 +20,7 @@ def goes_on(store: Store, lease: Lease) -> bool:
     """Whether the sweep of a leased publication got further runs, for which the publication waits."""
     assert lease.sweep_id is not None
     document = store.sweeps.document(lease.sweep_id)
-    axes = document.get("axes") or {}
-    if not any(isinstance(axis, Mapping) and "limit_of" in axis for axis in axes.values()):
+    if not is_search(document):
         return False
     runs = {run.id: run for run in store.runs.measured(lease.sweep_id)}
     try:

@@ -31,17 +31,6 @@ __all__ = ["Leadership", "Store", "digest_of"]
 class Store:
     """Sweeps, runs, publications, their files and what happened to them, in one database."""
 
-    sweeps: Sweeps
-    runs: Runs
-    publications: Publications
-    queue: Queue
-    leases: Leases
-    terms: Terms
-    retention: Retention
-    events: Events
-    keys: Keys
-    audit: AuditTrail
-
     def __init__(self, database: Database):
         self.database = database
         self.sweeps = Sweeps(database)

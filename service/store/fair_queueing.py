@@ -128,7 +128,7 @@ def queue_again(
         own = own.where(POINTS.c.run_id.in_(among))
     row = sa.select(SWEEPS.c.priority, SWEEPS.c.owner, SWEEPS.c.keep).where(SWEEPS.c.id == sweep_id)
     priority, owner, keep = connection.execute(row).one()
-    again = JOBS.c.id.in_(own) & sa.or_(ended_by_accident(verdicts=verdicts), _lacks_a_file(keep))
+    again = JOBS.c.id.in_(own) & sa.or_(ended_by_accident(verdicts=verdicts), lacks_a_file(keep))
     without_result = sa.select(JOBS.c.id).where(again, sa.not_(HAS_RESULT))
     connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(without_result)))
     queue = JOBS.update().where(again).values(state=State.QUEUED, queued=moment, crashes=0)
@@ -144,7 +144,7 @@ def queue_again(
     return count
 
 
-def _lacks_a_file(keep: Keep) -> sa.ColumnElement[bool]:
+def lacks_a_file(keep: Keep) -> sa.ColumnElement[bool]:
     """The run has a result, and lacks a file of this retention."""
     is_less = JOBS.c.state.in_([State.SUCCEEDED]) & JOBS.c.keep.not_in(at_least(keep))
     names = [name for name, least in KEPT_BY.items() if keep in at_least(least)]

@@ -13,12 +13,13 @@ import sqlalchemy as sa
 
 from service.records.jobs import Cause, CrashCount, Keep, Kind, Lease, Result, State, Stored, before
 from service.store.connection import Database
-from service.store.events import log_attempts
-from service.store.fair_queueing import IS_WANTED, queue_for_film, take_due
+from service.store.events import log_attempts, outdate_publications
+from service.store.fair_queueing import IS_WANTED, queue_for_film, schedule, take_due
 from service.store.tables import (
     ARTIFACTS,
     CAUSES,
     CONTROL,
+    HAS_RESULT,
     JOBS,
     POINTS,
     PUBLISH_PRIORITY,
@@ -227,10 +228,11 @@ class Leases:
         files: Sequence[Stored],
         event: Mapping[str, Any],
     ) -> bool:
-        """End a leased job, and queue the publications that waited for it alone."""
+        """End a leased job, and queue the publications that waited for it alone, or were made without its result."""
         moment = now()
         end = JOBS.update().where(is_held(lease), JOBS.c.state.in_(before(state)))
         with self._database.writing() as connection:
+            had_result = connection.scalar(sa.select(HAS_RESULT).where(JOBS.c.id == lease.id))
             end = end.values(**values, finished=moment).returning(JOBS.c.path)
             row = connection.execute(end).first()
             if row is None:
@@ -238,8 +240,11 @@ class Leases:
             if row.path == values.get("path"):  # else it went back to an earlier result
                 register_files(connection, lease.id, files)
             queue_for_film(connection, lease, moment)
-            waiting = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == lease.id)
-            release_publications(connection, moment, JOBS.c.sweep_id.in_(waiting))
+            using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == lease.id, ~POINTS.c.detached)
+            if row.path and not had_result:
+                for id in outdate_publications(connection, moment, JOBS.c.sweep_id.in_(using)):
+                    schedule(connection, id)  # its other runs may be under way
+            release_publications(connection, moment, JOBS.c.sweep_id.in_(using))
             log_attempts(connection, moment, state, lease, **event)
             if "cause" in event:
                 count_attempt(connection, event["cause"])

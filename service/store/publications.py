@@ -14,7 +14,7 @@ from service.files.lost_results import Loss, TooManyLost, first_runs
 from service.records.jobs import TERMINAL, Cause, Kind, Lease, PublishedRun, State, Stored
 from service.store import fair_queueing
 from service.store.connection import Database
-from service.store.events import log_attempts, log_event, log_outdated
+from service.store.events import log_attempts, log_event, outdate_publications
 from service.store.leases import count_attempt, wait_again
 from service.store.tables import (
     ARTIFACTS,
@@ -28,7 +28,6 @@ from service.store.tables import (
     invalidate_tallies,
     now,
     one_row,
-    outdate_publications,
     release_publications,
     runs_of,
     stored_record,
@@ -105,9 +104,8 @@ class Publications:
         with self._database.writing() as connection:
             if not wait_again(connection, lease):
                 return False
-            assert lease.sweep_id is not None
             _check_limits(connection, moment, losses)
-            _forget_results(connection, moment, [lease.sweep_id], losses, most)
+            _forget_results(connection, moment, losses, most)
             count_attempt(connection, Cause.LOST)
             log_attempts(connection, moment, "requeued", lease, cause=Cause.LOST, reason=reason)
         return True
@@ -128,22 +126,19 @@ class Publications:
                 return job is not None
             using = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id == job.id, ~POINTS.c.detached)
             own = [job.sweep_id] if job.kind is Kind.PUBLISH else using if job.path else []
-            marked = outdate_publications(connection, JOBS.c.sweep_id.in_(own))
-            log_outdated(connection, moment, marked)
+            marked = outdate_publications(connection, moment, JOBS.c.sweep_id.in_(own))
             losses = [Loss(job.id, damaged.path, damaged.sha256)]
             if job.path == damaged.path:
                 _check_limits(connection, moment, losses)
-                _forget_results(connection, moment, own, losses, most)
+                _forget_results(connection, moment, losses, most)
             elif _compute_again(connection, moment, own, JOBS.c.id == job.id) or marked:
                 _check_limits(connection, moment, losses)
                 log_event(connection, moment, LOST, job_id=job.id, reason=f"{damaged.name} was lost or damaged")
         return True
 
 
-def _forget_results(
-    connection: sa.Connection, moment: datetime, sweeps: SweepIds, losses: Sequence[Loss], most: int
-) -> None:
-    """Take lost results out of the rows, and queue their runs for the sweeps that wait for them.
+def _forget_results(connection: sa.Connection, moment: datetime, losses: Sequence[Loss], most: int) -> None:
+    """Take lost results out of the rows, and queue their runs for the sweeps that have them and are not published yet.
 
     A cancelled sweep is published without them, and so is every sweep with a result that was lost ``most`` times.
     """
@@ -156,7 +151,10 @@ def _forget_results(
         connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(files)))
         of_cancelled = POINTS.update().where(POINTS.c.run_id.in_(batch), POINTS.c.sweep_id.in_(cancelled))
         connection.execute(of_cancelled.values(detached=True))
-        _compute_again(connection, moment, sweeps, gone & (JOBS.c.crashes < most))
+        sharing = sa.select(POINTS.c.sweep_id).where(POINTS.c.run_id.in_(batch))
+        due = JOBS.c.sweep_id.in_(sharing.where(~POINTS.c.detached)) & (JOBS.c.state != State.SUCCEEDED)
+        outdate_publications(connection, moment, due)
+        _compute_again(connection, moment, sharing, gone & (JOBS.c.crashes < most))
     for id in ids:
         log_event(connection, moment, LOST, job_id=id, reason=REASON)
 
@@ -196,7 +194,8 @@ def _compute_again(connection: sa.Connection, moment: datetime, sweeps: SweepIds
     again = again.values(unless_result(cause=None, failure=None, reason=None))
     queued = connection.execute(again.values(fraction=sa.null(), finished=sa.null())).rowcount
     invalidate_tallies(connection, 1)
-    for id in connection.scalars(sa.select(SWEEPS.c.id).where(SWEEPS.c.id.in_(sweeps))):
+    waiting = JOBS.c.sweep_id.in_(sweeps) & (JOBS.c.state == State.WAITING)
+    for id in connection.scalars(sa.select(JOBS.c.sweep_id).where(waiting)).all():
         fair_queueing.schedule(connection, id)
-    release_publications(connection, moment, JOBS.c.sweep_id.in_(sweeps))
+    release_publications(connection, moment, waiting)
     return queued

@@ -9,7 +9,7 @@ import sqlalchemy as sa
 
 from service.records.jobs import TERMINAL, Kind, MeasuredRun, NotFound, RunPlace, RunRow, State, Stored
 from service.store.connection import Database
-from service.store.events import log_event, log_outdated
+from service.store.events import log_event, outdate_publications
 from service.store.tables import (
     ARTIFACTS,
     JOBS,
@@ -21,7 +21,6 @@ from service.store.tables import (
     ended_by_accident,
     now,
     one_row,
-    outdate_publications,
     release_publications,
     runs_of,
     stored_record,
@@ -166,8 +165,7 @@ class Runs:
                 return ()
             connection.execute(registered.values(file))
             log_event(connection, moment, "remeasured", job_id=id, was=was, sha256=answer.sha256)
-            marked = outdate_publications(connection, publication)
-            log_outdated(connection, moment, marked)
+            marked = outdate_publications(connection, moment, publication)
             release_publications(connection, moment, publication)
         return marked
 

@@ -19,6 +19,8 @@ from service.store.tables import (
     PUBLICATIONS,
     PUBLISH_PRIORITY,
     SWEEPS,
+    batches,
+    ended_by_accident,
     insert_into,
     release_publications,
 )
@@ -62,20 +64,27 @@ def check_quota(connection: sa.Connection, submission: Submission, sweep: Expand
     runs = sa.select(sa.func.count()).where(JOBS.c.kind == Kind.RUN, JOBS.c.owner == owner, JOBS.c.state.in_(ACTIVE))
     files = sa.select(sa.func.coalesce(sa.func.sum(ARTIFACTS.c.size), 0))
     files = files.join_from(ARTIFACTS, JOBS, JOBS.c.id == ARTIFACTS.c.job_id).where(JOBS.c.owner == owner)
-    # Runs of deleted sweeps stay for a while, and are nobody's.
-    files = files.where(JOBS.c.abandoned.is_(None) | sa.exists().where(POINTS.c.run_id == JOBS.c.id))
+    # Runs of deleted sweeps stay for a while, or are those of other owners.
+    own = sa.exists().where(POINTS.c.run_id == JOBS.c.id, SWEEPS.c.id == POINTS.c.sweep_id, SWEEPS.c.owner == owner)
+    files = files.where(JOBS.c.abandoned.is_(None) | own)
     has = connection.execute(sa.select(*(each.scalar_subquery() for each in (sweeps, runs, files)))).one()
     text = f"{owner} has "
     cure = "wait until some have ended, or cancel one"
     if has[0] + 1 > quota.sweeps:
         raise QuotaExceeded(f"{text}{has[0]} sweeps under way, and the quota is {quota.sweeps}; {cure}", WAIT_SECONDS)
-    if has[1] + len(sweep.points) > quota.runs:
-        more = f"and asks for {len(sweep.points)}; the quota is {quota.runs}"
+    asked = [point.run_id for point in sweep.points if point.parameters is not None]
+    new = len(asked)
+    if has[1] + new > quota.runs:  # most sweeps are far from it, and nothing is looked up for them
+        again = ended_by_accident(verdicts=False) | fair_queueing.lacks_a_file(submission.keep)
+        there = sa.select(sa.func.count()).where(sa.not_(again))
+        new -= sum(connection.execute(there.where(JOBS.c.id.in_(each))).scalar_one() for each in batches(asked))
+    if has[1] + new > quota.runs:
+        more = f"and asks for {new}; the quota is {quota.runs}"
         raise QuotaExceeded(f"{text}{has[1]} runs under way {more}: {cure}", WAIT_SECONDS)
     if has[2] + sweep.bytes > quota.bytes:
         more = f"and asks for {sweep.bytes / 1e9:.3g} GB; the quota is {quota.bytes / 1e9:.3g} GB"
         cure = "delete sweeps, or keep only numbers"
-        raise QuotaExceeded(f"{text}{has[2] / 1e9:.3g} GB of files {more}: {cure}", DELETE_SECONDS)
+        raise QuotaExceeded(f"{text}{int(has[2]) / 1e9:.3g} GB of files {more}: {cure}", DELETE_SECONDS)
 
 
 def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSweep, moment: datetime) -> str:

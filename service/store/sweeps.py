@@ -157,11 +157,11 @@ class Sweeps:
         moment = now()
         with self._database.commanding() as connection:
             earlier = accepted_before(connection, submission)
-            if earlier is None:
-                check_quota(connection, submission, sweep)
-            status = sweep_status(connection, earlier or accept(connection, submission, sweep, moment))
-            if earlier is None:
-                log_event(connection, moment, "accepted", sweep_id=status.id, planned=status.planned, new=status.new)
+            if earlier is not None:
+                return sweep_status(connection, earlier)
+            check_quota(connection, submission, sweep)
+            status = sweep_status(connection, accept(connection, submission, sweep, moment))
+            log_event(connection, moment, "accepted", sweep_id=status.id, planned=status.planned, new=status.new)
             return status
 
     def extend(self, lease: Lease, points: "Sequence[Point]") -> bool:
@@ -191,14 +191,16 @@ class Sweeps:
         """Stop waiting for runs that are not done; results so far are published.
 
         Runs that no other sweep waits for leave the queue, or are to be stopped; the others take
-        the priority of those that wait. A sweep that is being published, or is done, stays as it is.
+        the priority of those that wait. A sweep that is being published, or is done, stays as it is;
+        but one that searches for a limit is published without further runs.
         """
         moment = now()
+        publishing = SWEEP_ROWS.with_only_columns(SWEEPS.c.document).where(SWEEPS.c.id == id)
+        publishing = publishing.where(SWEEP_STATE.in_([SweepState.PUBLISHING]))
         with self._database.commanding() as connection:
             detached = connection.execute(_detach(id)).rowcount
-            if detached:
-                cancel = SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=moment)
-                connection.execute(cancel)
+            if detached or is_search(connection.scalar(publishing) or {}):
+                connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=moment))
                 connection.execute(_give_up(id, moment))
                 log_event(connection, moment, "cancelled", sweep_id=id, points=detached)
             return sweep_status(connection, id)
@@ -207,13 +209,12 @@ class Sweeps:
         """Queue again what an accident or a cancel ended (``verdicts``: the solver's too), then publish."""
         moment = now()
         publication = sa.select(JOBS.c.state).where(JOBS.c.sweep_id == id)
-        resume = SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=sa.null())
         attach = POINTS.update().where(POINTS.c.sweep_id == id).values(detached=False)
         with self._database.commanding() as connection:
             row = one_row(connection, publication, "sweep", id)
             if row.state is State.RUNNING:
                 raise Conflict("the sweep is being published; retry it afterwards")
-            connection.execute(resume)
+            connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=sa.null()))
             invalidate_tallies(connection, connection.execute(attach).rowcount)
             connection.execute(_publish_again(id))
             again = fair_queueing.queue_again(connection, id, moment, verdicts=verdicts)
@@ -229,8 +230,7 @@ class Sweeps:
             if sweep.state in SWEEP_TERMINAL:
                 raise Conflict(f"the sweep has ended; it is {sweep.state}")
             fair_queueing.open_queue(connection, priority, sweep.owner)
-            update = SWEEPS.update().where(SWEEPS.c.id == id)
-            connection.execute(update.values(priority=priority))
+            connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(priority=priority))
             fair_queueing.follow_urgency(connection, id)
             log_event(connection, now(), "prioritised", sweep_id=id, priority=priority)
             return sweep_status(connection, id)
@@ -249,7 +249,6 @@ class Sweeps:
         """Delete a sweep that has ended; its runs stay for a while, since other sweeps may need them."""
         own = sa.select(JOBS.c.id).where(JOBS.c.sweep_id == id)
         moment = now()
-        abandon = JOBS.update().where(JOBS.c.id.in_(runs_of(id))).values(abandoned=moment)
         with self._database.commanding() as connection:
             status = sweep_status(connection, id)
             state = status.state
@@ -259,7 +258,7 @@ class Sweeps:
                 stopping = state is SweepState.CANCELLING
                 cure = "delete it once it is cancelled" if stopping else "cancel it, then delete it"
                 raise Conflict(f"the sweep is {state}; {cure}")
-            connection.execute(abandon)
+            connection.execute(JOBS.update().where(JOBS.c.id.in_(runs_of(id))).values(abandoned=moment))
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(own)))
             for table in (IDEMPOTENCY, POINTS, JOBS):
                 connection.execute(table.delete().where(table.c.sweep_id == id))
@@ -386,6 +385,12 @@ class Sweeps:
     def _statuses(self, connection: sa.Connection, rows: Sequence[StatementRow]) -> tuple[SweepStatus, ...]:
         tallies = self._tallies.of(connection, rows)
         return tuple(_status(row, tallies[row.id]) for row in rows)
+
+
+def is_search(document: Mapping[str, Any]) -> bool:
+    """Whether a document asks for a limit, so that the results of its sweep may ask for further runs."""
+    axes = (document.get("axes") or {}).values()
+    return any(isinstance(axis, Mapping) and "limit_of" in axis for axis in axes)
 
 
 def sweep_status(connection: sa.Connection, id: str) -> SweepStatus:

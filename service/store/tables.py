@@ -309,8 +309,7 @@ def insert_into(connection: sa.Connection, table: sa.Table) -> sqlite.Insert | p
 
 def invalidate_tallies(connection: sa.Connection, points: int) -> None:
     """Note that so many points that had ended are unfinished again: see ``time_left.Tallies``."""
-    generation = CONTROL.c.cache_generation
-    connection.execute(CONTROL.update().values(cache_generation=generation + points))
+    connection.execute(CONTROL.update().values(cache_generation=CONTROL.c.cache_generation + points))
 
 
 def release_publications(connection: sa.Connection, moment: datetime, which: sa.ColumnElement[bool]) -> None:
@@ -332,8 +331,7 @@ def release_publications(connection: sa.Connection, moment: datetime, which: sa.
     checked = connection.execute(check.returning(JOBS.c.id, JOBS.c.unfinished_point)).all()
     done = [row.id for row in checked if row.unfinished_point is None]
     if done:
-        queue = JOBS.update().where(JOBS.c.id.in_(done))
-        connection.execute(queue.values(state=State.QUEUED, queued=moment))
+        connection.execute(JOBS.update().where(JOBS.c.id.in_(done)).values(state=State.QUEUED, queued=moment))
 
 
 def hold_publications(connection: sa.Connection, which: sa.ColumnElement[bool]) -> None:
@@ -341,12 +339,6 @@ def hold_publications(connection: sa.Connection, which: sa.ColumnElement[bool]) 
     wait = JOBS.update().where(which, JOBS.c.kind == Kind.PUBLISH, JOBS.c.state == State.QUEUED)
     wait = wait.where(_UNFINISHED.exists())
     connection.execute(wait.values(state=State.WAITING, unfinished_point=sa.null()))
-
-
-def outdate_publications(connection: sa.Connection, which: sa.ColumnElement[bool]) -> tuple[str, ...]:
-    """Let those publications, among ``which``, wait again that were made or are about to be; return their sweeps."""
-    stale = JOBS.update().where(which, JOBS.c.state.in_([State.SUCCEEDED, State.RUNNING, State.QUEUED]))
-    return tuple(connection.scalars(stale.values(state=State.WAITING, crashes=0).returning(JOBS.c.sweep_id)))
 
 
 def begins(column: sa.ColumnElement[str], prefix: str) -> sa.ColumnElement[bool]:

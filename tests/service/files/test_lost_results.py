@@ -56,10 +56,29 @@ def test_lost_result__is_computed_again_for_the_next_sweep_that_shares_it(harnes
     [again] = harness.tick()
     assert harness.store.sweeps.get(row.id).state is SweepState.RUNNING
     harness.end_well(again)
-    harness.publish()
+    harness.compute_all()
     assert harness.store.sweeps.get(row.id).state is SweepState.SUCCEEDED
     assert result_of(harness, 0).is_file()
     assert [harness.run(number).attempt for number in (0, 1)] == [2, 1]
+
+
+@pytest.mark.parametrize("slots", [1, 2])
+def test_lost_result__is_waited_for_by_a_sweep_whose_publication_is_due_or_under_way(
+    harness: Harness, slots: int
+) -> None:
+    harness.engine.free = slots
+    [run] = harness.begin(1)
+    harness.submit(1)
+    harness.end_well(run)
+    [publication, *others] = harness.tick()
+    result_of(harness, 0).unlink()
+    without_results(harness, publication, 0)
+    [again] = harness.tick()
+    for attempt in (*others, again):
+        harness.end_well(attempt)
+    harness.engine.free = 2
+    published = harness.tick()
+    assert [one["state"] for each in published for one in each.spec["outcomes"]] == [State.SUCCEEDED] * 2
 
 
 def test_lost_result__that_is_there_for_the_service_costs_nothing(harness: Harness) -> None:

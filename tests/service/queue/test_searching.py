@@ -4,9 +4,10 @@ from typing import Any
 
 import pytest
 
+from service.queue.searching import next_points
 from service.records.jobs import Cause, Kind, State, Submission, SweepState
 from service.workers.attempt import Attempt
-from studies.sweeps.sweep import Sweep
+from studies.sweeps.sweep import Point, Sweep
 from tests.service.support.harness import Harness
 from tests.service.support.targets import PERFORATES
 
@@ -73,6 +74,31 @@ def test_search__publishes_what_there_is_once_cancelled_and_goes_on_when_retried
     harness.tick()
     assert speeds == BISECTION[2:]
     assert harness.store.sweeps.get(id).state is SweepState.SUCCEEDED
+
+
+@pytest.mark.parametrize("is_thinking", [False, True])
+def test_search__that_is_cancelled_between_two_steps_begins_no_further_run(
+    harness: Harness, is_thinking: bool, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    harness.engine.free = 3
+    id = submit(harness)
+    for attempt in harness.tick():
+        harness.end_well(attempt)
+
+    def cancelled(*arguments: Any) -> list[Point]:
+        assert harness.store.sweeps.cancel(id).state is SweepState.CANCELLING
+        return next_points(*arguments)
+
+    if is_thinking:
+        monkeypatch.setattr("service.queue.searching.next_points", cancelled)
+    else:
+        harness.engine.free = 0
+        harness.tick()
+        assert harness.store.sweeps.cancel(id).state is SweepState.CANCELLING
+        harness.engine.free = 3
+    assert len(harness.publish().spec["outcomes"]) == 3
+    status = harness.store.sweeps.get(id)
+    assert (status.state, status.planned) == (SweepState.CANCELLED, 3)
 
 
 @pytest.mark.parametrize("failed", [150.0, 175.0])

@@ -1,8 +1,10 @@
-"""Fairness between sweeps, priorities of shared runs, a paused queue."""
+"""Fairness between sweeps, priorities of shared runs, quotas of owners, a paused queue."""
+
+from dataclasses import replace
 
 import pytest
 
-from service.records.jobs import Cause, Conflict, Kind, State, Submission
+from service.records.jobs import Cause, Conflict, Keep, Kind, Quota, QuotaExceeded, State, Submission
 from service.store import Store
 from studies.cases.rows import equal
 from tests.claims.marked import Compared
@@ -113,6 +115,26 @@ def test_moved_sweep__begins_at_the_virtual_time_of_its_new_class(store: Store) 
     leased(store, 30)
     store.sweeps.set_priority(first, 0)
     assert of_the_first(leased(store, 10)) == pytest.approx(5, abs=ONE_RUN)
+
+
+def test_quota__of_files_is_charged_for_runs_of_sweeps_of_the_owner(store: Store) -> None:
+    deleted = submit(store, 0, 1, owner="anna")
+    finish_all(store)
+    another = Submission(sweep_of(runs_of("fine", first=9)), owner="anna", quota=Quota(9, 9, 1))
+    with pytest.raises(QuotaExceeded, match="of files"):
+        store.sweeps.create(another)
+    submit(store, 0, 1, owner="bob")
+    store.sweeps.delete(deleted)
+    assert store.sweeps.create(another).new == 1
+
+
+def test_quota__of_runs_counts_those_that_a_sweep_brings_into_the_queue(store: Store) -> None:
+    submit(store, 0, 3)
+    finish_all(store)
+    asks = Submission(sweep_of(4), owner="anna", quota=Quota(9, 1, 1))
+    with pytest.raises(QuotaExceeded, match="0 runs under way and asks for 4"):
+        store.sweeps.create(replace(asks, keep=Keep.FILM))
+    assert store.sweeps.create(asks).new == 1
 
 
 def test_pause__lets_runs_under_way_end_and_sweeps_be_published(store: Store) -> None:

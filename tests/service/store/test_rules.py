@@ -161,6 +161,14 @@ class Rules(RuleBasedStateMachine):
         del self.held[lease.key]
         return True
 
+    def drop_outdated(self) -> None:
+        """Publications of results that changed meanwhile count no longer."""
+        self.held = {
+            key: held
+            for key, held in self.held.items()
+            if held.sweep_id is None or self.publication(held.sweep_id) is State.RUNNING
+        }
+
     @rule(lease=leases, succeeded=st.booleans())
     def finish(self, lease: Lease, succeeded: bool) -> None:
         counts = self.counts(lease)
@@ -170,6 +178,7 @@ class Rules(RuleBasedStateMachine):
         assert self.store.leases.finish(lease, result(succeeded=succeeded)) == counts
         if counts:
             self.known.add(lease.id)
+            self.drop_outdated()
 
     @rule(lease=leases, cause=st.sampled_from([Cause.CRASH, Cause.MEMORY_LIMIT]), step=STEP)
     def fail(self, lease: Lease, cause: Cause, step: int | None) -> None:
@@ -200,6 +209,7 @@ class Rules(RuleBasedStateMachine):
         if counts:
             _, outcomes = self.store.publications.inputs(lease.sweep_id)
             self.known -= {one.run_id for one in outcomes if one.path is None}
+            self.drop_outdated()
 
     @rule(lease=leases, step=st.integers(1, 300))
     def checkpoint(self, lease: Lease, step: int) -> None:

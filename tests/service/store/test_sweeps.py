@@ -115,6 +115,21 @@ def test_publication__of_an_earlier_result_no_longer_counts(store: Store) -> Non
     assert [lease.sweep_id for lease in store.leases.take(9, TERM)] == [sweep]
 
 
+@pytest.mark.parametrize("is_published", [True, False])
+def test_first_result__publishes_the_sweeps_that_were_published_without_it_again(
+    store: Store, is_published: bool
+) -> None:
+    earlier = store.sweeps.create(Submission(sweep_of(1))).id
+    store.leases.fail(lease_runs(store, 1)[0], Cause.ERROR, failure="RuntimeError", reason="no")
+    [publication] = store.leases.take(1, TERM)
+    if is_published:
+        store.leases.publish(publication, [stored("cube.nc", "cube.nc")], seconds=1.0)
+    store.sweeps.create(Submission(sweep_of(1)))
+    store.leases.finish(lease_runs(store, 1)[0], result())
+    assert store.sweeps.get(earlier).state is SweepState.PUBLISHING
+    assert not store.leases.publish(publication, [stored("cube.nc", "cube.nc")], seconds=1.0)
+
+
 @pytest.mark.parametrize(
     ("text", "found"),
     [
@@ -194,7 +209,7 @@ def test_publication__waits_for_the_last_run_and_comes_before_others(store: Stor
     store.sweeps.create(Submission(sweep_of(runs_of("fine", first=10)), priority=-100))
     assert [lease.kind for lease in store.leases.take(1, TERM)] == [Kind.RUN]
     assert store.leases.finish(leases[2], result())
-    assert store.sweeps.get(sweep).state is SweepState.PUBLISHING
+    assert store.sweeps.cancel(sweep).state is SweepState.PUBLISHING  # nothing is left to cancel
     store.sweeps.create(Submission(sweep_of(runs_of("fine", first=20)), priority=-100))
     [publication] = store.leases.take(1, TERM)
     assert publication.sweep_id == sweep
