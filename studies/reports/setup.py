@@ -65,8 +65,9 @@ def values_of(dataset: xr.Dataset, parameter: str) -> list[float | str]:
 
 
 def _label(unit: str, values: Sequence[float | str]) -> str:
-    """A length or a speed in the unit that people read, with its range where the sweep varies it."""
-    low, high = (readable(end, unit) for end in (min(map(float, values)), max(map(float, values))))
+    """A length or a speed in the unit that people read, to four digits, with its range where the sweep varies it."""
+    ends = (min(map(float, values)), max(map(float, values)))
+    low, high = (readable(float(f"{end:.4g}"), unit) for end in ends)
     if low == high:
         return low
     number, _, name = low.partition(" ")

@@ -195,12 +195,16 @@ def _headline(limits: Sequence[ShieldLimit], terms: ShieldTerms) -> str:
 
 
 def _stated(limit: ShieldLimit, says: Sequence[str], terms: ShieldTerms) -> str:
-    """What the wall does at a place, and the first of what is said of equations that leaves few enough words."""
+    """What the wall does at a place, and the first of what is said of equations that leaves few enough words.
+
+    The place is the last to go, after the mesh: without it what is said would be of every shield of the sweep.
+    """
     mesh = "" if terms.has_grids else "; one mesh"
     does, briefly = _does(limit)
     place, speed = f"At {place_of(limit, terms)},", f"At {readable(limit.speed, 'm s-1')}"
     begins = [f"{place} {terms.what} {does}", f"{place} {briefly}"] if limit.at else []
-    return shortest([f"{begin}; {text}{mesh}." for begin in (*begins, f"{speed} {terms.what} {does}") for text in says])
+    texts = [f"{begin}; {text}{end}." for end in (mesh, "") for begin in begins for text in says]
+    return shortest([*texts, *(f"{speed} {terms.what} {does}; {text}{mesh}." for text in says)])
 
 
 def _does(limit: ShieldLimit) -> tuple[str, str]:
