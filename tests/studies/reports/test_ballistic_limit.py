@@ -299,7 +299,7 @@ def test_each_shield__has_a_panel_and_its_place_in_the_words() -> None:
     assert "wall thickness 3 mm, up to 2-4 mm held" in document["headline"]
     assert "(7 km/s, wall thickness 2 mm)" in document["ballistic_limit"]["regimes"][-1]["sentence"]
     careful = document_of(sweep, computed(sweep, limit=lambda speed: 9e-3))
-    assert "wall thickness 3 mm, up to 6 mm held; Schaefer (SRL) says" in careful["headline"]
+    assert "wall thickness 2 mm, up to 6 mm held; Schaefer (SRL) says" in careful["headline"]
 
 
 def test_wide_interval__leaves_all_equations_in_agreement() -> None:
