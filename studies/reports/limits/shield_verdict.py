@@ -195,10 +195,7 @@ def _headline(limits: Sequence[ShieldLimit], terms: ShieldTerms) -> str:
 
 
 def _stated(limit: ShieldLimit, says: Sequence[str], terms: ShieldTerms) -> str:
-    """What the wall does at a place, and the first of what is said of equations that leaves few enough words.
-
-    The place is the last to go, after the mesh: without it what is said would be of every shield of the sweep.
-    """
+    """What the wall does and what is said of equations, in few enough words; the place goes last, after the mesh."""
     mesh = "" if terms.has_grids else "; one mesh"
     does, briefly = _does(limit)
     place, speed = f"At {place_of(limit, terms)},", f"At {readable(limit.speed, 'm s-1')}"
