@@ -5,9 +5,11 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
-from studies.cubes.points import Place, by_run, refinements_of
+from studies.cubes.points import by_run, places_of, refinements_of
+from studies.cubes.variables import EQUIVALENT_DIAMETER
 from studies.laws import Shot
 from studies.observations.shields.answers import outside_of_shots, shown
 from studies.observations.shields.joined import (
@@ -74,39 +76,43 @@ Computed = tuple[ShieldLimit, Sequence[WallChance]]
 
 def chances_of(dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit]) -> list[list[WallChance]]:
     """The chances of the runs of each limit; none where no equation covers a run."""
-    shots, several = shots_of(dataset), refinements_of(dataset)
-    finest = {CELLS[0]: float(dataset[CELLS[0]].max())} if CELLS[0] in several else {}
-    of_points = {name: by_run(points, name) for name in ("failure", *CALIBRATED, *CELLS) if name in points.variables}
+    axes = [*limits[0].at] if limits else []
+    shots: dict[tuple[Any, ...], list[Shot]] = {}
+    for place, shot in shots_of(dataset):
+        shots.setdefault(tuple(place[axis] for axis in axes), []).append(shot)
+    settings = {name: by_run(points, name) for name in ("failure", *CALIBRATED, *CELLS) if name in points.variables}
+    if CELLS[0] not in settings:  # of several grids the finest
+        settings[CELLS[0]] = np.full(len(settings["failure"]), dataset[CELLS[0]].max())
+    sizes = zip(by_run(points, "speed"), by_run(points, EQUIVALENT_DIAMETER.name), strict=True)
+    keys = [(*(place[axis] for axis in axes), *size) for place, size in zip(places_of(points), sizes, strict=True)]
+    cells = {key: cell for cell, key in enumerate(keys)}
+    has_grids = CELLS[0] in refinements_of(dataset)
     chances = []
     for limit in limits:
-        settings = {name: limit.at.get(name, values[0]) for name, values in of_points.items()} | finest
-        chances.append([*_of_limit([shot for at, shot in shots if _is_at(at, limit)], limit, settings, bool(finest))])
+        at = (*limit.at.values(), limit.speed)
+        of_runs = [{name: each[cells[*at, run.diameter]] for name, each in settings.items()} for run in limit.runs]
+        chances.append([*_of_limit(shots.get(at[:-1], ()), limit, of_runs, has_grids)])
     return chances
 
 
-def _is_at(at: Place, limit: ShieldLimit) -> bool:
-    return all(at[name] == value for name, value in limit.at.items())
-
-
 def _of_limit(
-    shots: Sequence[Shot], limit: ShieldLimit, settings: Mapping[str, Any], has_grids: bool
+    shots: Sequence[Shot], limit: ShieldLimit, settings: Sequence[Mapping[str, Any]], has_grids: bool
 ) -> Iterator[WallChance]:
-    """Chances at one speed on one shield, of which these are shots."""
-    kind = SimulationKind((str(settings["failure"]),), "several" if has_grids else "one")
-    constants = joint(kind)
-    for run in limit.runs:
+    """Chances at one speed on one shield, of which these are shots, by the settings of each run."""
+    for run, mine in zip(limit.runs, settings, strict=True):
         shot = _shot_of(shots, limit.speed, run.diameter)
         before = probability(shot) if shot else None
         if shot is None or before is None:
             continue
-        outside = tuple(outside_of_shots(shot))
+        kind = SimulationKind((str(mine["failure"]),), "several" if has_grids else "one")
+        constants, outside = joint(kind), tuple(outside_of_shots(shot))
         if constants is None:
             how = "on several grids with one failure alone" if has_grids else f"with failure {kind.name}"
             why = f"no shots were simulated {how}"
         elif constants.gained <= 0.0:
             why = f"on {constants.shots} shots, simulations with failure {kind.name} did not improve P"
         else:
-            why = next(iter(outside), "") or _why_not(shot, settings)
+            why = next(iter(outside), "") or _why_not(shot, mine)
         after = constants.probability(before, TOLD[run.perforated]) if constants and not why else None
         yield WallChance(run.diameter, run.perforated, before, outside, after, why and f"{NOT_JOINED}: {why}")
 
