@@ -118,8 +118,8 @@ def round_quantity(value: float | Decimal) -> float:
 def readable(value: float, unit: str) -> str:
     """An SI value as a person writes it, and as ``parse_quantity`` reads it.
 
-    >>> readable(6000.0, "m s-1"), readable(0.002, "m"), readable(0.5, "1")
-    ('6 km/s', '2 mm', '0.5')
+    >>> readable(6000.0, "m s-1"), readable(0.002, "m"), readable(0.0, "m"), readable(0.5, "1")
+    ('6 km/s', '2 mm', '0 mm', '0.5')
     >>> readable(1.308996939, "rad"), readable(1.3, "rad")
     ('75 deg', '1.3 rad')
     """
@@ -128,7 +128,7 @@ def readable(value: float, unit: str) -> str:
     if unit == "rad":
         return _degrees(value) or f"{value:.12g} rad"
     for display in DISPLAY_UNITS.get(unit, ()):
-        if abs(value) >= display.smallest:
+        if abs(value) >= display.smallest or (value == 0.0 and display.of_columns):
             return f"{round_quantity(value / display.size):.12g} {display.name}"
     return f"{value:.12g} {unit}"
 

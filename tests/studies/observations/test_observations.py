@@ -64,7 +64,7 @@ def test_published_tables__are_read_by_their_scenario(scenario: str) -> None:
     [
         ("6,hole_diameter,,0.3 mm,x", ["line 3", "value"]),
         ("6,hole_diameter,19 kg,0.3 mm,x", ["line 3: value", "length"]),
-        ("6,hole_diameter,-19 mm,0.3 mm,x", ["line 3: value", "0 um"]),
+        ("6,hole_diameter,-19 mm,0.3 mm,x", ["line 3: value", "0 mm"]),
         ("6,hole_diametre,19 mm,0.3 mm,x", ["line 3: quantity", "did you mean 'hole_diameter'"]),
         ("6,hole_diameter,19 mm,0.3 mm,", ["line 3", "source"]),
         ("6,hole_diameter,19 mm", ["line 3", "3 cells", "5 cells"]),
