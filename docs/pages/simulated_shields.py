@@ -299,10 +299,12 @@ def _of_the_mesh(first: Sequence[Mapping[str, Any]], runs: Sequence[Mapping[str,
     """How many of the shots that the first grid decides keep their outcome on the finer one."""
     before = {shot: said for shot in drawn() if (said := simulated(_of(shot, first))) != "open"}
     after = {shot: outcome for shot, outcome in _ended(runs).items() if shot in before}
-    kept = sum(outcome != "open" for outcome in after.values())
+    kept = [shot for shot, outcome in after.items() if outcome != "open"]
+    turned = [shot for shot in after if {run["perforated"] for run in _of(shot, runs)} >= {0.0, 1.0}]
     yield (
-        f"Of the {len(before)} shots that the coarser cells decide {len(after)} are computed on the finer ones, and "
-        f"{kept} keep their outcome there.\n"
+        f"Of the {len(before)} shots that the coarser cells decide {len(after)} are computed on the finer ones: "
+        f"{len(kept)} keep their outcome, a run of {len(turned)} says the other, and "
+        f"{len(after) - len(kept) - len(turned)} are left open by a run without a decision.\n"
     )
     if len(after) < len(before):
         yield (
