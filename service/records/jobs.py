@@ -29,6 +29,7 @@ from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
 
 if TYPE_CHECKING:
     from service.records.expansion import ExpandedSweep
+    from studies.quantities.findings import Finding
     from studies.sweeps.sweep import Sweep
 
 Item = TypeVar("Item")
@@ -175,6 +176,7 @@ class Submission:
     keep: Keep = Keep.FINAL
     idempotency: tuple[str, str] | None = None  # the owner's key, SHA-256 of the body
     quota: "Quota | None" = None  # of the owner
+    findings: "tuple[Finding, ...]" = ()  # why it is refused, unless it was accepted before
 
 
 @dataclass(frozen=True)

@@ -144,13 +144,15 @@ class Sweeps:
 
         A run that is finished is linked, one that is under way is joined, one that an accident or a
         cancel ended is queued again. A submission with the idempotency key and body of an earlier one
-        is the earlier sweep; with another body it raises KeyReused. Raises QuotaExceeded.
+        is the earlier sweep; with another body it raises KeyReused. Raises InvalidInput and QuotaExceeded.
         """
         if submission.idempotency is not None:
             with self._database.reading() as connection:
                 earlier = accepted_before(connection, submission)
                 if earlier is not None:
                     return sweep_status(connection, earlier)
+        if submission.findings:
+            raise InvalidInput(submission.findings)
         sweep = submission.sweep
         if not isinstance(sweep, ExpandedSweep):
             sweep = expand(sweep, _core_seconds)

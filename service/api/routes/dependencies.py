@@ -215,7 +215,7 @@ def submission_of(
     keep: Keep = Keep.FINAL,
     idempotency: tuple[str, str] | None = None,
 ) -> Submission:
-    """A sweep of a caller with its options and quota; raises InvalidInput for what waiting does not help."""
+    """A sweep of a caller with its options and quota, and why it is refused where waiting does not help."""
     quota = None
     if not caller.may(Scope.ADMIN):
         quota = Quota(settings.quota_sweeps, settings.quota_runs, settings.quota_bytes)
@@ -224,9 +224,7 @@ def submission_of(
     findings = [*_of_the_machine(settings, sweep)]
     if quota is not None:
         findings += _of_the_key(settings, quota, sweep, priority, keep)
-    if findings:
-        raise InvalidInput(findings)
-    return Submission(sweep, caller.name, priority, keep, idempotency, quota)
+    return Submission(sweep, caller.name, priority, keep, idempotency, quota, tuple(findings))
 
 
 def check_priority(caller: Caller, priority: int) -> None:

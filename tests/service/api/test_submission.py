@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from service.api.routes import dependencies
 from tests.service.support.api import SWEEP, Api, sweep_of
 
 KEY = "8e03978e-40d5-43dd-bc93-6894a57f9324"
@@ -35,6 +36,15 @@ def test_key__of_many_requests_is_one_sweep(api: Api) -> None:
     assert len({response.headers["Location"] for response in responses}) == 1
     assert all(response.json() == responses[0].json() for response in responses)
     assert len(listed(api)) == 1
+
+
+def test_key__of_an_accepted_sweep_is_that_sweep_on_a_disk_that_is_full_now(
+    api: Api, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    accepted = submit(api, key=KEY).json()
+    monkeypatch.setattr(dependencies, "free_bytes", lambda _: api.settings.disk_reserve + 1)
+    assert submit(api, key=KEY).json()["id"] == accepted["id"]
+    assert refused_field(submit(api)) == "disk"
 
 
 @pytest.mark.parametrize(
