@@ -335,15 +335,18 @@ def _hole(face: str, distance: Callable[[PlugView], np.ndarray]) -> Measurement:
             raise NoValue("not_perforated")
         mine = view.attached & (distance(view) < view.layer)
         areal = 2.0 * math.pi * view.density * view.layer
+        start = min(START * view.projectile_diameter, min(view.plate_radius, view.particles_to) - view.cell)
         edge = edge_from_outside(
             view.radius[mine],
             view.mass[mine],
             width=view.width,
             window=view.cell,
-            start=min(START * view.projectile_diameter, min(view.plate_radius, view.particles_to) - view.cell),
+            start=start,
             stop=0.0,
             nominal=lambda low, high: 0.5 * areal * (high**2 - low**2),
         )
+        if edge >= start:
+            raise NoValue("not_contained")
         return Reading(2.0 * edge, {"resolution": view.resolution})
 
     return Measurement(

@@ -537,6 +537,7 @@ NO_VALUE: list[tuple[str, Build, str]] = [
     ("contact_time", lambda: pushed(rectangle(1.2e-6, 0.6e-6)), "in_contact"),
     ("contact_time", lambda: pushed(rectangle(1.2e-6, 1.1e-6)), "in_contact"),
     ("plateau_pressure", lambda: plates(0.0), "no_shock"),
+    ("hole_diameter_front", lambda: dataclasses.replace(plugged(), projectile_diameter=0.4 * FRONT), "not_contained"),
     ("plateau_pressure", lambda: plates(0.1 * LATE), "no_plateau"),
     ("plateau_pressure", lambda: plates(1.3 * PLATE / SHOCK), "reflected"),
     ("target_shock_speed", lambda: running("target", 5000.0, placed=3), "no_plateau"),
