@@ -1,8 +1,8 @@
 """Two published series of shots on shields that bracket a limit, simulated on three grids: docs/shield-series.md.
 
-``python -m docs.pages compute shield-series [DIRECTORY [SERIES]]`` computes what docs/results/shield-series.json has
-not, or has of another run. The rule was written down before any of the shots was run. Cells and models are those
-of ``simulated_shields``, with a third grid between its two, and the outcome is that of reports: open where a grid, an
+``python -m docs.pages compute shield-series [DIRECTORY [SERIES]]`` computes the runs that the file of results does not
+have, by their identities. The rule was written down before any of the shots was run. Cells and models are those of
+``simulated_shields``, with a third grid between its two, and the outcome is that of reports: open where a grid, an
 offset or a failure says otherwise, and where the finest grid holds with a flag by which it may still be perforated.
 The default failure of plates is a simulation of its own, which was added when the outcomes of the others were known.
 
@@ -86,7 +86,7 @@ def runs_of(
 ) -> Iterator[Mapping[str, Any]]:
     """The runs of a shot: what each says of the wall, with its flags and the seconds that it took.
 
-    Computed where neither those that are known, by their identities, nor the folder have it.
+    One that is not among the known ones, by its identity, is computed where the folder does not have it.
     """
     for grid, failure in product(THREE, failures):
         parameters = parameters_of(shot, failure, grid)

@@ -1,9 +1,9 @@
 """docs/simulated-shields.md: how often the simulation judges published shots on Whipple shields right.
 
-``python -m docs.pages compute simulated-shields [DIRECTORY]`` computes what docs/results/simulated-shields.json has
-not, or has of another run, and stores each run as it ends; a directory keeps the states of runs that are cut. The
-shots, the grids and the models were written down before any of them was run. An outcome is open where two runs
-disagree, so that the finer grid is for shots on which those of the first agree.
+``python -m docs.pages compute simulated-shields [DIRECTORY]`` computes the runs that the file of results does not have,
+by their identities, and stores each as it ends; a directory keeps the states of those that are cut. The shots, the
+grids and the models were written down before any of them was run. An outcome is open where two runs disagree, so that
+the finer grid is for shots on which those of the first agree.
 """
 
 import math
@@ -155,9 +155,9 @@ def _of(shot: int, runs: Iterable[Mapping[str, Any]]) -> list[Mapping[str, Any]]
 def computed_row(
     place: tuple[float, str, int], folder: Path, before: Mapping[str, Any] | None = None
 ) -> Mapping[str, Any]:
-    """What the run of a grid, a failure and the number of a shot says: as it did before where the run is the same one.
+    """What the run of a grid, a failure and the number of a shot says; computed where neither has it.
 
-    Computed where the folder does not have it.
+    ``before`` is the stored row of this place, which may be that of another run; ``folder`` has results by identity.
     """
     grid, failure, number = place
     shot = drawn()[number]
