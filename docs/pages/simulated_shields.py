@@ -209,6 +209,12 @@ def _ended(runs: Sequence[Mapping[str, Any]]) -> dict[int, Simulated]:
     return {shot: outcome for shot, outcome in said.items() if outcome == "open" or len(mine[shot]) == every}
 
 
+def simulation(runs: Sequence[Mapping[str, Any]]) -> list[tuple[ShieldShot, Simulated]]:
+    """What the simulation of the rule says of each shot: on all grids, or on the first until every shot has them."""
+    is_whole = len(_ended(runs)) == len(drawn())
+    return outcomes(runs if is_whole else [run for run in runs if run["grid"] == GRIDS[0]])
+
+
 def simulations(runs: Sequence[Mapping[str, Any]]) -> dict[SimulationKind, list[SimulatedShot]]:
     """The shots that were drawn with what their runs of each kind say."""
     of_draw = _strata([*drawn().values()])
@@ -261,7 +267,7 @@ def pages() -> dict[str, str]:
     runs = read_json(STORED)["runs"]
     first = [run for run in runs if run["grid"] == GRIDS[0]]
     is_whole = len(_ended(runs)) == len(drawn())
-    told = outcomes(runs if is_whole else first)
+    told = simulation(runs)
     shots = [shot for shot, _ in told]
     rows = [_row("simulation", *rated([(shot.outcome, outcome) for shot, outcome in told]))]
     for failure in (*FAILURES, OF_PLATES):

@@ -55,7 +55,7 @@ def test_simulation__of_drawn_shots_is_what_the_page_says(tmp_path: Path, compar
             again = simulated_shields.computed_row((run["grid"], run["failure"], run["shot"]), tmp_path)
             where = f"shot {run['shot']}, failure {run['failure']}, cells times {run['grid']:g}: perforated"
             compared(equal(where, expected=run["perforated"], got=again["perforated"]))
-    judged, undecided = simulated_shields.rated([(s.outcome, says) for s, says in simulated_shields.outcomes(runs)])
+    judged, undecided = simulated_shields.rated([(s.outcome, says) for s, says in simulated_shields.simulation(runs)])
     compared(reported("right of those decided", judged.right.value))
     compared(reported("undecided", undecided))
     for kind, shots in simulated_shields.simulations(runs).items():
