@@ -185,7 +185,7 @@ def _headline(limits: Sequence[ShieldLimit], terms: ShieldTerms) -> str:
     known = [limit for limit in limits if math.isfinite(limit.lower) or math.isfinite(limit.upper)]
     if not known:
         is_told = any(run.perforated is not None for limit in limits for run in limit.runs)
-        return f"No verdict: {'larger projectiles are held than perforate' if is_told else NO_RUN}."
+        return f"No verdict: {'a larger projectile is held than one that perforates' if is_told else NO_RUN}."
     limit = max(known, key=lambda each: (each.is_bracketed, each.speed))
     if not entries:
         return _stated(limit, ["no equation is about such a shield"], terms)

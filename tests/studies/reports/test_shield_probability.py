@@ -114,7 +114,7 @@ def test_each_shield__is_named_beside_its_probability() -> None:
 
 
 @pytest.mark.parametrize("lengths", [["4 mm", "20 mm"], ["20 mm", "4 mm"]])
-def test_rod__has_no_probability_that_is_a_short_cylinders(lengths: list[str]) -> None:
+def test_rod__does_not_have_the_probability_of_a_short_cylinder(lengths: list[str]) -> None:
     fixed = {**SHIELD, **SHOT, "projectile_shape": "cylinder"}
     sweep = sweep_of([], axes={"projectile_length": lengths}, fixed=fixed, resolution=FINE)
     [row] = document_of(sweep, computed(sweep))["ballistic_limit"]["probability"]["rows"]
