@@ -261,7 +261,8 @@ def test_larger_projectile__that_is_held_leaves_no_verdict() -> None:
     for point in sweep.runs():
         if point.run.parameters["projectile_diameter"] == 4e-3:
             results[point.run.id] = result_of(point.run, limit=lambda speed: 9e-3)
-    assert document_of(sweep, results)["headline"] == "No verdict: a larger projectile is held than one that perforates."
+    said = "No verdict: a larger projectile is held than one that perforates."
+    assert document_of(sweep, results)["headline"] == said
 
 
 def test_flagged_runs__judge_nothing() -> None:
