@@ -209,10 +209,14 @@ def _ended(runs: Sequence[Mapping[str, Any]]) -> dict[int, Simulated]:
     return {shot: outcome for shot, outcome in said.items() if outcome == "open" or len(mine[shot]) == every}
 
 
+def _is_whole(runs: Sequence[Mapping[str, Any]]) -> bool:
+    """Whether every shot has all runs that the rule asks for."""
+    return len(_ended(runs)) == len(drawn())
+
+
 def simulation(runs: Sequence[Mapping[str, Any]]) -> list[tuple[ShieldShot, Simulated]]:
     """What the simulation of the rule says of each shot: on all grids, or on the first until every shot has them."""
-    is_whole = len(_ended(runs)) == len(drawn())
-    return outcomes(runs if is_whole else [run for run in runs if run["grid"] == GRIDS[0]])
+    return outcomes(runs if _is_whole(runs) else [run for run in runs if run["grid"] == GRIDS[0]])
 
 
 def simulations(runs: Sequence[Mapping[str, Any]]) -> dict[SimulationKind, list[SimulatedShot]]:
@@ -222,7 +226,7 @@ def simulations(runs: Sequence[Mapping[str, Any]]) -> dict[SimulationKind, list[
     kinds = {}
     kinds_of_failures = [*((failure,) for failure in FAILURES), FAILURES, (OF_PLATES,)]
     computed = [(failures, GRIDS[:1]) for failures in kinds_of_failures]
-    if len(_ended(runs)) == len(drawn()):
+    if _is_whole(runs):
         computed.append((FAILURES, GRIDS))
     for failures, grids in computed:
         kind = SimulationKind(tuple(sorted(failures)), "one" if len(grids) == 1 else "several")
@@ -266,7 +270,6 @@ def pages() -> dict[str, str]:
         return {}
     runs = read_json(STORED)["runs"]
     first = [run for run in runs if run["grid"] == GRIDS[0]]
-    is_whole = len(_ended(runs)) == len(drawn())
     told = simulation(runs)
     shots = [shot for shot, _ in told]
     rows = [_row("simulation", *rated([(shot.outcome, outcome) for shot, outcome in told]))]
@@ -278,7 +281,7 @@ def pages() -> dict[str, str]:
         for law in equations():
             judged = judge(law, asked)
             rows.append(_row(f"`{law.name}`{words}", judged, len(asked) - judged.right.of))
-    kind = SimulationKind(tuple(sorted(FAILURES)), "several" if is_whole else "one")
+    kind = SimulationKind(tuple(sorted(FAILURES)), "several" if _is_whole(runs) else "one")
     scores = joined.validated(simulations(runs)[kind])
     parts = [
         "# Shots on shields, simulated\n",

@@ -195,7 +195,7 @@ def _flags(dataset: xr.Dataset, flags: xr.DataArray, names: Sequence[str]) -> xr
 
 
 def _model_part(dataset: xr.Dataset, name: str) -> dict[str, xr.Variable]:
-    """What a cube has of the model part of each point: that of its finest run with a value, the first of equal ones."""
+    """The model part of each point, with its reason and shares: that of the finest run with a value, at any offset."""
     dims = list(dataset.run_state.dims)
     across = [axis for axis in (RESOLUTION, OFFSET) if axis in dims]
     kept, sizes = [str(axis) for axis in dims if axis not in across], [dataset.sizes[axis] for axis in across]

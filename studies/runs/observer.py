@@ -14,17 +14,9 @@ from studies import measurements
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.measurements import History, Measurement, Reading
-from studies.quantities.measured import (
-    CLOSED_ON_AXIS,
-    MESH_DETERMINED,
-    STILL_COMING,
-    STILL_GROWING,
-    TOO_COARSE,
-    WIDE_BAR,
-    Measured,
-)
+from studies.quantities.measured import CLOSED_ON_AXIS, STILL_COMING, Measured
 from studies.quantities.parameters import flat
-from studies.runs.results import Progress
+from studies.runs.results import Progress, as_measured
 from studies.scenarios import Scenario, Setting, SetUp
 
 # Share of a run that this process must have computed before it estimates the time left: an observation or two.
@@ -171,30 +163,14 @@ class RunObserver:
     def measured_as(self, name: str) -> Measured:
         """The last reading of a measurement with its uncertainty, flags and history."""
         measurement, reading = measurements.load(name), self.readings[-1][name]
+        history: dict[str, list[float | None]] = {
+            "time": list(self.times),
+            "value": [_finite(each[name].value) for each in self.readings],
+        }
+        settled = not math.isfinite(reading.value) or all(map(self._settled, self._awaited(measurement, reading.value)))
         growth = self.growth(name)
-        has_value, flags = math.isfinite(reading.value), reading.flags
-        parts: dict[str, float] = {}
-        if has_value:
-            parts = self.parameters.all_parts(name, reading.value, reading.parts)
-            flags = (*flags, *self.parameters.flags(name))
-        if has_value and math.isfinite(growth):
-            parts["growth"] = growth
-        if has_value and measurement.mesh_determined:
-            flags = (*flags, MESH_DETERMINED)
-        if has_value and not all(map(self._settled, self._awaited(measurement, reading.value))):
-            flags = (*flags, STILL_GROWING)
-        uncertainty, unknown = measurement.uncertainty_by(parts)
-        if measurement.is_wide(reading.value, uncertainty):
-            flags = (*flags, WIDE_BAR)
-        if has_value and self.scenario.too_coarse(self.parameters.cells()):
-            uncertainty, unknown = None, (TOO_COARSE,)
-        return Measured(
-            value=_finite(reading.value),
-            uncertainty=uncertainty,
-            parts=parts,
-            flags=(*flags, *unknown) if has_value else flags,
-            history={"time": list(self.times), "value": [_finite(reading[name].value) for reading in self.readings]},
-            version=measurement.version,
+        return as_measured(
+            self.scenario, self.parameters, measurement, reading, history, growth=growth, settled=settled
         )
 
     def _progress(self, snapshot: Snapshot) -> Progress:

@@ -16,8 +16,8 @@ from typing import Any
 
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
-from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING, TOO_COARSE, WIDE_BAR, Measured
-from studies.runs.results import RunResult
+from studies.quantities.measured import STILL_GROWING, Measured
+from studies.runs.results import RunResult, as_measured
 from studies.runs.run import Run
 
 NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
@@ -139,26 +139,9 @@ def _from_state(run: Run, measurement: Measurement, reading: Reading, result: Ru
 
 
 def _measured(run: Run, measurement: Measurement, reading: Reading, result: RunResult) -> Measured:
-    """A reading with its uncertainty and flags, as ``studies.runs.observer`` gives them."""
-    scenario = scenarios.load(run.scenario)
-    parameters, value = scenario.record(run.parameters), reading.value if math.isfinite(reading.value) else None
-    parts = {} if value is None else parameters.all_parts(measurement.name, value, reading.parts)
-    uncertainty, unknown = measurement.uncertainty_by(parts)
-    flags = reading.flags
-    if value is not None:
-        flags = (*flags, *parameters.flags(measurement.name), *[MESH_DETERMINED] * measurement.mesh_determined)
-    if measurement.is_wide(reading.value, uncertainty):
-        flags = (*flags, WIDE_BAR)
-    if value is not None and scenario.too_coarse(result.numbers):
-        uncertainty, unknown = None, (TOO_COARSE,)
-    return Measured(
-        value=value,
-        uncertainty=uncertainty,
-        parts=parts,
-        flags=flags if value is None else (*flags, *unknown),
-        history={"time": [result.numbers["end_time"]], "value": [value]},
-        version=measurement.version,
-    )
+    scenario, value = scenarios.load(run.scenario), reading.value if math.isfinite(reading.value) else None
+    history: dict[str, list[float | None]] = {"time": [result.numbers["end_time"]], "value": [value]}
+    return as_measured(scenario, scenario.record(run.parameters), measurement, reading, history)
 
 
 def _provenance(result: RunResult, chosen: Iterable[Measurement], by: str) -> str:

@@ -7,9 +7,13 @@ import dataclasses
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from studies.quantities.measured import Measured
+from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING, TOO_COARSE, WIDE_BAR, Measured
+
+if TYPE_CHECKING:
+    from studies.measurements import Measurement, Reading
+    from studies.scenarios import Scenario, SetUp
 
 
 @dataclass(frozen=True)
@@ -84,3 +88,33 @@ def _plain(value: Any) -> Any:
     if isinstance(value, float) and not math.isfinite(value):
         return None
     return value
+
+
+def as_measured(
+    scenario: "Scenario",
+    parameters: "SetUp",
+    measurement: "Measurement",
+    reading: "Reading",
+    history: Mapping[str, list[float | None]],
+    *,
+    growth: float = math.nan,
+    settled: bool = True,
+) -> Measured:
+    """A reading of a run with its uncertainty and flags, as its scenario and its definition have them.
+
+    ``growth`` is a part of the uncertainty where it is known; ``settled`` says whether the value has.
+    """
+    value, parts, flags = (reading.value if math.isfinite(reading.value) else None), dict[str, float](), reading.flags
+    if value is not None:
+        parts = parameters.all_parts(measurement.name, value, reading.parts)
+        flags = (*flags, *parameters.flags(measurement.name), *[MESH_DETERMINED] * measurement.mesh_determined)
+        flags = (*flags, *[STILL_GROWING] * (not settled))
+        if math.isfinite(growth):
+            parts["growth"] = growth
+    uncertainty, unknown = measurement.uncertainty_by(parts)
+    if measurement.is_wide(value, uncertainty):
+        flags = (*flags, WIDE_BAR)
+    if value is not None and scenario.too_coarse(parameters.cells()):
+        uncertainty, unknown = None, (TOO_COARSE,)
+    flags = flags if value is None else (*flags, *unknown)
+    return Measured(value, uncertainty, parts, flags, history, measurement.version)

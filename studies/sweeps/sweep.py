@@ -207,11 +207,9 @@ class Sweep:
         for number, (index, coordinates) in enumerate(self._places()):
             if chosen is not None and number not in chosen:
                 continue
-            at = coordinates
             try:
-                resolved = self._run(at)
-                for at in self._ends_of(coordinates):
-                    self._run(at)
+                for at in (*self._ends_of(coordinates), coordinates):
+                    resolved = self._run(at)
             except InvalidInput as error:
                 place = ", ".join(
                     f"{axis.name} = {written(at[axis.name], axis.unit)}" for axis in (*self.axes, *self.refinements)

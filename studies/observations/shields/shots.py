@@ -23,10 +23,8 @@ FASTEST = 20e3  # m/s: no gun launches spheres faster
 STEEPEST = math.radians(90.0)
 DENSITY_APART = 0.02  # relative: alloys of one number differ by less
 SAME = 0.03  # relative: numbers of two reports about the same shot
-STRONGER, EQUAL = (
-    1.02,
-    0.999,
-)  # ratios of walls and of spheres: at least, of a stronger shield; at least, of none weaker
+# Ratios of walls and of spheres: at least, of a stronger shield; at least, of one that is not weaker.
+STRONGER, EQUAL = 1.02, 0.999
 # kg/m3: by the beginning of the alloy's name, from the material table of pyBLOSSUM (material_data.csv).
 DENSITIES: Mapping[str, float] = {
     **{"AA99.9%": 2700.0, "AA1100": 2710.0, "AA2017": 2800.0, "AA2024": 2770.0, "AA2219": 2840.0, "AA3003": 2730.0},

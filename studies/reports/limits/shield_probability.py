@@ -100,7 +100,7 @@ def _of_limit(
 ) -> Iterator[WallChance]:
     """Chances at one speed on one shield, of which these are shots, by the settings of each run."""
     for run, mine in zip(limit.runs, settings, strict=True):
-        shot = _shot_of(shots, limit.speed, run.diameter)
+        shot = _shot_of(shots, limit.speed, run.diameter, is_sphere=mine["projectile_shape"] == "sphere")
         before = probability(shot) if shot else None
         if shot is None or before is None:
             continue
@@ -117,15 +117,14 @@ def _of_limit(
         yield WallChance(run.diameter, run.perforated, before, outside, after, why and f"{NOT_JOINED}: {why}")
 
 
-def _shot_of(shots: Sequence[Shot], speed: float, diameter: float) -> Shot | None:
+def _shot_of(shots: Sequence[Shot], speed: float, diameter: float, *, is_sphere: bool) -> Shot | None:
     """The shot of a run; None where a search tried a cylinder that no shot of the sweep is of."""
     for shot in shots:
         if math.isclose(shot.speed, speed, rel_tol=ROUNDED) and math.isclose(
             shot.projectile_diameter, diameter, rel_tol=ROUNDED
         ):
             return shot
-    spheres = (shot for shot in shots if shot.length_ratio == 1.0)
-    return next((replace(shot, speed=speed, projectile_diameter=diameter) for shot in spheres), None)
+    return replace(shots[0], speed=speed, projectile_diameter=diameter) if shots and is_sphere else None
 
 
 def _why_not(shot: Shot, settings: Mapping[str, Any]) -> str:
@@ -134,7 +133,8 @@ def _why_not(shot: Shot, settings: Mapping[str, Any]) -> str:
         return "no shots were simulated at an angle"
     for name, calibrated in CALIBRATED.items():
         if settings[name] != calibrated:
-            return f"no shots were simulated with {words(name)} {settings[name]}"
+            value = settings[name] if isinstance(calibrated, str) else f"{settings[name]:g}"
+            return f"no shots were simulated with {words(name)} {value}"
     assert shot.shield is not None
     across, through = (float(settings[name]) for name in CELLS)
     least = cells_across(shot.projectile_diameter, shot.shield.bumper_thickness)
