@@ -10,7 +10,6 @@ import re
 import subprocess
 import sys
 import time
-import tomllib
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
@@ -25,9 +24,6 @@ from tests import house
 from tests.crash.support.serving import serving
 from tests.service.support.fakes import wait_until
 
-WITHOUT_A_ROOM = {*(f"{package}/__init__.py" for package in house.PACKAGES)} | {
-    f"tests/{name}.py" for name in ("__init__", "__main__", "conftest", "house", "test_house")
-}
 READY, CACHED = 2.0, 2.0  # s
 
 
@@ -39,25 +35,6 @@ def test_picture_and_page__are_what_make_map_writes() -> None:
     packages = [whole.folder(name) for name in house.PACKAGES]
     assert house.PICTURE.read_text(encoding="utf-8") == house.drawing(packages), "make map"
     assert house.PAGE.read_text(encoding="utf-8") == house.page(packages), "make map"
-
-
-@pytest.mark.claim("house", "lines", minutes=0.1)
-def test_lines__are_as_few_as_each_room_says(compared: Callable[..., None]) -> None:
-    """No room has more lines than tests/lines.toml allows it, which says what they are for."""
-    allowed = tomllib.loads((house.ROOT / "tests" / "lines.toml").read_text(encoding="utf-8"))
-    folders = [house.ROOT / package for package in (*house.PACKAGES, "tests")]
-    rooms = {str(path.relative_to(house.ROOT)): _lines_of(path) for folder in folders for path in folder.iterdir()}
-    counted = {name: lines for name, lines in rooms.items() if lines and name not in WITHOUT_A_ROOM}
-    for name, lines in counted.items():
-        most, purpose = allowed.get(name, (0, ""))
-        compared(at_most(f"{name}: {purpose}", limit=most, got=lines))
-    compared(equal("rooms that are gone", expected=set(), got=allowed.keys() - counted.keys()))
-
-
-def _lines_of(path: Path) -> int:
-    if path.is_dir():
-        return house.lines_under(path)
-    return len(path.read_text(encoding="utf-8").splitlines()) if path.suffix == ".py" else 0
 
 
 @pytest.mark.claim("house", "rooms", minutes=0.1)
