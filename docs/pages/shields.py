@@ -98,10 +98,19 @@ def _probability() -> Iterator[str]:
     yield "## Probability that the wall fails\n"
     yield (
         "Shots that are equal in everything differ in outcome, so that the answer is a probability. Each equation "
-        "has a logistic curve, logit P = a + b ln(d/d_c) + c theta, with a and b by range of the normal speed; P is "
+        "has a logistic curve, logit P = a + b ln(d/d_c) + c theta, with a and b continuous in the normal speed; P is "
         "the mean of the curves of the equations that cover the shot. The interval, at 95 %, holds what a laboratory "
         "that is not among these may find. The whole method was written down before its first fit: "
         "`studies/observations/shields/probability.py`.\n"
+    )
+    yield (
+        "a and b are linear between values at knots, and constant beyond the outer ones. Three forms could be taken, "
+        "with knots at 3 and 7 km/s (where the equations change their limb), at 3, 5 and 7 km/s (between their limbs "
+        "they know least in the middle), or at 1.5, 3, 7 and 10 km/s (the powers of the speed in the limbs may be "
+        "wrong, too). Each is scored by laboratories left out of the shots that the choice may see; taken is the one "
+        "with the fewest knots that is within 0.001 of the best. The score that counts is that of laboratories which "
+        "neither a curve nor the choice of its form has seen: at most 0.140, where curves that jump from one range of "
+        "the speed to the next had 0.137.\n"
     )
     constants = [
         [SHORT[name], str(curve.shots), *(f"{value:.2f}" for value in curve.constants), f"{curve.between:.2f}"]
