@@ -160,7 +160,7 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
     if answer.shield:
         say(answer.shield.sentence)
         for reason in answer.shield.outside:
-            say(f"beyond all shots: {reason}")
+            say(f"no probability: {reason}")
     for quantity in answer.quantities:
         say(quantity.sentence())
     for quantity in answer.quantities:
