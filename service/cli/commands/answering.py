@@ -159,7 +159,7 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         say(", ".join(f"{name} {_readable(answer.parameters[name], units[name])}" for name in varied))
     if answer.shield:
         say(answer.shield.sentence)
-        for reason in answer.shield.outside:
+        for reason in answer.shield.outside[1:]:
             say(f"no probability: {reason}")
     for quantity in answer.quantities:
         say(quantity.sentence())

@@ -57,7 +57,7 @@ def ranges_of(kind: SimulationKind) -> tuple[DrawnShots, ...]:
 
 
 def failures_found(failure: str, normal_speed: float) -> Share | None:
-    """How many of the perforated walls simulations with a failure on one grid perforate: below 3 km/s, or from there on.
+    """How many perforated walls simulations with a failure on one grid find, below 3 km/s or from there on.
 
     None where no shots were simulated with it.
     """

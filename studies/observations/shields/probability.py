@@ -13,8 +13,8 @@ The method, each step written down before its first fit:
    - 1.5, 3, 7 and 10 km/s: the powers of the speed in the limbs may be wrong, too.
    Each is scored as in step 6 on the shots that the choice may see, by the Brier score of the mean; taken is the one
    with the fewest knots that is within 0.001 of the best. The score of the method is that of laboratories which neither
-   a curve nor the choice of its form has seen. It may be at most 0.140: with curves that jump from one range of the speed
-   to the next it was 0.137.
+   a curve nor the choice of its form has seen. It may be at most 0.140: with curves that jump from one range of the
+   speed to the next it was 0.137.
 3. It is fitted to the published shots that the screening keeps and the equation's range covers.
 4. P of a shield is the mean of the curves of those equations whose range covers it: none is best everywhere. Outside of
    all shots (``outside``) there is none.

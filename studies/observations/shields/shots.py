@@ -316,7 +316,7 @@ def nearest(shot: Shot, shots: Sequence[ShieldShot], count: int) -> tuple[NearSh
 
 
 def distances(shot: Shot, shots: Sequence[ShieldShot]) -> list[float]:
-    """The distance of each shot from a shot on a shield; infinite where a metal is another one, or its strength unknown."""
+    """The distance of each shot from a shot on a shield; infinite where a metal is another, or its strength unknown."""
     return [_distance(_place(shot), _place_of(each)) for each in shots]
 
 

@@ -123,7 +123,7 @@ def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
 
 
 def failures_found_at(points: xr.Dataset) -> list[Share | None]:
-    """Of the perforated walls those that simulations like each point of a shield perforate; None of another scenario."""
+    """Of the perforated walls those that simulations like each point perforate; None where none was simulated so."""
     if "failure" not in points or "speed" not in points:
         return [None] * len(places_of(points))
     speeds = _normal_speeds(points)

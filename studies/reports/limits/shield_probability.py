@@ -181,7 +181,8 @@ def _without(limits: Sequence[ShieldLimit], chances: Sequence[LimitChances], ter
     yield from (f"no probability at {joined(at)}: {reason}" for reason, at in [*places.items()][:MOST_SAID])
     others = [reason for mine in chances if mine.known for reason in mine.unknown]
     if others:
-        yield f"no probability of {plural(len(others), 'more point')}: {'; '.join([*dict.fromkeys(others)][:MOST_SAID])}"
+        reasons = "; ".join([*dict.fromkeys(others)][:MOST_SAID])
+        yield f"no probability of {plural(len(others), 'more point')}: {reasons}"
 
 
 def _does(limit: ShieldLimit, chance: WallChance, model: str = "") -> str:
