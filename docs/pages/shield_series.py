@@ -149,6 +149,7 @@ def pages() -> dict[str, str]:
     ]
     right = sum(told(_with(each.failures, runs))[0] == shot.outcome for each, shot, runs in computed)
     of_plates = sum(told(_with([OF_PLATES], runs))[0] == shot.outcome for _, shot, runs in computed)
+    failed = [told(_with([OF_PLATES], runs))[0] for _, shot, runs in computed if shot.is_perforated]
     parts = [
         "# Two series that bracket a limit\n",
         MADE.format(source="`docs/results/shield-series.json`"),
@@ -158,7 +159,8 @@ def pages() -> dict[str, str]:
         "computed as 1100-O; the speed of 5.81 mm is the middle of 6.9 to 7.0 km/s. "
         f"**Right: {right} of {len(computed)}**; open counts as not right. With `{OF_PLATES}`, the default failure of "
         "plates, which was added when these outcomes were known, and for which the wall was given the spall strength "
-        f"of its toughness before any such run: {of_plates} of {len(computed)}. Recomputed by `{COMMAND}`.\n",
+        f"of its toughness before any such run: {of_plates} of {len(computed)}; of the {len(failed)} walls that were "
+        f"perforated it found {failed.count('perforated')}. Recomputed by `{COMMAND}`.\n",
         table(
             ["series", "sphere and shield", "speed", "measured", "simulated", "why open", OF_PLATES, "why open"],
             [_row(*each) for each in computed],

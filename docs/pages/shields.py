@@ -1,6 +1,6 @@
 """docs/shields.md: the shots on shields that ship, the equations judged by them, and the probability of failure."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 
 import numpy as np
 
@@ -8,9 +8,11 @@ from docs.pages import MADE, table
 from studies import laws
 from studies.observations.shields.answers import SHORT
 from studies.observations.shields.judged import Judged, Share, equations, judge, judge_by_range
-from studies.observations.shields.probability import curves, probability
+from studies.observations.shields.probability import KNOTS, curves, mean_of_curves
 from studies.observations.shields.shots import (
     IN_DOUBT,
+    NEAR,
+    OTHER_METAL,
     citation,
     collected,
     compared_pairs,
@@ -19,7 +21,16 @@ from studies.observations.shields.shots import (
     published,
     sources,
 )
-from studies.observations.shields.validation import MEAN, Predicted, brier, coverage, predict, reliability
+from studies.observations.shields.validation import (
+    MEAN,
+    Predicted,
+    brier,
+    coverage,
+    near_the_limit,
+    predict,
+    reliability,
+    scores_of_forms,
+)
 
 COLLECTION = "https://github.com/shannonjryan/pyBLOSSUM"
 
@@ -65,10 +76,12 @@ def _shots() -> Iterator[str]:
         "`held`) are needed, `obliquity`, `source`, `shot` and the names of the materials are not.\n"
     )
     yield (
-        "The distance of two shots is the root of the sum of squares of ln of the ratios of d, t_b, t_w, S and v, "
-        "and of the difference of the angles in rad: the equations are products of powers, so that a ratio counts "
-        "the same for a foil as for a plate, and they do not agree on the powers, so that none is weighted. Near is "
-        "up to 0.5, where diameter, thicknesses, stand-off and speed differ by a quarter each.\n"
+        "The distance of two shots is the root of the sum of squares of ln of the ratios of d, t_b, t_w, S, v, the "
+        "densities of projectile, bumper and wall and the yield stress of the wall, and of the difference of the "
+        "angles in rad: the equations are products of powers, so that a ratio counts the same for a foil as for a "
+        "plate, and they do not agree on the powers, so that none is weighted. Near is up to "
+        f"{NEAR:g}, where five of these differ by a quarter each. A density that is a factor of more than "
+        f"{OTHER_METAL:g} apart is another metal, and never near: of a steel sphere 0 shots are.\n"
     )
 
 
@@ -98,18 +111,34 @@ def _probability() -> Iterator[str]:
     yield "## Probability that the wall fails\n"
     yield (
         "Shots that are equal in everything differ in outcome, so that the answer is a probability. Each equation "
-        "has a logistic curve, logit P = a + b ln(d/d_c) + c theta, with a and b by range of the normal speed; P is "
+        "has a logistic curve, logit P = a + b ln(d/d_c) + c theta, with a and b continuous in the normal speed; P is "
         "the mean of the curves of the equations that cover the shot. The interval, at 95 %, holds what a laboratory "
         "that is not among these may find. The whole method was written down before its first fit: "
         "`studies/observations/shields/probability.py`.\n"
+    )
+    yield (
+        "a and b are linear between values at knots, and constant beyond the outer ones. Three forms could be taken, "
+        "with knots at 3 and 7 km/s (where the equations change their limb), at 3, 5 and 7 km/s (between their limbs "
+        "they know least in the middle), or at 1.5, 3, 7 and 10 km/s (the powers of the speed in the limbs may be "
+        "wrong, too). Each is scored by laboratories left out of the shots that the choice may see; taken is the one "
+        "with the fewest knots that is within 0.001 of the best. The score that counts is that of laboratories which "
+        "neither a curve nor the choice of its form has seen: at most 0.140, where curves that jump from one range of "
+        "the speed to the next had 0.137.\n"
     )
     constants = [
         [SHORT[name], str(curve.shots), *(f"{value:.2f}" for value in curve.constants), f"{curve.between:.2f}"]
         for name, curve in curves().items()
     ]
-    ranges = [f"{letter}, {where}" for where in ("below 3", "3 to 7", "from 7 km/s") for letter in "ab"]
-    yield table(["equation", "shots", *ranges, "c", "between laboratories"], constants)
+    values = [f"{letter} at {knot / 1e3:g} km/s" for knot in KNOTS for letter in "ab"]
+    yield table(["equation", "shots", *values, "c", "between laboratories"], constants)
     shots = published().shots
+    scores = scores_of_forms(shots)
+    others = " and ".join(f"{score:.3f} with {_knots(knots)}" for knots, score in scores.items() if knots != KNOTS)
+    yield (
+        f"Taken is the form with knots at {_knots(KNOTS)} km/s: on laboratories left out the Brier score is "
+        f"{scores[KNOTS]:.3f} with it, {others}. It is taken as well whichever laboratory is left out, so that the "
+        "scores below are those of laboratories that the choice has not seen (`make claims shield-score`).\n"
+    )
     laboratories = len({laboratory(shot) for shot in shots})
     reports = len({shot.source for shot in shots})
     yield (
@@ -126,15 +155,26 @@ def _probability() -> Iterator[str]:
     ]
     header = ["left out", "P of", "Brier score", "bins of equal number: largest", "of equal width: largest", "held"]
     yield table(header, rows)
-    yield "P of the mean is what is answered.\n"
+    undecided, score = near_the_limit(by_laboratory)
+    yield "P of the mean is what is answered. Outside of all shots none is.\n"
+    yield (
+        f"**Near the limit P is worth hardly more than a coin**: of the {undecided} shots with P from 0.3 to 0.7 its "
+        f"Brier score, on laboratories left out, is {score:.3f}, and that of a coin 0.25. What P tells is on which "
+        "side of this band a shield is.\n"
+    )
     yield "What a simulation of the shot adds to P was measured on [drawn shots](simulated-shields.md).\n"
+
+
+def _knots(knots: Sequence[float]) -> str:
+    """ "3, 5, 7"."""
+    return ", ".join(f"{knot / 1e3:g}" for knot in knots)
 
 
 def _honeycomb() -> Iterator[str]:
     yield "\n## Honeycomb panels\n"
     shots = on_honeycomb().shots
     failed = np.array([shot.is_perforated for shot in shots])
-    chances = [probability(shot.as_shot()) for shot in shots]
+    chances = [mean_of_curves(shot.as_shot()) for shot in shots]
     chance = np.array([each.value for each in chances if each is not None])
     assert len(chance) == len(shots)
     unlikely = failed[chance < 0.5]

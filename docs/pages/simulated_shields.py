@@ -22,6 +22,7 @@ from solver import PHYSICS_VERSION
 from studies import materials
 from studies.observations.shields import joined
 from studies.observations.shields.answers import shown
+from studies.observations.shields.drawn import SimulationKind, failures_found
 from studies.observations.shields.joined import (
     LEAST_CELLS,
     MOST_CELLS,
@@ -29,7 +30,6 @@ from studies.observations.shields.joined import (
     THROUGH_WALL,
     Simulated,
     SimulatedShot,
-    SimulationKind,
     cells_across,
     cells_through,
 )
@@ -272,12 +272,15 @@ def pages() -> dict[str, str]:
     first = [run for run in runs if run["grid"] == GRIDS[0]]
     told = simulation(runs)
     shots = [shot for shot, _ in told]
-    rows = [_row("simulation", *rated([(shot.outcome, outcome) for shot, outcome in told]))]
+    rows = []
     for failure in (*FAILURES, OF_PLATES):
         alone = [(shot.outcome, outcome) for shot, outcome in outcomes(first, [failure])]
         rows.append(_row(f"simulation, failure {failure}, cells × {GRIDS[0]:g} alone", *rated(alone)))
     decided = [shot for shot, outcome in told if outcome != "open"]
-    for asked, words in ((shots, ""), (decided, ", on the shots that the simulation decides")):
+    of_rule = rated([(shot.outcome, outcome) for shot, outcome in told])
+    for asked, words in ((shots, ""), (decided, ", on the shots that all runs decide alike")):
+        if words:
+            rows.append(_row("simulation, all runs together", *of_rule))
         for law in equations():
             judged = judge(law, asked)
             rows.append(_row(f"`{law.name}`{words}", judged, len(asked) - judged.right.of))
@@ -286,8 +289,10 @@ def pages() -> dict[str, str]:
     parts = [
         "# Shots on shields, simulated\n",
         MADE.format(source="`docs/results/simulated-shields.json`"),
+        _of_failures(),
         _rule(len(told)),
         *_of_the_mesh(first, runs),
+        _of_the_decided(of_rule[0], decided),
         table(["what tells", "right of those decided", "95 %", "unsafe", "too careful", "open"], rows),
         "\nUnsafe: said to hold, and perforated. Right / decided / open of the simulation by speed and outcome:\n",
         table(["speed", *OUTCOMES], list(_by_speed(told))),
@@ -302,6 +307,43 @@ def pages() -> dict[str, str]:
         ),
     ]
     return {"simulated-shields.md": "\n".join(parts)}
+
+
+def _of_failures() -> str:
+    """How many of the perforated walls simulations find: what a simulated wall that holds is worth."""
+    from docs.pages import shield_series  # which takes the rule of this page
+
+    found = []
+    for failure in (OF_PLATES, *FAILURES):
+        share = failures_found(failure, RANGES[1][1])
+        assert share is not None
+        found.append(f"{share.count} with failure `{failure}`")
+    stored = read_json(shield_series.STORED)["runs"]
+    first = [run for run in read_json(STORED)["runs"] if run["grid"] == GRIDS[0]]
+    careful = FAILURES[1]
+    held = [told for shot, told in outcomes(first, [careful]) if shot.speed >= RANGES[1][1] and not shot.is_perforated]
+    failed = [
+        simulated([run for run in runs if run["failure"] == OF_PLATES])
+        for name, each in shield_series.series().items()
+        for shot, runs in zip(each.shots, stored[name], strict=True)
+        if shot.is_perforated
+    ]
+    return (
+        f"**A simulated wall that holds is no shield that holds.** Of the {share.of} drawn walls that were perforated "
+        f"from 3 km/s on the simulation found {', '.join(found[:-1])} and {found[-1]}; the last also perforates "
+        f"{held.count('perforated')} of the {len(held)} that held. Of the {len(failed)} of "
+        f"[two series](shield-series.md) near 7 km/s it found {failed.count('perforated')} with `{OF_PLATES}`.\n"
+    )
+
+
+def _of_the_decided(judged: Judged, shots: Sequence[ShieldShot]) -> str:
+    """What the shots that all runs decide alike are worth: how many equations are right about all of them."""
+    right = {law.name: judge(law, shots).right for law in equations()}
+    every = [f"`{name}`" for name, share in right.items() if share.count == share.of]
+    return (
+        f"All runs together decide {len(shots)} shots, and are right about {judged.right.count} of them. These are the "
+        f"easy ones: {', '.join(every) or 'no equation'} {'is' if len(every) == 1 else 'are'} right about all.\n"
+    )
 
 
 def _of_the_mesh(first: Sequence[Mapping[str, Any]], runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
@@ -327,31 +369,39 @@ def _joined(runs: Sequence[Mapping[str, Any]]) -> Iterator[str]:
     yield "\n## Probability joined with the simulation\n"
     kinds = simulations(runs)
     gained = {kind: joined.validated(shots) for kind, shots in kinds.items()}
-    counted = " and ".join(f"failure {kind.name}" for kind, scores in gained.items() if scores.gained[0] > 0.0)
+    joints = {kind: joined.joint(kind) for kind in kinds}
+    counted = [
+        f"failure {kind.name} {where}"
+        for kind, constants in joints.items()
+        for where, low, _ in RANGES
+        if constants is not None and constants.is_joined_at(low)
+    ]
     yield (
         "logit P = logit P of [equations and shots](shields.md#probability-that-the-wall-fails) + a where the "
         "simulation perforates, + b where it holds; an open one adds nothing. The rule was written down before any "
         "outcome was seen: `studies/observations/shields/joined.py`. Each shot is predicted by the other laboratories "
         "alone. Behind a and b stands their standard deviation. Gained is the fall of the Brier score with 1.96 of its "
         "standard errors; of all: weighted so that the drawn shots stand for all that can be simulated. Aimed at was "
-        f"0.125. A simulation of a kind that gains nothing is not joined; reports join: {counted or 'none'}.\n"
+        "0.125. A kind of simulation is joined in a range of the speed once the lower end of what it gains there is "
+        f"above zero; reports join: {' and '.join(counted) or '**none**'}.\n"
     )
     rows = []
     for kind, scores in gained.items():
         constants = joined.joint_of(joined.unseen(kinds[kind]), kinds[kind])
         deviations = [constants.covariance[place][place] ** 0.5 for place in (0, 1)]
-        fall, error = scores.gained
+        falls = [scores.gained(), *((each.gained, each.within) for each in joined.drawn_shots(kinds[kind], scores))]
         rows.append(
             [
                 f"failure {kind.name}",
                 f"{constants.perforated:.2f} ± {deviations[0]:.2f}",
                 f"{constants.held:.2f} ± {deviations[1]:.2f}",
                 *(f"{score:.3f}" for score in scores.brier()),
-                f"{fall:.3f} ± {error:.3f}",
+                *(f"{fall:.3f} ± {error:.3f}" for fall, error in falls),
                 *(f"{score:.3f}" for score in scores.brier(weighted=True)),
             ]
         )
-    header = ["simulation", "a", "b", "Brier score without", "with", "gained", "of all: without", "with"]
+    ranges = [where for where, *_ in RANGES]
+    header = ["simulation", "a", "b", "Brier score without", "with", "gained", *ranges, "of all: without", "with"]
     yield table(header, rows)
 
 

@@ -17,6 +17,10 @@ FAST = 7.0  # km/s of the normal speed, from which the debris is molten
 SIZE = 18.0 / 19.0  # exponent of the limbs of strength
 # The equations take 65 deg beyond it.
 STEEPEST = 65.0  # deg
+DENSEST = 2.9  # g/cm3: no alloy of aluminium is denser
+# Denser spheres melt at higher speeds, so that their fast limb begins later than 7 km/s. How it moves between the
+# densities of aluminium and of steel is not published, and no equation here knows it.
+HEAVY = "above 6 g/cm3 the fast limb begins at 9.1 km/s: NASA/TM-2014-218268, known second-hand"
 
 
 @dataclass(frozen=True)
@@ -161,9 +165,16 @@ def range_of(
         family("aluminium", source),
         Limit("a Whipple shield", "the equation is about bumper and wall", walls),
         Limit("wall of aluminium", source, _other_metal),
+        Limit(f"projectile no denser than aluminium ({DENSEST} g/cm3)", HEAVY, _heavy_projectile),
         Limit(fails, source),
         *limits,
     )
+
+
+def _heavy_projectile(shot: Shot) -> str:
+    """Why the debris of a projectile is not the one that an equation's fast limb is for."""
+    density = shot.projectile.density / GRAM_PER_CUBIC_CENTIMETRE
+    return f"rho_p = {density:.3g} g/cm3 is above {DENSEST} g/cm3, that of aluminium" if density > DENSEST else ""
 
 
 def _other_metal(shot: Shot) -> str:

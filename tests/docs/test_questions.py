@@ -4,14 +4,21 @@ import os
 import re
 import subprocess
 import sys
+from collections.abc import Callable
 from pathlib import Path
 
 import pytest
 
 from docs.pages import DOCS, read_json, simulated_shields
 from studies import laws
+from studies.cases.rows import equal
+from studies.observations.shields import joined
+from studies.observations.shields.drawn import SimulationKind, failures_found
 from studies.observations.shields.judged import equations, judge
 from studies.observations.shields.shots import published
+from studies.reports.answers.answer import answers
+from studies.reports.answers.question import read_question
+from studies.sweeps.document import read_yaml
 from tests.claims.marked import claimed
 
 BLOCK = re.compile(r"```(\w+)\n(.*?)```", re.DOTALL)
@@ -59,3 +66,42 @@ def test_page_of_the_shield__has_the_counts_of_the_simulated_shots() -> None:
         told = [(shot.outcome, says) for shot, says in simulated_shields.outcomes(first, [failure])]
         right = simulated_shields.rated(told)[0].right
         assert f"{said} {right.count} of {right.of}" in text
+
+
+def test_readme__has_the_first_line_of_its_answer() -> None:
+    text = (DOCS.parent / "README.md").read_text(encoding="utf-8")
+    shield = text.partition("cat > shield.yaml <<'END'\n")[2].partition("END")[0]
+    [answer] = answers(read_question(read_yaml(shield, "shield.yaml")))
+    assert f"It begins `{answer.headline()}`" in text
+
+
+@pytest.mark.claim("mend", "shield-pages")
+def test_pages_about_simulated_walls__begin_with_how_many_failures_they_find(compared: Callable[..., None]) -> None:
+    """What a simulated wall that holds is worth stands first, and what all runs together decide after it."""
+    found = failures_found("void-growth", 3e3)
+    assert found is not None
+    for name, said in (
+        ("does-my-shield-hold", f"of {found.of} published walls that were perforated"),
+        ("simulated-shields", f"Of the {found.of} drawn walls that were perforated"),
+    ):
+        page = (DOCS / f"{name}.md").read_text(encoding="utf-8")
+        first = next(part for part in page.split("\n\n")[1:] if not part.startswith("<!--")).replace("\n", " ")
+        compared(
+            equal(f"{name}: begins with the failures", expected=True, got=said in first),
+            equal(f"{name}: says how many", expected=True, got=f"found {found.count}" in first),
+        )
+    text = (DOCS / "does-my-shield-hold.md").read_text(encoding="utf-8")
+    kinds = simulated_shields.simulations(read_json(simulated_shields.STORED)["runs"])
+    gained, within = joined.validated(kinds[SimulationKind(("void-growth",), "one")]).gained()
+    compared(equal("gain of void-growth", expected=True, got=f"falls by {gained:.3f} ± {within:.3f}" in text))
+    told = simulated_shields.simulation(read_json(simulated_shields.STORED)["runs"])
+    decided = [shot for shot, outcome in told if outcome != "open"]
+    right = {law.name: judge(law, decided).right for law in equations()}
+    all_right = [name for name, share in right.items() if share.count == share.of == len(decided)]
+    compared(
+        equal(
+            f"right about all {len(decided)} that all runs decide",
+            expected=["whipple_jsc", "whipple_nno", "whipple_reimerdes"],
+            got=all_right,
+        )
+    )

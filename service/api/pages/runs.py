@@ -1,5 +1,6 @@
 """A run from the inside: what it measured and when, pictures of its matter, its parameters, log and files."""
 
+import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
 from functools import lru_cache
@@ -22,6 +23,8 @@ from service.files.artifacts import Artifacts
 from service.records.jobs import TERMINAL, VIEWS, NotFound, RunPlace, RunRow, Scope, State, Stored
 from service.store import Store
 from studies import measurements, scenarios
+from studies.laws import CRITICAL
+from studies.observations.shields.drawn import beside_held, failures_found
 from studies.quantities.display import display_of, kind_of, printed_beside
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
 from studies.quantities.parameters import declared
@@ -64,8 +67,8 @@ def show_run(
         scenario=scenarios.load(run.scenario),
         places=[(place, in_words(run.scenario, place.coordinates)) for place in places[:MOST_SWEEPS]],
         is_in_more=len(places) > MOST_SWEEPS,
-        measured=list(_measured(run)),
-        so_far=list(_so_far(run)),
+        measured=list(_measured(run, spec["parameters"])),
+        so_far=list(_so_far(run, spec["parameters"])),
         charts=[chart.image(f"/runs/{id}/histories/{name}", {}) for name, chart in histories.items()],
         views=[view for view, sources in VIEWS.items() if names & {*sources}],
         has_film=FILM in names,
@@ -111,26 +114,34 @@ def _has_radiograph(artifacts: Artifacts, files: Iterable[Stored], parameters: M
     return False
 
 
-def _measured(run: RunRow) -> Iterator[dict[str, Any]]:
+def _measured(run: RunRow, parameters: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """What a run measured, in the order of its scenario, as people read it."""
     found = (run.summary or {}).get("measurements", {})
     for name in quantities_of(run.scenario):
         if name in found:
-            yield _printed(name, found[name].get("value"), found[name].get("uncertainty"), found[name].get("flags", ()))
+            uncertainty, flags = found[name].get("uncertainty"), found[name].get("flags", ())
+            yield _printed(name, found[name].get("value"), uncertainty, flags, parameters)
 
 
-def _so_far(run: RunRow) -> Iterator[dict[str, Any]]:
+def _so_far(run: RunRow, parameters: Mapping[str, Any]) -> Iterator[dict[str, Any]]:
     """What a running run has measured so far."""
     if run.state in (State.RUNNING, State.CANCELLING) and run.progress:
         found = run.progress.get("measured") or {}
-        yield from (_printed(name, found[name], None, ()) for name in quantities_of(run.scenario) if name in found)
+        for name in quantities_of(run.scenario):
+            if name in found:
+                yield _printed(name, found[name], None, (), parameters)
 
 
-def _printed(name: str, value: float | None, uncertainty: float | None, flags: Sequence[str]) -> dict[str, Any]:
+def _printed(
+    name: str, value: float | None, uncertainty: float | None, flags: Sequence[str], parameters: Mapping[str, Any]
+) -> dict[str, Any]:
     measurement = measurements.load(name)
     kind = kind_of(measurement.unit)
     if measurement.is_outcome and value is not None:
         text = measurement.outcomes[round(value)]
+        if name in CRITICAL and not value:  # a wall holds
+            normal_speed = parameters["speed"] * math.cos(parameters.get("obliquity") or 0.0)
+            text = f"{text}; {beside_held(failures_found(str(parameters.get('failure')), normal_speed))}"
     else:
         text = printed_beside(value, kind, uncertainty)
     return {

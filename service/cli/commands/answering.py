@@ -159,8 +159,8 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         say(", ".join(f"{name} {_readable(answer.parameters[name], units[name])}" for name in varied))
     if answer.shield:
         say(answer.shield.sentence)
-        for reason in answer.shield.outside:
-            say(f"beyond all shots: {reason}")
+        for reason in answer.shield.outside[1:]:
+            say(f"no probability: {reason}")
     for quantity in answer.quantities:
         say(quantity.sentence())
     for quantity in answer.quantities:

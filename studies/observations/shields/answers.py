@@ -1,15 +1,14 @@
 """What a designer asks of a shield: does it hold, how sure is that, and what did real shots do."""
 
-import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from functools import cache
 from typing import Literal
 
 from solver.units import Metre
 from studies import laws
 from studies.laws import Shot
 from studies.observations.shields.judged import Judged, equations, judge
+from studies.observations.shields.outside import outside_of_shots
 from studies.observations.shields.probability import Probability, probability
 from studies.observations.shields.shots import NEAR, NearShot, ShieldShot, nearest, published
 from studies.quantities.findings import refusal
@@ -45,7 +44,7 @@ class Word:
 class ShieldAnswer:
     """The probability that a wall is perforated, what each equation says, and the shots near it."""
 
-    probability: Probability | None  # None where no equation covers the shot, or the shield has three walls
+    probability: Probability | None  # None outside of all shots, and where no equation covers the shot
     words: tuple[Word, ...]
     near: int  # number of shots within the distance NEAR
     nearest: tuple[NearShot, ...]
@@ -56,12 +55,11 @@ class ShieldAnswer:
     def sentence(self) -> str:
         """The answer in at most 20 words."""
         if self.probability is None:
-            sure = f"no probability: {self.outside[0] if self.outside else 'no equation covers it'}"
+            sure = f"no probability: {self.outside[0]}" if self.outside else "no probability"
         else:
-            where = ", outside all shots" if self.outside else ""
             near = f"{self.near} {'shot' if self.near == 1 else 'shots'} near"
-            sure = f"{shown(self.probability)} to fail{where}; {near}"
-        return "; ".join(filter(None, (sure, self._said()))) + "."
+            sure = f"{shown(self.probability)} to fail; {near}"
+        return f"{sure}; {self._said() or 'no equation covers it'}."
 
     def _said(self) -> str:
         """What the equations say, those of one word together; those outside their range are silent."""
@@ -112,41 +110,3 @@ def _words(shot: Shot) -> Iterator[Word]:
         fails = shot.projectile_diameter > value.value
         says: Literal["holds", "fails", "outside"] = "fails" if fails else "holds"
         yield Word(law.name, says if value.in_range else "outside", value.value, value.reason)
-
-
-def outside_of_shots(shot: Shot) -> Iterator[str]:
-    """Why a shot on a shield is like none of the published ones."""
-    assert shot.shield is not None
-    if shot.shield.inner_bumper:
-        yield "all shots have two walls"
-    metals = {"projectile": shot.projectile.family, "bumper": shot.target.family, **shot.shield.of_other_metal}
-    for role, family in metals.items():
-        if family != "aluminium":
-            yield f"the {role} is {family}, all shots are of aluminium"
-    if shot.length_ratio != 1.0:
-        yield f"the projectile has L/d = {shot.length_ratio:.3g}, all shots are of spheres"
-    for (name, unit), value in _ratios(shot).items():
-        low, high = _limits()[name]
-        if not low <= value <= high:
-            side, bound = ("below", low) if value < low else ("above", high)
-            yield f"{name} = {value:.3g}{unit} is {side} {bound:.3g}{unit}, the last of the shots"
-
-
-def _ratios(shot: Shot) -> dict[tuple[str, str], float]:
-    """What a shot is compared by with the range of the published ones, by name and unit."""
-    assert shot.shield is not None
-    return {
-        ("d/t_b", ""): shot.projectile_diameter / shot.shield.bumper_thickness,
-        ("S/d", ""): shot.shield.stand_off / shot.projectile_diameter,
-        ("t_w", " mm"): 1e3 * shot.shield.wall_thickness,
-        ("v", " km/s"): 1e-3 * shot.speed,
-        ("angle", " deg"): math.degrees(shot.obliquity),
-    }
-
-
-@cache
-def _limits() -> Mapping[str, tuple[float, float]]:
-    """The smallest and the largest of each ratio among the published shots."""
-    ratios = [_ratios(each.as_shot()) for each in published().shots]
-    columns = {name: [each[name, unit] for each in ratios] for name, unit in ratios[0]}
-    return {name: (min(column), max(column)) for name, column in columns.items()}

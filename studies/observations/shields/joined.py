@@ -20,47 +20,35 @@ The method, written down before any outcome of a simulated shot was seen:
    laboratory. Brier score over the drawn shots, each of weight one, of P and of P_e, with the mean difference and 1.96
    of its standard errors; and both weighted by the inverse of the shares that were drawn.
 
-Added when the outcomes were seen: a kind of simulation that does not gain in 7 is not joined with P_e, whatever a and b
-are. What does not help laboratories that are left out helps no shield that is not built yet.
+Added when the outcomes were seen: a kind of simulation is joined with P_e in a range of the normal speed (``RANGES``)
+once the lower end of what it gains there in 7, the mean less 1.96 standard errors, is above zero. What is not seen to
+help laboratories that are left out helps no shield that is not built yet.
 """
 
 import json
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import asdict, dataclass, replace
 from functools import cache
-from pathlib import Path
-from typing import Any, Literal
+from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.special import expit, logit
 
-from studies.observations.shields.judged import DEVIATE
+from studies.observations.shields import drawn
+from studies.observations.shields.drawn import DrawnShots, SimulationKind
+from studies.observations.shields.judged import DEVIATE, RANGES, range_of
 from studies.observations.shields.probability import Probability, most_probable
 from studies.observations.shields.shots import ShieldShot, laboratory, published
 from studies.observations.shields.validation import predict
 
-STORED = Path(__file__).with_name("joined.json")
 PRIOR = np.array([2.5, 2.5])  # standard deviations of a and b
 # Cells across the projectile in simulated shots, or those that leave so many through the bumper where these are more.
 LEAST_CELLS, MOST_CELLS, THROUGH_BUMPER = 16.0, 48.0, 6.0
 THROUGH_WALL = 8.0  # cells, at least
 Simulated = Literal["perforated", "held", "open"]
 NOT_JOINED = "the simulation is not counted"
-
-
-@dataclass(frozen=True)
-class SimulationKind:
-    """How the runs of a simulation are computed."""
-
-    failures: tuple[str, ...]  # ascending
-    grids: Literal["one", "several"]
-
-    @property
-    def name(self) -> str:
-        """ "johnson-cook and none, several grids"."""
-        return f"{' and '.join(self.failures)}, {self.grids} grid{'s' if self.grids == 'several' else ''}"
 
 
 @dataclass(frozen=True)
@@ -81,7 +69,11 @@ class Joint:
     held: float
     covariance: tuple[tuple[float, float], tuple[float, float]]
     shots: int  # of the fit
-    gained: float = 0.0  # fall of the Brier score by it, on laboratories that are left out
+    ranges: tuple[DrawnShots, ...] = ()  # of the normal speed
+
+    def is_joined_at(self, normal_speed: float) -> bool:
+        """Whether such simulations are seen to help at a normal speed, m/s."""
+        return bool(self.ranges) and self.ranges[range_of(normal_speed)].is_gain
 
     def probability(self, before: Probability, told: Simulated) -> Probability:
         """The probability with the outcome of a simulation; one that is certain in double precision stays."""
@@ -114,11 +106,10 @@ class Scores:
         before, after = (float(np.average(each, weights=weights)) for each in self.squares())
         return before, after
 
-    @property
-    def gained(self) -> tuple[float, float]:
-        """The mean of P_e's square less P's, and 1.96 of its standard errors."""
+    def gained(self, shots: Sequence[int] | slice = slice(None)) -> tuple[float, float]:
+        """The mean of P_e's square less P's over shots, and 1.96 of its standard errors."""
         before, after = self.squares()
-        apart = before - after
+        apart = (before - after)[shots]
         return float(apart.mean()), float(DEVIATE * apart.std(ddof=1) / math.sqrt(len(apart)))
 
 
@@ -182,24 +173,25 @@ def validated(shots: Sequence[SimulatedShot]) -> Scores:
 # --- the constants that ship ------------------------------------------------------------------------
 
 
+def drawn_shots(shots: Sequence[SimulatedShot], scores: Scores) -> Iterator[DrawnShots]:
+    """What the simulated shots say of their kind, by range of the normal speed."""
+    for place in range(len(RANGES)):
+        mine = [number for number, each in enumerate(shots) if range_of(each.shot.normal_speed) == place]
+        failed = [shots[number].told for number in mine if shots[number].shot.is_perforated]
+        gained, within = scores.gained(mine)
+        yield DrawnShots(len(mine), gained, within, len(failed), failed.count("perforated"))
+
+
 def store(simulations: Mapping[SimulationKind, Sequence[SimulatedShot]]) -> None:
-    """Write the constants of each kind of simulation."""
+    """Write the constants of each kind of simulation, and what its shots say of it."""
     joints = {
-        kind.name: asdict(replace(joint_of(unseen(shots), shots), gained=validated(shots).gained[0]))
+        kind.name: asdict(replace(joint_of(unseen(shots), shots), ranges=tuple(drawn_shots(shots, validated(shots)))))
         for kind, shots in simulations.items()
     }
-    STORED.write_text(json.dumps(joints, indent=1) + "\n", encoding="utf-8")
-
-
-@cache
-def _stored() -> Mapping[str, Joint]:
-    """The constants of each kind, by its name; none before shots were simulated."""
-    if not STORED.exists():
-        return {}
-    stored: Mapping[str, Any] = json.loads(STORED.read_text(encoding="utf-8"))
-    return {name: Joint(**joint) for name, joint in stored.items()}
+    drawn.STORED.write_text(json.dumps(joints, indent=1) + "\n", encoding="utf-8")
 
 
 def joint(kind: SimulationKind) -> Joint | None:
     """The constants of a kind of simulation; None where no shots were simulated by such runs."""
-    return _stored().get(kind.name)
+    constants = drawn.stored().get(kind.name)
+    return Joint(**{**constants, "ranges": drawn.ranges_of(kind)}) if constants else None

@@ -4,7 +4,7 @@ import csv
 import math
 from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass, fields, replace
 from functools import cache
 from importlib.resources import files
 from itertools import permutations
@@ -34,7 +34,8 @@ DENSITIES: Mapping[str, float] = {
 IN_DOUBT = "AFML-TR-70-135"
 CONTRADICTED = "of a source whose outcomes contradict each other"
 SIZES = ("projectile_diameter", "bumper_thickness", "wall_thickness", "stand_off", "speed")
-NEAR = 0.5  # of the distance: five sizes that differ by a quarter each
+NEAR = 0.5  # of the distance: five numbers that differ by a quarter each
+OTHER_METAL = 1.1  # ratio of densities: those of alloys of aluminium differ by less, those of other metals by more
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -302,27 +303,69 @@ def read_filters(raw: Sequence[str]) -> tuple[dict[str, tuple[float, float]], di
 
 
 def nearest(shot: Shot, shots: Sequence[ShieldShot], count: int) -> tuple[NearShot, ...]:
-    """The shots that are nearest to a shot on a shield, by their distance.
+    """The shots on the same metals that are nearest to a shot on a shield, by their distance.
 
-    The distance is the root of the sum of squares of ln of the ratios of d, t_b, t_w, S and v, and of the difference of
-    the angles in rad. Logarithms, because the equations are products of powers, so that a ratio counts the same for a
-    foil as for a plate; no weights, because the equations do not agree on the powers. Densities and yield stresses are
-    left out: all is aluminium.
+    The distance is the root of the sum of squares of ln of the ratios of d, t_b, t_w, S, v, the densities and the yield
+    stress of the wall, and of the difference of the angles in rad. Logarithms, because the equations are products of
+    powers, so that a ratio counts the same for a foil as for a plate; no weights, because the equations do not agree on
+    the powers. Of another metal is what has a density more than a tenth apart.
     """
     pairs = zip(shots, distances(shot, shots), strict=True)
-    near = (NearShot(each, distance) for each, distance in pairs)
+    near = (NearShot(each, distance) for each, distance in pairs if math.isfinite(distance))
     return tuple(sorted(near, key=lambda each: each.distance)[:count])
 
 
 def distances(shot: Shot, shots: Sequence[ShieldShot]) -> list[float]:
-    """The distance of each shot from a shot on a shield."""
+    """The distance of each shot from a shot on a shield; infinite where a metal is another, or its strength unknown."""
+    return [_distance(_place(shot), _place_of(each)) for each in shots]
+
+
+def distances_of_shields(shot: Shot, shots: Sequence[ShieldShot]) -> list[float]:
+    """The same without the ratios of diameter and speed: how far the shields and the metals are apart."""
+    mine = replace(_place(shot), impact=())
+    return [_distance(mine, replace(_place_of(each), impact=())) for each in shots]
+
+
+@dataclass(frozen=True)
+class _Place:
+    """What the distance of two shots is of: natural logarithms, and the angle in rad."""
+
+    impact: tuple[float, ...]  # diameter and speed
+    shield: tuple[float, ...]
+    densities: tuple[float, ...]
+    obliquity: float
+
+
+def _place(shot: Shot) -> _Place:
     assert shot.shield is not None
-    mine = _place(shot.projectile_diameter, shot.shield, shot.speed, shot.obliquity)
-    return [
-        math.dist(mine, _place(each.projectile_diameter, each.shield, each.speed, each.obliquity)) for each in shots
-    ]
+    shield, metals = shot.shield, (shot.projectile.density, shot.target.density)
+    sizes = (shield.bumper_thickness, shield.wall_thickness, shield.stand_off, shield.wall_yield_stress)
+    return _Place(
+        _logarithms(shot.projectile_diameter, shot.speed),
+        _logarithms(*sizes),
+        _logarithms(*metals, shield.wall_density or shot.target.density),
+        shot.obliquity,
+    )
 
 
-def _place(diameter: float, shield: Shield, speed: float, obliquity: float) -> tuple[float, ...]:
-    sizes = diameter, shield.bumper_thickness, shield.wall_thickness, shield.stand_off, speed
-    return (*map(math.log, sizes), obliquity)
+def _place_of(shot: ShieldShot) -> _Place:
+    sizes = (shot.bumper_thickness, shot.wall_thickness, shot.stand_off, shot.wall_yield_stress)
+    return _Place(
+        _logarithms(shot.projectile_diameter, shot.speed),
+        _logarithms(*sizes),
+        _logarithms(shot.projectile_density, shot.bumper_density, shot.wall_density),
+        shot.obliquity,
+    )
+
+
+def _logarithms(*numbers: float) -> tuple[float, ...]:
+    return tuple(map(math.log, numbers))
+
+
+def _distance(one: _Place, other: _Place) -> float:
+    apart = max(abs(a - b) for a, b in zip(one.densities, other.densities, strict=True))
+    if apart > math.log(OTHER_METAL):
+        return math.inf
+    mine, its = ((*each.impact, *each.shield, *each.densities, each.obliquity) for each in (one, other))
+    distance = math.dist(mine, its)
+    return math.inf if math.isnan(distance) else distance

@@ -12,13 +12,14 @@ from numpy.typing import NDArray
 from scipy.special import expit
 
 from studies.observations.shields.judged import equations, margins
-from studies.observations.shields.probability import fit, terms
+from studies.observations.shields.probability import FORMS, KNOTS, Knots, fit, terms
 from studies.observations.shields.shots import ShieldShot, laboratory
 
 MEAN = "mean"  # of the equations, in place of the name of one
 BINS = 10
 FEWEST = 10  # shots of a group whose failures an interval holds or does not
 TAIL = 0.025
+NO_BETTER = 0.001  # of the Brier score: a form with more knots has to be better by more
 NODES = np.polynomial.hermite_e.hermegauss(41)  # of the normal distribution
 
 
@@ -38,7 +39,9 @@ class Predicted:
         return np.nanmean([expit(each) for each in self.logits.values()], axis=0)
 
 
-def predict(shots: Sequence[ShieldShot], group: Callable[[ShieldShot], str] = laboratory) -> Predicted:
+def predict(
+    shots: Sequence[ShieldShot], group: Callable[[ShieldShot], str] = laboratory, knots: Knots = KNOTS
+) -> Predicted:
     """Each shot as the shots of the other laboratories predict it, or of the other groups of any kind."""
     groups = np.array([group(shot) for shot in shots])
     failed = np.array([shot.is_perforated for shot in shots], float)
@@ -46,7 +49,7 @@ def predict(shots: Sequence[ShieldShot], group: Callable[[ShieldShot], str] = la
     for law in equations():
         of_law = np.array(margins(law, shots))
         covered = ~np.isnan(of_law)
-        rows = terms(list(np.nan_to_num(of_law)), shots)
+        rows = terms(list(np.nan_to_num(of_law)), shots, knots)
         logit, deviation = np.full((2, len(shots)), math.nan)
         for name in np.unique(groups):
             out, seen = covered & (groups == name), covered & (groups != name)
@@ -59,6 +62,24 @@ def predict(shots: Sequence[ShieldShot], group: Callable[[ShieldShot], str] = la
 def brier(predicted: Predicted, name: str = MEAN) -> float:
     """Mean square of P less the outcome, over the shots that are covered."""
     return float(np.nanmean((predicted.chance(name) - predicted.failed) ** 2))
+
+
+def near_the_limit(predicted: Predicted, low: float = 0.3, high: float = 0.7) -> tuple[int, float]:
+    """Shots whose P lies between two chances, and its Brier score there; a coin has 0.25."""
+    chance = predicted.chance(MEAN)
+    undecided = (low <= chance) & (chance <= high)
+    return int(undecided.sum()), float(((chance - predicted.failed)[undecided] ** 2).mean())
+
+
+def scores_of_forms(shots: Sequence[ShieldShot]) -> dict[Knots, float]:
+    """The Brier score of each form on laboratories left out of these shots."""
+    return {knots: brier(predict(shots, knots=knots)) for knots in FORMS}
+
+
+def chosen(shots: Sequence[ShieldShot]) -> Knots:
+    """The form with the fewest knots that is, on laboratories left out, no worse than the best."""
+    scores = scores_of_forms(shots)
+    return next(knots for knots in FORMS if scores[knots] <= min(scores.values()) + NO_BETTER)
 
 
 def reliability(predicted: Predicted, name: str = MEAN) -> list[tuple[int, float, float]]:

@@ -54,8 +54,7 @@ def _of_shield(shot: Shot) -> Figure:
         "critical_diameter_against_speed",
         "Diameter of the projectile above which the wall fails, against speed",
         f"{len(like)} of {len(published().shots)} published shots are on shields like this one. "
-        "Lines: equations, dotted outside their range. The probability has a curve for each range of the normal speed, "
-        "below 3, 3 to 7 and from 7 km/s, and jumps between them.",
+        "Lines: equations, dotted outside their range. The probability ends where the shots end.",
         SPEED,
         Scale("critical_diameter", "diameter of the projectile", "m"),
         (

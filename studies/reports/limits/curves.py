@@ -1,12 +1,11 @@
 """Series of figures over the speed: laws, and the published shots on shields like one."""
 
-import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 
 from studies import laws
 from studies.laws import Shot
-from studies.observations.shields.shots import ShieldShot, published
+from studies.observations.shields.shots import ShieldShot, distances_of_shields, published
 from studies.reports.figures import FAILED, HELD, Series, numbers
 from studies.reports.view import Scale
 
@@ -14,27 +13,18 @@ SPEED = Scale("speed", "speed", "m s-1")
 SLOWEST, FASTEST = 1e3, 12e3  # m/s: of the curves, as far as the shots go
 POINTS = 45  # of a curve: every 250 m/s
 SPEEDS = tuple(SLOWEST + (FASTEST - SLOWEST) * place / (POINTS - 1) for place in range(POINTS))
-# A shield is like another where the root of the summed squares of ln ratios (bumper, wall, distance) and of the angle
-# in rad is no more: each ratio within 1.5 if all else is equal.
+# A shield is like another where the root of the summed squares of ln ratios (bumper, wall, space, yield stress of the
+# wall, densities) and of the angle in rad is no more: each ratio within 1.5 if all else is equal.
 LIKE = 0.4
 
 
 def like_shields(shot: Shot) -> list[ShieldShot]:
     """The published shots on shields like that of a shot, at any speed and of any diameter; all have one bumper."""
     assert shot.shield is not None
-    mine = shot.shield
-    if mine.inner_bumper:
+    if shot.shield.inner_bumper:
         return []
-
-    def apart(each: ShieldShot) -> float:
-        pairs = (
-            (each.bumper_thickness, mine.bumper_thickness),
-            (each.wall_thickness, mine.wall_thickness),
-            (each.stand_off, mine.stand_off),
-        )
-        return math.hypot(*(math.log(a / b) for a, b in pairs), each.obliquity - shot.obliquity)
-
-    return [each for each in published().shots if apart(each) <= LIKE]
+    shots = published().shots
+    return [each for each, apart in zip(shots, distances_of_shields(shot, shots), strict=True) if apart <= LIKE]
 
 
 def outcomes_of(shots: Sequence[ShieldShot]) -> Iterator[Series]:

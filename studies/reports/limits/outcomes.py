@@ -11,7 +11,10 @@ from studies.cubes import limits, variables
 from studies.cubes.points import axes_of, main_quantities, places_of, plain, simulated_values
 from studies.cubes.reading import finite, flag_words
 from studies.cubes.variable import BETWEEN_OUTCOMES, OUTCOMES
+from studies.observations.shields.drawn import beside_held, briefly_beside_held
+from studies.observations.shields.judged import Share
 from studies.quantities.measured import doubts_of
+from studies.reports.limits.shield import WALL, failures_found_at
 
 # Axes that choose how a shot is computed, and not which: where their values disagree its outcome is open.
 OF_MODEL = ("geometry", "method", "recipe", "failure", "tension", "shape", "contact", "rubble_friction")
@@ -28,29 +31,51 @@ def outcomes_of(points: xr.Dataset) -> list[dict[str, Any]]:
             "label": name.replace("_", " "),
             "words": points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES),
             "rows": list(_shots(points, name)),
+            "found": _briefly_found(points, name),
         }
         for name in main_quantities(points)
         if OUTCOMES in points[name].attrs
     ]
 
 
+def _founds(points: xr.Dataset, name: str) -> list[Share | None] | None:
+    """Of the perforated walls those that simulations like each point perforate; None of another outcome."""
+    return failures_found_at(points) if name == WALL and "failure" in points else None
+
+
+def _briefly_found(points: xr.Dataset, name: str) -> str:
+    """What stands beside walls that hold in a headline; empty without any."""
+    founds = _founds(points, name)
+    if founds is None:
+        return ""
+    held = simulated_values(points, name).ravel() == 0.0
+    return " ".join(dict.fromkeys(briefly_beside_held(founds[place]) for place in np.flatnonzero(held)))
+
+
 def _shots(points: xr.Dataset, name: str) -> Iterator[dict[str, Any]]:
     """A row for each shot that has a run which ended."""
     words = points[name].attrs[OUTCOMES].split(BETWEEN_OUTCOMES)
     shots: dict[tuple[Any, ...], list[tuple[str, float | None, str]]] = {}
-    for place, (outcome, reason) in zip(places_of(points), _outcomes(points, name), strict=True):
+    besides: dict[tuple[Any, ...], dict[str, None]] = {}
+    places = places_of(points)
+    founds = _founds(points, name)
+    for number, (place, (outcome, reason)) in enumerate(zip(places, _outcomes(points, name), strict=True)):
         shot = tuple((axis, value) for axis, value in place.items() if axis not in OF_MODEL)
         model = ", ".join(f"{axis.replace('_', ' ')} {value}" for axis, value in place.items() if axis in OF_MODEL)
         if reason:
             shots.setdefault(shot, []).append((model, outcome, reason))
+            besides.setdefault(shot, {}).update({beside_held(founds[number]): None} if founds else {})
     for shot, computed in shots.items():
         said = {outcome for _, outcome, _ in computed}
         reasons = [": ".join(filter(None, (model, reason))) for model, outcome, reason in computed if outcome is None]
         if len(said) == 2 and not reasons:
             reasons = [f"{words[int(outcome)]} with {model}" for model, outcome, _ in computed if outcome is not None]
         agreed = computed[0][1] if len(said) == 1 else None
-        reason = "; ".join(reasons) or "; ".join(dict.fromkeys(reason for _, _, reason in computed))
-        yield {"at": dict(shot), "outcome": agreed, "reason": reason}
+        why = reasons or [
+            *dict.fromkeys(reason for _, _, reason in computed),
+            *(besides[shot] if agreed == 0.0 else ()),
+        ]
+        yield {"at": dict(shot), "outcome": agreed, "reason": "; ".join(why)}
 
 
 def _outcomes(points: xr.Dataset, name: str) -> Iterator[tuple[float | None, str]]:

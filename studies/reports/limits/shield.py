@@ -19,6 +19,8 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, by_run, places_of, simulated_values
 from studies.cubes.variable import variable_name
 from studies.laws import CRITICAL, DRAWN_ONLY, Shot
+from studies.observations.shields.drawn import failures_found
+from studies.observations.shields.judged import Share
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import doubts_of
 from studies.reports.verdict.evidence import UNJUDGED_STATES, LawAnswers, answers_of
@@ -72,6 +74,7 @@ class ShieldLimit:
     upper: float  # m: the smallest that perforates; NaN where none does
     unjudged: str  # why nothing is judged; else empty
     equations: tuple[CriticalDiameter, ...]
+    found: Share | None  # of perforated walls: those that such simulations perforate; None where none was simulated
 
     @property
     def is_bracketed(self) -> bool:
@@ -91,8 +94,7 @@ def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
     if DIAMETER not in reading.critical_of(points) or WALL not in reading.quantities_of(points):
         return ()
     runs, places = _wall_runs(points), places_of(points)
-    speed = by_run(points, "speed")
-    lean = np.cos(by_run(points, "obliquity")) if "obliquity" in points else np.ones(len(runs))
+    speed, normal_speeds, found = by_run(points, "speed"), _normal_speeds(points), failures_found_at(points)
     others = [axis for axis in axes_of(points) if axis not in ("speed", "projectile_diameter")]
     groups: dict[tuple[Any, ...], list[int]] = {}
     for cell, place in enumerate(places):
@@ -108,15 +110,30 @@ def shield_limits(points: xr.Dataset) -> tuple[ShieldLimit, ...]:
             ShieldLimit(
                 dict(zip(others, values, strict=True)),
                 at_speed,
-                at_speed * float(lean[mine[0]]),
+                normal_speeds[mine[0]],
                 tuple(runs[cell] for cell in mine),
                 lower,
                 upper,
                 unjudged,
                 tuple(_equations(laws, mine, [runs[cell].diameter for cell in mine], (lower, upper), unjudged)),
+                found[mine[0]],
             )
         )
     return tuple(limits)
+
+
+def failures_found_at(points: xr.Dataset) -> list[Share | None]:
+    """Of the perforated walls those that simulations like each point perforate; None where none was simulated so."""
+    if "failure" not in points or "speed" not in points:
+        return [None] * len(places_of(points))
+    speeds = _normal_speeds(points)
+    return [failures_found(str(each), v) for each, v in zip(by_run(points, "failure"), speeds, strict=True)]
+
+
+def _normal_speeds(points: xr.Dataset) -> list[float]:
+    speeds = by_run(points, "speed")
+    lean = np.cos(by_run(points, "obliquity")) if "obliquity" in points else np.ones(len(speeds))
+    return [float(each) for each in speeds * lean]
 
 
 def shots_of(dataset: xr.Dataset) -> list[tuple[Place, Shot]]:

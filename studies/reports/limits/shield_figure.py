@@ -6,6 +6,7 @@ from collections.abc import Iterator, Sequence
 import xarray as xr
 
 from studies.laws import Shield, Shot
+from studies.observations.shields.drawn import beside_held
 from studies.observations.shields.shots import published
 from studies.quantities.units import readable
 from studies.reports.figures import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Series
@@ -31,7 +32,7 @@ def shield_figure(dataset: xr.Dataset, limits: Sequence[ShieldLimit]) -> Iterato
     yield Figure(
         name="ballistic_limit",
         title="Ballistic limit of the shield: diameter of the projectile against speed",
-        caption=_caption(len(shields) - len(shown), [shot.shield for shot in shots if shot and shot.shield]),
+        caption=_caption(len(shields) - len(shown), [shot.shield for shot in shots if shot and shot.shield], limits),
         x=SPEED,
         y=Scale(DIAMETER, "diameter of the projectile", "m"),
         panels=tuple(panels),
@@ -55,12 +56,15 @@ def _panel(dataset: xr.Dataset, limits: Sequence[ShieldLimit], shot: Shot | None
     return Panel(title_of(dataset, at), at, tuple(series))
 
 
-def _caption(left_out: int, shields: Sequence[Shield]) -> str:
+def _caption(left_out: int, shields: Sequence[Shield], limits: Sequence[ShieldLimit]) -> str:
+    found = dict.fromkeys(beside_held(limit.found) for limit in limits if math.isfinite(limit.lower))
     sentences = [
         "Squares: runs, filled where the wall is perforated, open where it holds. A bar reaches from the largest "
         "projectile that is held to the smallest that perforates. Of a cylinder the diameter is that of the sphere "
         "with its volume."
     ]
+    if found:
+        sentences.append(f"Walls that hold: {'; '.join(found)}.")
     if shields:
         stresses = [each.wall_yield_stress for each in shields]
         known = joined(
@@ -69,8 +73,8 @@ def _caption(left_out: int, shields: Sequence[Shield]) -> str:
         sentences.append(
             "Lines: equations that cover the shield at some speed, dotted outside their range; yield stress of the "
             f"wall: {known}. Circles: those of {len(published().shots)} published shots that are on shields like "
-            f"this one, unscaled and at any speed: the root of the summed squares of the ln ratios of bumper, wall and "
-            f"space, and of the angle in rad, is at most {LIKE:g}."
+            f"this one, unscaled and at any speed: the root of the summed squares of the ln ratios of bumper, wall, "
+            f"space, densities and the wall's yield stress, and of the angle in rad, is at most {LIKE:g}."
         )
     if left_out:
         sentences.append("The cube contains the shields that are not drawn.")

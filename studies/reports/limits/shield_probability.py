@@ -11,22 +11,18 @@ import xarray as xr
 from studies.cubes.points import by_run, places_of, refinements_of
 from studies.cubes.variables import EQUIVALENT_DIAMETER
 from studies.laws import Shot
-from studies.observations.shields.answers import outside_of_shots, shown
-from studies.observations.shields.joined import (
-    NOT_JOINED,
-    Simulated,
-    SimulationKind,
-    cells_across,
-    cells_through,
-    joint,
-)
+from studies.observations.shields.answers import shown
+from studies.observations.shields.drawn import SimulationKind, beside_held, briefly_beside_held
+from studies.observations.shields.joined import NOT_JOINED, Simulated, cells_across, cells_through, joint
+from studies.observations.shields.judged import RANGES, range_of
+from studies.observations.shields.outside import outside_of_shots
 from studies.observations.shields.probability import Probability, probability
 from studies.quantities.numerical_defaults import RECIPES
 from studies.quantities.units import readable
 from studies.reports.limits.outcomes import OF_MODEL
 from studies.reports.limits.shield import ShieldLimit, shots_of
 from studies.reports.limits.shield_verdict import ShieldTerms, place_of, values_of
-from studies.reports.verdict.texts import capital, joined, shortest, words
+from studies.reports.verdict.texts import capital, joined, plural, shortest, words
 
 ROUNDED = 1e-6  # relative: of a number of cells
 MOST_SAID = 3  # speeds and shields with a sentence
@@ -50,7 +46,6 @@ class WallChance:
     diameter: float  # m
     perforated: bool | None  # by the simulation; None: open
     before: Probability  # from equations and shots
-    outside: tuple[str, ...]  # why the shield lies outside of all shots; empty inside
     joined: Probability | None  # with the simulation; None where it is not joined
     why: str  # it is not joined; else empty
 
@@ -63,19 +58,22 @@ class WallChance:
     def sentence(self) -> str:
         """ "71 % (45 to 88) to fail; 42 % (27 to 58) without simulation"."""
         after = f"{shown(self.before)} without simulation" if self.joined else NOT_JOINED
-        return f"{shown(self.best)} to fail{self.where}; {after}"
+        return f"{shown(self.best)} to fail; {after}"
 
-    @property
-    def where(self) -> str:
-        """Where the probability is an extrapolation."""
-        return ", outside all shots" if self.outside else ""
+
+@dataclass(frozen=True)
+class LimitChances:
+    """How likely the wall fails at the points of a limit that have a probability, and why the others have none."""
+
+    known: tuple[WallChance, ...]
+    unknown: tuple[str, ...]  # a reason each
 
 
 Computed = tuple[ShieldLimit, Sequence[WallChance]]
 
 
-def chances_of(dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit]) -> list[list[WallChance]]:
-    """The chances of the runs of each limit; none where no equation covers a run."""
+def chances_of(dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldLimit]) -> list[LimitChances]:
+    """The chances of the runs of each limit; none outside of all shots, and where no equation covers a run."""
     axes = [*limits[0].at] if limits else []
     shots: dict[tuple[Any, ...], list[Shot]] = {}
     for place, shot in shots_of(dataset):
@@ -91,30 +89,34 @@ def chances_of(dataset: xr.Dataset, points: xr.Dataset, limits: Sequence[ShieldL
     for limit in limits:
         at = (*limit.at.values(), limit.speed)
         of_runs = [{name: each[cells[*at, run.diameter]] for name, each in settings.items()} for run in limit.runs]
-        chances.append([*_of_limit(shots.get(at[:-1], ()), limit, of_runs, has_grids)])
+        of_limit = [*_of_limit(shots.get(at[:-1], ()), limit, of_runs, has_grids)]
+        known = tuple(each for each in of_limit if isinstance(each, WallChance))
+        chances.append(LimitChances(known, tuple(each for each in of_limit if isinstance(each, str))))
     return chances
 
 
 def _of_limit(
     shots: Sequence[Shot], limit: ShieldLimit, settings: Sequence[Mapping[str, Any]], has_grids: bool
-) -> Iterator[WallChance]:
-    """Chances at one speed on one shield, of which these are shots, by the settings of each run."""
+) -> Iterator[WallChance | str]:
+    """Chances at one speed on one shield, of which these are shots, by the settings of each run; or why it has none."""
     for run, mine in zip(limit.runs, settings, strict=True):
         shot = _shot_of(shots, limit.speed, run.diameter, is_sphere=mine["projectile_shape"] == "sphere")
         before = probability(shot) if shot else None
         if shot is None or before is None:
+            yield next(outside_of_shots(shot) if shot else iter(()), "no equation covers it")
             continue
         kind = SimulationKind((str(mine["failure"]),), "several" if has_grids else "one")
-        constants, outside = joint(kind), tuple(outside_of_shots(shot))
+        constants = joint(kind)
         if constants is None:
             how = "on several grids with one failure alone" if has_grids else f"with failure {kind.name}"
             why = f"no shots were simulated {how}"
-        elif constants.gained <= 0.0:
-            why = f"on {constants.shots} shots, simulations with failure {kind.name} did not improve P"
+        elif not constants.is_joined_at(shot.normal_speed):
+            where = RANGES[range_of(shot.normal_speed)][0]
+            why = f"{where}, simulations with failure {kind.name} are not seen to improve P"
         else:
-            why = next(iter(outside), "") or _why_not(shot, mine)
+            why = _why_not(shot, mine)
         after = constants.probability(before, TOLD[run.perforated]) if constants and not why else None
-        yield WallChance(run.diameter, run.perforated, before, outside, after, why and f"{NOT_JOINED}: {why}")
+        yield WallChance(run.diameter, run.perforated, before, after, why and f"{NOT_JOINED}: {why}")
 
 
 def _shot_of(shots: Sequence[Shot], speed: float, diameter: float, *, is_sphere: bool) -> Shot | None:
@@ -146,11 +148,9 @@ def _why_not(shot: Shot, settings: Mapping[str, Any]) -> str:
     return ""
 
 
-def in_words(
-    limits: Sequence[ShieldLimit], chances: Sequence[Sequence[WallChance]], terms: ShieldTerms
-) -> dict[str, Any]:
+def in_words(limits: Sequence[ShieldLimit], chances: Sequence[LimitChances], terms: ShieldTerms) -> dict[str, Any]:
     """Headline of a sweep that brackets no limit, a sentence for each shot, and all chances as plain objects."""
-    pairs = [(limit, mine) for limit, mine in zip(limits, chances, strict=True) if mine]
+    pairs = [(limit, mine.known) for limit, mine in zip(limits, chances, strict=True) if mine.known]
     groups = _of_shots(pairs)
     headline = ""
     if len(pairs) == len(limits) and all(len(limit.runs) == 1 for limit in limits):
@@ -158,23 +158,37 @@ def in_words(
         headline = _headline(worst, _shield(worst, pairs, terms), "." if terms.has_grids else "; one mesh.")
     every = [chance for _, mine in pairs for chance in mine]
     why = list(dict.fromkeys(each.why for each in every if each.why))
-    outside = list(dict.fromkeys(reason for each in every for reason in each.outside))
-    why += [f"outside all shots: {'; '.join(outside)}"] if outside else []
-    without = [limit for limit, mine in zip(limits, chances, strict=True) if not mine]
-    if pairs and without:
-        why.append(f"no equation gives a probability at {joined([place_of(limit, terms) for limit in without])}")
     return {
         "headline": headline,
         "sentences": [
             *(_sentence(group, _shield(group, pairs, terms)) for group in groups[:MOST_SAID]),
-            *(f"{capital(each)}." for each in why),
+            *(f"{capital(each)}." for each in (*why, *_without(limits, chances, terms))),
         ],
         "rows": [
-            {"at": dict(limit.at), "speed": limit.speed, **asdict(chance), "does": DOES[chance.perforated]}
+            {"at": dict(limit.at), "speed": limit.speed, **asdict(chance), "does": _does(limit, chance)}
             for limit, mine in pairs
             for chance in mine
         ],
     }
+
+
+def _without(limits: Sequence[ShieldLimit], chances: Sequence[LimitChances], terms: ShieldTerms) -> Iterator[str]:
+    """Which limits and runs have no probability, and why."""
+    places: dict[str, list[str]] = {}
+    for limit, mine in zip(limits, chances, strict=True):
+        if not mine.known and mine.unknown:
+            places.setdefault(mine.unknown[0], []).append(place_of(limit, terms))
+    yield from (f"no probability at {joined(at)}: {reason}" for reason, at in [*places.items()][:MOST_SAID])
+    others = [reason for mine in chances if mine.known for reason in mine.unknown]
+    if others:
+        reasons = "; ".join([*dict.fromkeys(others)][:MOST_SAID])
+        yield f"no probability of {plural(len(others), 'more point')}: {reasons}"
+
+
+def _does(limit: ShieldLimit, chance: WallChance, model: str = "") -> str:
+    """What the wall does in the simulation; where it holds, how many of the failures such simulations find."""
+    does = DOES[chance.perforated] + model
+    return f"{does} ({beside_held(limit.found)})" if chance.perforated is False else does
 
 
 def _of_shots(pairs: Sequence[Computed]) -> list[list[Computed]]:
@@ -196,16 +210,18 @@ def _shield(group: Sequence[Computed], pairs: Sequence[Computed], terms: ShieldT
 def _headline(group: Sequence[Computed], shield: str, end: str) -> str:
     """What the simulation of one shot says, and how likely the wall fails."""
     chances = [chance for _, [chance] in group]
-    worst = max(chances, key=lambda each: each.best.value)
+    limit, [worst] = max(group, key=lambda each: each[1][0].best.value)
     begin = f"{shield}, {_size(worst)}:"
     if worst.joined:
         return shortest([f"{begin} {worst.sentence}{end}", f"{begin} {shown(worst.best)} to fail{end}"])
     outcomes = {each.perforated for each in chances}
-    does = (DOES[outcomes.pop()] if len(outcomes) == 1 else DOES[None]).removeprefix("is ")
+    does = (DOES[worst.perforated] if len(outcomes) == 1 else DOES[None]).removeprefix("is ")
     why = " (models disagree)" if len(outcomes) > 1 else ""
-    likely = f"{shown(worst.before)} to fail{worst.where}"
-    sources = (" by equations and shots", " by equations", "")
-    texts = [f"{begin} {does} in simulation{why}; {likely}{known}{end}" for known in sources]
+    if outcomes == {False}:
+        why = f" {briefly_beside_held(limit.found)}"
+    likely = f"{shown(worst.before)} to fail"
+    endings = (f" by equations and shots{end}", f" by equations{end}", end, ".")
+    texts = [f"{begin} {does} in simulation{why}; {likely}{ending}" for ending in endings]
     return shortest([*texts, f"{begin} {likely}{end}"])
 
 
@@ -216,7 +232,7 @@ def _sentence(group: Sequence[Computed], shield: str) -> str:
         ends = [each for each in chances if each.diameter in (limit.lower, limit.upper)]
         model = ", ".join(f"{words(name)} {value}" for name, value in limit.at.items() if name in OF_MODEL)
         for each in ends or [chances[len(chances) // 2]]:
-            does = DOES[each.perforated] + (f" with {model}" if model else "")
+            does = _does(limit, each, f" with {model}" if model else "")
             said.setdefault((_size(each), each.sentence), []).append(does)
     texts = [f"{size} {joined(list(dict.fromkeys(does)))}: {sentence}" for (size, sentence), does in said.items()]
     return f"At {shield}, {'. '.join(texts)}."

@@ -7,6 +7,7 @@ from typing import Any
 
 from studies.cubes.points import Place
 from studies.observations.shields.answers import SHORT
+from studies.observations.shields.drawn import beside_held, briefly_beside_held
 from studies.observations.shields.judged import RANGES, range_of
 from studies.quantities.display import digits, display_of
 from studies.quantities.units import readable
@@ -107,6 +108,7 @@ def _sentence(
         held = joined([f"{_held(limit)} ({place_of(limit, terms)})" for limit in limits])
     else:
         held = joined([*_held_at(limits)])
+    besides = dict.fromkeys(beside_held(limit.found) for limit in limits if math.isfinite(limit.lower))
     groups = []
     for word, says in SAID.items():
         mine = [each for each in equations if each["word"] == word]
@@ -114,7 +116,7 @@ def _sentence(
             says = f"{says}, because runs are {why_unjudged(limits)}" if word == "unjudged" else says
             groups.append(f"{says}: {', '.join(map(_in_regime, mine))}")
     answers = "; ".join(groups) or "no equation is about such a shield"
-    return f"{capital(name)}: the limit is {held}. {capital(answers)}."
+    return f"{capital(name)}: the limit is {'; '.join([held, *besides])}. {capital(answers)}."
 
 
 def _in_regime(equation: Mapping[str, Any]) -> str:
@@ -191,7 +193,8 @@ def _headline(limits: Sequence[ShieldLimit], terms: ShieldTerms) -> str:
         return _stated(limit, ["no equation is about such a shield"], terms)
     if limit.unjudged:
         return _stated(limit, [f"no equation is judged: {limit.unjudged}", "no equation is judged"], terms)
-    return _stated(limit, ["no equation is told apart"], terms)
+    covered = any(each.word != "outside" for _, each in entries)
+    return _stated(limit, ["no equation is told apart" if covered else "no equation covers it"], terms)
 
 
 def _stated(limit: ShieldLimit, says: Sequence[str], terms: ShieldTerms) -> str:
@@ -200,14 +203,18 @@ def _stated(limit: ShieldLimit, says: Sequence[str], terms: ShieldTerms) -> str:
     does, briefly = _does(limit)
     place, speed = f"At {place_of(limit, terms)},", f"At {readable(limit.speed, 'm s-1')}"
     begins = [f"{place} {terms.what} {does}", f"{place} {briefly}"] if limit.at else []
-    texts = [f"{begin}; {text}{end}." for end in (mesh, "") for begin in begins for text in says]
-    return shortest([*texts, *(f"{speed} {terms.what} {does}; {text}{mesh}." for text in says)])
+    bare = [f"{speed} {terms.what} {does}", f"{speed} {terms.what} {briefly}", f"{speed}, {briefly}"]
+    texts = [
+        f"{begin}; {text}{end}." for each in (begins, bare) for end in (mesh, "") for begin in each for text in says
+    ]
+    return shortest([*texts, f"{bare[-1]}."])
 
 
 def _does(limit: ShieldLimit) -> tuple[str, str]:
     """What the wall does to projectiles, "up to 3.12-3.5 mm are held", and with fewer words."""
     if math.isfinite(limit.lower):
         sizes = f"up to {_sizes(limit.lower, limit.upper if limit.is_bracketed else limit.lower)}"
-        return f"{sizes} are held", f"{sizes} held"
+        found = briefly_beside_held(limit.found)
+        return f"{sizes} are held {found}", f"{sizes} held {found}"
     sizes = f"from {_sizes(limit.upper, limit.upper)} on"
     return f"{sizes} perforate", f"{sizes} perforate"

@@ -68,6 +68,8 @@ def of_outcomes(outcomes: Mapping[str, Any], report: Mapping[str, Any]) -> str:
         texts = []
     counts = Counter(said[row["outcome"]] for row in rows)
     texts.append(", ".join(f"{word} at {counts[word]} of {len(rows)} points" for word in said.values() if counts[word]))
+    if counts[said[0.0]] and outcomes.get("found"):
+        texts = [f"{text} {outcomes['found']}" for text in texts]
     return capital(shortest([*(f"{begin}{text}." for text in texts), *(f"{text}." for text in texts)]))
 
 

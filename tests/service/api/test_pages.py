@@ -14,6 +14,7 @@ import pytest
 from service.api.pages.charts import Chart, ChartLine
 from service.api.pages.grid import layout_of
 from service.api.pages.rendering import PAGES
+from service.api.pages.runs import _printed
 from service.records.jobs import Keep
 from studies.quantities.files import SECTIONS, STATE
 from tests.service.support.api import Api
@@ -286,3 +287,10 @@ def test_colours__of_words_have_contrast_in_the_light_and_in_the_dark(shared_api
         for name, colour in colours.items():
             low, high = sorted((luminance(colour), luminance(canvas)))
             assert (high + 0.05) / (low + 0.05) >= ENOUGH, (name, colour, canvas)
+
+
+def test_wall_that_holds__says_how_many_failures_such_simulations_find() -> None:
+    parameters = {"speed": 7e3, "obliquity": 0.0, "failure": "void-growth"}
+    held, perforated = (_printed("wall_perforated", value, None, (), parameters)["text"] for value in (0.0, 1.0))
+    assert held == "wall holds; such simulations found 7 of 17 walls that were perforated"
+    assert perforated == "wall perforated"

@@ -9,10 +9,14 @@ import pytest
 from scipy.special import expit, logit
 from sklearn.linear_model import LogisticRegression
 
-from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, OF_PLATES, drawn, simulations
+from docs.pages import read_json
+from docs.pages.simulated_shields import EACH, FAILURES, GRIDS, OF_PLATES, STORED, drawn, simulations
 from studies.cases.rows import at_most, equal
+from studies.observations.shields import drawn as of_drawn
 from studies.observations.shields import joined
-from studies.observations.shields.joined import PRIOR, Joint, SimulatedShot, SimulationKind, joint_of, unseen, validated
+from studies.observations.shields.drawn import DrawnShots, SimulationKind, beside_held, failures_found
+from studies.observations.shields.joined import PRIOR, Joint, SimulatedShot, drawn_shots, joint_of, unseen, validated
+from studies.observations.shields.judged import RANGES, Share
 from studies.observations.shields.probability import Probability
 from studies.observations.shields.shots import laboratory
 
@@ -65,8 +69,57 @@ def test_validated__gains_by_simulations_that_are_right_and_by_no_others(compare
     compared(at_most("Brier score, 9 of 10 right", limit=0.7 * before, got=after))
     before, after = coin.brier()
     compared(at_most("a coin: rise of the Brier score", limit=0.02, got=abs(after - before)))
-    low, high = np.add(coin.gained[0], (-coin.gained[1], coin.gained[1]))
-    compared(equal("a coin: nothing gained is in the interval", expected=True, got=bool(low < 0.0 < high)))
+    gained, within = coin.gained()
+    compared(equal("a coin: nothing gained is in the interval", expected=True, got=-within < gained < within))
+
+
+@pytest.mark.claim("mend", "joined-by-gain")
+def test_simulations__are_joined_where_the_lower_bound_of_their_gain_is_above_zero(
+    compared: Callable[..., None],
+) -> None:
+    """What is stored of each kind is that of its runs, and is joined where it is seen to help: today nowhere."""
+    kinds = simulations(read_json(STORED)["runs"])
+    compared(equal("kinds that are stored", expected={kind.name for kind in kinds}, got=set(of_drawn.stored())))
+    for kind, shots in kinds.items():
+        stored, scores = joined.joint(kind), validated(shots)
+        assert stored is not None
+        for (where, low, high), mine in zip(RANGES, stored.ranges, strict=True):
+            inside = [low <= each.shot.normal_speed < high for each in shots]
+            before, after = (each[inside] for each in scores.squares())
+            gained = float((before - after).mean())
+            within = 1.96 * float((before - after).std(ddof=1)) / math.sqrt(sum(inside))
+            stated = f"{kind.name}, {where}: gained {gained:.3f} +- {within:.3f}, joined"
+            speed = max(low, 1.0)
+            compared(equal(stated, expected=gained - within > 0.0, got=stored.is_joined_at(speed)))
+            compared(equal(f"{kind.name}, {where}: shots", expected=sum(inside), got=mine.shots))
+            assert (mine.gained, mine.within) == pytest.approx((gained, within), rel=1e-6)
+            assert not stored.is_joined_at(speed)
+
+
+def test_simulations__that_are_right_are_joined_and_those_of_a_coin_are_not() -> None:
+    right, coin = (
+        Joint(0.0, 0.0, ((0.0, 0.0), (0.0, 0.0)), 1, tuple(drawn_shots(shots, validated(shots))))
+        for shots in (told(1.0), told(0.5))
+    )
+    assert right.is_joined_at(5e3)
+    assert not any(coin.is_joined_at(speed) for speed in (2e3, 5e3, 8e3))
+    assert not Joint(0.0, 0.0, ((0.0, 0.0), (0.0, 0.0)), 1).is_joined_at(5e3)
+
+
+def test_failures_found__are_those_of_the_stored_results() -> None:
+    runs = [run for run in read_json(STORED)["runs"] if run["grid"] == GRIDS[0]]
+    for failure in (*FAILURES, OF_PLATES):
+        told_so = {run["shot"]: run["perforated"] == 1.0 for run in runs if run["failure"] == failure}
+        fast = [number for number, shot in drawn().items() if shot.is_perforated and shot.speed >= 3e3]
+        expected = Share(sum(told_so[number] for number in fast), len(fast))
+        assert failures_found(failure, 3e3) == failures_found(failure, 9e3) == expected
+    assert failures_found("void-growth", 7e3) == Share(7, 17)
+    assert failures_found("spall-rate", 7e3) is None
+    assert beside_held(failures_found("void-growth", 2e3)).startswith("such simulations found 2 of 2 walls")
+
+
+def test_gain__is_seen_at_its_lower_bound_alone() -> None:
+    assert [DrawnShots(9, gained, 0.02, 1, 1).is_gain for gained in (0.021, 0.02, -0.03)] == [True, False, False]
 
 
 def test_unseen__knows_nothing_of_a_laboratory_that_is_left_out() -> None:

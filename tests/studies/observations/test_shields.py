@@ -24,6 +24,7 @@ from studies.observations.shields.shots import (
     collected,
     compared_pairs,
     distances,
+    distances_of_shields,
     filtered,
     laboratory,
     nearest,
@@ -207,8 +208,33 @@ def test_nearest__is_the_shot_itself_and_then_farther_ones() -> None:
 
 def test_distance__is_of_ratios_and_of_the_angle() -> None:
     doubled = replace(ONE, wall_thickness=2.0 * ONE.wall_thickness, speed=0.5 * ONE.speed)
-    leaning = replace(ONE, obliquity=0.3, wall_density=2840.0)
-    assert distances(ONE.as_shot(), [doubled, leaning]) == pytest.approx([math.sqrt(2.0) * math.log(2.0), 0.3])
+    leaning = replace(ONE, obliquity=0.3, wall_density=1.05 * ONE.wall_density)
+    softer = replace(ONE, wall_yield_stress=0.5 * ONE.wall_yield_stress)
+    expected = [math.sqrt(2.0) * math.log(2.0), math.hypot(0.3, math.log(1.05)), math.log(2.0)]
+    assert distances(ONE.as_shot(), [doubled, leaning, softer]) == pytest.approx(expected)
+
+
+@pytest.mark.parametrize("role", ["projectile", "bumper", "wall"])
+def test_shot__of_another_metal_is_not_near(role: str) -> None:
+    """Of titanium, whose density is 1.6 times that of aluminium."""
+    other = replace(ONE, **{f"{role}_density": 4419.0})
+    assert nearest(other.as_shot(), SHOTS, 10) == ()
+    assert nearest(ONE.as_shot(), [other], 10) == ()
+    assert [each.shot for each in nearest(other.as_shot(), [*SHOTS, other], 10)] == [other]
+    assert distances_of_shields(other.as_shot(), [ONE]) == [math.inf]
+
+
+def test_wall__of_unknown_strength_is_near_to_none() -> None:
+    shot = ONE.as_shot()
+    assert shot.shield is not None
+    unknown = replace(shot, shield=replace(shot.shield, wall_yield_stress=math.nan))
+    assert set(distances(unknown, SHOTS)) == {math.inf}
+
+
+def test_distance_of_shields__knows_neither_diameter_nor_speed() -> None:
+    other = replace(ONE, projectile_diameter=2.0 * ONE.projectile_diameter, speed=0.5 * ONE.speed)
+    softer = replace(other, wall_yield_stress=0.5 * ONE.wall_yield_stress)
+    assert distances_of_shields(ONE.as_shot(), [other, softer]) == pytest.approx([0.0, math.log(2.0)])
 
 
 # --- judged ----------------------------------------------------------------------------------------

@@ -173,7 +173,9 @@ def test_headline__names_the_equation_that_is_unsafe_by_most() -> None:
     [row] = [row for row in document["ballistic_limit"]["rows"] if row["speed"] == 7e3]
     held = f"{1e3 * row['lower']:.3g}-{1e3 * row['upper']:.3g} mm"
     said = next(1e3 * each["diameter"] for each in row["equations"] if each["law"] == "whipple_nno")
-    text = f"At 7 km/s spheres up to {held} are held; Christiansen (NNO) says {said:.3g} mm: unsafe; one mesh."
+    text = (
+        f"At 7 km/s spheres up to {held} held (finds 7 of 17 failures); Christiansen (NNO) says {said:.3g} mm: unsafe."
+    )
     assert document["headline"] == text
 
 
@@ -237,7 +239,8 @@ def test_plain_sweep__has_a_mark_for_each_run_and_what_they_decide() -> None:
 
 
 @pytest.mark.parametrize(
-    ("limit", "word", "does"), [(0.0, "unsafe", "from 2 mm on perforate"), (9.0, "careful", "up to 6 mm are held")]
+    ("limit", "word", "does"),
+    [(0.0, "unsafe", "from 2 mm on perforate"), (9.0, "careful", "up to 6 mm held (finds 2 of 2 failures)")],
 )
 def test_one_end__judges_what_it_contradicts(limit: float, word: str, does: str) -> None:
     sweep = sweep_of(PLAIN)
@@ -252,7 +255,10 @@ def test_many_points__of_one_end_have_no_limit() -> None:
     sweep = sweep_of([], axes={"speed": speeds, "projectile_diameter": ["3 mm", "4 mm"]})
     held = document_of(sweep, computed(sweep, limit=lambda speed: 9e-3 if speed < 6e3 else 3.5e-3))
     [regime] = held["ballistic_limit"]["regimes"]
-    assert "the limit is 3-4 mm at 1 point and above 4 mm at 3 points." in regime["sentence"]
+    assert (
+        "the limit is 3-4 mm at 1 point and above 4 mm at 3 points; such simulations found 7 of 17"
+        in regime["sentence"]
+    )
 
 
 def test_larger_projectile__that_is_held_leaves_no_verdict() -> None:
@@ -297,17 +303,17 @@ def test_each_shield__has_a_panel_and_its_place_in_the_words() -> None:
         max(y for each in panel["series"] if each["kind"] == "curve" for y in each["y"]) for panel in figure["panels"]
     )
     assert thin < thick
-    assert "wall thickness 3 mm, up to 2-4 mm held" in document["headline"]
+    assert "up to 2-4 mm held (finds 7 of 17 failures)" in document["headline"]
     assert "(7 km/s, wall thickness 2 mm)" in document["ballistic_limit"]["regimes"][-1]["sentence"]
     careful = document_of(sweep, computed(sweep, limit=lambda speed: 9e-3))
-    assert "wall thickness 2 mm, up to 6 mm held; Schaefer (SRL) says" in careful["headline"]
+    assert "up to 6 mm held (finds 2 of 2 failures); Schaefer (SRL) says" in careful["headline"]
 
 
 def test_wide_interval__leaves_all_equations_in_agreement() -> None:
     sweep = sweep_of(["1 mm", "9 mm"])
     document = document_of(sweep, computed(sweep))
-    said = f"At 7 km/s spheres up to 1-9 mm are held; all {len(equations())} equations agree; one mesh."
-    assert document["headline"] == said
+    said = "At 7 km/s spheres up to 1-9 mm held (finds 7 of 17 failures); "
+    assert document["headline"] == f"{said}all {len(equations())} equations agree; one mesh."
 
 
 def test_cylinder__is_compared_by_the_sphere_of_its_volume() -> None:

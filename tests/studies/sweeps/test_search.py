@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from studies.observations.shields.probability import probability
+from studies.observations.shields.probability import mean_of_curves
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import CLOSED_BY_FILM, STILL_COMING, TOO_COARSE
 from studies.runs.run import Run
@@ -230,7 +230,7 @@ def test_until__starts_on_a_shield_where_its_equations_and_shots_leave_it_open()
     shots = list(sweep.shots())
     assert [shot.speed for shot in shots] == [3000.0, 7000.0]
     for shot in shots:
-        answers = [probability(replace(shot, projectile_diameter=d)) for d in (1e-3, shot.projectile_diameter, 1e-2)]
+        answers = [mean_of_curves(replace(shot, projectile_diameter=d)) for d in (1e-3, shot.projectile_diameter, 1e-2)]
         low, there, high = (answer.value for answer in answers if answer is not None)
         even = math.log10(shot.projectile_diameter / 1e-3)
         assert 0.5 * even + 0.5 * (there - low) / (high - low) == pytest.approx(0.5, abs=1e-6)

@@ -47,7 +47,9 @@ def test_picture__of_a_shield_has_equations_shots_and_probabilities(tmp_path: Pa
     figure = picture(shot, "shield")
     series = {each.label: each for each in figure.panels[0].series}
     assert {THIS, FAILED, HELD, CHANCES, EVEN_CHANCE, "Christiansen, Whipple shield"} <= set(series)
-    for speed, diameter in list(zip(series[EVEN_CHANCE].x, series[EVEN_CHANCE].y, strict=True))[::11]:
+    drawn = dict(zip(series[EVEN_CHANCE].x, series[EVEN_CHANCE].y, strict=True))
+    assert {speed for speed, diameter in drawn.items() if diameter is not None} == {v for v in drawn if v < 9.89e3}
+    for speed, diameter in [(speed, diameter) for speed, diameter in drawn.items() if diameter is not None][::11]:
         at = read_question({**SHIELD, "speed": f"{speed} m/s", "projectile_diameter": f"{diameter} m"})
         said = probability(at.shot(at.fixed))
         assert said is not None
