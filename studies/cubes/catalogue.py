@@ -24,7 +24,7 @@ class Observed:
     source: str
     shot: Any | None  # studies.laws.Shot
     confidence: str = ""  # as stated
-    bounds: tuple[float, float] | None = None  # SI, of a range
+    bounds: tuple[float | None, float | None] | None = None  # SI, of a range; None where it is open
 
 
 @dataclass(frozen=True)

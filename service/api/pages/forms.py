@@ -27,7 +27,8 @@ from studies.sweeps.sweep import Sweep
 
 MORE = "more"  # the field of what has no field of its own
 # Fields that hold a text of the document, and those of whole numbers.
-WORDS = ("title", "name", "combine", "accuracy", "model_part", "observations")
+OBSERVATIONS = "observations"
+WORDS = ("title", "name", "combine", "accuracy", "model_part", OBSERVATIONS)
 COUNTS = ("offsets", "points", "seed")
 OF_PARAMETERS = ("fixed", "axes")
 SAMPLED = ("latin-hypercube", "sobol")
@@ -91,7 +92,10 @@ def document_of(fields: Mapping[str, str]) -> dict[str, Any]:
     """
     findings = Findings()
     record = declared(scenarios.load(fields["scenario"]).parameters)
-    given = {name: text.strip() for name, text in fields.items() if text.strip()}
+    # A tab at the end of a table is an empty cell.
+    given = {
+        name: text.strip(" \r\n" if name == OBSERVATIONS else None) for name, text in fields.items() if text.strip()
+    }
     document: dict[str, Any] = {name: given[name] for name in WORDS if name in given}
     document |= {"scenario": fields["scenario"], "fixed": {}, "axes": {}}
     for name, parameter in record.items():
@@ -199,7 +203,7 @@ def fields_of(document: Mapping[str, Any]) -> dict[str, str]:
             more |= {key: left} if (left := {name: value for name, value in part.items() if name not in known}) else {}
         elif key == "materials":
             fields |= {key: as_yaml(part)} if part else {}
-        elif key in (*WORDS, *COUNTS, "resolution") and (key != "observations" or isinstance(part, str)):
+        elif key in (*WORDS, *COUNTS, "resolution") and (key != OBSERVATIONS or isinstance(part, str)):
             fields |= {} if part is None else {key: _written(part)}
         elif key != "scenario" and part not in (None, [], {}):
             more[key] = part
