@@ -48,9 +48,9 @@ class AskedSweep:
     """What a page says of the form that it shows."""
 
     fields: Mapping[str, str]
-    yaml: str  # the document; empty where the form has none
+    yaml: str  # the document; empty where it is refused
     own_materials: tuple[str, ...]
-    python: str  # the same as a dictionary of Python
+    python: str  # the same as a dictionary of Python; empty of one that is submitted too
     findings: tuple[Finding, ...]
     estimated: EstimatedSweep | None  # None where the form is refused, or submitted
     expanded: ExpandedSweep | None  # of a form that is submitted and accepted
@@ -70,9 +70,9 @@ def asked(form: Any, posted: Posted) -> AskedSweep:
         cost = findings.attempt(reading.estimated, document, posted)
     return AskedSweep(
         fields=fields,
-        yaml="" if document is None else as_yaml(document),
+        yaml="" if cost is None and expanded is None else as_yaml(document),
         own_materials=tuple(map(str, sweep.materials)) if sweep else (),
-        python="" if document is None else pformat(document, width=100, sort_dicts=False),
+        python="" if cost is None else pformat(document, width=100, sort_dicts=False),
         findings=tuple(dict.fromkeys(findings)),
         estimated=cost,
         expanded=expanded,
