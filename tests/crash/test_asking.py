@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from service.settings import Settings
 from service.store import Store
+from studies import materials
 from studies.cases.rows import Row, equal
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
@@ -28,6 +29,7 @@ PAGES = (
 CUT_FORMULAS = """() => [...document.querySelectorAll("math")]
     .filter(each => each.getBoundingClientRect().right > innerWidth + 1).map(each => each.textContent)"""
 PRESET = "smoke"
+SHIPPED = len(materials.names())
 
 
 @pytest.fixture
@@ -77,6 +79,9 @@ def test_form__follows_what_is_written_and_submits_a_preset(service: Service, co
         page.get_by_role("link", name="Smoke test").click()
         expect(page.locator(".cost")).to_contain_text("2 runs", timeout=PATIENCE)
         before = page.locator("#preview img").get_attribute("src")
+        options = "id => document.getElementById(id).list.options.length"
+        suggested = {name: page.evaluate(options, name) for name in ("projectile", "target")}
+        compared(equal("materials that are suggested", expected=dict.fromkeys(suggested, SHIPPED), got=suggested))
         page.get_by_label("Projectile diameter").fill("10 mm")
         page.get_by_label("Speed", exact=False).first.fill("3 km/s, 6 km/s, 7 km/s")
         expect(page.locator(".cost")).to_contain_text("3 runs", timeout=PATIENCE)

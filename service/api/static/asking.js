@@ -34,7 +34,8 @@ function show(page) {
     if (now?.textContent) field.setAttribute("aria-invalid", "true");
     else field.removeAttribute("aria-invalid");
   }
-  document.getElementById("materials").replaceChildren(...page.getElementById("materials").childNodes);
+  const names = "names-of-materials";
+  document.getElementById(names).replaceChildren(...page.getElementById(names).childNodes);
 }
 
 function soon() {
