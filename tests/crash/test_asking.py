@@ -154,6 +154,20 @@ def sweeps(service: Service) -> list[dict[str, str]]:
     return items
 
 
+@pytest.mark.browser
+@pytest.mark.claim("mend", "tables-in-a-browser", minutes=0.5)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_form__takes_a_table_of_shots_in_any_encoding(service: Service, encoding: str, compared: Compared) -> None:
+    """A file that is chosen on the page of a new sweep fills its field, in UTF-8, UTF-16 and Windows-1252."""
+    table = "speed [km/s];hole_diameter [mm];source\n5,1;18,3±0,4;März\n"
+    with chromium() as browser, window(browser) as (page, messages, _):
+        page.goto(f"{service.url}/new/thin_plate")
+        file = {"name": "shots.csv", "mimeType": "text/csv", "buffer": table.encode(encoding)}
+        page.locator("input[data-into=observations]").set_input_files(file)  # type: ignore[arg-type]
+        expect(page.locator("#observations")).to_have_value(table, timeout=PATIENCE)
+        compared(equal(f"{encoding}: messages", expected=[], got=messages))
+
+
 def runs_of(service: Service, sweep: str) -> set[str]:
     points = http().get(f"{service.url}/v1/sweeps/{sweep}/runs", timeout=PATIENCE).json()["items"]
     return {point["run"]["id"] for point in points}
