@@ -14,6 +14,7 @@ from typing import Any
 import yaml
 
 from studies.quantities.findings import Finding, InvalidInput, shown
+from studies.quantities.texts import strictly_decoded
 from studies.sweeps import document as sweep_document
 
 DEEPEST = 50  # levels of nesting; a sweep has about five
@@ -28,7 +29,7 @@ INVALID_TEXT = re.compile("[\0\ud800-\udfff]")  # NUL and lone surrogates, which
 
 def read_json(body: bytes) -> Any:
     """The document in a JSON text; raises InvalidInput."""
-    text = _decoded(body)
+    text = strictly_decoded(body, "document")
     _check_brackets(text)
     try:
         return _checked(json.loads(text, object_pairs_hook=_unique))
@@ -43,17 +44,9 @@ def read_json(body: bytes) -> Any:
 
 def read_yaml(body: bytes) -> Any:
     """The document in a YAML text; raises InvalidInput."""
-    text = _decoded(body)
+    text = strictly_decoded(body, "document")
     _check_events(text)
     return _checked(sweep_document.read_yaml(text, "document"))
-
-
-def _decoded(body: bytes) -> str:
-    try:
-        return body.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = body.count(b"\n", 0, error.start) + 1
-        raise _refusal(f"line {line}", "text in UTF-8", "save the text as UTF-8") from None
 
 
 def _check_brackets(text: str) -> None:

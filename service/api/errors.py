@@ -30,7 +30,6 @@ log = logging.getLogger(__name__)
 
 MEDIA_TYPE = "application/problem+json"
 METHODS = ("DELETE", "GET", "HEAD", "PATCH", "POST", "PUT")
-MOST_ERRORS_SENT = 50
 MOST_FINDING_BYTES = 48_000  # the summary repeats the first finding; the whole response is below 64 kB
 LONGEST_PART = 1_500  # characters of a field, value, limit or cure; a cure that lists names has about a thousand
 
@@ -310,7 +309,7 @@ def _errors(request: Request, error: InvalidInput) -> dict[str, Any]:
     pointers = getattr(request.state, "pointers", {})
     errors: list[dict[str, str]] = []
     size = 0
-    for finding in map(_shortened, error.findings[:MOST_ERRORS_SENT]):
+    for finding in map(_shortened, error.findings):
         item = {**asdict(finding), "pointer": pointers.get(finding.field, "")}
         size += len(json.dumps(item))
         if size > MOST_FINDING_BYTES:

@@ -7,7 +7,7 @@ from functools import cache
 from typing import IO, TYPE_CHECKING, Any
 
 from studies.quantities.display import display_of, duration, escaped, with_unit
-from studies.quantities.findings import InvalidInput
+from studies.quantities.findings import MOST_FINDINGS, InvalidInput
 
 if TYPE_CHECKING:
     from datetime import datetime
@@ -39,6 +39,8 @@ def print_findings(error: InvalidInput) -> None:
             say(f"    {name:<6} {getattr(finding, name)}", file=sys.stderr)
     if error.more:
         say(f"  and {error.more} more", file=sys.stderr)
+    elif len(error.findings) == MOST_FINDINGS:
+        say("  and the rest of the input was not read", file=sys.stderr)
 
 
 def print_warnings(sweep: "Sweep") -> None:

@@ -23,7 +23,7 @@ from service.workers.timings import DEFAULT, Timings
 from solver.errors import WhippleError
 from studies.quantities.files import ALL_RUNS_CSV, FILM, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
-from studies.sweeps.document import read_sweep_file
+from studies.sweeps.document import read_sweep_file, with_files
 from studies.sweeps.reading import SweepLimits
 from studies.sweeps.sweep import Sweep
 
@@ -73,18 +73,17 @@ def run_sweep(
 ) -> Finished:
     """Compute a sweep on this machine into the folder ``out``; repeated, it resumes.
 
-    ``document`` is a mapping or the path of a YAML or JSON file. ``progress`` is called repeatedly with the
-    status of the sweep. A folder that holds another sweep is refused, unless ``overwrite`` is set. ``keep``
-    selects the files kept for each run: ``numbers``, also the ``final`` state, or also the ``film``, which is copied
-    to ``out/runs/RUN/film.npz``. With ``every_column`` ``runs.csv`` has every column. ``ready`` are
+    ``document`` is a mapping, whose paths of files begin here, or the path of a YAML or JSON file. ``progress`` is
+    called repeatedly with the status of the sweep. A folder that holds another sweep is refused, unless ``overwrite``
+    is set. ``keep`` selects the files kept for each run: ``numbers``, also the ``final`` state, or also the ``film``,
+    which is copied to ``out/runs/RUN/film.npz``. With ``every_column`` ``runs.csv`` has every column. ``ready`` are
     processes that were started before, for the first runs or the publication. Raises InvalidInput, DataInUse,
     PublicationFailed. Ctrl-C and SIGTERM end it in order, as KeyboardInterrupt and SystemExit; interrupted runs
     continue from their checkpoints next time.
     """
     folder = Path(out)
     settings = (settings or Settings(data=folder / STORE_OF_FOLDER)).model_copy(update=KEEPING_ALL)
-    if not isinstance(document, Mapping):
-        document = read_sweep_file(Path(document))
+    document = with_files(document, Path()) if isinstance(document, Mapping) else read_sweep_file(Path(document))
     sweep = Sweep.parse(document, SweepLimits(max_runs=settings.max_runs))
     retention = _retention(keep)
     check_names(settings)

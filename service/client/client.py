@@ -360,10 +360,9 @@ class SweepHandle:
 
 def _body(sweep: SweepSource, headers: Mapping[str, str] | None = None) -> dict[str, Any]:
     """Body and headers of a submission; values that JSON lacks are sent as text, which the service refuses."""
-    if not isinstance(sweep, Mapping):
-        from studies.sweeps.document import read_sweep_file
+    from studies.sweeps.document import read_sweep_file, with_files
 
-        sweep = read_sweep_file(Path(sweep))
+    sweep = with_files(sweep, Path()) if isinstance(sweep, Mapping) else read_sweep_file(Path(sweep))
     content = json.dumps(sweep, default=str).encode()
     return {"content": content, "headers": {"Content-Type": "application/json", **(headers or {})}}
 

@@ -24,7 +24,7 @@ class Observed:
     source: str
     shot: Any | None  # studies.laws.Shot
     confidence: str = ""  # as stated
-    bounds: tuple[float, float] | None = None  # SI, of a range
+    bounds: tuple[float | None, float | None] | None = None  # SI, of a range; None where it is open
 
 
 @dataclass(frozen=True)
@@ -109,7 +109,11 @@ def catalogue_of(sweep: Any) -> Catalogue:
     return Catalogue(
         title=scenario.title,
         parameters={**own, **constants},
-        quantities={name: _quantity(name, unit) for name, unit in allowed.quantities.items()},
+        quantities={
+            name: _quantity(name, unit)
+            for name, unit in allowed.quantities.items()
+            if scenario.is_asked(name, {*axes, *sweep.fixed})
+        },
         laws=[
             *(law for name in (*allowed.quantities, *critical) for law in laws.answering(name)),
             *(fitted.as_law() for fitted in sweep.laws),

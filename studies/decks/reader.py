@@ -24,7 +24,7 @@ reports, plotted regions) is read, checked and listed as unused; what changes th
 Units are those that a comment "Unit: ..." names, millimetre, gram and millisecond by default, as in the thesis. A
 number is shifted by its power of ten as text and rounded once, so that a deck can hold every double exactly.
 
-Sizes are compared with limits before anything of that size is made: a deck is at most 1 MB and 20 million particles.
+Sizes are compared with limits before anything of that size is made: a deck is at most 2 MB and 20 million particles.
 """
 
 import re
@@ -47,30 +47,67 @@ from studies.decks.deck import (
     refuse_line,
 )
 from studies.decks.macros import COUNTS, EOS_COUNTS, IGNORED, KINDS, OPTIONS, REFUSED, SETTINGS, SHAPES, TITLES
+from studies.decks.programs import check_program
 from studies.decks.words import INTEGER, SEPARATORS, DeckWord, Words
 from studies.quantities.findings import Finding, InvalidInput, nearest_cure
+from studies.quantities.texts import decoded
 
-MOST_BYTES = 1_000_000
+MOST_BYTES = 2_000_000
+BEGINNING = 65_536  # bytes of a larger file that tell what it is
+UNREAD = "\ufffd"  # in the place of a byte that is no text
 DENSITY_OR_MASS = 0.01  # relative: what a block's third number must agree with
 
 
 def read_file_text(content: bytes) -> str:
-    """The text of a deck's file; raises InvalidInput for what is no UTF-8, with the line, and for more than 1 MB."""
+    """The text of a deck's file, whose comments may be in any encoding.
+
+    Raises InvalidInput for a file of another program, what is no text, with its line, and more than 2 MB.
+    """
     if len(content) > MOST_BYTES:
+        check_program(content[:BEGINNING].decode("utf-8", "replace"))
         _refuse_size(len(content))
     try:
-        return content.decode("utf-8-sig")
-    except UnicodeDecodeError as error:
-        line = content.count(b"\n", 0, error.start) + 1
-        refuse_line(line, f"byte {content[error.start]:#04x}", "UTF-8 text", "save the deck as UTF-8")
+        return decoded(content, "deck")
+    except InvalidInput:
+        text = content.decode("utf-8", "replace")
+        if any(UNREAD in line.partition("!")[0] for line in text.splitlines()):
+            raise
+        return text
 
 
-@lru_cache(maxsize=4)
 def read_deck(text: str, units: str = "deck") -> Deck:
     """The deck of a text, in the units that it names or in others; raises InvalidInput with line and cure."""
     if len(text) > MOST_BYTES or len(text.encode()) > MOST_BYTES:
         _refuse_size(len(text.encode()))
-    return _Reader(text, units).deck()
+    check_program(text)
+    read = _read(text, _named_units(text) if units == "deck" else units)
+    if isinstance(read, InvalidInput):
+        raise InvalidInput(read.findings)
+    return read
+
+
+@lru_cache(maxsize=4)
+def _read(text: str, units: str) -> Deck | InvalidInput:
+    """A deck, or why it is refused: a text is read once for all that ask for it."""
+    try:
+        return _Reader(text, units).deck()
+    except InvalidInput as error:
+        return error.with_traceback(None)
+
+
+def _named_units(text: str) -> str:
+    """The units that a comment names."""
+    for number, line in enumerate(text.splitlines(), 1):
+        found = re.search(r"!\s*units?\s*[:=]\s*(.*)", line, re.IGNORECASE) if "!" in line else None
+        if found:
+            names = set(SEPARATORS.split(found[1].strip().lower()))
+            if {"mm", "g", "ms"} <= names:
+                return "mm-g-ms"
+            if {"m", "kg", "s"} <= names:
+                return "SI"
+            limit, cure = "mm g N ms MPa, or m kg N s Pa", "set units to mm-g-ms or SI"
+            refuse_line(number, found[1].strip()[:60], limit, cure)
+    return "mm-g-ms"
 
 
 def _refuse_size(size: int) -> NoReturn:
@@ -83,7 +120,7 @@ class _Reader(Words):
 
     def __init__(self, text: str, units: str):
         super().__init__(text)
-        self.units = self._units() if units == "deck" else units
+        self.units = units
         self.state = DeckState()
 
     def deck(self) -> Deck:
@@ -98,20 +135,6 @@ class _Reader(Words):
             if word.key not in handlers:
                 word.refuse("a macro of MPM3D", nearest_cure(word.key, handlers), f"the macro {word.text!r}")
             handlers[word.key](word)
-
-    def _units(self) -> str:
-        """The units that a comment names."""
-        for number, line in enumerate(self.lines, 1):
-            found = re.search(r"!\s*units?\s*[:=]\s*(.*)", line, re.IGNORECASE)
-            if found:
-                names = set(SEPARATORS.split(found[1].strip().lower()))
-                if {"mm", "g", "ms"} <= names:
-                    return "mm-g-ms"
-                if {"m", "kg", "s"} <= names:
-                    return "SI"
-                limit, cure = "mm g N ms MPa, or m kg N s Pa", "set units to mm-g-ms or SI"
-                refuse_line(number, found[1].strip()[:60], limit, cure)
-        return "mm-g-ms"
 
     def _handlers(self) -> dict[str, Callable[[DeckWord], None]]:
         return {

@@ -13,6 +13,7 @@ from studies.quantities.findings import nearest_cure
 NUMBER = re.compile(r"([+-]?(?:\d+\.?\d*|\.\d+))(?:[dDeE]([+-]?\d{1,4}))?")
 INTEGER = re.compile(r"[+-]?\d{1,15}")
 SEPARATORS = re.compile(r"[\s,]+")
+CONTROL = re.compile(r"[\x00-\x08\x0a-\x1f]")
 
 
 @dataclass
@@ -109,7 +110,6 @@ class Words:
 
 
 def _checked(line: str, number: int) -> str:
-    for character in line:
-        if ord(character) < 32 and character != "\t":
-            refuse_line(number, f"control character {ord(character):#04x}", "printable text", "remove it")
+    if control := CONTROL.search(line):
+        refuse_line(number, f"control character {ord(control[0]):#04x}", "printable text", "remove it")
     return line

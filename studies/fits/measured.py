@@ -20,9 +20,11 @@ from studies.laws import Shot
 from studies.quantities.findings import InvalidInput, nearest_cure, refusal
 from studies.quantities.parameters import declared
 from studies.quantities.units import parse_quantity
+from studies.sweeps.document import text_of
 from studies.sweeps.reading import ACCEPTED, vocabulary
 from studies.sweeps.sweep import Sweep
 
+TABLE = "give a table of shots (CSV), such as docs/own-shots.csv, or one that ships by its name"
 SHORT_DIGEST = 16  # hexadecimal digits of a SHA-256 in a source
 
 
@@ -144,11 +146,11 @@ def of_table(source: str, forms: Sequence[str]) -> Iterator[MeasuredShots]:
     The scenario is the first that measures what the table has; what a shot does not state is the scenario's default.
     Raises InvalidInput.
     """
-    text = observations.text(source) if source in observations.names() else Path(source).read_text()
+    text = observations.text(source) if source in observations.names() else text_of(Path(source), "CUBE", TABLE)
     digest = hashlib.sha256(text.encode()).hexdigest()[:SHORT_DIGEST]
     scenario, shots = _read_table(text)
     units = {name: each.unit for name, each in declared(scenario.parameters).items()}
-    valued = [shot for shot in shots if shot.value]  # 0 says that the plate held, and is no size
+    valued = [shot for shot in shots if shot.value]  # a range has none
     for quantity in dict.fromkeys(shot.quantity for shot in valued if shot.quantity in forms):
         mine = [shot for shot in valued if shot.quantity == quantity]
         errors = np.array([np.nan if shot.uncertainty is None else shot.uncertainty for shot in mine])
@@ -184,4 +186,8 @@ def _read_table(text: str) -> tuple[Any, Sequence[observations.Observation]]:
 
 def _shot_of(observation: observations.Observation, scenario: Any) -> Shot:
     defaults = {name: each.default for name, each in declared(scenario.parameters).items()}
-    return laws.shot_from({**defaults, **observation.parameters})
+    try:
+        return laws.shot_from({**defaults, **observation.parameters})
+    except KeyError as error:
+        absent = error.args[0]
+        raise refusal(f"CUBE: {absent}", None, f"the {absent} of each shot", f"add a column {absent}") from None

@@ -9,35 +9,40 @@ alone is written as one, "27.5 to 34.5", and a material as "aluminium of unknown
 such shots are listed and drawn, and nothing is compared with them.
 """
 
-import csv
-import re
 from collections.abc import Collection, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from importlib.resources import files
-from itertools import islice
 from typing import Any
 
-from studies.quantities.findings import Finding, Findings, nearest_cure, refusal, shown
+from studies.observations.table import (
+    ABOVE,
+    BELOW,
+    TEXT_COLUMNS,
+    TO,
+    FindingsOfRows,
+    exact,
+    heading_of,
+    is_nothing,
+    rows_of,
+    stated,
+    yes_or_no,
+)
+from studies.quantities.findings import Finding, Findings, nearest_cure, refusal
 from studies.quantities.parameters import Parameter, Value, parse_value
-from studies.quantities.units import is_number, readable
+from studies.quantities.units import readable
 
-MOST_ROWS = 10_000  # a table of shots; more is another kind of file
-MOST_LINES = 10 * MOST_ROWS  # lines of a text, with empty lines and remarks
-LONGEST_NUMBER = 80  # characters; as LONGEST_TEXT of a quantity
 LONG_COLUMNS = ("quantity", "value", "uncertainty")  # of a long table
-TEXT_COLUMNS = ("source", "confidence", "note")
 OWN_COLUMNS = (*LONG_COLUMNS, *TEXT_COLUMNS)
 UNCERTAINTY = "_uncertainty"  # hole_diameter_uncertainty: the column of a wide table beside hole_diameter
 COLUMNS = (
     "give a column for each measured quantity (or quantity, value, uncertainty), the source, and one for each "
     "parameter; confidence and note may be left out: docs/own-shots.md"
 )
-
-# Each matches a text in one way only, so that a long text that does not match is refused at once.
-_HEADER = re.compile(r"([\w.]+)\s*(?:\[([^\[\]]*)\])?")
-_NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
-TO = " to "  # between the bounds of a range: "27.5 to 34.5"
 UNKNOWN_ALLOY = " of unknown alloy"  # behind the metal, in place of the name of a material
+OUTCOMES = ("perforated", "failed")  # ends of the names of quantities that say yes (1) or no (0)
+OF_SIZES = ("m", "m3")  # units of sizes, of which none is 0
+
+Bounds = tuple[float | None, float | None]  # SI, of a range; None where it is open
 
 
 @dataclass(frozen=True)
@@ -52,7 +57,7 @@ class Observation:
     parameters: Mapping[str, Value] = field(default_factory=dict)
     confidence: str = ""  # how well the number is known to be the source's
     note: str = ""
-    bounds: tuple[float, float] | None = None  # SI, of what was published as a range alone
+    bounds: Bounds | None = None  # of what was published as a range alone
 
     def document(self, allowed: "AllowedNames") -> dict[str, Any]:
         """The shot as a row that ``read_observations`` reads as itself."""
@@ -60,8 +65,7 @@ class Observation:
         row: dict[str, Any] = {
             name: written(value, allowed.parameters[name].unit) for name, value in self.parameters.items()
         }
-        sizes = [written(size, unit) for size in self.bounds or (self.value,)]
-        value = sizes[0] if self.bounds is None else TO.join(map(str, sizes))
+        value = written(self.value, unit) if self.bounds is None else written_bounds(self.bounds, unit)
         row |= {"quantity": self.quantity, "value": value}
         if self.uncertainty is not None:
             row["uncertainty"] = written(self.uncertainty, unit)
@@ -103,97 +107,89 @@ def written(value: Value, unit: str | None) -> Any:
     return readable(float(value), unit)
 
 
+def written_bounds(bounds: Bounds, unit: str) -> str:
+    """A range as a person writes it, and as ``read_observations`` reads it.
+
+    >>> written_bounds((0.0275, 0.0345), "m"), written_bounds((0.0183, None), "m")
+    ('27.5 mm to 34.5 mm', '> 18.3 mm')
+    """
+    low, high = (None if bound is None else readable(bound, unit) for bound in bounds)
+    if low is None or high is None:
+        return f"{BELOW} {high}" if low is None else f"{ABOVE} {low}"
+    return f"{low}{TO}{high}"
+
+
 def read_observations(raw: object, allowed: AllowedNames, path: str = "observations") -> tuple[Observation, ...]:
     """The shots of a CSV text, of a list of mappings, or of the published table of a name.
 
-    Raises InvalidInput naming each row.
+    Raises InvalidInput with an error for each column that is refused, and the rows.
     """
     if isinstance(raw, str) and is_name(raw):
         raw = text(raw.strip())
-    rows = list(islice(rows_of(raw, path), MOST_ROWS + 1))
+    rows = rows_of(raw, path, COLUMNS)
     if not rows:
         raise refusal(path, "no shot", "at least one row", "leave observations out")
-    if len(rows) > MOST_ROWS:
-        raise refusal(path, f"more than {MOST_ROWS} rows", f"at most {MOST_ROWS} rows", "split the table")
     read: list[Observation] = []
-    findings = Findings()
+    findings = FindingsOfRows(path)
     for where, row in rows:
-        read.extend(findings.attempt(tuple, _observations(row, allowed, where)) or ())
+        with findings.of(where):
+            read.extend(_observations(row, allowed, where))
     findings.check()
     return tuple(read)
 
 
-def rows_of(raw: object, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Each row with its place: the line in a text, the position in a list."""
-    if isinstance(raw, str):
-        yield from _rows_of_text(raw, path)
-    elif isinstance(raw, list | tuple):
-        for number, row in enumerate(raw):
-            if not isinstance(row, Mapping):
-                raise refusal(f"{path}[{number}]", row, "a mapping", "write speed: 6 km/s, ...")
-            yield f"{path}[{number}]", row
-    else:
-        raise refusal(path, raw, "CSV text or a list of shots", COLUMNS)
+@dataclass(frozen=True)
+class _Cell:
+    """What stands in a column of a row."""
+
+    raw: Any
+    unit: str | None  # of the column
+    where: str
 
 
-def _rows_of_text(text: str, path: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """The lines of a CSV text without empty lines and remarks, which begin with #."""
-    header: list[str] | None = None
-    lines = text.splitlines()
-    if len(lines) > MOST_LINES:
-        limit = f"at most {MOST_LINES} lines"
-        raise refusal(path, f"{len(lines)} lines", limit, "leave empty lines and remarks out")
-    reader = csv.reader(lines, skipinitialspace=True, strict=True)
-    for cells in _cells(reader, path):
-        where = f"{path}, line {reader.line_num}"
-        if not any(cell.strip() for cell in cells) or cells[0].lstrip().startswith("#"):
-            continue
-        if header is None:
-            header = cells
-        elif len(cells) != len(header):
-            limit = f"{len(header)} cells, as in the header"
-            raise refusal(where, f"{len(cells)} cells", limit, "quote a text that has a comma")
-        else:
-            yield where, dict(zip(header, cells, strict=True))
-    if header is None:
-        raise refusal(path, "no header", "a header and a row a shot", "leave observations out")
-
-
-def _cells(reader: Any, path: str) -> Iterator[list[str]]:
-    try:
-        yield from reader
-    except csv.Error as error:
-        where = f"{path}, line {reader.line_num}"
-        raise refusal(where, str(error), "CSV text", "correct this line") from None
-
-
-def _observations(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> Iterator[Observation]:
+def _observations(row: Mapping[str, Any], allowed: AllowedNames, where: str) -> list[Observation]:
     """The shots of a row, one for each measured quantity; raises InvalidInput with every finding in it."""
     findings = Findings()
-    cells: dict[str, Any] = {}
+    cells: dict[str, _Cell] = {}
+    parameters: dict[str, Value] = {}
+    inexact: list[str] = []  # parameters that are stated with an uncertainty, for the note
 
-    def read(header: str, raw: Any) -> None:
-        name, cell = cell_of(header, raw, where)
-        if name not in OWN_COLUMNS and not _is_measured(name, allowed):
-            cell = _parameter(name, cell, allowed, where)
+    def read(heading: str, raw: Any) -> None:
+        name, unit = heading_of(heading, _columns(allowed), where)
         if name in cells:
-            raise refusal(f"{where}.{name}", header, "each column once", "remove one of the two")
-        cells[name] = cell
+            raise refusal(f"{where}.{name}", heading, "each column once", "remove one of the two")
+        text = raw.strip() if isinstance(raw, str) else raw
+        cell = cells[name] = _Cell(None if is_nothing(raw) else text, unit, f"{where}: {name}")
+        if name not in OWN_COLUMNS and not _is_measured(name, allowed):
+            parameters[name], note = _parameter(name, cell, allowed)
+            inexact.extend([note] if note else [])
 
     for item in row.items():
         findings.attempt(read, *item)
     measured = [name for name in cells if name in allowed.quantities]
     # A refused column of a wide table may be the one that is measured: its own finding says which is meant.
+    incomplete: list[Finding] = []
     if not findings or measured or not {*LONG_COLUMNS}.isdisjoint(cells):
-        findings.extend(_missing(cells, measured, where))
+        incomplete += _missing(cells, measured, where)
     if measured:
-        findings.extend(
+        incomplete += (
             Finding(f"{where}: {name}", name, "a table with one way to name quantities", COLUMNS)
             for name in LONG_COLUMNS
             if name in cells
         )
+    findings.extend(incomplete)
+    known = {name: value for name, value in parameters.items() if value is not None}
+    shots = None
+    if not incomplete and (measured or "quantity" in cells):
+        shots = findings.attempt(list, _checked(cells, measured, allowed, known, inexact))
     findings.check()
-    yield from _checked(cells, measured, allowed, where)
+    return shots or []
+
+
+def _columns(allowed: AllowedNames) -> Collection[str]:
+    """The names that a column may have."""
+    measured = [name + end for name in allowed.quantities for end in ("", UNCERTAINTY)]
+    return {*allowed.parameters, *measured, *OWN_COLUMNS}
 
 
 def _is_measured(name: str, allowed: AllowedNames) -> bool:
@@ -201,93 +197,105 @@ def _is_measured(name: str, allowed: AllowedNames) -> bool:
     return name in allowed.quantities or name.removesuffix(UNCERTAINTY) in allowed.quantities
 
 
-def _missing(cells: Mapping[str, Any], measured: Sequence[str], where: str) -> Iterator[Finding]:
+def _missing(cells: Mapping[str, _Cell], measured: Sequence[str], where: str) -> Iterator[Finding]:
     """A finding for each thing that a row needs and does not have."""
     needed = ("source",) if measured else ("quantity", "value", "source")
     for name in needed:
-        if cells.get(name) in (None, ""):
+        if name not in cells or cells[name].raw is None:
             limit = f"a column {name!r}"
             yield Finding(f"{where}: {name}", "nothing", limit, f"give the {name} of each shot")
-    if measured and all(cells[name] in (None, "") for name in measured):
+    if measured and all(cells[name].raw is None for name in measured):
         cure = "remove the row, or give what was measured"
         yield Finding(f"{where}: {measured[0]}", "nothing", "one measured quantity a row", cure)
 
 
-def cell_of(header: object, raw: Any, where: str) -> tuple[str, Any]:
-    """The name of a column, and a cell with the unit of the column beside a bare number."""
-    match = _HEADER.fullmatch(header.strip()) if isinstance(header, str) else None
-    unit = match[2].strip() if match and match[2] is not None else None
-    if match is None or unit == "":
-        raise refusal(f"{where}: {shown(header)}", header, "name [unit]", "write 'speed [km/s]'")
-    cell = raw.strip() if isinstance(raw, str) else raw
-    is_bare = is_number(cell) or (
-        isinstance(cell, str)
-        and len(cell) <= LONGEST_NUMBER
-        and all(_NUMBER.fullmatch(side.strip()) for side in cell.split(TO))
-    )
-    if not is_bare or unit in (None, "1", "-"):
-        return match[1], cell
-    return match[1], TO.join(f"{side} {unit}" for side in str(cell).split(TO))
-
-
-def _parameter(name: str, cell: Any, allowed: AllowedNames, where: str) -> Value:
-    """A parameter of the shot; an empty cell states nothing."""
+def _parameter(name: str, cell: _Cell, allowed: AllowedNames) -> tuple[Value, str]:
+    """A parameter of the shot, and how it is stated where that is no exact number; an empty cell states nothing."""
     if name not in allowed.parameters:
         columns = {*allowed.parameters, *allowed.quantities, *TEXT_COLUMNS}
         limit = "a column named after a parameter or a measured quantity of the scenario"
-        raise refusal(f"{where}: {name}", name, limit, nearest_cure(name, columns))
+        raise refusal(cell.where, name, limit, nearest_cure(name, columns))
     parameter = allowed.parameters[name]
-    if cell in (None, ""):
-        return None
-    if parameter.kind == "material" and isinstance(cell, str) and cell.endswith(UNKNOWN_ALLOY):
-        return cell
-    return parse_value(parameter, cell, f"{where}: {name}", materials=allowed.materials)
+    if cell.raw is None:
+        return None, ""
+    if parameter.kind == "material" and isinstance(cell.raw, str) and cell.raw.endswith(UNKNOWN_ALLOY):
+        return cell.raw, ""
+    return exact(parameter, cell.raw, cell.unit, cell.where, materials=allowed.materials)
 
 
 def _checked(
-    cells: Mapping[str, Any], measured: Sequence[str], allowed: AllowedNames, where: str
+    cells: Mapping[str, _Cell],
+    measured: Sequence[str],
+    allowed: AllowedNames,
+    parameters: Mapping[str, Value],
+    inexact: Sequence[str],
 ) -> Iterator[Observation]:
-    """The shots of a row whose columns are complete."""
-    texts = {name: _text(name, cells.get(name), where) for name in TEXT_COLUMNS}
-    parameters = {name: cell for name, cell in cells.items() if name in allowed.parameters and cell is not None}
-    columns: list[tuple[Any, str, str]] = [(name, name, f"{name}{UNCERTAINTY}") for name in measured]
-    for quantity, value, uncertainty in columns or [(cells["quantity"], "value", "uncertainty")]:
-        if quantity not in allowed.quantities:
+    """The shots of a row whose columns are complete; raises InvalidInput with every finding."""
+    texts = {name: _text(name, cells.get(name)) for name in TEXT_COLUMNS}
+    findings = Findings()
+    columns: list[tuple[Any, str]] = [(name, name) for name in measured]
+    for quantity, column in columns or [(cells["quantity"].raw, "value")]:
+        if not isinstance(quantity, str) or quantity not in allowed.quantities:
             cure = nearest_cure(quantity, allowed.quantities)
-            raise refusal(f"{where}: quantity", quantity, "what the scenario measures", cure)
-        assert isinstance(quantity, str)
-        bounds = _bounds(value, cells[value], allowed.quantities[quantity], where)
-        size = None
-        if bounds is None:
-            size = _size(value, cells[value], allowed.quantities[quantity], where)
-        plus_minus = _size(uncertainty, cells.get(uncertainty), allowed.quantities[quantity], where)
-        if size is not None or bounds is not None:
-            yield Observation(quantity, size, plus_minus, parameters=parameters, bounds=bounds, **texts)
+            raise refusal(cells["quantity"].where, quantity, "what the scenario measures", cure)
+        beside = cells.get(f"{quantity}{UNCERTAINTY}" if measured else "uncertainty")
+        size = findings.attempt(_size, quantity, cells[column], beside, allowed.quantities[quantity])
+        if size is not None:
+            value, uncertainty, bounds, about = size
+            notes = (texts["note"], *inexact, *([about] if about else []))
+            note = "; ".join(dict.fromkeys(filter(None, notes)))
+            yield Observation(
+                quantity, value, uncertainty, **{**texts, "note": note}, parameters=parameters, bounds=bounds
+            )
+    findings.check()
 
 
-def _text(name: str, cell: Any, where: str) -> str:
-    if cell is not None and not isinstance(cell, str):
+def _text(name: str, cell: _Cell | None) -> str:
+    if cell is None or cell.raw is None:
+        return ""
+    if not isinstance(cell.raw, str):
         cure = "name the publication of the shot" if name == "source" else "quote it, or leave it out"
-        raise refusal(f"{where}: {name}", cell, "a text", cure)
-    return cell or ""
+        raise refusal(cell.where, cell.raw, "a text", cure)
+    return cell.raw
 
 
-def _bounds(name: str, cell: Any, unit: str, where: str) -> tuple[float, float] | None:
-    """The bounds of a range, "27.5 mm to 34.5 mm"; None of any other cell."""
-    if not isinstance(cell, str) or cell.count(TO) != 1:
+def _size(
+    quantity: str, cell: _Cell, beside: _Cell | None, unit: str
+) -> tuple[float | None, float | None, Bounds | None, str] | None:
+    """Value, uncertainty, bounds and a note of a measured quantity; None where nothing was measured.
+
+    The uncertainty stands in the cell or in the column ``beside`` it. One that is about a number ("~6.7") has none but
+    that of the column: nothing is tested by it.
+    """
+    plus_minus = (
+        None if beside is None or beside.raw is None else _number(beside, stated(beside.raw, beside.unit).value, unit)
+    )
+    if cell.raw is None:
         return None
-    low, high = (_size(name, side.strip(), unit, where) for side in cell.split(TO))
-    if low is None or high is None or low >= high:
-        cure = "write the smaller bound first, or the value alone"
-        raise refusal(f"{where}: {name}", cell, "two bounds that ascend", cure)
-    return low, high
+    if quantity.endswith(OUTCOMES) and not isinstance(cell.raw, float):
+        return float(yes_or_no(cell.raw, cell.where)), plus_minus, None, ""
+    number = stated(cell.raw, cell.unit)
+    about = f"{quantity} {number.about}" if number.about and number.plus_minus is None else ""
+    if number.bounds is not None:
+        low, high = (None if side is None else _number(cell, side, unit) for side in number.bounds)
+        if low is not None and high is not None and low >= high:
+            cure = "write the smaller bound first, or the value alone"
+            raise refusal(cell.where, cell.raw, "two bounds that ascend", cure)
+        return None, plus_minus, (low, high), about
+    value = _number(cell, number.value, unit)
+    if unit in OF_SIZES and value == 0.0:
+        cure = "leave it empty: a plate that held has no hole, and what has no size is compared with nothing"
+        raise refusal(cell.where, cell.raw, "a measured size above 0", cure)
+    if number.plus_minus is not None:
+        if plus_minus is not None:
+            raise refusal(cell.where, cell.raw, "one uncertainty", f"leave it here, or in the column beside {quantity}")
+        plus_minus = _number(cell, number.plus_minus, unit)
+    return value, plus_minus, None, about
 
 
-def _size(name: str, cell: Any, unit: str, where: str) -> float | None:
-    """A measured size: zero or more; None where the cell is empty."""
-    if cell in (None, ""):
-        return None
-    size = Parameter(name=name, kind="quantity", unit=unit, meaning=name, minimum=0.0)
-    value = parse_value(size, cell, f"{where}: {name}")
+def _number(cell: _Cell, raw: Any, unit: str) -> float:
+    """A number of a cell, SI: zero or more."""
+    size = Parameter(name=cell.where, kind="quantity", unit=unit, meaning="", minimum=0.0)
+    value = parse_value(size, raw, cell.where)
     assert isinstance(value, float)
     return value

@@ -14,7 +14,7 @@ from solver.errors import WhippleError
 Arguments = ParamSpec("Arguments")
 Accepted = TypeVar("Accepted")
 
-MOST_FINDINGS = 200  # of one input, where its reading stops; with its cure one takes up to a millisecond (2026-11)
+MOST_FINDINGS = 20  # of one input, where its reading stops: more than a person mends at once
 
 
 @dataclass(frozen=True)

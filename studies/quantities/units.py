@@ -22,12 +22,21 @@ LARGEST_EXPONENT = 200
 LONGEST_TEXT = 80  # characters; a longer "number" is a mistake or an attack
 
 # One number (underscores, commas, expressions are refused), then a unit.
-_QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*((?:1?/|[A-Za-z°µμΩ(]).*)?\s*", re.DOTALL)
+_QUANTITY = re.compile(
+    r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d{1,4})?)\s*((?:1?/|[A-Za-z°µμΩ(\"″]).*)?\s*", re.DOTALL
+)
+# A fraction of an inch: 1/8 in, 1 1/8".
+_OF_AN_INCH = re.compile(r"\s*(?:(\d{1,4}) )?(\d{1,4})/([1-9]\d{0,3})\s*(in|inch|inches|\"|″)\s*")
 # Factors of the units that materials and most sweeps are written in: pint is loaded (0.3 s of processor time,
 # 2026-11-22) for the others only. The test compares each with pint.
 _FACTORS = {
     ("mm", "m"): Decimal("1e-3"),
     ("cm", "m"): Decimal("1e-2"),
+    ("in", "m"): Decimal("0.0254"),
+    ('"', "m"): Decimal("0.0254"),
+    ("″", "m"): Decimal("0.0254"),
+    ("mil", "m"): Decimal("2.54e-5"),  # a thousandth of an inch; of an angle it is pint's
+    ("mils", "m"): Decimal("2.54e-5"),
     ("deg", "rad"): Decimal("0.01745329251994329576923690768"),
     ("ksi", "Pa"): Decimal("6894757.293168361336722673443"),
     ("us", "s"): Decimal("1e-6"),
@@ -41,6 +50,7 @@ _FACTORS = {
     ("1/TPa", "Pa-1"): Decimal("1e-12"),
     ("kg/m3", "kg m-3"): Decimal(1),
     ("g/cm3", "kg m-3"): Decimal("1e3"),
+    ("g/ccm", "kg m-3"): Decimal("1e3"),
     ("MJ/kg", "J kg-1"): Decimal("1e6"),
     ("kJ/kg", "J kg-1"): Decimal("1e3"),
     ("J/(kg K)", "J kg-1 K-1"): Decimal(1),
@@ -158,8 +168,8 @@ def parse_quantity(raw: object, unit: str, field: str, bounds: Bounds = UNBOUNDE
     Raises InvalidInput: not a text, no unit, unknown unit, another dimension, not finite. Every value that its
     cure proposes lies inside ``bounds``, which are not checked here.
 
-    >>> parse_quantity("6.1 km/s", "m s-1", "speed")
-    Decimal('6100')
+    >>> parse_quantity("6.1 km/s", "m s-1", "speed"), parse_quantity('1/8"', "m", "length")
+    (Decimal('6100'), Decimal('0.0031750'))
     """
     if unit == "1":
         return exact_number(raw, field)
@@ -234,6 +244,9 @@ def a_quantity(unit: str) -> str:
 
 def _split(raw: object, unit: str, field: str, bounds: Bounds) -> tuple[str, str]:
     """Number text and unit text of a quantity."""
+    if isinstance(raw, str) and (fraction := _OF_AN_INCH.fullmatch(raw[: LONGEST_TEXT + 1])):
+        whole, above, below, inch = fraction.groups()
+        return str(int(whole or 0) + Decimal(above) / Decimal(below)), inch
     match = _QUANTITY.fullmatch(raw) if isinstance(raw, str) and len(raw) <= LONGEST_TEXT else None
     if match is None:
         raise refusal(field, raw, _allowed(unit), _cure(unit, bounds))

@@ -37,7 +37,7 @@ class MatchedObservation:
     how: str  # how the simulation was brought to the shot's parameters, or why it could not be
     # Whether it has a value, and the materials and the shape of some run; no other shot judges anything of this sweep.
     is_alike: bool
-    lower: float | None = None  # bounds of a range
+    lower: float | None = None  # bounds of a range; None where it is open
     upper: float | None = None
 
     @property
@@ -63,7 +63,7 @@ def matched_observations(dataset: xr.Dataset, name: str) -> Iterator[MatchedObse
             finite(float(variable.of(shot, name))) if variable.is_in(shot, name) else None
             for variable in (cubes.OBSERVED, *cubes.OBSERVED_BOUNDS)
         )
-        if value is not None or None not in bounds:
+        if value is not None or any(bound is not None for bound in bounds):
             at = _parameters_of(shot)
             simulation, uncertainty, how = (
                 (math.nan, math.nan, A_RANGE) if value is None else interpolate(barred, name, at)

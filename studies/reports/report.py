@@ -156,7 +156,7 @@ def _headline(report: Mapping[str, Any]) -> str:
         return text
     flagged = report["overview"]["flagged"]
     share = "every run" if flagged == len(report["runs"]) else f"{flagged} of {len(report['runs'])} runs"
-    return openings.of_values(report["extremes"], f"{share} flagged" if flagged else "")
+    return openings.of_values(report["extremes"], f"{share} flagged" if flagged else "", report["observations"])
 
 
 def _ballistic_limit(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any] | None:

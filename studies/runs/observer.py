@@ -47,7 +47,7 @@ class RunObserver:
 
     def __post_init__(self) -> None:
         self.begin(self.setting)
-        self.names = self.scenario.measured(self.scenario.roles(flat(self.parameters)))
+        self.names = self.scenario.measured_in(flat(self.parameters))
         measured = [measurements.load(name) for name in self.names]
         self.of_a_state = [measurement for measurement in measured if not measurement.follows]
         self.of_a_history = [measurement for measurement in measured if measurement.follows]

@@ -33,13 +33,13 @@ def outdated(scenario: str, stored: Mapping[str, Mapping[str, Any]]) -> tuple[st
     """Measurements of a run that a look at its final state could renew.
 
     ``stored`` has, by name, ``version`` and ``flags`` of what the run measured, as its JSON has them. What it did not
-    measure of a body that a run may lack is none.
+    measure and a run may lack is none.
     """
     return tuple(
         name
         for name, version in definitions(scenario).items()
         if stored.get(name, {}).get("version") != version
-        and (name in stored or name not in scenarios.load(scenario).of_role)
+        and (name in stored or not scenarios.load(scenario).may_lack(name))
         and not (measurements.load(name).follows and NEEDS_SOLVING in stored.get(name, {}).get("flags", ()))
     )
 

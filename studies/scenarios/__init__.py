@@ -156,6 +156,8 @@ class Scenario:
     measurements: tuple[str, ...]  # quantities read off its runs
     # Measurements of a body that a run may lack, each with the parameter of the body's material.
     of_role: Mapping[str, str] = field(default_factory=dict)
+    # Measurements that a run has where it states some parameters without a default, each with these.
+    asked_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     settles: tuple[str, ...] = ()  # the measurements that should have stopped growing at the end
     # Paths of constants of materials that its measurements read, and no simulation: they are part of a run's identity.
     measured_with: tuple[str, ...] = ()
@@ -179,6 +181,19 @@ class Scenario:
     def measured(self, roles: Collection[str]) -> tuple[str, ...]:
         """The measurements of a run, or of a sweep, whose bodies have these roles."""
         return tuple(name for name in self.measurements if name not in self.of_role or self.of_role[name] in roles)
+
+    def measured_in(self, values: Mapping[str, Any]) -> tuple[str, ...]:
+        """The measurements of a run with these values by name, defaults filled in."""
+        stated = [name for name, value in values.items() if value is not None]
+        return tuple(name for name in self.measured(self.roles(values)) if self.is_asked(name, stated))
+
+    def is_asked(self, measurement: str, stated: Collection[str]) -> bool:
+        """Whether what states these parameters asks for a measurement."""
+        return {*self.asked_by.get(measurement, ())} <= {*stated}
+
+    def may_lack(self, measurement: str) -> bool:
+        """Whether a run may be without a measurement: it lacks its body, or does not ask for it."""
+        return measurement in self.of_role or measurement in self.asked_by
 
     def too_coarse(self, cells: Mapping[str, float]) -> bool:
         """True for a grid so coarse that the error of its measurements is unknown."""

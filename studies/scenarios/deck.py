@@ -94,7 +94,7 @@ class DeckRun(SetUp):
     keeps_particles = True
     viewed_by = "whole"
 
-    deck: Annotated[str, LongText(MOST_BYTES), Described("text of the input file, at most 1 MB of UTF-8")]
+    deck: Annotated[str, LongText(MOST_BYTES), Described("text of the input file, at most 2 MB of UTF-8")]
     units: Annotated[
         Literal["deck", "mm-g-ms", "SI"],
         Described("units of the deck: those that its comment names, by default mm, g and ms"),

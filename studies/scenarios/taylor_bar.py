@@ -158,6 +158,7 @@ SCENARIO = Scenario(
     parameters=TaylorBar,
     materials=("bar",),
     measurements=("final_length", "mushroom_diameter", "width_at_fifth", "taylor_error"),
+    asked_by={"taylor_error": ("reference_length", "reference_diameter", "reference_width")},
     unused=("contact", "friction"),  # of one body
     settles=("final_length", "mushroom_diameter"),
 )

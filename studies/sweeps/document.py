@@ -1,6 +1,7 @@
 """The files of a sweep's document: YAML or JSON texts as mappings, and the errors for files that are not there."""
 
-from pathlib import Path
+from collections.abc import Mapping
+from pathlib import Path, PurePath
 from typing import Any
 
 import yaml
@@ -10,30 +11,38 @@ try:  # libyaml's, ten times faster
 except ImportError:
     from yaml import SafeLoader  # type: ignore[assignment]  # the same interface in Python
 
-from studies import observations as published
 from studies.quantities.findings import Finding, InvalidInput, nearest_cure, refusal, shown
+from studies.quantities.texts import decoded
 from studies.sweeps import examples
 
 MOST_BESIDE = 20  # files that are compared with the name of a missing one
 
 
 def read_sweep_file(file: Path) -> dict[str, Any]:
-    """The document of a YAML file, with the observations of the CSV file that it may name.
-
-    A name that ships (``studies.observations``) is read where no file of that name is beside the document. Files of
-    fitted laws, by their paths from the document, are replaced by their content.
+    """The document of a YAML file, with the content of the files that it names (``with_files``).
 
     Raises InvalidInput naming the file: unreadable, not YAML, not a mapping.
     """
-    document = read_yaml(_text_of(file, str(file)), str(file))
+    return with_files(read_yaml(text_of(file, str(file)), str(file)), file.parent)
+
+
+def with_files(document: Mapping[str, Any], folder: Path) -> dict[str, Any]:
+    """A document with the content of the files that it names by their paths from a folder.
+
+    ``observations`` is a table of shots; a file goes before a table that ships (``studies.observations``) of its name.
+    ``laws`` are fitted. What came over a network names no file of this machine, and never comes here. Raises
+    InvalidInput naming the file.
+    """
+    document = dict(document)
     table = document.get("observations")
-    if isinstance(table, str) and "\n" not in table.strip():
-        beside = file.parent / table.strip()
-        if beside.exists() or table.strip() not in published.names():
-            document["observations"] = _text_of(beside, "observations")
+    if isinstance(table, PurePath) or (isinstance(table, str) and "\n" not in table.strip()):
+        name = str(table).strip()
+        # A name without an ending and without a file is one of a table that ships, or refused as such.
+        if isinstance(table, PurePath) or Path(name).suffix or _is_there(folder / name):
+            document["observations"] = text_of(folder / name, "observations")
     laws = document.get("laws")
     if isinstance(laws, list):
-        document["laws"] = [read_law_file(file.parent / law) if isinstance(law, str) else law for law in laws]
+        document["laws"] = [read_law_file(folder / law) if isinstance(law, str | PurePath) else law for law in laws]
     return document
 
 
@@ -42,7 +51,7 @@ def read_law_file(file: Path) -> dict[str, Any]:
 
     Its content is part of a sweep's document: what computes the sweep never opens the file.
     """
-    document = read_yaml(_text_of(file, str(file)), str(file), "the file of a fit")
+    document = read_yaml(text_of(file, str(file)), str(file), "the file of a fit")
     if "form" not in document:
         cure = "write it with `whipple fit CUBE --form power --out FILE`"
         raise refusal(str(file), "no form", "the file of a fit", cure)
@@ -77,13 +86,25 @@ class _StrictLoader(SafeLoader):
         return super().construct_mapping(node, deep)
 
 
-def _text_of(file: Path, name: str) -> str:
+def text_of(file: Path, name: str, example: str = "") -> str:
+    """The text of a file that a person brings, in the encoding that it has; raises InvalidInput.
+
+    ``name`` is the field of the error; ``example`` says what is wanted where there is no such file.
+    """
     try:
-        return file.read_text(encoding="utf-8")
+        content = file.read_bytes()
     except FileNotFoundError:
-        raise no_such_file(file, name) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InvalidInput([Finding(name, str(file), "a text file that can be read", str(error))]) from None
+        raise no_such_file(file, name, example) from None
+    except (OSError, ValueError) as error:
+        raise InvalidInput([Finding(name, shown(str(file)), "a text file that can be read", str(error))]) from None
+    return decoded(content, f"{name} ({file.name})" if name != str(file) else name)
+
+
+def _is_there(file: Path) -> bool:
+    try:
+        return file.is_file()
+    except OSError:  # a text too long for a name
+        return False
 
 
 def no_such_file(file: Path, name: str = "file", example: str = "") -> InvalidInput:

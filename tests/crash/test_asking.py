@@ -12,6 +12,7 @@ from playwright.sync_api import Browser, Page, expect
 
 from service.settings import Settings
 from service.store import Store
+from studies import materials
 from studies.cases.rows import Row, equal
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
@@ -28,6 +29,7 @@ PAGES = (
 CUT_FORMULAS = """() => [...document.querySelectorAll("math")]
     .filter(each => each.getBoundingClientRect().right > innerWidth + 1).map(each => each.textContent)"""
 PRESET = "smoke"
+SHIPPED = len(materials.names())
 
 
 @pytest.fixture
@@ -77,6 +79,9 @@ def test_form__follows_what_is_written_and_submits_a_preset(service: Service, co
         page.get_by_role("link", name="Smoke test").click()
         expect(page.locator(".cost")).to_contain_text("2 runs", timeout=PATIENCE)
         before = page.locator("#preview img").get_attribute("src")
+        options = "id => document.getElementById(id).list.options.length"
+        suggested = {name: page.evaluate(options, name) for name in ("projectile", "target")}
+        compared(equal("materials that are suggested", expected=dict.fromkeys(suggested, SHIPPED), got=suggested))
         page.get_by_label("Projectile diameter").fill("10 mm")
         page.get_by_label("Speed", exact=False).first.fill("3 km/s, 6 km/s, 7 km/s")
         expect(page.locator(".cost")).to_contain_text("3 runs", timeout=PATIENCE)
@@ -147,6 +152,20 @@ def shown(page: Page, language: str) -> str:
 def sweeps(service: Service) -> list[dict[str, str]]:
     items: list[dict[str, str]] = http().get(f"{service.url}/v1/sweeps", timeout=PATIENCE).json()["items"]
     return items
+
+
+@pytest.mark.browser
+@pytest.mark.claim("mend", "tables-in-a-browser", minutes=0.5)
+@pytest.mark.parametrize("encoding", ["utf-8", "utf-8-sig", "utf-16", "cp1252"])
+def test_form__takes_a_table_of_shots_in_any_encoding(service: Service, encoding: str, compared: Compared) -> None:
+    """A file that is chosen on the page of a new sweep fills its field, in UTF-8, UTF-16 and Windows-1252."""
+    table = "speed [km/s];hole_diameter [mm];source\n5,1;18,3±0,4;März\n"
+    with chromium() as browser, window(browser) as (page, messages, _):
+        page.goto(f"{service.url}/new/thin_plate")
+        file = {"name": "shots.csv", "mimeType": "text/csv", "buffer": table.encode(encoding)}
+        page.locator("input[data-into=observations]").set_input_files(file)  # type: ignore[arg-type]
+        expect(page.locator("#observations")).to_have_value(table, timeout=PATIENCE)
+        compared(equal(f"{encoding}: messages", expected=[], got=messages))
 
 
 def runs_of(service: Service, sweep: str) -> set[str]:

@@ -19,6 +19,7 @@ from studies import laws, materials, measurements, observations, scenarios
 from studies.laws import NOT_FOUND, Law, Limit
 from studies.materials import CONFIDENCES, Material
 from studies.observations.shields import shots as shield_shots
+from studies.observations.table import rows_of
 from studies.quantities.display import display_alone, printed_in, with_unit
 from studies.quantities.parameters import declared
 
@@ -161,10 +162,7 @@ def _sections(material: Material) -> Iterator[tuple[str, str, list[ShownConstant
 @router.get("/shots")
 def show_tables(request: Request, caller: Reader) -> Response:
     """The tables of measured shots that ship."""
-    tables = [
-        (name, _remark(name), sum(1 for _ in observations.rows_of(observations.text(name), name)))
-        for name in observations.names()
-    ]
+    tables = [(name, _remark(name), len(rows_of(observations.text(name), name))) for name in observations.names()]
     return page(request, "shots.html", caller, tables=tables, shields=len(shield_shots.published().shots))
 
 
@@ -220,5 +218,5 @@ def _cell(value: Any, unit: str | None) -> str:
 @router.get("/shots/{table}")
 def show_shots(request: Request, table: str, caller: Reader) -> Response:
     """A table of measured shots, as it ships."""
-    rows = [row for _, row in observations.rows_of(observations.text(table), table)]
+    rows = [row for _, row in rows_of(observations.text(table), table)]
     return page(request, "shot_table.html", caller, table=table, remark=_remark(table), rows=rows, columns=[*rows[0]])

@@ -49,7 +49,7 @@ def field_of(parameter: Parameter, label: str = "") -> FormField:
         kind="lines" if parameter.longest > LONGEST_WORD else "line",
         placeholder="" if default is None else str(default).lower() if isinstance(default, bool) else str(default),
         choices=choices,
-        options="materials" if parameter.kind == "material" else own_list,
+        options="names-of-materials" if parameter.kind == "material" else own_list,
         required=parameter.required,
     )
 

@@ -27,7 +27,8 @@ from studies.sweeps.sweep import Sweep
 
 MORE = "more"  # the field of what has no field of its own
 # Fields that hold a text of the document, and those of whole numbers.
-WORDS = ("title", "name", "combine", "accuracy", "model_part", "observations")
+OBSERVATIONS = "observations"
+WORDS = ("title", "name", "combine", "accuracy", "model_part", OBSERVATIONS)
 COUNTS = ("offsets", "points", "seed")
 OF_PARAMETERS = ("fixed", "axes")
 SAMPLED = ("latin-hypercube", "sobol")
@@ -47,9 +48,9 @@ class AskedSweep:
     """What a page says of the form that it shows."""
 
     fields: Mapping[str, str]
-    yaml: str  # the document; empty where the form has none
+    yaml: str  # the document; empty where it is refused
     own_materials: tuple[str, ...]
-    python: str  # the same as a dictionary of Python
+    python: str  # the same as a dictionary of Python; empty of one that is submitted too
     findings: tuple[Finding, ...]
     estimated: EstimatedSweep | None  # None where the form is refused, or submitted
     expanded: ExpandedSweep | None  # of a form that is submitted and accepted
@@ -69,9 +70,9 @@ def asked(form: Any, posted: Posted) -> AskedSweep:
         cost = findings.attempt(reading.estimated, document, posted)
     return AskedSweep(
         fields=fields,
-        yaml="" if document is None else as_yaml(document),
+        yaml="" if cost is None and expanded is None else as_yaml(document),
         own_materials=tuple(map(str, sweep.materials)) if sweep else (),
-        python="" if document is None else pformat(document, width=100, sort_dicts=False),
+        python="" if cost is None else pformat(document, width=100, sort_dicts=False),
         findings=tuple(dict.fromkeys(findings)),
         estimated=cost,
         expanded=expanded,
@@ -91,7 +92,10 @@ def document_of(fields: Mapping[str, str]) -> dict[str, Any]:
     """
     findings = Findings()
     record = declared(scenarios.load(fields["scenario"]).parameters)
-    given = {name: text.strip() for name, text in fields.items() if text.strip()}
+    # A tab at the end of a table is an empty cell.
+    given = {
+        name: text.strip(" \r\n" if name == OBSERVATIONS else None) for name, text in fields.items() if text.strip()
+    }
     document: dict[str, Any] = {name: given[name] for name in WORDS if name in given}
     document |= {"scenario": fields["scenario"], "fixed": {}, "axes": {}}
     for name, parameter in record.items():
@@ -199,7 +203,7 @@ def fields_of(document: Mapping[str, Any]) -> dict[str, str]:
             more |= {key: left} if (left := {name: value for name, value in part.items() if name not in known}) else {}
         elif key == "materials":
             fields |= {key: as_yaml(part)} if part else {}
-        elif key in (*WORDS, *COUNTS, "resolution") and (key != "observations" or isinstance(part, str)):
+        elif key in (*WORDS, *COUNTS, "resolution") and (key != OBSERVATIONS or isinstance(part, str)):
             fields |= {} if part is None else {key: _written(part)}
         elif key != "scenario" and part not in (None, [], {}):
             more[key] = part

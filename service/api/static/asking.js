@@ -34,12 +34,24 @@ function show(page) {
     if (now?.textContent) field.setAttribute("aria-invalid", "true");
     else field.removeAttribute("aria-invalid");
   }
-  document.getElementById("materials").replaceChildren(...page.getElementById("materials").childNodes);
+  const names = "names-of-materials";
+  document.getElementById(names).replaceChildren(...page.getElementById(names).childNodes);
 }
 
 function soon() {
   clearTimeout(waiting);
   waiting = setTimeout(ask, 400);
+}
+
+// The text of a file in UTF-16 with its mark, UTF-8, or Windows-1252, as whipple reads files.
+function decoded(content) {
+  const [first, second] = new Uint8Array(content);
+  const mark = { "255,254": "utf-16le", "254,255": "utf-16be" }[`${first},${second}`];
+  try {
+    return new TextDecoder(mark ?? "utf-8", { fatal: true }).decode(content);
+  } catch {
+    return new TextDecoder("windows-1252").decode(content);
+  }
 }
 
 look.hidden = true; // still the button of the Enter key, which so submits nothing
@@ -52,7 +64,7 @@ form.addEventListener("submit", (event) => {
 for (const file of form.querySelectorAll("input[type=file]")) {
   file.hidden = false;
   file.addEventListener("change", async () => {
-    document.getElementById(file.dataset.into).value = await file.files[0].text();
+    document.getElementById(file.dataset.into).value = decoded(await file.files[0].arrayBuffer());
     soon();
   });
 }

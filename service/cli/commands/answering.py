@@ -13,7 +13,7 @@ from studies.quantities.files import write_atomically, write_text
 from studies.quantities.findings import refusal
 from studies.quantities.parameters import declared
 from studies.quantities.units import readable
-from studies.sweeps.document import read_sweep_file, read_yaml
+from studies.sweeps.document import read_sweep_file, read_yaml, text_of
 
 if TYPE_CHECKING:
     from studies.reports.answers.answer import ShotAnswer
@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
+OWN = "give a CSV file with a row a shot"
 FORMATS = (".html", ".svg", ".png", ".pdf")  # of one answer
 
 
@@ -42,7 +43,7 @@ def shots(
 
     from studies.observations.shields import shots as measured
 
-    table = measured.published().shots if own is None else measured.read_shots(_text_of(own))
+    table = measured.published().shots if own is None else measured.read_shots(text_of(own, "--own", OWN))
     chosen = measured.filtered(table, *measured.read_filters(where or []))
     if at is not None:
         chosen = tuple(each.shot for each in measured.nearest(_one_shield(at), chosen, count))
@@ -72,15 +73,6 @@ def _shown(value: Any, unit: str) -> str:
     """A field of a shot in the unit of its column."""
     sizes = {"mm": 1e-3, "km/s": 1e3, "deg": math.radians(1.0)}
     return f"{value / sizes[unit]:.4g}" if unit else str(value)
-
-
-def _text_of(own: Path) -> str:
-    """The text of a table; raises InvalidInput where it cannot be read."""
-    try:
-        return own.read_text(encoding="utf-8")
-    except (OSError, UnicodeError) as error:
-        cure = f"correct the path: {getattr(error, 'strerror', None) or 'not a text file'}"
-        raise refusal("--own", str(own), "a CSV file with a row a shot", cure) from None
 
 
 def _one_shield(at: Path) -> Any:

@@ -21,6 +21,7 @@ if TYPE_CHECKING:
 
 app = typer.Typer()
 
+TABLES = (".csv", ".tsv", ".txt")  # endings of tables of shots
 MOST_LISTED = 10  # runs that are left out
 
 QuantityOption = Annotated[
@@ -184,7 +185,7 @@ def _measured(source: str, quantity: str | None, at: list[str]) -> "list[Measure
     from studies.fits.measured import of_cube, of_table, quantities_of
     from studies.laws.fitting.forms import SIZES
 
-    if source.endswith(".csv") or (source in observations.names() and not Path(source).exists()):
+    if source.lower().endswith(TABLES) or (source in observations.names() and not Path(source).exists()):
         every = list(of_table(source, SIZES))
     else:
         dataset = open_cube(Path(source))

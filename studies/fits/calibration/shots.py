@@ -12,6 +12,7 @@ from studies.materials import Material
 from studies.observations import Observation
 from studies.observations.compared import FEWEST
 from studies.quantities.findings import Finding, Findings, InvalidInput, refusal
+from studies.sweeps.document import text_of
 from studies.sweeps.reading import vocabulary
 
 SCENARIO = "taylor_bar"
@@ -93,12 +94,8 @@ def _read(source: str) -> Collection[Observation]:
     allowed = vocabulary(SCENARIO, {"bar": ()}, {})
     raw = source
     if source not in observations.names():
-        try:
-            raw = Path(source).read_text(encoding="utf-8")
-        except (OSError, UnicodeError) as error:
-            cure = f"correct the path ({getattr(error, 'strerror', None) or 'not a text file'})"
-            tables = ", ".join(name for name in observations.names() if name.startswith("taylor-bars"))
-            raise refusal("SHOTS", source, f"a CSV file of Taylor bars, or one of {tables}", cure) from None
+        tables = ", ".join(name for name in observations.names() if name.startswith("taylor-bars"))
+        raw = text_of(Path(source), "SHOTS", f"give a CSV file of Taylor bars, or one of {tables}")
     try:
         return observations.read_observations(raw, allowed, "SHOTS")
     except InvalidInput as error:

@@ -12,14 +12,26 @@ from typing import Annotated, Any, Literal, get_args
 
 from solver.units import Described, KilogramPerCubicMetre, Metre, MetrePerSecond, Pascal, Radian
 from studies.laws import Shield, Shot, aluminium
-from studies.observations import TO, cell_of, rows_of
+from studies.observations.table import (
+    TEXT_COLUMNS,
+    TO,
+    FindingsOfRows,
+    exact,
+    heading_of,
+    is_nothing,
+    rows_of,
+    yes_or_no,
+)
 from studies.quantities.findings import Finding, Findings, refusal
-from studies.quantities.parameters import declared, find, parse_parameters, parse_value
+from studies.quantities.parameters import declared, find, missing, parse_value
 
 WallOutcome = Literal["perforated", "held"]  # of the wall
 OUTCOMES: tuple[WallOutcome, ...] = get_args(WallOutcome)
 PATH = "shots"
 FASTEST = 20e3  # m/s: no gun launches spheres faster
+OUTCOME, PERFORATED = "outcome", "perforated"  # columns of a table that say whether the wall was perforated
+NAMES = ("source", "shot")  # columns whose numbers are names
+WORDS = (*TEXT_COLUMNS, *NAMES, OUTCOME, PERFORATED, "projectile_material", "bumper_material", "wall_material")
 STEEPEST = math.radians(90.0)
 DENSITY_APART = 0.02  # relative: alloys of one number differ by less
 SAME = 0.03  # relative: numbers of two reports about the same shot
@@ -109,23 +121,32 @@ class NearShot:
 
 
 def read_shots(raw: object, path: str = PATH) -> tuple[ShieldShot, ...]:
-    """The shots of a user's CSV text or list of mappings; raises InvalidInput with every finding.
+    """The shots of a user's CSV text or list of mappings; raises InvalidInput with an error for each column.
 
-    A column for each field of ``ShieldShot``, its unit in the header, "speed [km/s]", or beside each number; those with
-    a default may be left out, or empty. Numbers that are impossible are refused.
+    A column for each field of ``ShieldShot``, its unit in the heading, "speed [km/s]", or beside each number; those
+    with a default may be left out, or empty. In the place of ``outcome`` a column ``perforated`` says yes or no, and
+    either may say P or NP. Numbers that are impossible are refused.
     """
-    findings, shots = Findings(), list[ShieldShot]()
-    for where, row in rows_of(raw, path):
-        shot = findings.attempt(_read, row, where)
-        if shot is not None:
+    columns = f"give {', '.join(declared(ShieldShot))}"
+    rows = rows_of(raw, path, columns, WORDS)
+    findings, shots = FindingsOfRows(path), list[ShieldShot]()
+    words = {str(row.get(OUTCOME, "")).strip().upper() for _, row in rows}
+    if "P" in words and "NP" not in words:
+        raise refusal(f"{path}: {OUTCOME}", "P", "NP for some wall", "write perforated or held: P may stand for passed")
+    for where, row in rows:
+        with findings.of(where):
+            shot = _read(row, where)
             findings.extend(
-                Finding(where, reason, "a possible shot on aluminium walls", "correct the row, or remove it")
-                for reason in _impossible(shot)
+                where,
+                (
+                    Finding(where, reason, "a possible shot on aluminium walls", "correct the row, or remove it")
+                    for reason in _impossible(shot)
+                ),
             )
             shots.append(shot)
     findings.check()
     if not shots:
-        raise refusal(path, "no shot", "at least one row", f"give {', '.join(declared(ShieldShot))}")
+        raise refusal(path, "no shot", "at least one row", columns)
     return tuple(shots)
 
 
@@ -151,7 +172,7 @@ def on_honeycomb() -> Screening:
 
 def _shipped(name: str) -> Screening:
     text = files(__package__).joinpath(name).read_text(encoding="utf-8")
-    return screened([_read(row, where) for where, row in rows_of(text, PATH)])
+    return screened([_read(row, where) for where, row in rows_of(text, PATH, texts=WORDS)])
 
 
 @cache
@@ -175,14 +196,28 @@ def laboratory(shot: ShieldShot) -> str:
 
 
 def _read(row: Mapping[str, Any], where: str) -> ShieldShot:
-    findings, cells = Findings(), dict[str, Any]()
-    for header, raw in row.items():
-        pair = findings.attempt(cell_of, header, raw, where)
-        if pair is not None and pair[1] not in (None, ""):
-            cells[pair[0]] = pair[1]
+    findings, fields_of_shot = Findings(), declared(ShieldShot)
+    values: dict[str, Any] = {}
+
+    def read(heading: str, raw: Any) -> None:
+        name, unit = heading_of(heading, {*fields_of_shot, PERFORATED}, where)
+        field = OUTCOME if name == PERFORATED else name
+        if field in values:
+            raise refusal(f"{where}.{name}", heading, "each column once", "remove one of the two")
+        if name == PERFORATED or (name == OUTCOME and str(raw).strip().upper() in ("P", "NP")):
+            raw = OUTCOMES[not yes_or_no(raw, f"{where}.{name}")]
+        if not is_nothing(raw):
+            parameter = find(fields_of_shot, field, where)
+            cell = str(raw) if name in NAMES else raw  # numbers of shots are names
+            values[field], _ = exact(parameter, cell, unit, f"{where}.{field}")
+
+    for item in row.items():
+        findings.attempt(read, *item)
+    if not findings:
+        findings.extend(
+            missing(each, where) for each in fields_of_shot.values() if each.required and each.name not in values
+        )
     findings.check()
-    cells |= {name: str(cells[name]) for name in ("source", "shot") if name in cells}  # numbers of shots are names
-    values: dict[str, Any] = parse_parameters(ShieldShot, cells, where)
     return ShieldShot(**values)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 from studies import laws
 from studies.laws import OTHER_MATERIAL, UNMEASURED, Law, Shot
-from studies.observations import UNKNOWN_ALLOY, Observation
+from studies.observations import UNKNOWN_ALLOY, Observation, written_bounds
 from studies.observations.shields.answers import ShieldAnswer
 from studies.observations.shields.answers import answer as answer_of_shield
 from studies.quantities.display import NONE, digits, display_of
@@ -114,8 +114,9 @@ class NearObservation:
 
     def printed(self) -> str:
         """What was measured, with its unit: "14 mm", or "27.5 mm to 34.5 mm"."""
-        sizes = self.shot.bounds or (self.shot.value or 0.0,)
-        return " to ".join(readable(size, "m") for size in sizes)
+        if self.shot.bounds is not None:
+            return written_bounds(self.shot.bounds, "m")
+        return readable(self.shot.value or 0.0, "m")
 
     def describe(self) -> dict[str, Any]:
         """Plain values, SI."""

@@ -1,6 +1,7 @@
 """The form of a new sweep, the page of a shield and the catalogue, by requests; tests/crash has a browser."""
 
 import re
+from collections import Counter
 from collections.abc import Iterator
 from html import unescape
 from pathlib import Path
@@ -13,7 +14,7 @@ from service.api.pages.asking import ORDER, SUBMIT
 from service.api.pages.forms import COUNTS, MORE, WORDS, document_of, fields_of
 from service.api.pages.formulas import formula
 from service.records.jobs import Scope
-from studies import laws, scenarios
+from studies import laws, materials, scenarios
 from studies.quantities.parameters import declared
 from studies.sweeps import examples
 from studies.sweeps.document import read_yaml
@@ -96,6 +97,21 @@ def test_form__begins_with_a_preset_a_sweep_or_the_address(api: Api) -> None:
         ("speed=4+km/s", "4 km/s"),
     ):
         assert f'id="speed" name="speed" value="{value}"' in api.http.get(f"{FORM}?{query}").text
+
+
+def test_pages__have_each_id_once_and_suggest_materials_where_a_field_takes_one(api: Api) -> None:
+    fields: dict[str, set[str]] = {"/": set(), "/new": set(), "/shields?speed=6": {"projectile", "wall"}}
+    fields |= {f"/new/{name}": {*scenarios.load(name).materials} for name in scenarios.names()}
+    for path, of_materials in fields.items():
+        text = api.http.get(path).text
+        ids = Counter(re.findall(r'\sid="([^"]*)"', text))
+        assert {id for id, count in ids.items() if count > 1} == set(), path
+        lists = dict(re.findall(r'<datalist id="([^"]*)">(.*?)</datalist>', text, re.DOTALL))
+        asked = dict(re.findall(r'<input [^>]*\bid="([^"]*)"[^>]*\blist="([^"]*)"', text))
+        assert {*asked.values()} <= lists.keys(), path
+        assert of_materials <= asked.keys(), path
+        for field in of_materials:
+            assert lists[asked[field]].count("<option") == len(materials.names()), (path, field)
 
 
 def test_form__that_is_too_long_is_refused_as_such(api: Api) -> None:

@@ -18,11 +18,13 @@ from studies.cases.rows import Row, at_most, equal, relative
 from studies.cases.setups.column import profile
 from studies.cases.solutions.detonation import TNT, chapman_jouguet
 from studies.cases.verification.chapman_jouguet import STATE, at_front
-from studies.decks.reader import read_deck, read_file_text
+from studies.decks import reader
+from studies.decks.programs import check_program
+from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
 from studies.quantities.findings import InvalidInput
 from studies.runs.run import resolve
 from studies.runs.stages import setting_of
-from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, soil_deck
+from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, points_deck, soil_deck
 
 MEBIBYTE = 1 << 20
 DECKS: dict[str, Callable[[], str]] = {
@@ -212,9 +214,57 @@ def test_gravity__of_all_bodies_is_that_of_the_problem() -> None:
     assert problem("deck", deck=soil_deck()).gravity == (0.0, 0.0, 0.0)
 
 
-def test_file__that_is_no_utf8_names_the_line() -> None:
-    with pytest.raises(InvalidInput, match="deck line 2: byte"):
-        read_file_text(b"mpm3 title\n! \xb2\xd0\n")
+def test_file__has_comments_in_any_encoding_and_words_in_text() -> None:
+    comment = "mpm3 title\n! 坡 Müller\n"
+    for encoding in ("utf-8", "gb18030", "utf-16", "utf-8-sig"):
+        text = read_file_text((comment + soil_deck()).encode(encoding))
+        assert text.splitlines()[0] == "mpm3 title"
+        assert read_deck(text).particles == 64
+    with pytest.raises(InvalidInput, match="byte 0x81 in line 2"):
+        read_file_text(b"mpm3 title\nnbmp \x81\n")
+
+
+FOREIGN = {
+    "LS-DYNA": "$ units: mm, ms, kg\n*KEYWORD\n*TITLE\n",
+    "an LS-DYNA": "*CONTROL_TERMINATION\n 0.01\n*PART\n",
+    "Abaqus": "** Job name: plate\n*Heading\n*Node\n1, 0., 0., 0.\n",
+    "an Abaqus": "*Material, name=COPPER\n",
+    "CTH": "*eor* genin\n*\ncontrol\n",
+    "Nastran": "SOL 700\nCEND\nBEGIN BULK\n",
+    "Radioss": "#RADIOSS STARTER\n/BEGIN\n",
+    "Autodyn": "# AUTODYN input\n",
+    "LAMMPS": "# peridynamics\nunits si\natom_style peri\n",
+}
+
+
+@pytest.mark.parametrize("program", FOREIGN)
+def test_file__of_another_program_is_named(program: str) -> None:
+    large = FOREIGN[program] + "1.0 2.0 3.0\n" * 200_000
+    for content in (FOREIGN[program].encode(), large.encode(), FOREIGN[program].encode("utf-16")):
+        with pytest.raises(InvalidInput, match=f"{program}.*whipple reads decks of MPM3D"):
+            read_deck(read_file_text(content))
+
+
+def test_decks__of_mpm3d_are_of_no_other_program() -> None:
+    for make in DECKS.values():
+        for text in (make(), "! *KEYWORD\n" + make(), make().replace("mpm3", "! mpm3", 1)):
+            check_program(text)
+
+
+def test_deck__of_two_megabytes_is_read_and_a_larger_one_refused() -> None:
+    text = points_deck(MOST_BYTES)
+    assert MOST_BYTES - 100 < len(text) <= MOST_BYTES == 2_000_000
+    assert read_deck(read_file_text(text.encode())).particles > 20_000
+    with pytest.raises(InvalidInput, match="at most 2000000 bytes"):
+        read_file_text((text + " " * 100).encode())
+
+
+def test_deck__that_is_refused_is_read_once(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A sweep, its cost and its page ask for the same deck: the reading of a refused one is kept as well."""
+    text = soil_deck().replace("endi", "endx !once")
+    first = error(text)
+    monkeypatch.setattr(reader, "_Reader", None)
+    assert error(text) == first
 
 
 @pytest.mark.parametrize("name", DECKS)

@@ -8,7 +8,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from studies.quantities.findings import InvalidInput
-from studies.quantities.units import parse_quantity, readable, round_quantity
+from studies.quantities.units import _FACTORS, _conversion, parse_quantity, readable, round_quantity
 
 UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1", "rad"]
 
@@ -24,6 +24,13 @@ UNITS = ["m", "s", "Pa", "m s-1", "kg m-3", "K", "J kg-1 K-1", "rad"]
         ("30 µs", "s", "0.00003"),
         ("100 MPa", "Pa", "1e8"),
         ("8.93 g/cm3", "kg m-3", "8930"),
+        ("8.93 g/ccm", "kg m-3", "8930"),
+        ("1/8 in", "m", "0.003175"),
+        ('1 1/8"', "m", "0.028575"),
+        ('0.125"', "m", "0.003175"),
+        ("3/16 inches", "m", "0.0047625"),
+        ("5 mil", "m", "0.000127"),
+        ("5 mils", "m", "0.000127"),
         ("383 J/(kg K)", "J kg-1 K-1", "383"),
         ("20 degC", "K", "293.15"),
         ("1 1/s", "s-1", "1"),
@@ -40,6 +47,9 @@ def test_parse_quantity__is_exact(text: object, unit: str, value: str) -> None:
         (6, "m s-1", "write '6 km/s' or '6 m/s'"),
         ("2 kg", "m s-1", "speed"),
         ("2 kg", "m", "length"),
+        ("1/8 mm", "m", "not a known unit"),
+        ("1/0 in", "m", "not a known unit"),
+        ("5 mil", "kg m-3", "density"),
         ("2 furlong/moon", "m s-1", "not a known unit"),
         ("2 M", "m", "length"),
         ("6,1 km/s", "m s-1", "speed"),
@@ -68,6 +78,14 @@ def test_parse_quantity__refuses_with_a_cure(given: object, unit: str, word: str
     assert word in str(finding)
     assert finding.cure
     assert len(finding.value) <= 60
+
+
+def test_usual_units__have_the_factors_of_pint() -> None:
+    """Each unit that is known without pint is worth what pint says, but for spellings that it does not know."""
+    spelled = {"mil": "thou", "mils": "thou", '"': "inch", "″": "inch", "g/ccm": "g/cm3"}
+    for (text, unit), factor in _FACTORS.items():
+        expected, _ = _conversion(spelled.get(text, text), unit)
+        assert float(factor) == pytest.approx(float(expected), rel=1e-15), text
 
 
 @given(st.floats(1e-9, 1e15), st.sampled_from(UNITS))

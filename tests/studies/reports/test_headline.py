@@ -13,11 +13,14 @@ import xarray as xr
 import whipple
 from studies import laws as laws_of
 from studies.cases.rows import equal
+from studies.cubes import cube
 from studies.quantities.measured import Measured
 from studies.reports.verdict import openings
+from studies.runs.results import RunResult
 from studies.sweeps import examples
 from studies.sweeps.axes import Axis
 from studies.sweeps.document import read_yaml
+from studies.sweeps.sweep import Sweep
 from tests.claims.marked import in_full
 from tests.studies.support import fakes
 from tests.studies.support.headlines import MOST_WORDS, untruths
@@ -269,6 +272,44 @@ def test_headline__of_a_cloud_opens_with_its_numbers() -> None:
     text = openings.of_values([each | {"largest_uncertainty": None} for each in extremes], "every run flagged")
     assert text == "Tip velocity 2.243-2.595 km/s, cloud radius 14.95-15.23 mm; mesh error unknown; every run flagged."
     assert len(text.split()) <= MOST_WORDS
+
+
+BARS_TABLE = """speed [m/s];bar_length [mm];bar_diameter [mm];final_length [mm];mushroom_diameter [mm];source
+190;25,4;7,62;16,2;;shot 1
+150;25,4;7,62;19,2;12,1;shot 2
+"""
+
+
+@pytest.mark.parametrize(
+    ("shots", "said"),
+    [
+        ("", "Final length 16.50-19.00 mm, mushroom diameter 12.00-13.50 mm; mesh error unknown."),
+        (BARS_TABLE, "Final length 16.50-19.00 mm (1 % low to 2 % high, 2 shots); mesh error unknown."),
+        (BARS_TABLE.partition("190")[0] + "190;25,4;7,62;;13;x", "Mushroom diameter 12.00-13.50 mm (4 % high, 1 shot)"),
+    ],
+)
+def test_headline__of_bars_without_references_has_own_shots_and_no_flag(shots: str, said: str) -> None:
+    """A Taylor sweep is flagged by what it was asked for alone, and opens with the shots that it brought."""
+    document = {
+        "scenario": "taylor_bar",
+        "fixed": {"bar": "copper-ofhc", "bar_length": "25.4 mm", "bar_diameter": "7.62 mm"},
+        "axes": {"speed": ["150 m/s", "190 m/s"]},
+        "resolution": 8,
+        **({"observations": shots} if shots else {}),
+    }
+    sweep = Sweep.parse(document)
+    sizes = {150.0: (0.019, 0.012), 190.0: (0.0165, 0.0135)}
+    results = {}
+    for point in sweep.runs():
+        measured = [fakes.measured(size) for size in sizes[point.run.parameters["speed"]]]  # type: ignore[index]
+        named = dict(zip(("final_length", "mushroom_diameter"), measured, strict=True))
+        results[point.run.id] = RunResult(point.run.id, "succeeded", measurements=named)
+    dataset = cube.build(sweep, results)
+    assert "taylor_error" not in dataset
+    report = fakes.document_of(dataset)
+    assert report["overview"]["flagged"] == 0
+    assert report["headline"].startswith(said)
+    assert untruths(report, dataset) == []
 
 
 @pytest.mark.parametrize(

@@ -4,6 +4,7 @@ import json
 import math
 import re
 from collections.abc import Callable
+from dataclasses import replace
 from functools import cache
 from pathlib import Path
 
@@ -196,6 +197,22 @@ def test_text_of_a_user__cannot_become_markup() -> None:
     html = page.page(fakes.document_of(dataset))
     assert "<script>alert" not in html
     assert html.count("</script>") == made("one run")[2].count("</script>")
+
+
+def test_shot_above_a_bound__is_listed_and_compared_with_nothing() -> None:
+    shots = [
+        replace(fakes.observed(2e3, 2e-3, 0.0, None), value=None, bounds=bounds)
+        for bounds in ((0.0183, None), (None, 0.0179))
+    ]
+    document = fakes.document_of(fakes.cube_of(SWEEPS["zip"], observations=shots))
+    assert [(each["value"], each["lower"], each["upper"]) for each in document["observations"]] == [
+        (None, 0.0183, None),
+        (None, None, 0.0179),
+    ]
+    assert not [each for each in document["residuals"] if each["reference"] == "observation"]
+    html = undrawn_page(document)
+    assert re.search("&gt; <data [^>]*>18.30<", html)
+    assert re.search("&lt; <data [^>]*>17.90<", html)
 
 
 @pytest.mark.claim("mend-again", "no-bar-of-a-single-grid")

@@ -92,7 +92,7 @@ def test_regression__numbers_belong_to_today_s_versions() -> None:
     for case, stored in STORED["cases"].items():
         versions = {name: each["version"] for name, each in stored["measurements"].items()}
         run = run_of(case)
-        measured = scenarios.load(run.scenario).measured(run.materials)
+        measured = scenarios.load(run.scenario).measured_in(run.parameters)
         assert versions == {name: definitions(run.scenario)[name] for name in measured}, f"{case}: {CURE}"
 
 

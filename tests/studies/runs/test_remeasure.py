@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from solver import simulation
-from studies import measurements
+from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
 from studies.runs import execution
 from studies.runs.remeasure import NEEDS_SOLVING, definitions, load_state, outdated, remeasure
@@ -55,7 +55,7 @@ def again(scenario: str, before: RunResult | None = None) -> RunResult:
 @pytest.mark.parametrize("scenario", sorted(RUNS))
 def test_reading__of_a_stored_state_gives_the_same_bits_as_the_solver_did(scenario: str, patched: Patch) -> None:
     before = result_in(scenario)
-    of_a_state = [name for name in definitions(scenario) if not measurements.load(name).follows]
+    of_a_state = [name for name in before.measurements if not measurements.load(name).follows]
     for name in of_a_state:
         patched(name)
     renewed = again(scenario).measurements
@@ -66,6 +66,14 @@ def test_reading__of_a_stored_state_gives_the_same_bits_as_the_solver_did(scenar
         assert now.history == {"time": [before.numbers["end_time"]], "value": [was.value]}
         # A state says nothing of growth.
         assert {*now.flags} == {*was.flags, NEEDS_SOLVING} - {"still_growing"}
+
+
+def test_bar__without_reference_sizes_has_no_error_and_nothing_to_read_again() -> None:
+    bar = result_in("taylor_bar")
+    assert "taylor_error" not in bar.measurements
+    assert "taylor_error" not in outdated("taylor_bar", bar.as_json()["measurements"])
+    references = {"reference_length": 16e-3, "reference_diameter": 13e-3, "reference_width": 10e-3}
+    assert "taylor_error" in scenarios.load("taylor_bar").measured_in(asked("taylor_bar", **references).parameters)
 
 
 def test_wall__that_debris_has_still_to_reach_stays_undecided(monkeypatch: pytest.MonkeyPatch, tmp_path: Path) -> None:

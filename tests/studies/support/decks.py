@@ -106,6 +106,34 @@ def rows(masses: Iterable[float], places: Any) -> list[str]:
     ]
 
 
+def points_deck(size: int) -> str:
+    """A bar of as many points as a number of bytes holds, each in a row of its own as MPM3D-F90's bars have them."""
+    head = """mpm3d *** bar of points
+! Unit: mm g N ms MPa
+nbco 1
+nbbo 1
+nbmp {count}
+nmat 1
+spx 0 40
+spy 0 40
+spz -1 200
+dcell 1.0
+dtscale 0.5
+endtime 0.01
+musl on
+fixed 2 0 2 0 1 0
+material
+1 elas 8.93d-3 1.17d5 0.35
+particle point 1 {count}
+"""
+    tail = "\nvelo\nbody 1 0 0 -190\nendv\nendi\n"
+    row = "{:6d} 1 1.116250e-003 {:14.6e} {:14.6e} {:14.6e}"
+    count = (size - len(head) - len(tail)) // (len(row.format(1, 0.0, 0.0, 0.0)) + 1)
+    places = ((place % 40, place % 1600 // 40, place // 1600) for place in range(count))
+    rows = [row.format(number, *(0.25 + 0.5 * each for each in place)) for number, place in enumerate(places, 1)]
+    return head.format(count=count) + "\n".join(rows) + tail
+
+
 def detonation_deck(cells: int) -> str:
     """A bar of TNT (mm, g, ms) that is lit at its closed end: our own words for MPM3D-F90's Deto1k with splines."""
     length = 100.0  # mm

@@ -177,7 +177,7 @@ def untruths(document: Mapping[str, Any], cube: xr.Dataset) -> list[str]:
         return [f"a law is judged: {text}"] if any(every.values()) else []
     if document["methods"] and " beside " in text:
         return list(_of_methods(text, cube))
-    if not laws and not document["limits"]:
+    if not document["limits"] and all(law["subject"] == "simulation" for each in laws for law in each["laws"]):
         return list(_of_values(text, cube))
     wrong = [] if any(every.values()) or document["limits"] else [f"nothing judges a law: {text}"]
     return wrong or list(_untruths(text, laws[0], every[laws[0]["quantity"]])) if laws else wrong
@@ -186,8 +186,9 @@ def untruths(document: Mapping[str, Any], cube: xr.Dataset) -> list[str]:
 def _of_values(text: str, cube: xr.Dataset) -> Iterator[str]:
     """Values of quantities beside those of the points that succeeded."""
     points = points_of(cube)
-    stated = [part for part in text.rstrip(".").partition(";")[0].split(", ") if not part.endswith("run")]
-    for part in stated:
+    parts = re.split(r", (?![^(]*\))", text.rstrip(".").partition(";")[0])
+    for part in [each for each in parts if not each.endswith("run")]:
+        part, _, beside = part.partition(" (")
         words = re.match(r"(.+?) (−?\d[\d ]*[\d.·⁻⁰-⁹¹²³]*)(?:(?:-| to )(−?[\d.·⁻⁰-⁹¹²³ ]+))? ?(\D.*)?$", part)
         names = (
             []
@@ -202,6 +203,21 @@ def _of_values(text: str, cube: xr.Dataset) -> Iterator[str]:
         said = [_number(words[2]), _number(words[3] or words[2])]
         if not np.allclose(said, [float(values.min()), float(values.max())], rtol=6e-3, atol=6e-4):
             yield f"another value: {part}, not {float(values.min())} to {float(values.max())}"
+        if beside:
+            yield from _of_own_shots(beside.rstrip(")"), points, name)
+
+
+def _of_own_shots(text: str, points: xr.Dataset, name: str) -> Iterator[str]:
+    """What is said of a quantity beside its shots, in a sweep over one axis."""
+    said, _, count = text.rpartition(", ")
+    (axis,) = points[name].dims
+    observed = points[f"{name}_observed"].values
+    simulated = np.interp(points[f"observation_{axis}"].values, points[axis].values, points[name].values)
+    shares = [float(share) for share in simulated / observed - 1.0 if math.isfinite(share)]
+    if count.split() != [str(len(shares)), "shot" if len(shares) == 1 else "shots"]:
+        yield f"another number of shots: {text}, {shares}"
+    if not agrees(said, [Judged("", "", {}, 1.0 + share, 1.0, 0.0, False) for share in shares]):
+        yield f"the difference to shots is another: {text}, {shares}"
 
 
 def _number(text: str) -> float:
