@@ -229,7 +229,7 @@ def _admit(request: Request, required: SecurityScopes, credentials: Credentials)
     return caller
 
 
-def authorize(request: Request, caller: Annotated[Caller, Depends(_admit)], form: FormFields) -> Caller:
+async def authorize(request: Request, caller: Annotated[Caller, Depends(_admit)], form: FormFields) -> Caller:
     """The caller that was admitted before its form was read.
 
     Raises CrossSiteRequest for an order of a session without the token of a page.

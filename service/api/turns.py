@@ -18,8 +18,8 @@ from service.api.errors import TooManyRequests, problem_response
 
 # Requests that compute at once, those of an owner or an address among them: each takes the event loop 1 ms (2026-11),
 # and a probe waits for all of them. Together with the waiting threads they are fewer than the 40 of the event loop.
-MOST_READING, MOST_READING_OF_A_CALLER = 16, 4
-MOST_WRITING, MOST_WRITING_OF_A_CALLER = 8, 4
+MOST_READING, MOST_READING_OF_A_CALLER = 16, 2
+MOST_WRITING, MOST_WRITING_OF_A_CALLER = 8, 2
 # Requests that wait for their turn: fewer than connections, so that a probe finds one.
 MOST_WAITING, MOST_WAITING_OF_A_CALLER = 256, 128
 MOST_THREADS, MOST_THREADS_OF_A_CALLER = 8, 4  # that wait for a bucket or a lock
