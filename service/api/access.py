@@ -18,6 +18,7 @@ from collections import Counter
 from collections.abc import Mapping
 from contextlib import suppress
 from dataclasses import dataclass
+from hashlib import sha256
 from ipaddress import ip_address
 from threading import Lock
 from typing import Annotated, Any
@@ -30,7 +31,7 @@ from starlette import types
 from starlette.datastructures import Headers, MutableHeaders
 from starlette.requests import Request
 
-from service.api.browsers import SESSION, FormFields, check_token, cookie
+from service.api.browsers import SAFE_METHODS, SESSION, FormFields, check_token, cookie
 from service.api.errors import (
     BadRequest,
     CrossSiteRequest,
@@ -47,7 +48,6 @@ from service.settings import Settings
 from studies.quantities.findings import Finding, InvalidInput
 
 LOOPBACK_NAMES = frozenset({"localhost", "127.0.0.1", "::1"})
-SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})
 SINGLE_HEADERS = ("Host", "Origin", "Sec-Fetch-Site")  # RFC 9112, section 3.2
 OWN_SITE = frozenset({"same-origin", "none"})  # "none": typed into the address bar
 LONGEST_SECRET = 200  # characters; the service makes shorter ones
@@ -209,22 +209,33 @@ bearer: SecurityBase = HTTPBearer(
 Credentials = Annotated[HTTPAuthorizationCredentials | None, Depends(bearer)]
 
 
-def authorize(request: Request, required: SecurityScopes, credentials: Credentials, form: FormFields) -> Caller:
-    """The caller, if it has the scopes that an endpoint requires.
-
-    Raises Unauthorized, Forbidden, TooManyRequests; CrossSiteRequest for an order of a session without its token.
-    """
-    caller = authenticate(request, credentials)
+def _admit(request: Request, required: SecurityScopes, credentials: Credentials) -> Caller:
+    """The caller, if it has the scopes that an endpoint requires; raises Unauthorized, Forbidden, TooManyRequests."""
+    known: KnownCallers = request.app.state.known_callers
+    try:
+        caller = authenticate(request, credentials)
+    except Unauthorized:
+        known.forget(request.scope)
+        raise
     request.state.caller = caller
+    known.remember(request.scope, caller)
     if not caller.may(Scope.ADMIN) and not hasattr(request.state, "rate"):  # router and endpoint ask both
         request.state.rate = request.app.state.rates.count(caller.name)
-    if caller.has_session and request.method not in SAFE_METHODS:
-        check_token(request, form)
     for scope in map(Scope, required.scopes):
         if not caller.may(scope):
             raise Forbidden(
                 f"the key {caller.name!r} lacks the scope `{scope}`; ask for a key that has it", scope=scope
             )
+    return caller
+
+
+async def authorize(request: Request, caller: Annotated[Caller, Depends(_admit)], form: FormFields) -> Caller:
+    """The caller that was admitted before its form was read.
+
+    Raises CrossSiteRequest for an order of a session without the token of a page.
+    """
+    if caller.has_session and request.method not in SAFE_METHODS:
+        check_token(request, form)
     return caller
 
 
@@ -353,6 +364,55 @@ class RequestRates:
         return fields
 
 
+class KnownCallers:
+    """The owners of keys and sessions that were valid when they came last: a request waits for its turn as one of them.
+
+    Whoever is not known by them waits as its address. A request is authenticated after that, whatever is known.
+    """
+
+    def __init__(self) -> None:
+        self._owners: dict[bytes, str] = {}  # by digests of what was sent, the latest last
+        self._mutex = Lock()
+
+    def name_of(self, scope: types.Scope) -> str:
+        """The caller among which turns are shared."""
+        owner = self._owners.get(_sent_by(scope))
+        return f"address {network_of(peer_of(scope))}" if owner is None else f"key {owner}"
+
+    def remember(self, scope: types.Scope, caller: Caller) -> None:
+        """Know the sender of a request from now on; only of one with a key."""
+        if caller.key_id is None:
+            return
+        sent = _sent_by(scope)
+        with self._mutex:
+            self._owners.pop(sent, None)
+            self._owners[sent] = caller.name
+            if len(self._owners) > MOST_NAMES:
+                del self._owners[next(iter(self._owners))]
+
+    def forget(self, scope: types.Scope) -> None:
+        """Know the sender of a refused request no longer."""
+        with self._mutex:
+            self._owners.pop(_sent_by(scope), None)
+
+
+def _sent_by(scope: types.Scope) -> bytes:
+    """A digest of the key and the session that a request has."""
+    request = Request(scope)
+    return sha256("\n".join((request.headers.get("authorization", ""), cookie(request, SESSION))).encode()).digest()
+
+
+def network_of(address: str) -> str:
+    """An address, or of IPv6 the network of its host.
+
+    >>> network_of("127.0.0.1"), network_of("2001:db8::1"), network_of("socket")
+    ('127.0.0.1', '2001:0db8:0000:0000', 'socket')
+    """
+    with suppress(ValueError):
+        return ip_address(address).exploded[:19]  # a host with IPv6 has the addresses of a /64
+    return address
+
+
 class WrongKeys:
     """Wrong keys of each address in a minute."""
 
@@ -361,7 +421,5 @@ class WrongKeys:
 
     def count(self, address: str) -> int:
         """Count a wrong key; the seconds that its address has to wait, 0 while it sent few."""
-        with suppress(ValueError):
-            address = ip_address(address).exploded[:19]  # a host with IPv6 has the addresses of a /64
-        number, seconds = self._counter.count(address)
+        number, seconds = self._counter.count(network_of(address))
         return seconds if number > MOST_WRONG_KEYS else 0

@@ -10,11 +10,11 @@ from fastapi.staticfiles import StaticFiles
 
 from service import version
 from service.api import errors
-from service.api.access import Access, RequestRates, WrongKeys, check_binding, requires
+from service.api.access import Access, KnownCallers, RequestRates, WrongKeys, check_binding, requires
 from service.api.conversions import Conversions
 from service.api.event_streams import EventStreams
 from service.api.metrics import Metrics
-from service.api.middleware import Heads, RequestLog, Turns
+from service.api.middleware import Heads, RequestLog
 from service.api.pages import asking, documentation, login, rendering, shields
 from service.api.pages import catalogue as catalogue_pages
 from service.api.pages import runs as run_pages
@@ -22,6 +22,7 @@ from service.api.pages import sweeps as sweep_pages
 from service.api.readers import Readers
 from service.api.routes import catalogue, events, files, health, queue, runs, sweeps
 from service.api.schemas import problem_schemas
+from service.api.turns import Turns, WaitingThreads
 from service.files.artifacts import Artifacts
 from service.queue import data_identity as identity
 from service.queue.status import DispatcherStatus
@@ -80,11 +81,12 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     streams = EventStreams(store)
     metrics = Metrics(store, engine, streams)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
-    app.state.artifacts = Artifacts.of(settings)
+    app.state.artifacts, app.state.local_artifacts = Artifacts.of(settings), Artifacts(settings.data)
     app.state.event_streams, app.state.metrics = streams, metrics
     app.state.problem_page = rendering.problem_page
     app.state.readers, app.state.rates = Readers(), RequestRates(settings.quota_requests)
-    app.state.wrong_keys = WrongKeys()
+    app.state.wrong_keys, app.state.known_callers = WrongKeys(), KnownCallers()
+    app.state.waiting_threads = WaitingThreads()
     app.state.drawings = {}  # pictures of materials, by name
     app.state.readiness = health.ReadinessCheck()
     app.state.conversions = Conversions(settings.data / CACHE)
@@ -94,7 +96,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
         app.include_router(router, dependencies=[requires(Scope.READ)])
     app.mount("/static", StaticFiles(directory=STATIC), name="static")
     app.add_middleware(Access, settings=settings)
-    app.add_middleware(Turns)
+    app.add_middleware(Turns, callers=app.state.known_callers)
     app.add_middleware(Heads)
     # The middleware added last is the outermost.
     app.add_middleware(RequestLog, metrics=metrics, store=store)

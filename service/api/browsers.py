@@ -14,11 +14,14 @@ from typing import Annotated
 from urllib.parse import parse_qsl
 
 from fastapi import Depends, Request, Response
+from starlette.requests import ClientDisconnect
 
-from service.api.errors import BadRequest, CrossSiteRequest, PayloadTooLarge
+from service.api.errors import BadRequest, CrossSiteRequest, PayloadTooLarge, UnsupportedMediaType
 
 SESSION, BROWSER = "whipple_session", "whipple_browser"  # cookies
 TOKEN_FIELD, TOKEN_HEADER = "csrf_token", "X-CSRF-Token"
+SAFE_METHODS = frozenset({"GET", "HEAD", "OPTIONS"})  # RFC 9110, section 9.2.1; they have no body that counts
+IDENTITY = "identity"  # the coding of a body as it is
 FORM = "application/x-www-form-urlencoded"
 LONGEST_FORM = 4 << 20  # bytes of the form of a new sweep, which may hold a deck
 SHORT_FORM = 16 << 10  # bytes of any other form
@@ -40,19 +43,38 @@ def set_cookie(request: Request, response: Response, name: str, value: str) -> N
     response.set_cookie(name, value, max_age=age, path="/", httponly=True, samesite="strict", secure=secure)
 
 
-async def _form(request: Request) -> dict[str, str]:
-    """The fields of a form in the body of a browser's request; empty for another body.
+async def body_of(request: Request, longest: int, cure: str = "") -> bytes:
+    """The body of a request; raises PayloadTooLarge, UnsupportedMediaType for a compressed one, and BadRequest."""
+    declared, coding = request.headers.get("content-length", ""), request.headers.get("content-encoding", IDENTITY)
+    if coding.strip().lower() != IDENTITY:
+        raise UnsupportedMediaType(
+            f"a body in the coding {coding[:80]!r}; send it as it is", {"Accept-Encoding": IDENTITY}
+        )
+    if declared.isdigit() and int(declared[:18]) > longest:
+        raise PayloadTooLarge(f"{declared[:18]} bytes; at most {longest}{cure}")
+    body = bytearray()
+    try:
+        async for chunk in request.stream():
+            body += chunk
+            if len(body) > longest:
+                raise PayloadTooLarge(f"more than {longest} bytes{cure}")
+    except ClientDisconnect:
+        raise BadRequest("the body ended before its declared length") from None
+    return bytes(body)
 
-    Raises PayloadTooLarge, BadRequest.
+
+async def _form(request: Request) -> dict[str, str]:
+    """The fields of a form in the body of a browser's order; empty for another body, and where there is no order.
+
+    Raises as ``body_of`` does.
     """
     kind, length = request.headers.get("content-type", ""), request.headers.get("content-length", "")
-    if kind.partition(";")[0].strip().lower() != FORM or not length.isdigit() or not cookie(request, BROWSER):
+    is_form = kind.partition(";")[0].strip().lower() == FORM and length.isdigit()
+    if request.method in SAFE_METHODS or not is_form or not cookie(request, BROWSER):
         return {}
     longest = LONGEST_FORM if request.url.path.startswith("/new/") else SHORT_FORM
-    if int(length[:9]) > longest:
-        raise PayloadTooLarge(f"a form of {length[:9]} bytes; at most {longest}: send more to POST /v1/sweeps")
     try:
-        text = (await request.body()).decode(errors="replace")
+        text = (await body_of(request, longest, ": send more to POST /v1/sweeps")).decode(errors="replace")
         # Browsers send the ends of lines as CR LF.
         return {name: value.replace("\r\n", "\n") for name, value in parse_qsl(text, max_num_fields=MOST_FIELDS)}
     except ValueError:

@@ -2,27 +2,33 @@
 and reports of unfinished sweeps, results in the formats of other programs, and what pages draw of a run.
 
 The API process opens no dataset, because netCDF4 crashes when threads share it. The child reads its inputs from stdin
-and writes one file, within limits of time and memory.
+and writes one file, within limits of time and memory, and gives way to all others. Few children work at once, for each
+caller one, and whoever waits for them has no turn and no thread.
 """
 
 import hashlib
 import json
 import logging
+import math
 import os
 import resource
 import shutil
-import subprocess
 import sys
-import threading
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import AsyncIterator, Awaitable, Callable, Mapping, Sequence
+from contextlib import asynccontextmanager, suppress
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 
+import anyio
+from starlette.concurrency import run_in_threadpool
+
 from service import version
 from service.api.errors import Busy, ConversionFailed, NotAvailable
+from service.api.turns import Places, Turn
 from service.files.artifacts import Artifacts, digest
-from service.records.jobs import VIEWS, PublishedRun, State, Stored
+from service.records.jobs import VIEWS, State, Stored
 from service.workers.warm import environment
 from studies.quantities.files import write_text
 from studies.quantities.findings import MissingExtra
@@ -32,7 +38,12 @@ log = logging.getLogger(__name__)
 SECONDS = 120  # limit for one file, including a second of imports
 MEMORY = 2 << 30  # bytes of data of the child
 MOST_FILES, MOST_BYTES = 100, 2 << 30  # in the cache; the least recently used are removed
-MOST_WAITING = 4  # requests that wait while the file of another one is made; each holds a thread
+MOST_AT_ONCE = 2  # children, of as many callers
+MOST_WAITING, MOST_WAITING_OF_A_CALLER = 64, 8  # requests
+WAIT_SECONDS = 30.0  # for which a request waits until its file is begun, or another request has made it
+NICENESS = 5  # nice(2) of a child, as of one that reads documents: the process that answers requests comes first
+LARGE = 500  # points of a sweep whose results so far take seconds to put together,
+PART_SECONDS = 60.0  # and are put together once in this time
 MARK = ".sha256"
 REFUSED = 3  # exit status of a child that cannot make the file, and says why in its output
 # States of a run in a cube that differ from those of the queue.
@@ -40,96 +51,179 @@ CUBE_STATES = {State.QUEUED: "pending", State.CANCELLING: "running"}
 PARTIAL, PARTIAL_REPORT = "partial.nc", "partial.html"
 
 
+@dataclass(frozen=True)
+class MadeFile:
+    """A file of the cache."""
+
+    path: Path
+    sha256: str
+    age: float | None = None  # s; of results so far that were put together for an earlier request
+
+
+@dataclass(frozen=True)
+class LatestPart:
+    """The latest file of the results so far of a large sweep."""
+
+    ended: float  # monotonic
+    file: MadeFile | None  # None: it could not be made
+
+
 class Conversions:
-    """The cache of these files; one is made at a time."""
+    """The cache of these files; each caller makes one at a time."""
 
-    def __init__(self, folder: Path, *, seconds: int = SECONDS, memory: int = MEMORY):
+    def __init__(
+        self,
+        folder: Path,
+        *,
+        seconds: float = SECONDS,
+        memory: int = MEMORY,
+        wait_seconds: float = WAIT_SECONDS,
+        part_seconds: float = PART_SECONDS,
+    ):
         self._folder = folder
-        self._seconds = seconds
+        self._seconds, self._wait_seconds, self._part_seconds = seconds, wait_seconds, part_seconds
         self._memory = memory
-        self._making = threading.Lock()
-        self._places = threading.BoundedSemaphore(MOST_WAITING)
+        self._places = Places(MOST_AT_ONCE, 1, waiting=MOST_WAITING, waiting_of_a_caller=MOST_WAITING_OF_A_CALLER)
+        self._under_way: dict[Path, anyio.Event] = {}
+        self._parts: dict[tuple[str, str], LatestPart] = {}  # by sweep and kind, of the last minute
 
-    def partial_cube(
-        self, document: Mapping[str, Any], outcomes: Sequence[PublishedRun], root: Path, state: str, kind: str = PARTIAL
-    ) -> tuple[Path, str]:
-        """The cube (or the report) of the results so far, and its SHA-256; raises as ``file`` does."""
-        runs = [outcome.as_json(root) for outcome in outcomes]
-        return self._file(kind, {"document": document, "outcomes": runs, "state": state})
+    async def partial(
+        self, kind: str, sweep: str, gather: Callable[[], Mapping[str, Any]], turn: Turn, *, is_large: bool
+    ) -> MadeFile:
+        """The cube (or the report) of the results so far of a sweep, which ``gather`` names; raises as ``file`` does.
 
-    def file(
-        self, kind: str, sources: Sequence[Stored], artifacts: Artifacts, *, wait: float = 0.0, **options: Any
-    ) -> tuple[Path, str]:
-        """The file of a kind (``MAKERS``) made from stored files, and its SHA-256.
-
-        ``wait`` are the seconds for which it lets another file be made first. Raises Busy, ConversionFailed,
-        BucketAway, and NotAvailable where this service lacks what it takes.
+        That of a large sweep is made once a minute: until then it is the last one, or Busy where that failed.
         """
-        files = {source.name: [str(artifacts.local(source)), source.sha256] for source in sources}
-        return self._file(kind, {"files": files, "options": options}, wait)
 
-    def _file(self, kind: str, inputs: Mapping[str, Any], wait: float = 0.0) -> tuple[Path, str]:
-        text = json.dumps(inputs)
+        async def latest() -> MadeFile | None:
+            return await self._latest_part(sweep, kind) if is_large else None
+
+        part = await latest()
+        if part is not None:
+            return part
+        inputs = await run_in_threadpool(gather)
+        try:
+            made = await self._file(kind, inputs, turn, latest)
+        except ConversionFailed:
+            self._parts[sweep, kind] = LatestPart(time.monotonic(), None)
+            raise
+        if made.age is None:
+            now = time.monotonic()
+            self._parts = {key: each for key, each in self._parts.items() if now - each.ended < self._part_seconds}
+            self._parts[sweep, kind] = LatestPart(now, made)
+        return made
+
+    async def file(
+        self, kind: str, sources: Sequence[Stored], artifacts: Artifacts, turn: Turn, **options: Any
+    ) -> MadeFile:
+        """The file of a kind (``MAKERS``) made from stored files that are on the disk.
+
+        Raises Busy, TooManyRequests, ConversionFailed, and NotAvailable where this service lacks what it takes.
+        """
+        files = {source.name: [str(artifacts.path(source)), source.sha256] for source in sources}
+        return await self._file(kind, {"files": files, "options": options}, turn)
+
+    async def _latest_part(self, sweep: str, kind: str) -> MadeFile | None:
+        """The latest results so far, if they are not a minute old; raises Busy where they could not be made."""
+        latest = self._parts.get((sweep, kind))
+        age = math.inf if latest is None else time.monotonic() - latest.ended
+        if latest is None or age >= self._part_seconds:
+            return None
+        if latest.file is None:
+            seconds = math.ceil(self._part_seconds - age)
+            raise Busy("the results so far could not be put together a moment ago", {"Retry-After": str(seconds)})
+        is_whole = await run_in_threadpool(_whole, latest.file.path) is not None
+        return replace(latest.file, age=age) if is_whole else None
+
+    async def _file(
+        self,
+        kind: str,
+        inputs: Mapping[str, Any],
+        turn: Turn,
+        other: Callable[[], Awaitable[MadeFile | None]] | None = None,
+    ) -> MadeFile:
+        """The file of these inputs, or the ``other`` one that was made while it waited."""
+        text = await run_in_threadpool(json.dumps, inputs)
         name = hashlib.sha256(f"{version()}\n{text}".encode()).hexdigest()
         file = self._folder / f"{name}.{kind}"
         try:
-            sha256 = _whole(file)
+            sha256 = await run_in_threadpool(_whole, file)
             if sha256 is None:
-                self._make(file, text, wait)
-                sha256 = digest(file)
-            # Used now; not modified, because Last-Modified and ETag are of its content.
-            os.utime(file, (time.time(), file.stat().st_mtime))
-            return file, sha256
+                async with turn.waiting(), self._place(file, turn.caller):
+                    made = None if other is None else await other()
+                    if made is not None:
+                        return made
+                    sha256 = await self._make(file, text)
+            await run_in_threadpool(_use, file)
         except FileNotFoundError:
             raise ConversionFailed("the data directory, or the file, was removed") from None
+        return MadeFile(file, sha256)
 
-    def _make(self, file: Path, inputs: str, wait: float) -> None:
-        if not self._may_begin(wait):
-            raise Busy("another file is being made")
+    @asynccontextmanager
+    async def _place(self, file: Path, caller: str) -> AsyncIterator[None]:
+        """A place to make a file that nobody else makes meanwhile; raises Busy, TooManyRequests."""
         try:
-            # Without parents: a missing data directory means that its disk is not mounted.
-            self._folder.mkdir(exist_ok=True)
-            if _whole(file) is None:  # else another request waited for the same one
-                self._run_child(file, inputs)
-                write_text(_mark(file), digest(file))
-            kept = 0
-            files = [other for other in self._folder.iterdir() if other.suffix != MARK]
-            files.sort(key=lambda other: -other.stat().st_atime)
-            for number, other in enumerate(files):
-                kept += other.stat().st_size
-                if other != file and (number >= MOST_FILES or kept > MOST_BYTES):
-                    _remove(other)
-                    _remove(_mark(other))
+            with anyio.fail_after(self._wait_seconds):
+                await self._places.acquire(caller)
+                while file in self._under_way:
+                    self._places.release(caller)
+                    await self._under_way[file].wait()
+                    await self._places.acquire(caller)
+        except TimeoutError:
+            raise Busy("other files are being made") from None
+        ended = self._under_way[file] = anyio.Event()
+        try:
+            yield
         finally:
-            self._making.release()
+            del self._under_way[file]
+            ended.set()
+            self._places.release(caller)
 
-    def _may_begin(self, wait: float) -> bool:
-        if not self._places.acquire(blocking=False):
-            return False
-        try:
-            return self._making.acquire(timeout=wait)
-        finally:
-            self._places.release()
+    async def _make(self, file: Path, inputs: str) -> str:
+        """Make a file, unless another request did while this one waited; its SHA-256."""
+        # Without parents: a missing data directory means that its disk is not mounted.
+        self._folder.mkdir(exist_ok=True)
+        sha256 = await run_in_threadpool(_whole, file)
+        if sha256 is None:
+            await self._run_child(file, inputs)
+            sha256 = await run_in_threadpool(digest, file)
+            write_text(_mark(file), sha256)
+        await run_in_threadpool(_tidy, self._folder, file)
+        return sha256
 
-    def _run_child(self, file: Path, inputs: str) -> None:
-        arguments = [str(file), str(self._seconds), str(self._memory)]
+    async def _run_child(self, file: Path, inputs: str) -> None:
+        arguments = [str(file), str(math.ceil(self._seconds)), str(self._memory)]
+        command = [sys.executable, "-P", "-m", "service.api.conversions", *arguments]
         try:
-            subprocess.run(
-                [sys.executable, "-P", "-m", "service.api.conversions", *arguments],
-                input=inputs,
-                env=environment(),
-                capture_output=True,
-                text=True,
-                check=True,
-                timeout=self._seconds,
-            )
-        except subprocess.TimeoutExpired:
-            raise ConversionFailed(f"it took more than {self._seconds} s") from None
-        except subprocess.CalledProcessError as error:
-            if error.returncode == REFUSED:
-                raise NotAvailable(error.stdout.strip()) from None
-            log.error("a conversion failed (status %d)\n%s", error.returncode, error.stderr)
-            raise ConversionFailed("the log of the service has the error under this request_id") from None
+            with anyio.fail_after(self._seconds):
+                ended = await anyio.run_process(command, input=inputs.encode(), env=environment(), check=False)
+        except TimeoutError:
+            raise ConversionFailed(f"it took more than {self._seconds:g} s") from None
+        if ended.returncode == REFUSED:
+            raise NotAvailable(ended.stdout.decode().strip())
+        if ended.returncode:
+            log.error("a conversion failed (status %d)\n%s", ended.returncode, ended.stderr.decode(errors="replace"))
+            raise ConversionFailed("the log of the service has the error under this request_id")
+
+
+def _use(file: Path) -> None:
+    """Note that a file is used now; it is not modified, because Last-Modified and ETag are of its content."""
+    os.utime(file, (time.time(), file.stat().st_mtime))
+
+
+def _tidy(folder: Path, made: Path) -> None:
+    """Remove the files of a cache that were not used for the longest time, beyond its limits."""
+    used: dict[Path, os.stat_result] = {}
+    for file in folder.iterdir():
+        with suppress(FileNotFoundError):  # a part of a file that is whole by now
+            used[file] = file.stat()
+    kept = 0
+    files = sorted((file for file in used if file.suffix != MARK), key=lambda file: -used[file].st_atime)
+    for number, file in enumerate(files):
+        kept += used[file].st_size
+        if file != made and (number >= MOST_FILES or kept > MOST_BYTES):
+            _remove(file)
+            _remove(_mark(file))
 
 
 def _whole(file: Path) -> str | None:
@@ -157,6 +251,7 @@ def _remove(path: Path) -> None:
 
 def main(file: Path, seconds: int, memory: int) -> None:
     """Make the file from the inputs on stdin; its kind is what follows the first dot of its name."""
+    os.setpriority(os.PRIO_PROCESS, 0, NICENESS)
     resource.setrlimit(resource.RLIMIT_DATA, (memory, memory))
     # Ends the child if the service was killed.
     resource.setrlimit(resource.RLIMIT_CPU, (seconds, seconds))
@@ -172,8 +267,9 @@ def _partial(inputs: Mapping[str, Any], file: Path) -> None:
     from studies.reports.publish import write_partial, write_partial_report
 
     outcomes = {run["run_id"]: _outcome(run) for run in inputs["outcomes"]}
+    run_ids = [run["run_id"] for run in inputs["outcomes"]]
     make = write_partial_report if file.name.endswith(PARTIAL_REPORT) else write_partial
-    make(inputs["document"], outcomes, file, state=inputs["state"])
+    make(inputs["document"], outcomes, file, state=inputs["state"], run_ids=run_ids)
 
 
 def _outcome(run: Mapping[str, Any]) -> Mapping[str, Any]:

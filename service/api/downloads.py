@@ -2,12 +2,13 @@
 
 The strong entity tag of a file is its SHA-256; the file is read to compare it once, and again when its size or a time
 of it changes. Starlette's ``FileResponse`` implements Range and If-Range; If-None-Match (304) and If-Match (412) are
-implemented here.
+implemented here, and that an invalid Range is ignored.
 """
 
 import base64
 import logging
-from collections.abc import Callable, Mapping
+import re
+from collections.abc import Awaitable, Callable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
 from pathlib import Path, PurePath
@@ -15,8 +16,12 @@ from typing import Any
 
 from fastapi import APIRouter, Request, Response
 from fastapi.responses import FileResponse, RedirectResponse
+from starlette.concurrency import run_in_threadpool
+from starlette.datastructures import Headers
+from starlette.types import Receive, Scope, Send
 
 from service.api.errors import FileDamaged, PreconditionFailed
+from service.api.turns import in_waiting_thread
 from service.files.artifacts import Artifacts, known_digest
 from service.files.bucket import BucketAway
 from service.queue.scrubbing import make_again
@@ -40,7 +45,7 @@ BINARY = {"schema": {"type": "string", "format": "binary"}}
 TEXT = {"schema": {"type": "string"}}
 JSON = {"schema": {"type": "object"}}
 
-Endpoint = Callable[..., Response]
+Endpoint = Callable[..., Awaitable[Response]]
 
 
 @dataclass(frozen=True)
@@ -64,22 +69,37 @@ def media_type_of(name: str) -> str:
     return MEDIA_TYPES.get(PurePath(name).suffix, UNKNOWN_TYPE)
 
 
-def send_file(request: Request, download: Download) -> Response:
+async def bring_back(request: Request, *files: Stored) -> None:
+    """Bring files back from the bucket that the disk lacks, if there is one; raises BucketAway."""
+    artifacts: Artifacts = request.app.state.artifacts
+    if artifacts.bucket is not None:
+        await in_waiting_thread(request, lambda: [artifacts.local(file) for file in files])
+
+
+async def send_file(request: Request, download: Download) -> Response:
     """The response to a GET of a file; raises NotFound, FileDamaged, PreconditionFailed, BucketAway."""
     artifacts: Artifacts = request.app.state.artifacts
-    link = _link(request, artifacts, download)
-    if link is not None:
-        return RedirectResponse(link, headers={"ETag": f'"{download.sha256}"', "Cache-Control": "no-store"})
+    if artifacts.bucket is not None and download.registered is not None:
+        link = await in_waiting_thread(request, _link, request, artifacts, download)
+        if link is not None:
+            return RedirectResponse(link, headers={"ETag": f'"{download.sha256}"', "Cache-Control": "no-store"})
+        await bring_back(request, download.registered)
+    response = await run_in_threadpool(_whole_response, request, download)
+    if response is None:
+        cure = await in_waiting_thread(request, _cure, request, download)
+        raise FileDamaged(f"{download.filename} is not the file that was registered, and is not sent; {cure}")
+    return response
+
+
+def _whole_response(request: Request, download: Download) -> Response | None:
+    """The response with a file as it was registered; None for a damaged one."""
     try:
-        if download.registered is not None:
-            artifacts.local(download.registered)
         status = download.path.stat()
         found = known_digest(download.path)
     except FileNotFoundError:  # perhaps the whole disk is away: the slow check of all files knows
         raise NotFound("file", download.filename) from None
     if found != download.sha256:
-        cure = _cure(request, download)
-        raise FileDamaged(f"{download.filename} is not the file that was registered, and is not sent; {cure}")
+        return None
     tag = f'"{download.sha256}"'
     digest = base64.b64encode(bytes.fromhex(download.sha256)).decode()
     headers = {
@@ -94,7 +114,7 @@ def send_file(request: Request, download: Download) -> Response:
     # Weak comparison, section 13.1.2.
     if {"*", tag} & {other.removeprefix("W/") for other in _tags(request.headers.get("if-none-match", ""))}:
         return Response(status_code=304, headers=headers)
-    return FileResponse(
+    return RangedFile(
         download.path,
         headers=headers,
         media_type=media_type_of(download.filename),
@@ -131,6 +151,32 @@ def _link(request: Request, artifacts: Artifacts, download: Download) -> str | N
     with suppress(BucketAway):  # the disk may have it
         return bucket.link(stored.path, seconds) if artifacts.is_in_bucket(stored) else None
     return None
+
+
+RANGES = re.compile(
+    r"bytes=[ \t]*(\d{1,18}-\d{0,18}|-\d{1,18})([ \t]*,[ \t]*(\d{1,18}-\d{0,18}|-\d{1,18}))*[ \t]*", re.I
+)
+
+
+class RangedFile(FileResponse):
+    """A file, or those of its bytes that a request asks for; a ``Range`` that is none is ignored."""
+
+    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
+        if not is_range(Headers(scope=scope).get("range", "")):
+            scope = {**scope, "headers": [(name, value) for name, value in scope["headers"] if name != b"range"]}
+        await super().__call__(scope, receive, send)
+
+
+def is_range(header: str) -> bool:
+    """Whether a ``Range`` is valid and in bytes (RFC 9110, section 14.1.1).
+
+    >>> is_range("bytes=0-4, -3"), is_range("bytes=5-2"), is_range("bytes=x"), is_range("lines=1-2")
+    (True, False, False, False)
+    """
+    if not RANGES.fullmatch(header):
+        return False
+    pairs = re.findall(r"(\d+)-(\d+)", header)
+    return all(int(first) <= int(last) for first, last in pairs)
 
 
 def _tags(header: str) -> set[str]:

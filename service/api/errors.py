@@ -162,6 +162,10 @@ class FileDamaged(RequestError, status=500, title="File damaged"):
 class Busy(RequestError, status=503, title="Service busy", retry_after=5):
     """The maximum number of clients is using this resource."""
 
+    def __init__(self, text: str, headers: Mapping[str, str] = MappingProxyType({})):
+        super().__init__(text)
+        self.headers = headers
+
 
 class TooManyRequests(RequestError, status=429, title="Too many requests", retry_after=5):
     """This key, or all keys together, have as much under way as the service allows; send the request again."""
@@ -176,7 +180,11 @@ class ReaderLost(RequestError, status=503, title="Reader lost", retry_after=2):
 
 
 class UnsupportedMediaType(RequestError, status=415, title="Unsupported media type"):
-    """This operation does not read bodies of this media type."""
+    """This operation does not read bodies of this media type, or in this coding."""
+
+    def __init__(self, text: str, headers: Mapping[str, str] = MappingProxyType({})):
+        super().__init__(text)
+        self.headers = headers
 
 
 class BadRequest(RequestError, status=400, title="Bad request"):

@@ -4,9 +4,7 @@ Every half-sent request occupies a connection of the service at no cost to its s
 turned every response into a 503. So a head and a body each have a deadline, and when all connections are
 taken, the one whose deadline is nearest makes room for a new one. The computing time for reading one request
 is bounded too, because it blocks the event loop. A connection has one request under way; one that sends the next
-before its response has come is closed after the response. Of all connections a few requests that read are answered
-at once, some wait for their turn, the others are refused: hundreds that ask again and again, and need no key for it,
-leave the event loop to the probes of the service.
+before its response has come is closed after the response.
 """
 
 import asyncio
@@ -18,18 +16,16 @@ from datetime import UTC, datetime
 from typing import Any
 
 import h11
-from anyio import CancelScope, CapacityLimiter
+from anyio import CancelScope, CapacityLimiter, to_thread
 from anyio.lowlevel import checkpoint
-from starlette.concurrency import run_in_threadpool
 from starlette.datastructures import Headers, MutableHeaders
-from starlette.requests import Request
 from starlette.types import ASGIApp, Message, Receive, Scope, Send
 from uvicorn.protocols.http.flow_control import CLOSE_HEADER
 from uvicorn.protocols.http.h11_impl import H11Protocol
 
 from service import memory
-from service.api.access import SAFE_METHODS, WITHOUT_KEY, Caller, peer_of
-from service.api.errors import TooManyRequests, problem_response
+from service.api.access import WITHOUT_KEY, Caller, peer_of
+from service.api.browsers import SAFE_METHODS
 from service.api.metrics import Metrics
 from service.logs import REQUEST_ID
 from service.records.jobs import AuditEntry
@@ -39,9 +35,8 @@ log = logging.getLogger(__name__)
 
 CALLERS_REQUEST_ID = re.compile(r"[A-Za-z0-9._-]{1,64}")
 ACCEPTED = 202
-READING = frozenset({"GET", "HEAD"})
 METHODS = frozenset({"GET", "HEAD", "POST", "PUT", "PATCH", "DELETE", "OPTIONS"})
-PROBES = frozenset({"/livez", "/readyz", "/metrics"})  # monitors request them every few seconds
+QUIET = frozenset({"/livez", "/readyz", "/metrics"})  # monitors request them every few seconds
 UNKNOWN_ROUTE = "unknown"
 LONGEST_ID = 64  # characters of an id in the log; those of the service have 32
 ID_FIELDS = {"/v1/sweeps/": "sweep", "/v1/runs/": "run"}  # log field for the ``{id}`` of a route
@@ -63,13 +58,9 @@ BODY_SECONDS = 120.0  # limit for a body: 4 MiB at 35 kB/s
 CHUNK = 16 * 1024  # bytes parsed between two readings of the clock
 PARSING_SECONDS = 0.1  # computing time that a request may take beyond what its bytes may:
 PARSING_RATE = 10e6  # bytes/s; packets are parsed at 160e6, chunks of one byte at 1e6 (2026-11)
-# Requests that are read and not yet answered at once: each takes the event loop 1 ms (2026-11), and a probe waits
-# for all of them.
-MOST_READING = 16
-# Requests that wait for their turn: fewer than connections, so that a probe finds one.
-MOST_WAITING = 256
 MOST_PIPELINING = 32  # with more connections of any kind, one that pipelines is closed without a response
 ENDED = "ended"  # in the state of a request whose connection is closed before it is looked at
+MOST_RECORDING = 2  # threads that write the audit, and wait for the lock of the database
 UNREAD_SECONDS = 60.0  # limit for a client to read 48 KiB of a response
 
 
@@ -80,6 +71,7 @@ class RequestLog:
         self._app = app
         self._metrics = metrics
         self._store = store
+        self._threads = CapacityLimiter(MOST_RECORDING)
 
     async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
         if scope["type"] != "http":
@@ -100,20 +92,25 @@ class RequestLog:
                 status = message["status"]
                 headers = MutableHeaders(scope=message)
                 headers["X-Request-ID"] = request_id
-                await record_request(self._store, scope, status, headers.get("location", ""))
+                await self._record_order(scope, status, headers.get("location", ""))
             await send(message)
 
         try:
             await self._app(scope, receive, send_with_id)
         except Exception:
             if status == 500:
-                await record_request(self._store, scope, status)
+                await self._record_order(scope, status)
             raise
         finally:
             if status == ACCEPTED:  # ten thousand runs of a sweep have been here
                 memory.give_back()
             self._record(scope, status, time.perf_counter() - begin)
             REQUEST_ID.reset(token)
+
+    async def _record_order(self, scope: Scope, status: int, location: str = "") -> None:
+        entry = audit_entry(scope, status, location)
+        if entry is not None:
+            await to_thread.run_sync(self._store.audit.record, entry, limiter=self._threads)
 
     def _record(self, scope: Scope, status: int, seconds: float) -> None:
         method = scope["method"] if scope["method"] in METHODS else "other"
@@ -122,7 +119,7 @@ class RequestLog:
         route = template or scope.get("root_path") or UNKNOWN_ROUTE
         self._metrics.record_request(route=route, method=method, status=status, seconds=seconds)
         id = scope.get("path_params", {}).get("id")
-        is_quiet = route in PROBES and status < 500
+        is_quiet = route in QUIET and status < 500
         level = logging.WARNING if status >= 500 else logging.DEBUG if is_quiet else logging.INFO
         fields = {
             "method": method,
@@ -137,8 +134,8 @@ class RequestLog:
         log.log(level, "%s %s %d", method, route, status, extra=fields)
 
 
-async def record_request(store: Store, scope: Scope, status: int, location: str = "") -> None:
-    """Record a request whose response has a status and a ``Location``, if it is an order or has a refused key.
+def audit_entry(scope: Scope, status: int, location: str) -> AuditEntry | None:
+    """The entry of a request whose response has a status and a ``Location``, if it is an order or has a refused key.
 
     Without a row are orders without a valid key (but the first wrong keys of a minute have one), and those during which
     the process was killed.
@@ -149,14 +146,13 @@ async def record_request(store: Store, scope: Scope, status: int, location: str 
         key = state["refused_key"]
         action, caller = "refused key", WITHOUT_KEY if key is None else Caller.of(key)
     elif scope["method"] in SAFE_METHODS or route in READS or status in NO_ORDER:
-        return
+        return None
     if not action or caller is None or (route, status) == ("read_form", 200):  # which shows the form
-        return
+        return None
     # The response names the id of a new sweep, the path the id that another order is about.
     found = ID_AT_END.search(location) or ID_AT_END.search(path.get("id", ""))
     subject, address = found[1] if found else "", peer_of(scope)
-    entry = AuditEntry(datetime.now(UTC), caller.key_id, caller.name, address, action, subject, str(status))
-    await run_in_threadpool(store.audit.record, entry)
+    return AuditEntry(datetime.now(UTC), caller.key_id, caller.name, address, action, subject, str(status))
 
 
 class Heads:
@@ -187,44 +183,6 @@ class Heads:
                 await self._app(scope, receive, send_head)
         finally:
             scope["method"] = "HEAD"
-
-
-class Turns:
-    """The middleware that lets a few requests that read begin their responses at once; probes pass.
-
-    A response that has begun waits for its client alone. Requests that write may wait for long, and have limits of
-    their own.
-    """
-
-    def __init__(self, app: ASGIApp):
-        self._app = app
-        self._turns = CapacityLimiter(MOST_READING)
-
-    async def __call__(self, scope: Scope, receive: Receive, send: Send) -> None:
-        if scope["type"] != "http" or scope["path"] in PROBES or scope["method"] not in READING:
-            await self._app(scope, receive, send)
-            return
-        if self._turns.statistics().tasks_waiting >= MOST_WAITING:
-            error = TooManyRequests(f"{MOST_WAITING} requests wait already; send this one again")
-            await problem_response(Request(scope), error)(scope, receive, send)
-            return
-        holder, is_held = object(), True
-
-        def release() -> None:
-            nonlocal is_held
-            if is_held:
-                is_held = False
-                self._turns.release_on_behalf_of(holder)
-
-        async def send_and_release(message: Message) -> None:
-            release()
-            await send(message)
-
-        await self._turns.acquire_on_behalf_of(holder)
-        try:
-            await self._app(scope, receive, send_and_release)
-        finally:
-            release()
 
 
 class DeadlineProtocol(H11Protocol):

@@ -5,20 +5,20 @@ one that ended, and ends them with the event loop. They work for one request at 
 key keeps the others waiting; a request that finds no child in time is refused with 429.
 """
 
-from collections import Counter, defaultdict
 from collections.abc import AsyncIterator, Callable
-from contextlib import asynccontextmanager
+from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from typing import Any
 
 import anyio
-from anyio import CapacityLimiter, to_process
+from anyio import to_process
 
 from service.api.errors import ReaderLost, TooManyRequests
 from service.api.reading import USUAL, Posted, Read, ReadingLimits, Refusal, read_within_limits
+from service.api.turns import Places
 
 SLOTS = 2  # children; the other cores belong to the runs
 WAIT_SECONDS = 10.0  # longest time that a request waits for a child
-MOST_WAITING = 16  # requests of one key
+MOST_WAITING, MOST_WAITING_OF_A_KEY = 256, 16  # requests
 # Longest time with a child, which others may keep from computing, or which may be frozen.
 WALL_SECONDS = 120.0
 
@@ -30,35 +30,31 @@ class Readers:
         self, limits: ReadingLimits = USUAL, *, wait_seconds: float = WAIT_SECONDS, wall_seconds: float = WALL_SECONDS
     ):
         self._limits, self._wait, self._wall = limits, wait_seconds, wall_seconds
-        self._slots = CapacityLimiter(SLOTS)
-        self._keys: defaultdict[str, CapacityLimiter] = defaultdict(lambda: CapacityLimiter(1))
-        self._waiting: Counter[str] = Counter()
+        self._slots = Places(SLOTS, 1, waiting=MOST_WAITING, waiting_of_a_caller=MOST_WAITING_OF_A_KEY)
+        self._submissions = Places(SLOTS, 1, waiting=MOST_WAITING, waiting_of_a_caller=MOST_WAITING_OF_A_KEY)
+
+    def slot(self, key: str) -> AbstractAsyncContextManager[None]:
+        """A child for the duration of a block, one for each key; raises TooManyRequests."""
+        return self._in(self._slots, key)
+
+    def submission(self, key: str) -> AbstractAsyncContextManager[None]:
+        """A place for an expanded sweep for the duration of a block, one for each key; raises TooManyRequests.
+
+        It is kept until the sweep is stored, for which it may wait; a child reads other documents by then.
+        """
+        return self._in(self._submissions, key)
 
     @asynccontextmanager
-    async def slot(self, key: str) -> AsyncIterator[None]:
-        """A child for the duration of a block; raises TooManyRequests.
-
-        A key waits for itself first, so that each has at most one request among those that wait for a child.
-        """
-        if self._waiting[key] >= MOST_WAITING:
-            raise TooManyRequests(f"{MOST_WAITING} sweeps of this key wait to be read already")
-        holder = object()
-        taken: list[CapacityLimiter] = []
-        self._waiting[key] += 1
+    async def _in(self, places: Places, key: str) -> AsyncIterator[None]:
         try:
-            try:
-                with anyio.fail_after(self._wait):
-                    for limiter in (self._keys[key], self._slots):
-                        await limiter.acquire_on_behalf_of(holder)
-                        taken.append(limiter)
-            except TimeoutError:
-                raise TooManyRequests("other sweeps are being read; send this one again") from None
-            finally:
-                self._waiting[key] -= 1
+            with anyio.fail_after(self._wait):
+                await places.acquire(key)
+        except TimeoutError:
+            raise TooManyRequests("other sweeps are being read; send this one again") from None
+        try:
             yield
         finally:
-            for limiter in taken:
-                limiter.release_on_behalf_of(holder)
+            places.release(key)
 
     async def read(self, posted: Posted, part: Callable[[Any, Posted], Read]) -> Read | Refusal:
         """Read a body in a child; called within ``slot``. Raises ReaderLost."""

@@ -5,6 +5,7 @@ import logging
 import os
 import pwd
 import socket
+import sys
 from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from ipaddress import ip_address
@@ -30,6 +31,8 @@ LEAVE_SECONDS = 3  # grace for open connections after SIGTERM
 # Requests beyond this number are refused with 503; open streams continue. It is five times the limit of event
 # streams, and half the default limit of open files (1024).
 MOST_CONNECTIONS = 500
+# A thread that computes keeps the interpreter so long from the event loop, which asks for it a dozen times a request.
+SWITCH_SECONDS = 0.001
 EXIT_SECONDS = 9.0  # after which the process ends in any case: a kill loses nothing either
 # ``mallopt`` of the GNU C library: its number of a parameter, and a value. With an arena of memory for each of forty
 # threads, which keeps what was freed, large sweeps left 280 MB more (2026-11).
@@ -46,6 +49,7 @@ def serve(settings: Settings) -> None:
     logs.configure()
     with suppress(AttributeError):  # another C library
         ctypes.CDLL(None).mallopt(M_ARENA_MAX, ARENAS)
+    sys.setswitchinterval(SWITCH_SECONDS)
     check_names(settings)
     with (
         handling_end_signals(end_within=EXIT_SECONDS) as leaving,

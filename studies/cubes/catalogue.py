@@ -41,7 +41,7 @@ class LawChoice:
     def answer(self, shot: Any | None) -> Any:
         """The answer (studies.laws.LawValue) for a shot; NaN with the reason where the law cannot be asked."""
         if shot is None:
-            return laws.LawValue(math.nan, False, "this run does not describe one shot")
+            return laws.LawValue(math.nan, False, "this run does not describe one shot, or has not ended")
         if self.variant not in self.law.variants(shot):
             reason = f"{self.variant} is not stated for this material"
             return laws.LawValue(math.nan, False, reason)

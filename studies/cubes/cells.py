@@ -2,7 +2,8 @@
 
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -23,16 +24,32 @@ Results = Mapping[str, RunResult]  # what each run left, by its id
 MISSING = RunResult("", "missing", "no result was recorded for this run")
 
 
+UNFINISHED = frozenset({"pending", "running"})  # states
+
+
+@dataclass(frozen=True)
+class UnfinishedRun:
+    """A run that has not ended, in a cube before the end of its sweep: nothing but its id is known of it."""
+
+    id: str
+    parameters: Mapping[str, Any] = field(default_factory=dict)
+
+
 @dataclass(frozen=True)
 class Cell:
     """One run in its place."""
 
     coordinates: Mapping[str, Any]  # of the axes, by the names a user writes
-    run: Any  # studies.runs.run.Run
+    run: Any  # studies.runs.run.Run, or an UnfinishedRun
     shot: Any | None  # studies.laws.Shot: what the laws are asked about
     result: RunResult  # without measurements, where the run left none
     state: str  # one of STATES
     reason: str  # why there is no result
+
+    @property
+    def is_resolved(self) -> bool:
+        """Whether more than the id of the run is known."""
+        return not isinstance(self.run, UnfinishedRun)
 
     def measured(self, quantity: str) -> Measured | None:
         """The measurement of a quantity."""
@@ -61,6 +78,11 @@ class Layout:
         """The dimensions of the points that a user asked for, before they are refined."""
         return self.dims[: len(self.dims) - len(self.refinements)]
 
+    @cached_property
+    def is_resolved(self) -> np.ndarray:
+        """Whether more than the id of each run is known: an array like the cells."""
+        return np.reshape([cell.is_resolved for cell in self.cells.flat], self.cells.shape)
+
     @property
     def runs_of_points(self) -> np.ndarray:
         """The cells as (points..., runs of a point); the first run stands for what no refinement changes."""
@@ -73,18 +95,39 @@ def results_of(outcomes: Mapping[str, Mapping[str, Any]]) -> Results:
     return {id: RunResult.from_json({"run_id": id, **nothing, **plain}) for id, plain in outcomes.items()}
 
 
-def lay_out(sweep: Any, results: Results, shot_of: Callable[[Any], Any | None]) -> Layout:
-    """The runs of a sweep in their places; expands its grid, once."""
+def lay_out(sweep: Any, results: Results, shot_of: Callable[[Any], Any | None], run_ids: Sequence[str] = ()) -> Layout:
+    """The runs of a sweep in their places; expands its grid, once.
+
+    Where the ids of the runs are known, in this order, those that have not ended are not resolved.
+    """
     grid = sweep.combine == "grid"
     axes = (*(sweep.axes if grid else ()), *sweep.refinements)
     names = tuple(variable_name(axis.name) for axis in axes)
     cells = np.full(sweep.shape, None, object)
-    for point in sweep.runs():
-        cells[point.index] = _cell(point, results, shot_of(point.run))
+    for index, coordinates, run in _placed_runs(sweep, results, run_ids):
+        shot = None if isinstance(run, UnfinishedRun) else shot_of(run)
+        cells[index] = _cell(coordinates, run, results, shot)
     layout = Layout(tuple(sweep.axes), tuple(sweep.refinements), names if grid else ("run", *names), cells)
     for place in np.ndindex(layout.runs_of_points.shape[:-1]):
         layout.runs_of_points[place] = _on_grids(layout.runs_of_points[place])
     return layout
+
+
+def _placed_runs(
+    sweep: Any, results: Results, run_ids: Sequence[str]
+) -> list[tuple[tuple[int, ...], Mapping[str, Any], Any]]:
+    """Index, coordinates and run of each point."""
+    ids = run_ids[: sweep.size]
+    has_ended = [results.get(id, MISSING).state not in UNFINISHED for id in ids]
+    if len(ids) == sweep.size and any(has_ended) and not all(has_ended):
+        points = [*sweep.computed_runs(has_ended)]
+        placed = [
+            (point.index, point.coordinates, point.run if ended else UnfinishedRun(id))
+            for point, id, ended in zip(points, ids, has_ended, strict=True)
+        ]
+        if all(run.id == id for (_, _, run), id in zip(placed, ids, strict=True)):
+            return placed
+    return [(point.index, point.coordinates, point.run) for point in sweep.runs()]
 
 
 def _on_grids(cells: np.ndarray) -> np.ndarray:
@@ -112,12 +155,12 @@ def _without_flag(cell: Cell, seen: set[str]) -> Cell:
     return replace(cell, result=replace(cell.result, measurements=measurements))
 
 
-def _cell(point: Any, results: Results, shot: Any | None) -> Cell:
-    result = results.get(point.run.id, MISSING)
+def _cell(coordinates: Mapping[str, Any], run: Any, results: Results, shot: Any | None) -> Cell:
+    result = results.get(run.id, MISSING)
     state, reason = result.state, result.reason or ""
     if state not in STATES:
         state, reason = "other", f"{state}: {reason}"
-    return Cell(point.coordinates, point.run, shot, result, state, reason)
+    return Cell(coordinates, run, shot, result, state, reason)
 
 
 def converge_points(layout: Layout, quantity: str, outcomes: Sequence[str] = ()) -> np.ndarray:

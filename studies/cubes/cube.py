@@ -56,12 +56,15 @@ ONCE_A_RUN = ("started", "seconds", "threads", "checkpoint")
 Column = tuple[Variable, np.ndarray, Mapping[str, Any]]  # with its values and further attributes
 
 
-def build(sweep: Any, results: Results, catalogue: Catalogue | None = None) -> xr.Dataset:
-    """The cube of a sweep; ``results`` has what each run left, by its id."""
+def build(sweep: Any, results: Results, catalogue: Catalogue | None = None, run_ids: Sequence[str] = ()) -> xr.Dataset:
+    """The cube of a sweep; ``results`` has what each run left, by its id.
+
+    With the ids of all runs, in the order of ``Sweep.runs``, only those that have ended are read.
+    """
     catalogue = catalogue or catalogue_of(sweep)
     if sweep.searched:
         return _of_search(sweep, results, catalogue)
-    return _built(sweep, results, catalogue, [])
+    return _built(sweep, results, catalogue, [], run_ids)
 
 
 def _of_search(sweep: Any, results: Results, catalogue: Catalogue) -> xr.Dataset:
@@ -76,9 +79,11 @@ def _of_search(sweep: Any, results: Results, catalogue: Catalogue) -> xr.Dataset
     return dataset.assign_attrs(search=document)
 
 
-def _built(sweep: Any, results: Results, catalogue: Catalogue, first: Sequence[Column]) -> xr.Dataset:
+def _built(
+    sweep: Any, results: Results, catalogue: Catalogue, first: Sequence[Column], run_ids: Sequence[str] = ()
+) -> xr.Dataset:
     """The cube with these columns before all others."""
-    layout = lay_out(sweep, results, catalogue.shot_of)
+    layout = lay_out(sweep, results, catalogue.shot_of, run_ids)
     dataset = xr.Dataset(
         {
             variable.name: _labelled(variable, values, layout, attributes)
@@ -376,10 +381,10 @@ def _by_point(layout: Layout, pick: Callable[[np.ndarray], Any]) -> np.ndarray:
 
 
 def _compact(values: np.ndarray, layout: Layout) -> np.ndarray:
-    """Values by run: a scalar where all are equal, by point where those of each point are."""
-    first = values.flat[0]
-    if (values == first).all():
-        return np.array(first, values.dtype)
+    """Values by run: a scalar where all that are known are equal, by point where those of each point are."""
+    known = values[layout.is_resolved]
+    if (known == known[0]).all():
+        return np.array(known[0], values.dtype)
     by_point = values.reshape(layout.runs_of_points.shape)
     return by_point[..., 0] if (by_point == by_point[..., :1]).all() else values
 

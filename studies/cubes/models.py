@@ -75,6 +75,8 @@ def _stored(cell: Cell, quantity: str) -> ModelPart:
 
     A contribution that the metal has no sources for is that of the first metal of its family that has them.
     """
+    if not cell.is_resolved:
+        return ModelPart(None, "")
     scenario, target = cell.run.scenario, cell.run.materials.get("target", {})
     alike = [
         each

@@ -4,7 +4,7 @@ The service calls it in a child process. The report is made from the cube as it 
 back from the disk, so that no answer can be in the report that is not in the file; date and wall times are added.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Any
@@ -58,19 +58,30 @@ def publish_sweep(
 
 
 def write_partial(
-    sweep_document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]], file: Path, *, state: str
+    sweep_document: Mapping[str, Any],
+    outcomes: Mapping[str, Mapping[str, Any]],
+    file: Path,
+    *,
+    state: str,
+    run_ids: Sequence[str] = (),
 ) -> Path:
     """Write the cube of a sweep that has not ended; its attributes say so, with ``state``.
 
-    The numbers of a run that is ``pending`` or ``running`` are NaN.
+    The numbers of a run that is ``pending`` or ``running`` are NaN; with the ids of all runs, in the order of the
+    sweep, it is not looked at.
     """
-    dataset = cube.build(*_parsed(sweep_document, outcomes))
+    dataset = cube.build(*_parsed(sweep_document, outcomes), run_ids=run_ids)
     comment = f"Not complete: the sweep was {state}. {dataset.attrs['comment']}"
     return cube.write(dataset.assign_attrs(sweep_state=state, comment=comment), file)
 
 
 def write_partial_report(
-    sweep_document: Mapping[str, Any], outcomes: Mapping[str, Mapping[str, Any]], file: Path, *, state: str
+    sweep_document: Mapping[str, Any],
+    outcomes: Mapping[str, Mapping[str, Any]],
+    file: Path,
+    *,
+    state: str,
+    run_ids: Sequence[str] = (),
 ) -> Path:
     """Write the report of a sweep that has not ended, without pictures; its title says so, with ``state``."""
     from studies.reports.page import page
@@ -78,7 +89,7 @@ def write_partial_report(
     titled = {**sweep_document, "title": f"{sweep_document['title']} (not complete: {state})"}
     with (
         TemporaryDirectory() as folder,
-        xr.open_dataset(write_partial(titled, outcomes, Path(folder, CUBE), state=state)) as written,
+        xr.open_dataset(write_partial(titled, outcomes, Path(folder, CUBE), state=state, run_ids=run_ids)) as written,
     ):
         document = report.document(written, compare.compare(written))
     return write_text(file, page(document))

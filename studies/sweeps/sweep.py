@@ -56,6 +56,14 @@ class Point:
     run: "run.Run"
 
 
+@dataclass(frozen=True)
+class UnfinishedPoint:
+    """The place of a run of a sweep that is not computed."""
+
+    index: tuple[int, ...]
+    coordinates: Mapping[str, Value]
+
+
 @dataclass(frozen=True, kw_only=True)
 class Sweep:
     """A checked sweep: every value in SI, at 12 significant digits."""
@@ -224,6 +232,14 @@ class Sweep:
             raise InvalidInput(
                 replace(finding, value=f"{finding.value} (at {place})") for finding, place in findings.items()
             )
+
+    def computed_runs(self, is_computed: Sequence[bool]) -> "Iterator[Point | UnfinishedPoint]":
+        """All points in the order of ``runs``; those that are not computed have no run, which would cost most time."""
+        for number, (index, coordinates) in enumerate(self._places()):
+            if is_computed[number]:
+                yield Point(index, coordinates, self._run(coordinates))
+            else:
+                yield UnfinishedPoint(index, coordinates)
 
     def coordinates(self) -> list[dict[str, Value]]:
         """The values of the axes at each point, before it is refined; SI, by axis name."""

@@ -6,6 +6,7 @@ with what it found, so that the form works without scripts; a script asks for th
 
 import secrets
 from collections.abc import AsyncIterator, Iterable, Mapping
+from contextlib import nullcontext
 from dataclasses import replace
 from typing import Annotated, Any
 
@@ -18,7 +19,7 @@ from service.api.pages.fields import FieldGroup, FormField, field_of, is_missing
 from service.api.pages.forms import COUNTS, MORE, WORDS, AskedSweep, asked
 from service.api.pages.rendering import SEE_OTHER, page
 from service.api.routes import sweeps
-from service.api.routes.dependencies import AppSettings, AppStore, read_content, submission_of
+from service.api.routes.dependencies import AppSettings, AppStore, read_content, submission_of, submitting
 from service.api.schemas import EstimateModel, example_sweeps
 from service.client.client import KEY_VARIABLE
 from service.records.jobs import PRIORITIES, USUAL_PRIORITIES, Keep, Scope
@@ -167,11 +168,11 @@ async def _asked(
     known = _names(scenarios.load(scenario))
     fields = {name: text for name, text in (form or request.query_params).items() if name in known}
     content = {"fields": {**fields, "scenario": scenario}, "document": document, "submit": form.get(ORDER) == SUBMIT}
-    async with read_content(request, content, asked) as read:
-        yield read
+    async with submitting(request) if content["submit"] else nullcontext():
+        yield await read_content(request, content, asked)
 
 
-AskedForm = Annotated[AskedSweep, Depends(_asked)]
+AskedForm = Annotated[AskedSweep, Depends(_asked, scope="function")]
 
 
 def _estimate(request: Request, asked: AskedForm, store: AppStore, settings: AppSettings) -> EstimateModel | None:

@@ -1,7 +1,7 @@
 """The catalogue as pages: scenarios, laws with their formulas, materials with their curves, and measured shots."""
 
 import math
-from collections.abc import AsyncIterator, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import islice
 from typing import Annotated, Any
@@ -104,13 +104,12 @@ def show_materials(request: Request, caller: Reader) -> Response:
     return page(request, "materials.html", caller, materials=listed, shown=shown)
 
 
-async def _drawings(name: str, request: Request, _: Reader) -> AsyncIterator[list[Any]]:
+async def _drawings(name: str, request: Request, _: Reader) -> list[Any]:
     """The pictures of a material, made once by a child process."""
     kept: dict[str, list[Any]] = request.app.state.drawings
     if materials.load(name).name not in kept:
-        async with read_content(request, {"name": name}, drawn_material) as drawn:
-            kept[name] = drawn
-    yield kept[name]
+        kept[name] = await read_content(request, {"name": name}, drawn_material)
+    return kept[name]
 
 
 @router.get("/materials/{name}")

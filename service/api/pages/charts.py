@@ -63,5 +63,5 @@ async def drawn(request: Request, chart: Chart) -> Response:
     """A chart as SVG; raises NotFound for an empty one, TooManyRequests where no child process is free in time."""
     if chart.is_empty:
         raise NotFound("values to draw of", chart.title)
-    async with read_posted(request, Posted("application/json", chart.document(), 0), drawn_chart) as svg:
-        return Response(svg, media_type="image/svg+xml", headers={"Cache-Control": f"private, max-age={KEPT_SECONDS}"})
+    svg = await read_posted(request, Posted("application/json", chart.document(), 0), drawn_chart)
+    return Response(svg, media_type="image/svg+xml", headers={"Cache-Control": f"private, max-age={KEPT_SECONDS}"})

@@ -8,7 +8,15 @@ from fastapi import Depends, Request
 from service.api.access import Submitter
 from service.api.browsers import FormFields, idempotency_of
 from service.api.reading import alone, longer
-from service.api.routes.dependencies import AppSettings, AppStore, RunId, SweepId, read_content, submission_of
+from service.api.routes.dependencies import (
+    AppSettings,
+    AppStore,
+    RunId,
+    SweepId,
+    read_content,
+    submission_of,
+    submitting,
+)
 from service.records.jobs import USUAL_PRIORITIES, Conflict, Keep, Scope, Submission, SweepStatus
 
 MOST_PLACES = 10  # sweeps of a run that are looked at
@@ -42,7 +50,8 @@ async def _longer(
     change = {"sweep": document, "axis": form.get("axis", ""), "values": form.get("values", "")}
     once = idempotency_of(form, status.id, form.get("axis"), form.get("values"))
     priority = status.priority if caller.may(Scope.ADMIN) else max(status.priority, USUAL_PRIORITIES[0])
-    async with read_content(request, change, longer) as sweep:
+    async with submitting(request):
+        sweep = await read_content(request, change, longer)
         yield submission_of(settings, caller, sweep, priority, status.keep, once)
 
 
@@ -50,9 +59,10 @@ async def _filmed(
     request: Request, caller: Submitter, settings: AppSettings, run: Annotated[dict[str, Any], Depends(_of_run)]
 ) -> AsyncIterator[Submission]:
     """A sweep of a single run that keeps its film and its final state; raises InvalidInput."""
-    async with read_content(request, run, alone) as sweep:
+    async with submitting(request):
+        sweep = await read_content(request, run, alone)
         yield submission_of(settings, caller, sweep, keep=Keep.FILM)
 
 
-LongerSweep = Annotated[Submission, Depends(_longer)]
-FilmedRun = Annotated[Submission, Depends(_filmed)]
+LongerSweep = Annotated[Submission, Depends(_longer, scope="function")]
+FilmedRun = Annotated[Submission, Depends(_filmed, scope="function")]

@@ -9,17 +9,19 @@ from zipfile import BadZipFile, ZipFile
 
 from fastapi import APIRouter, Depends, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
+from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Reader
 from service.api.browsers import check_token
+from service.api.downloads import bring_back
 from service.api.pages.charts import Chart, ChartLine, drawn
 from service.api.pages.derived import FilmedRun
 from service.api.pages.grid import in_words, quantities_of, value_of
 from service.api.pages.rendering import SEE_OTHER, page
-from service.api.routes.dependencies import AppArtifacts, AppStore, RunId
+from service.api.routes.dependencies import AppStore, LocalArtifacts, RunId
 from service.api.routes.runs import log_of
 from service.api.schemas import FileModel, RunModel
-from service.files.artifacts import Artifacts
+from service.files.artifacts import LOG, Artifacts
 from service.records.jobs import TERMINAL, VIEWS, NotFound, RunPlace, RunRow, Scope, State, Stored
 from service.store import Store
 from studies import measurements, scenarios
@@ -39,9 +41,20 @@ LOG_BYTES = 4096  # of the end of a log
 MOST_CHARTS = 24  # histories of measurements that are drawn
 
 
-def _histories(id: RunId, _: Reader, store: AppStore, artifacts: AppArtifacts) -> dict[str, Chart]:
+async def _files(id: RunId, request: Request, _: Reader, store: AppStore) -> Sequence[Stored]:
+    """The files of a run, those that its page shows brought back from a bucket."""
+    files = await run_in_threadpool(store.runs.files, id)
+    names = {RESULT, LOG} if any(file.name == STATE for file in files) else {RESULT, LOG, SECTIONS}
+    await bring_back(request, *(file for file in files if file.name in names))
+    return files
+
+
+RunFiles = Annotated[Sequence[Stored], Depends(_files)]
+
+
+def _histories(id: RunId, files: RunFiles, store: AppStore, artifacts: LocalArtifacts) -> dict[str, Chart]:
     """The charts of a run by name."""
-    result = next((file for file in store.runs.files(id) if file.name == RESULT), None)
+    result = next((file for file in files if file.name == RESULT), None)
     if result is None or result.size > LARGEST_RESULT or not artifacts.may_be_shown(result):
         return {}
     return _charts(artifacts, result, store.runs.get(id).scenario)
@@ -52,10 +65,16 @@ Histories = Annotated[dict[str, Chart], Depends(_histories)]
 
 @router.get("/runs/{id}")
 def show_run(
-    request: Request, id: RunId, caller: Reader, store: AppStore, artifacts: AppArtifacts, histories: Histories
+    request: Request,
+    id: RunId,
+    caller: Reader,
+    store: AppStore,
+    artifacts: LocalArtifacts,
+    files: RunFiles,
+    histories: Histories,
 ) -> Response:
     """A run: its state, histories, pictures, parameters, log and files."""
-    run, spec, files = store.runs.get(id), store.runs.spec(id), store.runs.files(id)
+    run, spec = store.runs.get(id), store.runs.spec(id)
     places = store.runs.places(id, MOST_SWEEPS + 1)
     names = {file.name for file in files}
     is_open = run.state not in TERMINAL

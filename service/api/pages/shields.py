@@ -1,6 +1,6 @@
 """What published laws and measured shots say of one shield, at once: a form, and the answer of a child process."""
 
-from collections.abc import AsyncIterator, Mapping
+from collections.abc import Mapping
 from functools import cache
 from typing import Annotated, Any
 from urllib.parse import urlencode
@@ -62,9 +62,8 @@ def _fields(request: Request) -> Mapping[str, str]:
 ShieldFields = Annotated[Mapping[str, str], Depends(_fields)]
 
 
-async def _answer(request: Request, fields: ShieldFields, _: Reader) -> AsyncIterator[AnsweredForm]:
-    async with read_content(request, fields, answered_form) as answer:
-        yield answer
+async def _answer(request: Request, fields: ShieldFields, _: Reader) -> AnsweredForm:
+    return await read_content(request, fields, answered_form)
 
 
 AnswerToForm = Annotated[AnsweredForm, Depends(_answer)]

@@ -9,15 +9,17 @@ from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Query, Request, Response
 from fastapi.responses import HTMLResponse, RedirectResponse
+from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Caller, Reader, Submitter
 from service.api.browsers import check_token
+from service.api.downloads import bring_back
 from service.api.pages.charts import Chart, drawn
 from service.api.pages.derived import LongerSweep
 from service.api.pages.grid import GridSheet, chart_of, layout_of, quantities_of, shown_cells
 from service.api.pages.rendering import SEE_OTHER, page
 from service.api.routes import sweeps
-from service.api.routes.dependencies import AppArtifacts, AppSettings, AppStore, SweepId
+from service.api.routes.dependencies import AppArtifacts, AppSettings, AppStore, LocalArtifacts, SweepId
 from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
 from service.records.jobs import GridCell, Scope, State, Stored, SweepState, SweepStatus
@@ -107,17 +109,26 @@ async def show_chart(request: Request, shown: Annotated[ShownSweep, Depends(_sho
     return await drawn(request, shown.chart)
 
 
+async def _report(request: Request, shown: Annotated[ShownSweep, Depends(_shown)], store: AppStore) -> Stored | None:
+    """The report of a sweep, brought back from a bucket; None without one."""
+    if REPORT_JSON not in shown.files:
+        return None
+    _, report = await run_in_threadpool(store.sweeps.get_with_file, shown.status.id, REPORT_JSON)
+    if report is not None:
+        await bring_back(request, report)
+    return report
+
+
 @router.get("/sweeps/{id}")
 def show_sweep(
     request: Request,
     shown: Annotated[ShownSweep, Depends(_shown)],
+    report: Annotated[Stored | None, Depends(_report)],
     caller: Reader,
-    store: AppStore,
-    artifacts: AppArtifacts,
+    artifacts: LocalArtifacts,
 ) -> Response:
     """A sweep with its grid of runs, its report, and what the caller may do with it."""
     status, names = shown.status, shown.files
-    report = store.sweeps.get_with_file(status.id, REPORT_JSON)[1] if REPORT_JSON in names else None
     sweep = SweepModel.of(status, names)
     quantities = quantities_of(status.scenario)
     return page(

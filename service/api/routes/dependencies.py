@@ -4,18 +4,18 @@ import hashlib
 import json
 import re
 from collections.abc import AsyncIterator, Callable, Iterator
-from contextlib import asynccontextmanager, suppress
+from contextlib import AsyncExitStack, asynccontextmanager, suppress
 from dataclasses import replace
 from typing import Annotated, Any
 
 from fastapi import Depends, Header, Path, Query, Request, Response
 from pydantic import ValidationError
-from starlette.requests import ClientDisconnect
 
 from service.api.access import Caller, Submitter
+from service.api.browsers import body_of
 from service.api.conversions import Conversions
 from service.api.documents import pointer, read_json
-from service.api.errors import BadRequest, PayloadTooLarge, ServiceNotReady, UnsupportedMediaType
+from service.api.errors import PayloadTooLarge, ServiceNotReady, UnsupportedMediaType
 from service.api.event_streams import EventStreams
 from service.api.readers import Readers
 from service.api.reading import (
@@ -30,6 +30,7 @@ from service.api.reading import (
     expanded,
 )
 from service.api.schemas import SweepChange
+from service.api.turns import waiting
 from service.files.artifacts import Artifacts
 from service.files.disk_space import free_bytes, shown_size
 from service.queue import data_identity as identity
@@ -51,7 +52,7 @@ IDEMPOTENCY_KEY = re.compile(r"[!-~]{1,200}")  # visible ASCII without spaces
 def _part(name: str) -> Any:
     """A part of the app as a dependency."""
 
-    def part(request: Request) -> Any:
+    async def part(request: Request) -> Any:
         return getattr(request.app.state, name)
 
     return Depends(part)
@@ -60,6 +61,7 @@ def _part(name: str) -> Any:
 AppStore = Annotated[Store, _part("store")]
 AppSettings = Annotated[Settings, _part("settings")]
 AppArtifacts = Annotated[Artifacts, _part("artifacts")]
+LocalArtifacts = Annotated[Artifacts, _part("local_artifacts")]  # those on the disk: no bucket is asked
 AppConversions = Annotated[Conversions, _part("conversions")]
 AppEventStreams = Annotated[EventStreams, _part("event_streams")]
 
@@ -90,71 +92,59 @@ def link_next(request: Request, response: Response, cursor: str | None) -> None:
 
 async def _body(request: Request) -> bytes:
     """The body, up to the size limit, which the framework would report in plain text."""
-    declared = request.headers.get("content-length", "")
-    body = bytearray()
-    if declared.isdigit() and int(declared[:18]) > LONGEST_BODY:
-        raise PayloadTooLarge(f"{declared[:18]} bytes; at most {LONGEST_BODY}")
-    try:
-        async for chunk in request.stream():
-            body += chunk
-            if len(body) > LONGEST_BODY:
-                raise PayloadTooLarge(f"more than {LONGEST_BODY} bytes")
-    except ClientDisconnect:
-        raise BadRequest("the body ended before its declared length") from None
-    return bytes(body)
+    return await body_of(request, LONGEST_BODY)
 
 
 RequestBody = Annotated[bytes, Depends(_body)]
 
 
-@asynccontextmanager
-async def _read(
-    request: Request, body: bytes, settings: Settings, part: Callable[[Any, Posted], Read]
-) -> AsyncIterator[Read]:
-    """Read the document in the body in a child process, which stays taken during the block.
-
-    Raises InvalidInput with every error.
-    """
+async def _read(request: Request, body: bytes, settings: Settings, part: Callable[[Any, Posted], Read]) -> Read:
+    """Read the document in the body in a child process; raises InvalidInput with every error."""
     media_type = _media_type(request)
     if media_type not in PARSERS:
         raise UnsupportedMediaType(f"{media_type[:80]!r}; send one of: {', '.join(PARSERS)}")
-    async with read_posted(request, Posted(media_type, body, settings.max_runs), part) as read:
-        yield read
+    return await read_posted(request, Posted(media_type, body, settings.max_runs), part)
 
 
-@asynccontextmanager
-async def read_posted(request: Request, posted: Posted, part: Callable[[Any, Posted], Read]) -> AsyncIterator[Read]:
-    """Let a child process read a document, and keep the child during the block; raises InvalidInput."""
+async def read_posted(request: Request, posted: Posted, part: Callable[[Any, Posted], Read]) -> Read:
+    """Let a child process read a document, and wait for it without a turn; raises InvalidInput."""
     readers: Readers = request.app.state.readers
-    async with readers.slot(request.state.caller.name):
+    async with waiting(request), readers.slot(request.state.caller.name):
         read = await readers.read(posted, part)
-        if isinstance(read, Refusal):
-            request.state.pointers = read.pointers
-            raise InvalidInput(read.findings)
-        yield read
+    if isinstance(read, Refusal):
+        request.state.pointers = read.pointers
+        raise InvalidInput(read.findings)
+    return read
 
 
-@asynccontextmanager
-async def read_content(request: Request, content: Any, part: Callable[[Any, Posted], Read]) -> AsyncIterator[Read]:
+async def read_content(request: Request, content: Any, part: Callable[[Any, Posted], Read]) -> Read:
     """Read the content that a page puts together as ``read_posted`` reads a posted body, in a child process."""
     posted = Posted("application/json", json.dumps(content).encode(), request.app.state.settings.max_runs)
-    async with read_posted(request, posted, part) as read:
-        yield read
+    return await read_posted(request, posted, part)
 
 
-async def _estimated(request: Request, body: RequestBody, settings: AppSettings) -> AsyncIterator[EstimatedSweep]:
-    async with _read(request, body, settings, estimated) as sweep:
-        yield sweep
+@asynccontextmanager
+async def submitting(request: Request) -> AsyncIterator[None]:
+    """A block within which a sweep is expanded and stored: those of few requests are in memory at once."""
+    readers: Readers = request.app.state.readers
+    async with AsyncExitStack() as place:
+        async with waiting(request):
+            await place.enter_async_context(readers.submission(request.state.caller.name))
+        yield
+
+
+async def _estimated(request: Request, body: RequestBody, settings: AppSettings) -> EstimatedSweep:
+    return await _read(request, body, settings, estimated)
 
 
 PostedEstimate = Annotated[EstimatedSweep, Depends(_estimated)]
 
 
-async def _answered(request: Request, body: RequestBody, settings: AppSettings) -> AsyncIterator[Response]:
+async def _answered(request: Request, body: RequestBody, settings: AppSettings) -> Response:
     """What laws say of the question in the body, in the format that the request accepts."""
     as_cube = NETCDF in request.headers.get("accept", "")
-    async with _read(request, body, settings, answered_as_cube if as_cube else answered) as content:
-        yield Response(content, media_type=NETCDF if as_cube else "application/json")
+    content = await _read(request, body, settings, answered_as_cube if as_cube else answered)
+    return Response(content, media_type=NETCDF if as_cube else "application/json")
 
 
 AnswerOfLaws = Annotated[Response, Depends(_answered)]
@@ -286,11 +276,13 @@ async def _submission(
         prefix = f"{_media_type(request)}\n{priority}\n{keep}\n".encode()
         digest = hashlib.sha256(prefix + body).hexdigest()
         idempotency = (_unquoted_key(idempotency_key), digest)
-    async with _read(request, body, settings, expanded) as sweep:
+    async with submitting(request):
+        sweep = await _read(request, body, settings, expanded)
         yield submission_of(settings, caller, sweep, priority, keep, idempotency)
 
 
-PostedSubmission = Annotated[Submission, Depends(_submission)]
+# The place of a submission is free before a client reads the response.
+PostedSubmission = Annotated[Submission, Depends(_submission, scope="function")]
 
 
 def _unquoted_key(key: str) -> str:

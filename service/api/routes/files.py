@@ -2,17 +2,20 @@
 
 import json
 import re
-from pathlib import Path
+from collections.abc import Mapping
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
 from fastapi.responses import StreamingResponse
+from starlette.concurrency import run_in_threadpool
+from zipstream import ZipStream
 
-from service.api.conversions import PARTIAL, PARTIAL_REPORT, Conversions
-from service.api.downloads import Download, media_type_of, send_file, serves
+from service.api.conversions import LARGE, PARTIAL, PARTIAL_REPORT, Conversions, MadeFile
+from service.api.downloads import Download, bring_back, media_type_of, send_file, serves
 from service.api.errors import NotReady
 from service.api.routes.archives import archive_of
 from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, SweepId
+from service.api.turns import WaitingThreads, in_waiting_thread, turn_of
 from service.files.artifacts import FOR_PUBLICATIONS, Artifacts
 from service.records.jobs import NotFound, SweepStatus
 from service.store import Store
@@ -38,16 +41,8 @@ REPORT_POLICY = (
     "are NaN, `run_state` marks them, and the attribute `sweep_state` describes the progress",
     operation_id="get_cube_nc",
 )
-def download_cube(
-    id: SweepId,
-    request: Request,
-    store: AppStore,
-    artifacts: AppArtifacts,
-    conversions: AppConversions,
-    partial: SoFar = False,
-) -> Response:
-    conversion = (conversions, PARTIAL) if partial else None
-    return send_file(request, _published(store, artifacts, id, CUBE, conversion, is_attachment=True))
+async def download_cube(id: SweepId, request: Request, partial: SoFar = False) -> Response:
+    return await _send(request, id, CUBE, PARTIAL if partial else None, is_attachment=True)
 
 
 @serves(
@@ -58,17 +53,15 @@ def download_cube(
     "`all=true` also all other results, parameters and the audit",
     operation_id="get_runs_csv",
 )
-def download_runs_csv(
+async def download_runs_csv(
     id: SweepId,
     request: Request,
     store: AppStore,
-    artifacts: AppArtifacts,
     every_column: Annotated[bool, Query(alias="all", description="Return every column")] = False,
 ) -> Response:
     # A sweep that an earlier version published has one table, with every column.
-    has_all = every_column and store.sweeps.get_with_file(id, ALL_RUNS_CSV)[1] is not None
-    name = ALL_RUNS_CSV if has_all else RUNS_CSV
-    return send_file(request, _published(store, artifacts, id, name, is_attachment=True))
+    has_all = every_column and (await run_in_threadpool(store.sweeps.get_with_file, id, ALL_RUNS_CSV))[1] is not None
+    return await _send(request, id, ALL_RUNS_CSV if has_all else RUNS_CSV, is_attachment=True)
 
 
 @serves(
@@ -79,17 +72,9 @@ def download_runs_csv(
     "results so far, without pictures",
     operation_id="get_report_html",
 )
-def download_report_html(
-    id: SweepId,
-    request: Request,
-    store: AppStore,
-    artifacts: AppArtifacts,
-    conversions: AppConversions,
-    partial: SoFar = False,
-) -> Response:
+async def download_report_html(id: SweepId, request: Request, partial: SoFar = False) -> Response:
     policy = {"Content-Security-Policy": REPORT_POLICY, "X-Frame-Options": "SAMEORIGIN"}
-    conversion = (conversions, PARTIAL_REPORT) if partial else None
-    return send_file(request, _published(store, artifacts, id, REPORT_HTML, conversion, headers=policy))
+    return await _send(request, id, REPORT_HTML, PARTIAL_REPORT if partial else None, headers=policy)
 
 
 @serves(
@@ -99,8 +84,8 @@ def download_report_html(
     "The report for programs: the same numbers",
     operation_id="get_report_json",
 )
-def download_report_json(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
-    return send_file(request, _published(store, artifacts, id, REPORT_JSON))
+async def download_report_json(id: SweepId, request: Request) -> Response:
+    return await _send(request, id, REPORT_JSON)
 
 
 @serves(
@@ -111,15 +96,20 @@ def download_report_json(id: SweepId, request: Request, store: AppStore, artifac
     "runs in `runs/ID/`; `SHA256SUMS` has the digest of each (`sha256sum --check SHA256SUMS`)",
     operation_id="get_archive_zip",
 )
-def download_archive(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
-    sweep = store.sweeps.get(id)
-    if not sweep.is_terminal:
-        raise NotReady(f"the sweep is {_progress(sweep)}")
-    document = json.dumps(store.sweeps.document(id), ensure_ascii=False, indent=1).encode()
-    archive = archive_of(artifacts, store.publications.archived(id), {"sweep.json": document})
-    filename = f"{_plain(sweep.name)}-{ARCHIVE}"
+async def download_archive(id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
+    threads: WaitingThreads = request.app.state.waiting_threads
+
+    def archived() -> tuple[str, ZipStream]:
+        sweep = store.sweeps.get(id)
+        if not sweep.is_terminal:
+            raise NotReady(f"the sweep is {_progress(sweep)}")
+        document = json.dumps(store.sweeps.document(id), ensure_ascii=False, indent=1).encode()
+        return sweep.name, archive_of(artifacts, store.publications.archived(id), {"sweep.json": document})
+
+    name, archive = await in_waiting_thread(request, archived)
+    filename = f"{_plain(name)}-{ARCHIVE}"
     return StreamingResponse(
-        archive,
+        threads.each(turn_of(request).caller, iter(archive)),
         media_type=media_type_of(ARCHIVE),
         headers={"Content-Length": str(len(archive)), "Content-Disposition": f'attachment; filename="{filename}"'},
     )
@@ -132,48 +122,57 @@ def download_archive(id: SweepId, request: Request, store: AppStore, artifacts: 
     "The cube as a Zarr store in a ZIP file; needs the extra `zarr` on the service",
     operation_id="get_cube_zarr",
 )
-def download_zarr(
+async def download_zarr(
     id: SweepId, request: Request, store: AppStore, artifacts: AppArtifacts, conversions: AppConversions
 ) -> Response:
-    sweep, stored = store.sweeps.get_with_file(id, CUBE)
+    sweep, stored = await run_in_threadpool(store.sweeps.get_with_file, id, CUBE)
     if stored is None:
         raise _absent(sweep, CUBE)
-    path, sha256 = conversions.file("zarr.zip", [stored], artifacts)
-    return send_file(request, Download(path, f"{_plain(sweep.name)}-{ZARR}", sha256, is_attachment=True))
+    await bring_back(request, stored)
+    made = await conversions.file("zarr.zip", [stored], artifacts, turn_of(request))
+    return await send_file(
+        request, Download(made.path, f"{_plain(sweep.name)}-{ZARR}", made.sha256, is_attachment=True)
+    )
 
 
-def _published(
-    store: Store,
-    artifacts: Artifacts,
-    id: str,
-    name: str,
-    conversion: tuple[Conversions, str] | None = None,
-    **more: Any,
-) -> Download:
-    """A file of a sweep that has ended; before, that of the results so far by a conversion. Raises as ``_partial``."""
-    sweep, stored = store.sweeps.get_with_file(id, name)
+async def _send(request: Request, id: str, name: str, partial: str | None = None, **more: Any) -> Response:
+    """Send a file of a sweep that has ended; before, that of the results so far of the kind ``partial``."""
+    store: Store = request.app.state.store
+    artifacts: Artifacts = request.app.state.artifacts
+    sweep, stored = await run_in_threadpool(store.sweeps.get_with_file, id, name)
     if stored is not None:
         filename = f"{_plain(sweep.name)}-{name}"
-        return Download(artifacts.path(stored), filename, stored.sha256, registered=stored, **more)
-    if conversion is None:
+        return await send_file(
+            request, Download(artifacts.path(stored), filename, stored.sha256, registered=stored, **more)
+        )
+    if partial is None:
         raise _absent(sweep, name)
-    path, sha256 = _partial(store, artifacts, sweep, *conversion)
-    return Download(path, f"{_plain(sweep.name)}-partial-{name}", sha256, **more)
+    made = await _so_far(request, sweep, partial)
+    if made.age is not None:
+        more["headers"] = {**more.get("headers", {}), "Age": str(round(made.age))}
+    return await send_file(request, Download(made.path, f"{_plain(sweep.name)}-partial-{name}", made.sha256, **more))
 
 
-def _partial(
-    store: Store, artifacts: Artifacts, sweep: SweepStatus, conversions: Conversions, kind: str
-) -> tuple[Path, str]:
-    """The cube or the report of the results so far, and its SHA-256; raises NotReady, Busy, ConversionFailed."""
-    document, outcomes = store.publications.inputs(sweep.id)
-    results = sum(outcome.path is not None for outcome in outcomes)
-    if not results:
-        raise NotReady(f"the sweep is {_progress(sweep)}, and none of its runs has a result yet")
-    state = f"{sweep.state}, {results} of {len(outcomes)} runs have a result"
-    for stored in store.publications.archived(sweep.id).values() if artifacts.bucket is not None else ():
-        if stored.name in FOR_PUBLICATIONS:
-            artifacts.local(stored)
-    return conversions.partial_cube(document, outcomes, artifacts.root, state, kind)
+async def _so_far(request: Request, sweep: SweepStatus, kind: str) -> MadeFile:
+    """The cube or the report of the results so far; raises NotReady, Busy, ConversionFailed."""
+    store: Store = request.app.state.store
+    artifacts: Artifacts = request.app.state.artifacts
+    conversions: Conversions = request.app.state.conversions
+
+    def gather() -> Mapping[str, Any]:
+        document, outcomes = store.publications.inputs(sweep.id)
+        results = sum(outcome.path is not None for outcome in outcomes)
+        if not results:
+            raise NotReady(f"the sweep is {_progress(sweep)}, and none of its runs has a result yet")
+        runs = [outcome.as_json(artifacts.root) for outcome in outcomes]
+        state = f"{sweep.state}, {results} of {len(outcomes)} runs have a result"
+        return {"document": document, "outcomes": runs, "state": state}
+
+    if artifacts.bucket is not None:
+        archived = await run_in_threadpool(store.publications.archived, sweep.id)
+        await bring_back(request, *(stored for stored in archived.values() if stored.name in FOR_PUBLICATIONS))
+    is_large = sweep.planned > LARGE
+    return await conversions.partial(kind, sweep.id, gather, turn_of(request), is_large=is_large)
 
 
 def _absent(sweep: SweepStatus, name: str) -> Exception:

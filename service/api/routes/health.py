@@ -1,5 +1,6 @@
 """Liveness, readiness, version and metrics of the service."""
 
+import asyncio
 import platform
 import shutil
 import tempfile
@@ -8,6 +9,7 @@ import time
 from collections.abc import Callable
 from concurrent.futures import Future
 
+import anyio
 from fastapi import APIRouter, Request, Response
 
 from service import version
@@ -37,9 +39,24 @@ class ReadinessCheck:
         self._ended = 0.0  # monotonic
 
     def result(self, check: Callable[[], Readiness]) -> Readiness:
-        """The outcome of ``check``, at most ``REUSE_SECONDS`` old; raises what it raised, and ServiceNotReady.
+        """The outcome of ``check``, at most ``REUSE_SECONDS`` old; raises what it raised, and ServiceNotReady."""
+        try:
+            return self._begun(check).result(TIMEOUT_SECONDS)
+        except TimeoutError:
+            raise _late() from None
 
-        The check may wait as long as the store does, in a thread that delays neither callers nor the exit.
+    async def awaited(self, check: Callable[[], Readiness]) -> Readiness:
+        """The same, waited for without a thread."""
+        try:
+            with anyio.fail_after(TIMEOUT_SECONDS):
+                return await asyncio.shield(asyncio.wrap_future(self._begun(check)))
+        except TimeoutError:
+            raise _late() from None
+
+    def _begun(self, check: Callable[[], Readiness]) -> Future[Readiness]:
+        """A check that goes on or has just ended.
+
+        It may wait as long as the store does, in a thread that delays neither callers nor the exit.
         """
 
         def run(future: Future[Readiness]) -> None:
@@ -57,11 +74,11 @@ class ReadinessCheck:
             if self._last is None or (self._last.done() and is_old):
                 self._last = Future()
                 threading.Thread(target=run, args=(self._last,), daemon=True).start()
-            last = self._last
-        try:
-            return last.result(TIMEOUT_SECONDS)
-        except TimeoutError:
-            raise ServiceNotReady("the database has not responded yet") from None
+            return self._last
+
+
+def _late() -> ServiceNotReady:
+    return ServiceNotReady("the database has not responded yet")
 
 
 @router.get("/livez")
@@ -71,23 +88,25 @@ async def show_liveness() -> Health:
 
 
 @router.get("/readyz")
-def show_readiness(request: Request, store: AppStore, settings: AppSettings) -> Readiness:
+async def show_readiness(request: Request, store: AppStore, settings: AppSettings) -> Readiness:
     """The database and the data directory are writable, and the queue has a leader with workers."""
+    readiness: ReadinessCheck = request.app.state.readiness
+    return await readiness.awaited(lambda: _check(request, store, settings))
 
-    def check() -> Readiness:
-        store.ping()
-        check_directory(settings, store)
-        checks = {"store": "writable", **_check_disk(settings)}
-        checks |= _check_engine(request.app.state.engine, store.queue.status())
-        return Readiness(status="ready", checks=checks)
 
-    return request.app.state.readiness.result(check)
+def _check(request: Request, store: AppStore, settings: AppSettings) -> Readiness:
+    """What makes the service ready; raises ServiceNotReady, StoreUnavailable."""
+    store.ping()
+    check_directory(settings, store)
+    checks = {"store": "writable", **_check_disk(settings)}
+    checks |= _check_engine(request.app.state.engine, store.queue.status())
+    return Readiness(status="ready", checks=checks)
 
 
 def why_not_ready(request: Request, store: AppStore, settings: AppSettings) -> str | None:
     """The reason why `/readyz` says that the service cannot compute; None: it can."""
     try:
-        show_readiness(request, store, settings)
+        request.app.state.readiness.result(lambda: _check(request, store, settings))
     except (ServiceNotReady, StoreUnavailable) as error:
         return str(error)
     return None

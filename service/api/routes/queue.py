@@ -1,22 +1,25 @@
 """The queue as a whole: show, pause, resume."""
 
 from fastapi import APIRouter, Request
+from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Administrator
 from service.api.routes.dependencies import AppSettings, AppStore
 from service.api.routes.health import why_not_ready
 from service.api.schemas import QueueModel
+from service.api.turns import in_waiting_thread
 
 router = APIRouter(prefix="/v1/queue", tags=["operations"])
 
 
 @router.get("")
-def show_queue(request: Request, store: AppStore, settings: AppSettings) -> QueueModel:
+async def show_queue(request: Request, store: AppStore, settings: AppSettings) -> QueueModel:
     """Whether the queue is paused or blocked, how many jobs it holds, and which process leads.
 
     Counts may be half a second old while nothing happens; the reason is that of `/readyz`.
     """
-    return QueueModel.of(store.queue.status(), why_not_ready(request, store, settings))
+    reason = await in_waiting_thread(request, why_not_ready, request, store, settings)
+    return QueueModel.of(await run_in_threadpool(store.queue.status), reason)
 
 
 @router.post("/pause")

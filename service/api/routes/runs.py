@@ -4,19 +4,18 @@ from pathlib import Path as FilePath
 from typing import Annotated, Literal
 
 from fastapi import APIRouter, Path, Query, Request, Response
-from fastapi.responses import FileResponse
+from starlette.concurrency import run_in_threadpool
 
-from service.api.downloads import Download, media_type_of, send_file, serves
+from service.api.downloads import Download, RangedFile, bring_back, is_range, media_type_of, send_file, serves
 from service.api.routes.dependencies import AppArtifacts, AppConversions, AppStore, PageLimit, Prefix, RunId
 from service.api.schemas import FileModel, Items, RunModel, RunQuestion
+from service.api.turns import turn_of
 from service.files.artifacts import LOG, OF_A_RUN, Artifacts
 from service.records.jobs import VIEWS, NotFound, State, Stored
 from service.store import Store
 from studies.quantities.files import FILM, RESULT, STATE, VTK
 
 router = APIRouter(prefix="/v1/runs", tags=["runs"])
-
-WAIT_FOR_VIEW = 20.0  # s that a page waits while another one's picture is made
 
 FilmField = Literal["speed", "pressure", "temperature", "plastic_strain", "damage"]  # studies.films.film.SCALARS
 
@@ -41,16 +40,16 @@ def list_files(id: RunId, store: AppStore) -> Items[FileModel]:
 
 
 @serves(router, "/{id}/files/{name}", OF_A_RUN, "A file of a run")
-def download_file(
+async def download_file(
     id: RunId,
     name: Annotated[str, Path(description="Name from the list of files", examples=["result.json"])],
     request: Request,
     store: AppStore,
     artifacts: AppArtifacts,
 ) -> Response:
-    stored = store.runs.file(id, name)
+    stored = await run_in_threadpool(store.runs.file, id, name)
     path, filename = artifacts.path(stored), f"{id}-{stored.name}"
-    return send_file(request, Download(path, filename, stored.sha256, is_attachment=True, registered=stored))
+    return await send_file(request, Download(path, filename, stored.sha256, is_attachment=True, registered=stored))
 
 
 @serves(
@@ -60,15 +59,16 @@ def download_file(
     "Film and final state for ParaView and other readers of VTK (`film.pvd`, `state.vtu`), with units and times; what "
     "is in it follows from the retention of the run",
 )
-def download_vtk(
+async def download_vtk(
     id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts, conversions: AppConversions
 ) -> Response:
-    files = {file.name: file for file in store.runs.files(id)}
+    files = {file.name: file for file in await run_in_threadpool(store.runs.files, id)}
     if not {STATE, FILM} & set(files):
         raise NotFound("file", f"{id}/{STATE}")
     sources = [files[name] for name in (STATE, FILM, RESULT) if name in files]
-    path, sha256 = conversions.file(VTK, sources, artifacts)
-    return send_file(request, Download(path, f"{id}-{VTK}", sha256, is_attachment=True))
+    await bring_back(request, *sources)
+    made = await conversions.file(VTK, sources, artifacts, turn_of(request))
+    return await send_file(request, Download(made.path, f"{id}-{VTK}", made.sha256, is_attachment=True))
 
 
 @serves(
@@ -78,7 +78,7 @@ def download_vtk(
     "The film of a run that kept it, as an animation: one section, coloured by a field. An MP4 needs ffmpeg, or the "
     "extra `video`, on the service",
 )
-def download_animation(
+async def download_animation(
     id: RunId,
     request: Request,
     store: AppStore,
@@ -87,23 +87,26 @@ def download_animation(
     format: Annotated[Literal["gif", "mp4"], Path(description="GIF or MP4", examples=["gif"])],
     field: Annotated[FilmField, Query(description="What the colours show")] = "speed",
 ) -> Response:
-    film = store.runs.file(id, FILM)
-    path, sha256 = conversions.file(format, [film], artifacts, field=field)
-    return send_file(request, Download(path, f"{id}-film.{format}", sha256))
+    film = await run_in_threadpool(store.runs.file, id, FILM)
+    await bring_back(request, film)
+    made = await conversions.file(format, [film], artifacts, turn_of(request), field=field)
+    return await send_file(request, Download(made.path, f"{id}-film.{format}", made.sha256))
 
 
 @router.get("/{id}/views/{view}", include_in_schema=False)
-def download_view(
+async def download_view(
     id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts, conversions: AppConversions, view: str
 ) -> Response:
     """What the page of a run draws, packed (``studies.films.packed``)."""
-    files = {file.name: file for file in store.runs.files(id)}
+    files = {file.name: file for file in await run_in_threadpool(store.runs.files, id)}
     source = next((files[name] for name in VIEWS.get(view, ()) if name in files), None)
     if source is None:
         raise NotFound("view", f"{id}/{view[:80]}")
-    run = store.runs.spec(id)
-    path, sha256 = conversions.file(f"{view}.view", [source], artifacts, wait=WAIT_FOR_VIEW, run=run)
-    return send_file(request, Download(path, f"{id}-{view}", sha256, headers={"Content-Encoding": "gzip"}))
+    run = await run_in_threadpool(store.runs.spec, id)
+    await bring_back(request, source)
+    made = await conversions.file(f"{view}.view", [source], artifacts, turn_of(request), run=run)
+    headers = {"Content-Encoding": "gzip"}
+    return await send_file(request, Download(made.path, f"{id}-{view}", made.sha256, headers=headers))
 
 
 @serves(
@@ -113,14 +116,14 @@ def download_view(
     "The output of the solver in the last attempt; of a running run, the output until now "
     "(`Range: bytes=1000-` returns the rest)",
 )
-def download_log(id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
-    file, registered = log_of(id, store, artifacts)
+async def download_log(id: RunId, request: Request, store: AppStore, artifacts: AppArtifacts) -> Response:
+    file, registered = await run_in_threadpool(log_of, id, store, artifacts)
     if registered:
-        return send_file(request, Download(file, f"{id}-{LOG}", registered.sha256, registered=registered))
-    if "range" in request.headers:
-        return FileResponse(file, media_type=media_type_of(LOG))
-    # ``FileResponse`` would send more bytes than announced while the log grows (up to 16 MiB).
-    return Response(file.read_bytes(), media_type=media_type_of(LOG))
+        return await send_file(request, Download(file, f"{id}-{LOG}", registered.sha256, registered=registered))
+    if is_range(request.headers.get("range", "")):
+        return RangedFile(file, media_type=media_type_of(LOG))
+    # It would send more bytes than announced while the log grows (up to 16 MiB).
+    return Response(await run_in_threadpool(file.read_bytes), media_type=media_type_of(LOG))
 
 
 def log_of(id: str, store: Store, artifacts: Artifacts) -> tuple[FilePath, Stored | None]:

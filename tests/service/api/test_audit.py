@@ -13,8 +13,9 @@ from fastapi.testclient import TestClient
 
 from service import logs
 from service.api import access
-from service.api.access import SAFE_METHODS, WrongKeys
+from service.api.access import WrongKeys
 from service.api.app import GUARDED, OPEN
+from service.api.browsers import SAFE_METHODS
 from service.api.middleware import READS
 from service.records.jobs import AuditEntry, Scope
 from service.store.tables import AUDIT

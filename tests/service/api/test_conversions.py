@@ -4,20 +4,23 @@ import io
 import json
 import os
 import re
-import threading
 import zipfile
-from concurrent.futures import ThreadPoolExecutor
+from collections.abc import Callable
 from dataclasses import replace
+from itertools import count
 from pathlib import Path
-from typing import get_args
+from typing import Any, get_args
 
+import anyio
 import numpy as np
 import pytest
 import xarray as xr
 
-from service.api.conversions import MOST_FILES, Conversions
+from service.api import conversions, reading
+from service.api.conversions import MOST_FILES, PART_SECONDS, Conversions, MadeFile
 from service.api.errors import Busy, ConversionFailed
 from service.api.routes.runs import FilmField
+from service.api.turns import Places, Turn
 from service.client.client import Client
 from service.files.artifacts import Artifacts, describe
 from service.records.jobs import Kind, Lease, Stored
@@ -120,20 +123,42 @@ def test_partial_cube__that_cannot_be_made_is_a_500_with_the_request_id_and_at_t
     assert api.http.get(f"{file}?partial=true").headers["ETag"] == api.http.get(file).headers["ETag"]
 
 
+def turn(caller: str = "ann") -> Turn:
+    """The turn of a request that waits for nobody else's."""
+    return Turn(Places(8, 8, waiting=8, waiting_of_a_caller=8), caller)
+
+
+async def partial(files: Conversions, *, sweep: str = "1", caller: str = "ann", is_large: bool = False) -> MadeFile:
+    """The results so far of a sweep of which they change with each request."""
+
+    def gather() -> dict[str, Any]:
+        return {"document": SWEEP, "outcomes": [], "state": f"of {next(NUMBERS)}"}
+
+    return await files.partial("partial.nc", sweep, gather, turn(caller), is_large=is_large)
+
+
+NUMBERS = count()
+
+
 @pytest.mark.parametrize(("limit", "message"), [({"seconds": 0}, "0 s"), ({"memory": 1 << 26}, "log")])
 def test_partial_cube__beyond_a_limit_is_refused_and_leaves_no_file(
     tmp_path: Path, limit: dict[str, int], message: str
 ) -> None:
     cubes = Conversions(tmp_path / "cache", **limit)
     with pytest.raises(ConversionFailed, match=message):
-        cubes.partial_cube(SWEEP, [], tmp_path, "running")
+        anyio.run(partial, cubes)
     assert not list((tmp_path / "cache").iterdir())
 
 
 class EmptyFiles(Conversions):
-    """Writes an empty file in place of each cube."""
+    """Writes an empty file in place of each."""
 
-    def _run_child(self, file: Path, inputs: str) -> None:
+    def __init__(self, folder: Path, **options: Any):
+        super().__init__(folder, **options)
+        self.made = 0
+
+    async def _run_child(self, file: Path, inputs: str) -> None:
+        self.made += 1
         file.touch()
 
 
@@ -146,7 +171,7 @@ def test_partial_cubes__that_were_used_last_are_kept(tmp_path: Path) -> None:
     left = folder / ".0.zarr.zip.x1.part"  # by a child that was killed
     (left / "speed").mkdir(parents=True)
     os.utime(left, (0, 0))
-    made, _ = EmptyFiles(folder).partial_cube(SWEEP, [], tmp_path, "running")
+    made = anyio.run(partial, EmptyFiles(folder)).path
     kept = {file.name for file in folder.iterdir()} - {f"{made.name}.sha256"}
     assert made.name in kept
     assert len(kept) == MOST_FILES
@@ -155,36 +180,103 @@ def test_partial_cubes__that_were_used_last_are_kept(tmp_path: Path) -> None:
     assert "0.nc" not in kept
 
 
-class SlowFiles(Conversions):
+def test_partial_cube__of_a_large_sweep_is_made_once_a_minute_and_says_its_age(tmp_path: Path) -> None:
+    files = EmptyFiles(tmp_path)
+
+    async def use() -> None:
+        first = await partial(files, is_large=True)
+        assert first.age is None
+        again = await partial(files, is_large=True, caller="bob")
+        assert (again.path, again.sha256) == (first.path, first.sha256)
+        assert again.age is not None
+        assert (await partial(files, is_large=True, sweep="2")).age is None
+        assert files.made == 2
+        later = EmptyFiles(tmp_path, part_seconds=0.0)
+        for number in range(2):
+            assert (await partial(later, is_large=True)).age is None
+            assert later.made == 1 + number
+
+    anyio.run(use)
+
+
+def test_partial_cube__of_a_large_sweep_that_could_not_be_made_is_not_tried_again_for_a_minute(tmp_path: Path) -> None:
+    class Failing(EmptyFiles):
+        async def _run_child(self, file: Path, inputs: str) -> None:
+            await super()._run_child(file, inputs)
+            raise ConversionFailed("it took more than 120 s")
+
+    files = Failing(tmp_path)
+
+    async def use() -> None:
+        with pytest.raises(ConversionFailed):
+            await partial(files, is_large=True)
+        with pytest.raises(Busy) as refused:
+            await partial(files, is_large=True, caller="bob")
+        assert 0 < int(refused.value.headers["Retry-After"]) <= PART_SECONDS
+
+    anyio.run(use)
+    assert files.made == 1
+
+
+class SlowFiles(EmptyFiles):
     """Writes an empty file once it may."""
 
-    def __init__(self, folder: Path):
-        super().__init__(folder)
-        self.begun, self.may_end = threading.Event(), threading.Event()
-        self.made = 0
+    def __init__(self, folder: Path, **options: Any):
+        super().__init__(folder, **options)
+        self.may_end = anyio.Event()
+        self.begun: list[str] = []
 
-    def _run_child(self, file: Path, inputs: str) -> None:
-        self.begun.set()
-        assert self.may_end.wait(DEADLINE)
-        self.made += 1
-        file.touch()
+    async def _run_child(self, file: Path, inputs: str) -> None:
+        self.begun.append(json.loads(inputs)["options"]["of"])
+        await self.may_end.wait()
+        await super()._run_child(file, inputs)
 
 
-def test_file__of_one_request_is_waited_for_by_another_of_a_page_alone(tmp_path: Path) -> None:
-    files, source = SlowFiles(tmp_path), Stored("state.npz", "state.npz", 0, "")
+async def file(files: Conversions, caller: str, of: str) -> MadeFile:
+    source = Stored("state.npz", "state.npz", 0, "")
+    return await files.file("cloud.view", [source], Artifacts(Path("/nowhere")), turn(caller), of=of)
 
-    def made(wait: float) -> Path:
-        return files.file("cloud.view", [source], Artifacts(tmp_path), wait=wait)[0]
 
-    with ThreadPoolExecutor() as threads:
-        first = threads.submit(made, 0.0)
-        assert files.begun.wait(DEADLINE)
-        second = threads.submit(made, DEADLINE)
-        with pytest.raises(Busy):
-            made(0.0)
-        files.may_end.set()
-        assert first.result() == second.result()
-    assert files.made == 1
+def test_files__are_made_for_each_caller_in_turn_and_the_same_one_once(tmp_path: Path) -> None:
+    async def use() -> None:
+        files = SlowFiles(tmp_path)
+        async with anyio.create_task_group() as tasks:
+            for caller, of in (*(("ann", f"film {n}") for n in range(4)), ("bob", "film 0"), ("cid", "cube")):
+                tasks.start_soon(file, files, caller, of)
+                await anyio.wait_all_tasks_blocked()
+            await wait_for(lambda: len(files.begun) == 2)
+            # Another film of ann waits for the first, the same film of bob for the file of ann.
+            assert files.begun == ["film 0", "cube"]
+            files.may_end.set()
+        assert sorted(files.begun) == ["cube", *(f"film {n}" for n in range(4))]
+        assert files.made == 5
+
+    anyio.run(use)
+
+
+def test_file__that_is_not_begun_in_time_is_refused(tmp_path: Path) -> None:
+    async def use() -> None:
+        files = SlowFiles(tmp_path, wait_seconds=0.05)
+        async with anyio.create_task_group() as tasks:
+            tasks.start_soon(file, files, "ann", "film 0")
+            await wait_for(lambda: files.begun)
+            for caller, of in (("ann", "film 1"), ("bob", "film 0")):
+                with pytest.raises(Busy):
+                    await file(files, caller, of)
+            files.may_end.set()
+        assert files.made == 1
+
+    anyio.run(use)
+
+
+async def wait_for(condition: Callable[[], object]) -> None:
+    with anyio.fail_after(DEADLINE):
+        while not condition():
+            await anyio.sleep(0.001)
+
+
+def test_child__gives_way_as_one_that_reads_documents_does() -> None:
+    assert conversions.NICENESS >= reading.NICENESS
 
 
 def with_files(api: Api) -> tuple[str, str]:

@@ -85,7 +85,7 @@ class FakeDispatcher:
 
 
 class ReadersHere(Readers):
-    """Reads sweeps in this process: each request of a ``TestClient`` has an event loop, and children, of its own."""
+    """Reads sweeps in this process: the children of a ``TestClient`` would begin anew with each event loop."""
 
     @asynccontextmanager
     async def slot(self, key: str) -> AsyncIterator[None]:
@@ -98,7 +98,7 @@ class ReadersHere(Readers):
 class SameFile(Conversions):
     """Gives the same file for everything: the results of these tests are empty."""
 
-    def _run_child(self, file: Path, inputs: str) -> None:
+    async def _run_child(self, file: Path, inputs: str) -> None:
         file.write_text("{}")
 
 
@@ -170,8 +170,9 @@ def open_api(folder: Path, **settings: Any) -> Iterator[Api]:
         put_empty_store(folder)
     with open_service(chosen, start) as app:
         app.state.readers = ReadersHere()
-        http = TestClient(app, base_url=ADDRESS, raise_server_exceptions=False)
-        yield Api(http, app.state.store, chosen, engine)
+        # Entered, its requests share an event loop, as those of a server do.
+        with TestClient(app, base_url=ADDRESS, raise_server_exceptions=False) as http:
+            yield Api(http, app.state.store, chosen, engine)
 
 
 @contextmanager

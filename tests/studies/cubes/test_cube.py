@@ -5,6 +5,7 @@ import json
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
+from unittest.mock import Mock
 
 import numpy as np
 import pandas as pd
@@ -17,6 +18,8 @@ from studies.cubes.runs_table import runs_csv
 from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from studies.cubes.variables import STATES
 from studies.quantities.measured import MESH_DETERMINED
+from studies.runs import run
+from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
 from tests.claims.marked import claimed
 from tests.studies.support import compliance, fakes
@@ -50,6 +53,33 @@ def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
         assert cell.run_id.item() == point.run.id
     assert "hole_diameter_uncertainty_definition" not in dataset
     assert "hole_diameter_areal_definition_part" not in dataset
+
+
+def test_unfinished_runs__are_not_resolved_where_all_ids_are_known(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The results so far have the values of runs that have ended, and of the others place, id and state alone."""
+    sweep, pending = fakes.holes(), RunResult("", "pending", None)
+    points = sweep.runs()
+    ids = [point.run.id for point in points]
+    ended = {id: result for id, result in fakes.results(sweep).items() if id in ids[1::5]}
+    results = {id: ended.get(id, pending) for id in ids}
+    catalogue = fakes.catalogue()
+    whole = cube.build(sweep, results, catalogue)
+    resolve = Mock(wraps=run.resolve)
+    monkeypatch.setattr(run, "resolve", resolve)
+    partial = cube.build(sweep, results, catalogue, ids)
+    assert resolve.call_count == len(ended)
+    assert partial.sizes == whole.sizes
+    for name in ("run_id", "run_state", "speed", "plate_thickness", "projectile", "projectile_diameter"):
+        xr.testing.assert_identical(partial[name].variable, whole[name].variable)
+    for point in points:
+        mine, other = (each.sel(point.coordinates) for each in (partial, whole))
+        if point.run.id in ended:
+            xr.testing.assert_equal(mine, other)
+        else:
+            assert np.isnan(mine.hole_diameter)
+            assert np.isnan(mine.hole_diameter_by_law).all()
+    # Of ids that are those of other runs, as of an older version, nothing is taken.
+    xr.testing.assert_identical(cube.build(sweep, results, catalogue, ids[1:] + ids[:1]), whole)
 
 
 @pytest.mark.claim("cube", "failed-run-is-a-result")
