@@ -20,6 +20,7 @@ from service.api.pages import catalogue as catalogue_pages
 from service.api.pages import runs as run_pages
 from service.api.pages import sweeps as sweep_pages
 from service.api.readers import Readers
+from service.api.readiness import ReadinessCheck
 from service.api.routes import catalogue, events, files, health, queue, runs, sweeps
 from service.api.schemas import problem_schemas
 from service.files.artifacts import Artifacts
@@ -78,7 +79,8 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
         generate_unique_id_function=lambda route: route.name,
     )
     streams = EventStreams(store)
-    metrics = Metrics(store, engine, streams)
+    readiness = ReadinessCheck(settings, store, engine)
+    metrics = Metrics(store, engine, streams, readiness)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.artifacts = Artifacts.of(settings)
     app.state.event_streams, app.state.metrics = streams, metrics
@@ -86,7 +88,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.readers, app.state.rates = Readers(), RequestRates(settings.quota_requests)
     app.state.wrong_keys = WrongKeys()
     app.state.drawings = {}  # pictures of materials, by name
-    app.state.readiness = health.ReadinessCheck()
+    app.state.readiness = readiness
     app.state.conversions = Conversions(settings.data / CACHE)
     for router in OPEN:
         app.include_router(router)

@@ -26,6 +26,7 @@ from prometheus_client.registry import Collector
 
 from service import version
 from service.api.event_streams import EventStreams
+from service.api.readiness import ReadinessCheck
 from service.queue.status import DispatcherStatus
 from service.records.jobs import RUN_STATES, Cause, JobTally, Kind, State, StoreUnavailable
 from service.store import Store
@@ -40,7 +41,7 @@ REQUEST_SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0
 class Metrics:
     """All metrics of a service, in one registry."""
 
-    def __init__(self, store: Store, engine: DispatcherStatus, streams: EventStreams):
+    def __init__(self, store: Store, engine: DispatcherStatus, streams: EventStreams, readiness: ReadinessCheck):
         # It would add a second series to each counter, with its time of creation.
         disable_created_metrics()
         self._registry = CollectorRegistry()
@@ -59,7 +60,7 @@ class Metrics:
         )
         ProcessCollector(registry=self._registry)
         self._registry.register(_ProcessMetrics(engine, streams))
-        self._registry.register(_StoreMetrics(store))
+        self._registry.register(_ServiceMetrics(store, engine, readiness))
 
     def record_request(self, *, route: str, method: str, status: int, seconds: float) -> None:
         """Count a request."""
@@ -88,7 +89,7 @@ class _ProcessMetrics(_LazyCollector):
         versions = {"version": version(), "physics": str(PHYSICS_VERSION)}
         yield InfoMetricFamily("whipple", "Versions of this process.", versions)
         gauges = {
-            "whipple_leader": ("1 if this process assigns the work.", self._engine.leads()),
+            "whipple_leader": ("1 if this process assigns the work, and the database lets it.", self._engine.leads()),
             "whipple_slots": ("Runs that this process can compute at once.", self._engine.workers()),
             "whipple_event_streams": ("Open event streams.", self._streams.open),
         }
@@ -96,21 +97,26 @@ class _ProcessMetrics(_LazyCollector):
             yield GaugeMetricFamily(name, meaning, float(value or 0))
 
 
-class _StoreMetrics(_LazyCollector):
-    """Metrics of the queue: jobs by state, failed attempts, seconds of runs."""
+class _ServiceMetrics(_LazyCollector):
+    """Metrics of what the service can do, and of the queue: jobs by state, failed attempts, seconds of runs."""
 
-    def __init__(self, store: Store):
-        self._store = store
+    def __init__(self, store: Store, engine: DispatcherStatus, readiness: ReadinessCheck):
+        self._store, self._engine, self._readiness = store, engine, readiness
 
     def collect(self) -> Iterator[Metric]:
+        problem = self._readiness.problem()
+        yield GaugeMetricFamily("whipple_ready", "1 if /readyz says that it is ready.", float(problem is None))
+        is_refused = self._engine.is_refused() or isinstance(problem, StoreUnavailable)
         try:
             queue = self._store.queue.status()
             tallies = self._store.queue.tally(RUN_SECONDS)
             attempts, owned = self._store.queue.attempts_by_cause(), self._store.queue.tally_of_owners()
         except StoreUnavailable:
             yield _store_up(0.0)
+            yield _blocked(1.0)
             return
-        yield _store_up(1.0)
+        yield _store_up(float(not is_refused))
+        yield _blocked(float(is_refused or bool(self._engine.blocked_reason() or queue.blocked_reason)))
         yield _jobs(Kind.RUN, RUN_STATES, tallies, "whipple_runs", "Runs by state.")
         meaning = "Publications of sweeps by state."
         yield _jobs(Kind.PUBLISH, tuple(State), tallies, "whipple_publications", meaning)
@@ -123,8 +129,6 @@ class _StoreMetrics(_LazyCollector):
         yield GaugeMetricFamily("whipple_queue_age_seconds", meaning, age)
         paused = float(queue.paused is not None)
         yield GaugeMetricFamily("whipple_queue_paused", "1 if the queue is paused.", paused)
-        blocked = float(queue.blocked_reason is not None)
-        yield GaugeMetricFamily("whipple_queue_blocked", "1 if nothing begins: disk, bucket, no worker.", blocked)
         yield _run_seconds(tallies)
         failed = CounterMetricFamily("whipple_attempts_failed", "Attempts that did not succeed.", labels=["cause"])
         for cause in Cause:
@@ -133,7 +137,11 @@ class _StoreMetrics(_LazyCollector):
 
 
 def _store_up(value: float) -> Metric:
-    return GaugeMetricFamily("whipple_store_up", "1 if the database responds.", value)
+    return GaugeMetricFamily("whipple_store_up", "1 if the database responds and takes what is written.", value)
+
+
+def _blocked(value: float) -> Metric:
+    return GaugeMetricFamily("whipple_queue_blocked", "1 if nothing begins: database, disk, bucket, no worker.", value)
 
 
 def _jobs(kind: Kind, states: Sequence[State], tallies: Sequence[JobTally], name: str, meaning: str) -> Metric:

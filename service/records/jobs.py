@@ -433,15 +433,21 @@ class Result:
 
 
 @dataclass(frozen=True)
-class QueueRow:
-    """The queue as a whole at one moment."""
+class QueueHead:
+    """The queue as a whole at one moment, without its jobs."""
 
     paused: datetime | None  # since when no run is begun
     blocked_reason: str | None  # why nothing is begun although there is work
-    states: Mapping[State, int]  # jobs in each state, publications included
-    oldest_queued: datetime | None  # since when the run that waits longest is in the queue
     term: int  # the youngest term of leadership; 0: there was none
     leader: str | None  # owner of the term; None: no service leads
+
+
+@dataclass(frozen=True)
+class QueueRow(QueueHead):
+    """The queue as a whole at one moment."""
+
+    states: Mapping[State, int]  # jobs in each state, publications included
+    oldest_queued: datetime | None  # since when the run that waits longest is in the queue
 
 
 @dataclass(frozen=True)

@@ -9,7 +9,7 @@ from datetime import datetime
 
 import sqlalchemy as sa
 
-from service.records.jobs import ACTIVE, Cause, JobTally, Kind, QueueRow, State
+from service.records.jobs import ACTIVE, Cause, JobTally, Kind, QueueHead, QueueRow, State
 from service.store import leadership
 from service.store.connection import Database
 from service.store.events import log_event
@@ -72,20 +72,24 @@ class Queue:
 
     def status(self) -> QueueRow:
         """The queue at this moment; counts without an event are up to ``REUSE_SECONDS`` old."""
+        with self._database.reading() as connection:
+            head, event = self._head(connection)
+            counts = self._counted(connection, event)
+        return QueueRow(**vars(head), states=counts.states, oldest_queued=counts.oldest)
+
+    def head(self) -> QueueHead:
+        """The queue at this moment without its jobs, at the same cost however many there are."""
+        with self._database.reading() as connection:
+            return self._head(connection)[0]
+
+    def _head(self, connection: sa.Connection) -> tuple[QueueHead, int]:
+        """The queue without its jobs, and the number of the last event."""
         youngest = sa.select(sa.func.coalesce(sa.func.max(TERMS.c.term), 0)).scalar_subquery()
         event = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0)).scalar_subquery()
-        query = sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, youngest.label("term"), event.label("event"))
-        with self._database.reading() as connection:
-            row = connection.execute(query).one()
-            counts = self._counted(connection, row.event)
-            return QueueRow(
-                paused=row.paused,
-                blocked_reason=row.blocked_reason,
-                states=counts.states,
-                oldest_queued=counts.oldest,
-                term=row.term,
-                leader=leadership.leader(self._database, connection),
-            )
+        leader = leadership.leader(self._database).scalar_subquery()
+        query = sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, youngest.label("term"))
+        *head, event = connection.execute(query.add_columns(leader.label("leader"), event)).one()
+        return QueueHead(*head), event
 
     def _counted(self, connection: sa.Connection, event: int) -> _Counts:
         """The counts after an event; one thread counts at a time."""

@@ -1,22 +1,22 @@
 """The queue as a whole: show, pause, resume."""
 
-from fastapi import APIRouter, Request
+from fastapi import APIRouter
 
 from service.api.access import Administrator
-from service.api.routes.dependencies import AppSettings, AppStore
-from service.api.routes.health import why_not_ready
+from service.api.routes.dependencies import AppReadiness, AppStore
 from service.api.schemas import QueueModel
 
 router = APIRouter(prefix="/v1/queue", tags=["operations"])
 
 
 @router.get("")
-def show_queue(request: Request, store: AppStore, settings: AppSettings) -> QueueModel:
+def show_queue(store: AppStore, readiness: AppReadiness) -> QueueModel:
     """Whether the queue is paused or blocked, how many jobs it holds, and which process leads.
 
     Counts may be half a second old while nothing happens; the reason is that of `/readyz`.
     """
-    return QueueModel.of(store.queue.status(), why_not_ready(request, store, settings))
+    problem = readiness.problem()
+    return QueueModel.of(store.queue.status(), None if problem is None else str(problem))
 
 
 @router.post("/pause")
