@@ -28,13 +28,11 @@ from service import version
 from service.api.event_streams import EventStreams
 from service.api.readiness import ReadinessCheck
 from service.queue.status import DispatcherStatus
-from service.records.jobs import RUN_STATES, Cause, JobTally, Kind, State, StoreUnavailable
+from service.records.jobs import RUN_SECONDS, RUN_STATES, Cause, Kind, QueueRow, RunTally, State, StoreUnavailable
 from service.store import Store
 from studies.runs.run import PHYSICS_VERSION
 
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
-# Edges in seconds, three a decade: a second to a week.
-RUN_SECONDS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5)
 REQUEST_SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 60.0)
 
 
@@ -109,7 +107,7 @@ class _ServiceMetrics(_LazyCollector):
         is_refused = self._engine.is_refused() or isinstance(problem, StoreUnavailable)
         try:
             queue = self._store.queue.status()
-            tallies = self._store.queue.tally(RUN_SECONDS)
+            results = self._store.queue.tally()
             attempts, owned = self._store.queue.attempts_by_cause(), self._store.queue.tally_of_owners()
         except StoreUnavailable:
             yield _store_up(0.0)
@@ -117,9 +115,8 @@ class _ServiceMetrics(_LazyCollector):
             return
         yield _store_up(float(not is_refused))
         yield _blocked(float(is_refused or bool(self._engine.blocked_reason() or queue.blocked_reason)))
-        yield _jobs(Kind.RUN, RUN_STATES, tallies, "whipple_runs", "Runs by state.")
-        meaning = "Publications of sweeps by state."
-        yield _jobs(Kind.PUBLISH, tuple(State), tallies, "whipple_publications", meaning)
+        yield _jobs(Kind.RUN, RUN_STATES, queue, "whipple_runs", "Runs by state.")
+        yield _jobs(Kind.PUBLISH, tuple(State), queue, "whipple_publications", "Publications of sweeps by state.")
         owners = GaugeMetricFamily("whipple_owner_runs", "Unfinished runs by owner.", labels=["owner", "state"])
         for owner, state, runs in owned:
             owners.add_metric([owner, state.value], runs)
@@ -129,7 +126,7 @@ class _ServiceMetrics(_LazyCollector):
         yield GaugeMetricFamily("whipple_queue_age_seconds", meaning, age)
         paused = float(queue.paused is not None)
         yield GaugeMetricFamily("whipple_queue_paused", "1 if the queue is paused.", paused)
-        yield _run_seconds(tallies)
+        yield _run_seconds(results)
         failed = CounterMetricFamily("whipple_attempts_failed", "Attempts that did not succeed.", labels=["cause"])
         for cause in Cause:
             failed.add_metric([cause.value], attempts.get(cause, 0))
@@ -144,26 +141,21 @@ def _blocked(value: float) -> Metric:
     return GaugeMetricFamily("whipple_queue_blocked", "1 if nothing begins: database, disk, bucket, no worker.", value)
 
 
-def _jobs(kind: Kind, states: Sequence[State], tallies: Sequence[JobTally], name: str, meaning: str) -> Metric:
+def _jobs(kind: Kind, states: Sequence[State], queue: QueueRow, name: str, meaning: str) -> Metric:
     """Jobs of a kind in each state, zeros included."""
     family = GaugeMetricFamily(name, meaning, labels=["state"])
     for state in states:
-        jobs = sum(tally.jobs for tally in tallies if (tally.kind, tally.state) == (kind, state))
-        family.add_metric([state.value], jobs)
+        family.add_metric([state.value], queue.jobs.get((kind, state), 0))
     return family
 
 
-def _run_seconds(tallies: Sequence[JobTally]) -> Metric:
+def _run_seconds(results: Sequence[RunTally]) -> Metric:
     """Histogram of the seconds of successful attempts."""
-    ended = [tally for tally in tallies if (tally.kind, tally.state) == (Kind.RUN, State.SUCCEEDED)]
     edges = (*map(str, RUN_SECONDS), "+Inf")
-    counts = [
-        sum(tally.jobs for tally in ended if tally.bucket is not None and tally.bucket <= index)
-        for index in range(len(edges))
-    ]
+    counts = [sum(tally.attempts for tally in results if tally.bucket <= index) for index in range(len(edges))]
     return HistogramMetricFamily(
         "whipple_run_seconds",
         "Seconds of successful attempts.",
         buckets=list(zip(edges, counts, strict=True)),
-        sum_value=sum(tally.seconds for tally in ended),
+        sum_value=sum(tally.seconds for tally in results),
     )

@@ -22,6 +22,7 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
+from service.store import owned_bytes
 from service.store.open_file import DatabaseFileLost, OpenFile
 from service.store.tables import CONTROL, REVISION, TABLES
 
@@ -149,6 +150,7 @@ class Database:
                 command.upgrade(migrations, "head")
             else:
                 raise self._refusal(present)
+            owned_bytes.install(connection)
 
     def check_revision(self) -> None:
         """Raise StoreUnavailable unless the tables are those of this version."""
