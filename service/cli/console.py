@@ -79,11 +79,13 @@ def print_table(columns: Sequence[str], rows: Iterable[Sequence[str]], *, file: 
 
 def _print_lines(rows: Sequence[Sequence[str]], stream: IO[str]) -> None:
     """Print a line for each row, its cells below one another: fifty times as fast as rich, for thousands of rows."""
-    from rich.cells import cell_len, set_cell_size
+    from rich.cells import cell_len
 
-    widths = [max(map(cell_len, column)) for column in zip(*rows, strict=True)]
-    for row in rows:
-        print("  ".join(map(set_cell_size, row, widths)), file=stream)
+    widths = [[cell_len(cell) for cell in row] for row in rows]
+    widest = [max(column) for column in zip(*widths, strict=True)]
+    for row, own in zip(rows, widths, strict=True):
+        padded = (cell + " " * (wide - width) for cell, width, wide in zip(row, own, widest, strict=True))
+        print("  ".join(padded), file=stream)
 
 
 # --- sweeps and runs ------------------------------------------------------------------------------

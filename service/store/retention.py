@@ -1,6 +1,7 @@
 """Queries and statements of garbage collection: which sweeps, runs and files still count, and which were read last."""
 
 import sys
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import Any
@@ -93,28 +94,18 @@ class Retention:
         with the last sweep that has it: with none of these, if another one has it too.
         """
         ended = HAS_ENDED & (JOBS.c.finished < before) & JOBS.c.sweep_id.is_not(None) & SWEEPS.c.pinned.is_(None)
-        due = sa.select(*(SWEEPS.c[name] for name in ("number", "id", "name", "owner")), JOBS.c.finished).join_from(
-            JOBS, SWEEPS, SWEEPS.c.id == JOBS.c.sweep_id
-        )
+        due = sa.select(*(SWEEPS.c[name] for name in ("number", "id", "name", "owner")), JOBS.c.finished)
+        due = due.join_from(JOBS, SWEEPS, SWEEPS.c.id == JOBS.c.sweep_id)
         due = due.where(ended, sa.true() if owner is None else SWEEPS.c.owner == owner)
-        going = due.subquery()
-        number = sa.func.coalesce(going.c.number, STAYS)
-        own = sa.select(JOBS.c.id.label("job_id"), number.label("last")).where(JOBS.c.sweep_id.is_not(None))
-        own = own.join_from(JOBS, going, going.c.id == JOBS.c.sweep_id, isouter=True)
-        runs = sa.select(POINTS.c.run_id, sa.func.max(number)).group_by(POINTS.c.run_id)
-        runs = runs.join_from(POINTS, going, going.c.id == POINTS.c.sweep_id, isouter=True)
-        jobs = sa.union_all(own, runs).subquery()
-        sizes = sa.select(jobs.c.last, sa.func.sum(ARTIFACTS.c.size)).group_by(jobs.c.last)
-        sizes = sizes.join(ARTIFACTS, ARTIFACTS.c.job_id == jobs.c.job_id)
         with self._database.reading() as connection:
             rows = connection.execute(due.order_by(SWEEPS.c.number)).all()
-            size_of = {row[0]: int(row[1]) for row in connection.execute(sizes)} if rows else {}
+            size_of = _sizes(connection, due.subquery()) if rows else {}
         left = sum(size_of.values())
         expired: dict[str, ExpiredSweep] = {}
         for row in rows:
             if left <= to_size:
                 break
-            size = size_of.get(row.number, 0)
+            size = size_of.get(row.id, 0)
             expired[row.id] = ExpiredSweep(row.id, row.name, row.owner, row.finished, size)
             left -= size
         return expired
@@ -175,6 +166,32 @@ class Retention:
         with self._database.reading() as connection:
             rows = connection.execute(query.order_by(*BY_JOB)).all()
         return tuple((row.job_id, stored_record(row)) for row in rows)
+
+
+def _sizes(connection: sa.Connection, going: sa.Subquery) -> Counter[str | None]:
+    """The bytes of all files by sweep: a run that several sweeps have is that of the last of those that are ``going``.
+
+    None in place of a sweep that stays, where it shares its run. Most runs have one sweep, and sorting all would take
+    as long as reading their files.
+    """
+    shared = sa.select(POINTS.c.run_id).group_by(POINTS.c.run_id).having(sa.func.count() > 1)
+    size = sa.func.sum(ARTIFACTS.c.size)
+    of_jobs = sa.select(JOBS.c.sweep_id, size).join_from(JOBS, ARTIFACTS, ARTIFACTS.c.job_id == JOBS.c.id)
+    of_runs = sa.select(POINTS.c.sweep_id, size).join_from(POINTS, ARTIFACTS, ARTIFACTS.c.job_id == POINTS.c.run_id)
+    last = sa.func.max(sa.func.coalesce(going.c.number, STAYS)).label("last")
+    runs = sa.select(POINTS.c.run_id, last).join_from(POINTS, going, going.c.id == POINTS.c.sweep_id, isouter=True)
+    lasts = runs.where(POINTS.c.run_id.in_(shared)).group_by(POINTS.c.run_id).subquery()
+    of_shared = sa.select(going.c.id, size).join_from(lasts, ARTIFACTS, ARTIFACTS.c.job_id == lasts.c.run_id)
+    of_shared = of_shared.join(going, going.c.number == lasts.c.last, isouter=True)
+    sizes = Counter[str | None]()
+    for sums in (
+        of_jobs.where(JOBS.c.sweep_id.is_not(None)).group_by(JOBS.c.sweep_id),
+        of_runs.where(POINTS.c.run_id.not_in(shared)).group_by(POINTS.c.sweep_id),
+        of_shared.group_by(going.c.id),
+    ):
+        for sweep, bytes in connection.execute(sums):
+            sizes[sweep] += int(bytes)
+    return sizes
 
 
 # A registered file of a run that has ended, and that no sweep keeps.
