@@ -20,6 +20,7 @@ from service.api.pages import catalogue as catalogue_pages
 from service.api.pages import runs as run_pages
 from service.api.pages import sweeps as sweep_pages
 from service.api.readers import Readers
+from service.api.readiness import ReadinessCheck
 from service.api.routes import catalogue, events, files, health, queue, runs, sweeps
 from service.api.schemas import problem_schemas
 from service.api.turns import Turns, WaitingThreads
@@ -79,7 +80,8 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
         generate_unique_id_function=lambda route: route.name,
     )
     streams = EventStreams(store)
-    metrics = Metrics(store, engine, streams)
+    readiness = ReadinessCheck(settings, store, engine)
+    metrics = Metrics(store, engine, streams, readiness)
     app.state.settings, app.state.store, app.state.engine = settings, store, engine
     app.state.artifacts, app.state.local_artifacts = Artifacts.of(settings), Artifacts(settings.data)
     app.state.event_streams, app.state.metrics = streams, metrics
@@ -88,7 +90,7 @@ def build_app(settings: Settings, store: Store, engine: DispatcherStatus) -> Fas
     app.state.wrong_keys, app.state.known_callers = WrongKeys(), KnownCallers()
     app.state.waiting_threads = WaitingThreads()
     app.state.drawings = {}  # pictures of materials, by name
-    app.state.readiness = health.ReadinessCheck()
+    app.state.readiness = readiness
     app.state.conversions = Conversions(settings.data / CACHE)
     for router in OPEN:
         app.include_router(router)

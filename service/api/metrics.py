@@ -7,6 +7,7 @@ are read from the store on request, so every replica of the service reports the 
 import time
 from collections.abc import Iterable, Iterator, Sequence
 
+from anyio import CapacityLimiter, to_thread
 from prometheus_client import (
     CollectorRegistry,
     Counter,
@@ -26,24 +27,24 @@ from prometheus_client.registry import Collector
 
 from service import version
 from service.api.event_streams import EventStreams
+from service.api.readiness import ReadinessCheck
 from service.queue.status import DispatcherStatus
-from service.records.jobs import RUN_STATES, Cause, JobTally, Kind, State, StoreUnavailable
+from service.records.jobs import RUN_SECONDS, RUN_STATES, Cause, Kind, QueueRow, RunTally, State, StoreUnavailable
 from service.store import Store
 from studies.runs.run import PHYSICS_VERSION
 
 CONTENT_TYPE = "text/plain; version=0.0.4; charset=utf-8"
-# Edges in seconds, three a decade: a second to a week.
-RUN_SECONDS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5)
 REQUEST_SECONDS = (0.005, 0.01, 0.025, 0.05, 0.1, 0.25, 0.5, 1.0, 2.5, 5.0, 10.0, 60.0)
 
 
 class Metrics:
     """All metrics of a service, in one registry."""
 
-    def __init__(self, store: Store, engine: DispatcherStatus, streams: EventStreams):
+    def __init__(self, store: Store, engine: DispatcherStatus, streams: EventStreams, readiness: ReadinessCheck):
         # It would add a second series to each counter, with its time of creation.
         disable_created_metrics()
         self._registry = CollectorRegistry()
+        self._threads = CapacityLimiter(1)
         self._requests = Counter(
             "whipple_http_requests",
             "Requests, by template of the route.",
@@ -59,16 +60,19 @@ class Metrics:
         )
         ProcessCollector(registry=self._registry)
         self._registry.register(_ProcessMetrics(engine, streams))
-        self._registry.register(_StoreMetrics(store))
+        self._registry.register(_ServiceMetrics(store, engine, readiness))
 
     def record_request(self, *, route: str, method: str, status: int, seconds: float) -> None:
         """Count a request."""
         self._requests.labels(route, method, str(status)).inc()
         self._seconds.labels(route, method).observe(seconds)
 
-    def text(self) -> bytes:
-        """All metrics in the text format of Prometheus."""
-        return generate_latest(self._registry)
+    async def text(self) -> bytes:
+        """All metrics in the text format of Prometheus.
+
+        They may wait for the database as long as the readiness check does, in a thread that nothing else needs.
+        """
+        return await to_thread.run_sync(generate_latest, self._registry, limiter=self._threads)
 
 
 class _LazyCollector(Collector):
@@ -88,7 +92,7 @@ class _ProcessMetrics(_LazyCollector):
         versions = {"version": version(), "physics": str(PHYSICS_VERSION)}
         yield InfoMetricFamily("whipple", "Versions of this process.", versions)
         gauges = {
-            "whipple_leader": ("1 if this process assigns the work.", self._engine.leads()),
+            "whipple_leader": ("1 if this process assigns the work, and the database lets it.", self._engine.leads()),
             "whipple_slots": ("Runs that this process can compute at once.", self._engine.workers()),
             "whipple_event_streams": ("Open event streams.", self._streams.open),
         }
@@ -96,24 +100,28 @@ class _ProcessMetrics(_LazyCollector):
             yield GaugeMetricFamily(name, meaning, float(value or 0))
 
 
-class _StoreMetrics(_LazyCollector):
-    """Metrics of the queue: jobs by state, failed attempts, seconds of runs."""
+class _ServiceMetrics(_LazyCollector):
+    """Metrics of what the service can do, and of the queue: jobs by state, failed attempts, seconds of runs."""
 
-    def __init__(self, store: Store):
-        self._store = store
+    def __init__(self, store: Store, engine: DispatcherStatus, readiness: ReadinessCheck):
+        self._store, self._engine, self._readiness = store, engine, readiness
 
     def collect(self) -> Iterator[Metric]:
+        problem = self._readiness.problem()
+        yield GaugeMetricFamily("whipple_ready", "1 if /readyz says that it is ready.", float(problem is None))
+        is_refused = self._engine.is_refused() or isinstance(problem, StoreUnavailable)
         try:
             queue = self._store.queue.status()
-            tallies = self._store.queue.tally(RUN_SECONDS)
+            results = self._store.queue.tally()
             attempts, owned = self._store.queue.attempts_by_cause(), self._store.queue.tally_of_owners()
         except StoreUnavailable:
             yield _store_up(0.0)
+            yield _blocked(1.0)
             return
-        yield _store_up(1.0)
-        yield _jobs(Kind.RUN, RUN_STATES, tallies, "whipple_runs", "Runs by state.")
-        meaning = "Publications of sweeps by state."
-        yield _jobs(Kind.PUBLISH, tuple(State), tallies, "whipple_publications", meaning)
+        yield _store_up(float(not is_refused))
+        yield _blocked(float(is_refused or bool(self._engine.blocked_reason() or queue.blocked_reason)))
+        yield _jobs(Kind.RUN, RUN_STATES, queue, "whipple_runs", "Runs by state.")
+        yield _jobs(Kind.PUBLISH, tuple(State), queue, "whipple_publications", "Publications of sweeps by state.")
         owners = GaugeMetricFamily("whipple_owner_runs", "Unfinished runs by owner.", labels=["owner", "state"])
         for owner, state, runs in owned:
             owners.add_metric([owner, state.value], runs)
@@ -123,9 +131,7 @@ class _StoreMetrics(_LazyCollector):
         yield GaugeMetricFamily("whipple_queue_age_seconds", meaning, age)
         paused = float(queue.paused is not None)
         yield GaugeMetricFamily("whipple_queue_paused", "1 if the queue is paused.", paused)
-        blocked = float(queue.blocked_reason is not None)
-        yield GaugeMetricFamily("whipple_queue_blocked", "1 if nothing begins: disk, bucket, no worker.", blocked)
-        yield _run_seconds(tallies)
+        yield _run_seconds(results)
         failed = CounterMetricFamily("whipple_attempts_failed", "Attempts that did not succeed.", labels=["cause"])
         for cause in Cause:
             failed.add_metric([cause.value], attempts.get(cause, 0))
@@ -133,29 +139,28 @@ class _StoreMetrics(_LazyCollector):
 
 
 def _store_up(value: float) -> Metric:
-    return GaugeMetricFamily("whipple_store_up", "1 if the database responds.", value)
+    return GaugeMetricFamily("whipple_store_up", "1 if the database responds and takes what is written.", value)
 
 
-def _jobs(kind: Kind, states: Sequence[State], tallies: Sequence[JobTally], name: str, meaning: str) -> Metric:
+def _blocked(value: float) -> Metric:
+    return GaugeMetricFamily("whipple_queue_blocked", "1 if nothing begins: database, disk, bucket, no worker.", value)
+
+
+def _jobs(kind: Kind, states: Sequence[State], queue: QueueRow, name: str, meaning: str) -> Metric:
     """Jobs of a kind in each state, zeros included."""
     family = GaugeMetricFamily(name, meaning, labels=["state"])
     for state in states:
-        jobs = sum(tally.jobs for tally in tallies if (tally.kind, tally.state) == (kind, state))
-        family.add_metric([state.value], jobs)
+        family.add_metric([state.value], queue.jobs.get((kind, state), 0))
     return family
 
 
-def _run_seconds(tallies: Sequence[JobTally]) -> Metric:
+def _run_seconds(results: Sequence[RunTally]) -> Metric:
     """Histogram of the seconds of successful attempts."""
-    ended = [tally for tally in tallies if (tally.kind, tally.state) == (Kind.RUN, State.SUCCEEDED)]
     edges = (*map(str, RUN_SECONDS), "+Inf")
-    counts = [
-        sum(tally.jobs for tally in ended if tally.bucket is not None and tally.bucket <= index)
-        for index in range(len(edges))
-    ]
+    counts = [sum(tally.attempts for tally in results if tally.bucket <= index) for index in range(len(edges))]
     return HistogramMetricFamily(
         "whipple_run_seconds",
         "Seconds of successful attempts.",
         buckets=list(zip(edges, counts, strict=True)),
-        sum_value=sum(tally.seconds for tally in ended),
+        sum_value=sum(tally.seconds for tally in results),
     )

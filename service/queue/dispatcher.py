@@ -20,7 +20,7 @@ from service.queue import data_identity as identity
 from service.queue.leader import Leader
 from service.records.jobs import StoreUnavailable
 from service.settings import Settings
-from service.store import Leadership, Store
+from service.store import DatabaseFileLost, Leadership, Store
 from service.workers.attempt import Inbox
 from service.workers.timings import DEFAULT, Timings
 
@@ -51,7 +51,8 @@ class Dispatcher:
         # Monotonic: setting the clock of the machine changes nothing here.
         self._tried = -math.inf
         self._ticked = time.monotonic()  # end of the last tick that succeeded
-        self._is_away = False  # whether the data directory was, at the last tick
+        self._refusal: str | None = None  # by the database, of the last tick
+        self._is_away = False  # whether data directory or database were, at the last tick
 
     # --- for others ------------------------------------------------------------------------------
 
@@ -70,10 +71,13 @@ class Dispatcher:
         return ticks and self._thread.is_alive() and not self._closing
 
     def leads(self) -> bool:
-        return self._leader.term is not None
+        return self._leader.term is not None and self._refusal is None
 
     def blocked_reason(self) -> str | None:
-        return self._leader.blocked_reason
+        return self._refusal or self._leader.blocked_reason
+
+    def is_refused(self) -> bool:
+        return self._refusal is not None
 
     def workers(self) -> int | None:
         return self._leader.slots if self.leads() else None
@@ -129,8 +133,13 @@ class Dispatcher:
     def tick(self) -> None:
         """Receive the engine's messages and, as the leader, reconcile rows and engine."""
         self._receive(wait=0.0)
-        if self._lead():
-            self._leader.reconcile()
+        try:
+            if self._lead():
+                self._leader.reconcile()
+        except StoreUnavailable as error:
+            self._refusal = str(error)
+            raise
+        self._refusal = None
         self._ticked = time.monotonic()
 
     def _receive(self, *, wait: float) -> None:
@@ -200,12 +209,12 @@ class Dispatcher:
         return True
 
     def _has_directory(self) -> bool:
-        """Whether the data directory is the one of the database; without it this service cannot lead."""
+        """Whether data directory and database are there and belong together; otherwise this service cannot lead."""
         was_away = self._is_away
         try:
             identity.check(self._settings, self._store)
             self._is_away = False
-        except identity.WrongDirectory as error:
+        except (identity.WrongDirectory, DatabaseFileLost) as error:
             self._is_away = True
             if not was_away:
                 log.error("%s", error)

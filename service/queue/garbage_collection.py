@@ -15,7 +15,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from datetime import UTC, datetime, timedelta
 from enum import StrEnum
-from itertools import cycle, islice
+from itertools import islice
 from pathlib import Path
 
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, SWEEPS, Artifacts, name_of_attempt
@@ -89,8 +89,9 @@ class GarbageCollector:
         self._retention_days = settings.retention_days
         self._round = self._orphans()
         self._may_forget = True
-        self._shards = cycle(SHARDS)
-        self._shard = next(self._shards)
+        self._shards: Iterator[str] = iter(())
+        self._shard: str | None = None
+        self._began = -1  # number of the last event when the round of shards began
 
     def step(self) -> None:
         """Do a bounded part of the work; called by the leader at some of its ticks."""
@@ -136,13 +137,23 @@ class GarbageCollector:
         is_temporary = orphan.reason is Reason.TEMPORARY
         return not is_temporary or orphan.age() > self._timings.temporary_file_age
 
+    def _next_shard(self) -> str | None:
+        """The next shard of the round; None while nothing has happened since the last round began."""
+        shard = next(self._shards, None)
+        if shard is None and (last := self._store.events.last()) != self._began:
+            self._began, self._shards = last, iter(SHARDS)
+            shard = next(self._shards)
+        return shard
+
     def _drop_files(self, end: float) -> None:
         """Remove registered files that no sweep retains, in one shard after the other."""
+        if self._shard is None:
+            self._shard = self._next_shard()
         files: tuple[tuple[str, Stored], ...] = ()
-        while not files:
+        while not files and self._shard is not None:
             files = self._store.retention.discardable(MOST_REMOVED, self._shard)
             if len(files) < MOST_REMOVED:
-                self._shard = next(self._shards)
+                self._shard = self._next_shard()
             if time.monotonic() > end:
                 break
         for _, file in self._store.retention.drop(files) if files else ():

@@ -11,7 +11,11 @@ class DispatcherStatus(Protocol):
         ...
 
     def leads(self) -> bool:
-        """Whether this process is the leader."""
+        """Whether this process is the leader, and its last tick could use the database."""
+        ...
+
+    def is_refused(self) -> bool:
+        """Whether the database refused the last tick."""
         ...
 
     def blocked_reason(self) -> str | None:

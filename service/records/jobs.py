@@ -17,6 +17,7 @@ result may be queued again, for a file that was not kept, or a verdict on reques
 until it is replaced, and the run goes back to it if the new attempt fails.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict, dataclass, field
 from datetime import datetime
@@ -36,6 +37,10 @@ Item = TypeVar("Item")
 
 PRIORITIES = range(-100, 101)  # priorities of sweeps; smaller is sooner, as with nice
 USUAL_PRIORITIES = range(PRIORITIES.stop)  # those that a key without the scope ``admin`` may ask for
+
+
+# Edges in seconds between which runs with a result are counted, three a decade: a second to a week.
+RUN_SECONDS = (1.0, 3.0, 10.0, 30.0, 100.0, 300.0, 1e3, 3e3, 1e4, 3e4, 1e5, 3e5)
 
 
 class Kind(StrEnum):
@@ -341,6 +346,17 @@ class Stored:
 
 
 @dataclass(frozen=True)
+class ExpiredSweep:
+    """A sweep that a rule of retention deletes."""
+
+    id: str
+    name: str
+    owner: str
+    finished: datetime
+    size: int  # bytes of the files that go with it
+
+
+@dataclass(frozen=True)
 class Scrub:
     """How far the comparison of all registered files with their digests is."""
 
@@ -433,15 +449,29 @@ class Result:
 
 
 @dataclass(frozen=True)
-class QueueRow:
-    """The queue as a whole at one moment."""
+class QueueHead:
+    """The queue as a whole at one moment, without its jobs."""
 
     paused: datetime | None  # since when no run is begun
     blocked_reason: str | None  # why nothing is begun although there is work
-    states: Mapping[State, int]  # jobs in each state, publications included
-    oldest_queued: datetime | None  # since when the run that waits longest is in the queue
     term: int  # the youngest term of leadership; 0: there was none
     leader: str | None  # owner of the term; None: no service leads
+
+
+@dataclass(frozen=True)
+class QueueRow(QueueHead):
+    """The queue as a whole at one moment."""
+
+    jobs: Mapping[tuple[Kind, State], int]  # of each kind in each state
+    oldest_queued: datetime | None  # since when the run that waits longest is in the queue
+
+    @property
+    def states(self) -> Mapping[State, int]:
+        """Jobs in each state, publications included."""
+        counts = Counter[State]()
+        for (_kind, state), jobs in self.jobs.items():
+            counts[state] += jobs
+        return counts
 
 
 @dataclass(frozen=True)
@@ -476,12 +506,9 @@ class AuditEntry:
 
 
 @dataclass(frozen=True)
-class JobTally:
-    """Number of jobs of one kind, state and duration."""
+class RunTally:
+    """Number of attempts that succeeded within a range of seconds."""
 
-    kind: Kind
-    state: State
-    # How many of the given edges are below the measured seconds; None: not measured.
-    bucket: int | None
-    jobs: int
+    bucket: int  # number of edges of RUN_SECONDS below
+    attempts: int
     seconds: float  # of all of them

@@ -17,6 +17,7 @@ from service.store.events import AuditTrail, Events
 from service.store.keys import Keys
 from service.store.leadership import Leadership, Terms
 from service.store.leases import Leases
+from service.store.open_file import DatabaseFileLost
 from service.store.publications import Publications
 from service.store.queue import Queue
 from service.store.retention import Retention
@@ -25,7 +26,7 @@ from service.store.submission import digest_of
 from service.store.sweeps import Sweeps
 from service.store.tables import CONTROL
 
-__all__ = ["Leadership", "Store", "digest_of"]
+__all__ = ["DatabaseFileLost", "Leadership", "Store", "digest_of"]
 
 
 class Store:

@@ -22,6 +22,8 @@ from typing import Any
 import sqlalchemy as sa
 
 from service.records.jobs import StoreUnavailable
+from service.store import owned_bytes
+from service.store.open_file import DatabaseFileLost, OpenFile
 from service.store.tables import CONTROL, REVISION, TABLES
 
 BUSY_MILLISECONDS = 20_000  # wait of a writer for others before it raises StoreUnavailable
@@ -75,9 +77,12 @@ class Database:
         self._newest = revision
         self._mutex = threading.Lock()  # writers of this process wait without a connection
         self.listeners: list[Callable[[], object]] = []  # called after each command
+        self._file: OpenFile | None = None
         if self.is_sqlite:
             self._engine = sa.create_engine(self.url, **CONNECTIONS)
             self._readers = self._engine.execution_options(writes=False)
+            if self.url.database not in (None, "", ":memory:"):
+                self._file = _watched(self._engine, OpenFile(Path(self.url.database)))
             sa.event.listen(self._engine, "connect", _prepare_sqlite)
             sa.event.listen(self._engine, "begin", _begin_sqlite)
         else:
@@ -91,19 +96,25 @@ class Database:
     @contextmanager
     def reading(self) -> Iterator[sa.Connection]:
         """A read transaction, which sees one moment."""
+        self._check_file()
         with _transaction(self._readers) as connection:
             yield connection
 
     @contextmanager
     def writing(self) -> Iterator[sa.Connection]:
-        """A write transaction; no other one runs meanwhile."""
+        """A write transaction; no other one runs meanwhile.
+
+        Raises DatabaseFileLost, also after the commit: what is written to a file that is gone is not stored.
+        """
         with self._alone() as left:
+            self._check_file()
             engine = self._engine.execution_options(lock_milliseconds=left)
             with _transaction(engine) as connection:
                 if not self.is_sqlite and left < BUSY_MILLISECONDS - NO_WAIT_MILLISECONDS:
                     connection.exec_driver_sql(f"SET LOCAL lock_timeout = {left}")
                 connection.execute(sa.select(CONTROL.c.id).with_for_update())
                 yield connection
+            self._check_file()
 
     @contextmanager
     def commanding(self) -> Iterator[sa.Connection]:
@@ -139,6 +150,7 @@ class Database:
                 command.upgrade(migrations, "head")
             else:
                 raise self._refusal(present)
+            owned_bytes.install(connection)
 
     def check_revision(self) -> None:
         """Raise StoreUnavailable unless the tables are those of this version."""
@@ -187,6 +199,10 @@ class Database:
     def close(self) -> None:
         self._engine.dispose()
 
+    def _check_file(self) -> None:
+        if self._file is not None:
+            self._file.check()
+
     @contextmanager
     def _alone(self) -> Iterator[int]:
         """Be the only writer of this process; yields the milliseconds left to wait for other processes."""
@@ -198,6 +214,21 @@ class Database:
             yield max(BUSY_MILLISECONDS - waited, 1)
         finally:
             self._mutex.release()
+
+
+def _watched(engine: sa.Engine, file: OpenFile) -> OpenFile:
+    """Let each connection of an engine be noted, and refused if it is to another file."""
+
+    def add(connection: Any, _record: Any) -> None:
+        try:
+            file.add_connection()
+        except DatabaseFileLost:
+            connection.close()
+            raise
+
+    sa.event.listen(engine, "connect", add)
+    sa.event.listen(engine, "close", lambda _connection, _record: file.remove_connection())
+    return file
 
 
 def _make_private(database: Path) -> None:

@@ -21,6 +21,7 @@ from service.records.jobs import ACTIVE, KEPT_BY, Keep, Kind, Lease, State, at_l
 from service.store.tables import (
     ARTIFACTS,
     HAS_RESULT,
+    IS_QUEUED,
     JOBS,
     POINTS,
     PUBLICATIONS,
@@ -65,7 +66,7 @@ def _time_of(priority: sa.ColumnElement[Any], owner: sa.ColumnElement[Any]) -> s
 AHEAD = JOBS.c.virtual_time - _time_of(JOBS.c.priority, JOBS.c.owner)
 MOVED = {"priority": PRIORITY, "owner": OWNER, "virtual_time": AHEAD + _time_of(PRIORITY, OWNER)}
 
-_QUEUED = (JOBS.c.state == State.QUEUED, JOBS.c.priority == SHARES.c.priority, JOBS.c.owner == SHARES.c.owner)
+_QUEUED = (IS_QUEUED, JOBS.c.priority == SHARES.c.priority, JOBS.c.owner == SHARES.c.owner)
 _HAS_WORK = sa.exists().where(*_QUEUED)
 
 
@@ -87,7 +88,7 @@ def open_queue(connection: sa.Connection, priority: int, owner: str) -> float:
 def take_due(connection: sa.Connection, limit: int, *conditions: sa.ColumnElement[bool]) -> list[str]:
     """Ids of the queued runs that are due, in order; their owners are charged. ``conditions`` on JOBS exclude some."""
     with_work = sa.select(SHARES).where(_HAS_WORK).order_by(SHARES.c.priority)
-    runs = sa.select(JOBS.c.id, JOBS.c.virtual_time, JOBS.c.cost).where(JOBS.c.state == State.QUEUED, *conditions)
+    runs = sa.select(JOBS.c.id, JOBS.c.virtual_time, JOBS.c.cost).where(IS_QUEUED, *conditions)
     runs = runs.order_by(JOBS.c.virtual_time, JOBS.c.ordinal).limit(limit)
     due: list[str] = []
     by_class: dict[int, list[StatementRow]] = {}

@@ -93,12 +93,11 @@ class Terms:
             return connection.execute(sa.select(sa.func.max(TERMS.c.term))).scalar_one()
 
 
-def leader(database: Database, connection: sa.Connection) -> str | None:
-    """The owner of the present term; on SQLite, of the last one."""
+def leader(database: Database) -> sa.Select[Any]:
+    """A query of the owner of the present term; on SQLite, of the last one."""
     if not database.is_sqlite:
-        return connection.execute(_held("application_name")).scalar()
-    youngest = sa.select(TERMS.c.owner).order_by(TERMS.c.term.desc()).limit(1)
-    return connection.execute(youngest).scalar()
+        return _held("application_name")
+    return sa.select(TERMS.c.owner).order_by(TERMS.c.term.desc()).limit(1)
 
 
 def _is_own() -> sa.Select[Any]:

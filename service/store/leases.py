@@ -5,13 +5,14 @@ the last ones of the job: an attempt that was given up cannot overwrite the work
 """
 
 import secrets
+from bisect import bisect_left
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import Cause, CrashCount, Keep, Kind, Lease, Result, State, Stored, before
+from service.records.jobs import RUN_SECONDS, Cause, CrashCount, Keep, Kind, Lease, Result, State, Stored, before
 from service.store.connection import Database
 from service.store.events import log_attempts, outdate_publications
 from service.store.fair_queueing import IS_WANTED, queue_for_film, schedule, take_due
@@ -20,9 +21,12 @@ from service.store.tables import (
     CAUSES,
     CONTROL,
     HAS_RESULT,
+    IS_QUEUED,
+    IS_UNDER_WAY,
     JOBS,
     POINTS,
     PUBLISH_PRIORITY,
+    RESULTS,
     TERMS,
     StatementRow,
     given_up,
@@ -79,8 +83,8 @@ class Leases:
         """
         moment = now()
         is_due = () if not backed_off else (JOBS.c.id.not_in(backed_off),)
-        publications = sa.select(JOBS.c.id).where(JOBS.c.state == State.QUEUED, JOBS.c.priority == PUBLISH_PRIORITY)
-        publications = publications.where(JOBS.c.kind == Kind.PUBLISH, *is_due).limit(limit)
+        publications = sa.select(JOBS.c.id).where(IS_QUEUED, JOBS.c.priority == PUBLISH_PRIORITY)
+        publications = publications.where(*is_due).limit(limit)
         with self._database.writing() as connection:
             paused, has_ended = connection.execute(_standing(term)).one()
             if has_ended:
@@ -109,9 +113,8 @@ class Leases:
 
     def held(self) -> tuple[Lease, ...]:
         """Every job that is running or being stopped, whatever the term of its lease."""
-        held = JOBS.c.state.in_([State.RUNNING, State.CANCELLING])
         with self._database.reading() as connection:
-            rows = connection.execute(sa.select(*LEASE_COLUMNS).where(held))
+            rows = connection.execute(sa.select(*LEASE_COLUMNS).where(IS_UNDER_WAY))
             return tuple(_running(row) for row in rows)
 
     # --- progress --------------------------------------------------------------------------------
@@ -233,7 +236,7 @@ class Leases:
         end = JOBS.update().where(is_held(lease), JOBS.c.state.in_(before(state)))
         with self._database.writing() as connection:
             had_result = connection.scalar(sa.select(HAS_RESULT).where(JOBS.c.id == lease.id))
-            end = end.values(**values, finished=moment).returning(JOBS.c.path)
+            end = end.values(**values, finished=moment).returning(JOBS.c.path, JOBS.c.scenario, JOBS.c.cost)
             row = connection.execute(end).first()
             if row is None:
                 return False
@@ -246,6 +249,8 @@ class Leases:
                     schedule(connection, id)  # its other runs may be under way
             release_publications(connection, moment, JOBS.c.sweep_id.in_(using))
             log_attempts(connection, moment, state, lease, **event)
+            if "seconds" in values:
+                count_result(connection, row, values["seconds"], succeeded=state is State.SUCCEEDED)
             if "cause" in event:
                 count_attempt(connection, event["cause"])
         return True
@@ -282,6 +287,15 @@ def wait_again(connection: sa.Connection, lease: Lease, *conditions: sa.ColumnEl
     wait = JOBS.update().where(is_held(lease), *conditions).values(NO_PROGRESS)
     wait = wait.values(state=State.WAITING, unfinished_point=sa.null(), finished=sa.null())
     return connection.execute(wait).rowcount > 0
+
+
+def count_result(connection: sa.Connection, run: StatementRow, seconds: float, *, succeeded: bool) -> None:
+    """Count an attempt that ended with a result, of a run of this scenario and estimated cost."""
+    key = {"scenario": run.scenario, "succeeded": succeeded, "bucket": bisect_left(RUN_SECONDS, seconds)}
+    sums = {"attempts": 1, "seconds": seconds, "cost": run.cost}
+    insert = insert_into(connection, RESULTS).values(**key, **sums)
+    more = {name: RESULTS.c[name] + value for name, value in sums.items()}
+    connection.execute(insert.on_conflict_do_update(index_elements=[*key], set_=more))
 
 
 def count_attempt(connection: sa.Connection, cause: Cause) -> None:

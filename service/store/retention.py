@@ -1,22 +1,24 @@
 """Queries and statements of garbage collection: which sweeps, runs and files still count, and which were read last."""
 
 import sys
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import KEPT_BY, TERMINAL, Keep, Kind, LastAttempt, Scrub, Stored, at_least
+from service.records.jobs import KEPT_BY, TERMINAL, ExpiredSweep, Keep, LastAttempt, Scrub, Stored, at_least
 from service.store.connection import Database
 from service.store.events import log_event
+from service.store.owned_bytes import differences, recount
 from service.store.tables import (
     ARTIFACTS,
     CONTROL,
     EVENTS,
+    HAS_ENDED,
     JOBS,
     POINTS,
-    PUBLICATIONS,
     SWEEPS,
     batches,
     now,
@@ -69,7 +71,7 @@ class Retention:
         """
         unused = (
             sa.select(JOBS.c.id)
-            .where(JOBS.c.abandoned < before, JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(TERMINAL))
+            .where(JOBS.c.abandoned < before, HAS_ENDED)
             .where(sa.not_(sa.exists().where(POINTS.c.run_id == JOBS.c.id)))
         )
         with self._database.reading() as connection:
@@ -85,37 +87,38 @@ class Retention:
                 log_event(connection, moment, "forgotten", job_id=id)
         return len(gone)
 
-    def expired(self, before: datetime, *, owner: str | None = None, to_size: int = -1) -> Mapping[str, int]:
-        """Sweeps that ended before a moment and are not pinned, in the order of acceptance, with their bytes.
+    def expired(self, before: datetime, *, owner: str | None = None, to_size: int = -1) -> Mapping[str, ExpiredSweep]:
+        """Sweeps that ended before a moment and are not pinned, by id, in the order of acceptance.
 
         With ``to_size`` only so many that the files of all sweeps have at most as many bytes. The files of a run go
         with the last sweep that has it: with none of these, if another one has it too.
         """
-        ended = PUBLICATIONS.c.state.in_(TERMINAL) & (PUBLICATIONS.c.finished < before) & SWEEPS.c.pinned.is_(None)
-        going = (
-            sa.select(SWEEPS.c.number, SWEEPS.c.id)
-            .join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
-            .where(ended, sa.true() if owner is None else SWEEPS.c.owner == owner)
-            .subquery()
-        )
-        own = sa.select(JOBS.c.sweep_id, JOBS.c.id.label("job_id")).where(JOBS.c.sweep_id.is_not(None))
-        has = sa.union_all(own, sa.select(POINTS.c.sweep_id, POINTS.c.run_id)).subquery()
-        last = sa.func.max(sa.func.coalesce(going.c.number, STAYS)).label("last")
-        lasts = sa.select(has.c.job_id, last).join_from(has, going, going.c.id == has.c.sweep_id, isouter=True)
-        jobs = lasts.group_by(has.c.job_id).subquery()
-        sizes = sa.select(jobs.c.last, sa.func.sum(ARTIFACTS.c.size)).group_by(jobs.c.last)
-        sizes = sizes.join(ARTIFACTS, ARTIFACTS.c.job_id == jobs.c.job_id)
+        ended = HAS_ENDED & (JOBS.c.finished < before) & JOBS.c.sweep_id.is_not(None) & SWEEPS.c.pinned.is_(None)
+        due = sa.select(*(SWEEPS.c[name] for name in ("number", "id", "name", "owner")), JOBS.c.finished)
+        due = due.join_from(JOBS, SWEEPS, SWEEPS.c.id == JOBS.c.sweep_id)
+        due = due.where(ended, sa.true() if owner is None else SWEEPS.c.owner == owner)
         with self._database.reading() as connection:
-            size_of = {row[0]: int(row[1]) for row in connection.execute(sizes)}
-            rows = connection.execute(sa.select(going).order_by(going.c.number)).all()
+            rows = connection.execute(due.order_by(SWEEPS.c.number)).all()
+            size_of = _sizes(connection, due.subquery()) if rows else {}
         left = sum(size_of.values())
-        expired = {}
+        expired: dict[str, ExpiredSweep] = {}
         for row in rows:
             if left <= to_size:
                 break
-            expired[row.id] = size_of.get(row.number, 0)
-            left -= expired[row.id]
+            size = size_of.get(row.id, 0)
+            expired[row.id] = ExpiredSweep(row.id, row.name, row.owner, row.finished, size)
+            left -= size
         return expired
+
+    def wrong_sums(self) -> Mapping[str, tuple[int, int]]:
+        """Owners whose kept sum of bytes is not that of their files, each with both."""
+        with self._database.reading() as connection:
+            return differences(connection)
+
+    def recount(self) -> None:
+        """Count the bytes of all owners anew."""
+        with self._database.writing() as connection:
+            recount(connection)
 
     def scrub(self) -> Scrub:
         """How far the comparison of all files with their digests is."""
@@ -163,6 +166,32 @@ class Retention:
         with self._database.reading() as connection:
             rows = connection.execute(query.order_by(*BY_JOB)).all()
         return tuple((row.job_id, stored_record(row)) for row in rows)
+
+
+def _sizes(connection: sa.Connection, going: sa.Subquery) -> Counter[str | None]:
+    """The bytes of all files by sweep: a run that several sweeps have is that of the last of those that are ``going``.
+
+    None in place of a sweep that stays, where it shares its run. Most runs have one sweep, and sorting all would take
+    as long as reading their files.
+    """
+    shared = sa.select(POINTS.c.run_id).group_by(POINTS.c.run_id).having(sa.func.count() > 1)
+    size = sa.func.sum(ARTIFACTS.c.size)
+    of_jobs = sa.select(JOBS.c.sweep_id, size).join_from(JOBS, ARTIFACTS, ARTIFACTS.c.job_id == JOBS.c.id)
+    of_runs = sa.select(POINTS.c.sweep_id, size).join_from(POINTS, ARTIFACTS, ARTIFACTS.c.job_id == POINTS.c.run_id)
+    last = sa.func.max(sa.func.coalesce(going.c.number, STAYS)).label("last")
+    runs = sa.select(POINTS.c.run_id, last).join_from(POINTS, going, going.c.id == POINTS.c.sweep_id, isouter=True)
+    lasts = runs.where(POINTS.c.run_id.in_(shared)).group_by(POINTS.c.run_id).subquery()
+    of_shared = sa.select(going.c.id, size).join_from(lasts, ARTIFACTS, ARTIFACTS.c.job_id == lasts.c.run_id)
+    of_shared = of_shared.join(going, going.c.number == lasts.c.last, isouter=True)
+    sizes = Counter[str | None]()
+    for sums in (
+        of_jobs.where(JOBS.c.sweep_id.is_not(None)).group_by(JOBS.c.sweep_id),
+        of_runs.where(POINTS.c.run_id.not_in(shared)).group_by(POINTS.c.sweep_id),
+        of_shared.group_by(going.c.id),
+    ):
+        for sweep, bytes in connection.execute(sums):
+            sizes[sweep] += int(bytes)
+    return sizes
 
 
 # A registered file of a run that has ended, and that no sweep keeps.

@@ -1,24 +1,26 @@
 """Runs: what is asked, how far they are, their files and measurements."""
 
-import time
 from collections import defaultdict
 from collections.abc import Iterable, Mapping
 from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import TERMINAL, Kind, MeasuredRun, NotFound, RunPlace, RunRow, State, Stored
+from service.records.jobs import Kind, MeasuredRun, NotFound, RunPlace, RunRow, Stored
 from service.store.connection import Database
 from service.store.events import log_event, outdate_publications
 from service.store.tables import (
     ARTIFACTS,
+    IS_UNDER_WAY,
     JOBS,
     POINTS,
+    RESULTS,
     SWEEPS,
     StatementRow,
     batches,
     begins,
     ended_by_accident,
+    literal,
     now,
     one_row,
     release_publications,
@@ -27,7 +29,6 @@ from service.store.tables import (
 )
 from studies.quantities.files import RESULT, STATE
 
-RATE_SECONDS = 60.0  # that a measured rate is kept: it takes a look at every result
 RUN_COLUMNS = [JOBS.c[field] for field in RunRow.__dataclass_fields__]
 
 
@@ -36,7 +37,6 @@ class Runs:
 
     def __init__(self, database: Database):
         self._database = database
-        self._rates: dict[str, tuple[float, float | None]] = {}  # by scenario, each with its moment (monotonic)
 
     def get(self, id: str) -> RunRow:
         """One run; raises NotFound."""
@@ -77,7 +77,7 @@ class Runs:
 
     def under_way(self) -> tuple[tuple[RunRow, tuple[str, ...]], ...]:
         """Runs that are running or being stopped, each with the sweeps that wait for it."""
-        held = sa.and_(JOBS.c.kind == Kind.RUN, JOBS.c.state.in_([State.RUNNING, State.CANCELLING]))
+        held = sa.and_(IS_UNDER_WAY, JOBS.c.kind == literal(Kind.RUN))
         waiting = (
             sa.select(POINTS.c.run_id, POINTS.c.sweep_id)
             .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
@@ -112,19 +112,11 @@ class Runs:
         )
 
     def measured_rate(self, scenario: str) -> float | None:
-        """Measured seconds for each estimated core second, over all results up to a minute ago; None without."""
-        known = self._rates.get(scenario)
-        if known is not None and time.monotonic() - known[0] < RATE_SECONDS:
-            return known[1]
-        query = sa.select(sa.func.sum(JOBS.c.seconds), sa.func.sum(JOBS.c.cost)).where(
-            JOBS.c.kind == Kind.RUN, JOBS.c.state.in_(TERMINAL), JOBS.c.path.is_not(None)
-        )
-        # Unknown after a failed attempt to add a file.
-        query = query.where(JOBS.c.seconds.is_not(None), JOBS.c.scenario == scenario)
+        """Measured seconds for each estimated core second, over all results of the scenario; None without."""
+        query = sa.select(sa.func.sum(RESULTS.c.seconds), sa.func.sum(RESULTS.c.cost))
         with self._database.reading() as connection:
-            seconds, cost = connection.execute(query).one()
-        self._rates[scenario] = time.monotonic(), seconds / cost if cost else None
-        return self._rates[scenario][1]
+            seconds, cost = connection.execute(query.where(RESULTS.c.scenario == scenario)).one()
+        return seconds / cost if cost else None
 
     # --- files -----------------------------------------------------------------------------------
 

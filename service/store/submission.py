@@ -8,21 +8,23 @@ from typing import TYPE_CHECKING, Any
 import sqlalchemy as sa
 
 from service.records.expansion import ExpandedPoint, ExpandedSweep, expand
-from service.records.jobs import ACTIVE, Keep, KeyReused, Kind, QuotaExceeded, State, Submission
+from service.records.jobs import Keep, KeyReused, Kind, QuotaExceeded, State, Submission
 from service.store import fair_queueing
 from service.store.connection import JsonText
 from service.store.tables import (
-    ARTIFACTS,
     IDEMPOTENCY,
+    IS_ACTIVE,
     JOBS,
+    OWNED_BYTES,
     POINTS,
-    PUBLICATIONS,
     PUBLISH_PRIORITY,
     SWEEPS,
     batches,
     ended_by_accident,
     insert_into,
+    literal,
     release_publications,
+    runs_of,
 )
 
 if TYPE_CHECKING:
@@ -59,15 +61,11 @@ def check_quota(connection: sa.Connection, submission: Submission, sweep: Expand
     quota, owner = submission.quota, submission.owner
     if quota is None:
         return
-    sweeps = sa.select(sa.func.count()).join_from(SWEEPS, PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
-    sweeps = sweeps.where(SWEEPS.c.owner == owner, PUBLICATIONS.c.state.in_(ACTIVE))
-    runs = sa.select(sa.func.count()).where(JOBS.c.kind == Kind.RUN, JOBS.c.owner == owner, JOBS.c.state.in_(ACTIVE))
-    files = sa.select(sa.func.coalesce(sa.func.sum(ARTIFACTS.c.size), 0))
-    files = files.join_from(ARTIFACTS, JOBS, JOBS.c.id == ARTIFACTS.c.job_id).where(JOBS.c.owner == owner)
-    # Runs of deleted sweeps stay for a while, or are those of other owners.
-    own = sa.exists().where(POINTS.c.run_id == JOBS.c.id, SWEEPS.c.id == POINTS.c.sweep_id, SWEEPS.c.owner == owner)
-    files = files.where(JOBS.c.abandoned.is_(None) | own)
-    has = connection.execute(sa.select(*(each.scalar_subquery() for each in (sweeps, runs, files)))).one()
+    under_way = sa.select(sa.func.count()).where(IS_ACTIVE, JOBS.c.owner == owner)
+    sweeps, runs = (under_way.where(JOBS.c.kind == literal(kind)) for kind in (Kind.PUBLISH, Kind.RUN))
+    files = sa.select(OWNED_BYTES.c.bytes).where(OWNED_BYTES.c.owner == owner)
+    counts = sa.select(*(each.scalar_subquery() for each in (sweeps, runs, files)))
+    has = [int(count or 0) for count in connection.execute(counts).one()]
     text = f"{owner} has "
     cure = "wait until some have ended, or cancel one"
     if has[0] + 1 > quota.sweeps:
@@ -84,7 +82,7 @@ def check_quota(connection: sa.Connection, submission: Submission, sweep: Expand
     if has[2] + sweep.bytes > quota.bytes:
         more = f"and asks for {sweep.bytes / 1e9:.3g} GB; the quota is {quota.bytes / 1e9:.3g} GB"
         cure = "delete sweeps, or keep only numbers"
-        raise QuotaExceeded(f"{text}{int(has[2]) / 1e9:.3g} GB of files {more}: {cure}", DELETE_SECONDS)
+        raise QuotaExceeded(f"{text}{has[2] / 1e9:.3g} GB of files {more}: {cure}", DELETE_SECONDS)
 
 
 def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSweep, moment: datetime) -> str:
@@ -149,6 +147,8 @@ def add_points(
         among = [run["id"] for run in runs] if first else None
         new += fair_queueing.queue_again(connection, sweep_id, moment, verdicts=False, among=among)
         fair_queueing.schedule(connection, sweep_id)
+        abandoned = JOBS.update().where(JOBS.c.id.in_(runs_of(sweep_id)), JOBS.c.abandoned.is_not(None))
+        connection.execute(abandoned.values(abandoned=None, owner=sweep.owner))
     return new
 
 

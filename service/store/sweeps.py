@@ -5,7 +5,7 @@ the results ask for further ones. Nothing is stored beyond the document and the 
 retry are those of any sweep.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from datetime import datetime
 from functools import cache, reduce
@@ -47,6 +47,7 @@ from service.store.tables import (
     PUBLICATIONS,
     SWEEPS,
     StatementRow,
+    batches,
     begins,
     enumeration,
     given_up,
@@ -260,7 +261,7 @@ class Sweeps:
                 stopping = state is SweepState.CANCELLING
                 cure = "delete it once it is cancelled" if stopping else "cancel it, then delete it"
                 raise Conflict(f"the sweep is {state}; {cure}")
-            connection.execute(JOBS.update().where(JOBS.c.id.in_(runs_of(id))).values(abandoned=moment))
+            connection.execute(_leave_runs(id, moment))
             connection.execute(ARTIFACTS.delete().where(ARTIFACTS.c.job_id.in_(own)))
             for table in (IDEMPOTENCY, POINTS, JOBS):
                 connection.execute(table.delete().where(table.c.sweep_id == id))
@@ -274,6 +275,17 @@ class Sweeps:
         with self._database.reading() as connection:
             row = one_row(connection, SWEEP_ROWS.where(SWEEPS.c.id == id), "sweep", id)
             return self._statuses(connection, [row])[0]
+
+    def statuses(self, ids: Iterable[str]) -> Mapping[str, SweepStatus]:
+        """These sweeps by their ids, in two statements for each thousand; unknown ones are left out."""
+        with self._database.reading() as connection:
+            return {
+                status.id: status
+                for batch in batches(ids)
+                for status in self._statuses(
+                    connection, connection.execute(SWEEP_ROWS.where(SWEEPS.c.id.in_(batch))).all()
+                )
+            }
 
     def get_with_files(self, id: str) -> tuple[SweepStatus, Sequence[str]]:
         """One sweep, and the names of the files that it has published; raises NotFound."""
@@ -489,6 +501,24 @@ def _detach(id: str) -> sa.Update:
         .where(POINTS.c.sweep_id == id, POINTS.c.detached.is_(False))
         .where(POINTS.c.run_id.in_(unfinished), waits)
         .values(detached=True)
+    )
+
+
+def _leave_runs(id: str, moment: datetime) -> sa.Update:
+    """Let the runs of a sweep that is deleted belong to the owner of another sweep that has them, or to nobody."""
+    others = (
+        sa.select(SWEEPS.c.owner)
+        .join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
+        .where(POINTS.c.run_id == JOBS.c.id, POINTS.c.sweep_id != id)
+        .correlate(JOBS)
+    )
+    stays = others.where(SWEEPS.c.owner == JOBS.c.owner).exists()
+    next_owner = others.order_by(SWEEPS.c.number).limit(1).scalar_subquery()
+    return (
+        JOBS.update()
+        .where(JOBS.c.id.in_(runs_of(id)))
+        .values(owner=sa.case((stays, JOBS.c.owner), else_=sa.func.coalesce(next_owner, JOBS.c.owner)))
+        .values(abandoned=sa.case((others.exists(), sa.null()), else_=moment))
     )
 
 

@@ -37,7 +37,7 @@ StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
-REVISION = "0010"  # of these tables: that of the newest file of ``service/migrations/versions``
+REVISION = "0011"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",
@@ -74,7 +74,8 @@ JOBS = sa.Table(
     sa.Column("spec", JSON),  # complete specification of a run
     sa.Column("state", enumeration(State), nullable=False),
     sa.Column("priority", sa.Integer, nullable=False),  # of the most urgent sweep that waits for it
-    sa.Column("owner", sa.Text, nullable=False),  # of that sweep, whose share and quota pay
+    # Of that sweep, whose share and quota pay; once it is deleted, of another one that has the run.
+    sa.Column("owner", sa.Text, nullable=False),
     sa.Column("virtual_time", sa.Float, nullable=False),  # within the queue of priority and owner
     sa.Column("ordinal", sa.Integer, nullable=False),  # place in the sweep that brought it
     sa.Column("keep", enumeration(Keep), nullable=False),  # the most that a sweep asked for
@@ -99,10 +100,36 @@ JOBS = sa.Table(
     sa.Column("queued", UtcTime, nullable=False),
     sa.Column("started", UtcTime),
     sa.Column("finished", UtcTime),
-    sa.Column("abandoned", UtcTime),  # of a run: when a sweep that had it was last deleted
-    sa.Index("jobs_abandoned", "abandoned"),
-    sa.Index("jobs_queue", "state", "priority", "owner", "virtual_time", "ordinal"),
+    sa.Column("abandoned", UtcTime),  # of a run: since when no sweep has it
+    sa.Index("jobs_states", "state", "kind"),  # by which jobs are counted
 )
+
+
+def literal(text: str) -> sa.ColumnClause[str]:
+    """A text that is no parameter: PostgreSQL groups by no expression with one, and no partial index serves one."""
+    return sa.literal_column(f"'{text}'")
+
+
+def _is_among(*states: State) -> sa.ColumnElement[bool]:
+    return JOBS.c.state.in_([literal(state) for state in states])
+
+
+# Conditions on the state of a job, in the words of the partial indexes below: what has ended costs a query nothing.
+IS_QUEUED = JOBS.c.state == literal(State.QUEUED)
+IS_ACTIVE = _is_among(*(state for state in State if state in ACTIVE))
+HAS_ENDED = sa.not_(IS_ACTIVE)  # which is searched for through no index
+IS_UNDER_WAY = IS_ACTIVE & _is_among(State.RUNNING, State.CANCELLING)
+
+
+def _index(name: str, where: sa.ColumnElement[bool], *columns: str) -> None:
+    """An index of those jobs that fulfil a condition, which a query must state in the same words."""
+    sa.Index(name, *(JOBS.c[column] for column in columns), sqlite_where=where, postgresql_where=where)
+
+
+_index("jobs_queue", IS_QUEUED, "priority", "owner", "virtual_time", "ordinal")
+_index("jobs_active", IS_ACTIVE, "state", "kind", "owner", "queued")
+_index("jobs_abandoned", JOBS.c.abandoned.is_not(None), "abandoned")
+_index("jobs_published", JOBS.c.sweep_id.is_not(None), "finished")
 
 POINTS = sa.Table(
     "points",
@@ -231,15 +258,30 @@ CAUSES = sa.Table(
     sa.Column("attempts", sa.BigInteger, nullable=False),
 )
 
+# Attempts with a result since the store was made: a success, or the solver's verdict.
+RESULTS = sa.Table(
+    "results",
+    TABLES,
+    sa.Column("scenario", sa.Text, primary_key=True),
+    sa.Column("succeeded", sa.Boolean, primary_key=True),
+    sa.Column("bucket", sa.Integer, primary_key=True, autoincrement=False),  # edges of RUN_SECONDS that they exceed
+    sa.Column("attempts", sa.BigInteger, nullable=False),
+    sa.Column("seconds", sa.Float, nullable=False),  # measured, of all of them
+    sa.Column("cost", sa.Float, nullable=False),  # estimated core seconds
+)
+
+# The bytes of the files of each owner's jobs: kept by ``owned_bytes``.
+OWNED_BYTES = sa.Table(
+    "owned_bytes",
+    TABLES,
+    sa.Column("owner", sa.Text, primary_key=True),
+    sa.Column("bytes", sa.BigInteger, nullable=False),
+)
+
 # --- expressions -------------------------------------------------------------------------------
 
 PUBLICATIONS = JOBS.alias("publications")
 PUBLISH_PRIORITY = -1000  # a finished sweep is published before more runs begin
-
-
-def literal(text: str) -> sa.ColumnClause[str]:
-    """A text without a parameter: PostgreSQL groups by no expression that has parameters."""
-    return sa.literal_column(f"'{text}'")
 
 
 # Where a point stands for its sweep: cancelled once the sweep no longer waits for the run.

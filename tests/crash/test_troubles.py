@@ -2,10 +2,12 @@
 
 import json
 import os
+import shutil
 import sqlite3
 import subprocess
+from collections import Counter
 from collections.abc import Collection, Iterator, Mapping
-from contextlib import ExitStack, closing, contextmanager
+from contextlib import ExitStack, closing, contextmanager, suppress
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
@@ -69,6 +71,7 @@ def test_runs__that_fail_have_the_named_end_and_no_neighbour(tmp_path: Path, com
 
 
 @pytest.mark.claim("queue", "trouble-locked", minutes=0.3)
+@pytest.mark.claim("mend", "locked-database", minutes=0.3)
 def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A database that another program locks: refused with a reason, nothing lost."""
     with crash_test(WORK, tmp_path, settings=ONE_WORKER, **service_program()) as here:
@@ -77,7 +80,39 @@ def test_database__that_another_program_locks_loses_nothing(tmp_path: Path, comp
         with closing(sqlite3.connect(here.service.data / "whipple.db")) as other:
             other.execute("BEGIN IMMEDIATE")
             compared(*_rows_of_refusals(here, can_read=True))
+            compared(*_rows_of_alarms(here, ready=0, queue_blocked=1, store_up=0, leader=0))
             other.rollback()
+        compared(*_all_is_well(here, ids, tmp_path))
+        compared(_row_of_repeats(here))
+
+
+@pytest.mark.claim("mend", "database-removed", minutes=0.3)
+def test_database__that_is_removed_loses_nothing_that_was_accepted(tmp_path: Path, compared: Compared) -> None:
+    """A database removed under the service: refused and said, an end in order, whole once it is back."""
+    with crash_test(WORK, tmp_path, settings=ONE_WORKER, **service_program()) as here:
+        ids = here.submit()
+        here.wait_until_computing()
+        database, away = here.service.data / "whipple.db", here.service.data / "away"
+        database.rename(away)
+        compared(*_rows_of_a_lost_file(here, "was removed"))
+        compared(equal("exit status of SIGTERM meanwhile", expected=0, got=here.service.leave()))
+        away.rename(database)
+        here.service.start()
+        compared(*_all_is_well(here, ids, tmp_path))
+
+
+@pytest.mark.claim("mend", "database-replaced", minutes=0.3)
+def test_database__that_is_replaced_loses_nothing_that_was_accepted(tmp_path: Path, compared: Compared) -> None:
+    """A database that a copy replaces under the service: refused and said, and it goes on once the file is back."""
+    with crash_test(WORK, tmp_path, settings=ONE_WORKER, **service_program()) as here:
+        ids = here.submit()
+        here.wait_until_computing()
+        database, away = here.service.data / "whipple.db", here.service.data / "away"
+        older = shutil.copy(database, here.service.data / "older")
+        os.link(database, away)
+        os.replace(older, database)
+        compared(*_rows_of_a_lost_file(here, "was replaced by another file"))
+        away.replace(database)
         compared(*_all_is_well(here, ids, tmp_path))
 
 
@@ -101,6 +136,7 @@ def test_database__that_crashes_and_comes_back_loses_nothing(tmp_path: Path, com
 
 
 @pytest.mark.claim("queue", "trouble-disk")
+@pytest.mark.claim("mend", "full-disk")
 def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Compared) -> None:
     """A disk that is full: nothing is begun, nothing is lost, and it goes on when there is room."""
     settings = {**ONE_WORKER, "WHIPPLE_DISK_RESERVE": str(RESERVE)}
@@ -112,11 +148,13 @@ def test_disk__that_is_full_loses_nothing(tmp_path: Path, compared: Compared) ->
         _fill(filler)
         since = here.store.events.last()
         compared(*_rows_of_refusals(here, can_read=True))
+        compared(*_rows_of_alarms(here, ready=0, queue_blocked=1))
         wait_until(lambda: not here.attempts.at(KillMoment.COMPUTING), seconds=PATIENCE)
         os.truncate(filler, filler.stat().st_size - RESERVE // 2)  # the store can be written to
         compared(*_rows_of_want(here, before, since, filler))
         filler.unlink()
         compared(*_all_is_well(here, ids, tmp_path))
+        compared(_row_of_repeats(here))
 
 
 @pytest.mark.claim("queue", "trouble-clock", minutes=0.3)
@@ -156,6 +194,38 @@ def _rows_of_refusals(here: CrashTest, *, can_read: bool = False) -> Iterator[Ro
     yield equal("the list of sweeps meanwhile: status", expected=200 if can_read else 503, got=listed)
     yield equal("a submission meanwhile: status", expected=503, got=here.service.post(another))
     yield equal("readiness meanwhile: status", expected=503, got=here.service.get("/readyz"))
+
+
+def _rows_of_alarms(here: CrashTest, **expected: float) -> Iterator[Row]:
+    """What `/metrics` says once it does; the dispatcher learns of a trouble when it waited for the database in vain."""
+
+    def said() -> dict[str, float]:
+        samples = (line.split() for line in here.service.text("/metrics").splitlines() if line.startswith("whipple_"))
+        every = dict(sample for sample in samples if len(sample) == 2)
+        return {name: float(every[f"whipple_{name}"]) for name in expected}
+
+    with suppress(AssertionError):
+        wait_until(lambda: said() == expected, seconds=PATIENCE)
+    yield equal("what the metrics say", expected=expected, got=said())
+
+
+def _row_of_repeats(here: CrashTest) -> Row:
+    """Equal warnings are one line, and then a count a minute."""
+    lines = [json.loads(line) for line in here.service.log.read_text().splitlines() if line.startswith("{")]
+    warnings = Counter(line["message"] for line in lines if line["level"] in ("warning", "error"))
+    often = {message: count for message, count in warnings.items() if count > 1 and "times more" not in message}
+    return equal(f"of {len(warnings)} warnings, written more than once", expected={}, got=often)
+
+
+def _rows_of_a_lost_file(here: CrashTest, says: str) -> Iterator[Row]:
+    """What a service says whose database is not the file that it has open."""
+    wait_until(lambda: says in here.service.log.read_text(), seconds=PATIENCE)
+    yield from _rows_of_refusals(here)
+    yield from _rows_of_alarms(here, ready=0, queue_blocked=1, store_up=0, leader=0)
+    yield equal(f"readiness says that it {says}", expected=True, got=says in here.service.text("/readyz"))
+    lines = [json.loads(line) for line in here.service.log.read_text().splitlines() if line.startswith("{")]
+    own = [line["level"] for line in lines if line["logger"] == "service.queue.dispatcher" and says in line["message"]]
+    yield equal("lines of the dispatcher about it", expected=["error"], got=own)
 
 
 def _rows_of_neighbours(quiet: Path, got: Path, failures: Collection[int]) -> Iterator[Row]:

@@ -15,9 +15,10 @@ from service.api.access import Caller, Submitter
 from service.api.browsers import body_of
 from service.api.conversions import Conversions
 from service.api.documents import pointer, read_json
-from service.api.errors import PayloadTooLarge, ServiceNotReady, UnsupportedMediaType
+from service.api.errors import PayloadTooLarge, UnsupportedMediaType
 from service.api.event_streams import EventStreams
 from service.api.readers import Readers
+from service.api.readiness import ReadinessCheck
 from service.api.reading import (
     PARSERS,
     EstimatedSweep,
@@ -33,7 +34,6 @@ from service.api.schemas import SweepChange
 from service.api.turns import waiting
 from service.files.artifacts import Artifacts
 from service.files.disk_space import free_bytes, shown_size
-from service.queue import data_identity as identity
 from service.records.expansion import ExpandedSweep
 from service.records.jobs import PRIORITIES, USUAL_PRIORITIES, Keep, Quota, Scope, Submission, at_least
 from service.settings import Settings
@@ -63,6 +63,7 @@ AppSettings = Annotated[Settings, _part("settings")]
 AppArtifacts = Annotated[Artifacts, _part("artifacts")]
 LocalArtifacts = Annotated[Artifacts, _part("local_artifacts")]  # those on the disk: no bucket is asked
 AppConversions = Annotated[Conversions, _part("conversions")]
+AppReadiness = Annotated[ReadinessCheck, _part("readiness")]
 AppEventStreams = Annotated[EventStreams, _part("event_streams")]
 
 SweepId = Annotated[str, Path(description="Sweep id returned by POST /v1/sweeps")]
@@ -70,14 +71,6 @@ RunId = Annotated[str, Path(description="Run id from the list of a sweep's runs"
 Cursor = Annotated[str | None, Query(description="`next_cursor` of the previous page")]
 Prefix = Annotated[str, Query(pattern="^[0-9a-f]{0,32}$", description="Only ids that begin with these digits")]
 PageLimit = Annotated[int, Query(ge=1, le=1000, description="Items per page")]
-
-
-def check_directory(settings: Settings, store: Store) -> None:
-    """Raise ServiceNotReady if the data directory does not belong to the database."""
-    try:
-        identity.check(settings, store)
-    except identity.WrongDirectory as error:
-        raise ServiceNotReady(error.what) from None
 
 
 def link_next(request: Request, response: Response, cursor: str | None) -> None:

@@ -4,8 +4,7 @@ from fastapi import APIRouter, Request
 from starlette.concurrency import run_in_threadpool
 
 from service.api.access import Administrator
-from service.api.routes.dependencies import AppSettings, AppStore
-from service.api.routes.health import why_not_ready
+from service.api.routes.dependencies import AppReadiness, AppStore
 from service.api.schemas import QueueModel
 from service.api.turns import in_waiting_thread
 
@@ -13,13 +12,13 @@ router = APIRouter(prefix="/v1/queue", tags=["operations"])
 
 
 @router.get("")
-async def show_queue(request: Request, store: AppStore, settings: AppSettings) -> QueueModel:
+async def show_queue(request: Request, store: AppStore, readiness: AppReadiness) -> QueueModel:
     """Whether the queue is paused or blocked, how many jobs it holds, and which process leads.
 
     Counts may be half a second old while nothing happens; the reason is that of `/readyz`.
     """
-    reason = await in_waiting_thread(request, why_not_ready, request, store, settings)
-    return QueueModel.of(await run_in_threadpool(store.queue.status), reason)
+    problem = await in_waiting_thread(request, readiness.problem)
+    return QueueModel.of(await run_in_threadpool(store.queue.status), None if problem is None else str(problem))
 
 
 @router.post("/pause")

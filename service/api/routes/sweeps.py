@@ -5,6 +5,7 @@ from typing import Annotated, Any
 from fastapi import APIRouter, Query, Request, Response
 
 from service.api.access import Caller, Submitter
+from service.api.readiness import check_directory
 from service.api.routes.dependencies import (
     AppArtifacts,
     AppSettings,
@@ -16,7 +17,6 @@ from service.api.routes.dependencies import (
     PostedSubmission,
     Prefix,
     SweepId,
-    check_directory,
     check_priority,
     link_next,
 )

@@ -203,13 +203,16 @@ def retention(
     before = datetime.now(UTC) - (timedelta() if older_than is None else _duration("--older-than", older_than))
     most = -1 if to_size is None else _size("--to-size", to_size)
     with open_store(settings_of(data=data, database_url=database_url)) as store:
-        sizes = store.retention.expired(before, owner=owner, to_size=most)
-        expired = [(store.sweeps.get(id), size) for id, size in sizes.items()]
-        for id in sizes if apply else ():
+        expired = store.retention.expired(before, owner=owner, to_size=most)
+        statuses = store.sweeps.statuses(expired) if as_json else {}
+        for id in expired if apply else ():
             with suppress(Conflict, NotFound):  # it was pinned, retried or deleted just now
                 store.sweeps.delete(id)
                 record_command(store, "delete", id)
-    print_json([{**vars(sweep), "size": size} for sweep, size in expired]) if as_json else print_expired(expired)
+    if as_json:
+        print_json([{**vars(status), "size": expired[id].size} for id, status in statuses.items()])
+    else:
+        print_expired([*expired.values()])
     if not apply:
         print("nothing was deleted: --apply deletes them", file=sys.stderr)
 

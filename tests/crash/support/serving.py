@@ -83,6 +83,10 @@ class Service:
         except httpx.TransportError:
             return None
 
+    def text(self, path: str) -> str:
+        """The text of an answer, whatever its status."""
+        return http().get(self.url + path, timeout=30).text
+
     def client(self) -> Client:
         return Client(self.url)
 

@@ -9,12 +9,12 @@ import pytest
 import yaml
 from prometheus_client.parser import text_string_to_metric_families
 
-from service.api.routes import health
+from service.api import readiness
 from service.records.jobs import Cause, StoreUnavailable
 from studies.cases.rows import equal
 from tests.claims.marked import Compared
 from tests.service.support.api import Api
-from tests.service.support.fakes import DEADLINE
+from tests.service.support.fakes import DEADLINE, failing
 
 MONITORING = Path(__file__).parents[3] / "docs" / "monitoring"
 
@@ -29,9 +29,14 @@ def test_queue__says_what_is_in_it_and_who_works_through_it(api: Api) -> None:
     assert "no service leads" in queue["blocked_reason"]
     api.term()
     api.engine.reason = "there is no worker today"
-    api.http.app.state.readiness = health.ReadinessCheck()  # type: ignore[attr-defined]
+    look_again(api)
     queue = api.http.get("/v1/queue").json()
     assert (queue["leader"], queue["blocked_reason"]) == ("tests", not_ready(api)) == ("tests", api.engine.reason)
+
+
+def look_again(api: Api) -> None:
+    """Let the next question whether the service is ready look anew."""
+    api.http.app.state.readiness._ended = 0.0  # type: ignore[attr-defined]
 
 
 def not_ready(api: Api) -> str:
@@ -46,9 +51,9 @@ def not_ready(api: Api) -> str:
 
 def test_readyz__says_what_was_looked_at(api: Api) -> None:
     api.term()
-    readiness = api.http.get("/readyz").json()
-    assert readiness["status"] == "ready"
-    assert set(readiness["checks"]) == {"store", "data", "disk", "leader", "workers"}
+    ready = api.http.get("/readyz").json()
+    assert ready["status"] == "ready"
+    assert set(ready["checks"]) == {"store", "data", "disk", "leader", "workers"}
 
 
 def test_readyz__takes_the_write_lock_once_a_second_and_waits_for_no_store(
@@ -63,18 +68,18 @@ def test_readyz__takes_the_write_lock_once_a_second_and_waits_for_no_store(
 
     api.term()
     monkeypatch.setattr(api.store, "ping", ping)
-    monkeypatch.setattr(health, "REUSE_SECONDS", DEADLINE)
-    monkeypatch.setattr(health, "TIMEOUT_SECONDS", 0.01)
+    monkeypatch.setattr(readiness, "REUSE_SECONDS", DEADLINE)
+    monkeypatch.setattr(readiness, "TIMEOUT_SECONDS", 0.01)
     try:
         for _ in range(2):
             assert "has not responded" in not_ready(api)
     finally:
         goes_on.set()
-    monkeypatch.setattr(health, "TIMEOUT_SECONDS", DEADLINE)
+    monkeypatch.setattr(readiness, "TIMEOUT_SECONDS", DEADLINE)
     for _ in range(3):
         assert api.http.get("/readyz").status_code == 200
     assert len(pings) == 1
-    monkeypatch.setattr(health, "REUSE_SECONDS", 0.0)
+    monkeypatch.setattr(readiness, "REUSE_SECONDS", 0.0)
     assert api.http.get("/readyz").status_code == 200
     assert len(pings) == 2
 
@@ -117,6 +122,8 @@ def test_alerts_and_dashboard__read_metrics_that_are_there(api: Api, compared: C
     texts = [*(rule["expr"] for rule in rules), *(each["expr"] for panel in panels for each in panel["targets"])]
     named = {name for text in texts for name in re.findall(r"\b(?:whipple|process)_\w+", text)}
     compared(equal("metrics that are not there", expected=[], got=sorted(named - there)))
+    pages = [rule["expr"] for rule in rules if rule["labels"]["severity"] == "page"]
+    compared(equal("an alarm when /readyz is not 200", expected=True, got="whipple_ready == 0" in pages))
     causes = re.findall(r"[a-z_]+", next(rule["expr"] for rule in rules if rule["alert"] == "WhippleCrashes"))
     assert {"crash", "stalled", "memory_limit"} <= {*Cause} & {*causes}
 
@@ -130,6 +137,28 @@ def test_metrics__say_how_long_the_queue_is_and_who_leads(api: Api) -> None:
     api.engine.slots = None
     metrics = Metrics(api)
     assert [metrics.of(name) for name in ("queue_paused", "slots", "leader")] == [1, 0, 0]
+
+
+def states(api: Api) -> list[float]:
+    """What the metrics say: ready, blocked, store up."""
+    look_again(api)
+    metrics = Metrics(api)
+    assert metrics.of("ready") == float(api.http.get("/readyz").status_code == 200)
+    return [metrics.of(name) for name in ("ready", "queue_blocked", "store_up")]
+
+
+def test_metrics__say_what_readyz_says(api: Api, monkeypatch: pytest.MonkeyPatch) -> None:
+    assert states(api) == [0, 0, 1]  # nobody leads
+    api.term()
+    assert states(api) == [1, 0, 1]
+    with failing(api.store, "ping"):
+        assert states(api) == [0, 1, 0]
+    with failing(api.store.queue, "head"):
+        assert states(api) == [0, 1, 0]
+    api.engine.reason = "the disk is full"  # which the database does not know
+    assert states(api) == [0, 1, 1]
+    api.engine.refused = True
+    assert states(api) == [0, 1, 0]
 
 
 def test_metrics__count_requests_by_template_and_never_by_what_a_user_wrote(api: Api) -> None:

@@ -1,5 +1,6 @@
 """The dispatcher's thread: which service leads, what goes on after errors, and how it leaves."""
 
+import shutil
 from collections.abc import Iterator
 from contextlib import closing
 from pathlib import Path
@@ -50,6 +51,37 @@ def test_lead_lost_and_won_again__its_own_attempts_go_on(harness: Harness) -> No
     assert harness.engine.closed == []
     rows = [harness.run(number) for number in (0, 1)]
     assert {(row.state, row.attempt) for row in rows} == {(State.SUCCEEDED, 1)}
+
+
+@pytest.mark.parametrize("is_replaced", [False, True])
+def test_database__that_is_not_the_open_one_ends_the_lead_and_is_one_line_until_it_is_back(
+    harness: Harness, tmp_path: Path, caplog: pytest.LogCaptureFixture, is_replaced: bool
+) -> None:
+    [attempt] = harness.begin(1)
+    database, away = tmp_path / "whipple.db", tmp_path / "away"
+    database.rename(away)
+    if is_replaced:
+        shutil.copy(away, database)
+    for _ in range(3):
+        assert harness.tick() == []
+    assert not harness.dispatcher.leads()
+    assert "whipple.db, which the service has open" in str(harness.dispatcher.blocked_reason())
+    assert [record.levelname for record in caplog.records if "whipple.db" in record.message] == ["ERROR"]
+    away.replace(database)
+    harness.end_well(attempt)
+    harness.tick()
+    assert (harness.dispatcher.leads(), harness.is_first_success()) == (True, True)
+
+
+def test_lead__is_not_said_while_the_database_refuses_the_ticks(harness: Harness) -> None:
+    harness.begin(1)
+    with failing(harness.store.leases, "held"), pytest.raises(StoreUnavailable):
+        harness.tick()
+    assert (harness.dispatcher.leads(), harness.dispatcher.is_refused()) == (False, True)
+    assert harness.dispatcher.blocked_reason() is not None
+    harness.tick()
+    assert (harness.dispatcher.leads(), harness.dispatcher.is_refused()) == (True, False)
+    assert harness.dispatcher.blocked_reason() is None
 
 
 def test_lead_won_again__after_another_leader_stops_what_no_longer_counts(harness: Harness) -> None:

@@ -15,6 +15,7 @@ from service.queue import data_identity as identity
 from service.queue.scrubbing import FILES_AT_ONCE, Scrubber
 from service.records.jobs import Keep, State, Stored, StoreUnavailable, SweepState
 from service.store.publications import LOST, MOST_AT_ONCE
+from service.store.tables import OWNED_BYTES
 from solver.checkpoints import Carried, CheckpointRefused, read_checkpoint, write_checkpoint
 from studies.cases.rows import equal
 from tests.claims.marked import Compared
@@ -143,11 +144,21 @@ def test_pass__begins_when_the_last_one_is_old_and_takes_further_files(harness: 
     assert passed(harness, harness.scrubber()) == [len(registered(harness)), 0]
 
 
+def test_pass__counts_the_bytes_of_owners_anew_where_they_are_wrong(harness: Harness) -> None:
+    with harness.store.database.writing() as writing:
+        writing.execute(OWNED_BYTES.update().values(bytes=7))
+    assert harness.store.retention.wrong_sums()
+    passed(harness, harness.scrubber())
+    assert harness.store.retention.wrong_sums() == {}
+
+
 def test_files__of_a_disk_that_is_away_stay_registered(harness: Harness) -> None:
     files = registered(harness)
     identity.settle(harness.settings, harness.store)
-    harness.settings.data.rename(harness.settings.data.with_name("away"))
+    away = harness.settings.data.rename(harness.settings.data.with_name("away"))
     harness.settings.data.mkdir()
+    for database in away.glob("whipple.db*"):  # which is on another disk
+        database.rename(harness.settings.data / database.name)
     with pytest.raises(identity.WrongDirectory):
         harness.scrubber().step()
     assert registered(harness) == files

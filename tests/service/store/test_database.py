@@ -10,10 +10,10 @@ import pytest
 import sqlalchemy as sa
 
 from service import migrations
-from service.records.jobs import Cause, StoreUnavailable, Submission
+from service.records.jobs import Cause, Kind, StoreUnavailable, Submission
 from service.store import Store, connection
 from service.store.connection import Database
-from service.store.tables import REVISION, SWEEPS
+from service.store.tables import JOBS, OWNED_BYTES, REVISION, SWEEPS, now
 from tests.service.support.databases import Postgresql
 from tests.service.support.fakes import runs_of, sweep_of, wait_until
 from tests.service.support.rows import finish_all
@@ -120,7 +120,20 @@ def test_migration__keeps_what_was_accepted(own_url: str, tmp_path: Path) -> Non
         assert all(status.is_terminal for status in store.sweeps.page().items)
 
 
-# From the tables of this version back to those of 0006.
+# From the tables of this version back to those of 0010, and from there to 0006.
+TRIGGERS = ("files_added", "files_removed", "files_replaced", "jobs_moved")
+TO_0010 = """
+DROP TABLE owned_bytes
+DROP TABLE results
+DROP INDEX jobs_states
+DROP INDEX jobs_active
+DROP INDEX jobs_abandoned
+DROP INDEX jobs_published
+DROP INDEX jobs_queue
+CREATE INDEX jobs_abandoned ON jobs (abandoned)
+CREATE INDEX jobs_queue ON jobs (state, priority, owner, virtual_time, ordinal)
+UPDATE alembic_version SET version_num = '0010'
+"""
 TO_THE_OLDEST = """
 DROP TABLE audit
 DROP TABLE sessions
@@ -136,14 +149,22 @@ UPDATE alembic_version SET version_num = '0006'
 """
 
 
+def put_back(store: Store, *steps: str) -> None:
+    """Bring the tables of a store back to those of an earlier revision."""
+    drop = "DROP TRIGGER {}" if store.database.is_sqlite else "DROP FUNCTION {} CASCADE"
+    with store.database.writing() as writing:
+        for statement in (*map(drop.format, TRIGGERS), *"".join(steps).strip().splitlines()):
+            writing.exec_driver_sql(statement.strip() or "SELECT 1")
+
+
 def test_migration__of_the_oldest_tables_makes_those_of_this_version_and_goes_on(own_url: str) -> None:
     with closing(Store.open(own_url)) as store:
         accepted = store.sweeps.create(Submission(sweep_of(runs_of("fine")), owner="a"))
         before = sa.MetaData()
-        with store.database.writing() as writing:
-            before.reflect(writing)
-            for statement in TO_THE_OLDEST.strip().splitlines():
-                writing.exec_driver_sql(statement)
+        with store.database.reading() as reading:
+            before.reflect(reading)
+        triggers = triggers_of(store)
+        put_back(store, TO_0010, TO_THE_OLDEST)
     with closing(Store.open(own_url)) as store:
         assert store.sweeps.get(accepted.id) == accepted
         after = sa.MetaData()
@@ -152,16 +173,59 @@ def test_migration__of_the_oldest_tables_makes_those_of_this_version_and_goes_on
         store.terms.begin("tests")
         finish_all(store)
         assert store.sweeps.get(accepted.id).is_terminal
+        assert triggers_of(store) == triggers
+        assert store.retention.wrong_sums() == {}
     assert described(after) == described(before)
 
 
-def described(tables: sa.MetaData) -> set[tuple[str, str, str, bool]]:
-    """Every column with its type, and whether it may be empty."""
-    return {
+def described(tables: sa.MetaData) -> set[tuple[object, ...]]:
+    """Every column with its type, and whether it may be empty; every index with its columns and condition."""
+    columns = {
         (table.name, column.name, str(column.type), bool(column.nullable))
         for table in tables.tables.values()
         for column in table.c
     }
+    indexes = {
+        (index.name, *index.columns.keys(), *(str(each.get("where")) for each in index.dialect_options.values()))
+        for table in tables.tables.values()
+        for index in table.indexes
+    }
+    return columns | indexes
+
+
+def triggers_of(store: Store) -> list[str]:
+    query = "SELECT sql FROM sqlite_master WHERE type = 'trigger' ORDER BY name"
+    if not store.database.is_sqlite:
+        query = "SELECT pg_get_triggerdef(oid) FROM pg_trigger WHERE NOT tgisinternal ORDER BY tgname"
+    with store.database.reading() as reading:
+        return list(reading.scalars(sa.text(query)))
+
+
+def test_migration__to_sums_counts_what_is_there_and_gives_each_run_an_owner_who_has_it(own_url: str) -> None:
+    with closing(Store.open(own_url)) as store:
+        store.terms.begin("tests")
+        gone = store.sweeps.create(Submission(sweep_of(2), owner="a"))
+        finish_all(store)
+        store.sweeps.create(Submission(sweep_of(1), owner="b"))
+        finish_all(store)
+        counted, rate = store.queue.tally(), store.runs.measured_rate("thin_plate")
+        store.sweeps.delete(gone.id)
+        bytes_of_b = owned_bytes(store)
+        with store.database.writing() as writing:  # as 0010 left it
+            writing.execute(JOBS.update().where(JOBS.c.kind == Kind.RUN).values(owner="a", abandoned=now()))
+        put_back(store, TO_0010)
+    with closing(Store.open(own_url)) as store:
+        assert (store.queue.tally(), store.runs.measured_rate("thin_plate")) == (counted, rate)
+        assert counted[0].attempts == 2
+        assert owned_bytes(store) == bytes_of_b
+        assert bytes_of_b["b"] == 2 * len(b"...")
+        assert store.retention.wrong_sums() == {}
+
+
+def owned_bytes(store: Store) -> dict[str, int]:
+    """The kept sums, without zeros."""
+    with store.database.reading() as reading:
+        return {row.owner: row.bytes for row in reading.execute(sa.select(OWNED_BYTES)) if row.bytes}
 
 
 def test_migration__that_fails_changes_nothing(own_url: str, tmp_path: Path) -> None:

@@ -60,7 +60,7 @@ def three(store: Store) -> list[str]:
 
 
 def expired(store: Store, **rule: Any) -> list[tuple[str, int]]:
-    return [*store.retention.expired(LATER, **rule).items()]
+    return [(id, sweep.size) for id, sweep in store.retention.expired(LATER, **rule).items()]
 
 
 def test_expired__are_the_oldest_with_what_goes_with_them(store: Store, three: list[str]) -> None:

@@ -30,7 +30,8 @@ from service.records.jobs import (
     Submission,
 )
 from service.store.fair_queueing import LAST
-from service.store.tables import JOBS, POINTS, SHARES, SWEEPS
+from service.store.tables import JOBS, POINTS, SHARES, SWEEPS, now
+from studies.quantities.files import STATE
 from tests.claims.marked import in_full
 from tests.service.support.fakes import open_store, run_id, settings_in, stored, sweep_of
 from tests.service.support.rows import finish_all, result
@@ -175,7 +176,8 @@ class Rules(RuleBasedStateMachine):
         if lease.kind is Kind.PUBLISH:
             assert self.store.leases.publish(lease, [stored("cube.nc")], seconds=1.0) == counts
             return
-        assert self.store.leases.finish(lease, result(succeeded=succeeded)) == counts
+        files = [stored(STATE, STATE)] if lease.keep is not Keep.NUMBERS else []
+        assert self.store.leases.finish(lease, result(*files, succeeded=succeeded)) == counts
         if counts:
             self.known.add(lease.id)
             self.drop_outdated()
@@ -219,7 +221,33 @@ class Rules(RuleBasedStateMachine):
         self.store.leases.record_progress([(lease, {"seconds": 1.0, "checkpoint": step})])
         assert self.checkpoint_of(lease.id) == (step if counts else before)
 
+    @rule(shard=st.sampled_from(["0", ""]))
+    def collect_garbage(self, shard: str) -> None:
+        """Files that no sweep keeps go, and runs that no sweep has."""
+        self.store.retention.drop(self.store.retention.discardable(3, shard))
+        self.store.retention.forget_runs(now(), 1)
+        with self.store.database.reading() as reading:
+            self.known &= set(reading.scalars(sa.select(JOBS.c.id)))
+
     # --- what must hold
+
+    @invariant()
+    def sums_of_bytes_are_those_of_the_files(self) -> None:
+        """The bytes kept for each owner are those of the files of the owner's jobs."""
+        assert self.store.retention.wrong_sums() == {}
+
+    @invariant()
+    def runs_belong_to_an_owner_who_has_them(self) -> None:
+        """A run belongs to the owner of a sweep that has it, and is abandoned once none has it."""
+        owners: dict[str, set[str]] = {}
+        having = sa.select(POINTS.c.run_id, SWEEPS.c.owner).join_from(POINTS, SWEEPS, SWEEPS.c.id == POINTS.c.sweep_id)
+        runs = sa.select(JOBS.c.id, JOBS.c.owner, JOBS.c.abandoned).where(JOBS.c.kind == Kind.RUN)
+        with self.store.database.reading() as reading:
+            for row in reading.execute(having):
+                owners.setdefault(row.run_id, set()).add(row.owner)
+            for run in reading.execute(runs):
+                assert (run.abandoned is None) == (run.id in owners)
+                assert run.abandoned is not None or run.owner in owners[run.id]
 
     @invariant()
     def publications_wait_for_unfinished_runs(self) -> None:

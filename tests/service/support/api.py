@@ -70,6 +70,7 @@ class FakeDispatcher:
 
     reason: str | None = None
     slots: int | None = 2
+    refused: bool = False
 
     def is_alive(self) -> bool:
         return True
@@ -79,6 +80,9 @@ class FakeDispatcher:
 
     def blocked_reason(self) -> str | None:
         return self.reason
+
+    def is_refused(self) -> bool:
+        return self.refused
 
     def workers(self) -> int | None:
         return self.slots

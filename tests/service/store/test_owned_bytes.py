@@ -1,0 +1,87 @@
+"""The bytes that are kept for each owner, whatever happens to files, runs and sweeps, on both databases."""
+
+from dataclasses import replace
+
+import sqlalchemy as sa
+
+from service.records.jobs import Keep, Submission
+from service.store import Store
+from service.store.tables import OWNED_BYTES, now
+from studies.quantities.files import STATE
+from tests.service.support.fakes import run_id, stored, sweep_of
+from tests.service.support.rows import TERM, result
+
+SIZE = stored().size
+RUN, PUBLICATION = 2 * SIZE, SIZE  # bytes: the result and the final state, and a cube
+
+
+def submit(store: Store, owner: str, runs: int, keep: Keep = Keep.FINAL) -> str:
+    return store.sweeps.create(Submission(sweep_of(runs), owner=owner, keep=keep)).id
+
+
+def compute(store: Store) -> None:
+    """Compute everything that is queued, runs with their final states."""
+    while leases := store.leases.take(1, TERM):
+        if leases[0].sweep_id is None:
+            assert store.leases.finish(leases[0], result(stored(STATE, STATE)))
+        else:
+            finish_all_of(store, leases[0])
+
+
+def finish_all_of(store: Store, lease: object) -> None:
+    assert store.leases.publish(lease, [stored("cube.nc", "cube.nc")], seconds=1.0)  # type: ignore[arg-type]
+
+
+def owned(store: Store) -> dict[str, int]:
+    """The kept sums, which must be those of the files."""
+    assert store.retention.wrong_sums() == {}
+    with store.database.reading() as reading:
+        return {row.owner: row.bytes for row in reading.execute(sa.select(OWNED_BYTES)) if row.bytes}
+
+
+def test_files__of_a_run_belong_to_the_owner_of_a_sweep_that_has_it(store: Store) -> None:
+    first = submit(store, "anna", 3)
+    compute(store)
+    assert owned(store) == {"anna": 3 * RUN + PUBLICATION}
+    second = submit(store, "ben", 2)
+    compute(store)
+    assert owned(store) == {"anna": 3 * RUN + PUBLICATION, "ben": PUBLICATION}
+    store.sweeps.delete(first)
+    assert owned(store) == {"ben": 2 * RUN + PUBLICATION}  # the third is nobody's
+    store.sweeps.delete(second)
+    assert owned(store) == {}
+    submit(store, "carla", 3)
+    compute(store)
+    assert owned(store) == {"carla": 3 * RUN + PUBLICATION}
+
+
+def test_files__that_are_replaced_dropped_or_forgotten_change_the_sum(store: Store) -> None:
+    sweep = submit(store, "anna", 3)
+    compute(store)
+    before = owned(store)["anna"]
+    answer = stored()
+    store.runs.replace_result(run_id(0), answer.sha256, replace(answer, size=SIZE + 7), {})
+    assert owned(store) == {"anna": before + 7}
+    store.runs.replace_result(run_id(0), answer.sha256, answer, {})
+    store.retention.forget_files(run_id(0), [STATE])
+    assert owned(store) == {"anna": before - SIZE}
+    other = submit(store, "ben", 3, Keep.NUMBERS)
+    compute(store)
+    store.sweeps.delete(sweep)
+    assert owned(store) == {"ben": before - SIZE}
+    store.retention.drop(store.retention.discardable(9, "0"))
+    assert owned(store) == {"ben": before - 3 * SIZE}
+    store.sweeps.delete(other)
+    assert store.retention.forget_runs(now(), 9) == 3
+    assert owned(store) == {}
+
+
+def test_sums__that_are_wrong_are_seen_and_counted_anew(store: Store) -> None:
+    submit(store, "anna", 1)
+    compute(store)
+    right = owned(store)
+    with store.database.writing() as writing:
+        writing.execute(OWNED_BYTES.update().values(bytes=7))
+    assert store.retention.wrong_sums() == {"anna": (7, right["anna"])}
+    store.retention.recount()
+    assert owned(store) == right
