@@ -169,6 +169,8 @@ def print_queue(queue: Mapping[str, Any]) -> None:
         say(f"  oldest run queued since {queue['oldest_queued']}")
     if queue["blocked_reason"]:
         say(f"  no run starts: {queue['blocked_reason']}")
+    if queue["deletion_paused"]:
+        say(f"  nothing is deleted by age: {queue['deletion_paused']}")
     say(f"  leader: {queue['leader'] or 'none'}")
 
 

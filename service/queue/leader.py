@@ -18,6 +18,7 @@ from service.files.disk_space import Space
 from service.logs import about
 from service.queue import searching
 from service.queue.bucket_keeping import BucketKeeper
+from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
 from service.queue.registration import Registrar
@@ -55,9 +56,10 @@ class Leader:
         self._artifacts = Artifacts.of(settings)
         self._space = Space(settings.data, settings.disk_reserve)
         self._registrar = Registrar(store, self._artifacts, self._space, timings)
-        self._collector = GarbageCollector(settings, store, self._artifacts, self._space, timings)
+        clock = ClockWatch(settings, store)
+        self._collector = GarbageCollector(settings, store, self._artifacts, self._space, clock, timings)
         self._scrubber = Scrubber(settings, store, self._artifacts, timings)
-        self._bucket_keeper = BucketKeeper(settings, store, self._artifacts, self._space, self._scrubber)
+        self._bucket_keeper = BucketKeeper(settings, store, self._artifacts, self._space, clock, self._scrubber)
         self.verification = Verification(self._artifacts, wake, timings, store.runs.files)
         self.in_flight = AttemptsInFlight()
         self.term: int | None = None

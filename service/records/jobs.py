@@ -438,6 +438,7 @@ class QueueRow:
 
     paused: datetime | None  # since when no run is begun
     blocked_reason: str | None  # why nothing is begun although there is work
+    deletion_paused: str | None  # why nothing is deleted by age
     states: Mapping[State, int]  # jobs in each state, publications included
     oldest_queued: datetime | None  # since when the run that waits longest is in the queue
     term: int  # the youngest term of leadership; 0: there was none

@@ -75,12 +75,14 @@ class Queue:
         youngest = sa.select(sa.func.coalesce(sa.func.max(TERMS.c.term), 0)).scalar_subquery()
         event = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0)).scalar_subquery()
         query = sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, youngest.label("term"), event.label("event"))
+        query = query.add_columns(CONTROL.c.clock["paused"].as_string().label("deletion_paused"))
         with self._database.reading() as connection:
             row = connection.execute(query).one()
             counts = self._counted(connection, row.event)
             return QueueRow(
                 paused=row.paused,
                 blocked_reason=row.blocked_reason,
+                deletion_paused=row.deletion_paused,
                 states=counts.states,
                 oldest_queued=counts.oldest,
                 term=row.term,

@@ -1,12 +1,13 @@
 """Queries and statements of garbage collection: which sweeps, runs and files still count, and which were read last."""
 
 import sys
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
 
+from service.records.clock import ClockHistory, read_clocks
 from service.records.jobs import KEPT_BY, TERMINAL, Keep, Kind, LastAttempt, Scrub, Stored, at_least
 from service.store.connection import Database
 from service.store.events import log_event
@@ -117,6 +118,33 @@ class Retention:
             left -= expired[row.id]
         return expired
 
+    def sweeps(self) -> int:
+        """Number of sweeps."""
+        with self._database.reading() as connection:
+            return connection.execute(sa.select(sa.func.count()).select_from(SWEEPS)).scalar_one()
+
+    def runs(self) -> int:
+        """Number of runs."""
+        with self._database.reading() as connection:
+            return connection.execute(sa.select(sa.func.count()).where(JOBS.c.kind == Kind.RUN)).scalar_one()
+
+    def clock_history(self) -> ClockHistory | None:
+        """What was seen of the wall clock; None: nothing yet."""
+        with self._database.reading() as connection:
+            return _clock_history(connection)
+
+    def note_clock_history(self, change: Callable[[ClockHistory | None], ClockHistory]) -> ClockHistory:
+        """Replace what was seen of the wall clock by what ``change`` makes of it; return that."""
+        with self._database.writing() as connection:
+            history = change(_clock_history(connection))
+            connection.execute(CONTROL.update().values(clock=history.as_json()))
+        return history
+
+    def trust_clock(self) -> None:
+        """Believe the wall clock from now on, whatever it did."""
+        now = read_clocks()
+        self.note_clock_history(lambda history: (history or ClockHistory(now)).seen(now).trusted())
+
     def scrub(self) -> Scrub:
         """How far the comparison of all files with their digests is."""
         with self._database.reading() as connection:
@@ -163,6 +191,11 @@ class Retention:
         with self._database.reading() as connection:
             rows = connection.execute(query.order_by(*BY_JOB)).all()
         return tuple((row.job_id, stored_record(row)) for row in rows)
+
+
+def _clock_history(connection: sa.Connection) -> ClockHistory | None:
+    plain = connection.scalar(sa.select(CONTROL.c.clock))
+    return None if plain is None else ClockHistory.from_json(plain)
 
 
 # A registered file of a run that has ended, and that no sweep keeps.

@@ -37,7 +37,7 @@ StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
-REVISION = "0010"  # of these tables: that of the newest file of ``service/migrations/versions``
+REVISION = "0012"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",
@@ -57,6 +57,9 @@ SWEEPS = sa.Table(
     sa.Column("created", UtcTime, nullable=False),
     sa.Column("cancelled", UtcTime),
     sa.Column("pinned", UtcTime),  # since when it is kept from deletion
+    sa.Column("physics", sa.Integer),  # version by which its points were expanded; null: before it was noted
+    sa.Column("renewed", UtcTime),  # when they were expanded anew, by a newer version
+    sa.Column("older", sa.String(32)),  # id of the sweep that has its results of older versions
     sa.Index("sweeps_digest", "digest"),
     sqlite_autoincrement=True,
 )
@@ -164,6 +167,7 @@ CONTROL = sa.Table(
     # Lost results that may be forgotten beyond the limits, on request.
     sa.Column("forgettable", sa.Integer, nullable=False),
     sa.Column("scrub", JSON),  # how far the comparison of all files with their digests is
+    sa.Column("clock", JSON),  # jumps of the wall clock, and what went by age lately
 )
 
 # The queue of an owner in a priority class: see ``fair_queueing``.

@@ -190,6 +190,9 @@ def retention(
     ] = None,
     owner: Annotated[str | None, typer.Option(help="Sweeps of the owner, the name of a key, alone.")] = None,
     apply: Annotated[bool, typer.Option("--apply", help="Delete them; by default they are listed.")] = False,
+    trust_clock: Annotated[
+        bool, typer.Option("--trust-clock", help="Say that the clock is right: the service deletes by age again.")
+    ] = False,
     as_json: Json = False,
     data: Data = None,
     database_url: DatabaseUrl = None,
@@ -198,6 +201,12 @@ def retention(
     from service.cli.offline import open_store, record_command
     from service.records.jobs import Conflict, NotFound
 
+    if trust_clock:
+        with open_store(settings_of(data=data, database_url=database_url)) as store:
+            store.retention.trust_clock()
+            record_command(store, "trust clock")
+        print("the clock is believed: the service deletes by age again")
+        return
     if older_than is None and to_size is None and owner is None:
         raise InvalidInput([Finding("retention", "no rule", "--older-than, --to-size or --owner", "give one of them")])
     before = datetime.now(UTC) - (timedelta() if older_than is None else _duration("--older-than", older_than))

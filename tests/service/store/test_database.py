@@ -128,7 +128,11 @@ DROP TABLE shares
 DROP INDEX jobs_queue
 ALTER TABLE jobs DROP COLUMN owner
 ALTER TABLE sweeps DROP COLUMN pinned
+ALTER TABLE sweeps DROP COLUMN physics
+ALTER TABLE sweeps DROP COLUMN renewed
+ALTER TABLE sweeps DROP COLUMN older
 ALTER TABLE control DROP COLUMN scrub
+ALTER TABLE control DROP COLUMN clock
 CREATE INDEX jobs_queue ON jobs (state, priority, virtual_time, ordinal)
 CREATE TABLE priority_classes (priority INTEGER PRIMARY KEY, virtual_time FLOAT NOT NULL)
 INSERT INTO priority_classes VALUES (0, 7.0)
