@@ -129,13 +129,22 @@ def read(posted: Posted, part: Callable[[Any, Posted], Read]) -> Read | Refusal:
 
 def expanded(document: Any, posted: Posted) -> ExpandedSweep:
     """The sweep with its runs, to be stored."""
+    return _expanded(_sweep(document, posted))
+
+
+def expanded_anew(document: Any, _posted: Posted) -> ExpandedSweep:
+    """The same of a sweep that an older version accepted, under the limits of its time."""
+    return _expanded(Sweep.parse(document, ACCEPTED))
+
+
+def _expanded(checked: Sweep) -> ExpandedSweep:
     estimates: list[Estimate] = []
 
     def cost(run: Run) -> float:
         estimates.append(estimate(run))
         return estimates[-1].core_seconds
 
-    sweep = expand(_sweep(document, posted), cost)
+    sweep = expand(checked, cost)
     memory = max((each.memory for each in estimates), default=0)
     return replace(sweep, memory=memory, bytes=sum(each.bytes for each in estimates))
 

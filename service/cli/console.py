@@ -86,6 +86,8 @@ def print_sweep(sweep: "SweepStatus") -> None:
     say(f"{sweep.id}  {sweep.name}: {sweep.state}, {sweep.progress:.0%} ({sweep.tally}){pinned}")
     if sweep.reason:
         say(f"  {sweep.reason}")
+    if sweep.renewal:
+        say(f"  {sweep.renewal}")
     if sweep.eta_seconds:
         say(f"  {duration(sweep.eta_seconds)} left")
 
@@ -94,11 +96,11 @@ def print_sweeps(sweeps: "Iterable[SweepStatus]") -> None:
     rows = (
         (
             *(sweep.id[:SHORT_ID], sweep.state, f"{sweep.progress:.0%}", str(sweep.planned)),
-            *(duration(sweep.eta_seconds or None), sweep.name),
+            *(duration(sweep.eta_seconds or None), sweep.name, sweep.renewal),
         )
         for sweep in sweeps
     )
-    print_table(("id", "state", "done", "runs", "time left", "name"), rows)
+    print_table(("id", "state", "done", "runs", "time left", "name", ""), rows)
 
 
 def print_points(points: Iterable[Mapping[str, Any]], axes: Mapping[str, str | None]) -> None:

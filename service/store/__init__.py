@@ -19,6 +19,7 @@ from service.store.leadership import Leadership, Terms
 from service.store.leases import Leases
 from service.store.publications import Publications
 from service.store.queue import Queue
+from service.store.renewal import Renewals
 from service.store.retention import Retention
 from service.store.runs import Runs
 from service.store.submission import digest_of
@@ -40,6 +41,7 @@ class Store:
         self.leases = Leases(database)
         self.terms = Terms(database)
         self.retention = Retention(database)
+        self.renewals = Renewals(database)
         self.events = Events(database)
         self.keys = Keys(database)
         self.audit = AuditTrail(database)

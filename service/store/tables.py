@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
 from service.records.jobs import ACTIVE, Cause, Keep, Kind, NotFound, State, Stored
+from studies.runs.results import OTHER_PHYSICS
 
 
 class UtcTime(sa.types.TypeDecorator[datetime]):
@@ -257,9 +258,14 @@ def runs_of(sweep_id: str) -> sa.Select[tuple[str]]:
     return sa.select(POINTS.c.run_id).where(POINTS.c.sweep_id == sweep_id)
 
 
+# The run was submitted to another version, which alone gives its numbers: this one refused to compute it.
+OF_OTHER_PHYSICS = sa.and_(JOBS.c.state == State.FAILED, JOBS.c.failure == OTHER_PHYSICS)
+
+
 def ended_by_accident(*, verdicts: bool) -> sa.ColumnElement[bool]:
     """The run ended without a result, so that another try is worth while."""
-    accident = sa.and_(JOBS.c.state == State.FAILED, JOBS.c.cause != Cause.VERDICT)
+    is_accident = (JOBS.c.cause != Cause.VERDICT) | (JOBS.c.failure == OTHER_PHYSICS)
+    accident = sa.and_(JOBS.c.state == State.FAILED, is_accident)
     ended = accident if not verdicts else JOBS.c.state == State.FAILED
     return sa.or_(JOBS.c.state == State.CANCELLED, ended)
 
