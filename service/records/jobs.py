@@ -160,6 +160,10 @@ class StoreUnavailable(WhippleError):
     """The database is locked, away or full; nothing was changed, and a later try may succeed."""
 
 
+class StoreDamaged(StoreUnavailable):
+    """The file of the database is damaged, or no database; no later try succeeds."""
+
+
 @dataclass(frozen=True)
 class Page(Generic[Item]):
     items: tuple[Item, ...]

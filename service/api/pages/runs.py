@@ -24,6 +24,7 @@ from service.store import Store
 from studies import measurements, scenarios
 from studies.quantities.display import display_of, kind_of, printed_beside
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
+from studies.quantities.measured import flags_in_words
 from studies.quantities.parameters import declared
 from studies.sweeps.reading import RESOLUTION
 
@@ -139,7 +140,7 @@ def _printed(name: str, value: float | None, uncertainty: float | None, flags: S
         "text": text,
         "bar": printed_beside(uncertainty, kind, uncertainty) if uncertainty else "",
         "unit": "" if measurement.is_outcome else display_of(measurement.unit).unit,
-        "flags": [flag.replace("_", " ") for flag in flags],
+        "flags": flags_in_words(flags),
     }
 
 

@@ -4,6 +4,7 @@ import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -149,7 +150,7 @@ def test_migration__of_the_oldest_tables_makes_those_of_this_version_and_goes_on
             for statement in TO_THE_OLDEST.strip().splitlines():
                 writing.exec_driver_sql(statement)
     with closing(Store.open(own_url)) as store:
-        assert store.sweeps.get(accepted.id) == accepted
+        assert store.sweeps.get(accepted.id) == replace(accepted, physics=None)  # which was not noted then
         after = sa.MetaData()
         with store.database.reading() as reading:
             after.reflect(reading)
