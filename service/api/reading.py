@@ -165,7 +165,7 @@ def alone(change: Any, posted: Posted) -> ExpandedSweep:
         raise InvalidInput([Finding("run", change["run"], "a run at a point of the axes of its sweep", cure)])
     single = expanded(replace(sweep.of_point(change["at"]), title=change["title"]).document(), posted)
     if single.points[0].run_id != change["run"]:
-        cure = "retry its sweep: results of different versions stay separate"
+        cure = "submit its sweep again: results of different versions stay separate"
         raise InvalidInput([Finding("run", change["run"], "a run of this version of the physics", cure)])
     return single
 
