@@ -14,8 +14,18 @@
 #                --env WHIPPLE_ALLOWED_HOSTS='["whipple.example.org"]' --volume whipple:/data whipple
 #
 # With PostgreSQL, a scheduler and workers in containers of their own: compose.yaml.
+#
+# The base image is named by its tag, which moves with the patches of Python and Debian. To build twice from the same
+# bytes, pin it by its digest, which the second line prints, and build with what it prints; a new digest is taken on
+# purpose, with the date and the reason in the commit that changes it:
+#
+#     docker pull python:3.11-slim
+#     docker image inspect --format '{{index .RepoDigests 0}}' python:3.11-slim       # python@sha256:...
+#     docker build --build-arg BASE=python@sha256:... -t whipple .
 
-FROM python:3.11-slim AS build
+ARG BASE=python:3.11-slim
+# hadolint ignore=DL3006
+FROM ${BASE} AS build
 WORKDIR /source
 RUN python -m venv /opt/whipple
 ENV PATH=/opt/whipple/bin:$PATH
@@ -26,7 +36,8 @@ RUN python -c "import tomllib; own = tomllib.load(open('pyproject.toml', 'rb'))[
 COPY . .
 RUN pip install --no-cache-dir --no-deps .
 
-FROM python:3.11-slim
+# hadolint ignore=DL3006
+FROM ${BASE}
 # tini: forwards signals and reaps children that died. Debian keeps no older version that could be pinned.
 # hadolint ignore=DL3008
 RUN apt-get update \

@@ -5,6 +5,7 @@ import os
 from ipaddress import IPv4Network, IPv6Network, ip_network
 from pathlib import Path
 from typing import Annotated, Any, Literal
+from urllib.parse import quote
 
 from pydantic import ByteSize, Field, PositiveFloat, PositiveInt, ValidationInfo, field_validator
 from pydantic_core import PydanticCustomError
@@ -53,6 +54,9 @@ class Settings(BaseSettings):
     )
     database_url: str | None = Field(
         default=None, description="default: SQLite inside data; postgresql+psycopg://... allows several services"
+    )
+    database_password_file: Path | None = Field(
+        default=None, description="file with the password of a database_url that names a user alone"
     )
     artifacts: str | None = Field(
         default=None,
@@ -156,6 +160,21 @@ class Settings(BaseSettings):
             raise _refused(f"a URL of one of these: {', '.join(DATABASES)}")
         return url
 
+    @field_validator("database_password_file")
+    @classmethod
+    def _is_readable(cls, file: Path | None, context: ValidationInfo) -> Path | None:
+        url = context.data.get("database_url")
+        if file is None or url is None:
+            return file
+        user, at, _ = url.partition("://")[2].partition("@")
+        if not at or ":" in user:
+            raise _refused(
+                "unset, unless database_url names a user without a password: postgresql+psycopg://user@host/name"
+            )
+        if not os.access(file, os.R_OK) or not file.is_file():
+            raise _refused("a file that this user may read")
+        return file
+
     @field_validator("engine")
     @classmethod
     def _is_encrypted(cls, address: str | None) -> str | None:
@@ -188,7 +207,12 @@ class Settings(BaseSettings):
 
     @property
     def url(self) -> str:
-        return self.database_url or f"sqlite:///{self.data.absolute() / 'whipple.db'}"
+        if self.database_url is None:
+            return f"sqlite:///{self.data.absolute() / 'whipple.db'}"
+        if self.database_password_file is None:
+            return self.database_url
+        password = quote(self.database_password_file.read_text(encoding="utf-8").strip(), safe="")
+        return self.database_url.replace("@", f":{password}@", 1)
 
     @property
     def has_replicas(self) -> bool:

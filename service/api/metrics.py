@@ -126,11 +126,15 @@ class _ServiceMetrics(_LazyCollector):
         for owner, state, runs in owned:
             owners.add_metric([owner, state.value], runs)
         yield owners
-        age = 0.0 if queue.oldest_queued is None else time.time() - queue.oldest_queued.timestamp()
+        # A clock that was set back is before the moment at which the run was queued.
+        age = 0.0 if queue.oldest_queued is None else max(0.0, time.time() - queue.oldest_queued.timestamp())
         meaning = "Seconds since the longest waiting run was queued."
         yield GaugeMetricFamily("whipple_queue_age_seconds", meaning, age)
         paused = float(queue.paused is not None)
         yield GaugeMetricFamily("whipple_queue_paused", "1 if the queue is paused.", paused)
+        kept = float(queue.deletion_paused is not None)
+        meaning = "1 if nothing is deleted by age: the clock has jumped."
+        yield GaugeMetricFamily("whipple_deletion_paused", meaning, kept)
         yield _run_seconds(results)
         failed = CounterMetricFamily("whipple_attempts_failed", "Attempts that did not succeed.", labels=["cause"])
         for cause in Cause:

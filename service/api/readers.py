@@ -5,7 +5,9 @@ one that ended, and ends them with the event loop. They work for one request at 
 key keeps the others waiting; a request that finds no child in time is refused with 429.
 """
 
-from collections.abc import AsyncIterator, Callable
+import json
+import sys
+from collections.abc import AsyncIterator, Callable, Mapping
 from contextlib import AbstractAsyncContextManager, asynccontextmanager
 from typing import Any
 
@@ -13,8 +15,10 @@ import anyio
 from anyio import to_process
 
 from service.api.errors import ReaderLost, TooManyRequests
-from service.api.reading import USUAL, Posted, Read, ReadingLimits, Refusal, read_within_limits
+from service.api.reading import USUAL, Posted, Read, ReadingLimits, Refusal, expanded_anew, read_within_limits
 from service.api.turns import Places
+from service.records.expansion import ExpandedSweep
+from studies.quantities.findings import InvalidInput
 
 SLOTS = 2  # children; the other cores belong to the runs
 WAIT_SECONDS = 10.0  # longest time that a request waits for a child
@@ -65,3 +69,15 @@ class Readers:
             raise ReaderLost(f"it took more than {self._wall:g} s") from None
         except anyio.BrokenWorkerProcess:
             raise ReaderLost("it was killed") from None
+
+
+def expand_accepted(document: Mapping[str, Any]) -> ExpandedSweep:
+    """An accepted sweep with its runs of this version, by a child of its own; not called by the event loop.
+
+    Raises InvalidInput, ReaderLost.
+    """
+    posted = Posted("application/json", json.dumps(document).encode(), sys.maxsize)
+    read = anyio.run(Readers().read, posted, expanded_anew)
+    if isinstance(read, Refusal):
+        raise InvalidInput(read.findings)
+    return read

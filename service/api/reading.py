@@ -129,13 +129,22 @@ def read(posted: Posted, part: Callable[[Any, Posted], Read]) -> Read | Refusal:
 
 def expanded(document: Any, posted: Posted) -> ExpandedSweep:
     """The sweep with its runs, to be stored."""
+    return _expanded(_sweep(document, posted))
+
+
+def expanded_anew(document: Any, _posted: Posted) -> ExpandedSweep:
+    """The same of a sweep that an older version accepted, under the limits of its time."""
+    return _expanded(Sweep.parse(document, ACCEPTED))
+
+
+def _expanded(checked: Sweep) -> ExpandedSweep:
     estimates: list[Estimate] = []
 
     def cost(run: Run) -> float:
         estimates.append(estimate(run))
         return estimates[-1].core_seconds
 
-    sweep = expand(_sweep(document, posted), cost)
+    sweep = expand(checked, cost)
     memory = max((each.memory for each in estimates), default=0)
     return replace(sweep, memory=memory, bytes=sum(each.bytes for each in estimates))
 
@@ -156,7 +165,7 @@ def alone(change: Any, posted: Posted) -> ExpandedSweep:
         raise InvalidInput([Finding("run", change["run"], "a run at a point of the axes of its sweep", cure)])
     single = expanded(replace(sweep.of_point(change["at"]), title=change["title"]).document(), posted)
     if single.points[0].run_id != change["run"]:
-        cure = "retry its sweep: results of different versions stay separate"
+        cure = "submit its sweep again: results of different versions stay separate"
         raise InvalidInput([Finding("run", change["run"], "a run of this version of the physics", cure)])
     return single
 

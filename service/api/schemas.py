@@ -253,6 +253,7 @@ class QueueModel(Answer):
 
     paused: datetime | None = Field(description="Start of the pause; null: not paused")
     blocked_reason: str | None = Field(description="Why no run starts although runs are queued")
+    deletion_paused: str | None = Field(description="Why nothing is deleted by age: the clock has jumped")
     counts: dict[str, int] = Field(description="Runs and publications by state")
     oldest_queued: datetime | None = Field(description="When the longest waiting run was queued")
     leader: str | None = Field(description="Process that assigns the work; null: no process leads")
@@ -266,6 +267,7 @@ class QueueModel(Answer):
         return cls(
             paused=row.paused,
             blocked_reason=blocked_reason or row.blocked_reason,
+            deletion_paused=row.deletion_paused,
             counts={state.value: row.states.get(state, 0) for state in State},
             oldest_queued=row.oldest_queued,
             leader=row.leader,

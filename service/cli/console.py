@@ -99,6 +99,8 @@ def print_sweep(sweep: "SweepStatus") -> None:
     say(f"{sweep.id}  {sweep.name}: {sweep.state}, {sweep.progress:.0%} ({sweep.tally}){pinned}")
     if sweep.reason:
         say(f"  {sweep.reason}")
+    if sweep.renewal:
+        say(f"  {sweep.renewal}")
     if sweep.eta_seconds:
         say(f"  {duration(sweep.eta_seconds)} left")
 
@@ -107,11 +109,11 @@ def print_sweeps(sweeps: "Iterable[SweepStatus]") -> None:
     rows = (
         (
             *(sweep.id[:SHORT_ID], sweep.state, f"{sweep.progress:.0%}", str(sweep.planned)),
-            *(duration(sweep.eta_seconds or None), sweep.name),
+            *(duration(sweep.eta_seconds or None), sweep.name, sweep.renewal),
         )
         for sweep in sweeps
     )
-    print_table(("id", "state", "done", "runs", "time left", "name"), rows)
+    print_table(("id", "state", "done", "runs", "time left", "name", ""), rows)
 
 
 def print_points(points: Iterable[Mapping[str, Any]], axes: Mapping[str, str | None]) -> None:
@@ -182,6 +184,8 @@ def print_queue(queue: Mapping[str, Any]) -> None:
         say(f"  oldest run queued since {queue['oldest_queued']}")
     if queue["blocked_reason"]:
         say(f"  no run starts: {queue['blocked_reason']}")
+    if queue["deletion_paused"]:
+        say(f"  nothing is deleted by age: {queue['deletion_paused']}")
     say(f"  leader: {queue['leader'] or 'none'}")
 
 

@@ -16,10 +16,17 @@ from pathlib import Path
 from service.files.artifacts import Artifacts
 from service.files.bucket import BucketAway
 from service.queue import data_identity as identity
-from service.records.jobs import StoreUnavailable
+from service.records.jobs import StoreDamaged, StoreUnavailable
 from service.settings import Settings
 from service.store import Store
 from studies.quantities.findings import InvalidInput
+
+# Of a backup that `whipple backup OUT` made.
+RESTORE = (
+    "restore the last backup: stop the service, move {folder} aside, copy the folder of the backup to its place, run "
+    "the check again, then start the service; results since the backup are computed again when a sweep asks for them, "
+    "and sweeps accepted since have to be submitted again"
+)
 
 
 class CheckStatus(StrEnum):
@@ -85,8 +92,11 @@ def check_store(settings: Settings) -> Iterator[Check]:
         return
     try:
         with closing(Store.open(settings.url, migrate=False)) as store:
+            store.database.check_pages()
             identity.check(settings, store)
             whole, wrong = store.retention.scrub().whole, store.retention.wrong_sums()
+    except StoreDamaged as error:
+        yield Check("database", CheckStatus.ERROR, str(error), RESTORE.format(folder=settings.data.absolute()))
     except StoreUnavailable as error:
         yield Check("database", CheckStatus.ERROR, str(error), "correct the problem, then run the check again")
     except identity.WrongDirectory as error:

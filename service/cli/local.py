@@ -29,6 +29,7 @@ from studies.sweeps.sweep import Sweep
 
 if TYPE_CHECKING:
     from service.queue.dispatcher import Dispatcher
+    from service.records.expansion import ExpandedSweep
     from service.workers.warm import WarmProcess
 
 __all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_engine"]
@@ -155,12 +156,20 @@ def start_engine(
     from service.execution import engine_of
     from service.queue.dispatcher import Dispatcher
 
-    dispatcher = Dispatcher(settings, store, open_engine=engine_of(settings, ready), timings=timings)
+    engine = engine_of(settings, ready)
+    dispatcher = Dispatcher(settings, store, open_engine=engine, timings=timings, expand=_expanded_in_child)
     dispatcher.start()
     try:
         yield dispatcher
     finally:
         dispatcher.close()
+
+
+def _expanded_in_child(document: Mapping[str, Any]) -> "ExpandedSweep":
+    """An accepted sweep, expanded by a child process."""
+    from service.api.readers import expand_accepted  # the web framework, which few sweeps need
+
+    return expand_accepted(document)
 
 
 def _retention(keep: str) -> Keep:

@@ -53,7 +53,7 @@ class RunDocument(dict[str, Any]):
 def sweep_table(sweep: SweepStatus, report: str = "") -> str:
     """A sweep at one moment; ``report`` is the address of its report, if there is one."""
     bar = f'<progress max="1" value="{sweep.progress:.3f}"></progress> {sweep.progress:.0%}'
-    rows = [("state", sweep.state), ("runs", sweep.tally), ("reason", sweep.reason)]
+    rows = [("state", sweep.state), ("runs", sweep.tally), ("reason", sweep.reason), ("renewed", sweep.renewal)]
     rows += [("time left", duration(sweep.eta_seconds or None))]
     link = f'<a href="{escape(report)}">report</a>' if report and sweep.state == "succeeded" else ""
     return table(f"{sweep.name} ({sweep.id[:12]})", rows, below=f"{bar} {link}")

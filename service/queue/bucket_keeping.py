@@ -16,6 +16,7 @@ from itertools import groupby
 from service.files.artifacts import FOR_PUBLICATIONS, RUNS, SWEEPS, Artifacts
 from service.files.bucket import Bucket, BucketAway
 from service.files.disk_space import Space
+from service.queue.clock_watch import ClockWatch
 from service.queue.data_identity import WrongDirectory
 from service.queue.garbage_collection import FOLDERS_AT_ONCE, SHARDS
 from service.queue.scrubbing import Scrubber
@@ -33,8 +34,17 @@ DONE = object()
 class BucketKeeper:
     """Removes objects that no row names, limits the cache, and lets the scrubber go on."""
 
-    def __init__(self, settings: Settings, store: Store, artifacts: Artifacts, space: Space, scrubber: Scrubber):
+    def __init__(
+        self,
+        settings: Settings,
+        store: Store,
+        artifacts: Artifacts,
+        space: Space,
+        clock: ClockWatch,
+        scrubber: Scrubber,
+    ):
         self._store = store
+        self._clock = clock
         self._artifacts = artifacts
         self._space = space
         self._scrubber = scrubber
@@ -95,9 +105,12 @@ class BucketKeeper:
         for id in (known | gone) & names.keys():
             for name in names[id]:
                 is_named = name in registered or name.rpartition("/")[0] in held
-                if not is_named and (id not in known or bucket.age(name) > self._grace):
+                if not is_named and (id not in known or self._is_old(bucket, name)):
                     bucket.remove(name)
                     log.info("removed from the bucket: %s", name)
+
+    def _is_old(self, bucket: Bucket, name: str) -> bool:
+        return not self._clock.is_paused(self._grace) and bucket.age(name) > self._grace
 
     def _is_sweep(self, id: str) -> bool:
         with suppress(NotFound):

@@ -18,6 +18,7 @@ from queue import Empty, SimpleQueue
 from service.execution.protocol import Engine, OpenEngine
 from service.queue import data_identity as identity
 from service.queue.leader import Leader
+from service.queue.renewal import Expand, expand_here
 from service.records.jobs import StoreUnavailable
 from service.settings import Settings
 from service.store import DatabaseFileLost, Leadership, Store
@@ -35,14 +36,22 @@ OTHER_LEADER = (
 class Dispatcher:
     """Keeps the engine busy with the queue, and the rows true."""
 
-    def __init__(self, settings: Settings, store: Store, *, open_engine: OpenEngine, timings: Timings = DEFAULT):
+    def __init__(
+        self,
+        settings: Settings,
+        store: Store,
+        *,
+        open_engine: OpenEngine,
+        timings: Timings = DEFAULT,
+        expand: Expand = expand_here,
+    ):
         self._settings = settings
         self._store = store
         self._open_engine = open_engine
         self._timings = timings
         self._owner = f"{socket.gethostname()}:{os.getpid()}"
         self._inbox: Inbox = SimpleQueue()
-        self._leader = Leader(settings, store, wake=self.wake, timings=timings)
+        self._leader = Leader(settings, store, wake=self.wake, timings=timings, expand=expand)
         self._leadership: Leadership | None = None
         self._engine: Engine | None = None
         self._closing = False
@@ -165,6 +174,7 @@ class Dispatcher:
         with self._logged():
             self._leader.register_last(is_over=True)
         self._leader.verification.close()
+        self._leader.renewer.close()
         if self._leadership is not None:
             self._leadership.close()
 

@@ -4,6 +4,9 @@ The folder of a job's last attempt counts, and so does whatever a row points to:
 goes. The folder of a run or sweep that the store does not know stays: the directory may belong to another database, or
 be newer than a restored backup. What an attempt left stays for ``retire_seconds``, so that its log can be read,
 unless the disk is full. Orphans come first: on a full disk no row can be written.
+
+Nothing goes by age while the clock is not believed (``clock_watch``), and by rule at most a tenth of the sweeps, and of
+the runs, goes in a day.
 """
 
 import logging
@@ -13,13 +16,14 @@ import time
 from collections.abc import Iterator, Mapping, Sequence, Set
 from contextlib import suppress
 from dataclasses import dataclass
-from datetime import UTC, datetime, timedelta
 from enum import StrEnum
 from itertools import islice
 from pathlib import Path
 
 from service.files.artifacts import CHECKPOINT, ID, PART, RUNS, SWEEPS, Artifacts, name_of_attempt
 from service.files.disk_space import Space
+from service.queue.clock_watch import ClockWatch
+from service.records.clock import DAY
 from service.records.jobs import KEPT_BY, TERMINAL, Conflict, LastAttempt, NotFound, State, Stored
 from service.settings import Settings
 from service.store import Store
@@ -78,9 +82,16 @@ class GarbageCollector:
     """Goes round the data directory."""
 
     def __init__(
-        self, settings: Settings, store: Store, artifacts: Artifacts, space: Space, timings: Timings = DEFAULT
+        self,
+        settings: Settings,
+        store: Store,
+        artifacts: Artifacts,
+        space: Space,
+        clock: ClockWatch,
+        timings: Timings = DEFAULT,
     ):
         self._store = store
+        self._clock = clock
         self._artifacts = artifacts
         self._space = space
         self._timings = timings
@@ -95,22 +106,39 @@ class GarbageCollector:
 
     def step(self) -> None:
         """Do a bounded part of the work; called by the leader at some of its ticks."""
+        self._clock.look()
         self._remove_orphans(time.monotonic() + self._timings.collection_step)
         self._drop_files(time.monotonic() + self._timings.collection_drop)
         if self._may_forget:
-            before = datetime.now(UTC) - timedelta(seconds=self._forget_seconds)
-            forgotten = self._store.retention.forget_runs(before, MOST_REMOVED)
-            self._may_forget = self._delete_expired() or forgotten == MOST_REMOVED
+            forgets_more = self._forget_runs()
+            self._may_forget = self._delete_expired() or forgets_more
+
+    def _forget_runs(self) -> bool:
+        """Forget a few runs that have had no sweep for the time of the setting; whether there may be more."""
+        if self._clock.is_paused(self._forget_seconds):
+            return False
+        retention = self._store.retention
+        most = min(MOST_REMOVED, self._clock.may_go("runs", retention.runs, at_least=MOST_REMOVED))
+        before = self._clock.moment_before(self._forget_seconds)
+        if forgotten := retention.forget_runs(before, most) if most else 0:
+            self._clock.note_gone("runs", forgotten)
+        return forgotten == MOST_REMOVED
 
     def _delete_expired(self) -> bool:
         """Delete a few sweeps that ended more than the days of the setting ago; whether there are more."""
-        before = datetime.now(UTC) - timedelta(days=self._retention_days)
-        expired = [*self._store.retention.expired(before)] if self._retention_days else []
-        for id in expired[:MOST_DELETED]:
+        if not self._retention_days or self._clock.is_paused(self._retention_days * DAY):
+            return False
+        expired = [*self._store.retention.expired(self._clock.moment_before(self._retention_days * DAY))]
+        most = (
+            min(MOST_DELETED, self._clock.may_go("sweeps", self._store.retention.sweeps, at_least=1)) if expired else 0
+        )
+        if going := expired[:most]:
+            self._clock.note_gone("sweeps", len(going))
+        for id in going:
             log.info("deleted: the sweep %s, which ended more than %g days ago", id, self._retention_days)
             with suppress(Conflict, NotFound):  # it was pinned, retried or deleted just now
                 self._store.sweeps.delete(id)
-        return len(expired) > MOST_DELETED
+        return len(going) == MOST_DELETED
 
     def _remove_orphans(self, end: float) -> None:
         """Remove orphans, from where the last step ended."""
@@ -133,7 +161,7 @@ class GarbageCollector:
         if orphan.reason in AT_ONCE:
             return True
         if orphan.reason is Reason.TEMPORARY_IN_USE or not self._space.is_short():
-            return orphan.age() > self._retire_seconds
+            return not self._clock.is_paused(self._retire_seconds) and orphan.age() > self._retire_seconds
         is_temporary = orphan.reason is Reason.TEMPORARY
         return not is_temporary or orphan.age() > self._timings.temporary_file_age
 

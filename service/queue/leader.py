@@ -18,9 +18,11 @@ from service.files.disk_space import Space
 from service.logs import about
 from service.queue import searching
 from service.queue.bucket_keeping import BucketKeeper
+from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import GarbageCollector
 from service.queue.in_flight import AttemptsInFlight
 from service.queue.registration import Registrar
+from service.queue.renewal import Expand, Renewer
 from service.queue.scrubbing import Scrubber
 from service.queue.verification import Verification
 from service.records.jobs import Kind, Lease, State, StoreUnavailable
@@ -28,6 +30,8 @@ from service.settings import Settings
 from service.store import Store
 from service.workers.attempt import Attempt, Ending
 from service.workers.timings import Timings
+from solver import PHYSICS_VERSION
+from studies.runs.results import OTHER_PHYSICS
 
 log = logging.getLogger(__name__)
 
@@ -48,17 +52,19 @@ class _Failure:
 class Leader:
     """Reconciles rows and engine during its terms; leases of earlier terms are foreign until adopted."""
 
-    def __init__(self, settings: Settings, store: Store, *, wake: Callable[[], None], timings: Timings):
+    def __init__(self, settings: Settings, store: Store, *, wake: Callable[[], None], timings: Timings, expand: Expand):
         self._settings = settings
         self._store = store
         self._timings = timings
         self._artifacts = Artifacts.of(settings)
         self._space = Space(settings.data, settings.disk_reserve)
         self._registrar = Registrar(store, self._artifacts, self._space, timings)
-        self._collector = GarbageCollector(settings, store, self._artifacts, self._space, timings)
+        clock = ClockWatch(settings, store)
+        self._collector = GarbageCollector(settings, store, self._artifacts, self._space, clock, timings)
         self._scrubber = Scrubber(settings, store, self._artifacts, timings)
-        self._bucket_keeper = BucketKeeper(settings, store, self._artifacts, self._space, self._scrubber)
+        self._bucket_keeper = BucketKeeper(settings, store, self._artifacts, self._space, clock, self._scrubber)
         self.verification = Verification(self._artifacts, wake, timings, store.runs.files)
+        self.renewer = Renewer(store, expand, wake)
         self.in_flight = AttemptsInFlight()
         self.term: int | None = None
         self.is_superseded = False  # a younger term began: this one claims and adopts nothing more
@@ -77,6 +83,7 @@ class Leader:
         self._reset()
         self.in_flight.leases.clear()
         self._registrar.blocking.clear()
+        self.renewer.look_again()
         self._engine, self.term, self.is_superseded, self.slots = engine, term, False, 0
 
     def end_term(self) -> None:
@@ -95,6 +102,7 @@ class Leader:
                 if is_due:
                     self._compare(leases, self.term)
                 self._stop_unwanted(leases)
+                self.renewer.step()
                 # An ending without a result may say that no run is to begin: it is registered first.
                 ended_well = all(ending.cause is None for ending in self.in_flight.ended.values())
                 if ended_well:
@@ -215,6 +223,8 @@ class Leader:
             if verified is None:
                 return False
             self._registrar.register(lease, verified)
+            if verified.result is not None and verified.result.failure == OTHER_PHYSICS:
+                self.renewer.look_again()
         except StoreUnavailable:
             raise  # the others would fail too
         except Exception as error:
@@ -269,6 +279,8 @@ class Leader:
             return self.in_flight.away
         if time.monotonic() - self._submission_failed < self._timings.engine_retry:
             return REFUSED
+        if self.renewer.reason is not None:
+            return self.renewer.reason
         bucket = self._artifacts.bucket
         away = None if bucket is None else bucket.blocked_reason()
         return NO_WORKER if self.slots == 0 else self._space.blocked_reason() or away
@@ -325,4 +337,9 @@ class Leader:
         assert lease.sweep_id is not None
         document, outcomes = self._store.publications.inputs(lease.sweep_id)
         root = self._artifacts.root
-        return {"document": document, "outcomes": [outcome.as_json(root) for outcome in outcomes]}
+        ended = [outcome.as_json(root) for outcome in outcomes]
+        publication: dict[str, Any] = {"document": document, "outcomes": ended}
+        renewals = self._store.renewals
+        if renewals.physics_of(lease.sweep_id) != PHYSICS_VERSION:  # this version gives its runs other ids
+            publication["places"] = renewals.coordinates(lease.sweep_id)
+        return publication

@@ -165,6 +165,10 @@ class StoreUnavailable(WhippleError):
     """The database is locked, away or full; nothing was changed, and a later try may succeed."""
 
 
+class StoreDamaged(StoreUnavailable):
+    """The file of the database is damaged, or no database; no later try succeeds."""
+
+
 @dataclass(frozen=True)
 class Page(Generic[Item]):
     items: tuple[Item, ...]
@@ -226,13 +230,18 @@ class SweepStatus:
     cancelled: datetime | None = field(metadata=described("when the cancel was requested"))
     pinned: datetime | None = field(metadata=described("when it was pinned; a pinned sweep is not deleted"))
     finished: datetime | None
+    physics: int | None = field(metadata=described("version of the physics that computes it; null: not noted"))
+    renewed: datetime | None = field(
+        metadata=described("when it was expanded anew: a newer physics computes all its points")
+    )
+    older: str | None = field(metadata=described("id of the sweep that has its results of an older physics"))
 
     @classmethod
     def from_json(cls, body: Mapping[str, Any]) -> Self:
         """The record in a response of the API; its links are left out."""
         moments = {
             name: datetime.fromisoformat(body[name]) if body[name] else None
-            for name in ("created", "cancelled", "pinned", "finished")
+            for name in ("created", "cancelled", "pinned", "finished", "renewed")
         }
         typed = {"keep": Keep(body["keep"]), "state": SweepState(body["state"]), **moments}
         return cls(**{name: body[name] for name in cls.__dataclass_fields__} | typed)
@@ -247,6 +256,14 @@ class SweepStatus:
             for state, count in self.counts.items()
             if count
         )
+
+    @property
+    def renewal(self) -> str:
+        """By which physics a sweep is computed anew, and where its older results are; empty: it is not."""
+        if self.renewed is None:
+            return ""
+        where = f"; its older results are in the sweep {self.older}" if self.older else ""
+        return f"expanded anew on {self.renewed:%Y-%m-%d}: physics {self.physics} computes all its points{where}"
 
     @property
     def is_terminal(self) -> bool:
@@ -454,6 +471,7 @@ class QueueHead:
 
     paused: datetime | None  # since when no run is begun
     blocked_reason: str | None  # why nothing is begun although there is work
+    deletion_paused: str | None  # why nothing is deleted by age
     term: int  # the youngest term of leadership; 0: there was none
     leader: str | None  # owner of the term; None: no service leads
 

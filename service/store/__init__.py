@@ -20,6 +20,7 @@ from service.store.leases import Leases
 from service.store.open_file import DatabaseFileLost
 from service.store.publications import Publications
 from service.store.queue import Queue
+from service.store.renewal import Renewals
 from service.store.retention import Retention
 from service.store.runs import Runs
 from service.store.submission import digest_of
@@ -41,6 +42,7 @@ class Store:
         self.leases = Leases(database)
         self.terms = Terms(database)
         self.retention = Retention(database)
+        self.renewals = Renewals(database)
         self.events = Events(database)
         self.keys = Keys(database)
         self.audit = AuditTrail(database)

@@ -21,7 +21,7 @@ from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import StoreUnavailable
+from service.records.jobs import StoreDamaged, StoreUnavailable
 from service.store import owned_bytes
 from service.store.open_file import DatabaseFileLost, OpenFile
 from service.store.tables import CONTROL, REVISION, TABLES
@@ -186,6 +186,14 @@ class Database:
         migrations.set_main_option("script_location", self._migrations)
         return migrations
 
+    def check_pages(self) -> None:
+        """Read every page of an SQLite file; raises StoreDamaged. A server checks its own."""
+        if self.is_sqlite:
+            with self.reading() as connection:
+                problem = connection.exec_driver_sql("PRAGMA quick_check(1)").scalar()
+            if problem != "ok":
+                raise StoreDamaged(f"the database is damaged: {problem}")
+
     def copy_to(self, file: Path) -> None:
         """Copy an SQLite file, as it is at one moment; writers go on meanwhile."""
         assert self.is_sqlite
@@ -268,7 +276,9 @@ def _transaction(engine: sa.Engine) -> Iterator[sa.Connection]:
         # SQLite raises a plain DatabaseError for a file that is damaged, or no database.
         is_damaged = type(error) is sa.exc.DatabaseError
         is_away = isinstance(error, sa.exc.OperationalError) or error.connection_invalidated
-        if is_damaged or is_away:
+        if is_damaged:
+            raise StoreDamaged(f"the database is damaged: {error.orig}") from error
+        if is_away:
             raise StoreUnavailable(f"the database cannot be used now: {error.orig}") from error
         raise
     except sa.exc.TimeoutError as error:  # of the pool

@@ -89,7 +89,8 @@ class Queue:
         youngest = sa.select(sa.func.coalesce(sa.func.max(TERMS.c.term), 0)).scalar_subquery()
         event = sa.select(sa.func.coalesce(sa.func.max(EVENTS.c.number), 0)).scalar_subquery()
         leader = leadership.leader(self._database).scalar_subquery()
-        query = sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, youngest.label("term"))
+        kept = CONTROL.c.clock["paused"].as_string()
+        query = sa.select(CONTROL.c.paused, CONTROL.c.blocked_reason, kept, youngest.label("term"))
         *head, event = connection.execute(query.add_columns(leader.label("leader"), event)).one()
         return QueueHead(*head), event
 

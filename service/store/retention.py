@@ -2,13 +2,14 @@
 
 import sys
 from collections import Counter
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from datetime import datetime
 from typing import Any
 
 import sqlalchemy as sa
 
-from service.records.jobs import KEPT_BY, TERMINAL, ExpiredSweep, Keep, LastAttempt, Scrub, Stored, at_least
+from service.records.clock import ClockHistory, read_clocks
+from service.records.jobs import KEPT_BY, TERMINAL, ExpiredSweep, Keep, Kind, LastAttempt, Scrub, Stored, at_least
 from service.store.connection import Database
 from service.store.events import log_event
 from service.store.owned_bytes import differences, recount
@@ -120,6 +121,33 @@ class Retention:
         with self._database.writing() as connection:
             recount(connection)
 
+    def sweeps(self) -> int:
+        """Number of sweeps."""
+        with self._database.reading() as connection:
+            return connection.execute(sa.select(sa.func.count()).select_from(SWEEPS)).scalar_one()
+
+    def runs(self) -> int:
+        """Number of runs."""
+        with self._database.reading() as connection:
+            return connection.execute(sa.select(sa.func.count()).where(JOBS.c.kind == Kind.RUN)).scalar_one()
+
+    def clock_history(self) -> ClockHistory | None:
+        """What was seen of the wall clock; None: nothing yet."""
+        with self._database.reading() as connection:
+            return _clock_history(connection)
+
+    def note_clock_history(self, change: Callable[[ClockHistory | None], ClockHistory]) -> ClockHistory:
+        """Replace what was seen of the wall clock by what ``change`` makes of it; return that."""
+        with self._database.writing() as connection:
+            history = change(_clock_history(connection))
+            connection.execute(CONTROL.update().values(clock=history.as_json()))
+        return history
+
+    def trust_clock(self) -> None:
+        """Believe the wall clock from now on, whatever it did."""
+        now = read_clocks()
+        self.note_clock_history(lambda history: (history or ClockHistory(now)).seen(now).trusted())
+
     def scrub(self) -> Scrub:
         """How far the comparison of all files with their digests is."""
         with self._database.reading() as connection:
@@ -192,6 +220,11 @@ def _sizes(connection: sa.Connection, going: sa.Subquery) -> Counter[str | None]
         for sweep, bytes in connection.execute(sums):
             sizes[sweep] += int(bytes)
     return sizes
+
+
+def _clock_history(connection: sa.Connection) -> ClockHistory | None:
+    plain = connection.scalar(sa.select(CONTROL.c.clock))
+    return None if plain is None else ClockHistory.from_json(plain)
 
 
 # A registered file of a run that has ended, and that no sweep keeps.

@@ -26,6 +26,7 @@ from service.store.tables import (
     release_publications,
     runs_of,
 )
+from solver import PHYSICS_VERSION
 
 if TYPE_CHECKING:
     from studies.sweeps.sweep import Sweep
@@ -102,23 +103,10 @@ def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSwe
             planned=len(sweep.points),
             new=0,
             created=moment,
+            physics=PHYSICS_VERSION,
         )
     )
-    connection.execute(
-        JOBS.insert().values(
-            id=uuid.uuid4().hex,
-            kind=Kind.PUBLISH,
-            sweep_id=id,
-            state=State.WAITING,
-            priority=PUBLISH_PRIORITY,
-            owner=submission.owner,
-            virtual_time=0.0,
-            ordinal=0,
-            keep=Keep.NUMBERS,
-            cost=1.0,
-            **_unbegun(moment),
-        )
-    )
+    connection.execute(JOBS.insert().values(publication_row(id, submission.owner, moment)))
     new = add_points(connection, id, sweep.points, moment)
     connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(new=new))
     release_publications(connection, moment, JOBS.c.sweep_id == id)
@@ -127,6 +115,23 @@ def accept(connection: sa.Connection, submission: Submission, sweep: ExpandedSwe
         row = {"owner": submission.owner, "key": key, "digest": digest, "sweep_id": id}
         connection.execute(IDEMPOTENCY.insert().values(row))
     return id
+
+
+def publication_row(sweep_id: str, owner: str, moment: datetime) -> dict[str, Any]:
+    """The row of a publication that waits for the runs of its sweep."""
+    return {
+        "id": uuid.uuid4().hex,
+        "kind": Kind.PUBLISH,
+        "sweep_id": sweep_id,
+        "state": State.WAITING,
+        "priority": PUBLISH_PRIORITY,
+        "owner": owner,
+        "virtual_time": 0.0,
+        "ordinal": 0,
+        "keep": Keep.NUMBERS,
+        "cost": 1.0,
+        **_unbegun(moment),
+    }
 
 
 def add_points(

@@ -95,6 +95,7 @@ SWEEP_STATE = sa.type_coerce(
 SWEEP_ROWS = sa.select(
     *(SWEEPS.c[name] for name in ("number", "id", "name", "title", "scenario", "planned", "new")),
     *(SWEEPS.c[name] for name in ("owner", "priority", "keep", "created", "cancelled", "pinned")),
+    *(SWEEPS.c[name] for name in ("physics", "renewed", "older")),
     SWEEP_STATE.label("state"),
     *(PUBLICATIONS.c.reason, PUBLICATIONS.c.finished),
     sa.select(CONTROL.c.cache_generation).scalar_subquery().label("cache_generation"),
@@ -201,10 +202,10 @@ class Sweeps:
         publishing = SWEEP_ROWS.with_only_columns(SWEEPS.c.document).where(SWEEPS.c.id == id)
         publishing = publishing.where(SWEEP_STATE.in_([SweepState.PUBLISHING]))
         with self._database.commanding() as connection:
-            detached = connection.execute(_detach(id)).rowcount
+            detached = connection.execute(detach(id)).rowcount
             if detached or is_search(connection.scalar(publishing) or {}):
                 connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=moment))
-                connection.execute(_give_up(id, moment))
+                connection.execute(give_up(id, moment))
                 log_event(connection, moment, "cancelled", sweep_id=id, points=detached)
             return sweep_status(connection, id)
 
@@ -219,7 +220,7 @@ class Sweeps:
                 raise Conflict("the sweep is being published; retry it afterwards")
             connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(cancelled=sa.null()))
             invalidate_tallies(connection, connection.execute(attach).rowcount)
-            connection.execute(_publish_again(id))
+            connection.execute(publish_again(id))
             again = fair_queueing.queue_again(connection, id, moment, verdicts=verdicts)
             fair_queueing.schedule(connection, id)
             release_publications(connection, moment, JOBS.c.sweep_id == id)
@@ -485,14 +486,19 @@ def number_of(cursor: str) -> int:
 # --- statements of commands -----------------------------------------------------------------------
 
 
-def _publish_again(id: str) -> sa.Update:
+def publish_again(id: str) -> sa.Update:
     """Let a publication that has ended, or not begun, wait for its runs again."""
-    wait = JOBS.update().where(JOBS.c.sweep_id == id, JOBS.c.state.in_(before(State.WAITING)))
+    return wait_for_runs(id).where(JOBS.c.state.in_(before(State.WAITING)))
+
+
+def wait_for_runs(id: str) -> sa.Update:
+    """Let the publication of a sweep wait for its runs, as at the begin."""
     of_last_end = ("cause", "failure", "reason", "finished", "crash_step", "unfinished_point")
+    wait = JOBS.update().where(JOBS.c.sweep_id == id)
     return wait.values(state=State.WAITING, crashes=0, **dict.fromkeys(of_last_end, sa.null()))
 
 
-def _detach(id: str) -> sa.Update:
+def detach(id: str) -> sa.Update:
     """Let a sweep that waits for runs wait no longer for those that are not done."""
     unfinished = sa.select(JOBS.c.id).where(JOBS.c.id.in_(runs_of(id)), JOBS.c.state.in_(ACTIVE))
     waits = sa.exists().where(JOBS.c.sweep_id == id, JOBS.c.state == State.WAITING)
@@ -522,7 +528,7 @@ def _leave_runs(id: str, moment: datetime) -> sa.Update:
     )
 
 
-def _give_up(id: str, moment: datetime) -> sa.Update:
+def give_up(id: str, moment: datetime) -> sa.Update:
     """Move the detached runs of a sweep and its publication, in one statement.
 
     A run goes on for others, or leaves the queue, or is to be stopped. Results are published; a

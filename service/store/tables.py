@@ -12,6 +12,7 @@ import sqlalchemy as sa
 from sqlalchemy.dialects import postgresql, sqlite
 
 from service.records.jobs import ACTIVE, Cause, Keep, Kind, NotFound, State, Stored
+from studies.runs.results import OTHER_PHYSICS
 
 
 class UtcTime(sa.types.TypeDecorator[datetime]):
@@ -37,7 +38,7 @@ StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
-REVISION = "0011"  # of these tables: that of the newest file of ``service/migrations/versions``
+REVISION = "0012"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
     "sweeps",
@@ -57,6 +58,9 @@ SWEEPS = sa.Table(
     sa.Column("created", UtcTime, nullable=False),
     sa.Column("cancelled", UtcTime),
     sa.Column("pinned", UtcTime),  # since when it is kept from deletion
+    sa.Column("physics", sa.Integer),  # version by which its points were expanded; null: before it was noted
+    sa.Column("renewed", UtcTime),  # when they were expanded anew, by a newer version
+    sa.Column("older", sa.String(32)),  # id of the sweep that has its results of older versions
     sa.Index("sweeps_digest", "digest"),
     sqlite_autoincrement=True,
 )
@@ -191,6 +195,7 @@ CONTROL = sa.Table(
     # Lost results that may be forgotten beyond the limits, on request.
     sa.Column("forgettable", sa.Integer, nullable=False),
     sa.Column("scrub", JSON),  # how far the comparison of all files with their digests is
+    sa.Column("clock", JSON),  # jumps of the wall clock, and what went by age lately
 )
 
 # The queue of an owner in a priority class: see ``fair_queueing``.
@@ -295,9 +300,14 @@ def runs_of(sweep_id: str) -> sa.Select[tuple[str]]:
     return sa.select(POINTS.c.run_id).where(POINTS.c.sweep_id == sweep_id)
 
 
+# The run was submitted to another version, which alone gives its numbers: this one refused to compute it.
+OF_OTHER_PHYSICS = sa.and_(JOBS.c.state == State.FAILED, JOBS.c.failure == OTHER_PHYSICS)
+
+
 def ended_by_accident(*, verdicts: bool) -> sa.ColumnElement[bool]:
     """The run ended without a result, so that another try is worth while."""
-    accident = sa.and_(JOBS.c.state == State.FAILED, JOBS.c.cause != Cause.VERDICT)
+    is_accident = (JOBS.c.cause != Cause.VERDICT) | (JOBS.c.failure == OTHER_PHYSICS)
+    accident = sa.and_(JOBS.c.state == State.FAILED, is_accident)
     ended = accident if not verdicts else JOBS.c.state == State.FAILED
     return sa.or_(JOBS.c.state == State.CANCELLED, ended)
 

@@ -94,7 +94,8 @@ def perform(attempt: RawMessage, send: Send, must_stop: Callable[[], bool]) -> N
     target = import_module(attempt["targets"] or TARGETS[kind])
     if kind is Kind.PUBLISH:
         answers = _answers(spec["outcomes"], directory)
-        target.publish(spec["document"], answers, directory, _sections(spec["outcomes"]))
+        places = {"places": spec["places"]} if "places" in spec else {}
+        target.publish(spec["document"], answers, directory, _sections(spec["outcomes"]), **places)
         return
     run = target.Run.from_json(spec)
     if attempt["run"] not in (None, run.id):

@@ -74,7 +74,7 @@ def observed_parameter(parameter: Parameter) -> Variable:
 _text_of_run = partial(Variable, dims=RUNS, kind="text", group="run")
 _number_of_run = partial(Variable, dims=RUNS, group="run")
 
-RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.run.id)
+RUN_ID = _text_of_run("run_id", "content identity of the run", lambda cell: cell.result.run_id or cell.run.id)
 RUN_REASON = _text_of_run("run_reason", "why the run has no result, or no answer", lambda cell: cell.reason)
 RUN_FAILURE = _text_of_run("run_failure", "kind of failure", lambda cell: cell.result.failure)
 STOP_REASON = _text_of_run("stop_reason", "reason for the end of the simulation", lambda cell: cell.result.stop)

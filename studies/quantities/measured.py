@@ -52,10 +52,19 @@ class Measured:
     version: int  # of the definition
 
 
+def flags_in_words(flags: Iterable[str]) -> list[str]:
+    """Flags as people read them.
+
+    >>> flags_in_words(["still_growing"])
+    ['still growing']
+    """
+    return [flag.replace("_", " ") for flag in flags]
+
+
 def doubts_of(outcome: float, flags: Iterable[str]) -> str:
     """The flags, in words, that leave an outcome of a run open, 1 or 0; empty without any."""
     doubting = (TOO_COARSE, *(NOT_DECIDED if outcome == 0.0 else ()))
-    return " and ".join(flag for flag in flags if flag in doubting).replace("_", " ")
+    return " and ".join(flags_in_words(flag for flag in flags if flag in doubting))
 
 
 def numerical_parts(parts: Mapping[str, float]) -> dict[str, float]:

@@ -14,6 +14,7 @@ import xarray as xr
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import Results, results_of
+from studies.cubes.older import Places, by_present_ids
 from studies.cubes.reading import open_cube
 from studies.cubes.runs_table import runs_csv
 from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
@@ -25,13 +26,18 @@ def publish(
     outcomes: Mapping[str, Mapping[str, Any]],
     directory: Path | str,
     sections: Mapping[str, Path] | None = None,
+    places: Places | None = None,
 ) -> dict[str, str]:
     """Write ``cube.nc``, ``runs.csv``, ``runs-all.csv``, ``report.html``, ``report.json`` into a folder; paths by name.
 
     ``outcomes`` has, by run id, the JSON of a ``RunResult``, or ``{"state": ..., "reason": ...}`` of a run that left
     none; a run that is not in it is "missing". ``sections`` has, by run id, the file of its sections, for the pictures.
+    ``places`` finds the runs of a sweep that another version expanded: they have other ids here.
     """
-    return publish_sweep(*_parsed(sweep_document, outcomes), Path(directory), sections=sections)
+    sweep, results = _parsed(sweep_document, outcomes)
+    if places is not None:
+        results = by_present_ids(sweep, results, places)
+    return publish_sweep(sweep, results, Path(directory), sections=sections)
 
 
 def publish_sweep(

@@ -35,7 +35,7 @@ from studies.films.section import SectionRecorder
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES
 from studies.runs.observer import RunObserver
-from studies.runs.results import NO_CONTROL, Progress, RunControl, RunResult
+from studies.runs.results import NO_CONTROL, OTHER_PHYSICS, Progress, RunControl, RunResult
 from studies.runs.run import Run, materials_of
 from studies.runs.run_log import RunLog
 from studies.runs.stages import EARLIER_STAGE, carried_by, outcome_of, setting_of, together
@@ -110,9 +110,9 @@ def refuse(run_id: str, directory: Path) -> None:
     directory.mkdir(parents=True, exist_ok=True)
     reason = (
         "this run was submitted to another version of whipple, and this one (physics "
-        f"{PHYSICS_VERSION}) would not give its numbers; submit the sweep again"
+        f"{PHYSICS_VERSION}) would not give its numbers; retry the sweep, which expands it anew"
     )
-    _write_result(directory, RunResult(run_id, "failed", reason=reason, failure="OtherPhysics"))
+    _write_result(directory, RunResult(run_id, "failed", reason=reason, failure=OTHER_PHYSICS))
 
 
 def observer_of(run: Run, report: Callable[[Progress], object] | None = None, *, film: bool = False) -> RunObserver:

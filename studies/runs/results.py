@@ -16,6 +16,9 @@ if TYPE_CHECKING:
     from studies.scenarios import Scenario, SetUp
 
 
+OTHER_PHYSICS = "OtherPhysics"  # kind of the failure of a run that another version alone can compute
+
+
 @dataclass(frozen=True)
 class Progress:
     """The progress of a run."""

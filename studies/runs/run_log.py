@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from solver.problem import Problem
 from studies import measurements
 from studies.quantities.display import with_bar
+from studies.quantities.measured import flags_in_words
 from studies.quantities.units import readable
 from studies.runs.results import Progress, RunResult
 from studies.runs.run import Run
@@ -51,12 +52,14 @@ class RunLog:
             return
         self.write(f"{result.state}: {result.stop}")
         for name, measured in result.measurements.items():
-            flags = f" [{', '.join(measured.flags)}]" if measured.flags else ""
+            flags = f" [{', '.join(flags_in_words(measured.flags))}]" if measured.flags else ""
             value = "nothing to measure" if measured.value is None else with_bar(_value(name, measured.value), None)
             self.write(f"  {name} = {value}{flags}")
         for name, number in result.numbers.items():
             self.write(f"  {name} = {number:.6g}")
-        self.write(f"flags: {', '.join(result.flags) or 'none'}")
+        of_values = dict.fromkeys(flag for measured in result.measurements.values() for flag in measured.flags)
+        self.write(f"flags of the run: {', '.join(flags_in_words(result.flags)) or 'none'}")
+        self.write(f"flags of what it measured: {', '.join(flags_in_words(of_values)) or 'none'}")
 
 
 def _value(name: str, value: float) -> str:

@@ -53,6 +53,29 @@ def test_part__has_known_settings_waits_for_parts_writes_into_volumes_and_opens_
     assert [port.partition(":")[0] for port in part.get("ports", [])] == published
 
 
+@pytest.mark.parametrize("part", PARTS.values(), ids=PARTS)
+def test_part__is_read_only_gains_no_privilege_and_has_no_secret_in_its_environment(part: Any) -> None:
+    assert part["read_only"] is True
+    assert part["cap_drop"] == ["ALL"]
+    assert part["security_opt"] == ["no-new-privileges:true"]
+    assert set(part.get("cap_add", [])) <= {"CHOWN", "DAC_OVERRIDE", "FOWNER", "SETGID", "SETUID"}
+    given = {name: str(value) for name, value in part.get("environment", {}).items() if "PASSWORD" in name}
+    assert all(name.endswith("_FILE") for name in given)
+    assert {f"/run/secrets/{name}" for name in part.get("secrets", [])} == set(given.values())
+    assert set(part.get("secrets", [])) <= set(DOCUMENT["secrets"])
+    assert "/tmp" in part["tmpfs"]
+
+
+def test_image__has_its_base_as_an_argument() -> None:
+    """The base image of both stages is the build argument, and nothing else is taken from elsewhere."""
+    lines = (ROOT / "Dockerfile").read_text(encoding="utf-8").splitlines()
+    bases = [line for line in lines if line.startswith(("ARG ", "FROM "))]
+    default = bases[0].removeprefix("ARG BASE=")
+    assert bases[1:] == ["FROM ${BASE} AS build", "FROM ${BASE}"]
+    images = {part["build"]["args"]["BASE"] for part in PARTS.values() if "build" in part}
+    assert [GIVEN.sub(r"\3", image) for image in images] == [default]
+
+
 @dataclass
 class Parts:
     """The parts of the file as processes, below a folder."""
@@ -82,7 +105,8 @@ class Parts:
     def _environment(self, part: Mapping[str, Any]) -> dict[str, str]:
         value = {name: self._there(text) for name, text in part.get("environment", {}).items()}
         if "WHIPPLE_DATABASE_URL" in value:
-            value["WHIPPLE_DATABASE_URL"] = self.database
+            assert value["WHIPPLE_DATABASE_URL"].endswith("://whipple@database/whipple")
+            value["WHIPPLE_DATABASE_URL"] = re.sub(r"://(\w+):[^@]*@", r"://\1@", self.database)
         more = {"WHIPPLE_PORT": str(self.port), "WHIPPLE_DATA": str(self.folder / "data")}
         return {**value, **more, "WHIPPLE_TARGETS_MODULE": "tests.service.support.targets"}
 
@@ -95,13 +119,15 @@ class Parts:
         text = text.replace("$$", "$").replace("scheduler:8786", f"127.0.0.1:{self.scheduler}")
         text = text.replace("--port=8786", f"--port={self.scheduler}")
         text = text.replace("chown ", "true ")  # there is no such user here
-        return re.sub(r"(?<![\w.])/(tls|tmp)\b", rf"{self.folder}/\1", text)
+        return re.sub(r"(?<![\w.])/(run/secrets|tls|tmp)\b", rf"{self.folder}/\1", text)
 
 
 @pytest.fixture
 def parts(tmp_path: Path, postgresql: Postgresql) -> Iterator[Parts]:
-    for name in ("tls", "tmp", "data"):
-        (tmp_path / name).mkdir()
+    for name in ("tls", "tmp", "data", "run/secrets"):
+        (tmp_path / name).mkdir(parents=True)
+    for name in DOCUMENT["secrets"]:
+        (tmp_path / "run" / "secrets" / name).write_text("se:cret@/\n")
     with postgresql.database() as url:
         yield Parts(tmp_path, url, free_port(), free_port())
 

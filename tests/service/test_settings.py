@@ -107,3 +107,17 @@ def test_threads__are_those_that_are_asked_for_or_the_free_workers(
     assert Settings().threads_of_a_run(workers=8, runs=2) == of_a_run
     assert Settings(threads=None).threads_of_a_run(workers=8, runs=3) == 2
     assert Settings(threads=None).threads_of_a_run(workers=1, runs=4) == 1
+
+
+def test_password__of_the_database_is_read_from_a_file(tmp_path: Path) -> None:
+    file = tmp_path / "password"
+    file.write_text("a:b@c/d\n")
+    given = {"database_url": "postgresql+psycopg://whipple@database/whipple", "database_password_file": file}
+    assert Settings(**given).url == "postgresql+psycopg://whipple:a%3Ab%40c%2Fd@database/whipple"
+    assert Settings(database_password_file=file, data=tmp_path).url.startswith("sqlite:")
+    for change, limit in (
+        ({"database_url": "postgresql+psycopg://whipple:known@database/whipple"}, "without a password"),
+        ({"database_url": "postgresql+psycopg://database/whipple"}, "without a password"),
+        ({"database_password_file": tmp_path / "none"}, "a file that this user may read"),
+    ):
+        assert limit in refusals(**{**given, **change})["database_password_file"]

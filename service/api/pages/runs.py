@@ -29,6 +29,7 @@ from studies.laws import CRITICAL
 from studies.observations.shields.drawn import beside_held, failures_found
 from studies.quantities.display import display_of, kind_of, printed_beside
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE
+from studies.quantities.measured import flags_in_words
 from studies.quantities.parameters import declared
 from studies.sweeps.reading import RESOLUTION
 
@@ -169,7 +170,7 @@ def _printed(
         "text": text,
         "bar": printed_beside(uncertainty, kind, uncertainty) if uncertainty else "",
         "unit": "" if measurement.is_outcome else display_of(measurement.unit).unit,
-        "flags": [flag.replace("_", " ") for flag in flags],
+        "flags": flags_in_words(flags),
     }
 
 

@@ -63,15 +63,22 @@ def create_key(
     scopes = [Scope(word) for word in scope or ["submit"]]
     until = None if expires is None else datetime.now(UTC) + _duration("--expires", expires)
     with open_store(settings_of(data=data, database_url=database_url), create=True) as store:
+        others = sum(key.name == name.strip() for key in store.keys.all())
         row, secret = store.keys.issue(name.strip(), scopes, until)
         _print_secret(row, secret)
+        if others:
+            count = "another key is" if others == 1 else f"{others} other keys are"
+            text = (
+                f"{count} named {row.name}: they share their sweeps and quotas, and each may cancel and delete them all"
+            )
+            print(f"{text}; for an owner apart revoke this one, and choose another name", file=sys.stderr)
         record_command(store, "key created", row.id)
 
 
 @keys.command("rotate")
 def rotate_key(
     key: KeyArgument,
-    grace: Annotated[str, typer.Option(help="How long the old secret is still valid, such as 12h.")] = "7d",
+    grace: Annotated[str, typer.Option(help="How long the old secret is still valid, such as 7d, 12h or 30m.")] = "7d",
     data: Data = None,
     database_url: DatabaseUrl = None,
 ) -> None:
@@ -116,7 +123,8 @@ def _duration(option: str, text: str) -> timedelta:
     """A duration; raises InvalidInput."""
     match = DURATION.fullmatch(text)
     if match is None:
-        raise InvalidInput([Finding(option, text, "a duration", "write it like 90d or 12h")])
+        limit = "a whole number of days (d), hours (h) or minutes (m), at least 1m"
+        raise InvalidInput([Finding(option, text, limit, "write it like 90d, 12h or 30m")])
     return timedelta(**{UNITS[match[2]]: int(match[1])})
 
 
@@ -184,12 +192,17 @@ def backup(
 
 @app.command()
 def retention(
-    older_than: Annotated[str | None, typer.Option(help="Sweeps that ended so long ago, such as 90d.")] = None,
+    older_than: Annotated[
+        str | None, typer.Option(help="Sweeps that ended so long ago, such as 90d, 12h or 30m.")
+    ] = None,
     to_size: Annotated[
         str | None, typer.Option(help="The oldest sweeps, until the files of the others have 500GB, or another size.")
     ] = None,
     owner: Annotated[str | None, typer.Option(help="Sweeps of the owner, the name of a key, alone.")] = None,
     apply: Annotated[bool, typer.Option("--apply", help="Delete them; by default they are listed.")] = False,
+    trust_clock: Annotated[
+        bool, typer.Option("--trust-clock", help="Say that the clock is right: the service deletes by age again.")
+    ] = False,
     as_json: Json = False,
     data: Data = None,
     database_url: DatabaseUrl = None,
@@ -198,6 +211,12 @@ def retention(
     from service.cli.offline import open_store, record_command
     from service.records.jobs import Conflict, NotFound
 
+    if trust_clock:
+        with open_store(settings_of(data=data, database_url=database_url)) as store:
+            store.retention.trust_clock()
+            record_command(store, "trust clock")
+        print("the clock is believed: the service deletes by age again")
+        return
     if older_than is None and to_size is None and owner is None:
         raise InvalidInput([Finding("retention", "no rule", "--older-than, --to-size or --owner", "give one of them")])
     before = datetime.now(UTC) - (timedelta() if older_than is None else _duration("--older-than", older_than))

@@ -4,6 +4,7 @@ import json
 import re
 import xml.etree.ElementTree as ET
 from dataclasses import replace
+from datetime import UTC, datetime
 from html.parser import HTMLParser
 from io import BytesIO
 from typing import Any
@@ -16,6 +17,8 @@ from service.api.pages.grid import layout_of
 from service.api.pages.rendering import PAGES
 from service.api.pages.runs import _printed
 from service.records.jobs import Keep
+from service.store.tables import SWEEPS
+from solver import PHYSICS_VERSION
 from studies.quantities.files import SECTIONS, STATE
 from tests.service.support.api import Api
 from tests.service.support.rows import TERM
@@ -105,6 +108,19 @@ def test_sweeps__say_why_nothing_is_begun(api: Api) -> None:
     page = api.http.get("/").text
     assert "The queue has been paused since" in page
     assert "the scheduler &lt;is&gt; away" in page
+
+
+def test_sweep__that_is_computed_anew_says_so_and_leads_to_its_older_results(api: Api) -> None:
+    id, older = api.submit(), api.submit()
+    renewed = {"renewed": datetime(2026, 11, 28, tzinfo=UTC), "older": older}
+    with api.store.database.writing() as connection:
+        connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(renewed))
+    words = f"expanded anew on 2026-11-28: physics {PHYSICS_VERSION} computes all its points"
+    assert words in api.http.get("/").text
+    page = api.http.get(f"/sweeps/{id}").text
+    assert words in page
+    assert f'href="/sweeps/{older}"' in page
+    assert words not in api.http.get(f"/sweeps/{older}").text
 
 
 def test_sweeps__print_what_a_user_wrote_as_text(api: Api) -> None:

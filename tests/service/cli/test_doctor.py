@@ -1,5 +1,6 @@
 """The doctor finds what a test broke, names it, and says what to do; and changes nothing."""
 
+import sqlite3
 from contextlib import closing
 from pathlib import Path
 from unittest.mock import Mock
@@ -72,6 +73,23 @@ def test_store__that_is_another_one_or_none(settings: Settings, tmp_path: Path) 
     [broken] = check_store(settings)
     assert {result.status for result in (other, absent, broken)} == {CheckStatus.ERROR}
     assert "another" in other.detail
+    assert "restore the last backup" in broken.cure
+    assert "restore" not in absent.cure
+
+
+def test_store__with_a_damaged_page_is_restored_from_a_backup(settings: Settings) -> None:
+    """A page that no question of the doctor reads is read all the same."""
+    file = settings.data / "whipple.db"
+    pages = bytearray(file.read_bytes())
+    with closing(sqlite3.connect(file)) as connection:
+        [(size,)] = connection.execute("PRAGMA page_size")
+        [(root,)] = connection.execute("SELECT rootpage FROM sqlite_master WHERE name = 'points'")
+    pages[(root - 1) * size : root * size] = b"\xff" * size
+    file.write_bytes(pages)
+    [damaged] = check_store(settings)
+    assert damaged.status is CheckStatus.ERROR
+    for word in ("restore the last backup", str(settings.data.absolute()), "stop the service"):
+        assert word in damaged.cure
 
 
 @pytest.fixture

@@ -13,6 +13,7 @@ import sqlalchemy as sa
 
 from service.files.bucket import IDENTITY
 from service.queue import data_identity as identity
+from service.records.clock import DAY, ClockHistory, read_clocks
 from service.records.jobs import Scope, Submission
 from service.settings import Settings
 from service.store import Store
@@ -87,6 +88,38 @@ def test_key__is_listed_without_its_secret_and_of_no_use_once_it_is_revoked(stor
 def test_keys__refuse_what_they_do_not_know(arguments: tuple[str, ...], capsys: Capsys) -> None:
     assert run("keys", *arguments) == 2
     assert "Traceback" not in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("store")
+def test_key__of_a_name_that_exists_is_said_to_share_its_sweeps(capsys: Capsys) -> None:
+    for others, said in enumerate(("", "another key is named anna", "2 other keys are named anna")):
+        assert run("keys", "create", "anna") == 0
+        printed = capsys.readouterr().err
+        assert ("share their sweeps" in printed) is bool(others)
+        assert said in printed
+    assert run("keys", "create", "bert") == 0
+    assert "share their sweeps" not in capsys.readouterr().err
+
+
+@pytest.mark.usefixtures("store")
+def test_duration__that_is_refused_is_told_its_units(capsys: Capsys) -> None:
+    created(capsys, "anna")
+    for option in (("rotate", "anna", "--grace", "1s"), ("create", "anna", "--expires", "0.5d")):
+        assert run("keys", *option) == 2
+        printed = " ".join(capsys.readouterr().err.split())
+        assert "days (d), hours (h) or minutes (m), at least 1m" in printed
+        assert "90d, 12h or 30m" in printed
+
+
+@pytest.mark.usefixtures("store")
+def test_clock__is_trusted_by_a_command(store: Store, capsys: Capsys) -> None:
+    now = read_clocks()
+    jumped = ClockHistory(now).seen(now._replace(wall=now.wall + 45 * DAY)).with_pause(30 * DAY)
+    store.retention.note_clock_history(lambda _: jumped)
+    assert store.queue.status().deletion_paused
+    assert run("retention", "--trust-clock") == 0
+    assert store.queue.status().deletion_paused is None
+    assert "believed" in capsys.readouterr().out
 
 
 @pytest.mark.claim("doors", "audit")

@@ -23,6 +23,7 @@ from service.files.bucket import Bucket, BucketAway
 from service.files.disk_space import Space
 from service.queue import data_identity as identity
 from service.queue.bucket_keeping import HOUR, BucketKeeper
+from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import forget_lost_states
 from service.records.jobs import Cause, Keep, State, Stored, SweepState
 from service.settings import Settings
@@ -60,7 +61,8 @@ def keep_bucket(harness: Harness, **settings: object) -> None:
     """Go round the bucket, and twice over the disk."""
     chosen = harness.settings.model_copy(update=settings)
     space = Space(chosen.data, chosen.disk_reserve)
-    keeper = BucketKeeper(chosen, harness.store, harness.artifacts, space, harness.scrubber())
+    clock = ClockWatch(chosen, harness.store)
+    keeper = BucketKeeper(chosen, harness.store, harness.artifacts, space, clock, harness.scrubber())
     for parts in (keeper._folders(bucket(harness)), keeper._pages(), keeper._pages()):
         deque(parts)
 

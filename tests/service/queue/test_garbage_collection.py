@@ -10,6 +10,7 @@ from pathlib import Path
 import pytest
 
 from service.files.disk_space import Space
+from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import MOST_REMOVED, GarbageCollector
 from service.records.jobs import Cause, Keep, NotFound, State, StoreUnavailable
 from service.workers.attempt import Attempt
@@ -30,7 +31,8 @@ def harness(tmp_path: Path) -> Iterator[Harness]:
 def collector(harness: Harness, *, reserve: int = 0, **timings: float) -> GarbageCollector:
     """A collector at the begin of a round."""
     space = Space(harness.settings.data, reserve)
-    return GarbageCollector(harness.settings, harness.store, harness.artifacts, space, Timings(**timings))
+    clock = ClockWatch(harness.settings, harness.store)
+    return GarbageCollector(harness.settings, harness.store, harness.artifacts, space, clock, Timings(**timings))
 
 
 def collect(harness: Harness, *, reserve: int = 0) -> None:

@@ -4,6 +4,7 @@ import shutil
 import threading
 from collections.abc import Iterator
 from contextlib import closing
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -141,7 +142,11 @@ DROP TABLE shares
 DROP INDEX jobs_queue
 ALTER TABLE jobs DROP COLUMN owner
 ALTER TABLE sweeps DROP COLUMN pinned
+ALTER TABLE sweeps DROP COLUMN physics
+ALTER TABLE sweeps DROP COLUMN renewed
+ALTER TABLE sweeps DROP COLUMN older
 ALTER TABLE control DROP COLUMN scrub
+ALTER TABLE control DROP COLUMN clock
 CREATE INDEX jobs_queue ON jobs (state, priority, virtual_time, ordinal)
 CREATE TABLE priority_classes (priority INTEGER PRIMARY KEY, virtual_time FLOAT NOT NULL)
 INSERT INTO priority_classes VALUES (0, 7.0)
@@ -166,7 +171,7 @@ def test_migration__of_the_oldest_tables_makes_those_of_this_version_and_goes_on
         triggers = triggers_of(store)
         put_back(store, TO_0010, TO_THE_OLDEST)
     with closing(Store.open(own_url)) as store:
-        assert store.sweeps.get(accepted.id) == accepted
+        assert store.sweeps.get(accepted.id) == replace(accepted, physics=None)  # which was not noted then
         after = sa.MetaData()
         with store.database.reading() as reading:
             after.reflect(reading)

@@ -102,6 +102,7 @@ def publish(
     outcomes: Mapping[str, Mapping[str, Any]],
     directory: Path,
     sections: Mapping[str, Path] | None = None,
+    places: Any = None,
 ) -> dict[str, str]:
     if document.get("name") == "unpublishable":
         raise RuntimeError("this sweep cannot be published")

@@ -82,7 +82,7 @@ def test_run__of_another_version_fails_and_its_reason_names_the_cure(tmp_path: P
     result = result_of(ending)
     assert (result["run_id"], result["state"]) == ("0" * 32, "failed")
     assert result["failure"] == "OtherPhysics"
-    assert "submit the sweep again" in result["reason"]
+    assert "retry the sweep" in result["reason"]
 
 
 @pytest.mark.parametrize("has_attempt", [False, True])

@@ -1,0 +1,160 @@
+"""The wall clock as a witness of ages: compared with a clock that nobody can set, and not believed after a jump.
+
+A thing is deleted by age once it is older than a limit. The clock that stamped it may have been behind, and the one
+that says "now" may be ahead; either way it looks older than it is. What is known is how long the machine has run,
+asleep or awake, and by how much the wall clock moved beside that (``Segment.offset``). While it is ahead of where it
+has been within the limit, or behind where it was then, nothing goes by age. That ends when the clock is back, or once
+the machine has run as long as the limit: by then whatever was stamped before the jump is really that old.
+
+Of a machine that was switched off, or of another one that takes over, only the moment that was seen last is known. An
+earlier moment is a jump back. A later one is a stop, however long; after a long one the clock is believed once the
+machine has run for ``SETTLING``, in which time servers can correct it.
+"""
+
+import time
+import uuid
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass, field, replace
+from functools import cache
+from pathlib import Path
+from typing import Any, NamedTuple, Self
+
+HOUR, DAY = 3600.0, 24 * 3600.0
+TOLERANCE = 300.0  # s: time servers make smaller steps, and ages are hours and more
+LONG_STOP = DAY  # s; a shorter stop hides no jump that matters
+SETTLING = DAY  # s of running after a long stop
+MOST_SEGMENTS = 50  # beyond it the two oldest become one
+SHARE = 10  # of what is stored one part in so many goes by age in a day
+BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
+TRUST = "`whipple retention --trust-clock`"
+
+
+class Reading(NamedTuple):
+    """Two clocks at one moment."""
+
+    wall: float  # seconds since the epoch
+    running: float  # seconds since the machine was switched on, asleep or awake; nobody sets it
+    boot: str  # identity of that switching on
+
+
+class Segment(NamedTuple):
+    """A time without a jump."""
+
+    begin: float  # ``ClockHistory.observed`` at its begin
+    offset: float  # seconds that the wall clock is ahead of where it would be without jumps
+
+
+@dataclass(frozen=True)
+class ClockHistory:
+    """The jumps of the wall clock that were seen, and what was deleted by age lately."""
+
+    reading: Reading  # the last one; small steps are left out of it until they add up to a jump
+    observed: float = 0.0  # seconds that were seen to pass, over all boots
+    segments: tuple[Segment, ...] = (Segment(0.0, 0.0),)
+    stop: float | None = None  # ``observed`` at the last long stop
+    paused: str | None = None  # why nothing is deleted by age
+    gone: Mapping[str, Mapping[str, int]] = field(default_factory=dict)  # by kind and hour of ``observed``
+
+    @classmethod
+    def from_json(cls, plain: Mapping[str, Any]) -> Self:
+        """The history that ``as_json`` wrote."""
+        segments = tuple(Segment(*each) for each in plain["segments"])
+        return cls(**{**plain, "reading": Reading(*plain["reading"]), "segments": segments})
+
+    def as_json(self) -> dict[str, Any]:
+        """The history as plain objects."""
+        return asdict(self)
+
+    def seen(self, reading: Reading) -> Self:
+        """The history once the clocks were read again."""
+        passed = reading.wall - self.reading.wall
+        if reading.boot == self.reading.boot:
+            ran = reading.running - self.reading.running
+            now = replace(self, observed=self.observed + ran)
+            if abs(jump := passed - ran) > TOLERANCE:
+                return replace(now._jumped(jump), reading=reading)
+            return replace(now, reading=reading._replace(wall=reading.wall - jump))
+        now = replace(self, reading=reading, stop=self.observed if passed > LONG_STOP else self.stop)
+        if passed < -TOLERANCE:
+            return now._jumped(passed)
+        # A clock that was set back may have been set right meanwhile.
+        behind = max(each.offset for each in self.segments) - self.segments[-1].offset
+        return now._jumped(min(passed, behind)) if min(passed, behind) > TOLERANCE else now
+
+    def trusted(self) -> Self:
+        """The history of a clock that a person says is right."""
+        return replace(self, segments=(Segment(self.observed, 0.0),), stop=None, paused=None)
+
+    def with_pause(self, limit: float) -> Self:
+        """The history with the reason of ``why_paused``."""
+        return replace(self, paused=self.why_paused(limit))
+
+    def why_paused(self, limit: float) -> str | None:
+        """The reason why nothing is deleted for being older than ``limit`` seconds; None: it is deleted."""
+        offsets = [each.offset for each in self._within(limit)]
+        ahead, behind = offsets[-1] - min(offsets), offsets[0] - offsets[-1]
+        if max(ahead, behind) > TOLERANCE:
+            way = "forward" if ahead > TOLERANCE else "back"
+            return (
+                f"the clock has jumped {way} by {_span(max(ahead, behind))}; deletion by age goes on once it is back, "
+                f"after {_span(limit)} of running, or at {TRUST}"
+            )
+        if self.stop is not None and self.observed - self.stop < SETTLING:
+            return (
+                f"nothing ran for more than {_span(LONG_STOP)}, or the clock is wrong; deletion by age goes on after "
+                f"{_span(SETTLING)} of running, or at {TRUST}"
+            )
+        return None
+
+    def may_go(self, kind: str, stored: int, *, at_least: int) -> int:
+        """How many of a kind may be deleted by age now: in a day a tenth of those stored, or ``at_least`` so many."""
+        gone = sum(self._lately(kind).values())
+        return max(0, max(at_least, (stored + gone) // SHARE) - gone)
+
+    def with_gone(self, kind: str, count: int) -> Self:
+        """The history once so many of a kind were deleted by age."""
+        hour, lately = str(int(self.observed // HOUR)), self._lately(kind)
+        return replace(self, gone={**self.gone, kind: {**lately, hour: lately.get(hour, 0) + count}})
+
+    def _lately(self, kind: str) -> dict[str, int]:
+        """The numbers of a kind that went in the last day, by hour."""
+        first = int((self.observed - DAY) // HOUR)
+        return {hour: count for hour, count in self.gone.get(kind, {}).items() if int(hour) >= first}
+
+    def _within(self, limit: float) -> tuple[Segment, ...]:
+        """The segments of the last ``limit`` seconds of running; the last one always."""
+        ends = (*(each.begin for each in self.segments[1:]), self.observed)
+        begin = self.observed - limit
+        return tuple(each for each, end in zip(self.segments, ends, strict=True) if end > begin) or self.segments[-1:]
+
+    def _jumped(self, seconds: float) -> Self:
+        """The history with a new segment."""
+        segments = (*self.segments, Segment(self.observed, self.segments[-1].offset + seconds))
+        if len(segments) > MOST_SEGMENTS:
+            first, second, *later = segments
+            segments = (Segment(first.begin, min(first.offset, second.offset)), *later)
+        return replace(self, segments=segments)
+
+
+def read_clocks() -> Reading:
+    """Both clocks, now."""
+    running = time.clock_gettime(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.monotonic()
+    return Reading(time.time(), running, _boot())
+
+
+@cache
+def _boot() -> str:
+    """The identity of this run of the machine; where it is unknown, of this process."""
+    try:
+        return BOOT_ID.read_text().strip()
+    except OSError:
+        return uuid.uuid4().hex
+
+
+def _span(seconds: float) -> str:
+    """A time span of hours or days.
+
+    >>> _span(45 * DAY), _span(5400.0)
+    ('45 days', '1.5 hours')
+    """
+    return f"{seconds / DAY:.3g} days" if seconds >= 2 * DAY else f"{seconds / HOUR:.3g} hours"

@@ -1,0 +1,156 @@
+"""Sweeps of an older physics: what they accepted is expanded anew, and what they have already is set aside.
+
+The points of a sweep and their runs are those of one version of the physics. A sweep that has not ended when a newer
+one begins to compute gets the points of the newer one, all of them, so that no cube mixes the two. The points that it
+had go to another sweep, with the same document, where there is a result among them: it is cancelled, so that cube and
+report of these results are made. All of it is one transaction.
+"""
+
+import uuid
+from collections.abc import Sequence
+from datetime import datetime
+from typing import Any
+
+import sqlalchemy as sa
+
+from service.records.expansion import ExpandedSweep
+from service.records.jobs import Cause, State
+from service.store.connection import Database
+from service.store.events import log_event
+from service.store.submission import add_points, publication_row
+from service.store.sweeps import detach, give_up, wait_for_runs
+from service.store.tables import (
+    HAS_RESULT,
+    JOBS,
+    OF_OTHER_PHYSICS,
+    POINTS,
+    PUBLICATIONS,
+    SWEEPS,
+    StatementRow,
+    invalidate_tallies,
+    now,
+    one_row,
+    release_publications,
+    runs_of,
+)
+
+FAILURE = "NotAccepted"
+ASIDE = " (results of {physics})"  # behind name and title of a sweep
+MOST_OF_NAME = 160  # characters: with what is behind it, less than a document may have
+
+_OF_OTHER = (
+    sa.select(POINTS)
+    .join_from(POINTS, JOBS, JOBS.c.id == POINTS.c.run_id)
+    .where(POINTS.c.sweep_id == SWEEPS.c.id, POINTS.c.detached.is_(False), OF_OTHER_PHYSICS)
+    .exists()
+)
+
+
+def _is_outdated(physics: int) -> sa.ColumnElement[bool]:
+    """The sweep waits for runs of an older physics, or has runs that this physics refused to compute."""
+    is_older = SWEEPS.c.physics.is_(None) | (SWEEPS.c.physics < physics)
+    waits = is_older & PUBLICATIONS.c.state.in_([State.WAITING])
+    has_refused = PUBLICATIONS.c.state.in_([State.WAITING, State.QUEUED]) & _OF_OTHER
+    return SWEEPS.c.cancelled.is_(None) & (waits | (has_refused & (is_older | (SWEEPS.c.physics == physics))))
+
+
+class Renewals:
+    """What the leader does with sweeps of an older physics."""
+
+    def __init__(self, database: Database):
+        self._database = database
+
+    def outdated(self, physics: int) -> tuple[str, ...]:
+        """The unfinished sweeps whose runs are of an older physics than this one, in the order of acceptance."""
+        query = sa.select(SWEEPS.c.id).join(PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
+        with self._database.reading() as connection:
+            return tuple(connection.scalars(query.where(_is_outdated(physics)).order_by(SWEEPS.c.number)))
+
+    def physics_of(self, id: str) -> int | None:
+        """The physics that expanded a sweep; None: it was not noted. Raises NotFound."""
+        with self._database.reading() as connection:
+            query = sa.select(SWEEPS.c.physics).where(SWEEPS.c.id == id)
+            physics: int | None = one_row(connection, query, "sweep", id).physics
+            return physics
+
+    def coordinates(self, id: str) -> tuple[tuple[dict[str, float | str], str], ...]:
+        """The coordinates of each point of a sweep, with the id of its run."""
+        query = sa.select(POINTS.c.coordinates, POINTS.c.run_id).where(POINTS.c.sweep_id == id)
+        with self._database.reading() as connection:
+            return tuple(tuple(row) for row in connection.execute(query.order_by(POINTS.c.ordinal)))
+
+    def renew(self, id: str, sweep: ExpandedSweep, physics: int) -> bool:
+        """Let a sweep that is still outdated wait for these points; False: it has them already, or is not outdated."""
+        moment = now()
+        with self._database.commanding() as connection:
+            row = _outdated_row(connection, id, physics)
+            if row is None:
+                return False
+            if _has_points(connection, id, sweep):
+                connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(physics=physics))
+                return False
+            older = _set_aside(connection, row, moment)
+            connection.execute(wait_for_runs(id))
+            new = add_points(connection, id, sweep.points, moment)
+            values = {"document": sweep.document, "digest": sweep.digest, "planned": len(sweep.points), "new": new}
+            values |= {"physics": physics, "renewed": moment, "older": older}
+            connection.execute(SWEEPS.update().where(SWEEPS.c.id == id).values(values))
+            invalidate_tallies(connection, len(sweep.points))
+            release_publications(connection, moment, JOBS.c.sweep_id == id)
+            log_event(connection, moment, "renewed", sweep_id=id, physics=physics, older=older)
+        return True
+
+    def refuse(self, id: str, reason: str, physics: int) -> bool:
+        """Fail a sweep that is still outdated, and whose document this version refuses; its runs leave the queue."""
+        moment = now()
+        end = {"state": State.FAILED, "cause": Cause.ERROR, "failure": FAILURE, "reason": reason, "finished": moment}
+        with self._database.commanding() as connection:
+            if _outdated_row(connection, id, physics) is None:
+                return False
+            connection.execute(detach(id))
+            connection.execute(give_up(id, moment))
+            connection.execute(JOBS.update().where(JOBS.c.sweep_id == id).values(end))
+            log_event(connection, moment, State.FAILED, sweep_id=id, reason=reason)
+        return True
+
+
+def _outdated_row(connection: sa.Connection, id: str, physics: int) -> StatementRow | None:
+    """The row of a sweep, unless it has ended, was cancelled or was renewed meanwhile."""
+    query = sa.select(SWEEPS).join(PUBLICATIONS, PUBLICATIONS.c.sweep_id == SWEEPS.c.id)
+    return connection.execute(query.where(SWEEPS.c.id == id, _is_outdated(physics))).first()
+
+
+def _has_points(connection: sa.Connection, id: str, sweep: ExpandedSweep) -> bool:
+    """Whether a sweep has these points already; one that searches for a limit may have more."""
+    query = runs_of(id).order_by(POINTS.c.ordinal).limit(len(sweep.points))
+    there: Sequence[Any] = connection.scalars(query).all()
+    return list(there) == [point.run_id for point in sweep.points]
+
+
+def _set_aside(connection: sa.Connection, row: StatementRow, moment: datetime) -> str | None:
+    """Take its points from a sweep; return the id of the sweep that has them now, None: there was no result."""
+    results = runs_of(row.id).join(JOBS, JOBS.c.id == POINTS.c.run_id)
+    results = results.where(POINTS.c.detached.is_(False), HAS_RESULT, sa.not_(OF_OTHER_PHYSICS))
+    if connection.execute(results.limit(1)).first() is None:
+        connection.execute(detach(row.id))
+        connection.execute(give_up(row.id, moment))
+        connection.execute(JOBS.update().where(JOBS.c.id.in_(runs_of(row.id))).values(abandoned=moment))
+        connection.execute(POINTS.delete().where(POINTS.c.sweep_id == row.id))
+        older: str | None = row.older
+        return older
+    id = uuid.uuid4().hex
+    physics = "an older physics" if row.physics is None else f"physics {row.physics}"
+    called = {key: row._mapping[key][:MOST_OF_NAME] + ASIDE.format(physics=physics) for key in ("name", "title")}
+    own = {**row._mapping, **called, "id": id, "document": {**row.document, **called}, "cancelled": moment}
+    del own["number"]
+    connection.execute(SWEEPS.insert().values(own))
+    connection.execute(JOBS.insert().values(publication_row(id, row.owner, moment)))
+    connection.execute(POINTS.update().where(POINTS.c.sweep_id == row.id).values(sweep_id=id))
+    refused = runs_of(id).join(JOBS, JOBS.c.id == POINTS.c.run_id).where(OF_OTHER_PHYSICS)
+    connection.execute(
+        POINTS.update().where(POINTS.c.sweep_id == id, POINTS.c.run_id.in_(refused)).values(detached=True)
+    )
+    connection.execute(detach(id))
+    connection.execute(give_up(id, moment))
+    log_event(connection, moment, "accepted", sweep_id=id, of=row.id)
+    return id

@@ -1,0 +1,35 @@
+"""Results of a sweep that another version expanded: its runs have other ids here, and the same coordinates."""
+
+from collections.abc import Iterable, Mapping
+from typing import Any
+
+from studies.cubes import limits
+from studies.cubes.cells import MISSING, Results
+from studies.runs.results import RunResult
+
+Places = Iterable[tuple[Mapping[str, Any], str]]  # the coordinates of each point, and the id of its run then
+
+
+def by_present_ids(sweep: Any, results: Results, places: Places) -> Results:
+    """The results by the ids of this version too; each keeps that of its run.
+
+    The values that a search tried follow from the results, a step at a time.
+    """
+    known = {frozenset(coordinates.items()): results[id] for coordinates, id in places if id in results}
+    if not sweep.searched:
+        return {**results, **_at_points(sweep.every_run(), known)}
+    quantity = sweep.searched.search.quantity
+    more: Mapping[str, RunResult] = results
+    while more:
+        results = {**results, **more}
+        outcomes = results
+        searched = sweep.limits(lambda run: limits.outcome_of(outcomes.get(run.id, MISSING), quantity))  # noqa: B023
+        found = _at_points(sweep.tried(searched).runs(), known)
+        more = {id: result for id, result in found.items() if id not in results}
+    return results
+
+
+def _at_points(points: Iterable[Any], known: Mapping[frozenset[Any], RunResult]) -> dict[str, RunResult]:
+    """The results that are known of these points, by the ids of their runs."""
+    there = ((point.run.id, frozenset(point.coordinates.items())) for point in points)
+    return {id: known[place] for id, place in there if place in known}

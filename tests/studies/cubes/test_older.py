@@ -1,0 +1,65 @@
+"""Results of a sweep whose runs had other ids when they were computed."""
+
+from collections.abc import Callable
+from typing import Any
+
+import pytest
+
+from studies.cubes.older import by_present_ids
+from studies.quantities.measured import Measured
+from studies.runs.results import RunResult
+from studies.sweeps.sweep import Sweep
+
+GRID = {
+    "scenario": "thin_plate",
+    "fixed": {
+        "projectile": "copper-ofhc",
+        "target": "copper-ofhc",
+        "projectile_diameter": "8 mm",
+        "plate_thickness": "2 mm",
+    },
+    "axes": {"speed": ["3 km/s", "4 km/s", "6 km/s"]},
+    "resolution": [4, 6],
+}
+SEARCH = {
+    "scenario": "plugging",
+    "axes": {"speed": {"limit_of": "perforated", "between": ["100 m/s", "200 m/s"], "tolerance": "10 m/s"}},
+    "resolution": 8,
+}
+SPEEDS = [100.0, 150.0, 200.0, 175.0, 162.5, 156.25]  # that the search tries, for a limit of 155 m/s
+
+
+def result(id: str, speed: float) -> RunResult:
+    perforated = Measured(float(speed >= 155.0), None, {}, (), {"time": [0.0], "value": [0.0]}, 1)
+    return RunResult(id, "succeeded", measurements={"perforated": perforated})
+
+
+def grid() -> tuple[Sweep, list[dict[str, Any]]]:
+    sweep = Sweep.parse(GRID)
+    return sweep, [dict(point.coordinates) for point in sweep.runs()]
+
+
+def search() -> tuple[Sweep, list[dict[str, Any]]]:
+    return Sweep.parse(SEARCH), [{"speed": speed} for speed in SPEEDS]
+
+
+@pytest.mark.parametrize("asked", [grid, search])
+def test_older_results__are_those_of_the_points_with_the_same_coordinates(
+    asked: Callable[[], tuple[Sweep, list[dict[str, Any]]]],
+) -> None:
+    sweep, coordinates = asked()
+    places = [(at, f"older {number}") for number, at in enumerate(coordinates)]
+    results = {id: result(id, float(at["speed"])) for at, id in places}
+    present = by_present_ids(sweep, results, places)
+    assert present.keys() > results.keys()
+    ids = {id: each.run_id for id, each in present.items() if id not in results}
+    assert sorted(ids.values()) == sorted(results)
+    if not sweep.searched:
+        assert ids == {point.run.id: places[number][1] for number, point in enumerate(sweep.runs())}
+
+
+def test_older_results__leave_a_point_without_one_empty() -> None:
+    sweep, coordinates = grid()
+    places = [(at, f"older {number}") for number, at in enumerate(coordinates)]
+    first = {"older 0": result("older 0", 3000.0)}
+    assert len(by_present_ids(sweep, first, places)) == 2
