@@ -186,8 +186,7 @@ class Conversions:
         sha256 = await run_in_threadpool(_whole, file)
         if sha256 is None:
             await self._run_child(file, inputs)
-            sha256 = await run_in_threadpool(digest, file)
-            write_text(_mark(file), sha256)
+            sha256 = await run_in_threadpool(_marked, file)
         await run_in_threadpool(_tidy, self._folder, file)
         return sha256
 
@@ -204,6 +203,13 @@ class Conversions:
         if ended.returncode:
             log.error("a conversion failed (status %d)\n%s", ended.returncode, ended.stderr.decode(errors="replace"))
             raise ConversionFailed("the log of the service has the error under this request_id")
+
+
+def _marked(file: Path) -> str:
+    """The SHA-256 of a file that was made, which stands beside it from now on."""
+    sha256 = digest(file)
+    write_text(_mark(file), sha256)
+    return sha256
 
 
 def _use(file: Path) -> None:

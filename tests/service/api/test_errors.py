@@ -1,10 +1,12 @@
 """Bad input gets a clear answer and stores nothing; every error is a problem document."""
 
+import gzip
 import json
 from typing import Any
 
 import pytest
 
+from service.api.browsers import BROWSER, FORM
 from service.api.routes.dependencies import LONGEST_BODY
 from service.records.jobs import StoreUnavailable
 from tests.service.support.api import SWEEP, Api, sweep_of
@@ -88,6 +90,20 @@ def test_body__beyond_the_limit_or_of_another_media_type_is_refused(shared_api: 
     chunks = (b"x" * 1024 * 1024 for _ in range(5))  # without a declared length
     assert is_problem(post("/v1/sweeps", content=chunks, headers=JSON), 413)
     assert is_problem(post("/v1/sweeps", content=json.dumps(SWEEP), headers={"Content-Type": "text/plain"}), 415)
+
+
+@pytest.mark.parametrize(
+    "path", ["/v1/sweeps", "/v1/sweeps/estimate", "/v1/laws/evaluate", "/new/thin_plate", "/login"]
+)
+def test_body__that_is_compressed_is_refused_and_as_it_is_taken(shared_api: Api, path: str) -> None:
+    is_form = not path.startswith("/v1")
+    kind = {"Content-Type": FORM, "Cookie": f"{BROWSER}=x"} if is_form else JSON
+    body = b"a=b" if is_form else json.dumps(SWEEP).encode()
+    refused = shared_api.http.post(path, content=gzip.compress(body), headers={**kind, "Content-Encoding": "gzip"})
+    assert is_problem(refused, 415)
+    assert refused.headers["Accept-Encoding"] == "identity"
+    taken = shared_api.http.post(path, content=body, headers={**kind, "Content-Encoding": "Identity"})
+    assert taken.status_code != 415
 
 
 @pytest.mark.parametrize(
