@@ -9,10 +9,12 @@ OUT ?= demo
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 # uv installs in a tenth of the time of pip, which installs where uv cannot: uv does not read the settings of pip.
+# Its argument has no comma, at which make would cut it: several extras get a name in pyproject.toml.
 INSTALL = { $(PIP) uv && $(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt $(1); } \
 	2> $(VENV)/uv.log || $(PIP) --constraint constraints.txt $(1)
 RUNTIME := $(VENV)/runtime.stamp
 DEVELOPMENT := $(VENV)/development.stamp
+CLAIMS := $(VENV)/claims.stamp
 
 TARGETS := help demo demo-full test pythons claims soak bench map release clean
 .PHONY: $(TARGETS)
@@ -55,9 +57,7 @@ $(NAME): claims
 endif
 endif
 
-claims: $(DEVELOPMENT)
-	@$(BIN)/python -c 'import flask_cors, imageio_ffmpeg, moto, s3fs, vtkmodules' 2>/dev/null || \
-		$(call INSTALL,--editable '.[objects,readers,s3,video]')
+claims: $(CLAIMS)
 	@$(BIN)/python -m tests.claims $(NAME)
 
 # The seed decides what is killed when; it is printed, and SEED= repeats it.
@@ -90,4 +90,9 @@ $(RUNTIME): pyproject.toml constraints.txt
 $(DEVELOPMENT): $(RUNTIME)
 	@echo "adding the tools of the checks ..."
 	@$(call INSTALL,--editable '.[dev]')
+	@touch $@
+
+$(CLAIMS): $(DEVELOPMENT)
+	@echo "adding the libraries of the claims ..."
+	@$(call INSTALL,--editable '.[claims]')
 	@touch $@
