@@ -47,9 +47,10 @@ pythons:
 	@for version in 3.11 3.12 3.13; do \
 		echo "--- Python $$version"; $(MAKE) --no-print-directory test PYTHON=python$$version VENV=$(VENV)-$$version; done
 
-# "make claims house": the words after claims are names of sets or claims, not targets of its own.
+# "make claims house": the words after claims are names of sets or claims, not targets of its own. NAME of the
+# environment is none of ours: make hands it on to whatever it starts, and some shells set it to that of the machine.
 ifeq (claims,$(firstword $(MAKECMDGOALS)))
-NAME ?= $(filter-out $(TARGETS),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
+NAME = $(filter-out $(TARGETS),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
 ifneq (,$(strip $(NAME)))
 .PHONY: $(NAME)
 $(NAME): claims
@@ -76,7 +77,7 @@ release: $(DEVELOPMENT)
 	@$(BIN)/python -m docs.release $(VERSION) $(if $(filter no,$(IMAGE)),--without-image)
 
 clean:
-	@rm -rf $(VENV) $(VENV)-3.* .cache build *.egg-info $(OUT) $(OUT)-full
+	@rm -rf $(VENV) $(VENV)-3.* .cache .grimp_cache .hypothesis build *.egg-info $(OUT) $(OUT)-full
 
 # An environment that works is kept; one that is missing or too old is made anew.
 $(RUNTIME): pyproject.toml constraints.txt

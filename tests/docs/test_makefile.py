@@ -1,5 +1,6 @@
 """The Makefile: each target is told of, and each of its lines is shell that can be read."""
 
+import os
 import re
 import shutil
 import subprocess
@@ -21,8 +22,12 @@ def folder(tmp_path: Path) -> Path:
 
 
 def made(folder: Path, *arguments: str) -> subprocess.CompletedProcess[str]:
-    """What make did in the folder."""
-    return subprocess.run(["make", *arguments], cwd=folder, capture_output=True, text=True, check=False)
+    """What make did in the folder; the environment has a name, as that of a make that was given one has."""
+    environment = {name: value for name, value in os.environ.items() if not name.startswith(("MAKE", "MFLAGS"))}
+    environment["NAME"] = "of-the-machine"
+    return subprocess.run(
+        ["make", *arguments], cwd=folder, env=environment, capture_output=True, text=True, check=False
+    )
 
 
 def test_help__names_every_target(folder: Path) -> None:
@@ -36,3 +41,11 @@ def test_target__is_shell_that_can_be_read(target: str, folder: Path) -> None:
     read = made(folder, "--always-make", target, ".SHELLFLAGS=-n -c")
     assert (read.returncode, read.stderr) == (0, "")
     assert not list(folder.glob(".venv*"))
+
+
+@pytest.mark.parametrize(
+    ("arguments", "names"), [([], ""), (["house", "taylor-bar"], "house taylor-bar"), (["NAME=house"], "house")]
+)
+def test_claims__are_those_that_the_command_names(arguments: list[str], names: str, folder: Path) -> None:
+    printed = made(folder, "--dry-run", "claims", *arguments).stdout
+    assert re.findall(r"-m tests.claims ?(.*)", printed) == [names]
