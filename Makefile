@@ -9,10 +9,12 @@ OUT ?= demo
 BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 # uv installs in a tenth of the time of pip, which installs where uv cannot: uv does not read the settings of pip.
+# Its argument has no comma, at which make would cut it: several extras get a name in pyproject.toml.
 INSTALL = { $(PIP) uv && $(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt $(1); } \
 	2> $(VENV)/uv.log || $(PIP) --constraint constraints.txt $(1)
 RUNTIME := $(VENV)/runtime.stamp
 DEVELOPMENT := $(VENV)/development.stamp
+CLAIMS := $(VENV)/claims.stamp
 
 TARGETS := help demo demo-full test pythons claims soak bench map release clean
 .PHONY: $(TARGETS)
@@ -45,9 +47,10 @@ pythons:
 	@for version in 3.11 3.12 3.13; do \
 		echo "--- Python $$version"; $(MAKE) --no-print-directory test PYTHON=python$$version VENV=$(VENV)-$$version; done
 
-# "make claims house": the words after claims are names of sets or claims, not targets of its own.
+# "make claims house": the words after claims are names of sets or claims, not targets of its own. NAME of the
+# environment is none of ours: make hands it on to whatever it starts, and some shells set it to that of the machine.
 ifeq (claims,$(firstword $(MAKECMDGOALS)))
-NAME ?= $(filter-out $(TARGETS),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
+NAME = $(filter-out $(TARGETS),$(wordlist 2,$(words $(MAKECMDGOALS)),$(MAKECMDGOALS)))
 ifneq (,$(strip $(NAME)))
 .PHONY: $(NAME)
 $(NAME): claims
@@ -55,9 +58,7 @@ $(NAME): claims
 endif
 endif
 
-claims: $(DEVELOPMENT)
-	@$(BIN)/python -c 'import flask_cors, imageio_ffmpeg, moto, s3fs, vtkmodules' 2>/dev/null || \
-		$(call INSTALL,--editable '.[objects,readers,s3,video]')
+claims: $(CLAIMS)
 	@$(BIN)/python -m tests.claims $(NAME)
 
 # The seed decides what is killed when; it is printed, and SEED= repeats it.
@@ -76,7 +77,7 @@ release: $(DEVELOPMENT)
 	@$(BIN)/python -m docs.release $(VERSION) $(if $(filter no,$(IMAGE)),--without-image)
 
 clean:
-	@rm -rf $(VENV) $(VENV)-3.* .cache build *.egg-info $(OUT) $(OUT)-full
+	@rm -rf $(VENV) $(VENV)-3.* .cache .grimp_cache .hypothesis build *.egg-info $(OUT) $(OUT)-full
 
 # An environment that works is kept; one that is missing or too old is made anew.
 $(RUNTIME): pyproject.toml constraints.txt
@@ -90,4 +91,9 @@ $(RUNTIME): pyproject.toml constraints.txt
 $(DEVELOPMENT): $(RUNTIME)
 	@echo "adding the tools of the checks ..."
 	@$(call INSTALL,--editable '.[dev]')
+	@touch $@
+
+$(CLAIMS): $(DEVELOPMENT)
+	@echo "adding the libraries of the claims ..."
+	@$(call INSTALL,--editable '.[claims]')
 	@touch $@

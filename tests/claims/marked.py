@@ -150,6 +150,8 @@ class Judge:
         for item in session.items:
             for mark in marks_of(item):
                 self.listed[Marked(mark.set, mark.name, mark.minutes, mark.short, sentence_of(item))] = None
+        if not session.config.option.collectonly:
+            print(f"{len(session.items)} tests", flush=True)
 
     @pytest.hookimpl(wrapper=True)
     def pytest_runtest_makereport(

@@ -133,6 +133,10 @@ DROP INDEX jobs_published
 DROP INDEX jobs_queue
 CREATE INDEX jobs_abandoned ON jobs (abandoned)
 CREATE INDEX jobs_queue ON jobs (state, priority, owner, virtual_time, ordinal)
+ALTER TABLE sweeps DROP COLUMN physics
+ALTER TABLE sweeps DROP COLUMN renewed
+ALTER TABLE sweeps DROP COLUMN older
+ALTER TABLE control DROP COLUMN clock
 UPDATE alembic_version SET version_num = '0010'
 """
 TO_THE_OLDEST = """
@@ -142,11 +146,7 @@ DROP TABLE shares
 DROP INDEX jobs_queue
 ALTER TABLE jobs DROP COLUMN owner
 ALTER TABLE sweeps DROP COLUMN pinned
-ALTER TABLE sweeps DROP COLUMN physics
-ALTER TABLE sweeps DROP COLUMN renewed
-ALTER TABLE sweeps DROP COLUMN older
 ALTER TABLE control DROP COLUMN scrub
-ALTER TABLE control DROP COLUMN clock
 CREATE INDEX jobs_queue ON jobs (state, priority, virtual_time, ordinal)
 CREATE TABLE priority_classes (priority INTEGER PRIMARY KEY, virtual_time FLOAT NOT NULL)
 INSERT INTO priority_classes VALUES (0, 7.0)
