@@ -1,6 +1,5 @@
 """Strangers and readers who ask without end: the list of another key is there within a second meanwhile."""
 
-import re
 import time
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
@@ -145,7 +144,7 @@ def computing_paths(sweep: str, run: str, unfinished: str) -> list[str]:
         values["name"] = {"histories": "energy", "materials": "al-6061-t6"}.get(
             route.path.split("/")[-2], named["name"]
         )
-        paths.append(re.sub(r"\{(\w+)\}", lambda match, values=values: values[match[1]], route.path))
+        paths.append(route.path.format(**values))
     return paths
 
 
