@@ -7,6 +7,7 @@ import sys
 import threading
 from collections.abc import Iterator, Mapping
 from contextlib import ExitStack, contextmanager
+from dataclasses import replace
 from http.server import BaseHTTPRequestHandler, ThreadingHTTPServer
 from pathlib import Path
 from typing import Any
@@ -15,9 +16,9 @@ import pytest
 import xarray
 
 from service.files.artifacts import digest
-from studies.cases.rows import Row, equal
+from studies.cases.rows import equal
 from tests.claims.marked import Compared
-from tests.crash.support.blocks import Block, Reader, blocks_of, cloned, surroundings
+from tests.crash.support.blocks import Block, Reader, blocks_of, cloned, is_long, new_environment, surroundings
 from tests.crash.support.browser import CUT, WIDTHS, chromium, violations_of, window
 from tests.crash.support.serving import ROOT
 from tests.service.support.api import open_api, served
@@ -30,6 +31,7 @@ README = blocks_of(ROOT / "README.md")
 FOLDERS = ("over-rest", "from-service", "without-service")  # of the small sweep, a block each
 SIZES = {"speed": 3, "plate_thickness": 2}  # of its cube
 FULL_SECONDS, SHORT_SECONDS = 6 * 3600.0, 240.0  # that a block may take
+MINUTES = 20.0  # of a core: every block of README and docs, each that takes hours until it computes
 # Responses of a service, and what the block over REST must show before it ends with an error.
 FAILURES = {
     "a refused sweep": ({"sweeps": (422, "no scenario 'thin_plat'")}, "no scenario 'thin_plat'"),
@@ -44,28 +46,45 @@ CURL = {
 }
 
 
+@pytest.fixture(scope="module")
+def environment(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """An environment that was set up for this, from nothing."""
+    return new_environment(cloned(tmp_path_factory.mktemp("environment")))
+
+
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    "whole",
+    "extent",
     [
-        pytest.param(True, marks=pytest.mark.claim("docs", "readme", minutes=60.0)),
-        pytest.param(False, marks=pytest.mark.claim("docs", "readme-quickly", minutes=0.2)),
+        pytest.param("whole", marks=pytest.mark.claim("docs", "readme", minutes=60.0)),
+        pytest.param("computed", marks=pytest.mark.claim("mend", "every-command", minutes=MINUTES)),
+        pytest.param("stand-in", marks=pytest.mark.claim("docs", "readme-quickly", minutes=0.2)),
     ],
 )
-def test_readme__does_in_a_fresh_clone_what_it_says(whole: bool, tmp_path: Path, compared: Compared) -> None:
+def test_readme__does_in_a_fresh_clone_what_it_says(
+    extent: str, request: pytest.FixtureRequest, tmp_path: Path, compared: Compared
+) -> None:
     """The blocks of README.md do what it says: run in order, verbatim, in a fresh clone."""
-    clone, seconds, environment = cloned(tmp_path), FULL_SECONDS, surroundings()
-    if not whole:  # without the block that takes hours: this environment, and runs that cost nothing
+    clone, seconds, surrounded = (
+        cloned(tmp_path),
+        FULL_SECONDS,
+        surroundings(None if extent == "whole" else free_port()),
+    )
+    if extent == "computed":  # without the block that takes hours: an environment that is there, the clone's own code
+        (clone / ".venv").symlink_to(request.getfixturevalue("environment"))
+        surrounded |= {"PYTHONPATH": str(clone)}
+    if extent == "stand-in":  # this environment, and runs that cost nothing
         (clone / ".venv").symlink_to(sys.prefix)
-        chosen = {"PYTHONPATH": str(clone), "WHIPPLE_TARGETS_MODULE": "tests.crash.support.chained"}
-        seconds, environment = SHORT_SECONDS, surroundings(free_port()) | chosen
-    reader = Reader(clone, environment, seconds)
+        seconds = SHORT_SECONDS
+        surrounded |= {"PYTHONPATH": str(clone), "WHIPPLE_TARGETS_MODULE": "tests.crash.support.chained"}
+    reader = Reader(clone, surrounded, seconds)
     left: dict[Path, str] = {}
     changed: set[str] = set()
     try:
         for block in README:
-            if whole or not needs_hours(block):
-                compared(reader.row_of(block))
+            if extent == "whole" or not needs_hours(block):
+                row = reader.row_of(block)
+                compared(replace(row, claim=f"README.md, {row.claim}"))
                 now = {cube: digest(cube) for cube in clone.glob("*/cube.nc")}
                 changed |= {str(cube) for cube in left if now.get(cube) != left[cube]}
                 left = now
@@ -156,10 +175,6 @@ def test_readme__needs_no_recent_curl() -> None:
 PAGE_SECONDS = 1800.0  # that a block may take
 # What is no command: files of other programs, formulas, listings.
 SHOWN = ("text", "ini", "nginx", "matlab")
-# Programs that a block needs and a machine may lack: a text of such blocks, and a command that ends well with them.
-NEEDED = {"docker compose": "docker compose version", "SLURMCluster": "sbatch --version"}
-# Blocks that take hours, each recomputed by a claim or a command of its own.
-HOURS = {"docs.recipe_study": "the study of recipes", "make bench": "the benchmarks"}
 
 
 def runnable(page: Path) -> list[Block]:
@@ -179,12 +194,13 @@ def test_pages__with_blocks_that_run_are_found() -> None:
     assert PAGES.keys() >= {"how-to", "own-shots", "service", "cluster", "solver"}
 
 
-@pytest.mark.claim("docs", "docs-run", minutes=60.0)
+@pytest.mark.claim("docs", "docs-run", minutes=MINUTES)
+@pytest.mark.claim("mend", "every-command", minutes=MINUTES)
 @pytest.mark.parametrize("name", PAGES)
-def test_page__does_what_it_says(name: str, tmp_path: Path, compared: Compared) -> None:
+def test_page__does_what_it_says(name: str, environment: Path, tmp_path: Path, compared: Compared) -> None:
     """The blocks of every page of docs/ do what it says: run in order, verbatim, in a fresh clone."""
     page, clone = PAGES[name], cloned(tmp_path)
-    (clone / ".venv").symlink_to(sys.prefix)
+    (clone / ".venv").symlink_to(environment)
     chosen = {"PYTHONPATH": str(clone)}
     with ExitStack() as ends:
         if "$DATABASE" in page.read_text(encoding="utf-8"):
@@ -192,22 +208,9 @@ def test_page__does_what_it_says(name: str, tmp_path: Path, compared: Compared) 
         reader = Reader(clone, surroundings(free_port()) | chosen, PAGE_SECONDS, page=page.stem)
         ends.callback(reader.end)
         for block in runnable(page):
-            if reason := why_not(block):
-                compared(Row(f"{page.name}, line {block.line}, not run", "", reason, None))
-            else:
-                row = reader.row_of(block)
-                compared(Row(f"{page.name}, {row.claim}", row.expected, row.got, row.passed))
-
-
-def why_not(block: Block) -> str:
-    """The reason why a block is not run here; empty where it is."""
-    for text, reason in HOURS.items():
-        if text in block.text:
-            return f"{reason}, hours"
-    for text, command in NEEDED.items():
-        if text in block.text and subprocess.run(["sh", "-c", command], capture_output=True, check=False).returncode:
-            return f"{command!r} fails on this machine"
-    return ""
+            rows = map(reader.command, block.commands) if is_long(block) else [reader.row_of(block)]
+            for row in rows:
+                compared(replace(row, claim=f"{page.name}, {row.claim}"))
 
 
 def _with_database(ends: ExitStack) -> dict[str, str]:

@@ -22,6 +22,29 @@ FENCED = re.compile(r"^```(\w*)\n(.*?)^```$", re.MULTILINE | re.DOTALL)
 FILE = re.compile(r"[\w-]+\.(?:nc|html|json)\b")
 PORT = 8000  # of the text
 LAST = 600  # characters of a block's output, for whoever reads why it failed
+LEAVE_SECONDS = 60.0  # that programs have after Ctrl-C, and again after SIGTERM
+
+# Commands that take up to hours, with what they print once they compute (a regular expression); then they are ended.
+LONG = {
+    "make demo-full": r"\d+/\d+ runs",
+    "make test": "  passed  ",
+    "make pythons": "  passed  ",
+    # Whether claims hold is theirs to say: some are about speed, and none holds on a machine that does much else.
+    "make claims": r"(?m)^\d+ tests$",
+    "make claims house": r"\| (PASS|FAIL|REPORT)",
+    "make claims speed": r"\| (PASS|FAIL|REPORT)",
+    "make soak": r"\| PASS",
+    "make bench": r"(?m)^    \w+ +\d",
+    "tests.benchmarks steps memory": r"(?m)^    \w+ +\d",
+    "docs.recipe_study recipe": "2 particles",
+    "docs.recipe_study.particles": "taylor",
+}
+# What machines lack: a text of blocks or commands, and a command that ends well with all that they need.
+NEEDED = {
+    "docker compose": "docker compose version && docker info",
+    "SLURMCluster": "sbatch --version",
+    "make pythons": "python3.11 --version && python3.12 --version && python3.13 --version",
+}
 
 # A sweep whose lines the yaml blocks of a page replace, where the page has none of its own.
 SMALL = {
@@ -58,6 +81,12 @@ class Block:
     text: str
     line: int
 
+    @property
+    def commands(self) -> list[str]:
+        """The lines of a shell, without comments."""
+        lines = self.text.replace("\\\n", " ").splitlines()
+        return [line for line in (re.sub(r"(^|\s+)#.*$", "", line) for line in lines) if line]
+
 
 @dataclass
 class Reader:
@@ -71,7 +100,9 @@ class Reader:
     python: "subprocess.Popen[str] | None" = None
 
     def row_of(self, block: Block) -> Row:
-        """What a block does, as its language has it."""
+        """What a block does, as its language has it; REPORT and the reason where the machine lacks what it needs."""
+        if reason := lacking(block.text):
+            return Row(f"line {block.line}, not run", "", reason, None)
         does = {"sh": self._shell, "python": self._python, "csv": self._table, "yaml": self._lines}
         return does.get(block.language, self._listing)(block)
 
@@ -79,9 +110,26 @@ class Reader:
         """A program, which must end well; what it leaves in the background is not waited for."""
         log = self._beside(block, "log")
         process = self._start(log, command, subprocess.DEVNULL)
-        ended = process.wait(self.seconds)
-        output = "" if ended == 0 else f": {log.read_text(errors='replace')[-LAST:]}"
-        return Row(f"line {block.line}, exit status", 0, f"{ended}{output}", ended == 0)
+        return _ended(f"line {block.line}", process.wait(self.seconds), log)
+
+    def command(self, command: str) -> Row:
+        """A line of a shell, which must end well; one of ``LONG``, as soon as it computes."""
+        if reason := lacking(command):
+            return Row(f"{command}, not run", "", reason, None)
+        log, begun = self.clone.with_name("command.log"), begun_by(command)
+        process = self._start(log, ["sh", "-c", command], subprocess.DEVNULL)
+        if begun is None:
+            return _ended(command, process.wait(self.seconds), log)
+
+        def is_begun() -> bool:
+            return re.search(begun, log.read_text(errors="replace")) is not None
+
+        try:
+            wait_until(lambda: process.poll() is not None or is_begun(), seconds=self.seconds, pause=0.5)
+        finally:
+            interrupt(process)
+        output = "" if is_begun() else f": {log.read_text(errors='replace')[-LAST:]}"
+        return Row(f"{command}, prints what it computes", True, f"{is_begun()}{output}", is_begun())
 
     def end(self) -> None:
         """Tell every program that the blocks started to leave, also in the background, and wait until it has."""
@@ -166,6 +214,48 @@ class Reader:
         return Row(f"line {block.line}, listed and missing", [], missing, not missing)
 
 
+def _ended(name: str, status: int, log: Path) -> Row:
+    output = "" if status == 0 else f": {log.read_text(errors='replace')[-LAST:]}"
+    return Row(f"{name}, exit status", 0, f"{status}{output}", status == 0)
+
+
+def interrupt(process: "subprocess.Popen[str]") -> None:
+    """End a program and all that it started: Ctrl-C for its process group, then SIGTERM and SIGKILL for those left."""
+    if process.poll() is not None:
+        return
+    family = [process, *psutil.Process(process.pid).children(recursive=True)]
+    os.killpg(process.pid, signal.SIGINT)
+    for number in (signal.SIGTERM, signal.SIGKILL):
+        with suppress(AssertionError):
+            wait_until(
+                lambda: process.poll() is not None and all(is_gone(each.pid) for each in family), seconds=LEAVE_SECONDS
+            )
+        for each in family:
+            if not is_gone(each.pid):
+                with suppress(psutil.NoSuchProcess):
+                    each.send_signal(number)
+    process.wait(LEAVE_SECONDS)
+
+
+def begun_by(command: str) -> str | None:
+    """What a command of ``LONG`` prints once it computes; None for any other."""
+    options = r"( [A-Z]+=\S+)*( \S+\.json)?$"
+    return next((said for text, said in LONG.items() if re.search(re.escape(text) + options, command)), None)
+
+
+def is_long(block: Block) -> bool:
+    """Whether one of the lines of a block takes up to hours."""
+    return block.language == "sh" and any(begun_by(each) for each in block.commands)
+
+
+def lacking(text: str) -> str:
+    """The reason why a block or a command cannot be run on this machine; empty where it can."""
+    for part, command in NEEDED.items():
+        if part in text and subprocess.run(["sh", "-c", command], capture_output=True, check=False).returncode:
+            return f"{command!r} fails on this machine"
+    return ""
+
+
 def blocks_of(page: Path) -> list[Block]:
     """Those of a page, in order."""
     text = page.read_text(encoding="utf-8")
@@ -183,9 +273,15 @@ def cloned(place: Path) -> Path:
     return clone
 
 
+def new_environment(clone: Path) -> Path:
+    """The environment of a clone with all that its checks use, set up from nothing by its Makefile."""
+    subprocess.run(["make", ".venv/claims.stamp"], cwd=clone, env=surroundings(), check=True)
+    return clone / ".venv"
+
+
 def surroundings(port: int | None = None) -> dict[str, str]:
-    """The environment without ours; with another port where that of the text is taken."""
-    ours = re.compile(r"WHIPPLE_|PYTHON|VIRTUAL_ENV|MAKE|MFLAGS|PYTEST")
+    """The environment without our variables and those of a make; with another port where that of the text is taken."""
+    ours = re.compile(r"WHIPPLE_|PYTHON|VIRTUAL_ENV|MAKE|MFLAGS|PYTEST|(NAME|VENV|OUT|SEED|JSON|VERSION|IMAGE)$")
     plain = {name: value for name, value in os.environ.items() if not ours.match(name)}
     with socket.socket() as client:
         if port is None and client.connect_ex(("127.0.0.1", PORT)) == 0:
