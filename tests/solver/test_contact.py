@@ -71,3 +71,15 @@ def test_contact_at_the_gap__acts_when_the_faces_meet_and_accounts_for_what_it_r
     audit = simulation.audit()
     assert audit.removed_energy == audit.contact_energy > 0.0
     assert_balanced(audit)
+
+
+@pytest.mark.parametrize("criterion", [Criterion.STEP, Criterion.GAP])
+def test_contact__acts_however_slowly_bodies_approach(criterion: Criterion) -> None:
+    """A block that touches a plate at half a metre per second gives it momentum from the first steps on."""
+    problem = two_blocks("axisymmetric", contact=Contact(0.0, criterion))
+    flyer, plate = problem.bodies
+    slow = replace(flyer, velocity=0.5 * flyer.velocity / np.linalg.norm(flyer.velocity))
+    simulation = after(replace(problem, bodies=(slow, plate)), 10)
+    p = simulation.particles
+    given = (p.mass * p.velocity[:, 1])[simulation.body == 1].sum()
+    assert given > TOUCH * slow.mass.sum() * 0.5

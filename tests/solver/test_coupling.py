@@ -9,7 +9,7 @@ import pytest
 from solver.errors import ProblemError
 from solver.fem.elements import Hexahedron
 from solver.fem.mesh import lattice, node_masses
-from solver.problem import Body, Face, Problem, Smoothing
+from solver.problem import Body, Face, Problem, Smoothing, Traction
 from solver.simulation import simulate, start
 from solver.sph.smoothing import CubicSpline
 from tests.solver.bodies import DENSITY, FREE, OPEN, SPACING, box, elastic_copper
@@ -99,6 +99,9 @@ def test_bodies_that_cannot_be_coupled_are_refused() -> None:
     elements, particles = problem.bodies
     with pytest.raises(ProblemError, match="mesh come first"):
         start(replace(problem, bodies=(particles, elements)))
+    load = Traction(1, 2, 1, np.array([0.0, 1.0]), np.full(2, 1e6))
+    with pytest.raises(ProblemError, match="a traction presses on particles"):
+        start(replace(problem, tractions=(load,)))
     away = replace(particles, position=particles.position + 0.3 * SPACING)
     with pytest.raises(ProblemError, match="no particle begins at a node"):
         start(replace(problem, bodies=(elements, away)))

@@ -81,6 +81,27 @@ def test_balances__hold_with_what_was_retired() -> None:
     assert_balanced(audit)
 
 
+def test_ledger__books_what_still_expands_of_that_which_leaves_by_itself() -> None:
+    """All of it above a limit that every particle exceeds, and none above one that no particle reaches."""
+    everything, nothing = (
+        after(leaving("axisymmetric", retirement=Retirement(body=0, after=np.inf, expansion=limit)), STEPS)
+        for limit in (-np.inf, np.inf)
+    )
+    assert everything.ledger.expanding == pytest.approx(everything.ledger.mass, rel=ROUND_OFF)
+    assert everything.audit().expanding_mass == pytest.approx(everything.ledger.mass / everything.start.mass)
+    assert everything.ledger.mass == nothing.ledger.mass > 0.0
+    assert nothing.ledger.expanding == 0.0
+
+
+def test_ledger__books_nothing_that_expands_of_a_piece_that_is_retired() -> None:
+    """The mean of the piece is below the limit, so that it leaves as a whole; half of its particles are above."""
+    simulation = start(behind(retirement=Retirement(body=1, after=0.0, expansion=1.0)), threads=1)
+    simulation.particles.pressure[simulation.body == 0] = np.resize([1e9, -1e9], (simulation.body == 0).sum())
+    simulation._retire()
+    assert simulation.ledger.mass == pytest.approx(simulation.problem.bodies[0].mass.sum(), rel=ROUND_OFF)
+    assert simulation.ledger.expanding == 0.0
+
+
 # What leaves by itself
 
 

@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from solver.errors import ProblemError
-from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing
+from solver.problem import ArtificialViscosity, Body, Contact, Damping, Face, Problem, Smoothing, Traction
 from solver.simulation import Simulation, start
 from solver.sph.artificial import tensile_part
 from solver.sph.smoothing import CubicSpline, WendlandC2, factor, height, slope
@@ -54,8 +54,8 @@ def impact(**changes: Any) -> Problem:
     """A quarter of a block that falls onto another: two planes of symmetry, the rest free."""
     bodies = (block("target", (0, 0, 3), (7, 7, 3), 0.0), block("flyer", (0, 0, 6), (3, 3, 3), SPEED))
     mirror = (Face.SYMMETRIC, Face.FREE)
-    values: dict[str, Any] = {"geometry": box(12, 12, 12), "smoothing": MERGING, "end_time": 1.0, **changes}
-    return Problem(bodies=bodies, faces=(mirror, mirror, FREE), courant=0.3, **values)
+    values: dict[str, Any] = {"geometry": box(12, 12, 12), "smoothing": MERGING, "end_time": 1.0}
+    return Problem(**{"bodies": bodies, "faces": (mirror, mirror, FREE), "courant": 0.3, **values, **changes})
 
 
 @each_function
@@ -94,6 +94,21 @@ def test_contact__bars_exchange_their_momentum_about_a_spacing_apart_and_get_its
     assert 1.0 < nearest / SPACING < 1.5
     assert max(taken) > 0.01 * initial
     assert abs(taken[-1]) < 1e-3 * initial
+
+
+@pytest.mark.parametrize(("side", "direction"), [(0, 1.0), (1, -1.0)])
+def test_traction__presses_a_body_inwards_at_either_end(side: int, direction: float) -> None:
+    """The pressure times the area of nine particles times the step is what a step adds to the momentum.
+
+    Velocities live half a step apart from places, so that the first step adds half of it.
+    """
+    pressure = 1e6  # Pa
+    load = Traction(0, 2, side, np.array([0.0, 1.0]), np.full(2, pressure))
+    bodies = (block("bar", (4, 4, 3), (3, 3, 6), 0.0),)
+    step = 1e-9  # s
+    simulation = after(impact(bodies=bodies, faces=(FREE,) * 3, tractions=(load,), fixed_dt=step), 1)
+    momentum = simulation.particles.mass @ simulation.particles.velocity
+    np.testing.assert_allclose(momentum[2], direction * pressure * 9.0 * SPACING**2 * 0.5 * step, rtol=ROUND_OFF)
 
 
 def test_contact__half_a_block_at_a_plane_of_symmetry_meets_as_the_whole_one() -> None:

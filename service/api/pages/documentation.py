@@ -68,7 +68,7 @@ def _documentation(app: FastAPI) -> str:
 
 @cache
 def _openapi(app: FastAPI) -> bytes:
-    return json.dumps(app.openapi(), ensure_ascii=False).encode()
+    return json.dumps(app.openapi()).encode()
 
 
 def _operations(document: Mapping[str, Any]) -> Iterator[dict[str, Any]]:

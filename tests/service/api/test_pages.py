@@ -12,11 +12,13 @@ from zipfile import ZipFile
 import pytest
 
 from service.api.pages.charts import Chart, ChartLine
-from service.api.pages.grid import layout_of
+from service.api.pages.grid import SHADES, layout_of, shown_cells
 from service.api.pages.rendering import PAGES
-from service.records.jobs import Keep
+from service.records.jobs import GridCell, Keep, State
+from studies import measurements
 from studies.quantities.files import SECTIONS, STATE
 from tests.service.support.api import Api
+from tests.service.support.fakes import run_id
 from tests.service.support.rows import TERM
 
 SCRIPT, VIEWS = ('<script src="/static/live.js" defer>', '<script src="/static/view.js" defer>')
@@ -163,6 +165,15 @@ def test_layout__has_a_sheet_for_each_value_of_the_other_axes() -> None:
     assert layout.places == (36, 18, 6, 3, 1)
     sampled = {"axes": {"speed": {"low": "3 km/s", "high": "6 km/s"}}, "combine": "sobol"}
     assert layout_of(sampled, 8).dimensions == ()
+    searched = {"axes": {"speed": {"limit_of": "perforated"}, "nose": ["blunt", "conical"]}, "combine": "grid"}
+    assert layout_of(searched, 8).dimensions == ()
+
+
+def test_cells__are_shaded_from_the_smallest_value_to_the_largest() -> None:
+    values = [20e-3, 10e-3, None, 12.5e-3, 17.5e-3]
+    cells = [GridCell(n, run_id(n), {}, State.SUCCEEDED, None, value, None) for n, value in enumerate(values)]
+    shown = shown_cells(cells, measurements.load("hole_diameter"), "thin_plate")
+    assert [shown[n].shade for n in range(len(values))] == [SHADES - 1, 0, None, 1, 3]
 
 
 def test_sweep__gets_further_values_in_their_order_and_computes_only_those(api: Api) -> None:

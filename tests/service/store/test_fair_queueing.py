@@ -83,6 +83,18 @@ def test_owner__that_returns_neither_catches_up_nor_waits(store: Store) -> None:
     assert of_the_first(leased(store, 20)) == pytest.approx(10, abs=ONE_RUN)
 
 
+def test_owner__that_returns_begins_beside_the_least_served_of_the_others(store: Store) -> None:
+    """One run of ``dear`` costs as much as fifty of ``cheap``, who is behind until then."""
+    store.sweeps.create(Submission(sweep_of(runs_of(*["fine"] * 2, first=1000, cost=50)), owner="dear"))
+    submit(store, 0, 100, owner="cheap")
+    submit(store, 200, 1, owner="returns")
+    leased(store, 6)
+    submit(store, 300, 100, owner="returns")
+    order = leased(store, 20)
+    assert sum(300 <= run < 400 for run in order) == pytest.approx(10, abs=ONE_RUN)
+    assert of_the_first(order) == pytest.approx(10, abs=ONE_RUN)
+
+
 def test_shared_run__is_of_the_owner_for_whom_it_comes_sooner_and_goes_back(store: Store) -> None:
     submit(store, 0, 80, owner="a")
     joined = submit(store, 70, 5, owner="b")

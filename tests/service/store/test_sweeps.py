@@ -59,6 +59,8 @@ def test_retry__queues_accidents_and_cancelled_runs_and_on_request_verdicts(stor
     store.sweeps.cancel(sweep)
     counts = store.sweeps.retry(sweep).counts
     assert (counts["queued"], counts["failed"], counts["cancelling"]) == (1, 1, 1)
+    event = store.events.of_sweep(sweep)[-1]
+    assert (event.kind, event.body) == ("retried", {"runs": 1})
     run = store.runs.get(crashed.id)
     assert (run.crashes, run.cause, run.reason) == (0, None, None)
     assert store.runs.files(crashed.id) == ()
@@ -77,6 +79,10 @@ def test_retry__publishes_again_and_keeps_the_earlier_files_until_then(store: St
     assert [file.name for file in store.publications.files(sweep)] == ["cube.nc", "log.txt"]
     store.sweeps.retry(sweep)
     [publication] = store.leases.take(1, TERM)
+    store.leases.fail(publication, Cause.CRASH, failure="SIGSEGV", reason="died", crashes=CrashCount(3, 0))
+    store.sweeps.retry(sweep)
+    [publication] = store.leases.take(1, TERM)
+    assert publication.crashes == 0  # a budget of its own
     assert store.leases.publish(publication, [stored("report.html", "report.html")], seconds=1.0)
     assert [file.name for file in store.publications.files(sweep)] == ["report.html"]
 
@@ -198,6 +204,14 @@ def test_progress__reaches_runs_and_sweep(store: Store) -> None:
     assert status.progress == pytest.approx(0.25)
     # One and a half core seconds left at 6 s each, two side by side.
     assert status.eta_seconds == pytest.approx(1.5 * 6.0 / 2)
+
+
+def test_time_left__is_that_of_as_many_runs_side_by_side_as_there_are_now(store: Store) -> None:
+    """One of five runs is half done, one begun, three wait: four and a half core seconds at 6 s each, two at a time."""
+    sweep = store.sweeps.create(Submission(sweep_of(5))).id
+    first, _ = lease_runs(store, 2)
+    store.leases.record_progress([(first, {"fraction": 0.5, "seconds": 3.0, "step": 9})])
+    assert store.sweeps.get(sweep).eta_seconds == pytest.approx(4.5 * 6.0 / 2)
 
 
 def test_publication__waits_for_the_last_run_and_comes_before_others(store: Store) -> None:

@@ -2,6 +2,7 @@
 
 import csv
 import json
+import math
 from dataclasses import replace
 from io import StringIO
 from pathlib import Path
@@ -13,11 +14,16 @@ import xarray as xr
 
 from studies import laws
 from studies.cubes import cube
+from studies.cubes.catalogue import LawChoice
+from studies.cubes.growing import still_growing
 from studies.cubes.runs_table import runs_csv
 from studies.cubes.variable import GROUPS, LONGEST_LABEL
 from studies.cubes.variables import STATES
-from studies.quantities.measured import MESH_DETERMINED
+from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING
+from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
+from studies.sweeps.reading import END
+from studies.sweeps.sweep import Sweep
 from tests.claims.marked import claimed
 from tests.studies.support import compliance, fakes
 from tests.studies.support.fakes import sweep_of
@@ -53,6 +59,14 @@ def test_grid__axes_are_dimensions_and_every_value_is_in_its_cell() -> None:
 
 
 @pytest.mark.claim("cube", "failed-run-is-a-result")
+def test_parameter__that_some_runs_have_is_in_the_cube_and_one_that_none_has_is_not() -> None:
+    document = {"scenario": "plugging", "axes": {"nose": ["blunt", "conical"]}, "fixed": {"speed": "300 m/s"}}
+    sweep = Sweep.parse(document)
+    dataset = cube.build(sweep, {point.run.id: RunResult("", "failed", "late") for point in sweep.runs()})
+    np.testing.assert_array_equal(dataset.nose_length, [math.nan, 20e-3])
+    assert not {"failure_time", "fixed_dt"} & {*dataset.variables}
+
+
 def test_failed_run__is_nan_with_state_and_reason_and_its_neighbours_are_untouched() -> None:
     """A run that fails is NaN with state and reason in the cube; its neighbours are untouched."""
     sweep = fakes.holes()
@@ -88,6 +102,31 @@ def test_laws__answer_as_themselves_with_range_and_reason() -> None:
                 np.testing.assert_equal(float(cell.hole_diameter_by_law), answer.value)
                 assert bool(cell.hole_diameter_by_law_in_range) == answer.in_range
                 assert cell.hole_diameter_by_law_reason.item() == answer.reason
+
+
+def test_law__without_a_shot_has_no_answer_and_says_why() -> None:
+    answer = LawChoice(fakes.HOLE_LAWS[0], "").answer(None)
+    assert math.isnan(answer.value)
+    assert (answer.in_range, answer.reason) == (False, "this run does not describe one shot")
+
+
+def test_shots__of_which_one_is_published_as_a_range_have_its_bounds() -> None:
+    of_range = replace(fakes.SHOTS[0], value=None, uncertainty=None, bounds=(12e-3, 14e-3))
+    dataset = fakes.cube_of(fakes.holes(), observations=(fakes.SHOTS[1], of_range))
+    np.testing.assert_array_equal(dataset.hole_diameter_observed_lower, [math.nan, 12e-3])
+    np.testing.assert_array_equal(dataset.hole_diameter_observed_upper, [math.nan, 14e-3])
+    without = fakes.cube_of(fakes.holes(), observations=fakes.SHOTS)
+    assert not {"hole_diameter_observed_lower", "hole_diameter_observed_upper"} & {*without.variables}
+
+
+def test_still_growing__are_runs_at_their_latest_end_of_which_one_quantity_had_not_settled() -> None:
+    outcomes = fakes.results(fakes.holes())
+    early, late, settled = list(outcomes)[:3]
+    growing = fakes.measured(0.02, STILL_GROWING)
+    for id, stop in ((early, "converged"), (late, END), (settled, END)):
+        measurements = {**outcomes[id].measurements, **({} if id == settled else {"hole_diameter_areal": growing})}
+        outcomes[id] = replace(outcomes[id], measurements=measurements, stop=stop)
+    assert still_growing(fakes.cube_of(fakes.holes(), outcomes)) == {late}
 
 
 def test_histories__are_thinned_padded_and_keep_both_ends() -> None:

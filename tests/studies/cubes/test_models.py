@@ -95,6 +95,26 @@ def test_stored__of_other_speeds_and_plates_says_how_far_away_it_was_measured() 
     )
 
 
+def test_stored__of_a_thick_plate_is_as_far_away_as_its_speed() -> None:
+    """It has no thickness over the diameter, and 10 km/s are a factor of 10/7 from the fastest that is stored."""
+    fixed = {name: value for name, value in DOCUMENT["fixed"].items() if name != "plate_thickness"}  # type: ignore[attr-defined]
+    dataset = built("stored", scenario="thick_plate", fixed=fixed, axes={"speed": ["7 km/s", "10 km/s"]})
+    np.testing.assert_allclose(dataset.crater_depth_model_part_distance.isel(cells_per_diameter=0), [1.0, 10.0 / 7.0])
+
+
+def test_stored__of_another_alloy_names_the_alloy_that_it_is_of() -> None:
+    names = {"copper-ofhc": "", "our-copper": "OFHC copper"}
+    dataset = built(
+        "stored",
+        materials={"our-copper": {"base": "copper-ofhc", "alloy": "C11000"}},
+        axes={**DOCUMENT["axes"], "target": list(names)},  # type: ignore[dict-item]
+        fixed={name: value for name, value in DOCUMENT["fixed"].items() if name != "target"},  # type: ignore[attr-defined]
+    )
+    alloys = dataset.hole_diameter_model_part_alloy
+    for target, alloy in names.items():
+        assert {*alloys.sel(target=target).values.flat} == {alloy}
+
+
 def test_contribution__that_one_speed_does_not_tell_is_that_of_the_others_and_not_zero() -> None:
     answers = {BASE: [1.0, 1.0, 1.0], SPALL: [1.1, 1.3, None], STRONGER: [None, None, 1.2]}
     entry = {"speeds": [3e3, 5e3, 7e3], "quantities": {"hole_diameter": answers}}

@@ -192,6 +192,12 @@ def test_modified_equation__joins_its_branches_and_takes_the_density_of_the_wall
     assert whipple_nno_modified.critical_diameter(9e3, *DENSITIES, heavy) == pytest.approx(4.0 * thick)
 
 
+@pytest.mark.parametrize(("ratio", "speed"), [(0.1, 1.436 * 0.1 ** (-1 / 3)), (0.159, 2.6506), (0.16, 2.6), (0.4, 2.6)])
+def test_jsc__begins_to_shatter_at_the_speed_of_the_bumper_over_the_diameter(ratio: float, speed: float) -> None:
+    """Ryan and Christiansen (2011): 1.436 (t_b/d)^(-1/3) km/s, and 2.60 km/s from t_b/d = 0.16 on."""
+    assert whipple_jsc._shatter_speed(ratio) == pytest.approx(speed, rel=1e-4)
+
+
 def test_srl__takes_other_exponents_between_45_and_65_degrees() -> None:
     """delta = 4/3 up to 45 deg and from 65 deg on, 5/4 between: at the same speed d cos^delta stays."""
     normal = whipple_srl.critical_diameter(20e3, *DENSITIES, SHIELD)

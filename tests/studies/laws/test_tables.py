@@ -134,6 +134,18 @@ def test_newer_equations__have_the_values_computed_apart(compared: Callable[[Row
         assert answers == pytest.approx(diameters)
 
 
+@pytest.mark.parametrize(
+    ("degrees", "expected"),
+    [(30.0, ".9481 .4737 .2826 .2595"), (45.0, "1.2248 .6120 .4150 .3811"), (60.0, "1.7965 .8976 .8216 .7545")],
+)
+def test_three_walls__hit_at_an_angle_have_the_values_computed_apart(degrees: float, expected: str) -> None:
+    """Equations 65 and 66, cm, at 1, 3, 22 and 25 km/s: exponents of the cosine 4/3 and 8/3, at 60 deg 5/4 and 10/4."""
+    speeds = 1e3 * np.array([1.0, 3.0, 22.0, 25.0])
+    shot = speeds, SHEET.density, SPHERE.density, THREE_WALLS, np.radians(degrees)
+    got = " ".join(f"{100.0 * diameter:.4f}".removeprefix("0") for diameter in whipple_srl.critical_diameter(*shot))
+    assert got == expected
+
+
 def test_three_walls__that_were_holed_are_said_to_fail__and_one_that_held_too() -> None:
     said = []
     for outer, inner, wall, diameter, speed, angle, holed in THREE_WALL_SHOTS:

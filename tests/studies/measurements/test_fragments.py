@@ -151,3 +151,13 @@ def test_distribution__has_the_known_pieces_in_the_bins_of_their_sizes(compared:
         assert number.sum() == 2.0 * copies
         shuffled = DISTRIBUTIONS["fragments_over_size"].read(reordered(several))
         np.testing.assert_array_equal(shuffled, number)
+
+
+def test_distribution__takes_the_volume_of_a_piece_at_the_density_of_its_own_matter() -> None:
+    """The projectile's sphere is of matter eight times lighter: with the same mass it is twice as large."""
+    light = dataclasses.replace(TOUGH, density=DENSITY / 8.0)
+    state = dataclasses.replace(two_balls(), diameter=PROJECTILE, breakup=(light, TOUGH))
+    number = DISTRIBUTIONS["fragments_over_size"].read(state)
+    sizes = np.array([2.0 * 2.0 * BALLS[0][0], 2.0 * BALLS[1][0]])  # the first ball is the projectile's
+    expected = np.floor((np.log10(sizes / PROJECTILE) - SIZES.begin) / SIZES.width)
+    np.testing.assert_array_equal(np.flatnonzero(number), np.sort(expected))

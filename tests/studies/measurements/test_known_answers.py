@@ -465,6 +465,18 @@ def test_walls__are_read_as_the_known_answers(kind: str, compared: Callable[...,
         )
 
 
+@pytest.mark.parametrize("kind", ["axisymmetric", "quarter", "half"])
+def test_void__of_a_wall_is_that_of_its_whole_body(kind: str) -> None:
+    """The slab stands three cells away from the rest up to a radius of 1.5 mm, and less up to 2.5 mm, at its edge."""
+    wall = walled(parted, kind=kind).wall
+    assert wall is not None
+    least, most = (math.pi * radius**2 * 3.0 * CELL for radius in (SCAB[0] - 1e-3, SCAB[0]))
+    assert least <= wall.void <= most
+    intact = walled(kind=kind).wall
+    assert intact is not None
+    assert intact.void == 0.0
+
+
 @pytest.mark.parametrize(("kind", "copies"), [("axisymmetric", 2.0 * math.pi), ("quarter", 4.0), ("half", 2.0)])
 @pytest.mark.parametrize("bounced", [0, 1, 2])
 def test_wall_momentum__is_twice_that_of_debris_that_went_back(kind: str, copies: float, bounced: int) -> None:

@@ -13,7 +13,8 @@ import pytest
 from solver.errors import Interrupted
 from studies import scenarios
 from studies.measurements import Reading
-from studies.runs.execution import execute, molten_fraction, observer_of
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT
+from studies.runs.execution import _flags, execute, molten_fraction, observer_of
 from studies.runs.observer import RunObserver
 from studies.runs.remeasure import load_state
 from studies.runs.results import Progress, RunControl, RunResult
@@ -82,6 +83,24 @@ def test_result__says_how_good_it_is_and_what_computed(results: dict[str, RunRes
     assert provenance["physics_version"] == str(PHYSICS_VERSION)
     assert provenance["threads"] == 1
     assert {"whipple", "python", "numpy", "numba", "cpu", "started", "seconds"} <= set(provenance)
+
+
+LIMITS = {  # of the numbers that flag a run beyond them, as docs/limits.md and the messages of the flags state them
+    "largest_energy_drift": (ENERGY_DRIFT_LIMIT, "energy_drift"),
+    "hottest_energy_share": (0.5, "runaway_particles"),
+    "expanding_mass_fraction": (0.01, "still_expanding"),
+    "below_zero_kelvin": (0.0, "below_zero_kelvin"),
+    "beyond_hugoniot": (0.0, "beyond_hugoniot"),
+}
+
+
+@pytest.mark.parametrize("number", LIMITS)
+def test_flag__is_set_beyond_its_limit_and_not_at_it(number: str) -> None:
+    limit, flag = LIMITS[number]
+    numbers = {**dict.fromkeys(LIMITS, 0.0), "cells": 8.0}
+    assert _flags({**numbers, number: limit}, {"cells": 8.0}) == ()
+    assert _flags({**numbers, number: math.nextafter(limit, math.inf)}, {"cells": 8.0}) == (flag,)
+    assert _flags(numbers, {"cells": 9.0}) == ("under_resolved",)
 
 
 def test_result__histories_sum_to_the_audited_energy_and_momentum(results: dict[str, RunResult]) -> None:
