@@ -14,6 +14,7 @@ from tests.crash.support.serving import ROOT
 from tests.docs.test_makefile import TARGETS
 
 SECONDS = 1800.0  # that a command may take, or until it computes
+BEGIN = "begin"  # of every command: the tag of what is here
 # Values of targets that need some.
 VALUES = {"release": " VERSION=98.0.1"}
 GUIDE = [command for block in blocks_of(ROOT / "CONTRIBUTING.md") for command in block.commands]
@@ -38,6 +39,7 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Reader]:
     """A person with a clone; a release is without its image, which takes a docker and the packages of its system."""
     clone = cloned(tmp_path_factory.mktemp("commands"))
     git(clone, "commit", "--quiet", "--all", "--allow-empty", "--message", "What is changed here")
+    git(clone, "tag", BEGIN)
     reader = Reader(clone, surroundings() | PERSON | {"IMAGE": "no"}, SECONDS)
     yield reader
     reader.end()
@@ -47,7 +49,7 @@ def reader(tmp_path_factory: pytest.TempPathFactory) -> Iterator[Reader]:
 @pytest.mark.parametrize("command", COMMANDS)
 def test_command__does_what_it_says(command: str, reader: Reader, compared: Compared) -> None:
     """Every target of the Makefile and every command of CONTRIBUTING.md runs in a fresh clone and environment."""
-    git(reader.clone, "checkout", "--quiet", "--force", ".")
+    git(reader.clone, "reset", "--quiet", "--hard", BEGIN)
     git(reader.clone, "clean", "--quiet", "--force", "-d")
     compared(reader.command(command))
     if command == "make clean":

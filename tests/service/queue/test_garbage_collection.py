@@ -206,16 +206,13 @@ def test_files__are_looked_through_again_once_something_has_happened(
         return discardable(limit, shard)
 
     monkeypatch.setattr(harness.store.retention, "discardable", look)
-    timings = replace(harness.timings, collection_drop=DEADLINE)
-    collector = GarbageCollector(
-        harness.settings, harness.store, harness.artifacts, Space(harness.settings.data, 0), timings
-    )
+    collecting = collector(harness, collection_drop=DEADLINE)
     for _ in range(3):
-        collector.step()
+        collecting.step()
     assert len(looked) == len(set(looked)) == 256
     harness.submit(1)
     for _ in range(3):
-        collector.step()
+        collecting.step()
     assert len(looked) == 2 * 256
 
 
