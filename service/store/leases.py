@@ -84,6 +84,8 @@ class Leases:
         moment = now()
         is_due = () if not backed_off else (JOBS.c.id.not_in(backed_off),)
         publications = sa.select(JOBS.c.id).where(IS_QUEUED, JOBS.c.priority == PUBLISH_PRIORITY)
+        # In the order of their index, which is read then: another one holds all queued jobs.
+        publications = publications.order_by(JOBS.c.owner, JOBS.c.virtual_time, JOBS.c.ordinal)
         publications = publications.where(*is_due).limit(limit)
         with self._database.writing() as connection:
             paused, has_ended = connection.execute(_standing(term)).one()
