@@ -20,7 +20,7 @@ HOTTEST_PART = 1e-3  # share of the particles, the hottest, whose internal energ
 
 @dataclass(frozen=True)
 class Ledger:
-    """Sums over particles that left through free faces or were retired (per radian in axisymmetry)."""
+    """Sums over particles that left through free faces, were retired or discarded (per radian in axisymmetry)."""
 
     mass: float = 0.0  # kg
     momentum: np.ndarray = field(default_factory=lambda: np.zeros(3))  # kg m/s
@@ -28,9 +28,12 @@ class Ledger:
     internal: float = 0.0  # J
     particles: int = 0
     expanding: float = 0.0  # mass that left while its pressure still drove it apart (``problem.Retirement``), kg
+    discarded: float = 0.0  # mass of stray particles that were discarded (``grid/strays.py``), kg
 
-    def with_particles(self, particles: Any, index: np.ndarray | slice, *, expanding: float = 0.0) -> "Ledger":
-        """The ledger with some particles (indices) added, or records of them; ``expanding`` is their part of it, kg."""
+    def with_particles(
+        self, particles: Any, index: np.ndarray | slice, *, expanding: float = 0.0, discarded: float = 0.0
+    ) -> "Ledger":
+        """The ledger with some particles (indices) added, or records of them; the rest is their part of it, kg."""
         part = totals(particles, index)
         return replace(
             self,
@@ -40,6 +43,7 @@ class Ledger:
             internal=self.internal + part.internal,
             particles=self.particles + particles.mass[index].size,
             expanding=self.expanding + expanding,
+            discarded=self.discarded + discarded,
         )
 
 
@@ -108,6 +112,7 @@ class Audit:
     exchanged: Exchanged
     bodies: tuple[BodyBalance, ...] = ()  # in the order of the problem
     expanding_mass: float = 0.0  # left while its pressure still drove it apart, of the initial mass
+    discarded_mass: float = 0.0  # of stray particles that were discarded, of the initial mass
 
     @staticmethod
     def from_plain(plain: dict[str, Any]) -> "Audit":
@@ -176,6 +181,7 @@ def audit(
         exchanged=Exchanged(removed, removed_by_contact, float(impulse[impact_axis(geometry)]), worked),
         bodies=bodies,
         expanding_mass=ledger.expanding / start.mass,
+        discarded_mass=ledger.discarded / start.mass,
     )
 
 

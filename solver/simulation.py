@@ -16,6 +16,7 @@ from solver.fem.step import ElementStepper
 from solver.grid.debris import clear_debris
 from solver.grid.flight import flown_columns, is_on_grid
 from solver.grid.step import Stepper, shares_of
+from solver.grid.strays import MOST_DISCARDED, strays
 from solver.matter.eos import reference_sound_speed
 from solver.matter.failure import weakens
 from solver.matter.strength import stored_part
@@ -40,7 +41,7 @@ from solver.state import (
 )
 from solver.steps.crossing import exit_face
 from solver.steps.method import Method, Partition
-from solver.steps.points import StateLimits, Tally, first_fault
+from solver.steps.points import StateLimits, Tally, first_fault, unphysical
 from solver.steps.threads import ThreadPool, asked_threads
 from solver.steps.timestep import fastest, first_step, joining_step, stable_step
 
@@ -105,6 +106,7 @@ class Counters:
     unstable: int = 0
     failed: int = 0  # particles, each once
     reflected: int = 0
+    discarded: int = 0  # stray particles
 
     def add(self, tally: Tally) -> None:
         """Add the tally of a step."""
@@ -278,11 +280,25 @@ class Simulation:
         """Counters, ledger and faults of the step that was just taken."""
         self.counters.add(self.tally)
         if self.tally.fault:
-            self._raise(int(self.tally.culprit))
+            self._discard()
         if gone:
             self._drop(np.flatnonzero((self.particles.alive == 0) & (self.particles.mass > 0.0)), by_itself=True)
             if self.ledger.particles and not self.particles.alive.any():
                 raise ProblemError("every particle has left the grid; enlarge it or end earlier")
+
+    def _discard(self) -> None:
+        """Discard the particles whose state is unphysical; raises UnphysicalState where they are no strays."""
+        particles, ledger = self.particles, self.ledger
+        beyond = np.zeros(0, np.int64)
+        if isinstance(self.stepper, Stepper):
+            beyond = unphysical(self.problem, self.limits, particles, self.body)
+        lost = ledger.discarded + float(particles.mass[beyond].sum())
+        many = lost > MOST_DISCARDED * self.start.mass
+        if not beyond.size or many or not strays(self.problem, particles, beyond).all():
+            self._raise(int(self.tally.culprit))
+        particles.alive[beyond] = 0
+        self.counters.discarded += beyond.size
+        self._drop(beyond, discarded=True)
 
     def _retire(self) -> None:
         """Retire debris that nothing can meet any more."""
@@ -382,10 +398,11 @@ class Simulation:
         ranges = [(int(edges[i]), int(edges[i + 1])) for i in range(len(edges) - 1)]
         self.partition = Partition(self.table, self.particles, shares_of(ranges, self.shares))
 
-    def _drop(self, gone: np.ndarray, *, by_itself: bool = False) -> None:
+    def _drop(self, gone: np.ndarray, *, by_itself: bool = False, discarded: bool = False) -> None:
         """Book and record particles; without mass they stay in a harmless place until the next reordering.
 
-        Of those that leave ``by_itself`` the mass is booked too that its pressure still drives apart.
+        Of those that leave ``by_itself`` the mass is booked too that its pressure still drives apart, and that of the
+        ``discarded``.
         """
         if not gone.size:
             return
@@ -393,7 +410,8 @@ class Simulation:
         if by_itself and rule is not None:
             driven = particles.pressure[gone] > rule.expansion * particles.density[gone]
             expanding = float(particles.mass[gone[driven]].sum())
-        self.ledger = self.ledger.with_particles(particles, gone, expanding=expanding)
+        stray = float(particles.mass[gone].sum()) if discarded else 0.0
+        self.ledger = self.ledger.with_particles(particles, gone, expanding=expanding, discarded=stray)
         self._departures.append(records(self.time, particles, self.body, gone, remembered_in(self.table)))
         self.table[MASS, gone] = 0.0
         geometry = self.problem.geometry

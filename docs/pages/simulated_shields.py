@@ -80,14 +80,15 @@ def _strata(shots: Sequence[ShieldShot]) -> dict[tuple[int, WallOutcome], list[S
     }
 
 
-def _materials(shot: ShieldShot) -> dict[str, str | None]:
+def materials_of(shot: ShieldShot) -> dict[str, str | None]:
+    """The material of each body of a shot that ships; None where it does not."""
     names = {"projectile": shot.projectile_material, "bumper": shot.bumper_material, "wall": shot.wall_material}
     return {role: SHIPPED.get(name) for role, name in names.items()}
 
 
 def _breaks(shot: ShieldShot) -> bool:
     """Whether all materials of a shot ship, and those of its sheets with the fracture strains of Johnson and Cook."""
-    names = _materials(shot)
+    names = materials_of(shot)
     sheets = [names["bumper"], names["wall"]]
     return None not in names.values() and all(
         materials.load(str(name)).value_at("fracture.D1") is not None for name in sheets
@@ -98,7 +99,7 @@ def parameters_of(shot: ShieldShot, failure: str, grid: float) -> dict[str, Any]
     """The parameters of a run of a shot, by the rule of the cells."""
     cells = cells_across(shot.projectile_diameter, shot.bumper_thickness)
     return {
-        **_materials(shot),
+        **materials_of(shot),
         "projectile_diameter": shot.projectile_diameter,
         "bumper_thickness": shot.bumper_thickness,
         "stand_off": shot.stand_off,
@@ -157,17 +158,18 @@ def computed_row(
 ) -> Mapping[str, Any]:
     """What the run of a grid, a failure and the number of a shot says; computed where neither has it.
 
-    ``before`` is the stored row of this place, which may be that of another run; ``folder`` has results by identity.
+    ``before`` is the stored row of this place, which may be that of another run, or of one that failed; ``folder`` has
+    results by identity.
     """
     grid, failure, number = place
     shot = drawn()[number]
-    roles = {role: materials.load(str(name)) for role, name in _materials(shot).items()}
+    roles = {role: materials.load(str(name)) for role, name in materials_of(shot).items()}
     about = {"shot": number, "failure": failure, "grid": grid}
     try:
         run = resolve("whipple_shield", parameters_of(shot, failure, grid), roles)
     except InvalidInput:  # a space too short for two grids: nothing is said of the shot
         return {**about, "id": "", "state": "refused", "perforated": None, "flags": [], "seconds": 0.0}
-    if before is not None and before["id"] == run.id:
+    if before is not None and before["id"] == run.id and before["state"] != "failed":
         return before
     result = computed_once(run, folder / run.id)
     outcome = outcome_in(result.as_json(), "wall_perforated")

@@ -5,7 +5,6 @@ velocity gradients come from, their space says (``space.py``). Body by body, bec
 its ``Matter``, and eight at a time.
 """
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -293,23 +292,37 @@ def first_fault(
 ) -> tuple[int, str, float]:
     """The first unphysical particle of the eight from one on: its index, the quantity and its value."""
     for p in range(first, min(first + LANES, body.size)):
-        found = _fault(problem.bodies[int(body[p])].matter, limits, particles, p)
+        checks = _checks(problem.bodies[int(body[p])].matter, limits, particles, np.array([p]))
+        found = [(quantity, float(values[0])) for quantity, physical, values in checks if not physical[0]]
         if found and particles.mass[p] > 0.0:
-            return p, *found
+            return p, *found[0]
     raise LookupError("none of the eight is unphysical")
 
 
-def _fault(matter: Matter, limits: StateLimits, particles: Particles, p: int) -> tuple[str, float] | None:
-    ratio = particles.density[p] / reference_density(matter.eos)
-    speed = float(np.linalg.norm(particles.velocity[p]))
-    stress = particles.pressure[p] + particles.viscosity[p] + particles.deviator[p].sum()
-    stress += particles.plastic_strain[p] + particles.temperature[p]
-    place = particles.position[p].sum()
-    checks = (
-        ("density", limits.thinnest < ratio < limits.densest, particles.density[p]),
-        ("specific internal energy", abs(particles.energy[p]) < limits.energy, particles.energy[p]),
-        ("pressure", math.isfinite(stress), particles.pressure[p]),
+def unphysical(problem: Problem, limits: StateLimits, particles: Particles, body: np.ndarray) -> np.ndarray:
+    """Indices of all particles that are unphysical, ascending."""
+    beyond = np.zeros(body.size, bool)
+    for number, each in enumerate(problem.bodies):
+        mine = np.flatnonzero((body == number) & (particles.mass > 0.0))
+        for _, physical, _ in _checks(each.matter, limits, particles, mine):
+            beyond[mine[~physical]] = True
+    return np.flatnonzero(beyond)
+
+
+def _checks(
+    matter: Matter, limits: StateLimits, particles: Particles, index: np.ndarray
+) -> tuple[tuple[str, np.ndarray, np.ndarray], ...]:
+    """Each quantity of some particles that has limits: its name, whether it is within them, and its values."""
+    density, energy, pressure = (getattr(particles, name)[index] for name in ("density", "energy", "pressure"))
+    ratio = density / reference_density(matter.eos)
+    speed = np.linalg.norm(particles.velocity[index], axis=1)
+    stress = pressure + particles.viscosity[index] + particles.deviator[index].sum(axis=1)
+    stress += particles.plastic_strain[index] + particles.temperature[index]
+    place = particles.position[index].sum(axis=1)
+    return (
+        ("density", (limits.thinnest < ratio) & (ratio < limits.densest), density),
+        ("specific internal energy", np.abs(energy) < limits.energy, energy),
+        ("pressure", np.isfinite(stress), pressure),
         ("speed", speed < limits.speed, speed),
-        ("position", math.isfinite(place), place),
+        ("position", np.isfinite(place), place),
     )
-    return next(((quantity, float(value)) for quantity, physical, value in checks if not physical), None)

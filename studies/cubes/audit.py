@@ -64,6 +64,9 @@ AUDIT = (
     ),
     _share("expanding_mass_fraction", meaning="mass whose pressure still drove it apart as it left, over the initial"),
     _share(
+        "discarded_mass_fraction", meaning="mass of stray particles of debris that were discarded, over the initial"
+    ),
+    _share(
         "missed_mass_fraction", meaning="debris that flew past the grid of a shield's wall, over projectile and bumpers"
     ),
     _share(
@@ -88,6 +91,7 @@ AUDIT = (
     AuditNumber("unstable", "1", "states whose pressure falls with density"),
     AuditNumber("failed", "1", "particles that failed for good"),
     AuditNumber("reflected", "1", "particles turned back at a wall"),
+    AuditNumber("discarded", "1", "stray particles of debris whose state was unphysical, and that were discarded"),
 )
 
 

@@ -42,6 +42,7 @@ RUN_FLAGS = (
     "below_zero_kelvin",
     "beyond_hugoniot",
     "lost_particles",
+    "discarded_particles",
 )
 IN_RANGE = ("outside_range", "inside_range")
 VERDICT_WORDS = tuple(verdict.replace(" ", "_") for verdict in VERDICTS)

@@ -350,6 +350,7 @@ def _numbers(observer: RunObserver, outcome: Outcome) -> dict[str, float]:
         "outflow_mass_fraction": audit.outflow_mass,
         "outflow_energy_fraction": audit.outflow_energy,
         "expanding_mass_fraction": audit.expanding_mass,
+        "discarded_mass_fraction": audit.discarded_mass,
         "load_work": 2.0 * math.pi / observer.setting.sector * audit.exchanged.worked,
         "hottest_energy_share": audit.hottest_energy_share,
         "largest_speed": audit.largest_speed,
@@ -385,6 +386,8 @@ def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tu
         flags.append("runaway_particles")
     if numbers["expanding_mass_fraction"] > EXPANDING_FLAG:
         flags.append("still_expanding")
+    if numbers["discarded"] > 0.0:
+        flags.append("discarded_particles")
     flags += [name for name in ("below_zero_kelvin", "beyond_hugoniot") if numbers[name] > 0.0]
     return tuple(flags)
 

@@ -8,10 +8,15 @@ import pytest
 
 from docs.pages import simulated_shields
 from docs.pages.shield_series import THREE, runs_of, series, told
-from studies.cases.rows import Row, equal, reported
+from solver.grid.strays import MOST_DISCARDED
+from studies import materials
+from studies.cases.rows import Row, at_least, at_most, equal, reported
 from studies.observations.shields import joined
+from studies.runs.execution import execute
+from studies.runs.run import resolve
 
 QUICK = 20.0  # s, of a run: those that are computed anew
+ENERGY_DRIFT = 1e-12  # relative: kept to round-off
 
 
 @pytest.mark.parametrize(
@@ -44,6 +49,30 @@ def test_simulation__tells_the_outcome_of_each_shot(name: str, tmp_path: Path, c
         says, why = told(runs)
         behind = f"{1e3 * shot.projectile_diameter:g} mm behind {1e3 * shot.bumper_thickness:.3g} mm"
         compared(equal(f"{behind}: wall{f' ({why})' if why else ''}", expected=shot.outcome, got=says))
+
+
+# Runs of drawn shots in which particles are discarded: grid, failure and number.
+STRAYS = [(1.0, "johnson-cook", 17), (1.0, "johnson-cook", 44), (1.0, "void-growth", 48)]
+
+
+@pytest.mark.claim("mend", "strays", minutes=15.0)
+@pytest.mark.parametrize(("grid", "failure", "number"), STRAYS)
+def test_strays__of_drawn_shots_end_no_run(
+    grid: float, failure: str, number: int, tmp_path: Path, compared: Callable[[Row], None]
+) -> None:
+    """Drawn shots that died of single particles with 1e9 J/kg run to their ends, and these are counted."""
+    shot = simulated_shields.drawn()[number]
+    roles = {role: materials.load(str(name)) for role, name in simulated_shields.materials_of(shot).items()}
+    run = resolve("whipple_shield", simulated_shields.parameters_of(shot, failure, grid), roles)
+    result = execute(run, tmp_path, threads=1)
+    where = f"shot {number}, failure {failure}"
+    compared(equal(f"{where}: state", expected="succeeded", got=result.state))
+    compared(at_least(f"{where}: discarded particles", limit=1.0, got=result.numbers["discarded"]))
+    compared(equal(f"{where}: flagged", expected=True, got="discarded_particles" in result.flags))
+    compared(
+        at_most(f"{where}: discarded mass, of all", limit=MOST_DISCARDED, got=result.numbers["discarded_mass_fraction"])
+    )
+    compared(at_most(f"{where}: energy drift", limit=ENERGY_DRIFT, got=abs(result.numbers["largest_energy_drift"])))
 
 
 @pytest.mark.claim("shields", "drawn-shots", minutes=6.0)

@@ -32,6 +32,7 @@ from tests.solver.test_coupling import bar, pressing
 from tests.solver.test_fem import problem_of, squeezing
 from tests.solver.test_flight import arriving
 from tests.solver.test_sph import REPELLING, impact
+from tests.solver.test_strays import closing
 
 END = 6e-6  # s: more than two reorderings of the arrays
 INTERVAL = END / 7.0  # does not hit END, so that the last observation is an extra one
@@ -87,6 +88,7 @@ PROBLEMS: dict[str, tuple[Callable[[], Problem], Callable[[Any], float]]] = {
     "loaded": (lambda: blocks(gravity=GRAVITY), lambda run: abs(run.worked)),
     "retired": (with_debris, lambda run: run.departed.mass.size),
     "arrivals": (arriving, lambda run: run.arrived),
+    "discarded": (lambda: closing("axisymmetric", end_time=2e-6), lambda run: run.ledger.discarded),
     "smoothed": (lambda: impact(smoothing=REPELLING, **SHORT), lambda run: run.stepper.before[0]),
     "elements": (lambda: problem_of(Hexahedron(), squeezing, **SHORT), lambda run: run.stepper.before[0]),
     "elements, four points": (
