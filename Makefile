@@ -27,7 +27,7 @@ help:
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
 	@echo "make soak [SEED=n]      what the queue says about itself, with other kills each time: half an hour and more"
 	@echo "make bench [JSON=file]  measure speed (docs/speed.md); never part of pass or fail"
-	@echo "make map                print what imports what and where there is too much, and write docs/house.md"
+	@echo "make map                print what imports what, and write docs/house.md"
 	@echo "make release VERSION=n  version, changelog and citation, wheel, image and tag of a release"
 	@echo "make clean              remove the environment, caches and the demo's results"
 

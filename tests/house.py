@@ -1,8 +1,7 @@
 """The map of the house: ``make map`` prints it, draws docs/house.svg, and writes docs/house.md.
 
 A room is a module or folder directly inside a folder, an arrow an import between two rooms of it. The floor of a room
-is one above the highest that it imports; rooms that import one another in a circle have none. A registry is a folder
-whose modules are entries of one kind (``solver.registry``), as many as there are.
+is one above the highest that it imports; rooms that import one another in a circle have none.
 """
 
 import ast
@@ -12,7 +11,7 @@ import sys
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
-from functools import cache, cached_property
+from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from itertools import pairwise
 from pathlib import Path
@@ -22,8 +21,6 @@ import grimp
 ROOT = Path(__file__).parents[1]
 PACKAGES = ("service", "studies", "solver")
 PICTURE, PAGE = ROOT / "docs" / "house.svg", ROOT / "docs" / "house.md"
-ROOMS, ARROWS, FLOORS = 16, 40, 8  # at most, of a folder that is no registry
-TOP_ARROWS = 60  # of a package
 
 
 @dataclass(frozen=True)
@@ -46,24 +43,6 @@ class Folder:
         for room in TopologicalSorter(self._imported).static_order():
             floor[room] = 1 + max((floor[below] for below in self._imported[room]), default=-1)
         return [sorted(room for room in floor if floor[room] == level) for level in range(max(floor.values()) + 1)]
-
-    @property
-    def is_registry(self) -> bool:
-        return self.name in _registries()
-
-    def excess(self) -> list[str]:
-        """What there is too much of."""
-        found = [f"circle {' -> '.join(self.circle)}"] if self.circle else []
-        if not self.is_registry:
-            floors = 0 if self.circle else len(self.floors)
-            arrows = TOP_ARROWS if self.name in PACKAGES else ARROWS
-            figures = (
-                ("rooms", len(self.rooms), ROOMS),
-                ("arrows", len(self.arrows), arrows),
-                ("floors", floors, FLOORS),
-            )
-            found += [f"{count} {word}, at most {limit}" for word, count, limit in figures if count > limit]
-        return found
 
     @cached_property
     def _imported(self) -> dict[str, set[str]]:
@@ -118,18 +97,6 @@ def circles(imported: Mapping[str, set[str]]) -> Iterator[list[str]]:
 def _room(folder: str, module: str) -> str:
     """The room of a folder in which a module lies; empty for one outside, and for the folder itself."""
     return module.removeprefix(f"{folder}.").split(".")[0] if module.startswith(f"{folder}.") else ""
-
-
-@cache
-def _registries() -> set[str]:
-    """Folders whose entries somebody asks for."""
-    found = set()
-    for file in _files():
-        text = file.read_text()
-        found |= set(re.findall(r'"((?:service|studies|solver)[\w.]*)", "[A-Z]+"', text))
-        if "entries(__name__" in text:
-            found.add(".".join(file.parent.relative_to(ROOT).parts))
-    return found
 
 
 def _files() -> Iterator[Path]:
@@ -256,8 +223,8 @@ def main() -> None:
             print(f"  floor {level}: " + ", ".join(f"{room} ({_lines(folder.name, room)})" for room in floor))
     print(f"tests: {lines_under(ROOT / 'tests')} lines")
     for folder in whole.folders():
-        for excess in folder.excess():
-            print(f"too much in {folder.name}: {excess}")
+        if folder.circle:
+            print(f"circle in {folder.name}: {' -> '.join(folder.circle)}")
     for circle in whole.circles():
         print(f"circle of files: {' -> '.join(circle)}")
     for name, files in names_defined_twice().items():

@@ -37,12 +37,12 @@ def test_picture_and_page__are_what_make_map_writes() -> None:
     assert house.PAGE.read_text(encoding="utf-8") == house.page(packages), "make map"
 
 
-@pytest.mark.claim("house", "rooms", minutes=0.1)
-def test_folders__are_small_and_without_circles(compared: Callable[..., None]) -> None:
-    """Every folder that is no registry has few rooms, few imports between them and few floors; no files a circle."""
+@pytest.mark.claim("house", "circles", minutes=0.1)
+def test_folders__are_without_circles(compared: Callable[..., None]) -> None:
+    """No rooms of a folder and no files import one another in a circle."""
     whole = house.house()
     for folder in whole.folders():
-        compared(equal(f"{folder.name}: too much", expected=[], got=folder.excess()))
+        compared(equal(f"{folder.name}: rooms in a circle", expected=[], got=folder.circle))
     compared(equal("circles of files", expected=[], got=whole.circles()))
 
 

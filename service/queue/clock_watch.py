@@ -8,7 +8,7 @@ from collections.abc import Callable
 from contextlib import suppress
 from datetime import UTC, datetime, timedelta
 
-from service.records.clock import DAY, ClockHistory, Reading, read_clocks
+from service.records.clock import DAY, ClockHistory, ClockReading, read_clocks
 from service.records.jobs import StoreUnavailable
 from service.settings import Settings
 from service.store import Store
@@ -21,7 +21,7 @@ NOTE_SECONDS = 60.0  # between two notes of a clock that runs steadily
 class ClockWatch:
     """Reads the clocks for the collector, and says and stores what it sees."""
 
-    def __init__(self, settings: Settings, store: Store, read: Callable[[], Reading] = read_clocks):
+    def __init__(self, settings: Settings, store: Store, read: Callable[[], ClockReading] = read_clocks):
         self._store = store
         self._read = read
         limits = (settings.retire_seconds, settings.forget_seconds, settings.retention_days * DAY)
@@ -61,7 +61,7 @@ class ClockWatch:
     def _note(self, change: Callable[[ClockHistory | None], ClockHistory]) -> None:
         self._history = self._store.retention.note_clock_history(change)
 
-    def _seen(self, history: ClockHistory | None, reading: Reading) -> ClockHistory:
+    def _seen(self, history: ClockHistory | None, reading: ClockReading) -> ClockHistory:
         """The history with a reading, and with the pause that follows from it."""
         return ClockHistory(reading) if history is None else history.seen(reading).with_pause(self._longest)
 

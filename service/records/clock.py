@@ -29,7 +29,7 @@ BOOT_ID = Path("/proc/sys/kernel/random/boot_id")
 TRUST = "`whipple retention --trust-clock`"
 
 
-class Reading(NamedTuple):
+class ClockReading(NamedTuple):
     """Two clocks at one moment."""
 
     wall: float  # seconds since the epoch
@@ -48,7 +48,7 @@ class Segment(NamedTuple):
 class ClockHistory:
     """The jumps of the wall clock that were seen, and what was deleted by age lately."""
 
-    reading: Reading  # the last one; small steps are left out of it until they add up to a jump
+    reading: ClockReading  # the last one; small steps are left out of it until they add up to a jump
     observed: float = 0.0  # seconds that were seen to pass, over all boots
     segments: tuple[Segment, ...] = (Segment(0.0, 0.0),)
     stop: float | None = None  # ``observed`` at the last long stop
@@ -59,13 +59,13 @@ class ClockHistory:
     def from_json(cls, plain: Mapping[str, Any]) -> Self:
         """The history that ``as_json`` wrote."""
         segments = tuple(Segment(*each) for each in plain["segments"])
-        return cls(**{**plain, "reading": Reading(*plain["reading"]), "segments": segments})
+        return cls(**{**plain, "reading": ClockReading(*plain["reading"]), "segments": segments})
 
     def as_json(self) -> dict[str, Any]:
         """The history as plain objects."""
         return asdict(self)
 
-    def seen(self, reading: Reading) -> Self:
+    def seen(self, reading: ClockReading) -> Self:
         """The history once the clocks were read again."""
         passed = reading.wall - self.reading.wall
         if reading.boot == self.reading.boot:
@@ -136,10 +136,10 @@ class ClockHistory:
         return replace(self, segments=segments)
 
 
-def read_clocks() -> Reading:
+def read_clocks() -> ClockReading:
     """Both clocks, now."""
     running = time.clock_gettime(time.CLOCK_BOOTTIME) if hasattr(time, "CLOCK_BOOTTIME") else time.monotonic()
-    return Reading(time.time(), running, _boot())
+    return ClockReading(time.time(), running, _boot())
 
 
 @cache

@@ -7,10 +7,10 @@ from studies.cubes import limits
 from studies.cubes.cells import MISSING, Results
 from studies.runs.results import RunResult
 
-Places = Iterable[tuple[Mapping[str, Any], str]]  # the coordinates of each point, and the id of its run then
+PointsOfRuns = Iterable[tuple[Mapping[str, Any], str]]  # the coordinates of each point, and the id of its run then
 
 
-def by_present_ids(sweep: Any, results: Results, places: Places) -> Results:
+def by_present_ids(sweep: Any, results: Results, places: PointsOfRuns) -> Results:
     """The results by the ids of this version too; each keeps that of its run.
 
     The values that a search tried follow from the results, a step at a time.

@@ -42,7 +42,7 @@ UNKNOWN_ALLOY = " of unknown alloy"  # behind the metal, in place of the name of
 OUTCOMES = ("perforated", "failed")  # ends of the names of quantities that say yes (1) or no (0)
 OF_SIZES = ("m", "m3")  # units of sizes, of which none is 0
 
-Bounds = tuple[float | None, float | None]  # SI, of a range; None where it is open
+RangeBounds = tuple[float | None, float | None]  # SI, of a range; None where it is open
 
 
 @dataclass(frozen=True)
@@ -57,7 +57,7 @@ class Observation:
     parameters: Mapping[str, Value] = field(default_factory=dict)
     confidence: str = ""  # how well the number is known to be the source's
     note: str = ""
-    bounds: Bounds | None = None  # of what was published as a range alone
+    bounds: RangeBounds | None = None  # of what was published as a range alone
 
     def document(self, allowed: "AllowedNames") -> dict[str, Any]:
         """The shot as a row that ``read_observations`` reads as itself."""
@@ -107,7 +107,7 @@ def written(value: Value, unit: str | None) -> Any:
     return readable(float(value), unit)
 
 
-def written_bounds(bounds: Bounds, unit: str) -> str:
+def written_bounds(bounds: RangeBounds, unit: str) -> str:
     """A range as a person writes it, and as ``read_observations`` reads it.
 
     >>> written_bounds((0.0275, 0.0345), "m"), written_bounds((0.0183, None), "m")
@@ -261,7 +261,7 @@ def _text(name: str, cell: _Cell | None) -> str:
 
 def _size(
     quantity: str, cell: _Cell, beside: _Cell | None, unit: str
-) -> tuple[float | None, float | None, Bounds | None, str] | None:
+) -> tuple[float | None, float | None, RangeBounds | None, str] | None:
     """Value, uncertainty, bounds and a note of a measured quantity; None where nothing was measured.
 
     The uncertainty stands in the cell or in the column ``beside`` it. One that is about a number ("~6.7") has none but

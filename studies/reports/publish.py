@@ -14,7 +14,7 @@ import xarray as xr
 from studies.cubes import cube
 from studies.cubes.catalogue import Catalogue
 from studies.cubes.cells import Results, results_of
-from studies.cubes.older import Places, by_present_ids
+from studies.cubes.older import PointsOfRuns, by_present_ids
 from studies.cubes.reading import open_cube
 from studies.cubes.runs_table import runs_csv
 from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
@@ -26,7 +26,7 @@ def publish(
     outcomes: Mapping[str, Mapping[str, Any]],
     directory: Path | str,
     sections: Mapping[str, Path] | None = None,
-    places: Places | None = None,
+    places: PointsOfRuns | None = None,
 ) -> dict[str, str]:
     """Write ``cube.nc``, ``runs.csv``, ``runs-all.csv``, ``report.html``, ``report.json`` into a folder; paths by name.
 

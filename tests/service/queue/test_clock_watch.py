@@ -8,18 +8,18 @@ from service.files.disk_space import Space
 from service.queue.clock_watch import ClockWatch
 from service.queue.garbage_collection import GarbageCollector
 from service.records import clock as rules
-from service.records.clock import DAY, HOUR, ClockHistory, Reading
+from service.records.clock import DAY, HOUR, ClockHistory, ClockReading
 from tests.service.support.fakes import runs_of
 from tests.service.support.harness import Harness, open_harness
 
 LIMIT = 30 * DAY
-BEGIN = Reading(wall=1.8e9, running=1000.0, boot="first")
+BEGIN = ClockReading(wall=1.8e9, running=1000.0, boot="first")
 
 
-def later(reading: Reading, seconds: float, *, jump: float = 0.0, boot: str | None = None) -> Reading:
+def later(reading: ClockReading, seconds: float, *, jump: float = 0.0, boot: str | None = None) -> ClockReading:
     """The clocks so many seconds later, after a jump of the wall clock, or a start of the machine."""
     running = reading.running + seconds if boot is None else 10.0
-    return Reading(reading.wall + seconds + jump, running, boot or reading.boot)
+    return ClockReading(reading.wall + seconds + jump, running, boot or reading.boot)
 
 
 def history_of(*steps: tuple[float, float] | tuple[float, float, str]) -> ClockHistory:
@@ -74,7 +74,7 @@ class Clocks:
     def __init__(self) -> None:
         self.now = rules.read_clocks()
 
-    def __call__(self) -> Reading:
+    def __call__(self) -> ClockReading:
         return self.now
 
     def move(self, seconds: float, *, jump: float = 0.0) -> None:
