@@ -135,9 +135,11 @@ def expanded(document: Any, posted: Posted) -> ExpandedSweep:
         estimates.append(estimate(run))
         return estimates[-1].core_seconds
 
-    sweep = expand(_sweep(document, posted), cost)
+    checked = _sweep(document, posted)
+    sweep = expand(checked, cost)
     memory = max((each.memory for each in estimates), default=0)
-    return replace(sweep, memory=memory, bytes=sum(each.bytes for each in estimates))
+    warnings = tuple(warnings_of(checked))
+    return replace(sweep, memory=memory, bytes=sum(each.bytes for each in estimates), warnings=warnings)
 
 
 def longer(change: Any, posted: Posted) -> ExpandedSweep:
