@@ -31,6 +31,9 @@ class Described:
     # Whether the field acts beside the others of its record and on its resolved ``materials``; where it does not, it is
     # no part of the identity.
     acts: Callable[[Any], bool] | None = None
+    # What solids that impacts are about have, in SI: a value beyond is allowed and doubted. Zero where the minimum is
+    # zero is matter that goes without.
+    usual: tuple[float, float] | None = None
 
 
 @dataclass(frozen=True)

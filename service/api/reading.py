@@ -146,7 +146,8 @@ def _expanded(checked: Sweep) -> ExpandedSweep:
 
     sweep = expand(checked, cost)
     memory = max((each.memory for each in estimates), default=0)
-    return replace(sweep, memory=memory, bytes=sum(each.bytes for each in estimates))
+    warnings = tuple(warnings_of(checked))
+    return replace(sweep, memory=memory, bytes=sum(each.bytes for each in estimates), warnings=warnings)
 
 
 def longer(change: Any, posted: Posted) -> ExpandedSweep:

@@ -6,7 +6,7 @@ Models are made from records of the store and of the studies; only links are add
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
 from datetime import datetime
-from typing import Any, Generic, TypeVar
+from typing import Any, Generic, Self, TypeVar
 
 from pydantic import BaseModel, ConfigDict, Field
 from pydantic.json_schema import models_json_schema
@@ -98,7 +98,7 @@ class SweepModel(SweepStatus):
     links: Mapping[str, str]
 
     @classmethod
-    def of(cls, row: SweepStatus, files: Iterable[str] | None = None) -> "SweepModel":
+    def of(cls, row: SweepStatus, files: Iterable[str] | None = None) -> Self:
         """A sweep with its links; without ``files``, to those that its state implies."""
         if files is None:
             files = SWEEP_FILES if row.state is SweepState.SUCCEEDED else ()
@@ -108,6 +108,15 @@ class SweepModel(SweepStatus):
         made = [ARCHIVE] if row.is_terminal else []
         names = ("runs", "events", "history", "document", "pin", action, *files, *made)
         return cls(**vars(row), links={"self": here, **{name: f"{here}/{name}" for name in names}})
+
+
+@dataclass(frozen=True)
+class AcceptedSweepModel(SweepModel):
+    """A sweep that was accepted, and what is doubtful about it."""
+
+    warnings: tuple[str, ...] = field(
+        default=(), metadata=described("Doubts about points and constants that are allowed and hardly useful")
+    )
 
 
 class SweepChange(BaseModel):
@@ -159,7 +168,7 @@ class EstimateModel(Answer):
     bytes: int = Field(description="Size of the results")
     memory: int = Field(description="Memory of the largest run's process, bytes")
     is_measured: bool = Field(description="Whether the times are measured here for this scenario")
-    warnings: list[str] = Field(description="Doubts about points that are allowed and hardly useful")
+    warnings: list[str] = Field(description="Doubts about points and constants that are allowed and hardly useful")
     presets: list[PresetModel] = Field(description="Cost of the sweep at each `accuracy`")
 
 

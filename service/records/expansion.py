@@ -41,6 +41,7 @@ class ExpandedSweep:
     points: tuple[ExpandedPoint, ...]
     memory: int = 0  # bytes that its largest run needs, estimated
     bytes: int = 0  # of the files of all runs, estimated
+    warnings: tuple[str, ...] = ()  # doubts about its points and constants
 
     @property
     def digest(self) -> str:

@@ -62,26 +62,34 @@ class Constant:
 class Stiffness:
     """Small-strain stiffness."""
 
-    shear_modulus: Annotated[Pascal, Described("shear modulus", 1e5, 1e13)]
-    bulk_modulus: Annotated[Pascal, Described("bulk modulus", 1e5, 1e13)]
+    shear_modulus: Annotated[Pascal, Described("shear modulus", 1e5, 1e13, usual=(1e8, 6e11))]
+    bulk_modulus: Annotated[Pascal, Described("bulk modulus", 1e5, 1e13, usual=(1e9, 6e11))]
 
 
 @dataclass(frozen=True)
 class Thermal:
     """Heat: temperature follows the internal energy."""
 
-    heat_capacity: Annotated[JoulePerKilogramKelvin, Described("heat capacity", 1.0, 1e5)]
-    melt_temperature: Annotated[Kelvin | None, Described("melting point", 100.0, 1e4)]
-    room_temperature: Annotated[Kelvin, Described("initial temperature", 1.0, 5e3), Below("melt_temperature")]
-    latent_heat_of_fusion: Annotated[JoulePerKilogram | None, Described("latent heat of fusion", 1e3, 1e7)] = None
+    heat_capacity: Annotated[JoulePerKilogramKelvin, Described("heat capacity", 1.0, 1e5, usual=(100.0, 2500.0))]
+    melt_temperature: Annotated[Kelvin | None, Described("melting point", 100.0, 1e4, usual=(200.0, 4500.0))]
+    room_temperature: Annotated[
+        Kelvin, Described("initial temperature", 1.0, 5e3, usual=(4.0, 2000.0)), Below("melt_temperature")
+    ]
+    latent_heat_of_fusion: Annotated[
+        JoulePerKilogram | None, Described("latent heat of fusion", 1e3, 1e7, usual=(1e4, 2e6))
+    ] = None
     # Without it the melting point is the same at every density.
     melting_slope: Annotated[
-        Dimensionless | None, Described("rise of the melting point with density, a of Lindemann's rule", 0.01, 10.0)
+        Dimensionless | None,
+        Described("rise of the melting point with density, a of Lindemann's rule", 0.01, 10.0, usual=(0.5, 4.0)),
     ] = None
     melting_density: Annotated[
         Dimensionless | None,
         Described(
-            "density of the melting point over that at rest; by default that of matter melting at 1 bar", 0.5, 2.0
+            "density of the melting point over that at rest; by default that of matter melting at 1 bar",
+            0.5,
+            2.0,
+            usual=(0.7, 1.3),
         ),
     ] = None
 
@@ -90,12 +98,16 @@ class Thermal:
 class Tension:
     """Tension that the material bears: as a whole, at the tip of a crack, and as a liquid."""
 
-    spall_strength: Annotated[Pascal | None, Described("spall strength", 0.0, 1e12)]
+    spall_strength: Annotated[Pascal | None, Described("spall strength", 0.0, 1e12, usual=(1e6, 2e10))]
     fracture_toughness: Annotated[
-        float | None, Unit("Pa m0.5"), Described("fracture toughness, for the size of fragments", 1e4, 1e9)
+        float | None,
+        Unit("Pa m0.5"),
+        Described("fracture toughness, for the size of fragments", 1e4, 1e9, usual=(1e5, 4e8)),
     ] = None
     surface_tension: Annotated[
-        float | None, Unit("N m-1"), Described("surface tension of the liquid, for the size of its drops", 1e-3, 10.0)
+        float | None,
+        Unit("N m-1"),
+        Described("surface tension of the liquid, for the size of its drops", 1e-3, 10.0, usual=(0.01, 3.0)),
     ] = None
 
 
@@ -103,16 +115,20 @@ class Tension:
 class FractureStrain:
     """Johnson and Cook's fracture strain and damage (``matter/failure/johnson_cook.py``): all numbers, or none."""
 
-    D1: Annotated[Dimensionless | None, Described("fracture strain D1", -10.0, 10.0)] = None
-    D2: Annotated[Dimensionless | None, Described("fracture strain D2", -100.0, 100.0)] = None
-    D3: Annotated[Dimensionless | None, Described("fracture strain D3", -100.0, 100.0)] = None
-    D4: Annotated[Dimensionless | None, Described("fracture strain D4", -1.0, 1.0)] = None
-    D5: Annotated[Dimensionless | None, Described("fracture strain D5", -100.0, 100.0)] = None
+    D1: Annotated[Dimensionless | None, Described("fracture strain D1", -10.0, 10.0, usual=(-3.0, 3.0))] = None
+    D2: Annotated[Dimensionless | None, Described("fracture strain D2", -100.0, 100.0, usual=(0.0, 20.0))] = None
+    D3: Annotated[Dimensionless | None, Described("fracture strain D3", -100.0, 100.0, usual=(-10.0, 0.0))] = None
+    D4: Annotated[Dimensionless | None, Described("fracture strain D4", -1.0, 1.0, usual=(-0.05, 0.1))] = None
+    D5: Annotated[Dimensionless | None, Described("fracture strain D5", -100.0, 100.0, usual=(-1.0, 10.0))] = None
     reference_rate: Annotated[
-        PerSecond | None, Described("reference strain rate of the fracture strain", 1e-9, 1e9)
+        PerSecond | None, Described("reference strain rate of the fracture strain", 1e-9, 1e9, usual=(1e-6, 1e5))
     ] = None
-    critical_damage: Annotated[Dimensionless | None, Described("damage at which matter fails", 0.0, 1.0)] = None
-    threshold: Annotated[Dimensionless | None, Described("plastic strain from which on damage grows", 0.0, 10.0)] = None
+    critical_damage: Annotated[
+        Dimensionless | None, Described("damage at which matter fails", 0.0, 1.0, usual=(0.05, 1.0))
+    ] = None
+    threshold: Annotated[
+        Dimensionless | None, Described("plastic strain from which on damage grows", 0.0, 10.0, usual=(0.0, 0.5))
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -122,15 +138,22 @@ class SpallStrength:
     The voids are those of ``matter/failure/void_growth.py``, which a material may go without.
     """
 
-    strength: Annotated[Pascal | None, Described("spall strength at the strain rate of its source", 1e3, 1e12)] = None
-    strain_rate: Annotated[PerSecond | None, Described("strain rate of the spall strength", 1.0, 1e12)] = None
+    strength: Annotated[
+        Pascal | None, Described("spall strength at the strain rate of its source", 1e3, 1e12, usual=(1e7, 2e10))
+    ] = None
+    strain_rate: Annotated[
+        PerSecond | None, Described("strain rate of the spall strength", 1.0, 1e12, usual=(1e2, 1e9))
+    ] = None
     exponent: Annotated[
-        Dimensionless | None, Described("power of the strain rate in the spall strength", 0.01, 1.0)
+        Dimensionless | None, Described("power of the strain rate in the spall strength", 0.01, 1.0, usual=(0.05, 0.6))
     ] = None
     dilute_voids: Annotated[
-        Dimensionless | None, Described("void fraction up to which voids grow as if alone", 1e-9, 0.1)
+        Dimensionless | None,
+        Described("void fraction up to which voids grow as if alone", 1e-9, 0.1, usual=(1e-6, 0.05)),
     ] = None
-    coalescence: Annotated[Dimensionless | None, Described("void fraction at which voids link", 1e-3, 0.9)] = None
+    coalescence: Annotated[
+        Dimensionless | None, Described("void fraction at which voids link", 1e-3, 0.9, usual=(0.01, 0.7))
+    ] = None
 
 
 @dataclass(frozen=True)
@@ -194,15 +217,17 @@ class YieldStress:
     """A published yield stress, with which laws are evaluated."""
 
     label: str  # short, unique within the material: "Y = 240 MPa"
-    value: Annotated[Pascal, Described("yield stress", 1e3, 1e12)]
+    value: Annotated[Pascal, Described("yield stress", 1e3, 1e12, usual=(1e6, 5e9))]
 
 
 @dataclass(frozen=True)
 class Scalars:
     """The numbers of a material that belong to no section."""
 
-    density: Annotated[KilogramPerCubicMetre, Described("density", 1.0, 3e4)]
-    brinell_hardness: Annotated[Dimensionless | None, Described("Brinell hardness number", 0.1, 2e3)] = None
+    density: Annotated[KilogramPerCubicMetre, Described("density", 1.0, 3e4, usual=(500.0, 23e3))]
+    brinell_hardness: Annotated[
+        Dimensionless | None, Described("Brinell hardness number", 0.1, 2e3, usual=(1.0, 1000.0))
+    ] = None
 
 
 TEXTS = ("name", "title", "family", "alloy")
@@ -296,6 +321,18 @@ class Material:
         for section in SECTIONS:
             for name, mark in marked(self._record(section), Below).items():
                 yield f"{section}.{name}", f"{section}.{mark.field}", mark.or_equal
+
+    def usual(self) -> Iterator[tuple[str, Described]]:
+        """Paths of constants of which a usual range is known, and what is known of each."""
+        records = {"": Scalars, **{f"{section}.": self._record(section) for section in SECTIONS}}
+        for section, record in records.items():
+            for name, about in marked(record, Described).items():
+                if about.usual is not None:
+                    yield section + name, about
+
+    def constant(self, path: str) -> float | None:
+        """The constant at a dotted path of the schema, also one that nothing of this material takes."""
+        return self._value(path)
 
     def resolved(self) -> dict[str, Any]:
         """The material as plain nested values, as a run stores it. Sources stay behind."""

@@ -8,6 +8,7 @@ import json
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
@@ -33,6 +34,7 @@ from studies.cubes.points import (
 from studies.cubes.reading import finite
 from studies.cubes.variable import Variable, variable_name
 from studies.cubes.variables import STATES
+from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.compare import Comparison, published_shots
 from studies.reports.figures import Figure, figures, fragment_sizes
@@ -45,8 +47,10 @@ from studies.reports.limits.shield_verdict import ShieldTerms, verdict_on_equati
 from studies.reports.methods import methods_of
 from studies.reports.pictures import pictures_of
 from studies.reports.verdict import openings
-from studies.sweeps.reading import OFFSET, RESOLUTION
+from studies.sweeps.reading import ACCEPTED, OFFSET, RESOLUTION
 from studies.sweeps.screening import CONTRIBUTIONS
+from studies.sweeps.sweep import Sweep
+from studies.sweeps.warnings import doubtful_constants
 
 REPORT_VERSION = 13
 
@@ -92,6 +96,7 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
         "headline": "",
         "verdict": compared.pop("verdict"),
         "overview": _overview(runs),
+        "doubts": _doubts(dataset),
         "mesh": _mesh(dataset),
         "axes": [_axis(dataset, name) for name in axes_of(points)],
         "refinements": [_axis(dataset, name) for name in refinements_of(dataset)],
@@ -120,6 +125,13 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
     report["headline"] = _headline(report)
     shortened: dict[str, Any] = with_short_texts(report, short_texts(dataset))
     return shortened
+
+
+def _doubts(dataset: xr.Dataset) -> list[str]:
+    """Doubts about the constants of a sweep; none of a sweep of another version."""
+    with suppress(InvalidInput):
+        return list(doubtful_constants(Sweep.parse(json.loads(dataset.attrs["sweep"]), ACCEPTED)))
+    return []
 
 
 def every_figure(dataset: xr.Dataset, comparison: Comparison) -> list[Figure]:

@@ -9,6 +9,7 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from typing import TYPE_CHECKING, Any
 
+from solver.units import Described
 from studies import materials as shipped
 from studies import scenarios
 from studies.materials import Material
@@ -16,7 +17,7 @@ from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
 from studies.quantities.findings import Finding, InvalidInput, refusal
 from studies.quantities.numerical_defaults import FEW_PARTICLES
-from studies.quantities.parameters import Value, declared
+from studies.quantities.parameters import Value, declared, marks
 from studies.quantities.units import round_quantity
 from studies.runs import run
 from studies.sweeps.accuracy import ACCURACY
@@ -281,6 +282,27 @@ class Sweep:
             return longer
         axes = (replace(a, values=tuple(sorted(a.values, key=_by_size))) if a.name == name else a for a in longer.axes)
         return replace(longer, axes=tuple(axes))
+
+    def each_constants(self, most: int) -> Iterator[tuple[dict[str, Value], dict[str, Material]]]:
+        """Parameters and materials by role of points that differ in constants; of more than so many, of some.
+
+        Those are even ones and the last. Axes of what is no constant have their first values.
+        """
+        kinds = self.definition.materials
+        chosen = [axis for axis in self.axes if axis.name in kinds or "." in axis.name or axis.name in self._constants]
+        lines = [axis.values for axis in chosen]
+        rows = list(itertools.product(*lines) if self.combine == "grid" else zip(*lines, strict=True)) or [()]
+        some = rows[:: -(-len(rows) // most)]
+        first = {axis.name: axis.values[0] for axis in self.axes}
+        for row in [*some, rows[-1]] if some[-1] is not rows[-1] else some:
+            values = {**self.fixed, **first, **{axis.name: value for axis, value in zip(chosen, row, strict=True)}}
+            yield values, self._materials_at(values)
+
+    @cached_property
+    def _constants(self) -> tuple[str, ...]:
+        """The parameters of the scenario that are constants of matter."""
+        about = marks(self.definition.parameters, Described)
+        return tuple(name for name, mark in about.items() if mark.usual is not None)
 
     def shots(self) -> "Iterator[Shot]":
         """The shot of each point, before it is refined; none where the scenario describes none."""

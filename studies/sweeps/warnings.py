@@ -1,8 +1,15 @@
-"""Warnings about a sweep that is allowed and hardly useful: an impact too slow, a plate that nothing perforates."""
+"""Warnings about a sweep that is allowed and hardly useful: an impact too slow, a plate that nothing perforates.
+
+And about its constants: those that are doubtful (``scenarios/parts/doubts.py``).
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator
 
 from studies import laws
 from studies.laws import Shot
 from studies.quantities.units import readable
+from studies.scenarios.parts.doubts import Doubt, doubts_of, doubts_of_parameters
 from studies.sweeps.sweep import Sweep
 
 # Damage number rho v^2 / Y from which on an impact deforms metal extensively: Johnson (1972), Impact Strength of
@@ -10,6 +17,7 @@ from studies.sweeps.sweep import Sweep
 EXTENSIVE = 10.0
 # A target thicker than three crater depths does not even spall: Gehring, in Cour-Palais (1987).
 NO_SPALL = 3.0
+MOST_LOOKED_AT = 200  # points that differ in constants; each takes half a millisecond
 
 
 def warnings_of(sweep: Sweep) -> list[str]:
@@ -17,7 +25,7 @@ def warnings_of(sweep: Sweep) -> list[str]:
     shots = list(sweep.shots())
     numbers, ratios = [damage_number(shot) for shot in shots], [depths(shot) for shot in shots]
     slow, thick = sum(number < EXTENSIVE for number in numbers), sum(r > NO_SPALL for r in ratios)
-    warnings = []
+    warnings = [*doubtful_constants(sweep)]
     if slow:
         number = min(numbers)
         speed = readable(shots[numbers.index(number)].speed, "m s-1")
@@ -34,6 +42,21 @@ def warnings_of(sweep: Sweep) -> list[str]:
             f"({thick} of {len(shots)} points)"
         )
     return warnings
+
+
+def doubtful_constants(sweep: Sweep) -> Iterator[str]:
+    """A sentence for each constant of a material or a failure that is doubtful at some point, with the first value."""
+    found, looked_at = defaultdict[tuple[str, str], list[Doubt]](list), 0
+    for values, materials in sweep.each_constants(MOST_LOOKED_AT):
+        looked_at += 1
+        for doubt in doubts_of_parameters(sweep.definition.parameters, values):
+            found[doubt.name, ""].append(doubt)
+        for role, material in materials.items():
+            for doubt in doubts_of(material):
+                found[f"{role}.{doubt.name}", material.name].append(doubt)
+    for (name, of), doubts in found.items():
+        where = "" if len(doubts) == looked_at else ", at some points"
+        yield f"{name} = {doubts[0].value}{of and f' of {of}'}{where}: {doubts[0].why}"
 
 
 def damage_number(shot: Shot) -> float:

@@ -1,6 +1,7 @@
 """Every material has a source for each number, and constants that agree."""
 
 import math
+from collections.abc import Iterator
 
 import numpy as np
 import pytest
@@ -8,14 +9,19 @@ from scipy.integrate import solve_ivp
 
 from solver.matter.eos import pressure_terms, temperature
 from solver.matter.failure.johnson_cook import fracture_strain
+from solver.units import Described, marked
 from studies import materials
 from studies.materials import Material
-from studies.materials.schema import CONFIDENCES
-from studies.scenarios.parts.matter import Fracture, check_constants, check_eos, eos_forms, eos_of
+from studies.materials.schema import CONFIDENCES, SECTIONS, Scalars, models
+from studies.quantities.parameters import declared
+from studies.scenarios.parts.doubts import BULK_MODULUS_AGREEMENT, doubts_of
+from studies.scenarios.parts.matter import Fracture, check_constants, check_eos, eos_forms, eos_of, failures
 from tests.contracts.test_eos import shock
 
-# rho0 c0^2 is the bulk modulus at zero pressure; Ma (2005) alone has 3.6 and 3.94 km/s for copper.
-BULK_MODULUS_AGREEMENT = 0.15
+# Each constant of a failure that a sweep gives: parameter, failure, and field of its record.
+FAILURE_CONSTANTS = [
+    (f"failure_{name}", kind, name) for kind, entry in failures().items() for name in declared(entry.record)
+]
 
 # Accuracy of the solver's kept isentrope (solver/matter/eos/_hugoniot.py): of its energy up to the tangent, and in
 # kelvin at the densities of like-on-like shocks up to 10 km/s.
@@ -48,6 +54,42 @@ def test_material__has_constants_that_agree(material: Material) -> None:
     assert math.isclose(from_sound_speed, K, rel_tol=BULK_MODULUS_AGREEMENT)
     assert 0.2 < (3 * K - 2 * G) / (6 * K + 2 * G) < 0.48  # Poisson's ratio of a metal
     assert check_constants({"target": material}) == []
+    assert list(doubts_of(material)) == []
+
+
+def test_material__has_no_failure_at_its_first_slip(material: Material) -> None:
+    given = {parameter: 1e-6 if parameter.endswith("time") else 0.5 for parameter, _, _ in FAILURE_CONSTANTS}
+    for kind in failures():
+        mine = {parameter: given[parameter] for parameter, of, _ in FAILURE_CONSTANTS if of == kind}
+        findings = Fracture(failure=kind, **mine).check({"target": material})
+        assert not [finding for finding in findings if "first slip" in finding.limit]
+
+
+# Coefficients of a fit say nothing one by one.
+OF_A_FIT = {"eos.polynomial": {"C0", "C2", "C3", "C4", "C5", "C6"}}
+
+
+def _records() -> Iterator[tuple[str, type]]:
+    """Each record of constants of matter, with the place of its constants."""
+    yield "", Scalars
+    for section, chosen in SECTIONS.items():
+        if isinstance(chosen, type):
+            yield section, chosen
+        else:
+            yield from ((f"{section}.{kind}", entry.record) for kind, entry in models(section).items())
+    yield from ((f"failure.{kind}", entry.record) for kind, entry in failures().items())
+
+
+@pytest.mark.parametrize(("place", "record"), [*_records()])
+def test_constant__has_bounds_and_a_usual_range_within_them(place: str, record: type) -> None:
+    """Sign and range from its meaning, beside the field; zero where matter goes without."""
+    for name, about in marked(record, Described).items():
+        assert about.minimum is not None
+        assert about.maximum is not None
+        assert (about.usual is None) == (name in OF_A_FIT.get(place, ())), f"{place}.{name} has no usual range"
+        if about.usual is not None:
+            low, high = about.usual
+            assert about.minimum <= low < high <= about.maximum
 
 
 def test_material__states_yield_stresses_for_the_laws(material: Material) -> None:

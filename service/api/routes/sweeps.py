@@ -1,5 +1,6 @@
 """Sweeps: submit, estimate, show, change, cancel, retry, delete."""
 
+from dataclasses import replace
 from typing import Annotated, Any
 
 from fastapi import APIRouter, Query, Request, Response
@@ -20,8 +21,18 @@ from service.api.routes.dependencies import (
     check_priority,
     link_next,
 )
-from service.api.schemas import EstimateModel, PageOf, PointModel, PresetModel, SweepChange, SweepModel, example_sweeps
+from service.api.schemas import (
+    AcceptedSweepModel,
+    EstimateModel,
+    PageOf,
+    PointModel,
+    PresetModel,
+    SweepChange,
+    SweepModel,
+    example_sweeps,
+)
 from service.queue.garbage_collection import forget_lost_states
+from service.records.expansion import ExpandedSweep
 from service.records.jobs import RUN_STATES, State, SweepState
 from service.store import Store
 from service.store.sweeps import Sweeps
@@ -68,14 +79,16 @@ def _links(operations: tuple[str, ...], id: str) -> dict[str, Any]:
 @submitting.post(
     "", status_code=202, openapi_extra=SWEEP_BODY, responses={202: _links(SWEEP_LINKS, "$response.body#/id")}
 )
-def submit_sweep(submission: PostedSubmission, store: AppStore, response: Response) -> SweepModel:
+def submit_sweep(submission: PostedSubmission, store: AppStore, response: Response) -> AcceptedSweepModel:
     """Accept a sweep. Once the response is sent, the sweep is on disk and will be computed.
 
     `reused` of the `planned` runs are computed already, or under way for another sweep; `new` ones were
-    queued. Requests with the same `Idempotency-Key` are accepted once.
+    queued. Requests with the same `Idempotency-Key` are accepted once. `warnings` are those of the estimate.
     """
     sweeps: Sweeps = store.sweeps
-    accepted = SweepModel.of(sweeps.create(submission))
+    checked = submission.sweep
+    warnings = checked.warnings if isinstance(checked, ExpandedSweep) else ()
+    accepted = replace(AcceptedSweepModel.of(sweeps.create(submission)), warnings=warnings)
     response.headers["Location"] = accepted.links["self"]
     response.headers["Retry-After"] = RETRY_AFTER
     return accepted

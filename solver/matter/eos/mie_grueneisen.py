@@ -30,9 +30,9 @@ class MieGrueneisen(NamedTuple):
     """Parameters of the closed form; made by ``mie_grueneisen``."""
 
     density: Density  # rho0
-    c0: Annotated[MetrePerSecond, Described("bulk sound speed", 100.0, 3e4)]
-    s: Annotated[Dimensionless, Described("slope of the Hugoniot", 0.0, 10.0)]
-    gamma0: Annotated[Dimensionless, Described("Grueneisen parameter", 0.0, 10.0)]
+    c0: Annotated[MetrePerSecond, Described("bulk sound speed", 100.0, 3e4, usual=(500.0, 15e3))]
+    s: Annotated[Dimensionless, Described("slope of the Hugoniot", 0.0, 10.0, usual=(0.5, 3.0))]
+    gamma0: Annotated[Dimensionless, Described("Grueneisen parameter", 0.0, 10.0, usual=(0.2, 4.0))]
     heat_capacity: HeatCapacity  # cv
     temperature: RoomTemperature  # of the reference state
     mu_tangent: Dimensionless = 0.0  # compression from which p_H follows its tangent

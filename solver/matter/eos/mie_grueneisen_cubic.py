@@ -28,10 +28,10 @@ class MieGrueneisenCubic(NamedTuple):
     """Parameters of the cubic form; made by ``mie_grueneisen_cubic``."""
 
     density: Density  # rho0
-    c0: Annotated[MetrePerSecond, Described("bulk sound speed", 100.0, 3e4)]
+    c0: Annotated[MetrePerSecond, Described("bulk sound speed", 100.0, 3e4, usual=(500.0, 15e3))]
     # The last term of the cubic is negative for 1/3 < s < 1, and its curve turns down in compression.
-    s: Annotated[Dimensionless, Described("slope of the Hugoniot", 1.0, 10.0)]
-    gamma0: Annotated[Dimensionless, Described("Grueneisen parameter", 0.0, 10.0)]
+    s: Annotated[Dimensionless, Described("slope of the Hugoniot", 1.0, 10.0, usual=(1.0, 3.0))]
+    gamma0: Annotated[Dimensionless, Described("Grueneisen parameter", 0.0, 10.0, usual=(0.2, 4.0))]
     heat_capacity: HeatCapacity  # cv
     temperature: RoomTemperature  # of the reference state
     mu_tangent: Dimensionless = RANGE  # largest compression of the isentrope

@@ -23,7 +23,7 @@ class Polynomial(NamedTuple):
 
     density: Density  # rho0
     C0: Annotated[Pascal, Described("pressure of the reference density without energy", -MOST, MOST)]
-    C1: Annotated[Pascal, Described("coefficient of the compression", -MOST, MOST)]
+    C1: Annotated[Pascal, Described("coefficient of the compression", -MOST, MOST, usual=(1e8, 6e11))]
     C2: Annotated[Pascal, Described("coefficient of the squared compression", -MOST, MOST)]
     C3: Annotated[Pascal, Described("coefficient of the cubed compression", -MOST, MOST)]
     C4: Annotated[Dimensionless, Described("coefficient of the energy", -100.0, 100.0)]

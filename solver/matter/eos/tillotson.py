@@ -58,15 +58,17 @@ class Tillotson(NamedTuple):
     """Parameters of the form; made by ``tillotson``."""
 
     density: Density  # rho0
-    a: Annotated[Dimensionless, Described("Grueneisen parameter of the vapour", 0.01, 10.0)]
-    b: Annotated[Dimensionless, Described("additional Grueneisen parameter of the cold solid", 0.0, 10.0)]
-    A: Annotated[Pascal, Described("bulk modulus", 1e5, 1e13)]
-    B: Annotated[Pascal, Described("stiffening with compression", 0.0, 1e13)]
-    e0: Annotated[JoulePerKilogram, Described("energy that halves b", 1e3, 1e9)]
-    e_iv: Annotated[JoulePerKilogram, Described("incipient vaporisation", 1e3, 1e9), Below("e_cv")]
-    e_cv: Annotated[JoulePerKilogram, Described("complete vaporisation", 1e3, 1e9)]
-    alpha: Annotated[Dimensionless, Described("decay of the solid's part", 0.0, 100.0)]
-    beta: Annotated[Dimensionless, Described("decay of the cold part", 0.0, 100.0)]
+    a: Annotated[Dimensionless, Described("Grueneisen parameter of the vapour", 0.01, 10.0, usual=(0.1, 1.5))]
+    b: Annotated[
+        Dimensionless, Described("additional Grueneisen parameter of the cold solid", 0.0, 10.0, usual=(0.1, 4.0))
+    ]
+    A: Annotated[Pascal, Described("bulk modulus", 1e5, 1e13, usual=(1e9, 6e11))]
+    B: Annotated[Pascal, Described("stiffening with compression", 0.0, 1e13, usual=(1e8, 1e12))]
+    e0: Annotated[JoulePerKilogram, Described("energy that halves b", 1e3, 1e9, usual=(1e5, 1e9))]
+    e_iv: Annotated[JoulePerKilogram, Described("incipient vaporisation", 1e3, 1e9, usual=(1e5, 5e7)), Below("e_cv")]
+    e_cv: Annotated[JoulePerKilogram, Described("complete vaporisation", 1e3, 1e9, usual=(1e6, 1e8))]
+    alpha: Annotated[Dimensionless, Described("decay of the solid's part", 0.0, 100.0, usual=(1.0, 20.0))]
+    beta: Annotated[Dimensionless, Described("decay of the cold part", 0.0, 100.0, usual=(1.0, 20.0))]
     heat_capacity: HeatCapacity  # cv
     temperature: RoomTemperature  # of the reference state
     mu_tangent: Dimensionless = RANGE  # largest compression of the isentrope

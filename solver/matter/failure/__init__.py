@@ -2,7 +2,7 @@
 
 A file adds one: a parameter record under ``FAILURE``, and ``grown_damage`` and ``floor_until_failure`` for its type. A
 sweep chooses it by name in ``failure`` and gives a field x of it that is ``Described`` as ``failure_x``; other fields
-are ``FromMaterial`` or have a default.
+are ``FromMaterial`` or have a default. A material with which matter fails at its first slip is refused.
 Damage 0 is whole and damage 1 has failed. Between them it is a record of what happened, and weakens only where a file
 gives ``weakens`` and ``integrity``: there the yield stress is that of the strength times the integrity, its hardening
 counts each plastic strain times the integrity, and pressure and elastic stiffness stay those of whole matter; or opens

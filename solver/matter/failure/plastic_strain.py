@@ -14,7 +14,7 @@ from solver.vectors import maximum, minimum
 class PlasticStrainLimit(NamedTuple):
     """Damage is the part of the limit that has been used up."""
 
-    strain: Annotated[Dimensionless, Described("plastic strain at which matter fails", 1e-3, 100.0)]
+    strain: Annotated[Dimensionless, Described("plastic strain at which matter fails", 1e-3, 100.0, usual=(0.01, 10.0))]
 
 
 FAILURE = FailureEntry("plastic-strain", PlasticStrainLimit)

@@ -28,7 +28,12 @@ class Spall(NamedTuple):
     # K
     time: Annotated[
         Second,
-        Described("time at twice the spall strength after which matter fails, without a tensile floor", 1e-12, 1.0),
+        Described(
+            "time at twice the spall strength after which matter fails, without a tensile floor",
+            1e-12,
+            1.0,
+            usual=(1e-9, 1e-3),
+        ),
     ]
     exponent: Dimensionless = 2.0  # lambda
 

@@ -25,8 +25,10 @@ from solver.vectors import maximum
 class DruckerPrager(NamedTuple):
     """Parameters of the cone."""
 
-    cohesion: Annotated[Pascal, Described("shear strength without pressure", 0.0, 1e12)]  # k
-    friction: Annotated[Dimensionless, Described("rise of the shear strength with pressure", 0.0, 10.0)]  # q
+    cohesion: Annotated[Pascal, Described("shear strength without pressure", 0.0, 1e12, usual=(1e4, 2e9))]  # k
+    friction: Annotated[
+        Dimensionless, Described("rise of the shear strength with pressure", 0.0, 10.0, usual=(0.05, 3.0))
+    ]  # q
     tensile: Annotated[Pascal, FromMaterial("tension.spall_strength")]  # t
     pressure: Pascal = 0.0  # p of the present state
 

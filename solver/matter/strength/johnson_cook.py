@@ -19,26 +19,26 @@ from solver.vectors import SMALLEST, log, maximum, power, where
 class JohnsonCook(NamedTuple):
     """Parameters of the Johnson-Cook yield stress."""
 
-    A: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12)]
-    B: Annotated[Pascal, Described("hardening", 0.0, 1e12)]
-    n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0)]
-    C: Annotated[Dimensionless, Described("rate sensitivity", 0.0, 10.0)]
+    A: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12, usual=(1e6, 5e9))]
+    B: Annotated[Pascal, Described("hardening", 0.0, 1e12, usual=(1e6, 1e10))]
+    n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0, usual=(0.01, 1.5))]
+    C: Annotated[Dimensionless, Described("rate sensitivity", 0.0, 10.0, usual=(1e-4, 0.5))]
     # infinite: no softening
-    m: Annotated[Dimensionless | None, Described("softening exponent", 0.01, 100.0)]
-    reference_rate: Annotated[PerSecond, Described("reference strain rate", 1e-9, 1e9)]
+    m: Annotated[Dimensionless | None, Described("softening exponent", 0.01, 100.0, usual=(0.1, 5.0))]
+    reference_rate: Annotated[PerSecond, Described("reference strain rate", 1e-9, 1e9, usual=(1e-6, 1e5))]
 
 
 class ModifiedJohnsonCook(NamedTuple):
     """Parameters of the modified Johnson-Cook yield stress."""
 
-    A: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12)]
-    B: Annotated[Pascal, Described("hardening", 0.0, 1e12)]
-    n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0)]
-    C: Annotated[Dimensionless, Described("rate exponent", 0.0, 1.0)]
+    A: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12, usual=(1e6, 5e9))]
+    B: Annotated[Pascal, Described("hardening", 0.0, 1e12, usual=(1e6, 1e10))]
+    n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0, usual=(0.01, 1.5))]
+    C: Annotated[Dimensionless, Described("rate exponent", 0.0, 1.0, usual=(1e-4, 0.5))]
     # infinite: no softening
-    m: Annotated[Dimensionless | None, Described("softening exponent", 0.01, 100.0)]
-    reference_rate: Annotated[PerSecond, Described("reference strain rate", 1e-9, 1e9)]
-    alpha: Annotated[Dimensionless, Described("part of the plastic work that becomes heat", 0.0, 1.0)]
+    m: Annotated[Dimensionless | None, Described("softening exponent", 0.01, 100.0, usual=(0.1, 5.0))]
+    reference_rate: Annotated[PerSecond, Described("reference strain rate", 1e-9, 1e9, usual=(1e-6, 1e5))]
+    alpha: Annotated[Dimensionless, Described("part of the plastic work that becomes heat", 0.0, 1.0, usual=(0.3, 1.0))]
 
 
 STRENGTH = (StrengthEntry("johnson-cook", JohnsonCook), StrengthEntry("modified-johnson-cook", ModifiedJohnsonCook))

@@ -10,8 +10,8 @@ from solver.units import Described, Pascal
 class LinearHardening(NamedTuple):
     """Parameters of sigma_y = yield_stress + hardening_modulus eps_p."""
 
-    yield_stress: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12)]
-    hardening_modulus: Annotated[Pascal, Described("hardening modulus", 0.0, 1e13)]
+    yield_stress: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12, usual=(1e6, 5e9))]
+    hardening_modulus: Annotated[Pascal, Described("hardening modulus", 0.0, 1e13, usual=(1e6, 1e11))]
 
 
 STRENGTH = StrengthEntry("linear-hardening", LinearHardening)

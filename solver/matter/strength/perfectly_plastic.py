@@ -10,7 +10,7 @@ from solver.units import Described, Pascal
 class PerfectlyPlastic(NamedTuple):
     """Parameters of perfect plasticity."""
 
-    yield_stress: Annotated[Pascal, Described("yield stress", 0.0, 1e12)]
+    yield_stress: Annotated[Pascal, Described("yield stress", 0.0, 1e12, usual=(1e6, 5e9))]
 
 
 STRENGTH = StrengthEntry("perfectly-plastic", PerfectlyPlastic)

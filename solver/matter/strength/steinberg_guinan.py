@@ -26,12 +26,12 @@ SOFTEST = 0.1
 class SteinbergGuinan(NamedTuple):
     """Parameters of the strength."""
 
-    Y0: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12), Below("Y_max", or_equal=True)]
-    Y_max: Annotated[Pascal, Described("hardest yield stress", 0.0, 1e12)]
-    beta: Annotated[Dimensionless, Described("hardening", 0.0, 1e5)]
-    n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0)]
-    A: Annotated[PerPascal, Described("rise of the shear modulus with pressure", 0.0, 1e-9)]
-    B: Annotated[PerKelvin, Described("fall of the shear modulus with temperature", 0.0, 0.1)]
+    Y0: Annotated[Pascal, Described("initial yield stress", 0.0, 1e12, usual=(1e6, 5e9)), Below("Y_max", or_equal=True)]
+    Y_max: Annotated[Pascal, Described("hardest yield stress", 0.0, 1e12, usual=(1e6, 1e10))]
+    beta: Annotated[Dimensionless, Described("hardening", 0.0, 1e5, usual=(0.1, 1e4))]
+    n: Annotated[Dimensionless, Described("hardening exponent", 0.0, 10.0, usual=(0.01, 1.5))]
+    A: Annotated[PerPascal, Described("rise of the shear modulus with pressure", 0.0, 1e-9, usual=(1e-12, 5e-10))]
+    B: Annotated[PerKelvin, Described("fall of the shear modulus with temperature", 0.0, 0.1, usual=(1e-5, 5e-3))]
 
 
 STRENGTH = StrengthEntry("steinberg-guinan", SteinbergGuinan)

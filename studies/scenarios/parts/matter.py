@@ -7,6 +7,8 @@ they take, and from where, stands in their own files.
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, make_dataclass, replace
+from functools import cache
+from itertools import product
 from typing import TYPE_CHECKING, Annotated, Any, Self
 
 from solver.registry import entries
@@ -19,6 +21,7 @@ from studies.scenarios import Materials
 from studies.scenarios.parts.numerics import tensions
 
 if TYPE_CHECKING:
+    from solver.matter.failure import PointLoading
     from solver.matter.laws import Matter
     from solver.matter.melting import MeltingCurve
     from studies.materials import Material
@@ -27,6 +30,9 @@ HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
 PROJECTILES = ("projectile", "flyer")  # the roles whose materials may go without what a failure takes
 # Of the failures that nothing excludes it converges best: docs/failure.md, by a rule that was written before its runs.
 DEFAULT_FAILURE, NO_FAILURE = "void-growth", "none"
+# What each failure has to bear: a plastic strain, at the rates (1/s) of tests in machines and of impacts, cold and
+# half-way to melting.
+FIRST_SLIP, FAST, WARM = 1e-4, 1e5, 0.5
 
 
 def failures() -> Mapping[str, Any]:
@@ -51,7 +57,7 @@ def _failure_parameter(kind: str, constant: str) -> Any:
     record = failures()[kind].record
     about, unit = marked(record, Described)[constant], marked(record, Unit)[constant]
     meaning = f"{about.meaning}; goes with failure {kind}"
-    mark = Described(meaning, about.minimum, about.maximum, neutral=True)
+    mark = Described(meaning, about.minimum, about.maximum, neutral=True, usual=about.usual)
     return Annotated[float | None, unit, mark]
 
 
@@ -126,7 +132,12 @@ class Fracture(_FailureParameters):
         return record(**material.taken(record), **constants)
 
     def check(self, materials: Materials) -> Iterator[Finding]:
-        """A failure has the numbers that it needs, no other ones, and those that it takes from each material."""
+        """A failure has the numbers that it needs, no other ones, and such that matter slips before it fails."""
+        findings = [*self._missing(materials)]
+        yield from findings or self._brittle(materials)
+
+    def _missing(self, materials: Materials) -> Iterator[Finding]:
+        """Numbers that a failure lacks, of its own or of a material, and those that belong to another one."""
         for name, kind, constant in _failure_constants():
             value = getattr(self, name)
             needed = declared(failures()[kind].record)[constant].required
@@ -139,6 +150,32 @@ class Fracture(_FailureParameters):
             cure = "leave rubble_friction out, or choose a failure"
             yield Finding("rubble_friction", f"{self.rubble_friction:g}", "no rubble without a failure", cure)
         yield from _absent(self.failure, materials)
+
+    def _brittle(self, materials: Materials) -> Iterator[Finding]:
+        """Materials that fail at their first slip in tension, shear or compression: no matter does."""
+        for role, material in materials.items():
+            failure = self.of(material)
+            record: Any = type(failure)
+            at = _first_failure(failure)
+            if at is None:
+                continue
+            where = f"a triaxiality of {at.triaxiality:.2g}, {at.strain_rate:g} /s and T* = {at.homologous:g}"
+            limit = f"matter that slips before it fails; {material.name} fails at its first slip under {where}"
+            paths = ", ".join(f"{role}.{mark.path}" for mark in marked(record, FromMaterial).values())
+            yield Finding("failure", str(self.failure), limit, f"correct {paths}: their signs first")
+
+
+@cache
+def _first_failure(failure: Any) -> "PointLoading | None":
+    """What breaks whole matter at its first slip, of compression, shear and tension, slow and fast, cold and warm."""
+    from solver.matter.failure import PointLoading, grown_damage
+
+    slip = getattr(failure, "threshold", 0.0) + FIRST_SLIP
+    for triaxiality, rate, homologous in product((-1.0 / 3.0, 0.0, 1.0 / 3.0), (1.0, FAST), (0.0, WARM)):
+        load = PointLoading(slip, FIRST_SLIP, 0.0, triaxiality, rate, homologous, FIRST_SLIP / rate)
+        if grown_damage(failure, 0.0, load) >= 1.0:
+            return load
+    return None
 
 
 def _absent(failure: str, materials: Materials) -> Iterator[Finding]:

@@ -136,7 +136,7 @@ def test_laws__answer_as_themselves_with_range_and_reason() -> None:
 def test_law__without_a_shot_has_no_answer_and_says_why() -> None:
     answer = LawChoice(fakes.HOLE_LAWS[0], "").answer(None)
     assert math.isnan(answer.value)
-    assert (answer.in_range, answer.reason) == (False, "this run does not describe one shot")
+    assert (answer.in_range, answer.reason) == (False, "this run does not describe one shot, or has not ended")
 
 
 def test_shots__of_which_one_is_published_as_a_range_have_its_bounds() -> None:

@@ -188,6 +188,17 @@ def test_failed_and_flagged_runs__are_named_with_their_reasons() -> None:
     } <= texts
 
 
+def test_doubtful_constants__stand_beside_the_runs() -> None:
+    sweep = sweep_of(Axis("speed", "m s-1", (5e3,)), fixed={"target.strength.A": 90.0})
+    document = fakes.document_of(fakes.cube_of(sweep, fakes.results(sweep)))
+    [doubt] = document["doubts"]
+    assert doubt.startswith("target.strength.A = ")
+    assert "<dt>Doubtful constants</dt>" in undrawn_page(document)
+    _, without, html = made("one run")
+    assert without["doubts"] == []
+    assert "Doubtful" not in html
+
+
 def test_text_of_a_user__cannot_become_markup() -> None:
     dataset = cube_of("one run")
     hostile = "<script>alert(1)</script></script><b>&"
