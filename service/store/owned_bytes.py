@@ -35,13 +35,12 @@ _SQLITE = {
 _OF_FILES = (
     "SELECT (SELECT owner FROM jobs WHERE id = job_id AND abandoned IS NULL) AS owner, {sign}size AS bytes FROM {rows}"
 )
-_OF_JOBS = """SELECT {rows}.owner, {sign}(SELECT sum(size) FROM artifacts WHERE job_id = {rows}.id) AS bytes
-    FROM removed JOIN added USING (id) WHERE {rows}.abandoned IS NULL AND {is_moved}"""
-_IS_ANY_MOVED = _IS_MOVED.replace("OLD", "removed").replace("NEW", "added")
+# Of jobs that stay with their owner both sums are the same. They are not joined: the server keeps the plan that it made
+# for the first few rows, and of 10 000 rows a join by it takes 90 s (PostgreSQL 18, 2026-11).
+_OF_JOBS = """SELECT owner, {sign}(SELECT sum(size) FROM artifacts WHERE job_id = {rows}.id) AS bytes
+    FROM {rows} WHERE abandoned IS NULL"""
 _REMOVED, _ADDED = _OF_FILES.format(rows="removed", sign="-"), _OF_FILES.format(rows="added", sign="")
-_LEFT, _RECEIVED = (
-    _OF_JOBS.format(rows=rows, sign=sign, is_moved=_IS_ANY_MOVED) for rows, sign in (("removed", "-"), ("added", ""))
-)
+_LEFT, _RECEIVED = (_OF_JOBS.format(rows=rows, sign=sign) for rows, sign in (("removed", "-"), ("added", "")))
 _POSTGRESQL = {
     "files_added": ("INSERT ON artifacts", "NEW TABLE AS added", _ADDED),
     "files_removed": ("DELETE ON artifacts", "OLD TABLE AS removed", _REMOVED),
@@ -77,7 +76,7 @@ def _statements_of(dialect: str) -> Iterator[str]:
         return
     for name, (event, tables, source) in _POSTGRESQL.items():
         change = f"INSERT INTO owned_bytes (owner, bytes) SELECT owner, sum(bytes) FROM ({source}) AS changes"
-        change = f"{change} WHERE owner IS NOT NULL AND bytes IS NOT NULL GROUP BY owner {_ADD};"
+        change = f"{change} WHERE owner IS NOT NULL GROUP BY owner HAVING sum(bytes) <> 0 {_ADD};"
         body = f"BEGIN {change} RETURN NULL; END"
         yield f"CREATE OR REPLACE FUNCTION {name}() RETURNS trigger LANGUAGE plpgsql AS $$ {body} $$"
         yield f"DROP TRIGGER IF EXISTS {name} ON {event.split()[-1]}"
