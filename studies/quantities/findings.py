@@ -30,6 +30,15 @@ class Finding:
         return f"{self.field}: {self.value} is refused; allowed: {self.limit}; {self.cure}"
 
 
+@dataclass(frozen=True)
+class Doubt:
+    """What speaks against a number that is allowed."""
+
+    name: str  # of a parameter, or the dotted path of a constant
+    value: str
+    why: str
+
+
 class InvalidInput(WhippleError):
     """An input is refused; ``findings`` lists its errors, up to ``MOST_FINDINGS``.
 

@@ -9,7 +9,7 @@ tests build it at its corners, weigh its bodies and audit ten steps; give it sma
 
 import math
 from abc import ABC, abstractmethod
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import dataclass, field
 from importlib import import_module
 from types import SimpleNamespace
@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from solver.registry import entries
 from solver.units import Described
-from studies.quantities.findings import Finding, nearest_cure, refusal
+from studies.quantities.findings import Doubt, Finding, nearest_cure, refusal
 from studies.quantities.parameters import declared, describe, marks, nested
 from studies.scenarios.parts.outline import Outline
 
@@ -81,6 +81,11 @@ class SetUp(ABC):
     @abstractmethod
     def check(self, materials: Materials) -> list[Finding]:
         """Findings of several parameters together."""
+
+    @staticmethod
+    def doubts(values: Mapping[str, Any]) -> Iterator[Doubt]:
+        """What is doubtful about constants in a text among values by name, such as a deck."""
+        yield from ()
 
     @abstractmethod
     def build(self, materials: Materials) -> Setting:

@@ -6,18 +6,20 @@ measured is what every problem has: energies, momentum, largest pressure, each w
 """
 
 import math
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from typing import Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
 from studies.decks.deck import Deck
-from studies.decks.problem import fixed_step, particles_per_cell, problem_of, signal_speed
+from studies.decks.problem import bulk_modulus, fixed_step, matter_of, particles_per_cell, problem_of, signal_speed
 from studies.decks.reader import MOST_BYTES, read_deck
-from studies.quantities.findings import Finding
+from studies.quantities.findings import Doubt, Finding
 from studies.quantities.numerical_defaults import RECIPES, RecipeName
 from studies.quantities.parameters import Choice, LongText
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
+from studies.scenarios.parts.doubts import doubts_of_matter
 from studies.scenarios.parts.numerics import BY_RECIPE, Numerics, filled_from, tensions
 
 OBSERVATIONS = 20
@@ -140,6 +142,15 @@ class DeckRun(SetUp):
             limit = f"one material in each component, where bodies have contact: not in component {mixed[0]}"
             findings.append(Finding("contact", numerics.contact, limit, "set contact to none"))
         return findings
+
+    @staticmethod
+    def doubts(values: Mapping[str, Any]) -> Iterator[Doubt]:
+        """What is doubtful about the metals of a deck; soils, fluids and explosives have other ranges."""
+        for number, material in read_deck(values["deck"], values.get("units") or "deck").materials.items():
+            if "young" not in material.values or material.kind == "dpm":
+                continue
+            for doubt in doubts_of_matter(matter_of(material, "unlimited"), bulk_modulus(material)):
+                yield replace(doubt, name=f"material {number} of the deck: {doubt.name}")
 
     def build(self, materials: Materials) -> Setting:
         problem = problem_of(

@@ -17,7 +17,7 @@ from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
 from studies.quantities.findings import Finding, InvalidInput, refusal
 from studies.quantities.numerical_defaults import FEW_PARTICLES
-from studies.quantities.parameters import Value, declared, marks
+from studies.quantities.parameters import LongText, Value, declared, marks
 from studies.quantities.units import round_quantity
 from studies.runs import run
 from studies.sweeps.accuracy import ACCURACY
@@ -300,9 +300,10 @@ class Sweep:
 
     @cached_property
     def _constants(self) -> tuple[str, ...]:
-        """The parameters of the scenario that are constants of matter."""
-        about = marks(self.definition.parameters, Described)
-        return tuple(name for name, mark in about.items() if mark.usual is not None)
+        """The parameters of the scenario that are constants of matter, and the texts that may have some."""
+        record = self.definition.parameters
+        usual = (name for name, mark in marks(record, Described).items() if mark.usual is not None)
+        return (*usual, *marks(record, LongText))
 
     def shots(self) -> "Iterator[Shot]":
         """The shot of each point, before it is refined; none where the scenario describes none."""

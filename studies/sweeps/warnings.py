@@ -8,8 +8,9 @@ from collections.abc import Iterator
 
 from studies import laws
 from studies.laws import Shot
+from studies.quantities.findings import Doubt
 from studies.quantities.units import readable
-from studies.scenarios.parts.doubts import Doubt, doubts_of, doubts_of_parameters
+from studies.scenarios.parts.doubts import doubts_of, doubts_of_parameters
 from studies.sweeps.sweep import Sweep
 
 # Damage number rho v^2 / Y from which on an impact deforms metal extensively: Johnson (1972), Impact Strength of
@@ -50,6 +51,8 @@ def doubtful_constants(sweep: Sweep) -> Iterator[str]:
     for values, materials in sweep.each_constants(MOST_LOOKED_AT):
         looked_at += 1
         for doubt in doubts_of_parameters(sweep.definition.parameters, values):
+            found[doubt.name, ""].append(doubt)
+        for doubt in sweep.definition.parameters.doubts(values):
             found[doubt.name, ""].append(doubt)
         for role, material in materials.items():
             for doubt in doubts_of(material):

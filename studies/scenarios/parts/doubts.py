@@ -2,13 +2,15 @@
 
 import math
 from collections.abc import Iterator, Mapping
-from dataclasses import dataclass
+from dataclasses import replace
 from itertools import chain
 from typing import Any
 
-from solver.units import Described, Unit
+from solver.units import Described, Unit, marked
 from studies import materials as shipped
 from studies.materials import Material
+from studies.materials.schema import Scalars
+from studies.quantities.findings import Doubt
 from studies.quantities.parameters import marks
 from studies.quantities.units import readable
 from studies.scenarios.parts.matter import yield_stress
@@ -24,15 +26,6 @@ MOST_TENSION = 0.2
 LIKE_DENSITY = 2.0
 
 
-@dataclass(frozen=True)
-class Doubt:
-    """What speaks against a number."""
-
-    name: str  # of a parameter, or the dotted path of a constant
-    value: str
-    why: str
-
-
 def doubts_of(material: Material) -> Iterator[Doubt]:
     """The doubts about the constants of a material, one of each."""
     units = material.paths()
@@ -46,6 +39,21 @@ def doubts_of(material: Material) -> Iterator[Doubt]:
     for doubt in chain(*at_odds, unusual):
         first.setdefault(doubt.name, doubt)
     yield from first.values()
+
+
+def doubts_of_matter(matter: Any, stated: float | None) -> Iterator[Doubt]:
+    """The doubts about matter without a material, by the fields of its laws; ``stated`` is its bulk modulus, Pa."""
+    from solver.matter.eos import reference_density, reference_sound_speed
+
+    density = reference_density(matter.eos)
+    yield from _unusual("density", density, marked(Scalars, Described)["density"], "kg m-3")
+    if stated is not None:
+        yield from _of_moduli(density * reference_sound_speed(matter.eos) ** 2, stated, matter.shear_modulus)
+    for record in (matter.eos, matter.strength, matter.failure):
+        kind: Any = type(record)
+        for name, about in marked(kind, Described).items():
+            if about.usual is not None:
+                yield from _unusual(name, getattr(record, name), about, marked(kind, Unit)[name].symbol)
 
 
 def doubts_of_parameters(record: type, values: Mapping[str, Any]) -> Iterator[Doubt]:
@@ -72,18 +80,23 @@ def _short(value: float, unit: str) -> str:
 
 
 def _of_stiffness(material: Material) -> Iterator[Doubt]:
-    acts = material.stiffness
-    stated, shear = material.elastic.bulk_modulus, material.elastic.shear_modulus
-    if not math.isclose(stated, acts, rel_tol=BULK_MODULUS_AGREEMENT):
-        why = f"the equation of state has rho0 c0^2 = {_short(acts, 'Pa')}, which acts alone: this modulus is not used"
-        yield Doubt("elastic.bulk_modulus", _short(stated, "Pa"), why)
-    if shear > 1.5 * acts:
-        why = f"above 1.5 bulk moduli, {_short(1.5 * acts, 'Pa')}, Poisson's ratio is negative"
-        yield Doubt("elastic.shear_modulus", _short(shear, "Pa"), why)
+    elastic = material.elastic
+    for doubt in _of_moduli(material.stiffness, elastic.bulk_modulus, elastic.shear_modulus):
+        yield replace(doubt, name=f"elastic.{doubt.name}")
     stress = yield_stress(material)
-    if stress is not None and stress > STRONGEST * shear:
+    if stress is not None and stress > STRONGEST * elastic.shear_modulus:
         why = f"{_short(stress, 'Pa')} is more than a tenth of the shear modulus, at which no metal yields"
         yield Doubt("strength", material.strength.kind, why)
+
+
+def _of_moduli(acts: float, stated: float, shear: float) -> Iterator[Doubt]:
+    """The doubts about a bulk and a shear modulus beside the bulk modulus of the equation of state, Pa."""
+    if not math.isclose(stated, acts, rel_tol=BULK_MODULUS_AGREEMENT):
+        why = f"the equation of state has rho0 c0^2 = {_short(acts, 'Pa')}, which acts alone: this modulus is not used"
+        yield Doubt("bulk_modulus", _short(stated, "Pa"), why)
+    if shear > 1.5 * acts:
+        why = f"above 1.5 bulk moduli, {_short(1.5 * acts, 'Pa')}, Poisson's ratio is negative"
+        yield Doubt("shear_modulus", _short(shear, "Pa"), why)
 
 
 def _of_tension(material: Material) -> Iterator[Doubt]:

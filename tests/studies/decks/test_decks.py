@@ -24,6 +24,8 @@ from studies.decks.reader import MOST_BYTES, read_deck, read_file_text
 from studies.quantities.findings import InvalidInput
 from studies.runs.run import resolve
 from studies.runs.stages import setting_of
+from studies.sweeps.sweep import Sweep
+from studies.sweeps.warnings import warnings_of
 from tests.studies.support.decks import appendix_deck, bar_deck, detonation_deck, fluid_deck, points_deck, soil_deck
 
 MEBIBYTE = 1 << 20
@@ -43,6 +45,24 @@ def error(text: str, units: str = "deck") -> str:
     with pytest.raises(InvalidInput) as caught:
         read_deck(text, units)
     return str(caught.value)
+
+
+def doubts_about(deck: str) -> list[str]:
+    return warnings_of(Sweep.parse({"scenario": "deck", "fixed": {"deck": deck}, "axes": {"refinement": [1]}}))
+
+
+# --- constants ----------------------------------------------------------------------------------
+
+
+def test_constants__of_a_deck_that_are_doubtful_are_said() -> None:
+    """The aluminium of the thesis' deck has the sound speed of its copper; with its own nothing is doubtful."""
+    deck = appendix_deck()
+    own = deck.replace("seos 2 1 3.3d3", "seos 2 1 4.65d3")
+    [of_copper], [without_yield] = doubts_about(deck), doubts_about(own.replace("0.3d0 90 392", "0.3d0 90d-6 392", 1))
+    assert of_copper.startswith("material 2 of the deck: bulk_modulus = 58.33 GPa: the equation of state has rho0 c0^2")
+    assert without_yield.startswith("material 1 of the deck: A = 90 Pa: ")
+    assert doubts_about(own) == []
+    assert doubts_about(detonation_deck(20)) == doubts_about(soil_deck()) == []
 
 
 # --- the thesis' deck -------------------------------------------------------------------------------

@@ -51,8 +51,8 @@ def test_report__leaves_a_shot_undecided_where_its_grids_disagree(compared: Call
     document = document_of(coarse_is_open, SPEED, **GRIDS)
     (stated,) = document["outcomes"]
     why = "wall holds with 36 cells; wall perforated with 16 and 24 cells"
-    said = "Wall holds at 4 km/s, undecided at 5 km/s, wall perforated at 6 km/s (finds 7 of 17 failures)."
-    beside = "3 grids agree; such simulations found 7 of 17 walls that were perforated"
+    said = "Wall holds at 4 km/s, undecided at 5 km/s, wall perforated at 6 km/s (finds 8 of 17 failures)."
+    beside = "3 grids agree; such simulations found 8 of 17 walls that were perforated"
     compared(
         equal("headline", expected=said, got=document["headline"]),
         equal("outcomes", expected=[0.0, None, 1.0], got=[row["outcome"] for row in stated["rows"]]),
