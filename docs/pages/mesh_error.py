@@ -327,6 +327,6 @@ domain the mesh error is unknown. The domain has the ranges of the ensemble in s
 densities and strength of the target; in three dimensions the same model counts if its interval holds 90 % of the
 differences there, else the scale is widened by one factor for three dimensions until it does.
 
-Six more plates on 64 cells and two more blocks on {FINE_BLOCK_CELLS} are drawn after the model is fitted and before they
-are run, and compared with the answers of 24 and 12 cells.
+Six more plates on 64 cells and two more blocks on {FINE_BLOCK_CELLS} are drawn after the model is fitted and before
+they are run, and compared with the answers of 24 and 12 cells.
 """
