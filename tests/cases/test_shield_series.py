@@ -55,7 +55,7 @@ def test_simulation__tells_the_outcome_of_each_shot(name: str, tmp_path: Path, c
 STRAYS = [(1.0, "johnson-cook", 17), (1.0, "johnson-cook", 44), (1.0, "void-growth", 48)]
 
 
-@pytest.mark.claim("mend", "strays", minutes=15.0)
+@pytest.mark.claim("mend", "strays", minutes=3.0)
 @pytest.mark.parametrize(("grid", "failure", "number"), STRAYS)
 def test_strays__of_drawn_shots_end_no_run(
     grid: float, failure: str, number: int, tmp_path: Path, compared: Callable[[Row], None]
