@@ -36,8 +36,8 @@ METALS = (
 )
 SPEED = (1.5e3, 8e3)  # m/s
 DIAMETER = (4e-3, 20e-3)  # m: of matter whose strength depends on the rate
-THICKNESS = (0.05, 1.0)  # of a plate over the projectile's diameter
-LENGTH = (0.5, 2.0)  # of a cylinder over its diameter
+THICKNESS = (0.05, 1.0)  # thickness of a plate over the projectile's diameter
+LENGTH = (0.5, 2.0)  # length of a cylinder over its diameter
 EACH = 6  # plates of each metal, half of them hit by the same metal
 EVERY = 4  # of these projectiles one is a cylinder
 
@@ -54,7 +54,7 @@ BARS, BAR_CELLS = 20, (6, 8, 12, 16, 24, 36)
 BAR_LENGTH, BAR_DIAMETER = (3.0, 6.0), (5e-3, 12e-3)  # length over diameter; m
 BAR_LOAD = (0.3, 2.0)  # rho v^2 over the yield stress at a plastic strain of one
 
-CLOUDS = 24  # of the plates, whose debris is measured too, on the grids up to that which every plate has
+CLOUDS = 24  # plates whose debris is measured too, on the grids of up to ``FINEST`` cells
 
 SPACES = (("quarter", 0.0), ("half", 0.0), ("half", 30.0), ("half", 60.0))  # each three times; degrees
 SPACE_THICKNESS, SPACE_CELLS, EACH_SPACE = (0.25, 1.0), (8, 12, 18), 3

@@ -7,7 +7,6 @@ are read from the store on request, so every replica of the service reports the 
 import time
 from collections.abc import Iterable, Iterator, Sequence
 
-from anyio import CapacityLimiter, to_thread
 from prometheus_client import (
     CollectorRegistry,
     Counter,
@@ -44,7 +43,6 @@ class Metrics:
         # It would add a second series to each counter, with its time of creation.
         disable_created_metrics()
         self._registry = CollectorRegistry()
-        self._threads = CapacityLimiter(1)
         self._requests = Counter(
             "whipple_http_requests",
             "Requests, by template of the route.",
@@ -67,12 +65,9 @@ class Metrics:
         self._requests.labels(route, method, str(status)).inc()
         self._seconds.labels(route, method).observe(seconds)
 
-    async def text(self) -> bytes:
-        """All metrics in the text format of Prometheus.
-
-        They may wait for the database as long as the readiness check does, in a thread that nothing else needs.
-        """
-        return await to_thread.run_sync(generate_latest, self._registry, limiter=self._threads)
+    def text(self) -> bytes:
+        """All metrics in the text format of Prometheus; waits for the database as long as the readiness check does."""
+        return generate_latest(self._registry)
 
 
 class _LazyCollector(Collector):

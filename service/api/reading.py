@@ -23,7 +23,7 @@ from markupsafe import Markup
 
 from service import memory
 from service.api.documents import pointer, read_json, read_yaml
-from service.records.expansion import ExpandedSweep, expand
+from service.records.expansion import ExpandedSweep, expand, expand_again
 from studies.quantities.findings import Finding, InvalidInput
 from studies.runs.run import Estimate, Run, estimate
 from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
@@ -129,15 +129,7 @@ def read(posted: Posted, part: Callable[[Any, Posted], Read]) -> Read | Refusal:
 
 def expanded(document: Any, posted: Posted) -> ExpandedSweep:
     """The sweep with its runs, to be stored."""
-    return _expanded(_sweep(document, posted))
-
-
-def expanded_anew(document: Any, _posted: Posted) -> ExpandedSweep:
-    """The same of a sweep that an older version accepted, under the limits of its time."""
-    return _expanded(Sweep.parse(document, ACCEPTED))
-
-
-def _expanded(checked: Sweep) -> ExpandedSweep:
+    checked = _sweep(document, posted)
     estimates: list[Estimate] = []
 
     def cost(run: Run) -> float:
@@ -148,6 +140,11 @@ def _expanded(checked: Sweep) -> ExpandedSweep:
     memory = max((each.memory for each in estimates), default=0)
     warnings = tuple(warnings_of(checked))
     return replace(sweep, memory=memory, bytes=sum(each.bytes for each in estimates), warnings=warnings)
+
+
+def expanded_anew(document: Any, _posted: Posted) -> ExpandedSweep:
+    """A sweep that an older version accepted, with its runs of this one."""
+    return expand_again(document)
 
 
 def longer(change: Any, posted: Posted) -> ExpandedSweep:

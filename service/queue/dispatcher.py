@@ -18,7 +18,8 @@ from queue import Empty, SimpleQueue
 from service.execution.protocol import Engine, OpenEngine
 from service.queue import data_identity as identity
 from service.queue.leader import Leader
-from service.queue.renewal import Expand, expand_here
+from service.queue.renewal import Expand
+from service.records.expansion import expand_again
 from service.records.jobs import StoreUnavailable
 from service.settings import Settings
 from service.store import DatabaseFileLost, Leadership, Store
@@ -43,7 +44,7 @@ class Dispatcher:
         *,
         open_engine: OpenEngine,
         timings: Timings = DEFAULT,
-        expand: Expand = expand_here,
+        expand: Expand = expand_again,
     ):
         self._settings = settings
         self._store = store

@@ -10,7 +10,7 @@ from collections.abc import Callable, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
 from typing import Any
 
-from service.records.expansion import ExpandedSweep, expand
+from service.records.expansion import ExpandedSweep
 from service.store import Store
 from solver import PHYSICS_VERSION
 from solver.errors import WhippleError
@@ -22,15 +22,6 @@ Expand = Callable[[Mapping[str, Any]], ExpandedSweep]  # raises InvalidInput for
 
 MOST_TRIES = 3  # to expand a sweep, until it fails
 REASON = f"accepted sweeps of an older physics are expanded anew, for physics {PHYSICS_VERSION}"
-
-
-def expand_here(document: Mapping[str, Any]) -> ExpandedSweep:
-    """Expand the document of an accepted sweep in this process."""
-    from studies.runs.run import estimate
-    from studies.sweeps.reading import ACCEPTED
-    from studies.sweeps.sweep import Sweep
-
-    return expand(Sweep.parse(document, ACCEPTED), lambda run: estimate(run).core_seconds)
 
 
 class Renewer:

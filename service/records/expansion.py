@@ -61,6 +61,15 @@ def expand(sweep: "Sweep", cost: Callable[["Run"], float]) -> ExpandedSweep:
     )
 
 
+def expand_again(document: Mapping[str, Any]) -> ExpandedSweep:
+    """An accepted sweep with its runs of this version, under the limits of its time; raises InvalidInput."""
+    from studies.runs.run import estimate
+    from studies.sweeps.reading import ACCEPTED
+    from studies.sweeps.sweep import Sweep
+
+    return expand(Sweep.parse(document, ACCEPTED), lambda run: estimate(run).core_seconds)
+
+
 def expanded_points(points: "Iterable[Point]", cost: Callable[["Run"], float]) -> Iterator[ExpandedPoint]:
     """Each point as the store writes it."""
     seen: set[str] = set()

@@ -341,13 +341,7 @@ def exact(parameter: Parameter, cell: Any, unit: str | None, where: str, **optio
 
 def yes_or_no(cell: Any, where: str) -> bool:
     """Whether a cell says yes, or P for perforated; raises InvalidInput."""
-    word = (
-        cell.strip().lower()
-        if isinstance(cell, str)
-        else str(int(cell))
-        if is_number(cell) or isinstance(cell, bool)
-        else ""
-    )
+    word = str(int(cell) if is_number(cell) or isinstance(cell, bool) else cell).strip().lower()
     if word not in YES_OR_NO:
         raise refusal(where, cell, "yes or no, or P or NP", nearest_cure(cell, ("yes", "no", "P", "NP")))
     return YES_OR_NO[word]

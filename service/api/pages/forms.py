@@ -50,7 +50,7 @@ class AskedSweep:
     fields: Mapping[str, str]
     yaml: str  # the document; empty where it is refused
     own_materials: tuple[str, ...]
-    python: str  # the same as a dictionary of Python; empty of one that is submitted too
+    python: str  # the document as a dictionary of Python; empty where it is refused or submitted
     findings: tuple[Finding, ...]
     estimated: EstimatedSweep | None  # None where the form is refused, or submitted
     expanded: ExpandedSweep | None  # of a form that is submitted and accepted

@@ -15,21 +15,19 @@ from service.api.reading import AnsweredForm, answered_form
 from service.api.routes.dependencies import read_content
 from service.client.client import KEY_VARIABLE
 from studies import materials
-from studies.observations.shields.drawn import beside_held, failures_found
-from studies.observations.shields.judged import RANGES
+from studies.observations.shields.drawn import FAST, beside_held, failures_found
 from studies.observations.shields.shots import published
 from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import declared
 from studies.reports.answers import EXAMPLE
 from studies.reports.answers.question import ShotParameters
+from studies.scenarios.parts.matter import NO_FAILURE
 from studies.sweeps.document import read_yaml
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
 # The sheet has its styles inside, and runs and loads nothing.
 SHEET_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'"
-# Of the simulations whose worth stands beside the link to one: the default failure of shields, from 3 km/s on.
-FAILURE, FROM = "none", RANGES[1][1]
 # Of a shield the target is its bumper.
 LABELS = {"target": "Bumper", "plate_thickness": "Bumper thickness", "inner_thickness": "Second bumper's thickness"}
 LABELS |= {"inner_stand_off": "Second bumper's stand-off"}
@@ -87,7 +85,7 @@ def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: 
         shots=len(published().shots),
         query=urlencode(fields),
         simulation=_simulation(fields),
-        beside_held=beside_held(failures_found(FAILURE, FROM)),
+        beside_held=beside_held(failures_found(NO_FAILURE, FAST)),
         address=str(request.base_url).rstrip("/"),
         key_variable=KEY_VARIABLE if caller.name else "",
     )

@@ -24,7 +24,10 @@ from service.api.schemas import SweepModel
 from service.files.artifacts import Artifacts
 from service.records.jobs import GridCell, Scope, State, Stored, SweepState, SweepStatus
 from studies import measurements
+from studies.laws import CRITICAL
+from studies.observations.shields.drawn import beside_walls
 from studies.quantities.files import REPORT_JSON
+from studies.scenarios.parts.matter import NO_FAILURE
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
@@ -144,11 +147,19 @@ def show_sweep(
         quantity=measurements.load(shown.quantity),
         quantities=[measurements.load(each) for each in quantities],
         chart=shown.chart.image(f"/sweeps/{status.id}/chart", shown.query()),
+        note=_beside_walls(shown.document) if shown.quantity in CRITICAL else "",
         once=secrets.token_urlsafe(),
         may_add=bool(shown.sheet.layout.dimensions) and caller.may(Scope.SUBMIT),
         link=lambda **changes: "?" + urlencode({**shown.query(), **changes}),
         events=None if status.is_terminal else sweep.links["events"],
     )
+
+
+def _beside_walls(document: Mapping[str, Any]) -> str:
+    """What stands below the walls of a canonical document: how many failures simulations like them find."""
+    axes, fixed = document.get("axes", {}), document.get("fixed", {})
+    failures = axes["failure"] if "failure" in axes else [fixed.get("failure", NO_FAILURE)]
+    return beside_walls(map(str, failures))
 
 
 def _orders(caller: Caller, sweep: SweepStatus) -> list[Order]:

@@ -8,6 +8,7 @@ from service import version
 from service.api.metrics import CONTENT_TYPE, Metrics
 from service.api.routes.dependencies import AppReadiness
 from service.api.schemas import Health, Readiness, VersionModel
+from service.api.turns import in_waiting_thread
 from studies.runs.run import PHYSICS_VERSION
 
 router = APIRouter(tags=["operations"])
@@ -40,4 +41,4 @@ metrics_router = APIRouter(tags=["operations"])
 async def show_metrics(request: Request) -> Response:
     """Metrics for Prometheus: runs by state, queue, attempts, requests."""
     metrics: Metrics = request.app.state.metrics
-    return Response(await metrics.text(), media_type=CONTENT_TYPE)
+    return Response(await in_waiting_thread(request, metrics.text), media_type=CONTENT_TYPE)

@@ -4,14 +4,15 @@
 """
 
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from typing import Any, Literal
 
-from studies.observations.shields.judged import Share, range_of
+from studies.observations.shields.judged import RANGES, Share, range_of
 
+FAST = RANGES[1][1]  # m/s: slower shots are counted apart
 STORED = Path(__file__).with_name("joined.json")
 
 
@@ -71,6 +72,13 @@ def beside_held(found: Share | None) -> str:
     if found is None:
         return "no published shots were simulated like this"
     return f"such simulations found {found.count} of {found.of} walls that were perforated"
+
+
+def beside_walls(failures: Iterable[str]) -> str:
+    """What stands below a table of simulated walls, by the failures of its runs."""
+    told = {each: beside_held(failures_found(each, FAST)) for each in failures}
+    each = [f"with failure {failure}, {text}" for failure, text in told.items()]
+    return f"Where a wall holds at {FAST / 1e3:g} km/s or faster: {'; '.join(each)}."
 
 
 def briefly_beside_held(found: Share | None) -> str:
