@@ -29,6 +29,8 @@ from studies.convergence.orders import FORMAL_ORDER, HIGHEST_WITHOUT_NOISE, ORDE
 from studies.quantities.measured import TOO_COARSE
 
 ConvergenceVerdict = Literal[
+    "mesh error known",  # from experience (``experience``)
+    "grids disagree",  # by more than that expects
     "converging",
     "oscillatory",
     "not in the asymptotic range",

@@ -8,16 +8,25 @@ from typing import Any
 
 import numpy as np
 
+from studies.convergence.experience import MeshError, combined, mesh_error
 from studies.convergence.outcomes import agree
-from studies.convergence.richardson import Sample, converge_series
+from studies.convergence.richardson import Convergence, ConvergenceVerdict, Sample, converge_series, levels_of
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
-from studies.quantities.measured import BY_ONE_GRID, CELLS_THROUGH, DEFINITION, ENOUGH_GRIDS, Measured, numerical_parts
+from studies.quantities.measured import (
+    BY_ONE_GRID,
+    CELLS_THROUGH,
+    DEFINITION,
+    ENOUGH_GRIDS,
+    MESH,
+    Measured,
+    numerical_parts,
+)
 from studies.runs.results import RunResult
 from studies.sweeps.reading import RESOLUTION
 
 SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
-OF_MESH = (SUB_CELL, CELLS_THROUGH)  # parts that offsets and resolutions show themselves
+OF_MESH = (SUB_CELL, CELLS_THROUGH, MESH)  # parts that offsets and resolutions show themselves
 
 
 Results = Mapping[str, RunResult]  # what each run left, by its id
@@ -51,9 +60,30 @@ class Cell:
         """Whether more than the id of the run is known."""
         return not isinstance(self.run, UnfinishedRun)
 
-    def measured(self, quantity: str) -> Measured | None:
-        """The measurement of a quantity."""
+    @cached_property
+    def mesh_errors(self) -> Mapping[str, MeshError]:
+        """What the mesh does to each measurement, where experience tells it."""
+        if not self.is_resolved or self.state != "succeeded":
+            return {}
+        grids = self.run.mesh_grids(self.result.measurements)
+        errors = {name: mesh_error(grid) for name, grid in grids.items()}
+        return {name: error for name, error in errors.items() if error is not None}
+
+    def reading(self, quantity: str) -> Measured | None:
+        """The measurement of a quantity, as it was read off the grid of its run."""
         return self.result.measurements.get(quantity)
+
+    def measured(self, quantity: str) -> Measured | None:
+        """The measurement of a quantity, without its expected mesh error where that is known."""
+        reading, error = self.reading(quantity), self.mesh_errors.get(quantity)
+        if reading is None or reading.value is None or error is None:
+            return reading
+        value = error.corrected(reading.value)
+        parts = {part: size for part, size in reading.parts.items() if part not in OF_MESH}
+        parts[MESH] = error.bar * abs(value)
+        flags = tuple(flag for flag in reading.flags if flag not in BY_ONE_GRID)
+        uncertainty = math.hypot(*numerical_parts(parts).values())
+        return replace(reading, value=value, uncertainty=uncertainty, parts=parts, flags=flags)
 
 
 @dataclass(frozen=True)
@@ -179,11 +209,34 @@ def converge_points(layout: Layout, quantity: str, outcomes: Sequence[str] = ())
         series.setdefault(words, []).append(place)
     converged = np.empty(points.shape[:-1], object)
     for places in series.values():
-        samples = ([_sample(cell, cell.measured(quantity)) for cell in points[place]] for place in places)
+        samples = [[_sample(cell, cell.measured(quantity)) for cell in points[place]] for place in places]
         judged = [agree(runs, outcomes) for runs in samples] if outcomes else converge_series(samples)
-        for place, each in zip(places, judged, strict=True):
-            converged[place] = each
+        for place, runs, each in zip(places, samples, judged, strict=True):
+            converged[place] = _by_experience(points[place], quantity, runs) or each
     return converged
+
+
+def _by_experience(cells: np.ndarray, quantity: str, samples: Sequence[Sample]) -> Convergence | None:
+    """A quantity of one point from its grids, whose mesh errors are known; None where those of too few are."""
+    known = [
+        (sample, cell.mesh_errors[quantity], cell.reading(quantity))
+        for cell, sample in zip(cells, samples, strict=True)
+        if quantity in cell.mesh_errors and math.isfinite(sample.value)
+    ]
+    if not known:
+        return None
+    spacings = sorted({sample.spacing for sample, _, _ in known})
+    grids = []
+    for spacing in spacings:
+        here = [(error, reading) for sample, error, reading in known if sample.spacing == spacing]
+        # The position of a grid changes no cell: its runs have one mesh error.
+        grids.append((math.fsum(reading.value for _, reading in here) / len(here), here[0][0]))
+    point = combined(grids)
+    rest = [sample.rest for sample, _, _ in known if sample.spacing == spacings[0]]
+    verdict: ConvergenceVerdict = "grids disagree" if point.disagree else "mesh error known"
+    reason = "the grids differ by more than 99 % of what the ensemble expects" if point.disagree else ""
+    measurement = math.hypot(*rest) / math.sqrt(len(rest))
+    return Convergence(verdict, reason, point.value, point.bar, 0.0, measurement, levels=levels_of(samples))
 
 
 def definition_part(cells: np.ndarray, quantity: str) -> float | None:

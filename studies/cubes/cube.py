@@ -251,6 +251,8 @@ def _of_quantity(layout: Layout, quantity: Quantity) -> Iterator[Column]:
     yield declared.VALUE.filled(quantity), declared.VALUE.values(measured), about
     for variable in (declared.UNCERTAINTY, declared.FLAGS, *parts):
         yield _column(variable.filled(quantity), measured)
+    if any(name in cell.mesh_errors for cell in layout.cells.flat):
+        yield _column(declared.RAW.filled(quantity), _each(layout.cells, lambda cell: cell.reading(name)))
     histories = _each(layout.cells, lambda cell: _history(cell, name))
     if any(history is not None for history in histories.flat):
         yield declared.HISTORY.filled(quantity), _padded(histories, _samples(layout)), {}

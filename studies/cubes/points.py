@@ -15,7 +15,7 @@ from studies.convergence.richardson import VERDICTS, Convergence, Sample, levels
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.variable import Variable
-from studies.quantities.measured import NOT_COMPARED
+from studies.quantities.measured import MESH, NOT_COMPARED
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 SAME = 1e-9  # relative: values of an axis that differ by less are the same value written twice
@@ -109,9 +109,16 @@ def error_bars(points: xr.Dataset, name: str) -> xr.DataArray:
 
     A single grid does not show how far off it is: what its measurement states for itself is no error bar.
     """
-    bars, mesh = simulated(points, name, cubes.UNCERTAINTY), cubes.MESH_PART
-    known = np.isfinite(reading.by_run(points, mesh.of(points, name).variable)) if mesh.is_in(points, name) else False
-    return bars.copy(deep=False, data=np.where(known, bars.values, np.nan))
+    bars = simulated(points, name, cubes.UNCERTAINTY)
+    return bars.copy(deep=False, data=np.where(np.isfinite(mesh_part(points, name)), bars.values, np.nan))
+
+
+def mesh_part(points: xr.Dataset, name: str) -> np.ndarray:
+    """The mesh part of the uncertainty of a quantity, in the shape of ``run_state``; NaN where it is not known."""
+    of_point = cubes.MESH_PART if cubes.MESH_PART.is_in(points, name) else cubes.uncertainty_part(MESH)
+    if not of_point.is_in(points, name):
+        return np.full(points.run_state.shape, np.nan)
+    return reading.by_run(points, of_point.of(points, name).variable)
 
 
 def main_quantities(dataset: xr.Dataset) -> list[str]:

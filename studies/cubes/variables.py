@@ -136,10 +136,17 @@ def distribution_variable(distribution: Any) -> Variable:
 _measured = partial(Variable, dims=RUNS, unit="{unit}")
 
 VALUE = _measured("{quantity}", "{meaning}", lambda measured: measured.value, label="{words}", group="result")
+# As read off the grid of its run, where the expected mesh error is taken off the value.
+RAW = _measured(
+    "{quantity}_raw",
+    "{quantity} as read off the grid of its run; {quantity} itself is without its expected mesh error",
+    lambda measured: measured.value,
+    label="{words}, raw reading",
+)
 UNCERTAINTY = _measured(
     "{quantity}_reading_uncertainty",
-    "uncertainty of reading {quantity} off the grid of its run, without the mesh error but that of holes by the cells "
-    "through their plate: no error bar",
+    "uncertainty of {quantity} in its run: of reading it off the grid, and of the mesh where "
+    "{quantity}_uncertainty_mesh states it, which makes it an error bar",
     lambda measured: measured.uncertainty,
     label="{words}, uncertainty",
     group="result",

@@ -28,6 +28,8 @@ BY_ONE_GRID = (MESH_DETERMINED, *NO_DOUBT)  # flags that enough grids take away
 # The body has lost the particles that a measurement reads, so that the run has no answer; a flag of the run, too.
 LOST_PARTICLES = "lost_particles"
 
+# Part of the uncertainty where the mesh error is known from experience: half-width of 95 % of what is left of it.
+MESH = "mesh"
 # Part of the uncertainty of one run, by the cells through its plate; several grids show what it stands for.
 CELLS_THROUGH = "cells_through"
 # Part of an uncertainty that no mesh makes: half of the difference between two definitions of a quantity, where it has

@@ -11,7 +11,7 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, by_run, comparable, error_bars, places_of, simulated_values
+from studies.cubes.points import Place, axes_of, by_run, comparable, error_bars, mesh_part, places_of, simulated_values
 from studies.cubes.variable import Variable
 from studies.laws import DRAWN_ONLY
 from studies.quantities.units import readable
@@ -97,7 +97,7 @@ class FigureView:
         flagged: np.ndarray = flags != 0
         if not self.over_resolutions:
             return flagged
-        return flagged | np.isnan(self.flat(cubes.MESH_PART, name))
+        return flagged | np.isnan(mesh_part(self.dataset, name)).ravel()
 
     def doubts(self, name: str) -> list[str]:
         """The flags of a quantity and of its run at each point, in words; empty without any."""

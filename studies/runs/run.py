@@ -7,7 +7,7 @@ computes it; this module loads no solver.
 
 import hashlib
 import json
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import SimpleNamespace
@@ -17,6 +17,7 @@ from solver import PHYSICS_VERSION
 from solver.registry import entries
 from solver.units import Described
 from studies import scenarios
+from studies.convergence.experience import MeshGrid
 from studies.materials import Material, load, simulated
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import declared, flat, marks, parse_parameters
@@ -77,6 +78,12 @@ class Run:
     @cached_property
     def _defaults(self) -> dict[str, Any]:
         return {name: each.default for name, each in declared(scenarios.load(self.scenario).parameters).items()}
+
+    def mesh_grids(self, measurements: Iterable[str]) -> dict[str, MeshGrid]:
+        """The grid as the mesh error of each measurement depends on it, of those of which experience may tell it."""
+        set_up, materials = scenarios.load(self.scenario).record(self.parameters), materials_of(self)
+        grids = {name: set_up.mesh_grid(name, materials) for name in measurements}
+        return {name: grid for name, grid in grids.items() if grid is not None}
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""

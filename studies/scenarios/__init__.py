@@ -17,8 +17,9 @@ from typing import TYPE_CHECKING, Any, ClassVar, Self
 
 from solver.registry import entries
 from solver.units import Described
+from studies.convergence.experience import MeshGrid
 from studies.quantities.findings import Doubt, Finding, nearest_cure, refusal
-from studies.quantities.parameters import declared, describe, marks, nested
+from studies.quantities.parameters import declared, describe, flat, marks, nested
 from studies.scenarios.parts.outline import Outline
 
 if TYPE_CHECKING:
@@ -30,6 +31,7 @@ if TYPE_CHECKING:
 Materials = Mapping[str, "Material"]  # by the name of the parameter that names it: "target"
 
 
+ROUND_OFF = 1e-9  # relative: a default that follows from a rounded parameter differs by less
 OBSERVATIONS_PER_WINDOW = 5  # observations in the time over which growth is judged
 
 
@@ -139,6 +141,17 @@ class SetUp(ABC):
         """Flags of the values of a measurement that parameters tell and no state shows."""
         return ()
 
+    def mesh_grid(self, measurement: str, materials: Materials) -> MeshGrid | None:
+        """The grid as the mesh error of a measurement depends on it; None where no experience may be about it."""
+        return None
+
+    def has_defaults(self, materials: Materials, but_for: Collection[str]) -> bool:
+        """Whether all parameters but some have the value that they have where they are left out."""
+        values = flat(self)
+        given = {name: values[name] for name in but_for if name in values}
+        filled = flat(nested(type(self), given).filled(materials))
+        return all(_is_same(value, filled[name]) for name, value in values.items())
+
     @staticmethod
     def outline(values: Mapping[str, Any]) -> Outline | None:
         """The set-up before a run, of some parameters by name; None without those that it needs."""
@@ -214,6 +227,13 @@ class Scenario:
             "measurements": self.measurements,
             "parameters": describe(declared(self.parameters).values()),
         }
+
+
+def _is_same(value: Any, other: Any) -> bool:
+    """Whether two values are equal, numbers but for what follows from rounded ones."""
+    if isinstance(value, float) and isinstance(other, float):
+        return math.isclose(value, other, rel_tol=ROUND_OFF)
+    return bool(value == other)
 
 
 def names() -> list[str]:

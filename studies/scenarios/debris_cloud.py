@@ -8,6 +8,7 @@ projectile would have travelled; it is stated before a run, and not chosen after
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Second
@@ -113,6 +114,7 @@ class DebrisCloud(ImpactSetUp):
     """Parameters of a debris cloud."""
 
     viewed_by = "cloud"
+    experienced = MappingProxyType({"tip_velocity_percent": "tip_velocity_percent"})
 
     shot: CloudShot
     fracture: Fracture

@@ -5,6 +5,7 @@ from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
+from studies.convergence.experience import MeshGrid
 from studies.quantities.findings import Finding
 from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import round_quantity
@@ -37,6 +38,17 @@ SPREAD, MOST_SPREAD = 3.0, 8.0
 # a number by no more than round-off.
 MARGIN = 2.5
 WORKED = 1.0  # plastic strain of the foot, at which its yield stress is taken
+
+
+# Measurements whose mesh error is known, and parameters that say what is shot, on which grid, and how long it is
+# observed: experience is about the defaults of all others.
+EXPERIENCED = ("final_length", "mushroom_diameter", "width_at_fifth")
+SHOT = frozenset(
+    {
+        *("bar", "speed", "bar_length", "bar_diameter", "cells_per_diameter", "end_time", "stop", "settled_growth"),
+        *("reference_length", "reference_diameter", "reference_width", "film_interval"),
+    }
+)
 
 
 def spread(*, density: float, speed: float, yield_stress: float | None) -> float:
@@ -141,6 +153,19 @@ class TaylorBar(BarSetUp):
         )
         references = (self.reference_length, self.reference_diameter, self.reference_width)
         return self.at_wall(material).build(made, material.density, references)
+
+    def mesh_grid(self, measurement: str, materials: Materials) -> MeshGrid | None:
+        strength = yield_stress(materials["bar"])
+        if measurement not in EXPERIENCED or not strength or not self.has_defaults(materials, SHOT):
+            return None
+        return MeshGrid(
+            measurement,
+            across=self.cells_per_diameter,
+            through=math.inf,
+            speed=self.speed,
+            strength=strength,
+            length=self.bar_length / self.bar_diameter,
+        )
 
     def size(self, materials: Materials) -> Size:
         return self.at_wall(materials["bar"]).size(elastic_speed(materials["bar"]))

@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Annotated, Any, Self
 
 from solver.units import Described, Metre
@@ -32,6 +33,10 @@ CAP_PER_DIAMETER = 15e-3  # s/m
 @dataclass(frozen=True, kw_only=True)
 class ThickPlate(SettlingImpact):
     """Parameters of a crater."""
+
+    experienced = MappingProxyType(
+        {name: name for name in ("crater_depth", "crater_diameter", "crater_depth_over_diameter")}
+    )
 
     shot: ImpactShot
     fracture: Fracture

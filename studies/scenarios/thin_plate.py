@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import Annotated, Any, Self
 
 from solver.units import Described, Radian
@@ -32,6 +33,8 @@ class PlateAngles(Angles):
 @dataclass(frozen=True, kw_only=True)
 class ThinPlate(SettlingImpact):
     """Parameters of a perforation."""
+
+    experienced = MappingProxyType({name: name for name in ("hole_diameter", "hole_diameter_areal")})
 
     shot: ImpactShot
     fracture: Fracture

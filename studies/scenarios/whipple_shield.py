@@ -18,6 +18,7 @@ import math
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
@@ -300,6 +301,7 @@ class WhippleShield(ImpactSetUp):
     """Parameters of a shield."""
 
     viewed_by = "shield"
+    experienced = MappingProxyType({"bumper_hole_diameter": "hole_diameter"})
 
     shot: ShotAtShield
     fracture: Fracture

@@ -10,8 +10,9 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
+from studies.convergence.experience import MeshGrid
 from studies.quantities.findings import Finding
 from studies.quantities.measured import CELLS_THROUGH, FEW_CELLS_THROUGH
 from studies.quantities.numerical_defaults import FEW_PARTICLES, RECIPES
@@ -26,7 +27,7 @@ from studies.scenarios.parts.lattice import (
     mesh,
     slab_clamp,
 )
-from studies.scenarios.parts.matter import Fracture, check_boiling, check_constants, check_eos, matter
+from studies.scenarios.parts.matter import Fracture, check_boiling, check_constants, check_eos, matter, yield_stress
 from studies.scenarios.parts.method import ON_GRID, MethodChoice
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
@@ -102,6 +103,21 @@ BY_CELLS_THROUGH = (
 )
 
 
+# Parameters that say what is shot, on which grid, and how long it is observed. Experience of mesh errors is about the
+# defaults of all others, which are numerics and models.
+SHOT = frozenset(
+    {
+        *("projectile", "projectile_diameter", "projectile_shape", "projectile_length", "speed", "obliquity"),
+        *("target", "plate_thickness", "plate_radius", "target_depth", "target_radius", "edges", "beyond_edge"),
+        *("bumper", "wall", "bumper_thickness", "bumper_radius", "stand_off", "wall_thickness", "wall_radius"),
+        *("cells_per_wall", "wall_time"),
+        *(f"bumper_{place}{what}" for place in (2, 3, 4) for what in ("", "_thickness", "_stand_off")),
+        *("geometry", "cells_per_diameter", "offset", "end_time", "stop", "settled_growth", "settled_window"),
+        "film_interval",
+    }
+)
+
+
 @dataclass(frozen=True)
 class ImpactSetting(Setting):
     """An impact as its observer needs to know it."""
@@ -149,6 +165,24 @@ class Impact:
             "cells_per_diameter": self.shot.cells_per_diameter,
             "cells_per_thickness": self.thickness / self.shot.cell,
         }
+
+    def mesh_grid(self, quantity: str, materials: Materials) -> MeshGrid | None:
+        """The grid as the mesh error of a quantity depends on it; None of a target without a yield stress."""
+        shot, target = self.shot, materials[self.target]
+        strength = yield_stress(target)
+        if not strength:
+            return None
+        return MeshGrid(
+            quantity,
+            across=shot.cells_per_diameter,
+            through=math.inf if self.deep else self.cells()["cells_per_thickness"],
+            speed=shot.speed,
+            strength=strength,
+            density_ratio=materials["projectile"].density / target.density,
+            length=shot.length / shot.projectile_diameter,
+            obliquity=self.angles.obliquity,
+            in_space=shot.geometry != "axisymmetric",
+        )
 
     def size(self) -> Size:
         """Particles from volumes, and steps from the stable step of the undisturbed state."""
@@ -322,6 +356,16 @@ class ImpactSetUp(SetUp):
 
     def cells(self) -> dict[str, float]:
         return self.impact.cells()
+
+    # Each measurement whose mesh error is known, with the quantity of the ensemble that tells it.
+    experienced: ClassVar[Mapping[str, str]] = {}
+
+    def mesh_grid(self, measurement: str, materials: Materials) -> MeshGrid | None:
+        """The grid of a run that has the default numerics and failure, as those of the ensemble have."""
+        quantity = self.experienced.get(measurement)
+        if quantity is None or not self.has_defaults(materials, SHOT):
+            return None
+        return self.impact.mesh_grid(quantity, materials)
 
     def sections(self, setting: Any) -> "SectionOptions":
         """Pictures while the projectile goes through, and when its debris is about to leave."""

@@ -1,0 +1,315 @@
+"""The stored experience of mesh errors, fitted to the ensemble anew: ``python -m docs.mesh_fit``.
+
+By the rule of docs/mesh-error.md, which was written before the ensemble was computed: series that count, terms of the
+bias, maximum likelihood, groups that are left out, and the domain.
+"""
+
+import json
+import math
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass, fields, replace
+from functools import cache
+from typing import Any
+
+import numpy as np
+from scipy.optimize import minimize
+
+from docs.pages import mesh_error as ensemble
+from solver import PHYSICS_VERSION
+from studies.convergence.experience import (
+    FREEDOM,
+    NINETY_FIVE,
+    STORED,
+    Domain,
+    Experience,
+    MeshGrid,
+    MeshModel,
+    bias_terms,
+    scale_terms,
+)
+from studies.quantities.measured import STILL_GROWING
+
+LOWERS = 0.9  # share of what is left of left-out metals, to which a further term must lower it
+LEAST_SCALE = 1e-4  # relative: below what any run resolves
+HELD = (0.90, 0.99)  # share of left-out differences that intervals of 95 % hold
+FEWEST_SERIES = 0.8  # share of the series that a domain keeps
+FURTHER = ("speed", "strength", "density")  # factors beside 1
+THIN, THICK = 0.15, 0.4  # t/d between bands
+SLOW, FAST = 3e3, 5.5e3  # m/s between bands
+DIGITS = 6
+
+# From one domain to the next narrower one: the field of a grid, and its new least value.
+NARROWER = (("through", 3.0), ("through", 4.0), ("across", 14.0), ("speed", 2e3), ("speed", 2.5e3), ("thickness", 0.1))
+
+
+@dataclass(frozen=True)
+class Value:
+    """A quantity on one grid of a series."""
+
+    grid: MeshGrid
+    value: float
+
+
+@dataclass(frozen=True)
+class Shot:
+    """A series that counts, the finest grid last."""
+
+    number: int
+    kind: str
+    metal: str  # of the target or bar
+    values: tuple[Value, ...]
+
+    @property
+    def finest(self) -> Value:
+        """What the others are compared with."""
+        return self.values[-1]
+
+    def inside(self, domain: Domain) -> "Shot | None":
+        """The series on the grids that a domain has; None where its finest grid or all others are outside."""
+        kept = tuple(each for each in self.values if not domain.why_not(each.grid))
+        return replace(self, values=kept) if len(kept) > 1 and kept[-1] == self.finest else None
+
+
+# ---- what counts ---------------------------------------------------------------------------------
+
+
+@cache
+def shots() -> Mapping[str, tuple[Shot, ...]]:
+    """The series that count, by quantity."""
+    rows = {row["id"]: row for row in ensemble.stored() if row["physics"] == str(PHYSICS_VERSION)}
+    found: dict[str, list[Shot]] = {}
+    for series in ensemble.drawn():
+        computed = [(run, rows[run.id]) for _, _, run in series.runs() if run.id in rows]
+        for quantity in ensemble.QUANTITIES[series.scenario]:
+            values = tuple(
+                Value(_grid(run, quantity), float(row[quantity])) for run, row in computed if _counts(row, quantity)
+            )
+            complete = len(computed) == len(series.grids) and values and values[-1].grid.across == series.grids[-1][0]
+            if complete and len(values) > 1:
+                metal = str(series.parameters.get("target") or series.parameters["bar"])
+                found.setdefault(quantity, []).append(Shot(series.number, series.kind, metal, values))
+    return {quantity: tuple(each) for quantity, each in found.items()}
+
+
+def _counts(row: Mapping[str, str], quantity: str) -> bool:
+    """Whether a run succeeded and has a value that has settled."""
+    return row["state"] == "succeeded" and bool(row[quantity]) and STILL_GROWING not in row["flags"].split()
+
+
+def _grid(run: Any, quantity: str) -> MeshGrid:
+    grid = run.mesh_grid(quantity)
+    assert grid is not None, f"the ensemble has the default numerics: {run.parameters}"
+    return grid
+
+
+# ---- fitted --------------------------------------------------------------------------------------
+
+
+def terms_of(shots: Sequence[Shot]) -> tuple[list[str], list[list[str]]]:
+    """The terms of a smallest model, and those that are added one group after the other where they help."""
+    kinds = {shot.kind for shot in shots}
+    if kinds & {"plate", "cloud"}:
+        return ["through", "across"], [[f"through {name}", f"across {name}"] for name in FURTHER]
+    names = FURTHER if "block" in kinds else FURTHER[:-1]
+    return ["across"], [*([f"across {name}"] for name in names), ["across squared"]]
+
+
+def fit(shots: Sequence[Shot]) -> MeshModel:
+    """The model of some series, with the further terms that predict metals which they were not fitted to."""
+    names, further = terms_of(shots)
+    left = _left(shots, names)
+    for group in further:
+        tried = _left(shots, [*names, *group])
+        if tried <= LOWERS * left:
+            names, left = [*names, *group], tried
+    return fitted(shots, names)
+
+
+def _left(shots: Sequence[Shot], names: Sequence[str]) -> float:
+    """Median size of what a model leaves of metals that it was not fitted to."""
+    left = []
+    for inside, outside in left_out(shots, lambda shot: shot.metal):
+        model = fitted(inside, names)
+        left += [abs(difference - expected) for difference, expected, _ in differences(model, outside)]
+    return float(np.median(left))
+
+
+def left_out(shots: Sequence[Shot], group: Callable[[Shot], str]) -> Iterator[tuple[list[Shot], list[Shot]]]:
+    """The series but for one group, and that group, for each."""
+    for name in sorted({group(shot) for shot in shots}):
+        yield [shot for shot in shots if group(shot) != name], [shot for shot in shots if group(shot) == name]
+
+
+def differences(model: MeshModel, shots: Iterable[Shot]) -> Iterator[tuple[float, float, float]]:
+    """ln(value / value on the finest grid) of each coarser grid, as it is and as a model expects it, and its scale."""
+    for shot in shots:
+        finest = model.error_on(shot.finest.grid)
+        for each in shot.values[:-1]:
+            error = model.error_on(each.grid)
+            seen = math.log(each.value / shot.finest.value)
+            yield seen, error.bias - finest.bias, math.hypot(error.scale, finest.scale)
+
+
+def fitted(shots: Sequence[Shot], names: Sequence[str]) -> MeshModel:
+    """The most likely model with these terms of the bias."""
+    pairs = [(each.grid, shot.finest.grid, math.log(each.value / shot.finest.value)) for shot, each in _coarser(shots)]
+    design = np.array([[bias_terms(a)[name] - bias_terms(b)[name] for name in names] for a, b, _ in pairs])
+    squares = np.array([[x**2 + y**2 for x, y in zip(_scales(a), _scales(b), strict=True)] for a, b, _ in pairs])
+    values = np.array([value for _, _, value in pairs])
+    used: np.ndarray = squares.max(axis=0) > 0.0
+    squares = squares[:, used]
+    start = np.linalg.lstsq(design, values, rcond=None)[0]
+    size = max(float(np.median(np.abs(values - design @ start))), 10.0 * LEAST_SCALE)
+    logs = np.log(size / np.sqrt(squares.mean(axis=0) * squares.shape[1]))
+
+    def unlikely(parameters: np.ndarray) -> tuple[float, np.ndarray]:
+        """Minus the logarithm of the likelihood, and its gradient."""
+        bias, shares = parameters[: len(names)], squares * np.exp(2.0 * parameters[len(names) :])
+        left, variance = values - design @ bias, shares.sum(axis=1) + LEAST_SCALE**2
+        square = left**2 / variance
+        pull = (FREEDOM + 1.0) / (FREEDOM + square)
+        of_variance = 0.5 * (1.0 - pull * square) / variance
+        gradient = [-(pull * left / variance) @ design, 2.0 * of_variance @ shares]
+        value = 0.5 * (np.log(variance) + (FREEDOM + 1.0) * np.log1p(square / FREEDOM)).sum()
+        return float(value), np.concatenate(gradient)
+
+    # A part of the scale that the data do not show tends to nothing.
+    bounds = [(None, None)] * len(names) + [(math.log(LEAST_SCALE) - 5.0, None)] * len(logs)
+    found = minimize(unlikely, np.concatenate([start, logs]), jac=True, method="L-BFGS-B", bounds=bounds)
+    scale = np.zeros(len(used))
+    scale[used] = np.exp(found.x[len(names) :])
+    return MeshModel(
+        {name: float(value) for name, value in zip(names, found.x, strict=False)},
+        dict(zip(scale_terms(pairs[0][0]), map(float, scale), strict=True)),
+    )
+
+
+def _coarser(shots: Iterable[Shot]) -> Iterator[tuple[Shot, Value]]:
+    return ((shot, each) for shot in shots for each in shot.values[:-1])
+
+
+def _scales(grid: MeshGrid) -> list[float]:
+    return [*scale_terms(grid).values()]
+
+
+# ---- tested --------------------------------------------------------------------------------------
+
+
+def _band_of_thickness(shot: Shot) -> str:
+    thickness = shot.finest.grid.thickness
+    return "thin" if thickness < THIN else "thick" if thickness > THICK else "between"
+
+
+def _band_of_speed(shot: Shot) -> str:
+    speed = shot.finest.grid.speed
+    return "slow" if speed < SLOW else "fast" if speed > FAST else "between"
+
+
+GROUPS: Mapping[str, Callable[[Shot], str]] = {
+    "metal": lambda shot: shot.metal,
+    "speed": _band_of_speed,
+    "t/d": _band_of_thickness,
+}
+
+
+def coverage(shots: Sequence[Shot]) -> dict[str, tuple[int, int]]:
+    """Differences that 95 % intervals hold of series that a model was not fitted to, of how many: by group."""
+    plates = all(math.isfinite(shot.finest.grid.through) for shot in shots)
+    return {
+        name: held((fit(inside), outside) for inside, outside in left_out(shots, group))
+        for name, group in GROUPS.items()
+        if plates or name != "t/d"
+    }
+
+
+def held(tested: Iterable[tuple[MeshModel, Sequence[Shot]]]) -> tuple[int, int]:
+    """Differences inside of the 95 % intervals of models, of how many."""
+    inside = [
+        abs(seen - expected) <= NINETY_FIVE * scale
+        for model, shots in tested
+        for seen, expected, scale in differences(model, shots)
+    ]
+    return sum(inside), len(inside)
+
+
+def holds(covered: Mapping[str, tuple[int, int]]) -> bool:
+    """Whether the coverage is what it is to be, of each group."""
+    return all(HELD[0] <= count / of <= HELD[1] for count, of in covered.values())
+
+
+# ---- the domain ----------------------------------------------------------------------------------
+
+
+def domains(shots: Sequence[Shot]) -> Iterator[Domain]:
+    """The ranges of some series, and narrower ones."""
+    grids = [each.grid for shot in shots for each in shot.values]
+
+    def ends(name: str) -> tuple[float, float]:
+        values = [getattr(grid, name) for grid in grids]
+        return min(values), max(values)
+
+    domain = Domain(**{each.name: ends(each.name) for each in fields(Domain)})
+    yield domain
+    for name, least in NARROWER:
+        low, high = getattr(domain, name)
+        if low < least < high < math.inf:
+            domain = replace(domain, **{name: (least, high)})
+            yield domain
+
+
+@dataclass(frozen=True)
+class Tested:
+    """What is known of a quantity, with how it was tested."""
+
+    experience: Experience
+    shots: tuple[Shot, ...]  # of one plane, inside of the domain
+    of: int  # series that count
+    covered: Mapping[str, tuple[int, int]]
+
+    @property
+    def holds(self) -> bool:
+        """Whether left-out series lie where they should, in a domain that keeps most of them."""
+        return holds(self.covered) and len(self.shots) >= FEWEST_SERIES * self.of
+
+
+@cache
+def tested(quantity: str) -> Tested:
+    """The widest domain of a quantity in which it holds; the last one where none does."""
+    plane = [shot for shot in shots()[quantity] if shot.kind != "space"]
+    last = None
+    for domain in domains(plane):
+        kept = tuple(inside for shot in plane if (inside := shot.inside(domain)))
+        if len(kept) < FEWEST_SERIES * len(plane):
+            break
+        last = Tested(Experience(fit(kept), domain), kept, len(plane), coverage(kept))
+        if last.holds:
+            break
+    assert last is not None
+    return last
+
+
+def in_space(quantity: str, known: Experience) -> float:
+    """The factor of the scale in three dimensions, with which its intervals hold what they should there."""
+    sizes = sorted(
+        abs(seen - expected) / (NINETY_FIVE * scale)
+        for shot in shots()[quantity]
+        if shot.kind == "space" and (inside := shot.inside(replace(known.domain, obliquity=(0.0, math.pi))))
+        for seen, expected, scale in differences(known.model, [inside])
+    )
+    place = math.ceil(HELD[0] * len(sizes)) - 1
+    return max(1.0, sizes[place]) if sizes else math.inf
+
+
+def main() -> None:
+    """Store what holds."""
+    known: dict[str, Any] = {}
+    for quantity in shots():
+        test = tested(quantity)
+        print(quantity, f"{len(test.shots)} of {test.of}", test.covered, test.experience.model, flush=True)
+        if test.holds:
+            known[quantity] = test.experience.as_json()
+    STORED.write_text(json.dumps({"physics": PHYSICS_VERSION, "quantities": known}, indent=1) + "\n", encoding="utf-8")
+
+
+if __name__ == "__main__":
+    main()
