@@ -97,8 +97,7 @@ def _counts(row: Mapping[str, str], quantity: str) -> bool:
 
 
 def _grid(run: Any, quantity: str) -> MeshGrid:
-    grid = run.mesh_grid(quantity)
-    assert grid is not None, f"the ensemble has the default numerics: {run.parameters}"
+    grid: MeshGrid = run.mesh_grids[quantity]
     return grid
 
 

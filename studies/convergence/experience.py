@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from solver import PHYSICS_VERSION
+from studies.quantities.measured import BY_ONE_GRID, MESH, OF_MESH, Measured, numerical_parts
 
 STORED = Path(__file__).with_name("experience.json")
 
@@ -68,6 +69,18 @@ class MeshError:
     def bar(self) -> float:
         """Half-width of 95 % of the relative error that is left."""
         return NINETY_FIVE * self.scale
+
+
+def without_mesh_error(reading: Measured, error: MeshError) -> Measured:
+    """A measurement without its expected mesh error, whose uncertainty is a bar of what is left and of its reading."""
+    if reading.value is None:
+        return reading
+    value = error.corrected(reading.value)
+    parts = {part: size for part, size in reading.parts.items() if part not in OF_MESH}
+    parts[MESH] = error.bar * abs(value)
+    flags = tuple(flag for flag in reading.flags if flag not in BY_ONE_GRID)
+    uncertainty = math.hypot(*numerical_parts(parts).values())
+    return replace(reading, value=value, uncertainty=uncertainty, parts=parts, flags=flags)
 
 
 @dataclass(frozen=True)
