@@ -301,7 +301,7 @@ def in_space(quantity: str, known: Experience) -> float:
 
 
 def held_by_two(shots: Sequence[Shot]) -> tuple[int, int]:
-    """Series of metals that a model was not fitted to, whose finest value 95 % of the two coarsest grids hold as one."""
+    """Series of left-out metals whose finest value lies in the 95 % interval of their two coarsest grids, of how many."""
     inside = []
     for others, group in left_out(shots, GROUPS["metal"]):
         model = replace(fit(others), independent=True)

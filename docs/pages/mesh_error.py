@@ -315,11 +315,11 @@ The yield stress is that of the target's first slip, cold and slow.
 
 ## Several grids
 
-Corrected values of one shot are averaged with the inverse squares of their scales. What is left on two grids counts as
-independent, so that both narrow the bar, where the interval of 95 % of the two coarsest grids together holds 90 % of the
-values of the finest one, of metals that are left out; else the bar is that of the most certain grid. Offsets on one grid
-are averaged and narrow nothing. Where the finest grid and another differ by more than the 99 % of their scales together
-the grids disagree, and the bar holds what is seen.
+Corrected values of one shot are averaged with the inverse squares of their scales. What is left on two grids counts
+as independent, so that both narrow the bar, where the interval of 95 % of the two coarsest grids together holds 90 % of
+the values of the finest one, of metals that are left out; else the bar is that of the most certain grid. Offsets on one
+grid are averaged and narrow nothing. Where the finest grid and another differ by more than the 99 % of their scales
+together the grids disagree, and the bar holds what is seen.
 
 ## What counts
 
