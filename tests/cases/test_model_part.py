@@ -86,6 +86,7 @@ def test_failures__hold_what_those_of_any_constant_make_of_a_shot(compared: Call
 # ---- its shape -----------------------------------------------------------------------------------
 
 STATED = (("thin_plate", (HOLE,)), ("thick_plate", ("crater_depth", "crater_diameter")))
+SYMMETRIC = ("strength", "equation of state")
 VALUE = 0.02  # m, of each invented run
 Shape = dict[str, float]  # strength and equation of state: share; each failure: signed difference
 
@@ -133,7 +134,7 @@ def _shape(answers: Mapping[str, Sequence[float | None]], place: int, default: s
     """What the stored answers at a speed make of one with a failure."""
     told = {name: value for name, values in answers.items() if (value := values[place])}
     changed = {name: abs(value / told[BASE] - 1.0) for name, value in told.items()}
-    shape = {kind: max(changed[name] for name in told if name.startswith(kind)) for kind in CONTRIBUTIONS}
+    shape = {kind: max(changed[name] for name in told if name.startswith(kind)) for kind in SYMMETRIC}
     by_failure = {default: told[BASE], **{name.split()[1]: told[name] for name in told if name.startswith(FAILURE)}}
     return shape | {name: value / by_failure[own] - 1.0 for name, value in by_failure.items()}
 
@@ -146,8 +147,8 @@ def _middle(low: Shape, high: Shape) -> Shape:
 
 def _rows(where: str, point: xr.Dataset, quantity: str, shape: Shape, out: set[str]) -> Iterator[Row]:
     """The parts of a point of the cube, in per cent, beside those of a shape."""
-    symmetric = [shape[kind] for kind in CONTRIBUTIONS]
-    failures = {name: share for name, share in shape.items() if name not in CONTRIBUTIONS}
+    symmetric = [shape[kind] for kind in SYMMETRIC]
+    failures = {name: share for name, share in shape.items() if name not in SYMMETRIC}
     moved = [share for name, share in failures.items() if name not in out]
     parts = {
         "model_part": math.hypot(*symmetric),
