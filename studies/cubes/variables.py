@@ -191,7 +191,7 @@ def uncertainty_part(part: str) -> Variable:
 
 MODEL_PART = _measured(
     "{quantity}_model_part",
-    "standard uncertainty of {quantity} due to strength, failure and equation of state; NaN: not assessed",
+    "standard uncertainty of {quantity} due to strength and equation of state; NaN: not assessed",
     lambda assessed: assessed.uncertainty,
     label="{words}, model part",
 )
@@ -202,6 +202,38 @@ MODEL_REASON = Variable(
     RUNS,
     kind="text",
     label="{words}, model text",
+)
+
+
+def _of_side(side: str) -> tuple[Variable, Variable]:
+    """How far failures that count move a quantity to one side, and the failure that does."""
+    size = _measured(
+        f"{{quantity}}_model_part_{side}",
+        f"how far another failure than that of the run that docs/failure.md does not throw out makes {{quantity}} "
+        f"{'smaller' if side == 'lower' else 'larger'}; NaN: not assessed",
+        lambda assessed: (part := getattr(assessed, side)) and part.size,
+        label=f"{{words}}, {side} by failure",
+    )
+    failure = Variable(
+        f"{{quantity}}_model_part_{side}_failure",
+        f"failure that makes {{quantity}}_model_part_{side}; empty where none does",
+        lambda assessed: (part := getattr(assessed, side)) and part.failure,
+        RUNS,
+        kind="text",
+        label=f"{{words}}, {side} failure",
+    )
+    return size, failure
+
+
+MODEL_SIDES = (_of_side("lower"), _of_side("upper"))
+BETWEEN_FAILURES = ", "
+MODEL_THROWN_OUT = Variable(
+    "{quantity}_model_part_thrown_out",
+    "failures that docs/failure.md throws out: {quantity} with them is known and in no part",
+    lambda assessed: BETWEEN_FAILURES.join(assessed.thrown_out),
+    RUNS,
+    kind="text",
+    label="{words}, failures out",
 )
 
 
@@ -226,7 +258,7 @@ MODEL_ALLOY = Variable(
 
 
 def model_contribution(contribution: str) -> Variable:
-    """The variable of one contribution to the model part: strength, failure, equation of state."""
+    """The variable of one contribution to the model part: strength, equation of state."""
     return Variable(
         f"{{quantity}}_model_part_{contribution.replace(' ', '_')}",
         f"relative standard uncertainty of {{quantity}} due to {contribution}; NaN: not assessed",

@@ -52,7 +52,7 @@ from studies.sweeps.screening import CONTRIBUTIONS
 from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import doubtful_constants
 
-REPORT_VERSION = 13
+REPORT_VERSION = 14
 
 RULES = (
     "The value of a resolution is the mean over its sub-cell offsets, runs with the grid shifted by a part of a cell; "
@@ -429,10 +429,32 @@ def _model_part(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
                 "quantity": quantity,
                 "statement": text,
                 "contributions": {name: finite(float(share[mine][0])) for name, share in shares.items()},
+                "lower": _side(dataset, quantity, cubes.MODEL_SIDES[0], mine),
+                "upper": _side(dataset, quantity, cubes.MODEL_SIDES[1], mine),
+                "thrown_out": _thrown_out(dataset, quantity, mine),
                 # The largest factor by which they are outside of where their model part was measured.
                 "distance": float(distances.max()) if distances.size else None,
                 "runs": count,
             }
+
+
+def _side(
+    dataset: xr.Dataset, quantity: str, side: tuple[Variable, Variable], mine: np.ndarray
+) -> dict[str, Any] | None:
+    """How far failures that count move some runs to one side, relative, and which; None where it is not known."""
+    sizes, values = _by_run(dataset, side[0], quantity)[mine], by_run(dataset, quantity)[mine]
+    if not np.isfinite(sizes[0]):
+        return None
+    failure = by_run(dataset, side[1].named(quantity))[mine][0]
+    return {"share": abs(float(sizes[0] / values[0])) if values[0] else None, "failure": str(failure)}
+
+
+def _thrown_out(dataset: xr.Dataset, quantity: str, mine: np.ndarray) -> list[str]:
+    """The failures that do not count for some runs."""
+    if not cubes.MODEL_THROWN_OUT.is_in(dataset, quantity):
+        return []
+    names = by_run(dataset, cubes.MODEL_THROWN_OUT.named(quantity))[mine][0]
+    return [name for name in str(names).split(cubes.BETWEEN_FAILURES) if name]
 
 
 def _by_run(dataset: xr.Dataset, variable: Variable, quantity: str) -> np.ndarray:
