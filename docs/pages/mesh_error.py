@@ -20,6 +20,7 @@ from typing import Any
 from docs.pages import MADE, computed_once, table
 from solver import PHYSICS_VERSION
 from studies import materials
+from studies.convergence import experience
 from studies.runs.run import Run, estimate, resolve
 from studies.scenarios.parts.matter import yield_stress
 
@@ -64,6 +65,20 @@ QUANTITIES = {
     "debris_cloud": ("tip_velocity_percent",),
     "thick_plate": ("crater_depth", "crater_diameter", "crater_depth_over_diameter"),
     "taylor_bar": ("final_length", "mushroom_diameter", "width_at_fifth"),
+}
+
+
+FURTHER_CELLS, FIRST_FURTHER = (24, 64), 1000
+EIGHT_MILLIMETRES = {"projectile_diameter": 8e-3, "speed": 5e3, "plate_thickness": 2e-3}
+OTHERS: Mapping[str, Mapping[str, Any]] = {
+    "steel on aluminium": {"projectile": "steel-4340", "target": "al-6061-t6"},
+    "tungsten on steel": {"projectile": "tungsten", "target": "steel-4340"},
+    "oblique hole": {"projectile": "al-6061-t6", "target": "al-6061-t6", "obliquity": math.radians(45.0)},
+    "cylinder of three diameters": {
+        **{"projectile": "copper-ofhc", "target": "copper-ofhc"},
+        **{"projectile_shape": "cylinder", "projectile_length": 24e-3},
+    },
+    "t/d 0.04": {"projectile": "al-6061-t6", "target": "al-6061-t6", "plate_thickness": 0.32e-3},
 }
 
 
@@ -192,6 +207,29 @@ def _spaces(chance: random.Random) -> Iterator[_Shot]:
         yield "space", "thin_plate", shot, _offsets(chance, SPACE_CELLS)
 
 
+@cache
+def further() -> tuple[Series, ...]:
+    """Series that no model is fitted to: six plates and two blocks that are drawn, and shots of other kinds."""
+    chance = random.Random(SEED + 1)
+    shots: list[_Shot] = []
+    for speed, ratio in zip(_spread(chance, 6, *SPEED), _spread(chance, 6, *THICKNESS, log=True), strict=True):
+        diameter = float(f"{chance.uniform(*DIAMETER):.4g}")
+        shot = {**_pair(chance, chance.choice(METALS), chance.random() < 0.5), **_body(chance, diameter, False)}
+        shot |= {"speed": speed, "plate_thickness": float(f"{ratio * diameter:.4g}")}
+        shots.append(("plate", "thin_plate", shot, _offsets(chance, FURTHER_CELLS)))
+    for speed in _spread(chance, 2, *SPEED):
+        diameter = float(f"{chance.uniform(*DIAMETER):.4g}")
+        shot = {**_pair(chance, chance.choice(METALS), True), **_body(chance, diameter, False), "speed": speed}
+        size = {name: float(f"{NEAR_EDGES * diameter:.4g}") for name in ("target_depth", "target_radius")}
+        cells = (BLOCK_CELLS[1], FINE_BLOCK_CELLS)
+        shots.append(("block", "thick_plate", {**shot, **size, "edges": "absorbing"}, _offsets(chance, cells)))
+    for name, other in OTHERS.items():
+        oblique = {"geometry": "half"} if "obliquity" in other else {}
+        cells = (SPACE_CELLS[1], 2 * SPACE_CELLS[1]) if oblique else FURTHER_CELLS
+        shots.append((name, "thin_plate", {**EIGHT_MILLIMETRES, **other, **oblique}, _offsets(chance, cells)))
+    return tuple(Series(FIRST_FURTHER + number, *shot) for number, shot in enumerate(shots))
+
+
 # ---- computed ------------------------------------------------------------------------------------
 
 
@@ -207,7 +245,8 @@ def expected_cost() -> dict[str, float]:
 def compute(directory: Path | None = None) -> None:
     """Compute the runs that neither the table nor a directory has, the cheap ones first, and store each as it ends."""
     rows = {row["id"]: row for row in stored() if row["physics"] == str(PHYSICS_VERSION)}
-    places = [(series.number, cells, offset, run) for series in drawn() for cells, offset, run in series.runs()]
+    every = (*drawn(), *further()) if experience.stored() else drawn()
+    places = [(series.number, cells, offset, run) for series in every for cells, offset, run in series.runs()]
     places.sort(key=lambda place: estimate(place[3]).core_seconds)
     with (
         tempfile.TemporaryDirectory() as temporary,
