@@ -65,6 +65,7 @@ QUANTITIES = {
     "debris_cloud": ("tip_velocity_percent",),
     "thick_plate": ("crater_depth", "crater_diameter", "crater_depth_over_diameter"),
     "taylor_bar": ("final_length", "mushroom_diameter", "width_at_fifth"),
+    "whipple_shield": ("bumper_hole_diameter",),
 }
 
 
@@ -79,6 +80,13 @@ OTHERS: Mapping[str, Mapping[str, Any]] = {
         **{"projectile_shape": "cylinder", "projectile_length": 24e-3},
     },
     "t/d 0.04": {"projectile": "al-6061-t6", "target": "al-6061-t6", "plate_thickness": 0.32e-3},
+}
+
+
+# The shield of the README.
+SHIELD = {
+    **{"projectile": "al-2017-t4", "bumper": "al-6061-t6", "wall": "al-6061-t6", "projectile_diameter": 5e-3},
+    **{"speed": 6e3, "bumper_thickness": 1.2e-3, "stand_off": 0.1, "wall_thickness": 3.2e-3},
 }
 
 
@@ -227,6 +235,7 @@ def further() -> tuple[Series, ...]:
         oblique = {"geometry": "half"} if "obliquity" in other else {}
         cells = (SPACE_CELLS[1], 2 * SPACE_CELLS[1]) if oblique else FURTHER_CELLS
         shots.append((name, "thin_plate", {**EIGHT_MILLIMETRES, **other, **oblique}, _offsets(chance, cells)))
+    shots.append(("bumper", "whipple_shield", dict(SHIELD), _offsets(chance, (FURTHER_CELLS[0], 2 * FURTHER_CELLS[0]))))
     return tuple(Series(FIRST_FURTHER + number, *shot) for number, shot in enumerate(shots))
 
 

@@ -23,7 +23,7 @@ WIDEST_RATIO = 4.0  # median of the bar over the error
 @pytest.mark.claim("mesh-error", "mesh-coverage", minutes=3.0)
 @pytest.mark.parametrize("quantity", KNOWN)
 def test_model__holds_series_that_it_was_not_fitted_to(quantity: str, compared: Compared) -> None:
-    """95 % intervals hold 90 to 99 % of series of a metal, a band of speed or of t/d that the model was not fitted to."""
+    """95 % intervals hold 90 to 99 % of series of a metal, band of speed or of t/d that the model was not fitted to."""
     tested = mesh_fit.tested(quantity)
     for group, (count, of) in coverage(tested.shots).items():
         where = f"{quantity}: share held where each {group} is left out, {of} differences"
@@ -87,11 +87,11 @@ OUTSIDE = {"cylinder of three diameters": "length", "t/d 0.04": "thickness"}
 @pytest.mark.claim("mesh-error", "mesh-further")
 @pytest.mark.parametrize("series", ensemble.further(), ids=lambda series: f"{series.number} {series.kind}")
 def test_further_shots__lie_in_the_bar_of_a_coarse_grid(series: ensemble.Series, compared: Compared) -> None:
-    """Plates on 64 cells and blocks on 40 that no model was fitted to lie in the bars of 24 and 12 cells, or outside."""
+    """Shots that no model was fitted to lie on fine grids in the bars of coarse ones, where these are known."""
     (_, _, coarse), (cells, _, fine) = series.runs()
     rows = {row["id"]: row for row in ensemble.stored()}
     for quantity, grid in coarse.mesh_grids.items():
-        if quantity not in experience.stored():
+        if grid.quantity not in experience.stored():
             continue
         where = f"{series.kind}, {quantity}"
         if why := OUTSIDE.get(series.kind):
