@@ -11,7 +11,7 @@ import pytest
 import xarray as xr
 
 from studies.cases.rows import Row, equal, relative
-from studies.convergence.richardson import Convergence, Sample, converge_series
+from studies.convergence.richardson import Convergence, Sample, converge
 from studies.laws import DRAWN_ONLY, load
 from studies.quantities.measured import numerical_parts
 from studies.reports.publish import publish
@@ -60,9 +60,10 @@ def test_report__has_the_numbers_about_each_law_that_its_runs_give(
     with xr.open_dataset(tmp_path / "cube.nc") as opened:
         cube = opened.load()
     speeds = cube.speed.values.tolist()
-    holes = converge_series(
-        [_sample(run, result) for run, result in results if run.parameters["speed"] == speed] for speed in speeds
-    )
+    holes = [
+        converge(_sample(run, result) for run, result in results if run.parameters["speed"] == speed)
+        for speed in speeds
+    ]
     (table,) = [each for each in document["convergence"]["quantities"] if each["quantity"] == NAME]
     for point, hole in zip(table["points"], holes, strict=True):
         where = f"{point['at']['speed'] / 1e3:g} km/s"

@@ -97,8 +97,7 @@ def test_convergence__shows_runs_levels_and_the_value_with_its_error_bar() -> No
         (level,) = series_of(figure, number, kind="level")
         assert level.x == (1 / 16, 1 / 32, 1 / 64)
         np.testing.assert_allclose(np.array(level.y, float), runs.mean("offset").values)
-        half = 0.5 * (runs.max("offset") - runs.min("offset")).values
-        np.testing.assert_allclose(np.array(level.uncertainty, float), half)
+        np.testing.assert_allclose(np.array(level.uncertainty, float), runs.std("offset", ddof=1).values)
         (dots,) = series_of(figure, number, kind="run")
         assert sorted(np.array(dots.y, float)) == sorted(runs.values.ravel())
         (band,) = bands(replace(figure, panels=(panel,)))
