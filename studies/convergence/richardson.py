@@ -105,9 +105,9 @@ def converge(samples: Iterable[Sample]) -> Convergence:
     levels = levels_of(samples)
     three = [level for level in levels if level.values][:3]
     if not three:
-        return Convergence("no value", "no run has a value", *[math.nan] * 4, levels=levels)
+        return Convergence("no value", "no run has a value", math.nan, math.nan, math.nan, math.nan, levels=levels)
     finest, notes = three[0], [*_flagged(three), *notes_on_gaps(levels)]
-    parts = [math.nan] * 2 if TOO_COARSE in finest.quality_flags else [finest.uncertainty, finest.rest]
+    parts = (math.nan, math.nan) if TOO_COARSE in finest.quality_flags else (finest.uncertainty, finest.rest)
     if why := _why_unknown(levels, three):
         verdict: ConvergenceVerdict = "single grid" if len(three) == 1 else "order unknown"
         return Convergence(verdict, "; ".join([why, *notes]), finest.value, math.nan, *parts, levels=levels)

@@ -73,7 +73,7 @@ def test_main_figure__is_redone_from_the_cube_alone() -> None:
 def test_band__is_the_error_bar_over_the_value_about_zero() -> None:
     shipped = fakes.HOLE_LAWS[1]
     wider = replace(
-        shipped, ratio=lambda shot, variant: 1.03 * shipped.ratio(shot, variant)
+        shipped, ratio=lambda shot, variant: 1.05 * shipped.ratio(shot, variant)
     )  # within bars at two points
     dataset = fakes.cube_of(REFINED, laws=[wider])
     figure = drawn(dataset, "residuals")
