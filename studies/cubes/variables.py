@@ -17,7 +17,7 @@ from studies.convergence.richardson import VERDICTS
 from studies.cubes.variable import POINTS, RUNS, Variable, VariableKind, variable_name
 from studies.quantities.parameters import Parameter
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 
 LAW, OBSERVATION = "{quantity}_law", "observation"
 OBSERVED_LAW = "{quantity}_observed_law"
@@ -287,8 +287,7 @@ _pure = partial(Variable, dims=POINTS, unit="1")
 
 CONVERGED = _converged(
     "{quantity}_converged",
-    "{quantity} over all resolutions and offsets: extrapolated to cells of no size at all points of a series (then it "
-    "equals {quantity}_converged_extrapolated) where that is more certain, else the mean of the finest resolution",
+    "{quantity} over all resolutions and offsets: the mean over offsets at the finest resolution that has a value",
     lambda point: point.value,
     label="{words}, converged",
     group="result",
@@ -303,7 +302,7 @@ CONVERGED_UNCERTAINTY = _converged(
 )
 MESH_PART = _converged(
     "{quantity}_converged_uncertainty_mesh",
-    "part of the uncertainty: error left by the mesh, and what the scatter over offsets makes of the value",
+    "part of the uncertainty: error of the mesh; NaN where the grids show no order",
     lambda point: point.mesh,
     label="{words}, mesh part",
 )
@@ -321,7 +320,7 @@ MEASUREMENT_PART = _converged(
 )
 ORDER = _pure(
     "{quantity}_converged_order",
-    "observed order of convergence of {quantity}",
+    "observed order of convergence of {quantity}, where converging",
     lambda each: each.order,
     label="{words}, order",
 )

@@ -18,10 +18,10 @@ class Accuracy:
 
 
 # Three grids, because an observed order needs them (Celik et al. 2008, J. Fluids Eng. 130, 078001, who ask for a
-# ratio of more than 1.3); two leave an error bar of three times their difference. Through a plate of a quarter
-# diameter 16, 32 and 64 cells are 4, 8 and 16: below 4 a plate has too few particles for a stress wave (flag
-# ``under_resolved``). Three offsets, because the error bar of grids that differ by little is the scatter over them: of
-# an error that varies once over a cell, two see between all and nothing, three always more than four fifths.
+# ratio of more than 1.3). Through a plate of a quarter diameter 16, 32 and 64 cells are 4, 8 and 16: below 4 a plate
+# has too few particles for a stress wave (flag ``under_resolved``). Three offsets, because an order counts only above
+# the scatter over them: of an error that varies once over a cell, two see between all and nothing, three always more
+# than four fifths.
 ACCURACY: Mapping[str, Accuracy] = MappingProxyType(
     {
         "draft": Accuracy(
@@ -33,7 +33,7 @@ ACCURACY: Mapping[str, Accuracy] = MappingProxyType(
         "standard": Accuracy(
             (16.0, 24.0, 36.0),
             3,
-            "three grids at three sub-cell offsets; an order and an extrapolated value where they differ by enough",
+            "three grids at three sub-cell offsets; an order and a mesh error where they differ by enough",
         ),
         "fine": Accuracy(
             (16.0, 32.0, 64.0), 3, "three finer grids, each twice as fine as the one before, at three sub-cell offsets"

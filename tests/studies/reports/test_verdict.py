@@ -15,7 +15,6 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.laws import NO_RANGE, NOT_FOUND
-from studies.quantities.measured import Measured
 from studies.reports.compare import compare
 from studies.runs.results import RunResult
 from tests.studies.support import fakes
@@ -26,7 +25,7 @@ MOST = 0.10  # the difference up to which the report calls a law numerically clo
 CLOSE = ("meets the simulation", "close")
 PERCENT = re.compile(r"(\d+(?:\.\d+)?)(?: to (\d+(?:\.\d+)?))?\u202f%")
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?")
-BAR = 0.001  # relative uncertainty of the invented runs
+BAR = 0.002  # relative mesh error of the invented points
 
 # ---- words ---------------------------------------------------------------------------------------
 
@@ -47,7 +46,7 @@ def document_of(
     scatter: float | None = None,
     edit: Callable[[xr.Dataset], xr.Dataset] = lambda cube: cube,
 ) -> dict[str, Any]:
-    """The comparison of the invented holes, the same on every grid, with a law that gives them times a factor."""
+    """The comparison of the invented holes, on grids of first order, with a law that gives them times a factor."""
     limits = fakes.within(0.0, math.inf, *([NOT_FOUND] if rangeless else []))
     law = fakes.law(
         "law",
@@ -65,8 +64,7 @@ def document_of(
 
 def result(run: Any) -> RunResult:
     value = ratio(run.parameters["speed"]) * fakes.DIAMETER
-    measured = Measured(value, BAR * value, {"resolution": BAR * value}, (), {}, 1)
-    return replace(fakes.result(run), measurements={NAME: measured})
+    return replace(fakes.result(run), measurements={NAME: fakes.of_first_order(value, BAR, run)})
 
 
 def stated(*arguments: Any, **named: Any) -> tuple[list[str], dict[str, Any]]:
@@ -258,7 +256,7 @@ SENTENCES = {
     ],
     "refined": [
         NO_SHOT,
-        "The mesh error is unknown at 1 of 6 points.",
+        "The mesh error is unknown at 4 of 6 points.",
         ELSEWHERE.format("1 of 6", 1.5),
         NO_SCATTER,
         RECALLED,
