@@ -1,15 +1,13 @@
 """Convergence of a measured number under refinement: observed order, Richardson's value, GCI, verdict.
 
-- Each point is judged by itself. Its value is that of the finest resolution, the mean over its sub-cell offsets without
-  those that failed; the grid convergence index (GCI) is an error band about it (Roache 1994; Celik et al. 2008, step
-  5), and Richardson's value, which multiplies noise, stands beside it.
+- The value of a point is that of its finest resolution, the mean over its sub-cell offsets; the grid convergence index
+  (GCI) is an error band about it (Celik et al. 2008, step 5), and Richardson's value, noisier, stands beside it.
 - The three finest resolutions count: ``converging`` where their differences exceed the noise and have one sign,
   the observed order lies within ``ORDERS``, and the noise cannot have raised it from below them.
 - The mesh error is then the GCI of the values with the noise against them: each shifted by ``COVERAGE`` times its
   standard uncertainty to where the order is lowest and the error largest.
-- Else it is unknown: no order is assumed, and no difference of two grids stands for an error. What is known of the
-  reading is stated: ``offsets``, the noise of the finest resolution over the root of the number of its offsets, and
-  ``measurement``, all else that its runs state (growth, azimuth), root mean square over the offsets.
+- Else it is unknown: no order is assumed. What is known of the reading is stated: ``offsets``, the noise of the finest
+  resolution over the root of its offsets, and ``measurement``, all else that its runs state (growth, azimuth).
 
 Sources: Richardson (1911); Roache (1994), J. Fluids Eng. 116, 405; Celik et al. (2008), J. Fluids Eng. 130, 078001; Eça
 and Hoekstra (2014), J. Comput. Phys. 262, 104. ``make claims bars`` counts how often the bars hold a known limit.
