@@ -84,7 +84,7 @@ def _flags(view: ImpactView, diameter: float) -> tuple[str, ...]:
     "edge, where the areal density is half; not perforated where more than a quarter of the plate stands within a "
     "cell of the axis, closed on axis where less does: a film of it still closes the hole; near rim where it is wider "
     "than half of the plate, wide bar where its uncertainty is more than a tenth of it",
-    version=6,
+    version=7,
     widest=0.1,
 )
 def hole_diameter(view: ImpactView) -> Reading:
@@ -120,7 +120,7 @@ def _clear_radius(view: ImpactView, sector: int, edge: float) -> float:
     unit="m",
     meaning="equal-area diameter of the opening seen along the plate's normal, where the areal density of the plate "
     "that is connected to the rim falls to half of its nominal value; flags as those of the hole diameter",
-    version=3,
+    version=4,
 )
 def hole_diameter_areal(view: ImpactView) -> Reading:
     return _hole_reading(view, _areal_edges(view))
@@ -131,7 +131,7 @@ def hole_diameter_areal(view: ImpactView) -> Reading:
     unit="m",
     meaning="equal-area diameter of the innermost particle edges of the connected plate within half a cell of its "
     "original mid-plane; not perforated, closed on axis and near rim as the hole diameter",
-    version=5,
+    version=6,
 )
 def hole_diameter_midplane(view: ImpactView) -> Reading:
     near = np.abs(view.depth - 0.5 * view.thickness) <= 0.5 * view.cell
@@ -152,7 +152,7 @@ def hole_diameter_midplane(view: ImpactView) -> Reading:
     unit="m",
     meaning="diameter from crest to crest of the lip on the entry side, within a projectile diameter of the hole; lip "
     "at window where the crest is within a cell of that distance: the plate may stand higher farther out",
-    version=4,
+    version=5,
 )
 def hole_diameter_lip(view: ImpactView) -> Reading:
     """Radius of the particle that stands highest above the entry face near the hole, in each sector."""
@@ -182,5 +182,5 @@ MEASUREMENT = (
     hole_diameter_areal,
     hole_diameter_midplane,
     hole_diameter_lip,
-    *axes_of("hole", "by areal density (hole_diameter_areal)", 2, _radii),
+    *axes_of("hole", "by areal density (hole_diameter_areal)", 3, _radii),
 )

@@ -237,8 +237,7 @@ def test_growth__is_the_range_within_the_last_window_and_a_part_of_the_uncertain
     assert observer.growth("hole_diameter") == pytest.approx(0.3e-3)
     hole = observer.measured_as("hole_diameter")
     assert hole.parts["growth"] == pytest.approx(0.3e-3)
-    through = 0.07 * 15e-3  # with four cells through the plate
-    assert hole.uncertainty == pytest.approx(math.hypot(0.3e-3, 0.5e-3, through))
+    assert hole.uncertainty == pytest.approx(math.hypot(0.3e-3, 0.5e-3))
 
 
 # A cell is 0.5 mm, and half a per cent of 15 mm is 0.075 mm: the quarter of a cell decides; on 64 cells the share does.
