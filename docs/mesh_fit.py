@@ -25,6 +25,7 @@ from studies.convergence.experience import (
     MeshGrid,
     MeshModel,
     bias_terms,
+    combined,
     scale_terms,
 )
 from studies.quantities.measured import STILL_GROWING
@@ -97,8 +98,7 @@ def _counts(row: Mapping[str, str], quantity: str) -> bool:
 
 
 def _grid(run: Any, quantity: str) -> MeshGrid:
-    grid = run.mesh_grid(quantity)
-    assert grid is not None, f"the ensemble has the default numerics: {run.parameters}"
+    grid: MeshGrid = run.mesh_grids[quantity]
     return grid
 
 
@@ -300,14 +300,45 @@ def in_space(quantity: str, known: Experience) -> float:
     return max(1.0, sizes[place]) if sizes else math.inf
 
 
+def held_by_two(shots: Sequence[Shot]) -> tuple[int, int]:
+    """Series of left-out metals whose finest value lies in the 95 % interval of their two coarsest grids, of how many."""
+    inside = []
+    for others, group in left_out(shots, GROUPS["metal"]):
+        model = replace(fit(others), independent=True)
+        for shot in group:
+            if len(shot.values) > 2:
+                two = [(each.value, model.error_on(each.grid)) for each in reversed(shot.values[:2])]
+                finest = model.error_on(shot.finest.grid)
+                value, point = finest.corrected(shot.finest.value), combined(two)
+                inside.append(abs(point.value - value) <= math.hypot(point.bar, finest.bar * value))
+    return sum(inside), len(inside)
+
+
+def experience_of(quantity: str) -> Experience | None:
+    """What is stored of a quantity; None where no domain holds."""
+    test = tested(quantity)
+    if not test.holds:
+        return None
+    count, of = held_by_two(test.shots)
+    known = test.experience
+    model = replace(known.model, in_space=in_space(quantity, known), independent=bool(of) and count / of >= HELD[0])
+    return replace(known, model=rounded(model))
+
+
+def rounded(model: MeshModel) -> MeshModel:
+    """A model with the digits that are stored."""
+    bias, scale = ({name: float(f"{c:.{DIGITS}g}") for name, c in part.items()} for part in (model.bias, model.scale))
+    return replace(model, bias=bias, scale=scale, in_space=float(f"{model.in_space:.{DIGITS}g}"))
+
+
 def main() -> None:
     """Store what holds."""
-    known: dict[str, Any] = {}
+    known = {}
     for quantity in shots():
-        test = tested(quantity)
-        print(quantity, f"{len(test.shots)} of {test.of}", test.covered, test.experience.model, flush=True)
-        if test.holds:
-            known[quantity] = test.experience.as_json()
+        test, experience = tested(quantity), experience_of(quantity)
+        print(quantity, f"{len(test.shots)} of {test.of} series", test.covered, experience or "unknown", flush=True)
+        if experience is not None:
+            known[quantity] = experience.as_json()
     STORED.write_text(json.dumps({"physics": PHYSICS_VERSION, "quantities": known}, indent=1) + "\n", encoding="utf-8")
 
 

@@ -311,6 +311,16 @@ The noise has Student's distribution with five degrees of freedom (Lange, Little
 of the differences of each grid and the finest one of its series, ln Q(grid) - ln Q(finest), whose centre is
 B(grid) - B(finest) and whose scale is that of both.
 
+The yield stress is that of the target's first slip, cold and slow.
+
+## Several grids
+
+Corrected values of one shot are averaged with the inverse squares of their scales. What is left on two grids counts
+as independent, so that both narrow the bar, where the interval of 95 % of the two coarsest grids together holds 90 % of
+the values of the finest one, of metals that are left out; else the bar is that of the most certain grid. Offsets on one
+grid are averaged and narrow nothing. Where the finest grid and another differ by more than the 99 % of their scales
+together the grids disagree, and the bar holds what is seen.
+
 ## What counts
 
 A run counts where it succeeded and its quantity has a value that has settled; a series, where its finest grid counts

@@ -22,7 +22,9 @@ from service.workers.attempt import Ending, legible
 from service.workers.supervisor import BROKEN_MOUNT
 from service.workers.timings import Timings
 from solver.errors import WhippleError
+from studies.convergence.experience import MeshError, without_mesh_error
 from studies.quantities.files import RESULT
+from studies.quantities.measured import Measured
 
 log = logging.getLogger(__name__)
 
@@ -216,11 +218,18 @@ class Verification:
 
 
 def summary_of(answer: Mapping[str, Any]) -> dict[str, Any]:
-    """The part of a result (``RunResult.as_json``) that rows store: all fields except histories."""
-    kept = ("value", "uncertainty", "flags", "version")
-    measured = {
-        name: {word: measurement[word] for word in kept if word in measurement}
-        for name, measurement in answer["measurements"].items()
-    }
+    """The part of a result (``RunResult.as_json``) that rows store: all fields except histories.
+
+    The values are without their mesh errors where the result has these, and the raw reading stands beside.
+    """
+    measured = {name: _summarized(measurement) for name, measurement in answer["measurements"].items()}
     more = {key: answer[key] for key in ("flags", "numbers", "stop") if key in answer}
     return {"measurements": measured, **more}
+
+
+def _summarized(measurement: Mapping[str, Any]) -> dict[str, Any]:
+    kept = {word: measurement[word] for word in ("value", "uncertainty", "flags", "version") if word in measurement}
+    if not measurement.get("mesh_error"):
+        return kept
+    known = without_mesh_error(Measured(**measurement), MeshError(**measurement["mesh_error"]))
+    return {**kept, "value": known.value, "uncertainty": known.uncertainty, "flags": known.flags, "raw": kept["value"]}

@@ -15,6 +15,7 @@ from pathlib import Path
 from typing import Any
 
 from solver import PHYSICS_VERSION
+from studies.quantities.measured import BY_ONE_GRID, MESH, OF_MESH, Measured, numerical_parts
 
 STORED = Path(__file__).with_name("experience.json")
 
@@ -23,9 +24,6 @@ NINETY_FIVE, NINETY_NINE = 2.5706, 4.0321  # its quantiles of 97.5 and 99.5 %
 SPEED, STRENGTH = 4e3, 3e8  # m/s and Pa, at which the terms of speed and strength vanish
 THROUGH_ORDER = 2  # of the error by cells through a plate: that of the scheme
 ACROSS_ORDER = 1  # by cells across what hits: the surface of what is hit is blurred by part of a cell
-# Whether the errors that are left on different grids of a shot are independent, so that several grids narrow a bar: by
-# the rule of docs/mesh-error.md.
-INDEPENDENT = True
 FEWEST_CELLS, MOST_CELLS = 2, 512  # across, that an accuracy may ask for: those that a scenario takes
 
 
@@ -59,6 +57,7 @@ class MeshError:
 
     bias: float  # expected ln(value on the grid / value without mesh error)
     scale: float  # of Student's distribution, of what is left
+    independent: bool = False  # whether what is left on another grid of the shot is another, so that both narrow a bar
 
     def corrected(self, value: float) -> float:
         """A value without the expected error."""
@@ -68,6 +67,18 @@ class MeshError:
     def bar(self) -> float:
         """Half-width of 95 % of the relative error that is left."""
         return NINETY_FIVE * self.scale
+
+
+def without_mesh_error(reading: Measured, error: MeshError) -> Measured:
+    """A measurement without its expected mesh error, whose uncertainty is a bar of what is left and of its reading."""
+    if reading.value is None:
+        return reading
+    value = error.corrected(reading.value)
+    parts = {part: size for part, size in reading.parts.items() if part not in OF_MESH}
+    parts[MESH] = error.bar * abs(value)
+    flags = tuple(flag for flag in reading.flags if flag not in BY_ONE_GRID)
+    uncertainty = math.hypot(*numerical_parts(parts).values())
+    return replace(reading, value=value, uncertainty=uncertainty, parts=parts, flags=flags)
 
 
 @dataclass(frozen=True)
@@ -103,12 +114,13 @@ class MeshModel:
     bias: Mapping[str, float]
     scale: Mapping[str, float]
     in_space: float = 1.0  # factor of the scale in three dimensions
+    independent: bool = False  # as in ``MeshError``
 
     def error_on(self, grid: MeshGrid) -> MeshError:
         """The mesh error on a grid."""
         bias = math.fsum(self.bias[name] * value for name, value in bias_terms(grid).items() if name in self.bias)
         parts = (self.scale[name] * value for name, value in scale_terms(grid).items())
-        return MeshError(bias, math.hypot(*parts) * (self.in_space if grid.in_space else 1.0))
+        return MeshError(bias, math.hypot(*parts) * (self.in_space if grid.in_space else 1.0), self.independent)
 
 
 def bias_terms(grid: MeshGrid) -> dict[str, float]:
@@ -150,7 +162,7 @@ class Experience:
     def from_json(plain: Mapping[str, Any]) -> "Experience":
         """The experience that ``as_json`` wrote."""
         domain = Domain(**{name: (float(low), float(high)) for name, (low, high) in plain["domain"].items()})
-        return Experience(MeshModel(plain["bias"], plain["scale"], plain["in_space"]), domain)
+        return Experience(MeshModel(plain["bias"], plain["scale"], plain["in_space"], plain["independent"]), domain)
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""
@@ -216,7 +228,8 @@ def combined(grids: Sequence[tuple[float, MeshError]]) -> Combined:
     weights = [error.scale**-2 for _, error in grids]
     total = math.fsum(weights)
     value = math.fsum(weight * each for weight, each in zip(weights, values, strict=True)) / total
-    bar = NINETY_FIVE * abs(value) * (total**-0.5 if INDEPENDENT else min(error.scale for _, error in grids))
+    independent = all(error.independent for _, error in grids)
+    bar = NINETY_FIVE * abs(value) * (total**-0.5 if independent else min(error.scale for _, error in grids))
     finest = grids[0][1].scale
     disagree = any(
         abs(each - values[0]) > NINETY_NINE * math.hypot(error.scale, finest) * abs(values[0])

@@ -8,26 +8,22 @@ from typing import Any
 
 import numpy as np
 
-from studies.convergence.experience import MeshError, combined, mesh_error
+from studies.convergence.experience import MeshError, combined, without_mesh_error
 from studies.convergence.outcomes import agree
 from studies.convergence.richardson import Convergence, ConvergenceVerdict, Sample, converge_series, levels_of
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
 from studies.quantities.measured import (
     BY_ONE_GRID,
-    CELLS_THROUGH,
     DEFINITION,
     ENOUGH_GRIDS,
-    MESH,
+    OF_MESH,
+    SUB_CELL,
     Measured,
     numerical_parts,
 )
 from studies.runs.results import RunResult
 from studies.sweeps.reading import RESOLUTION
-
-SUB_CELL = "resolution"  # part of an uncertainty: what a single run cannot see, and offsets show
-OF_MESH = (SUB_CELL, CELLS_THROUGH, MESH)  # parts that offsets and resolutions show themselves
-
 
 Results = Mapping[str, RunResult]  # what each run left, by its id
 MISSING = RunResult("", "missing", "no result was recorded for this run")
@@ -60,14 +56,10 @@ class Cell:
         """Whether more than the id of the run is known."""
         return not isinstance(self.run, UnfinishedRun)
 
-    @cached_property
+    @property
     def mesh_errors(self) -> Mapping[str, MeshError]:
         """What the mesh does to each measurement, where experience tells it."""
-        if not self.is_resolved or self.state != "succeeded":
-            return {}
-        grids = self.run.mesh_grids(self.result.measurements)
-        errors = {name: mesh_error(grid) for name, grid in grids.items()}
-        return {name: error for name, error in errors.items() if error is not None}
+        return self.run.mesh_errors if self.is_resolved and self.state == "succeeded" else {}
 
     def reading(self, quantity: str) -> Measured | None:
         """The measurement of a quantity, as it was read off the grid of its run."""
@@ -76,14 +68,9 @@ class Cell:
     def measured(self, quantity: str) -> Measured | None:
         """The measurement of a quantity, without its expected mesh error where that is known."""
         reading, error = self.reading(quantity), self.mesh_errors.get(quantity)
-        if reading is None or reading.value is None or error is None:
+        if reading is None or error is None:
             return reading
-        value = error.corrected(reading.value)
-        parts = {part: size for part, size in reading.parts.items() if part not in OF_MESH}
-        parts[MESH] = error.bar * abs(value)
-        flags = tuple(flag for flag in reading.flags if flag not in BY_ONE_GRID)
-        uncertainty = math.hypot(*numerical_parts(parts).values())
-        return replace(reading, value=value, uncertainty=uncertainty, parts=parts, flags=flags)
+        return without_mesh_error(reading, error)
 
 
 @dataclass(frozen=True)

@@ -35,7 +35,7 @@ from studies.films.section import SectionRecorder
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES
 from studies.runs.observer import RunObserver
-from studies.runs.results import NO_CONTROL, OTHER_PHYSICS, Progress, RunControl, RunResult
+from studies.runs.results import NO_CONTROL, OTHER_PHYSICS, Progress, RunControl, RunResult, with_mesh_errors
 from studies.runs.run import Run, materials_of
 from studies.runs.run_log import RunLog
 from studies.runs.stages import EARLIER_STAGE, carried_by, outcome_of, setting_of, together
@@ -90,7 +90,7 @@ def execute(
         made_by["threads"] = threads_for(problem.particle_count, threads)
         log.begin(run, problem, made_by)
         outcomes = _stages(run, observer, log, threads, _Restart(checkpoint, control, explain))
-        result = _succeeded(run.id, directory, observer, outcomes)
+        result = with_mesh_errors(run, _succeeded(run.id, directory, observer, outcomes))
     except WhippleError as error:
         result = RunResult(run.id, "failed", reason=str(error), failure=type(error).__name__)
     made_by |= {"started": started, "seconds": time.perf_counter() - clock}

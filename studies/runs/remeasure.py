@@ -17,7 +17,7 @@ from typing import Any
 from studies import measurements, scenarios
 from studies.measurements import Measurement, Reading
 from studies.quantities.measured import STILL_GROWING, Measured
-from studies.runs.results import RunResult, as_measured
+from studies.runs.results import RunResult, as_measured, with_mesh_errors
 from studies.runs.run import Run
 
 NEEDS_SOLVING = "needs_solving"  # flag of a value whose history no stored state can renew
@@ -61,11 +61,12 @@ def remeasure(run: Run, result: RunResult, state: Path, *, by: str) -> RunResult
             renewed[measurement.name] = _from_state(run, measurement, measurement.read(view), result)
     # Names as the scenario has them, then those that it no longer has.
     order = dict.fromkeys([*(n for n in definitions(run.scenario) if n in renewed), *renewed])
-    return replace(
+    renewed_result = replace(
         result,
         measurements={name: renewed[name] for name in order},
         provenance={**result.provenance, "remeasured": _provenance(result, chosen, by)},
     )
+    return with_mesh_errors(run, renewed_result)
 
 
 def load_state(file: Path, *, step: int = 0) -> Any:

@@ -6,13 +6,14 @@ And what a run reports while it is computed.
 import dataclasses
 import math
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING, TOO_COARSE, WIDE_BAR, Measured
 
 if TYPE_CHECKING:
     from studies.measurements import Measurement, Reading
+    from studies.runs.run import Run
     from studies.scenarios import Scenario, SetUp
 
 
@@ -83,6 +84,16 @@ class RunResult:
         return RunResult(**{**plain, "measurements": measured, "flags": tuple(plain["flags"])})
 
 
+def with_mesh_errors(run: "Run", result: RunResult) -> RunResult:
+    """A result whose measurements have their mesh errors beside them, where experience tells them."""
+    errors = run.mesh_errors
+    measured = {
+        name: replace(each, mesh_error=dataclasses.asdict(errors[name])) if name in errors else each
+        for name, each in result.measurements.items()
+    }
+    return replace(result, measurements=measured)
+
+
 def _plain(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {name: _plain(item) for name, item in value.items()}
@@ -110,7 +121,7 @@ def as_measured(
     value, parts, flags = (reading.value if math.isfinite(reading.value) else None), dict[str, float](), reading.flags
     if value is not None:
         parts = parameters.all_parts(measurement.name, value, reading.parts)
-        flags = (*flags, *parameters.flags(measurement.name), *[MESH_DETERMINED] * measurement.mesh_determined)
+        flags = (*flags, *[MESH_DETERMINED] * measurement.mesh_determined)
         flags = (*flags, *[STILL_GROWING] * (not settled))
         if math.isfinite(growth):
             parts["growth"] = growth

@@ -7,7 +7,7 @@ computes it; this module loads no solver.
 
 import hashlib
 import json
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from functools import cached_property
 from types import SimpleNamespace
@@ -17,7 +17,7 @@ from solver import PHYSICS_VERSION
 from solver.registry import entries
 from solver.units import Described
 from studies import scenarios
-from studies.convergence.experience import MeshGrid
+from studies.convergence.experience import MeshError, MeshGrid, mesh_error
 from studies.materials import Material, load, simulated
 from studies.quantities.findings import Finding, InvalidInput
 from studies.quantities.parameters import declared, flat, marks, parse_parameters
@@ -79,11 +79,16 @@ class Run:
     def _defaults(self) -> dict[str, Any]:
         return {name: each.default for name, each in declared(scenarios.load(self.scenario).parameters).items()}
 
-    def mesh_grids(self, measurements: Iterable[str]) -> dict[str, MeshGrid]:
+    @property
+    def mesh_grids(self) -> dict[str, MeshGrid]:
         """The grid as the mesh error of each measurement depends on it, of those of which experience may tell it."""
-        set_up, materials = scenarios.load(self.scenario).record(self.parameters), materials_of(self)
-        grids = {name: set_up.mesh_grid(name, materials) for name in measurements}
-        return {name: grid for name, grid in grids.items() if grid is not None}
+        return scenarios.load(self.scenario).record(self.parameters).mesh_grids(materials_of(self))
+
+    @cached_property
+    def mesh_errors(self) -> Mapping[str, MeshError]:
+        """What the mesh does to each measurement, where experience tells it."""
+        errors = {name: mesh_error(grid) for name, grid in self.mesh_grids.items()}
+        return {name: error for name, error in errors.items() if error is not None}
 
     def as_json(self) -> dict[str, Any]:
         """As plain objects."""

@@ -135,13 +135,9 @@ class SetUp(ABC):
         """Parts of the uncertainty of a measurement, relative, that parameters tell and no state shows."""
         return {}
 
-    def flags(self, measurement: str) -> tuple[str, ...]:
-        """Flags of the values of a measurement that parameters tell and no state shows."""
-        return ()
-
-    def mesh_grid(self, measurement: str, materials: Materials) -> MeshGrid | None:
-        """The grid as the mesh error of a measurement depends on it; None where no experience may be about it."""
-        return None
+    def mesh_grids(self, materials: Materials) -> dict[str, MeshGrid]:
+        """The grid as the mesh error of each measurement depends on it, of those of which experience may tell it."""
+        return {}
 
     def has_defaults(self, materials: Materials, but_for: Collection[str]) -> bool:
         """Whether all parameters but some have the value that they have where they are left out."""

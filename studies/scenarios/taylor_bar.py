@@ -151,18 +151,19 @@ class TaylorBar(BarSetUp):
         references = (self.reference_length, self.reference_diameter, self.reference_width)
         return self.at_wall(material).build(made, material.density, references)
 
-    def mesh_grid(self, measurement: str, materials: Materials) -> MeshGrid | None:
+    def mesh_grids(self, materials: Materials) -> dict[str, MeshGrid]:
         strength = yield_stress(materials["bar"])
-        if measurement not in EXPERIENCED or not strength or not self.has_defaults(materials, SHOT):
-            return None
-        return MeshGrid(
-            measurement,
+        if not strength or not self.has_defaults(materials, SHOT):
+            return {}
+        grid = MeshGrid(
+            "",
             across=self.cells_per_diameter,
             through=math.inf,
             speed=self.speed,
             strength=strength,
             length=self.bar_length / self.bar_diameter,
         )
+        return {name: replace(grid, quantity=name) for name in EXPERIENCED}
 
     def size(self, materials: Materials) -> Size:
         return self.at_wall(materials["bar"]).size(elastic_speed(materials["bar"]))

@@ -140,7 +140,10 @@ def _measured(run: RunRow, parameters: Mapping[str, Any]) -> Iterator[dict[str, 
     for name in quantities_of(run.scenario):
         if name in found:
             uncertainty, flags = found[name].get("uncertainty"), found[name].get("flags", ())
-            yield _printed(name, found[name].get("value"), uncertainty, flags, parameters)
+            printed = _printed(name, found[name].get("value"), uncertainty, flags, parameters)
+            raw = found[name].get("raw")
+            read = "" if raw is None else _printed(name, raw, uncertainty, (), parameters)["text"]
+            yield {**printed, "raw": read}
 
 
 def _so_far(run: RunRow, parameters: Mapping[str, Any]) -> Iterator[dict[str, Any]]:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from studies.convergence.experience import MeshGrid
 from studies.quantities.findings import Finding
-from studies.quantities.measured import CELLS_THROUGH, FEW_CELLS_THROUGH
 from studies.quantities.numerical_defaults import FEW_PARTICLES, RECIPES
 from studies.scenarios import Materials, ObservationRate, Setting, SetUp, Size
 from studies.scenarios.parts.lattice import (
@@ -77,30 +76,6 @@ OF_FEW_PARTICLES = {
     "crater_diameter": (0.01, 0.01),
     "crater_depth_over_diameter": (0.021, 0.021),
 }
-
-
-# Holes of spheres of aluminium 6061-T6 (10 mm, 6 km/s, body of revolution, default recipe) over that with the most
-# cells through the plate, less 1, in per cent:
-#
-#     cells     2      3      4      6      8     12     diameter with the most
-#     t/d 0.05  +17.6  +9.3   +3.6   -0.2   0            11.38 mm
-#     t/d 0.1   +19.3  +11.1  +4.1   +1.6   0            14.31 mm
-#     t/d 0.2   +22.9  +10.0  +4.2   +1.1   +0.2  0      18.77 mm
-#
-# and of prototypes in copper up to +18 % with 2, +7 % with 4 and 1 % with 8. The part of the uncertainty of one run
-# falls with the formal order of the scheme, and its factor holds all of these: the 7 % with 4 cells ask for the most.
-# The hole by areal density stays within it too; those in the mid-plane and at the lip jump by a third with single
-# particles, and nothing holds them.
-THROUGH_ENOUGH = 8.0  # cells, from which on no hole was off by more than 1 %
-THROUGH_ORDER = 2.0
-THROUGH_FACTOR = 0.07 * 4.0**THROUGH_ORDER
-BY_CELLS_THROUGH = (
-    "hole_diameter",
-    "hole_diameter_areal",
-    "hole_diameter_largest",
-    "hole_diameter_smallest",
-    "hole_diameter_mean_root",
-)
 
 
 # Parameters that say what is shot, on which grid, and how long it is observed. Experience of mesh errors is about the
@@ -360,12 +335,12 @@ class ImpactSetUp(SetUp):
     # Each measurement whose mesh error is known, with the quantity of the ensemble that tells it.
     experienced: ClassVar[Mapping[str, str]] = {}
 
-    def mesh_grid(self, measurement: str, materials: Materials) -> MeshGrid | None:
+    def mesh_grids(self, materials: Materials) -> dict[str, MeshGrid]:
         """The grid of a run that has the default numerics and failure, as those of the ensemble have."""
-        quantity = self.experienced.get(measurement)
-        if quantity is None or not self.has_defaults(materials, SHOT):
-            return None
-        return self.impact.mesh_grid(quantity, materials)
+        if not self.experienced or not self.has_defaults(materials, SHOT):
+            return {}
+        grids = {name: self.impact.mesh_grid(quantity, materials) for name, quantity in self.experienced.items()}
+        return {name: grid for name, grid in grids.items() if grid is not None}
 
     def sections(self, setting: Any) -> "SectionOptions":
         """Pictures while the projectile goes through, and when its debris is about to leave."""
@@ -399,21 +374,13 @@ class SettlingImpact(ImpactSetUp):
         }
 
     def uncertainty_parts(self, measurement: str) -> Mapping[str, float]:
-        """The parts of few cells through the plate, and of few particles in the shape in which it was measured."""
+        """The part of few particles, in the shape in which it was measured."""
         shot, own, default = self.impact.shot, self.impact.numerics.choices, RECIPES["whipple"]
-        parts: dict[str, float] = {}
-        if measurement in BY_CELLS_THROUGH:
-            parts[CELLS_THROUGH] = THROUGH_FACTOR / self.cells()["cells_per_thickness"] ** THROUGH_ORDER
         few = own.particles_per_cell <= FEW_PARTICLES < default.particles_per_cell
         if few and own.shape == default.shape and measurement in OF_FEW_PARTICLES:
             coarse, fine = OF_FEW_PARTICLES[measurement]
-            parts["particles"] = coarse if shot.cells_per_diameter < FINE else fine
-        return parts
-
-    def flags(self, measurement: str) -> tuple[str, ...]:
-        """A hole with few cells through its plate."""
-        few = measurement.startswith("hole_diameter") and self.cells()["cells_per_thickness"] < THROUGH_ENOUGH
-        return (FEW_CELLS_THROUGH,) if few else ()
+            return {"particles": coarse if shot.cells_per_diameter < FINE else fine}
+        return {}
 
 
 def outline(values: Mapping[str, Any], *, thickness: str, radius: str, target: str = "target") -> Outline | None:

@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 from studies.convergence import experience
-from studies.convergence.experience import mesh_error
 from studies.cubes.points import error_bars, points_of
 from studies.cubes.variables import VERDICT_WORDS
 from studies.sweeps.axes import Axis
@@ -28,7 +27,7 @@ def test_one_grid__has_the_value_without_its_mesh_error_and_a_bar() -> None:
     for point, raw, value, bar in zip(
         sweep.runs(), cube.hole_diameter_raw, cube.hole_diameter, error_bars(cube, "hole_diameter"), strict=True
     ):
-        error = mesh_error(point.run.mesh_grids(["hole_diameter"])["hole_diameter"])
+        error = point.run.mesh_errors.get("hole_diameter")
         reading = results[point.run.id].measurements["hole_diameter"]
         assert error is not None
         assert float(raw) == reading.value
@@ -51,7 +50,7 @@ def test_several_grids__are_one_value_or_disagree(factor: float, verdict: str) -
     sweep = fakes.sweep_of(SPEEDS, resolutions=(16.0, 32.0), offsets=2)
     results = {}
     for point in sweep.runs():
-        error = mesh_error(point.run.mesh_grids(["hole_diameter"])["hole_diameter"])
+        error = point.run.mesh_errors.get("hole_diameter")
         assert error is not None
         outcome = fakes.result(point.run)
         measured = outcome.measurements["hole_diameter"]

@@ -1,16 +1,12 @@
 """Impacts and plates as they are built: masses, places, shocks, and the method of a plate."""
 
 import math
-from collections.abc import Callable
 
 import pytest
 
-from studies import materials, scenarios
-from studies.cases.rows import Row, at_most, equal, reported
-from studies.quantities.measured import numerical_parts
+from studies import materials
 from studies.runs.run import materials_of
 from studies.scenarios.plate_impact import CROSSED, shocks
-from tests.cases.cubes import result_of
 from tests.contracts.test_scenarios import CORNERS, DIAMETER, ROUND_OFF, Changes, asked, built
 
 each_corner = pytest.mark.parametrize(
@@ -86,47 +82,3 @@ def test_plates__break_as_their_failure_says() -> None:
     geometry = setting.problem.geometry
     end = geometry.lower[2] + geometry.cells[2] * geometry.spacing
     assert end - 4e-3 > 2.0 * 2000.0 * (setting.problem.end_time - setting.crossing)
-
-
-# Cells through a plate
-
-# Holes over that with the most cells through the plate, less 1, in per cent (``parts.impact``), and the upper ends of
-# the ranges that prototypes in copper had.
-OFF_BY = {2.0: (17.6, 19.3, 22.9, 18.0), 3.0: (9.3, 11.1, 10.0), 4.0: (3.6, 4.1, 4.2, 7.0), 6.0: (0.2, 1.6, 1.1)}
-OFF_BY[8.0] = (0.2, 1.0)
-
-
-@pytest.mark.claim("breaking", "cells-through")
-@pytest.mark.parametrize("cells", OFF_BY)
-def test_hole__states_a_part_for_few_cells_through_its_plate(cells: float, compared: Callable[[Row], None]) -> None:
-    """The uncertainty of a hole holds how far off holes were with as many cells through the plate; few have a flag."""
-    own = asked("thin_plate", plate_thickness=1e-3, cells_per_diameter=8.0 * cells)
-    plate = scenarios.load("thin_plate").record(own.parameters)
-    for name in ("hole_diameter", "hole_diameter_areal"):
-        part = plate.uncertainty_parts(name)["cells_through"]
-        text = f"{name}, {cells:g} cells: farthest that one was off"
-        compared(at_most(text, limit=part * (1.0 + ROUND_OFF), got=0.01 * max(OFF_BY[cells])))
-        few = ("few_cells_through",) if cells < 8.0 else ()
-        compared(equal(f"{name}, {cells:g} cells: flags", expected=few, got=plate.flags(name)))
-
-
-@pytest.mark.claim("breaking", "cells-through", minutes=1.0)
-def test_hole__with_four_cells_through_its_plate_has_a_bar_that_holds_the_fine_one(
-    compared: Callable[[Row], None],
-) -> None:
-    """A hole with four cells through a plate of t/d 0.1 has a bar that holds that of 64 cells across the projectile."""
-    shot = {"projectile_diameter": 10e-3, "plate_thickness": 1e-3, "speed": 6000.0}
-    roles = dict.fromkeys(("projectile", "target"), "al-6061-t6")
-    holes = []
-    for cells in (40.0, 64.0):
-        result = result_of("thin_plate", {**shot, **roles, "cells_per_diameter": cells})
-        holes.append(result.measurements["hole_diameter"])
-        compared(reported(f"{cells:g} cells across the projectile: hole (m)", holes[-1].value or math.nan))
-    coarse, fine = holes
-    assert coarse.value
-    assert fine.value
-    assert coarse.uncertainty
-    compared(at_most("difference from the fine hole (m)", limit=coarse.uncertainty, got=abs(coarse.value - fine.value)))
-    without = {name: size for name, size in numerical_parts(coarse.parts).items() if name != "cells_through"}
-    compared(reported("bar without the part of cells through (m)", math.hypot(*without.values())))
-    compared(equal("flags of the coarse hole", expected=("few_cells_through",), got=coarse.flags))
