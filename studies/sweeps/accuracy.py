@@ -53,7 +53,8 @@ def cells_of(run: Run, error: float) -> float:
     Those that count are the scenario's ``accurate`` ones of which experience tells anything; ``run`` may be on any
     grid.
     """
-    grids = [*run.mesh_grids(scenarios.load(run.scenario).accurate).values()]
+    wanted = scenarios.load(run.scenario).accurate
+    grids = [grid for name, grid in run.mesh_grids.items() if name in wanted]
     known = [grid for grid in grids if grid.quantity in experience.stored()]
     cells = experience.cells_for(error, known)
     if cells is not None:
