@@ -477,8 +477,9 @@ class Sweep:
             ends = (axis.search.low, axis.search.high) if axis is not None and axis.search is not None else ()
             # Each try of a search has the same grid; an error is largest at one of the ends.
             points = [{**coordinates, axis.name: end} for end in ends] if axis is not None else [coordinates]
-            finest = [{**self._values(each), RESOLUTION: float(MOST_CELLS)} for each in points]
-            self._chosen[key] = max(cells_of(self._resolved(each)[0], self.accuracy) for each in finest)
+            finest = declared(self.definition.parameters)[RESOLUTION].bounds.nearest(float(MOST_CELLS))
+            runs = (self._resolved({**self._values(each), RESOLUTION: finest})[0] for each in points)
+            self._chosen[key] = max(cells_of(run, self.accuracy) for run in runs)
         return self._chosen[key]
 
     @cached_property
