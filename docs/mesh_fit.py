@@ -165,11 +165,13 @@ def fitted(shots: Sequence[Shot], names: Sequence[str]) -> MeshModel:
     def unlikely(parameters: np.ndarray) -> tuple[float, np.ndarray]:
         """Minus the logarithm of the likelihood, and its gradient."""
         bias, shares = parameters[: len(names)], squares * np.exp(2.0 * parameters[len(names) :])
-        left, variance = values - design @ bias, shares.sum(axis=1) + LEAST_SCALE**2
+        # Sums without BLAS, whose threads cost more than they save on matrices of a few columns.
+        left, variance = values - (design * bias).sum(axis=1), shares.sum(axis=1) + LEAST_SCALE**2
         square = left**2 / variance
         pull = (FREEDOM + 1.0) / (FREEDOM + square)
         of_variance = 0.5 * (1.0 - pull * square) / variance
-        gradient = [-(pull * left / variance) @ design, 2.0 * of_variance @ shares]
+        weights = (pull * left / variance)[:, None], 2.0 * of_variance[:, None]
+        gradient = [-(weights[0] * design).sum(axis=0), (weights[1] * shares).sum(axis=0)]
         value = 0.5 * (np.log(variance) + (FREEDOM + 1.0) * np.log1p(square / FREEDOM)).sum()
         return float(value), np.concatenate(gradient)
 
@@ -288,20 +290,21 @@ def tested(quantity: str) -> Tested:
     return last
 
 
-def in_space(quantity: str, known: Experience) -> float:
-    """The factor of the scale in three dimensions, with which its intervals hold what they should there."""
-    sizes = sorted(
-        abs(seen - expected) / (NINETY_FIVE * scale)
-        for shot in shots()[quantity]
-        if shot.kind == "space" and (inside := shot.inside(replace(known.domain, obliquity=(0.0, math.pi))))
-        for seen, expected, scale in differences(known.model, [inside])
-    )
-    place = math.ceil(HELD[0] * len(sizes)) - 1
-    return max(1.0, sizes[place]) if sizes else math.inf
+def in_space(shots: Iterable[Shot], known: Experience) -> Experience:
+    """What is known with the factor of the scale in three dimensions, with which intervals hold what they should."""
+    shots = [inside for shot in shots if (inside := shot.inside(replace(known.domain, obliquity=(0.0, math.pi))))]
+    plain = replace(known.model, in_space=1.0)
+    sizes = sorted(abs(seen - expected) / (NINETY_FIVE * scale) for seen, expected, scale in differences(plain, shots))
+    if not sizes:
+        return known
+    factor = max(1.0, sizes[math.ceil(HELD[0] * len(sizes)) - 1])
+    steepest = max(shot.finest.grid.obliquity for shot in shots)
+    model = replace(known.model, in_space=factor)
+    return Experience(model, replace(known.domain, obliquity=(0.0, steepest)))
 
 
 def held_by_two(shots: Sequence[Shot]) -> tuple[int, int]:
-    """Series of left-out metals whose finest value lies in the 95 % interval of their two coarsest grids, of how many."""
+    """Series of left-out metals whose finest value is inside the 95 % of their two coarsest grids, of how many."""
     inside = []
     for others, group in left_out(shots, GROUPS["metal"]):
         model = replace(fit(others), independent=True)
@@ -320,25 +323,43 @@ def experience_of(quantity: str) -> Experience | None:
     if not test.holds:
         return None
     count, of = held_by_two(test.shots)
-    known = test.experience
-    model = replace(known.model, in_space=in_space(quantity, known), independent=bool(of) and count / of >= HELD[0])
-    return replace(known, model=rounded(model))
+    model = replace(test.experience.model, independent=bool(of) and count / of >= HELD[0])
+    in_three = [shot for shot in shots()[quantity] if shot.kind == "space"]
+    known = in_space(in_three, replace(test.experience, model=model))
+    return replace(known, model=rounded(known.model))
 
 
 def rounded(model: MeshModel) -> MeshModel:
     """A model with the digits that are stored."""
     bias, scale = ({name: float(f"{c:.{DIGITS}g}") for name, c in part.items()} for part in (model.bias, model.scale))
-    return replace(model, bias=bias, scale=scale, in_space=float(f"{model.in_space:.{DIGITS}g}"))
+    return replace(model, bias=bias, scale=scale, in_space=model.in_space and float(f"{model.in_space:.{DIGITS}g}"))
+
+
+def bar_over_error(shots: Sequence[Shot]) -> float:
+    """Median of the bar on a grid over how far its corrected value is from the finest one, of left-out metals."""
+    ratios = []
+    for others, group in left_out(shots, GROUPS["metal"]):
+        model = fit(others)
+        for shot in group:
+            bars = [model.error_on(each.grid).bar for each in shot.values[:-1]]
+            errors = [abs(seen - expected) for seen, expected, _ in differences(model, [shot])]
+            ratios += [bar / max(error, LEAST_SCALE) for bar, error in zip(bars, errors, strict=True)]
+    return float(np.median(ratios))
 
 
 def main() -> None:
-    """Store what holds."""
+    """Store what holds, with how it was tested."""
     known = {}
     for quantity in shots():
         test, experience = tested(quantity), experience_of(quantity)
-        print(quantity, f"{len(test.shots)} of {test.of} series", test.covered, experience or "unknown", flush=True)
+        about = {
+            "series": [len(test.shots), test.of],
+            "covered": test.covered,
+            "bar_over_error": round(bar_over_error(test.shots), 2),
+        }
+        print(quantity, about, experience or "unknown", flush=True)
         if experience is not None:
-            known[quantity] = experience.as_json()
+            known[quantity] = {**experience.as_json(), "tested": about}
     STORED.write_text(json.dumps({"physics": PHYSICS_VERSION, "quantities": known}, indent=1) + "\n", encoding="utf-8")
 
 

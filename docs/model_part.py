@@ -59,6 +59,7 @@ def class_of(scenario: str, material: str, speeds: Sequence[float] = SPEEDS) -> 
         "family": loaded.family,
         "alloy": loaded.alloy,
         "material": material,
+        "failure": _reference(scenario, loaded, speeds[0]).parameters["failure"],
         "speeds": speeds,
         "parameters": SHOTS[scenario],
         "command": COMMAND,
@@ -67,10 +68,15 @@ def class_of(scenario: str, material: str, speeds: Sequence[float] = SPEEDS) -> 
     }
 
 
+def _reference(scenario: str, material: Material, speed: float) -> Run:
+    """The shot with the default of everything that is changed."""
+    roles = {"projectile": material, "target": material}
+    return resolve(scenario, {**SHOTS[scenario], **dict.fromkeys(roles, material.name), "speed": speed}, roles)
+
+
 def _at(scenario: str, material: Material, speed: float) -> Iterator[tuple[str, dict[str, float]]]:
     """The answers of a shot by each change, the default first."""
-    roles = {"projectile": material, "target": material}
-    base = resolve(scenario, {**SHOTS[scenario], **dict.fromkeys(roles, material.name), "speed": speed}, roles)
+    base = _reference(scenario, material, speed)
     yield BASE, _values(base, BASE)
     for screen in screens_of(base):
         if screen.run:

@@ -1,7 +1,8 @@
 """docs/failure.md: which failure is the default, by a rule that was written down before the runs.
 
 ``python -m docs.pages compute failure DIRECTORY`` computes what the directory does not have, and writes
-docs/results/failure.json.
+docs/results/failure.json and, of each failure, why it is out: ``studies/sweeps/thrown_out.json``, which this page and
+the model part of an uncertainty read.
 """
 
 import json
@@ -25,6 +26,8 @@ from studies.quantities.measured import ENERGY_DRIFT_LIMIT
 from studies.runs.run import resolve
 from studies.runs.stages import setting_of
 from studies.scenarios.parts.matter import NO_FAILURE
+from studies.sweeps.screening import SOURCED_FAILURES as FAILURES
+from studies.sweeps.screening import THROWN_OUT, thrown_out
 from studies.sweeps.sweep import Sweep
 
 STORED = RESULTS / "failure.json"
@@ -33,7 +36,6 @@ WORKERS = 2
 
 METALS = ("copper-ofhc", "al-6061-t6", "al-2024-t3", "al-7075-t6")
 SPEEDS = (3e3, 5e3, 7e3)  # m/s
-FAILURES = ("none", "spall-rate", "johnson-cook", "johnson-cook-spall", "void-growth")
 SPHERE = {"projectile_diameter": 8e-3, "projectile_shape": "sphere", "geometry": "axisymmetric"}
 # Of each scenario: parameters, cells across the sphere on three grids, and the quantities that are followed.
 TARGETS: Mapping[str, tuple[dict[str, Any], tuple[float, ...], tuple[str, ...]]] = {
@@ -110,6 +112,7 @@ def compute(directory: Path | None = None) -> None:
         "signals": signals,
     }
     keep(document, STORED)
+    keep(judged(document), THROWN_OUT)
 
 
 def _computed(asked: tuple[str, str, float, str, int], folder: Path) -> dict[str, Any]:
@@ -194,6 +197,15 @@ def missed(signals: Sequence[Mapping[str, Any]]) -> list[str]:
     return reasons
 
 
+def judged(document: Mapping[str, Any]) -> dict[str, Any]:
+    """Why the first two points of the rule throw each failure out; empty where they do not."""
+    reasons = {}
+    for failure in FAILURES:
+        runs, signals = ([each for each in document[key] if each["failure"] == failure] for key in ("runs", "signals"))
+        reasons[failure] = "; ".join([*out(runs), *missed(signals)])
+    return {"physics": document["physics"], "command": document["command"], "reasons": reasons}
+
+
 def _share(series: Sequence[Series]) -> float:
     return sum(each.converges for each in series) / len(series)
 
@@ -216,12 +228,10 @@ def pages() -> dict[str, str]:
         mine = [each for each in series if each.failure == failure]
         of_kind = [[each for each in mine if each.quantity == kind] for kind in kinds]
         changes = [_changes(several) for several in of_kind]
-        balance = out([run for run in runs if run["failure"] == failure])
-        signals = missed([each for each in document["signals"] if each["failure"] == failure])
         rows.append(
             [
                 f"`{failure}`",
-                "; ".join([*balance, *signals]) or "nothing",
+                thrown_out().get(failure, "nothing"),
                 f"{100 * _share(mine):.0f} %",
                 f"{100 * median(_changes(mine)):.2g} %",
                 *(f"{100 * median(each):.2g} ({100 * max(each):.2g}) %" for each in changes),
@@ -234,16 +244,16 @@ def pages() -> dict[str, str]:
         TEXT.format(drift=100 * ENERGY_DRIFT_LIMIT, metals=", ".join(METALS)),
         f"Recomputed by `{COMMAND}`; change of each quantity to the finest grid: median (largest).\n",
         table(heads, rows),
-        _choice(rows, series),
+        _choice(series),
         "\nThe finest values:\n",
         *_values(series, kinds),
     ]
     return {"failure.md": "\n".join(parts)}
 
 
-def _choice(rows: Sequence[list[str]], series: Sequence[Series]) -> str:
-    """What the rule chooses of the rows of the table, and how far it is from what is the default."""
-    left = [row[0].strip("`") for row in rows if row[1] == "nothing"]
+def _choice(series: Sequence[Series]) -> str:
+    """What the rule chooses of the failures that are left, and how far it is from no failure."""
+    left = [failure for failure in FAILURES if failure not in thrown_out()]
     if not left:
         return "\nEvery failure is out, so that the rule chooses none of them.\n"
     chosen = max(left, key=lambda name: _share([each for each in series if each.failure == name]))
@@ -259,7 +269,8 @@ def _choice(rows: Sequence[list[str]], series: Sequence[Series]) -> str:
         "shields keep none, though [drawn shots](simulated-shields.md) speak for it. Faster impacts, which the rule "
         "does not ask, are in "
         "[plate-spall](validation/plate-spall.md) and [limits](limits.md). Holes with it and without differ by "
-        f"{most} at most. The other failures count in the [model part](report.md#the-words) of each bar.\n"
+        f"{most} at most. The [model part](report.md#the-words) of each bar names the failures that are out and does "
+        "not count them.\n"
     )
 
 

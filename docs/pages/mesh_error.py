@@ -6,12 +6,13 @@ grids, the model's terms and the split that tests it stand in docs/mesh-error.md
 """
 
 import csv
+import json
 import math
 import random
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 from multiprocessing import get_context
 from pathlib import Path
@@ -20,6 +21,7 @@ from typing import Any
 from docs.pages import MADE, computed_once, table
 from solver import PHYSICS_VERSION
 from studies import materials
+from studies.convergence import experience
 from studies.runs.run import Run, estimate, resolve
 from studies.scenarios.parts.matter import yield_stress
 
@@ -64,6 +66,28 @@ QUANTITIES = {
     "debris_cloud": ("tip_velocity_percent",),
     "thick_plate": ("crater_depth", "crater_diameter", "crater_depth_over_diameter"),
     "taylor_bar": ("final_length", "mushroom_diameter", "width_at_fifth"),
+    "whipple_shield": ("bumper_hole_diameter",),
+}
+
+
+FURTHER_CELLS, FIRST_FURTHER = (24, 64), 1000
+EIGHT_MILLIMETRES = {"projectile_diameter": 8e-3, "speed": 5e3, "plate_thickness": 2e-3}
+OTHERS: Mapping[str, Mapping[str, Any]] = {
+    "steel on aluminium": {"projectile": "steel-4340", "target": "al-6061-t6"},
+    "tungsten on steel": {"projectile": "tungsten", "target": "steel-4340"},
+    "oblique hole": {"projectile": "al-6061-t6", "target": "al-6061-t6", "obliquity": math.radians(45.0)},
+    "cylinder of three diameters": {
+        **{"projectile": "copper-ofhc", "target": "copper-ofhc"},
+        **{"projectile_shape": "cylinder", "projectile_length": 24e-3},
+    },
+    "t/d 0.04": {"projectile": "al-6061-t6", "target": "al-6061-t6", "plate_thickness": 0.32e-3},
+}
+
+
+# The shield of the README.
+SHIELD = {
+    **{"projectile": "al-2017-t4", "bumper": "al-6061-t6", "wall": "al-6061-t6", "projectile_diameter": 5e-3},
+    **{"speed": 6e3, "bumper_thickness": 1.2e-3, "stand_off": 0.1, "wall_thickness": 3.2e-3},
 }
 
 
@@ -192,6 +216,30 @@ def _spaces(chance: random.Random) -> Iterator[_Shot]:
         yield "space", "thin_plate", shot, _offsets(chance, SPACE_CELLS)
 
 
+@cache
+def further() -> tuple[Series, ...]:
+    """Series that no model is fitted to: six plates and two blocks that are drawn, and shots of other kinds."""
+    chance = random.Random(SEED + 1)
+    shots: list[_Shot] = []
+    for speed, ratio in zip(_spread(chance, 6, *SPEED), _spread(chance, 6, *THICKNESS, log=True), strict=True):
+        diameter = float(f"{chance.uniform(*DIAMETER):.4g}")
+        shot = {**_pair(chance, chance.choice(METALS), chance.random() < 0.5), **_body(chance, diameter, False)}
+        shot |= {"speed": speed, "plate_thickness": float(f"{ratio * diameter:.4g}")}
+        shots.append(("plate", "thin_plate", shot, _offsets(chance, FURTHER_CELLS)))
+    for speed in _spread(chance, 2, *SPEED):
+        diameter = float(f"{chance.uniform(*DIAMETER):.4g}")
+        shot = {**_pair(chance, chance.choice(METALS), True), **_body(chance, diameter, False), "speed": speed}
+        size = {name: float(f"{NEAR_EDGES * diameter:.4g}") for name in ("target_depth", "target_radius")}
+        cells = (BLOCK_CELLS[1], FINE_BLOCK_CELLS)
+        shots.append(("block", "thick_plate", {**shot, **size, "edges": "absorbing"}, _offsets(chance, cells)))
+    for name, other in OTHERS.items():
+        oblique = {"geometry": "half"} if "obliquity" in other else {}
+        cells = (SPACE_CELLS[1], 2 * SPACE_CELLS[1]) if oblique else FURTHER_CELLS
+        shots.append((name, "thin_plate", {**EIGHT_MILLIMETRES, **other, **oblique}, _offsets(chance, cells)))
+    shots.append(("bumper", "whipple_shield", dict(SHIELD), _offsets(chance, (FURTHER_CELLS[0], 2 * FURTHER_CELLS[0]))))
+    return tuple(Series(FIRST_FURTHER + number, *shot) for number, shot in enumerate(shots))
+
+
 # ---- computed ------------------------------------------------------------------------------------
 
 
@@ -207,7 +255,8 @@ def expected_cost() -> dict[str, float]:
 def compute(directory: Path | None = None) -> None:
     """Compute the runs that neither the table nor a directory has, the cheap ones first, and store each as it ends."""
     rows = {row["id"]: row for row in stored() if row["physics"] == str(PHYSICS_VERSION)}
-    places = [(series.number, cells, offset, run) for series in drawn() for cells, offset, run in series.runs()]
+    every = (*drawn(), *further()) if experience.stored() else drawn()
+    places = [(series.number, cells, offset, run) for series in every for cells, offset, run in series.runs()]
     places.sort(key=lambda place: estimate(place[3]).core_seconds)
     with (
         tempfile.TemporaryDirectory() as temporary,
@@ -266,9 +315,44 @@ def pages() -> dict[str, str]:
         MADE.format(source="`docs/pages/mesh_error.py` and `studies/convergence/ensemble.csv`"),
         RULE,
         table(["kind", "series", "runs", "drawn"], rows),
+        *_results(),
     ]
     return {"mesh-error.md": "\n".join(parts)}
 
+
+def _results() -> Iterator[str]:
+    """What is stored of each quantity: its domain, its coefficients, and how it was tested."""
+    plain = json.loads(experience.STORED.read_text(encoding="utf-8"))
+    known = plain["quantities"] if plain["physics"] == PHYSICS_VERSION else {}
+    if not known:
+        yield "\n## What came out\n\nThe ensemble is not complete, so that every mesh error is unknown.\n"
+        return
+    tests, models, domains = [], [], []
+    for name, each in known.items():
+        model, tested = experience.Experience.from_json(each).model, each["tested"]
+        covered = tested["covered"]
+        shares = [f"{100 * held / of:.0f} % of {of}" for held, of in covered.values()]
+        bar = model.error_on(replace(TYPICAL, through=TYPICAL.through if "through" in model.bias else math.inf)).bar
+        counted = "{} of {}".format(*tested["series"])
+        tests.append(
+            [f"`{name}`", counted, *([*shares, ""])[:3], f"{tested['bar_over_error']:.1f}", f"{100 * bar:.1f} %"]
+        )
+        in_space = "unknown" if model.in_space is None else f"{model.in_space:.2f}"
+        coefficients = [
+            ", ".join(f"{term} {value:.3g}" for term, value in part.items()) for part in (model.bias, model.scale)
+        ]
+        models.append([f"`{name}`", *coefficients, in_space, "yes" if model.independent else "no"])
+        domains.append([f"`{name}`", *(f"{low:.3g} to {high:.3g}" for low, high in each["domain"].values())])
+    yield "\n## What came out\n"
+    heads = ["quantity", "series inside", "held, metals left out", "speeds", "t/d", "bar over error", "bar on 24 cells"]
+    yield table(heads, tests)
+    yield "\nThe bar is that of 24 cells across at 4 km/s in a target of 300 MPa, on a plate of a quarter diameter.\n"
+    yield table(["quantity", "coefficients of B", "scale", "times the scale in 3-D", "grids independent"], models)
+    yield "\nThe domains, in SI; more cells than any of the ensemble are inside:\n"
+    yield table(["quantity", *next(iter(known.values()))["domain"]], domains)
+
+
+TYPICAL = experience.MeshGrid("", across=24.0, through=6.0, speed=experience.SPEED, strength=experience.STRENGTH)
 
 KINDS = {
     "plate": f"each of {len(METALS)} metals hit {EACH} times, half of them by itself; one projectile of {EVERY} a "

@@ -9,9 +9,8 @@ import numpy as np
 import xarray as xr
 
 from studies.cases.rows import Row, absolute, relative
-from studies.convergence.richardson import VERDICTS
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, simulated
+from studies.cubes.points import Place, simulated, verdicts_of
 from studies.observations import Observation
 from studies.quantities.display import NONE, digits, display_of, with_bar, with_unit
 from studies.sweeps.reading import RESOLUTION
@@ -102,8 +101,8 @@ class ComparedReading:
             float(_pick(variable.of(self.cube, self.name), self.at)) * self.factor
             for variable in (cubes.CONVERGED, cubes.CONVERGED_UNCERTAINTY, cubes.MESH_PART)
         )
-        word = int(_pick(cubes.VERDICT.of(self.cube, self.name), self.at))
-        return value, None if math.isnan(bar) or not math.isfinite(mesh) else bar, VERDICTS[word]
+        verdict = str(_pick(verdicts_of(self.cube, self.name), self.at).item())
+        return value, None if math.isnan(bar) or not math.isfinite(mesh) else bar, verdict
 
     @property
     def convergence(self) -> str:

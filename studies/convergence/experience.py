@@ -113,14 +113,15 @@ class MeshModel:
 
     bias: Mapping[str, float]
     scale: Mapping[str, float]
-    in_space: float = 1.0  # factor of the scale in three dimensions
+    in_space: float | None = None  # factor of the scale in three dimensions; None where nothing is known of these
     independent: bool = False  # as in ``MeshError``
 
     def error_on(self, grid: MeshGrid) -> MeshError:
         """The mesh error on a grid."""
         bias = math.fsum(self.bias[name] * value for name, value in bias_terms(grid).items() if name in self.bias)
         parts = (self.scale[name] * value for name, value in scale_terms(grid).items())
-        return MeshError(bias, math.hypot(*parts) * (self.in_space if grid.in_space else 1.0), self.independent)
+        wider = (self.in_space or math.inf) if grid.in_space else 1.0
+        return MeshError(bias, wider * math.hypot(*parts), self.independent)
 
 
 def bias_terms(grid: MeshGrid) -> dict[str, float]:
@@ -189,7 +190,10 @@ def why_unknown(grid: MeshGrid | None) -> str:
     """Why ``mesh_error`` has no answer, in words; empty where it has one."""
     if grid is None or grid.quantity not in stored():
         return "the ensemble of shots on several grids has no such quantity, or not with these numerics and failures"
-    return stored()[grid.quantity].domain.why_not(grid)
+    known = stored()[grid.quantity]
+    if grid.in_space and known.model.in_space is None:
+        return "the ensemble has no such quantity in three dimensions"
+    return known.domain.why_not(grid)
 
 
 def cells_for(bar: float, grids: Iterable[MeshGrid]) -> float | None:

@@ -10,7 +10,7 @@ import numpy as np
 
 from studies.convergence.experience import MeshError, combined, without_mesh_error
 from studies.convergence.outcomes import agree
-from studies.convergence.richardson import Convergence, ConvergenceVerdict, Sample, converge_series, levels_of
+from studies.convergence.richardson import Convergence, ConvergenceVerdict, Sample, converge, levels_of
 from studies.cubes.variable import variable_name
 from studies.cubes.variables import STATES
 from studies.quantities.measured import (
@@ -181,25 +181,13 @@ def _cell(coordinates: Mapping[str, Any], run: Any, results: Results, shot: Any 
 
 
 def converge_points(layout: Layout, quantity: str, outcomes: Sequence[str] = ()) -> np.ndarray:
-    """Convergence of a quantity at each point, judged over the series to which the point belongs.
-
-    A series has the points of a sweep that differ in axes of numbers alone: curves are drawn through them. Each value
-    of an axis of words (a material, a geometry) has a series of its own. An outcome, of which ``outcomes`` say what 0
-    and 1 mean, is judged at each point by itself.
-    """
-    axes = [axis.name for axis in layout.axes]
+    """Convergence of a quantity at each point; of an outcome ``outcomes`` say what 0 and 1 mean."""
     points = layout.runs_of_points
-    series: dict[tuple[str, ...], list[tuple[int, ...]]] = {}
-    for place in np.ndindex(points.shape[:-1]):
-        values = [points[place][0].coordinates[name] for name in axes]
-        words = tuple("" if type(value) in (int, float) else str(value) for value in values)
-        series.setdefault(words, []).append(place)
     converged = np.empty(points.shape[:-1], object)
-    for places in series.values():
-        samples = [[_sample(cell, cell.measured(quantity)) for cell in points[place]] for place in places]
-        judged = [agree(runs, outcomes) for runs in samples] if outcomes else converge_series(samples)
-        for place, runs, each in zip(places, samples, judged, strict=True):
-            converged[place] = _by_experience(points[place], quantity, runs) or each
+    for place in np.ndindex(converged.shape):
+        samples = [_sample(cell, cell.measured(quantity)) for cell in points[place]]
+        known = _by_experience(points[place], quantity, samples)
+        converged[place] = agree(samples, outcomes) if outcomes else known or converge(samples)
     return converged
 
 

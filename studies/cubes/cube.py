@@ -279,6 +279,10 @@ def _of_models(layout: Layout, quantity: Quantity, assess: Assess) -> Iterator[C
     assessed = [
         declared.model_contribution(name) for name in CONTRIBUTIONS if any(name in part.shares for part in parts.flat)
     ]
+    if any(part.upper is not None for part in parts.flat):
+        assessed += [variable for side in declared.MODEL_SIDES for variable in side]
+    if any(part.thrown_out for part in parts.flat):
+        assessed.append(declared.MODEL_THROWN_OUT)
     if any(part.distance is not None for part in parts.flat):
         assessed.append(declared.MODEL_DISTANCE)
     if any(part.alloy for part in parts.flat):

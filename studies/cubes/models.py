@@ -1,14 +1,17 @@
 """The model part of an uncertainty: what strength, failure and equation of state leave open.
 
-It stands apart from the numerical error bar. Its contributions come from stored sensitivities (``sensitivities.json``,
-written by ``python -m docs.model_part``) or from screening runs of the sweep itself (``studies.sweeps.screening``).
+It stands apart from the numerical error bar. Strength and equation of state make a symmetric part. Failures make a
+one-sided part: how much smaller and larger the value becomes with each other failure that the rule of docs/failure.md
+leaves; those that it throws out are named and not counted. Both come from stored sensitivities
+(``sensitivities.json``, written by ``python -m docs.model_part``) or from screening runs of the sweep itself
+(``studies.sweeps.screening``).
 """
 
 import json
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, partial
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +19,7 @@ import numpy as np
 
 from studies.cubes.cells import MISSING, Cell
 from studies.runs.results import RunResult
-from studies.sweeps.screening import CONTRIBUTIONS, contributions_of
+from studies.sweeps.screening import CONTRIBUTIONS, FAILURE, contributions_of, failures_of, thrown_out
 
 STORED = Path(__file__).with_name("sensitivities.json")
 NOT_ASSESSED = "not assessed"
@@ -24,18 +27,31 @@ BASE = "default"  # among the stored answers, before any change
 ROUND_OFF = 1e-9  # relative
 
 Assess = Callable[[Cell, str], "ModelPart"]
+Told = Callable[[float, Mapping[str, float]], dict[str, float]]  # by a base, and the answers by each change
+
+
+@dataclass(frozen=True)
+class Side:
+    """How far the failures that count move a value to one side."""
+
+    size: float  # in the unit of the quantity; 0: none of them does
+    failure: str  # that moves it farthest; empty where none does
 
 
 @dataclass(frozen=True)
 class ModelPart:
     """What the choice of models leaves open of one value."""
 
-    uncertainty: float | None  # standard, in the unit of the quantity; None: not assessed
+    # Standard, of strength and equation of state, in the unit of the quantity; None: not assessed.
+    uncertainty: float | None
     reason: str  # the contributions with their source, or why there are none
     shares: Mapping[str, float] = field(default_factory=dict)  # relative, by contribution
     # Largest factor by which the run is outside of the speeds and t/d of what is stored; 1: inside; None: not stored.
     distance: float | None = None
     alloy: str = ""  # of what is stored, where it is not that of the run
+    lower: Side | None = None  # None: no failure that counts is known
+    upper: Side | None = None
+    thrown_out: tuple[str, ...] = ()  # failures with a known answer that do not count
 
 
 def assessment(sweep: Any, results: Mapping[str, RunResult]) -> Assess:
@@ -44,20 +60,55 @@ def assessment(sweep: Any, results: Mapping[str, RunResult]) -> Assess:
         return lambda cell, quantity: ModelPart(None, f"{NOT_ASSESSED}: model_part is none")
     if sweep.model_part == "screen":
         screened = _Screened(sweep, results)
-        return lambda cell, quantity: _part(cell, quantity, *screened.shares(quantity))
+        return lambda cell, quantity: _part(cell, quantity, *screened.told(cell, quantity))
     return _stored
 
 
-def _part(cell: Cell, quantity: str, shares: Mapping[str, float], source: str) -> ModelPart:
-    """The model part of a value from relative contributions."""
+def _part(
+    cell: Cell, quantity: str, shares: Mapping[str, float], failures: Mapping[str, float], source: str
+) -> ModelPart:
+    """The model part of a value from relative contributions, and relative differences with other failures."""
     measured = cell.measured(quantity)
-    if not shares or measured is None or measured.value is None:
-        return ModelPart(None, f"{NOT_ASSESSED}: {source}" if not shares else "")
+    if not (shares or failures):
+        return ModelPart(None, f"{NOT_ASSESSED}: {source}")
+    if measured is None or measured.value is None:
+        return ModelPart(None, "")
     texts = [
         f"{name} {100.0 * shares[name]:.2g} %" if name in shares else f"{name} {NOT_ASSESSED}" for name in CONTRIBUTIONS
     ]
-    uncertainty = abs(measured.value) * math.hypot(*shares.values())
-    return ModelPart(uncertainty, f"{', '.join(texts)} ({source})", shares)
+    every = {str(_failure(cell)): 0.0, **failures} if failures else {}
+    counted = {name: share for name, share in every.items() if name not in thrown_out()}
+    excluded = {name: share for name, share in failures.items() if name in thrown_out()}
+    ends = {pick(counted, key=counted.__getitem__): None for pick in (min, max)} if counted else {}
+    texts.append(f"{FAILURE} {', '.join(_with(name, counted[name]) for name in ends) or NOT_ASSESSED}")
+    if excluded:
+        texts.append(f"thrown out: {', '.join(_with(*each) for each in excluded.items())}")
+    moved = {name: measured.value * share for name, share in counted.items()}
+    return ModelPart(
+        abs(measured.value) * math.hypot(*shares.values()) if shares else None,
+        f"{', '.join(texts)} ({source})",
+        shares,
+        lower=_side({name: -size for name, size in moved.items()}),
+        upper=_side(moved),
+        thrown_out=tuple(excluded),
+    )
+
+
+def _with(failure: str, share: float) -> str:
+    return f"{failure} {100.0 * share:+.2g} %"
+
+
+def _side(moved: Mapping[str, float]) -> Side | None:
+    """The farthest of signed changes to one side; None without any."""
+    if not moved:
+        return None
+    farthest = max(moved, key=moved.__getitem__)
+    return Side(moved[farthest], farthest) if moved[farthest] > 0.0 else Side(0.0, "")
+
+
+def _failure(cell: Cell) -> str | None:
+    """The failure of a run; None where its scenario has none to choose, or nothing but its id is known."""
+    return cell.run.parameters.get(FAILURE) if cell.is_resolved else None
 
 
 # ---- stored --------------------------------------------------------------------------------------
@@ -73,7 +124,7 @@ def classes() -> list[Mapping[str, Any]]:
 def _stored(cell: Cell, quantity: str) -> ModelPart:
     """The model part of a value by the stored answers of its metal, at its speed.
 
-    A contribution that the metal has no sources for is that of the first metal of its family that has them.
+    A contribution or failure that the metal has no sources for is that of the first metal of its family that has them.
     """
     if not cell.is_resolved:
         return ModelPart(None, "")
@@ -85,16 +136,18 @@ def _stored(cell: Cell, quantity: str) -> ModelPart:
     ]
     if not alike:
         metal = target.get("name", "no target")
-        return _part(cell, quantity, {}, f"nothing is stored for {quantity} of {scenario} in {metal}")
+        return _part(cell, quantity, {}, {}, f"nothing is stored for {quantity} of {scenario} in {metal}")
     alike.sort(key=lambda each: bool(each["alloy"] != target.get("alloy")))  # its own alloy first
     parameters, entry = cell.run.parameters, alike[0]
     shares: dict[str, float] = {}
+    failures: dict[str, float] = {}
     borrowed = []
     for each in alike:
-        more = stored_shares(each, quantity, float(parameters.get("speed") or each["speeds"][0]))
-        for name in more.keys() - shares.keys():
-            shares[name] = more[name]
-            borrowed += [f"{name} of {each['material']}"] if each is not entry else []
+        at = (each, quantity, float(parameters.get("speed") or each["speeds"][0]))
+        for known, more in ((shares, stored_shares(*at)), (failures, stored_failures(*at, _failure(cell)))):
+            for name in [name for name in more if name not in known]:
+                known[name] = more[name]
+                borrowed += [f"{name} of {each['material']}"] if each is not entry else []
     ratio = _thickness_ratio(entry["parameters"])
     plate = "" if ratio is None else f"t/d {ratio:g}, "
     speeds = f"{min(entry['speeds']) / 1e3:g} to {max(entry['speeds']) / 1e3:g} km/s"
@@ -102,25 +155,28 @@ def _stored(cell: Cell, quantity: str) -> ModelPart:
     metal = ", ".join([entry["material"], *borrowed])
     source = f"stored: {metal} at {plate}{speeds}, {cells}, physics {entry['physics']}, {entry['command']}"
     alloy = "" if entry["alloy"] == target.get("alloy") else str(entry["alloy"])
-    return replace(_part(cell, quantity, shares, source), distance=_distance(parameters, entry), alloy=alloy)
+    return replace(_part(cell, quantity, shares, failures, source), distance=_distance(parameters, entry), alloy=alloy)
 
 
 def stored_shares(entry: Mapping[str, Any], quantity: str, speed: float) -> dict[str, float]:
-    """The contributions to a quantity at a speed (m/s), each linear between the stored speeds that have it."""
+    """The contributions to a quantity at a speed (m/s)."""
+    return _at_speed(entry, quantity, speed, contributions_of)
+
+
+def stored_failures(entry: Mapping[str, Any], quantity: str, speed: float, failure: str | None) -> dict[str, float]:
+    """The relative differences of a quantity with other failures from that with one of them, at a speed (m/s)."""
+    return _at_speed(entry, quantity, speed, partial(failures_of, own=entry[FAILURE], of=failure))
+
+
+def _at_speed(entry: Mapping[str, Any], quantity: str, speed: float, told: Told) -> dict[str, float]:
+    """What the stored answers tell at a speed (m/s), each number linear between the stored speeds that have it."""
     answers = entry["quantities"][quantity]
-    at_speeds = [
-        contributions_of(base, {name: v[place] for name, v in answers.items() if name != BASE and v[place] is not None})
-        for place, base in enumerate(answers[BASE])
-        if base
-    ]
-    speeds = [speed for speed, base in zip(entry["speeds"], answers[BASE], strict=True) if base]
-    shares = {}
-    for name in CONTRIBUTIONS:
-        told = [(stored, each[name]) for stored, each in zip(speeds, at_speeds, strict=True) if name in each]
-        if told:
-            at, values = np.array(told).T
-            shares[name] = float(np.interp(speed, at, values))
-    return shares
+    known: dict[str, list[tuple[float, float]]] = {}
+    for place, (stored, base) in enumerate(zip(entry["speeds"], answers[BASE], strict=True)):
+        others = {name: v[place] for name, v in answers.items() if name != BASE and v[place] is not None}
+        for name, share in told(base, others).items() if base else ():
+            known.setdefault(name, []).append((stored, share))
+    return {name: float(np.interp(speed, *np.transpose(pairs))) for name, pairs in known.items()}
 
 
 def _distance(parameters: Mapping[str, Any], entry: Mapping[str, Any]) -> float | None:
@@ -147,11 +203,13 @@ class _Screened:
         self.middle, self.screens = sweep.screening()
         self.results = results
 
-    def shares(self, quantity: str) -> tuple[Mapping[str, float], str]:
-        """The contributions to a quantity, and where they come from; without any, why."""
+    def told(self, cell: Cell, quantity: str) -> tuple[Mapping[str, float], Mapping[str, float], str]:
+        """The contributions to a quantity, its differences with failures other than that of a cell, and their source;
+        without any, why.
+        """
         base = self._value(self.middle.id, quantity)
         if not base:
-            return {}, "the run at the middle of the sweep has no value"
+            return {}, {}, "the run at the middle of the sweep has no value"
         answers, lacking = {}, []
         for screen in self.screens:
             value = None if screen.run is None else self._value(screen.run.id, quantity)
@@ -159,8 +217,9 @@ class _Screened:
                 answers[screen.name] = value
             else:
                 lacking.append(f"{screen.name}: {screen.reason or 'its screening run has no value'}")
-        text = "screening runs at the middle of the sweep"
-        return contributions_of(base, answers), "; ".join([text, *lacking])
+        failures = failures_of(base, answers, self.middle.parameters.get(FAILURE), _failure(cell))
+        source = "; ".join(["screening runs at the middle of the sweep", *lacking])
+        return contributions_of(base, answers), failures, source
 
     def _value(self, run_id: str, quantity: str) -> float | None:
         result = self.results.get(run_id, MISSING)

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.convergence.richardson import VERDICTS, Convergence, Sample, levels_of
+from studies.convergence.richardson import Convergence, Sample, levels_of
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.variable import Variable
@@ -162,13 +162,14 @@ def refined(dataset: xr.Dataset, name: str) -> Iterator[Refined]:
     several = RESOLUTION in refinements_of(dataset)
     cells = dataset[RESOLUTION] if several else xr.DataArray(1.0)  # one alone has no name
     spacings = _flat((1.0 / cells).broadcast_like(dataset.run_state), dataset)
-    columns = [variable.of(dataset, name).values.ravel() for variable in cubes.OF_CONVERGENCE]
+    columns = [variable.of(dataset, name).values.ravel() for variable in cubes.NUMBERS_OF_CONVERGENCE]
+    columns += [verdicts_of(dataset, name).values.ravel(), cubes.VERDICT_REASON.of(dataset, name).values.ravel()]
     rows = zip(*columns, strict=True)
     for number, (sizes, values, row) in enumerate(zip(spacings, by_point, rows, strict=True)):
         value, _, mesh, offsets, measurement, order, extrapolated, gci, verdict, reason = row
         samples = (Sample(float(h), float(value)) for h, value in zip(sizes, values, strict=True))
         converged = Convergence(
-            VERDICTS[verdict],
+            str(verdict),  # type: ignore[arg-type] # of an older cube: of the rules that made it
             str(reason),
             float(value),
             float(mesh),
@@ -180,6 +181,13 @@ def refined(dataset: xr.Dataset, name: str) -> Iterator[Refined]:
             levels_of(samples),
         )
         yield Refined(number, sizes, values, converged)
+
+
+def verdicts_of(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """The verdict on the convergence of a quantity at each point, in the cube's own words: an older one has others."""
+    verdicts = cubes.VERDICT.of(dataset, name)
+    words = [word.replace("_", " ") for word in str(verdicts.attrs["flag_meanings"]).split()]
+    return verdicts.copy(data=np.asarray(np.take(words, verdicts.values)))
 
 
 def _flags(dataset: xr.Dataset, flags: xr.DataArray, names: Sequence[str]) -> xr.Variable:

@@ -17,7 +17,7 @@ from studies.convergence.richardson import VERDICTS
 from studies.cubes.variable import POINTS, RUNS, Variable, VariableKind, variable_name
 from studies.quantities.parameters import Parameter
 
-SCHEMA_VERSION = 4
+SCHEMA_VERSION = 5
 
 LAW, OBSERVATION = "{quantity}_law", "observation"
 OBSERVED_LAW = "{quantity}_observed_law"
@@ -191,7 +191,7 @@ def uncertainty_part(part: str) -> Variable:
 
 MODEL_PART = _measured(
     "{quantity}_model_part",
-    "standard uncertainty of {quantity} due to strength, failure and equation of state; NaN: not assessed",
+    "standard uncertainty of {quantity} due to strength and equation of state; NaN: not assessed",
     lambda assessed: assessed.uncertainty,
     label="{words}, model part",
 )
@@ -202,6 +202,38 @@ MODEL_REASON = Variable(
     RUNS,
     kind="text",
     label="{words}, model text",
+)
+
+
+def _of_side(side: str) -> tuple[Variable, Variable]:
+    """How far failures that count move a quantity to one side, and the failure that does."""
+    size = _measured(
+        f"{{quantity}}_model_part_{side}",
+        f"how far another failure than that of the run that docs/failure.md does not throw out makes {{quantity}} "
+        f"{'smaller' if side == 'lower' else 'larger'}; NaN: not assessed",
+        lambda assessed: (part := getattr(assessed, side)) and part.size,
+        label=f"{{words}}, {side} by failure",
+    )
+    failure = Variable(
+        f"{{quantity}}_model_part_{side}_failure",
+        f"failure that makes {{quantity}}_model_part_{side}; empty where none does",
+        lambda assessed: (part := getattr(assessed, side)) and part.failure,
+        RUNS,
+        kind="text",
+        label=f"{{words}}, {side} failure",
+    )
+    return size, failure
+
+
+MODEL_SIDES = (_of_side("lower"), _of_side("upper"))
+BETWEEN_FAILURES = ", "
+MODEL_THROWN_OUT = Variable(
+    "{quantity}_model_part_thrown_out",
+    "failures that docs/failure.md throws out: {quantity} with them is known and in no part",
+    lambda assessed: BETWEEN_FAILURES.join(assessed.thrown_out),
+    RUNS,
+    kind="text",
+    label="{words}, failures out",
 )
 
 
@@ -226,7 +258,7 @@ MODEL_ALLOY = Variable(
 
 
 def model_contribution(contribution: str) -> Variable:
-    """The variable of one contribution to the model part: strength, failure, equation of state."""
+    """The variable of one contribution to the model part: strength, equation of state."""
     return Variable(
         f"{{quantity}}_model_part_{contribution.replace(' ', '_')}",
         f"relative standard uncertainty of {{quantity}} due to {contribution}; NaN: not assessed",
@@ -255,8 +287,7 @@ _pure = partial(Variable, dims=POINTS, unit="1")
 
 CONVERGED = _converged(
     "{quantity}_converged",
-    "{quantity} over all resolutions and offsets: extrapolated to cells of no size at all points of a series (then it "
-    "equals {quantity}_converged_extrapolated) where that is more certain, else the mean of the finest resolution",
+    "{quantity} over all resolutions and offsets: the mean over offsets at the finest resolution that has a value",
     lambda point: point.value,
     label="{words}, converged",
     group="result",
@@ -271,7 +302,7 @@ CONVERGED_UNCERTAINTY = _converged(
 )
 MESH_PART = _converged(
     "{quantity}_converged_uncertainty_mesh",
-    "part of the uncertainty: error left by the mesh, and what the scatter over offsets makes of the value",
+    "part of the uncertainty: error of the mesh; NaN where the grids show no order",
     lambda point: point.mesh,
     label="{words}, mesh part",
 )
@@ -289,7 +320,7 @@ MEASUREMENT_PART = _converged(
 )
 ORDER = _pure(
     "{quantity}_converged_order",
-    "observed order of convergence of {quantity}",
+    "observed order of convergence of {quantity}, where converging",
     lambda each: each.order,
     label="{words}, order",
 )

@@ -54,13 +54,9 @@ def of_points(view: FigureView, name: str) -> str:
     if not view.over_resolutions:
         points = f"{quantity}, the mean over offsets" if view.over_offsets else "runs"
         return f"Points are {points}, without bars: {MESH_UNKNOWN}. Open points carry a flag."
-    converging = cubes.VERDICT_WORDS.index("converging")
     mean = ", the mean over offsets" if view.over_offsets else ""
-    other = ""
-    if (view.flat(cubes.VERDICT, name) == converging).any():
-        other = ", or extrapolated to cells of size zero where that is more certain"
     return (
-        f"Points are {quantity} on the finest grid{mean}{other}; {_bars(view, name)}. Open points carry a flag, or "
+        f"Points are {quantity} on the finest grid{mean}; {_bars(view, name)}. Open points carry a flag, or "
         "have no mesh error."
     )
 

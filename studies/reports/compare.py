@@ -16,7 +16,7 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import reading
-from studies.cubes.points import Place, comparable, error_bars, places_of, points_of, refined, refinements_of
+from studies.cubes.points import Place, comparable, error_bars, places_of, points_of, refinements_of, verdicts_of
 from studies.laws import DRAWN_ONLY
 from studies.reports.matched import MatchedObservation, matched_observations
 from studies.reports.verdict import Verdict, verdict
@@ -239,9 +239,7 @@ def _against_simulation(cube: xr.Dataset, points: xr.Dataset, name: str) -> Iter
     """Each law against the simulation."""
     settled = None
     if refinements_of(cube):
-        settled = np.array(
-            [point.converged.verdict in ("converging", "mesh error known") for point in refined(cube, name)]
-        )
+        settled = np.isin(verdicts_of(cube, name).values.ravel(), ("converging", "mesh error known"))
     reference = References(
         "simulation",
         comparable(points, name).values.ravel(),

@@ -13,7 +13,6 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from studies.convergence.orders import FORMAL_ORDER
 from studies.convergence.richardson import Convergence
 from studies.cubes import reading
 from studies.cubes import variables as cubes
@@ -574,9 +573,8 @@ def _of_point(point: Refined, norm: float) -> Iterator[Series]:
 def _trend(converged: Convergence, norm: float) -> Series:
     """f(0) + C h^p from nothing to the third finest resolution, through the two finest."""
     fine, _, coarse = [level for level in converged.levels if level.values][:3]
-    order = min(converged.order, FORMAL_ORDER)
     x = np.linspace(0.0, coarse.spacing, TREND_POINTS)
-    y = converged.extrapolated + (fine.value - converged.extrapolated) * (x / fine.spacing) ** order
+    y = converged.extrapolated + (fine.value - converged.extrapolated) * (x / fine.spacing) ** converged.order
     return Series("trend", TREND, tuple(x.tolist()), tuple((y / norm).tolist()))
 
 

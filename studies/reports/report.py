@@ -15,8 +15,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from studies.convergence.orders import FORMAL_ORDER, HIGHEST_WITHOUT_NOISE, ORDERS
-from studies.convergence.richardson import ASSUMED_ORDER, COVERAGE, LEFT, SAFETY, SAFETY_UNOBSERVED, VERDICTS
+from studies.convergence.richardson import COVERAGE, ORDERS, SAFETY
 from studies.cubes import audit, reading
 from studies.cubes import variables as cubes
 from studies.cubes.long_texts import short_texts, with_short_texts
@@ -52,30 +51,14 @@ from studies.sweeps.screening import CONTRIBUTIONS
 from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import doubtful_constants
 
-REPORT_VERSION = 13
+REPORT_VERSION = 14
 
 RULES = (
-    "The value of a resolution is the mean over its sub-cell offsets, runs with the grid shifted by a part of a cell; "
-    "the number behind ± is their scatter: half the range of two or three, the standard deviation of more. A single "
-    "offset has no scatter; the uncertainty that its measurement states for the position on the grid takes its place. "
-    "The order is observed over the three finest resolutions (Celik et al. 2008, J. Fluids Eng. 130, 078001). GCI is "
-    "the grid convergence index over the finest "
-    f"value, with a factor of safety of {SAFETY:g}; two resolutions show no order, so order {ASSUMED_ORDER:g} and a "
-    f"factor of {SAFETY_UNOBSERVED:g} are assumed. A point is converging if the order lies between {ORDERS[0]:g} and "
-    f"{ORDERS[1]:g} ({HIGHEST_WITHOUT_NOISE:g} where no scatter is known) and the differences exceed the scatter; only "
-    "then is a number extrapolated. Either all points of a series (those that differ in axes of numbers alone) have an "
-    "extrapolated value, or none has. They are "
-    "extrapolated with the mean order of those that converge by themselves, if these are half of all or more, the "
-    "others fit that order within their scatter, and the mesh errors, their squares added, are not larger than those "
-    "of the finest values: close grids and low orders multiply noise. The mesh error has two parts: "
-    f"{COVERAGE:g} times what the scatter makes of the value, and the error that is left. Of an extrapolated value "
-    f"that is {LEFT:g} of the correction, and at least the distance to the limit of any order from {ASSUMED_ORDER:g} "
-    f"to {FORMAL_ORDER:g} that fits the three values within their scatter, or of the point's own. Of the finest value "
-    f"of a point that converges it is {SAFETY:g} of the correction and at least these distances. Of other values it is "
-    f"the largest error that such an order gives; where none fits and noise is known, it is the error of order "
-    f"{ASSUMED_ORDER:g}, or of a lower observed one down to {ORDERS[0]:g}, times {SAFETY:g}; else the uncertainty of "
-    "Eça and Hoekstra (2014, J. Comput. Phys. 262, 104) by least squares. Where some runs have nothing to "
-    "measure and others do, nothing is extrapolated and the mesh error is unknown."
+    "The value is that of the finest resolution, the mean over its sub-cell offsets; the number behind ± is their "
+    "standard deviation. Where the three finest resolutions show an order of "
+    f"{ORDERS[0]:g} to {ORDERS[1]:g} (Celik et al. 2008, J. Fluids Eng. 130, 078001), with {COVERAGE:g} times their "
+    "noise against it, a point is converging, and its mesh error is the grid convergence index of the values so "
+    f"shifted, factor {SAFETY:g} (Roache 1994). Elsewhere the order and the mesh error are unknown."
 )
 NO_MESH_ERROR = (
     "The mesh error, which takes several resolutions to estimate, is unknown: there is no error bar, and no law is "
@@ -209,10 +192,7 @@ def _mesh(dataset: xr.Dataset) -> str:
     ]
     value, note = "the mean over offsets", NO_MESH_ERROR
     if RESOLUTION in several:
-        value = (
-            "extrapolated to cell size zero at all points of a curve where that is more certain, else that of the "
-            "finest resolution at all of them"
-        )
+        value = "that of the finest resolution"
         note = (
             "Its error bar is the root of the sum of the squares of mesh error, scatter over offsets and the other "
             "uncertainties of the measurement; without the first there is none."
@@ -230,16 +210,12 @@ def _convergence(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any]:
     for quantity in _quantities(dataset):
         rows = [_refined(point, places) for point in refined(dataset, quantity["name"])]
         counts = Counter(row["verdict"] for row in rows)
-        rules = Counter(row["rule"] for row in rows if row["value"] is not None)
         quantities.append(
             {
                 "quantity": quantity["name"],
                 **{key: quantity[key] for key in ("label", "unit", "main")},
                 "points": rows,
-                "verdicts": [
-                    {"verdict": verdict, "points": counts[verdict]} for verdict in VERDICTS if counts[verdict]
-                ],
-                "rules": [{"rule": rule, "points": points} for rule, points in rules.items()],
+                "verdicts": [{"verdict": verdict, "points": count} for verdict, count in counts.most_common()],
             }
         )
     several = RESOLUTION in refinements_of(dataset)
@@ -255,7 +231,6 @@ def _refined(point: Refined, places: Sequence[Mapping[str, float | str]]) -> dic
         "at": places[point.number],
         "verdict": converged.verdict,
         "reason": converged.reason,
-        "rule": converged.rule,
         "uncertainty": None if math.isnan(converged.mesh) else finite(converged.uncertainty),
         **{name: finite(getattr(converged, name)) for name in (*parts, *extrapolation)},
         "levels": [
@@ -429,10 +404,32 @@ def _model_part(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
                 "quantity": quantity,
                 "statement": text,
                 "contributions": {name: finite(float(share[mine][0])) for name, share in shares.items()},
+                "lower": _side(dataset, quantity, cubes.MODEL_SIDES[0], mine),
+                "upper": _side(dataset, quantity, cubes.MODEL_SIDES[1], mine),
+                "thrown_out": _thrown_out(dataset, quantity, mine),
                 # The largest factor by which they are outside of where their model part was measured.
                 "distance": float(distances.max()) if distances.size else None,
                 "runs": count,
             }
+
+
+def _side(
+    dataset: xr.Dataset, quantity: str, side: tuple[Variable, Variable], mine: np.ndarray
+) -> dict[str, Any] | None:
+    """How far failures that count move some runs to one side, relative, and which; None where it is not known."""
+    sizes, values = _by_run(dataset, side[0], quantity)[mine], by_run(dataset, quantity)[mine]
+    if not np.isfinite(sizes[0]):
+        return None
+    failure = by_run(dataset, side[1].named(quantity))[mine][0]
+    return {"share": abs(float(sizes[0] / values[0])) if values[0] else None, "failure": str(failure)}
+
+
+def _thrown_out(dataset: xr.Dataset, quantity: str, mine: np.ndarray) -> list[str]:
+    """The failures that do not count for some runs."""
+    if not cubes.MODEL_THROWN_OUT.is_in(dataset, quantity):
+        return []
+    names = by_run(dataset, cubes.MODEL_THROWN_OUT.named(quantity))[mine][0]
+    return [name for name in str(names).split(cubes.BETWEEN_FAILURES) if name]
 
 
 def _by_run(dataset: xr.Dataset, variable: Variable, quantity: str) -> np.ndarray:

@@ -4,9 +4,12 @@ They show what the choice of models does to an answer; ``model_part: screen`` ad
 the sweep's own materials as further strengths, and ``python -m docs.model_part`` stores those of a few reference shots.
 """
 
+import json
 import math
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
+from functools import cache
+from pathlib import Path
 
 from studies import materials as shipped
 from studies.materials import Material
@@ -22,8 +25,11 @@ STRENGTH_DEVIATION = 0.10
 # Failures whose constants have a source in the file of a material, and none.
 SOURCED_FAILURES = ("none", "spall-rate", "johnson-cook", "johnson-cook-spall", "void-growth")
 
+# Of each sourced failure why the rule of docs/failure.md throws it out, by ``python -m docs.pages compute failure``.
+THROWN_OUT = Path(__file__).with_name("thrown_out.json")
+
 STRENGTH, FAILURE, EOS = "strength", "failure", "equation of state"
-CONTRIBUTIONS = (STRENGTH, FAILURE, EOS)
+CONTRIBUTIONS = (STRENGTH, EOS)  # to the symmetric part of what models leave open
 DRAWN = f"{STRENGTH} draw"  # how the change to a material of the sweep's own begins
 STRONGER, WEAKER = f"{STRENGTH} +{STRENGTH_DEVIATION:.0%}", f"{STRENGTH} -{STRENGTH_DEVIATION:.0%}"
 
@@ -32,7 +38,7 @@ STRONGER, WEAKER = f"{STRENGTH} +{STRENGTH_DEVIATION:.0%}", f"{STRENGTH} -{STREN
 class Screen:
     """One change of a run; without a run where there is no alternative."""
 
-    name: str  # one of ``CONTRIBUTIONS``, and what is changed
+    name: str  # strength, failure or equation of state, and what is changed
     run: Run | None
     reason: str = ""  # why there is no run
 
@@ -56,7 +62,8 @@ def screens_of(run: Run, own: Iterable[Material] = ()) -> Iterator[Screen]:
 
 
 def contributions_of(base: float, answers: Mapping[str, float]) -> dict[str, float]:
-    """Relative standard uncertainties of an answer, from its values by the name of each change; those that can be told.
+    """Relative standard uncertainties of an answer by strength and equation of state, from its values by the name of
+    each change; those that can be told.
 
     The largest difference that a change makes: each alternative has a source, may be the right one, and is no limit
     between which others lie. Draws are equally likely: theirs is one, the root mean square.
@@ -67,6 +74,24 @@ def contributions_of(base: float, answers: Mapping[str, float]) -> dict[str, flo
     if draws:
         each[STRENGTH].append(math.sqrt(math.fsum(size**2 for size in draws) / len(draws)))
     return {kind: max(sizes) for kind, sizes in each.items() if sizes}
+
+
+def failures_of(base: float, answers: Mapping[str, float], own: str | None, of: str | None) -> dict[str, float]:
+    """Relative differences of the answer with each other failure from that with one of them (``of``).
+
+    ``own`` is the failure of the base. Empty where there is no answer with the failure that is asked for.
+    """
+    by_failure: dict[str | None, float] = {own: base}
+    by_failure |= {name.removeprefix(f"{FAILURE} "): each for name, each in answers.items() if name.startswith(FAILURE)}
+    mine = by_failure.pop(of, None)
+    return {str(name): value / mine - 1.0 for name, value in by_failure.items()} if mine else {}
+
+
+@cache
+def thrown_out() -> Mapping[str, str]:
+    """Failures that the rule of docs/failure.md throws out, each with the reasons."""
+    reasons: dict[str, str] = json.loads(THROWN_OUT.read_text(encoding="utf-8"))["reasons"]
+    return {failure: why for failure, why in reasons.items() if why}
 
 
 def _screen(run: Run, name: str, materials: Mapping[str, Material], changes: Mapping[str, object]) -> Screen:

@@ -60,7 +60,7 @@ def _compare(where: str, grids: Refined, got: float, factor: float, compared: Ca
     converged = grids.converged
     value, bar = converged.value * factor, converged.uncertainty * factor
     levels = ", ".join(f"{factor * level.value:.5g} ± {factor * level.scatter:.2g}" for level in converged.levels)
-    claim = f"{where}: {converged.verdict}, {converged.rule}; finest first {levels}; {converged.reason}"
+    claim = f"{where}: {converged.verdict}; finest first {levels}; {converged.reason}"
     compared(Row(claim, "", value, None, order=converged.order, bar=bar))
     compared(at_most(f"{where}: bar, share of the value", limit=WIDEST, got=bar / value))
     claim = f"{where}: {FINER} cells within the bar of {GRIDS[-1]}"

@@ -26,7 +26,7 @@ DetailLevel = Annotated[
     typer.Option(
         "--level",
         metavar="quick|thesis|fine",
-        help="Coarse grids and short cases; the meshes of the sources; or three grids, with error bars.",
+        help="Coarse grids and short cases; the meshes of the sources; or three grids.",
     ),
 ]
 

@@ -113,7 +113,12 @@ def of_law(subject: Subject, axes: Sequence[AxisOfSweep], *, has_model: bool = F
         inside=sum(abs(point.residual) <= point.bar for point in tested),
         each=tuple(_stated_point(point, subject.reference, is_simulation) for point in subject.points),
     )
-    details = (texts.residual_text(law), texts.exponents_text(law), texts.agreement_text(law, has_model))
+    details = (
+        texts.residual_text(law),
+        texts.exponents_text(law),
+        texts.agreement_text(law, has_model),
+        texts.hanging_text(law),
+    )
     return replace(law, details=tuple(filter(None, details)))
 
 
@@ -127,6 +132,7 @@ def _stated_point(point: JudgedPoint, reference: Reference, is_simulation: bool)
         word,
         texts.OF_POINTS[word],
         "" if point.tests else texts.UNTESTED[reference, is_simulation],
+        point.hangs_on,
     )
 
 

@@ -59,6 +59,22 @@ class AxisOfSweep:
 
 
 @dataclass(frozen=True)
+class Moved:
+    """What another failure than that of the run makes of a simulated value."""
+
+    failure: str
+    share: float  # signed, of the value
+
+
+@dataclass(frozen=True)
+class Hanging:
+    """A failure that decides whether a law agrees: whether the difference is inside the joint uncertainty."""
+
+    failure: str
+    agrees: bool  # with it, and not without it; else the other way round
+
+
+@dataclass(frozen=True)
 class JudgedPoint:
     """A law and its reference at one place."""
 
@@ -72,6 +88,7 @@ class JudgedPoint:
     outside: str = ""  # why it is outside the range of the law, or the law has no answer
     unjudged: str = ""  # why nothing is judged here: no value, or a flag
     doubtful: bool = False  # whether the reference is a shot that nobody here read in its source
+    moved: tuple[Moved, ...] = ()  # the reference, farthest to each side, by failures that count; in no uncertainty
 
     @property
     def residual(self) -> float:
@@ -100,6 +117,22 @@ class JudgedPoint:
         if difference <= self.bar:
             return "agrees"
         return "under" if self.residual < 0.0 else "over"
+
+    @property
+    def hangs_on(self) -> tuple[Hanging, ...]:
+        """The failures that alone bring the law into agreement, or separate it: what lies between is as possible."""
+        if self.state != "judged" or not self.tests:
+            return ()
+        agrees = abs(self.residual) <= self.bar
+        if agrees:
+            deciding = [each for each in self.moved if abs(self.residual - each.share) > self.bar]
+        else:
+            deciding = [
+                each
+                for each in self.moved
+                if min(0.0, each.share) - self.bar <= self.residual <= max(0.0, each.share) + self.bar
+            ]
+        return tuple(Hanging(each.failure, not agrees) for each in deciding)
 
     @property
     def stated(self) -> StatedWord:
@@ -245,11 +278,24 @@ class _Quantity:
             return ()
         return tuple(dict.fromkeys(filter(None, map(str, cubes.MODEL_ALLOY.of(self.points, self.name).values.ravel()))))
 
+    def moved(self) -> list[tuple[Moved, ...]]:
+        """What failures that count make of each point, farthest to each side."""
+        moved: list[tuple[Moved, ...]] = [()] * len(self.places)
+        for sign, (size, failure) in zip((-1.0, 1.0), cubes.MODEL_SIDES, strict=True):
+            if size.is_in(self.points, self.name):
+                shares = sign * self._stored(size.named(self.name)) / self.values
+                names = failure.of(self.points, self.name).values.ravel()
+                moved = [
+                    (*known, Moved(str(name), float(share))) if name and math.isfinite(share) else known
+                    for known, name, share in zip(moved, names, shares, strict=True)
+                ]
+        return moved
+
     # ---- subjects ----
 
     def against_simulation(self) -> Iterator[Subject]:
         """Each law against the simulation."""
-        tests = self.tests()
+        tests, moved = self.tests(), self.moved()
         unjudged = [self._why_unjudged(number) for number in range(len(self.places))]
         for law in answers_of(self.points, self.name):
             spread = np.abs(law.answers) * law.scatter
@@ -265,6 +311,7 @@ class _Quantity:
                     bool(tests[number]),
                     law.outside[number],
                     unjudged[number],
+                    moved=moved[number],
                 )
                 for number, place in enumerate(self.places)
             ]

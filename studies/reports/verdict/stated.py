@@ -5,7 +5,7 @@ from typing import Any
 
 from studies.cubes.points import Place
 from studies.reports.verdict.bands import BandValue
-from studies.reports.verdict.evidence import Reference, StatedWord
+from studies.reports.verdict.evidence import Hanging, Reference, StatedWord
 from studies.reports.verdict.trends import Exponent, Trend
 
 
@@ -40,6 +40,7 @@ class StatedPoint:
     word: StatedWord
     says: str  # "meets the simulation", "too low"
     untested: str  # "mesh error unknown"; empty where the uncertainty is a test
+    hangs_on: tuple[Hanging, ...] = ()  # failures that alone decide whether it agrees
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """The verdict on a law in words: its bands, what an average would hide, definitions of the words, printed numbers."""
 
 import re
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
 
@@ -239,6 +240,16 @@ def agreement_text(law: LawVerdict, has_model: bool) -> str:
     return (
         f"{text}; the error of the models was not measured at all of these points, and may be larger than the joint "
         "uncertainty says."
+    )
+
+
+def hanging_text(law: LawVerdict) -> str:
+    """At how many points a failure alone decides whether the difference is inside the joint uncertainty."""
+    counts = Counter(each for point in law.each for each in point.hangs_on)
+    return " ".join(
+        f"{'Inside' if each.agrees else 'Beyond'} it only if matter breaks by {each.failure}, which the joint "
+        f"uncertainty does not count: at {count} of {plural(law.tested, 'tested point')}."
+        for each, count in counts.items()
     )
 
 

@@ -51,9 +51,9 @@ def test_rows__gate_the_mesh_of_the_source_and_report_the_converged_value(cube: 
     own, converged = rows_of(cube, 5e3)
     assert (own.verdict, own.expected, own.got) == ("PASS", 14.0, pytest.approx(14.0))
     assert converged.verdict == "REPORT"
-    assert converged.got == pytest.approx(16.0, abs=1e-3)
+    assert converged.got == pytest.approx(15.875)  # on 20 cells
     assert converged.bar is not None
-    assert 0.0 < converged.bar < 0.5
+    assert 16.0 - converged.got < converged.bar < 0.5
     assert rows_of(cube, 6e3)[0].verdict == "FAIL"
 
 
@@ -80,7 +80,7 @@ def test_picture__has_each_grid_ours_and_theirs(cube: Any) -> None:
     assert theirs == tuple((v, d, 0.0) for v, d in ((4.0, 12.0), (5.0, 14.0), (6.0, 16.0), (7.0, 17.0)))
     speed, depth, _ = picture.lines[-2].points[0]
     assert speed == 4.0
-    assert depth == pytest.approx(16.0, abs=1e-3)
+    assert depth == pytest.approx(15.875)
 
 
 def test_pages__show_every_figure_and_escape_texts(tmp_path: Path) -> None:

@@ -7,8 +7,8 @@ import numpy as np
 import pytest
 import xarray as xr
 
-from studies.convergence.richardson import Sample, converge_series
-from studies.cubes.points import points_of, refined
+from studies.convergence.richardson import Sample, converge
+from studies.cubes.points import points_of, refined, verdicts_of
 from studies.cubes.variables import VERDICT_WORDS
 from studies.sweeps.reading import RESOLUTION
 from studies.sweeps.sweep import Sweep
@@ -34,7 +34,7 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
         spacing, speed = (float(p.coordinates[name] or 0.0) for name in (RESOLUTION, "speed"))
         samples[speed].append(Sample(1 / spacing, m.value, m.parts["resolution"], m.parts["growth"]))
     for point, expected, (speed, verdict) in zip(
-        refined(dataset, "hole_diameter"), converge_series(samples.values()), fakes.VERDICTS.items(), strict=True
+        refined(dataset, "hole_diameter"), map(converge, samples.values()), fakes.VERDICTS.items(), strict=True
     ):
         cell = dataset.sel(speed=speed)
         assert VERDICT_WORDS[int(cell.hole_diameter_converged_verdict)] == verdict.replace(" ", "_")
@@ -44,6 +44,13 @@ def test_converged__is_what_convergence_says_of_the_runs_of_a_point() -> None:
             np.testing.assert_equal(getattr(point.converged, part), getattr(expected, part))
         levels = [(level.spacing, level.value, level.scatter) for level in point.converged.levels]
         assert levels == [(level.spacing, level.value, level.scatter) for level in expected.levels]
+
+
+def test_verdicts__of_an_older_cube_are_in_its_own_words() -> None:
+    dataset = built()
+    dataset.hole_diameter_converged_verdict.attrs["flag_meanings"] = "converging two_grids other no_value one open"
+    assert verdicts_of(dataset, "hole_diameter").values.tolist()[1:3] == ["converging", "two grids"]
+    assert [point.converged.verdict for point in refined(dataset, "hole_diameter")][1:3] == ["converging", "two grids"]
 
 
 # --- points -----------------------------------------------------------------------------------------

@@ -13,7 +13,7 @@ from tests.studies.support import fakes
 from tests.studies.support.fakes import sweep_of
 
 SPEED = Axis("speed", "m s-1", (2e3, 7e3))
-SWEEP = sweep_of(fakes.METHODS, SPEED, resolutions=fakes.CELLS, fixed=fakes.BY_BOTH)
+SWEEP = sweep_of(fakes.METHODS, SPEED, resolutions=fakes.CELLS, offsets=fakes.OFFSETS, fixed=fakes.BY_BOTH)
 
 
 def cube_of(sweep: Sweep, factor: float) -> xr.Dataset:

@@ -5,6 +5,7 @@ import math
 import re
 from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +15,6 @@ import xarray as xr
 
 from studies.cubes import cube
 from studies.laws import NO_RANGE, NOT_FOUND
-from studies.quantities.measured import Measured
 from studies.reports.compare import compare
 from studies.runs.results import RunResult
 from tests.studies.support import fakes
@@ -25,7 +25,7 @@ MOST = 0.10  # the difference up to which the report calls a law numerically clo
 CLOSE = ("meets the simulation", "close")
 PERCENT = re.compile(r"(\d+(?:\.\d+)?)(?: to (\d+(?:\.\d+)?))?\u202f%")
 NUMBER = re.compile(r"[-−+]?\d+(?:\.\d+)?")
-BAR = 0.001  # relative uncertainty of the invented runs
+BAR = 0.002  # relative mesh error of the invented points
 
 # ---- words ---------------------------------------------------------------------------------------
 
@@ -44,8 +44,9 @@ def document_of(
     *,
     rangeless: bool = False,
     scatter: float | None = None,
+    edit: Callable[[xr.Dataset], xr.Dataset] = lambda cube: cube,
 ) -> dict[str, Any]:
-    """The comparison of the invented holes, the same on every grid, with a law that gives them times a factor."""
+    """The comparison of the invented holes, on grids of first order, with a law that gives them times a factor."""
     limits = fakes.within(0.0, math.inf, *([NOT_FOUND] if rangeless else []))
     law = fakes.law(
         "law",
@@ -58,13 +59,12 @@ def document_of(
     axis = fakes.Axis("speed", "m s-1", speeds)
     sweep = fakes.sweep_of(axis, resolutions=fakes.CELLS, model_part="none")
     results = {point.run.id: change(result(point.run)) for point in sweep.runs()}
-    return compare(fakes.cube_of(sweep, results, laws=[law], quantities={NAME: fakes.HOLES[NAME]})).as_json()
+    return compare(edit(fakes.cube_of(sweep, results, laws=[law], quantities={NAME: fakes.HOLES[NAME]}))).as_json()
 
 
 def result(run: Any) -> RunResult:
     value = ratio(run.parameters["speed"]) * fakes.DIAMETER
-    measured = Measured(value, BAR * value, {"resolution": BAR * value}, (), {}, 1)
-    return replace(fakes.result(run), measurements={NAME: measured})
+    return replace(fakes.result(run), measurements={NAME: fakes.of_first_order(value, BAR, run)})
 
 
 def stated(*arguments: Any, **named: Any) -> tuple[list[str], dict[str, Any]]:
@@ -184,6 +184,47 @@ def test_mixed_versions_of_a_measurement__judge_nothing() -> None:
     assert not verdict["quantities"]
 
 
+def with_failures(cube: xr.Dataset, lower: float = 0.0, upper: float = 0.0, symmetric: float = 0.0) -> xr.Dataset:
+    """The cube with a model part, relative to each value, whose sides two failures make."""
+    sides = {"lower": (lower, "lower-failure"), "upper": (upper, "upper-failure")}
+    sizes = {f"{NAME}_model_part_{side}": share * cube[NAME] for side, (share, _) in sides.items()}
+    names = {
+        f"{NAME}_model_part_{side}_failure": xr.full_like(cube[NAME], name if share else "", dtype=object)
+        for side, (share, name) in sides.items()
+    }
+    return cube.assign({**sizes, **names, f"{NAME}_model_part": symmetric * cube[NAME]})
+
+
+@pytest.mark.parametrize(
+    ("factor", "part", "hanging"),
+    [
+        (1.05, {"upper": 0.06}, [("upper-failure", True)]),
+        (1.05, {"upper": 0.04}, []),  # still beyond
+        (0.95, {"upper": 0.06}, []),  # the other side
+        (0.95, {"lower": 0.06, "upper": 0.06}, [("lower-failure", True)]),
+        (1.0, {"upper": 0.06}, [("upper-failure", False)]),
+        (1.0, {"lower": 0.05, "upper": 0.06}, [("lower-failure", False), ("upper-failure", False)]),
+        (1.0, {"upper": 0.06, "symmetric": 0.08}, []),  # inside of the bar with it and without
+        (1.05, {}, []),
+    ],
+)
+def test_failure__that_alone_decides_whether_a_law_agrees_is_said(
+    factor: float, part: dict[str, float], hanging: list[tuple[str, bool]]
+) -> None:
+    """Bars and words do not count what failures make of a value; the law says where they would decide."""
+    plain = {name: share for name, share in part.items() if name == "symmetric"}
+    documents = [document_of(lambda v: factor, edit=partial(with_failures, **each)) for each in (part, plain)]
+    laws = [document["verdict"]["quantities"][0]["laws"][0] for document in documents]
+    assert laws[0]["bands"] == laws[1]["bands"]
+    for point in laws[0]["each"]:
+        assert [(each["failure"], each["agrees"]) for each in point["hangs_on"]] == hanging
+    said = [text for text in laws[0]["details"] if text not in laws[1]["details"]]
+    assert len(said) == bool(hanging)
+    for failure, agrees in hanging:
+        assert f"{'Inside' if agrees else 'Beyond'} it only if matter breaks by {failure}," in said[0]
+        assert "at 6 of 6 tested points" in said[0]
+
+
 # ---- from cube.nc alone --------------------------------------------------------------------------
 
 # A law whose residuals change sign along the speed and rise with it.
@@ -215,7 +256,7 @@ SENTENCES = {
     ],
     "refined": [
         NO_SHOT,
-        "The mesh error is unknown at 1 of 6 points.",
+        "The mesh error is unknown at 4 of 6 points.",
         ELSEWHERE.format("1 of 6", 1.5),
         NO_SCATTER,
         RECALLED,

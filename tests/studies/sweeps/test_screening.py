@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import replace
+from functools import partial
 from statistics import mean, stdev
 
 import pytest
@@ -12,12 +13,12 @@ from studies.runs.run import Run, materials_of
 from studies.sweeps.cost import cost_of
 from studies.sweeps.screening import (
     DRAWN,
-    FAILURE,
     STRENGTH,
     STRENGTH_DEVIATION,
     STRONGER,
     WEAKER,
     contributions_of,
+    failures_of,
     screens_of,
 )
 from studies.sweeps.sweep import Sweep
@@ -99,7 +100,16 @@ def test_screen__of_a_failure_without_constants_says_so() -> None:
 
 def test_contributions__are_the_largest_difference_that_an_alternative_makes() -> None:
     answers = {STRONGER: 19.0, WEAKER: 21.0, "strength of another": 17.0, "failure spall-rate": 20.5}
-    assert contributions_of(20.0, answers) == pytest.approx({STRENGTH: 0.15, FAILURE: 0.025})
+    assert contributions_of(20.0, answers) == pytest.approx({STRENGTH: 0.15})
+
+
+def test_failures__are_signed_differences_from_the_failure_that_is_asked_for() -> None:
+    answers = {STRONGER: 19.0, "failure none": 19.0, "failure johnson-cook": 25.0}
+    of = partial(failures_of, 20.0, answers, own="void-growth")
+    assert of(of="void-growth") == pytest.approx({"none": -0.05, "johnson-cook": 0.25})
+    assert of(of="johnson-cook") == pytest.approx({"none": -0.24, "void-growth": -0.2})
+    assert of(of="spall") == {}
+    assert failures_of(20.0, {STRONGER: 19.0}, own=None, of=None) == {}
 
 
 def test_contributions__of_draws_are_their_root_mean_square() -> None:

@@ -1,0 +1,70 @@
+"""The fit of mesh errors, on invented series whose error is known."""
+
+import math
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from docs.mesh_fit import GROUPS, Shot, Value, fit, held, holds, in_space, left_out
+from studies.convergence.experience import FREEDOM, Experience, MeshGrid, MeshModel, bias_terms, scale_terms
+from tests.studies.convergence.test_experience import DOMAIN
+
+TRUE = MeshModel(
+    {"through": 1.0, "across": 0.3, "through speed": 0.4, "across speed": -0.1},
+    {"always": 0.003, "through": 0.05, "across": 0.05},
+)
+METALS = 4
+SERIES = 60
+
+
+def invented(model: MeshModel = TRUE, *, seed: int = 1, wider: float = 1.0) -> list[Shot]:
+    """Series on five grids whose values are off as a model says."""
+    chance = np.random.default_rng(seed)
+    shots = []
+    for number in range(SERIES):
+        thickness, speed = 0.05 * 20.0 ** chance.random(), chance.uniform(1.5e3, 8e3)
+        values = []
+        for across in (20.0, 28.0, 40.0, 56.0, 80.0):
+            grid = MeshGrid("hole_diameter", across, across * thickness, speed, 3e8 * 2.0 ** chance.uniform(-1.0, 1.0))
+            if grid.through > 2.0:
+                error = model.error_on(grid)
+                noise = wider * error.scale * chance.standard_t(FREEDOM)
+                values.append(Value(grid, 0.02 * math.exp(error.bias + noise)))
+        if len(values) > 1:
+            shots.append(Shot(number, "plate", f"metal {number % METALS}", tuple(values)))
+    return shots
+
+
+def test_fit__finds_terms_and_scale_of_invented_series() -> None:
+    model = fit(invented())
+    assert model.bias.keys() == TRUE.bias.keys()
+    for cells in (20.0, 40.0):
+        for speed in (2e3, 6e3):
+            grid = MeshGrid("hole_diameter", cells, 0.25 * cells, speed, 3e8)
+            found, true = model.error_on(grid), TRUE.error_on(grid)
+            assert found.bias == pytest.approx(true.bias, abs=true.scale)
+            assert found.scale == pytest.approx(true.scale, rel=0.3)
+    assert bias_terms(grid).keys() >= model.bias.keys()
+    assert scale_terms(grid).keys() == model.scale.keys()
+
+
+@pytest.mark.parametrize(("times", "expected"), [(1.0, True), (4.0 / 3.0, False)])
+def test_coverage__holds_of_what_was_left_out_and_falls_with_other_coefficients(times: float, expected: bool) -> None:
+    tested = []
+    for inside, outside in left_out(invented(), GROUPS["metal"]):
+        model = fit(inside)
+        tested.append((replace(model, bias={name: times * each for name, each in model.bias.items()}), outside))
+    assert holds({"metal": held(tested)}) is expected
+
+
+def test_three_dimensions__widen_the_scale_to_what_they_show() -> None:
+    in_three = [
+        replace(shot, values=tuple(replace(v, grid=replace(v.grid, in_space=True)) for v in shot.values))
+        for shot in invented(seed=2, wider=3.0)
+    ]
+    domain = replace(DOMAIN, strength=(1e8, 1e9))
+    known = in_space(in_three, Experience(TRUE, domain))
+    assert known.model.in_space is not None
+    assert 1.5 < known.model.in_space < 4.5
+    assert in_space([], Experience(TRUE, domain)).model.in_space is None
