@@ -28,17 +28,18 @@ from studies.sweeps.reading import published_shots
 
 COMMAND = "python -m docs.pages compute shots"
 
-# Scenario and accuracy of each table: a bar of ten diameters takes five minutes at `standard`, 15 s at `draft`.
-TABLES = {
-    "taylor-bars-copper-ofhc": ("taylor_bar", "draft"),
-    "taylor-bars-copper-etp": ("taylor_bar", "draft"),
-    "taylor-bars-al-6061-t6": ("taylor_bar", "draft"),
-    "taylor-bars-steel-4340": ("taylor_bar", "draft"),
-    "craters": ("thick_plate", "draft"),
-    "holes": ("thin_plate", "standard"),
+# Scenario and grids of each table: a bar of ten diameters takes five minutes on three grids, 15 s on one.
+ONE_GRID: Mapping[str, Any] = {"resolution": 16}
+TABLES: Mapping[str, tuple[str, Mapping[str, Any]]] = {
+    "taylor-bars-copper-ofhc": ("taylor_bar", ONE_GRID),
+    "taylor-bars-copper-etp": ("taylor_bar", ONE_GRID),
+    "taylor-bars-al-6061-t6": ("taylor_bar", ONE_GRID),
+    "taylor-bars-steel-4340": ("taylor_bar", ONE_GRID),
+    "craters": ("thick_plate", ONE_GRID),
+    "holes": ("thin_plate", {"resolution": [16, 24, 36], "offsets": 3}),
 }
 # The published blocks were as good as without end: an absorbing one is within 0.2 % of that (absorbing-block).
-FIXED = {"craters": {"edges": "absorbing"}}
+FIXED = {"craters": {"edges": "absorbing", "particles_per_cell": 2}}
 TITLES = {
     "taylor-bars-copper-ofhc": "Taylor bars, OFHC copper",
     "taylor-bars-copper-etp": "Taylor bars, ETP copper",
@@ -81,7 +82,7 @@ def compute(directory: Path | None = None) -> None:
             "version": version("whipple"),
             "physics_version": PHYSICS_VERSION,
             "measurements": {name: measurements.load(name).version for name in _quantities()},
-            "accuracy": {name: accuracy for name, (_, accuracy) in TABLES.items()},
+            "grids": {name: grids for name, (_, grids) in TABLES.items()},
             "shots": [row for name in TABLES for row in computed(name, place / name)],
         }
     keep(document, STORED)
@@ -100,7 +101,7 @@ def published(name: str) -> tuple[observations.Observation, ...]:
 
 def sweep_of(name: str, shots: Sequence[observations.Observation]) -> dict[str, Any]:
     """A sweep with a point at the parameters of each shot, and the table beside it."""
-    scenario, accuracy = TABLES[name]
+    scenario, grids = TABLES[name]
     units = {each.name: each.unit for each in declared(scenarios.load(scenario).parameters).values()}
     places = list(dict.fromkeys(tuple(sorted(shot.parameters.items())) for shot in shots))
     axes = {axis: [written(dict(place)[axis], units[axis]) for place in places] for axis, _ in places[0]}
@@ -110,7 +111,7 @@ def sweep_of(name: str, shots: Sequence[observations.Observation]) -> dict[str, 
         "fixed": FIXED.get(name, {}),
         "axes": axes,
         "combine": "zip",
-        "accuracy": accuracy,
+        **grids,
         "observations": name,
     }
 
@@ -190,9 +191,9 @@ def pages() -> dict[str, str]:
         f"recipe. Bias is the mean of simulation / observation − 1 as an interval ({100.0 * CONFIDENCE:.0f} %, by "
         f"Student's t), scatter the standard deviation; fewer than {FEWEST} shots have neither.\n",
         f"Computed by `{document['command']}` with version {document['version']} (physics version "
-        f"{document['physics_version']}; versions of the measurements: {versions}). Accuracies: "
-        + ", ".join(f"{TITLES[name]}: `{word}`" for name, word in document["accuracy"].items())
-        + ". Blocks with craters absorb waves at their edges.\n",
+        f"{document['physics_version']}; versions of the measurements: {versions}). Grids: "
+        + "; ".join(f"{TITLES[name]}: {_grids(grids)}" for name, grids in document["grids"].items())
+        + ". Blocks with craters absorb waves at their edges and have two particles along each direction of a cell.\n",
         "## Bias and scatter\n",
         summary(shots),
         "A shot contradicts a slower one of its series where the faster bar is the longer one; the last column "
@@ -216,6 +217,13 @@ def pages() -> dict[str, str]:
         table(["what", "report"], [list(row) for row in WANTED]),
     ]
     return {"shots.md": "\n".join(parts)}
+
+
+def _grids(grids: Mapping[str, Any]) -> str:
+    """The cells across the diameter, and the positions of the grid where there are several."""
+    cells = grids["resolution"]
+    text = f"{cells} cells" if isinstance(cells, int) else f"{', '.join(map(str, cells))} cells"
+    return text + (f" at {grids['offsets']} positions" if "offsets" in grids else "")
 
 
 def laws_beside() -> str:

@@ -4,7 +4,7 @@ The recipe ``whipple`` with either number: the Taylor bar, holes in copper plate
 and the craters of the example ``craters``, each over several grids and, for impacts, three sub-cell positions. FILE
 keeps the figures as JSON; the tables of docs/recipe.md are printed. The part of the uncertainty that runs with two
 particles state (``OF_FEW_PARTICLES`` in ``studies.scenarios.parts.impact``) is, by quantity, the root mean square
-difference over all runs of the draft's grid, and over all of finer ones, rounded up to a tenth of a per cent.
+difference over all runs of 16 cells, and over all of finer grids, rounded up to a tenth of a per cent.
 """
 
 import json
@@ -28,7 +28,7 @@ from studies.sweeps.document import read_yaml
 PROCESSES = 2
 COUNTS = (2, 3)
 SPEEDS = (4e3, 6e3)  # m/s
-CELLS = {"hole": (16, 24, 32), "crater": (16, 24)}  # across the projectile's diameter; 16 are the draft's
+CELLS = {"hole": (16, 24, 32), "crater": (16, 24)}  # across the projectile's diameter
 BLOCK = {"target_depth": "30 mm", "target_radius": "25 mm"}
 OF_HOLES = ("hole_diameter", "hole_diameter_areal")
 OF_CRATERS = ("crater_depth", "crater_diameter")
@@ -72,13 +72,13 @@ def tables(figures: Mapping[str, Figures]) -> str:
         "| processor time, 3 over 2"
     )
     of_bars = ["Taylor bar", "change from 10 to 20, 20 to 40 cells", "from the experiment at 10, at 40 cells"]
-    of_changes = ["root mean square difference", "draft's grid", "finer"]
+    of_changes = ["root mean square difference", "16 cells", "finer"]
     return "\n".join([table(of_bars, bars), table(header.split(" | "), values), table(of_changes, changed)])
 
 
 def parts(figures: Mapping[str, Figures], quantity: str) -> tuple[float, float]:
-    """Root mean square difference of a quantity on the draft's grid and on finer ones, over speeds and offsets."""
-    draft, *finer = CELLS[_problem(quantity)]
+    """Root mean square difference of a quantity on 16 cells and on finer grids, over speeds and offsets."""
+    first, *finer = CELLS[_problem(quantity)]
     coarse, fine = (
         _rms(
             [
@@ -87,7 +87,7 @@ def parts(figures: Mapping[str, Figures], quantity: str) -> tuple[float, float]:
                 for few, many in _pairs(figures, quantity, speed, cells)[0]
             ]
         )
-        for grids in ([draft], finer)
+        for grids in ([first], finer)
     )
     return coarse, fine
 

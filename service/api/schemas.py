@@ -135,13 +135,12 @@ class PresetModel(Answer):
     """The sweep with `accuracy: name` in place of `resolution`, and its cost."""
 
     name: str
-    meaning: str
-    resolutions: tuple[float, ...] = Field(description="Cells across the projectile's diameter")
-    offsets: int = Field(description="Sub-cell positions of the grid at each resolution")
-    runs: int = Field(description="Points of the sweep, each at every resolution and offset")
+    error: float = Field(description="Mesh error of each point, relative: half-width of 95 %")
+    cells: tuple[float, float] | None = Field(description="Fewest and most cells across the diameter; null: `reason`")
+    runs: int = Field(description="Points of the sweep, each on one grid")
     core_seconds: float | None = Field(description="Estimated core seconds of all runs; null: see `reason`")
     bytes: int | None = Field(description="Size of all results")
-    reason: str = Field(description="Why this sweep cannot use the preset; empty if it can")
+    reason: str = Field(description="Why this sweep cannot have the accuracy; empty if it can")
 
     @classmethod
     def of(cls, preset: PresetCost, rate: float) -> "PresetModel":

@@ -191,10 +191,16 @@ def print_queue(queue: Mapping[str, Any]) -> None:
 
 def print_cost(name: str, cost: "Cost", presets: "Iterable[PresetCost]") -> None:
     """The cost of a sweep, as it is and at each accuracy."""
+    from studies.sweeps.accuracy import in_percent
+
     say(f"{name}: {_cost(cost)}")
     for preset in presets:
-        text = _cost(preset.cost) if preset.cost else f"not available: {preset.reason}"
-        say(f"  accuracy: {preset.name:<9} {text}\n{'':22}{preset.meaning}")
+        text = f"not available: {preset.reason}"
+        if preset.cost and preset.cells:
+            fewest, most = preset.cells
+            cells = f"{fewest:g} cells" if fewest == most else f"{fewest:g} to {most:g} cells"
+            text = f"{cells} across the diameter: {_cost(preset.cost)}"
+        say(f"  accuracy: {in_percent(preset.error)} ({preset.name})".ljust(28) + text)
 
 
 def _cost(cost: "Cost") -> str:

@@ -184,7 +184,7 @@ class Client:
         return self._items("laws")
 
     def accuracies(self) -> list[dict[str, Any]]:
-        """Every preset of resolutions and offsets."""
+        """The names of accuracies, each with its mesh error."""
         return self._items("accuracies")
 
     def _whole_id(self, kind: str, prefix: str, label: Callable[[Mapping[str, Any]], str]) -> str:

@@ -1,6 +1,6 @@
 """Output folders: each holds the cube and report of one sweep, which another sweep replaces on request only.
 
-Two documents are the same sweep if they agree in scenario, fixed parameters (a single resolution is one),
+Two documents are the same sweep if they agree in scenario, fixed parameters (a single resolution is one), accuracy,
 materials of their own, and in the names of their axes. The values on the axes may differ, and so may name,
 title and observations: points are added and removed, and a report is made anew.
 """
@@ -13,7 +13,7 @@ from typing import Any
 from studies.quantities.files import REPORT_JSON
 from studies.quantities.findings import Finding, InvalidInput, shown
 
-ALIKE = ("scenario", "combine", "materials")  # parts of a document that agree for the same sweep
+ALIKE = ("scenario", "combine", "accuracy", "materials")  # parts of a document that agree for the same sweep
 NAMED = 3  # differences that an error names
 
 

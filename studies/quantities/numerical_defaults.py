@@ -1,8 +1,8 @@
 """Defaults of the numerical parameters, as recipes: the numerics of a run under one name.
 
 A recipe fills the numerical parameters that a user left out (``studies.scenarios``); the identity of a run is what it
-fills in, not its name. The number of particles is, in this order, what the user states, that of a draft or of three
-dimensions, that of the recipe.
+fills in, not its name. The number of particles is, in this order, what the user states, that of three dimensions, that
+of the recipe.
 """
 
 from collections.abc import Mapping
@@ -88,6 +88,6 @@ IMPACT_RECIPES: Mapping[RecipeName, ImpactRecipe] = MappingProxyType(
 )
 
 
-# Particles along each direction in drafts and in three dimensions, where three take two and three times as long; the
-# difference is measured in docs/recipe.md, and is a part of the uncertainty of what they measure.
+# Particles along each direction in three dimensions, where three take three times as long; the difference is measured
+# in docs/recipe.md, and is a part of the uncertainty of what they measure.
 FEW_PARTICLES = 2

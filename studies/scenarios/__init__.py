@@ -71,8 +71,6 @@ class ObservationRate:
 class SetUp(ABC):
     """Parameters of a scenario, which say what follows from them; all but ``filled`` is asked of filled ones."""
 
-    # Whether drafts and three dimensions have as many particles as the recipe says.
-    keeps_particles: ClassVar[bool] = False
     # The module below ``studies.measurements`` whose ``view`` its measurements read.
     viewed_by: ClassVar[str]
 
@@ -173,6 +171,7 @@ class Scenario:
     # Measurements that a run has where it states some parameters without a default, each with these.
     asked_by: Mapping[str, tuple[str, ...]] = field(default_factory=dict)
     settles: tuple[str, ...] = ()  # the measurements that should have stopped growing at the end
+    accurate: tuple[str, ...] = ()  # the measurements whose mesh error an accuracy is about
     # Paths of constants of materials that its measurements read, and no simulation: they are part of a run's identity.
     measured_with: tuple[str, ...] = ()
     # Of its parameters those that its runs do not use: they are no part of a run's identity.

@@ -227,6 +227,7 @@ SCENARIO = Scenario(
         "fragment_size_grady",
         "fragment_size_liquid",
     ),
+    accurate=("tip_velocity_percent",),
     measured_with=("tension.fracture_toughness", "tension.surface_tension"),
     distributions=("mass_over_velocity_and_angle", "fragments_over_size", "fragment_mass_over_size"),
     least_cells=LEAST_CELLS,

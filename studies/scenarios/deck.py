@@ -93,7 +93,6 @@ class DeckNumerics(Numerics):
 class DeckRun(SetUp):
     """Parameters of a deck."""
 
-    keeps_particles = True
     viewed_by = "whole"
 
     deck: Annotated[str, LongText(MOST_BYTES), Described("text of the input file, at most 2 MB of UTF-8")]

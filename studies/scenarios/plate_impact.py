@@ -50,8 +50,6 @@ class PlateSetting(Setting):
 class PlateImpact(SetUp):
     """Parameters of a plate impact."""
 
-    # A plane shock is of one dimension, whatever the section of the column.
-    keeps_particles = True
     viewed_by = "plates"
 
     speed: Annotated[MetrePerSecond, Described("impact speed", 1.0, 2e4)] = 2000.0

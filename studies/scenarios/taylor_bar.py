@@ -73,9 +73,6 @@ def spread(*, density: float, speed: float, yield_stress: float | None) -> float
 class TaylorBar(BarSetUp):
     """Parameters of a Taylor bar."""
 
-    # A bar is cheap, and its verification is that of three (docs/recipe.md).
-    keeps_particles = True
-
     wall: Wall
     bar: Annotated[MaterialName, Described("material of the bar")] = "copper-thesis-taylor"
     speed: BarSpeed = 190.0
@@ -187,4 +184,5 @@ SCENARIO = Scenario(
     asked_by={"taylor_error": ("reference_length", "reference_diameter", "reference_width")},
     unused=("contact", "friction"),  # of one body
     settles=("final_length", "mushroom_diameter"),
+    accurate=EXPERIENCED,
 )

@@ -105,6 +105,7 @@ SCENARIO = Scenario(
         "crater_diameter_mean_root",
     ),
     settles=("crater_depth", "crater_diameter"),
+    accurate=("crater_depth", "crater_diameter"),
     least_cells=LEAST_CELLS,
     fewest_cells=FEWEST_CELLS,
 )

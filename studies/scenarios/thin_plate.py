@@ -92,6 +92,7 @@ SCENARIO = Scenario(
         "hole_diameter_mean_root",
     ),
     settles=("hole_diameter",),
+    accurate=("hole_diameter",),
     least_cells=LEAST_CELLS,
     fewest_cells=FEWEST_CELLS,
 )

@@ -590,6 +590,7 @@ SCENARIO = Scenario(
     ),
     of_role={f"{name}_hole_diameter": name for name in BUMPERS[1:]},
     settles=("bumper_hole_diameter", "wall_perforated", "wall_bulge"),
+    accurate=("bumper_hole_diameter",),
     revision=2,  # the stage of a bumper ends when what flies on has come off it
     least_cells=LEAST_CELLS,
     fewest_cells=FEWEST_CELLS,

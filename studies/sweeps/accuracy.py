@@ -1,42 +1,71 @@
-"""Accuracies: the resolutions and sub-cell offsets of a sweep under one name."""
+"""Accuracies: the mesh error that a user allows, and the grid of a run that holds it, from experience."""
 
+import math
 from collections.abc import Mapping
-from dataclasses import dataclass
 from types import MappingProxyType
+from typing import Any
 
-from studies.quantities.numerical_defaults import FEW_PARTICLES
+from studies import scenarios
+from studies.convergence import experience
+from studies.quantities.findings import nearest_cure, refusal
+from studies.quantities.units import exact_number, round_quantity
+from studies.runs.run import Run
+
+# Half-width of 95 % of the relative mesh error of what is measured.
+ACCURACY: Mapping[str, float] = MappingProxyType({"draft": 0.10, "standard": 0.05, "fine": 0.02})
+USUAL = ACCURACY["standard"]  # of a sweep that names neither an accuracy nor a resolution
+LEAST, MOST = 0.01, 0.30
+PERCENT = "%"
 
 
-@dataclass(frozen=True)
-class Accuracy:
-    """Resolutions and offsets at which a sweep computes each of its points."""
+def in_percent(error: float) -> str:
+    """An error as a person writes it, and as ``read_accuracy`` reads it.
 
-    resolutions: tuple[float, ...]  # cells across the projectile's diameter, coarse to fine
-    offsets: int  # sub-cell positions of the grid at each resolution, evenly spaced over a cell
-    meaning: str
-    few_particles: bool = False  # whether ``FEW_PARTICLES`` do where the user states no number
+    >>> in_percent(0.03), in_percent(0.025)
+    ('3 %', '2.5 %')
+    """
+    return f"{round_quantity(100.0 * error):.12g} {PERCENT}"
 
 
-# Three grids, because an observed order needs them (Celik et al. 2008, J. Fluids Eng. 130, 078001, who ask for a
-# ratio of more than 1.3). Through a plate of a quarter diameter 16, 32 and 64 cells are 4, 8 and 16: below 4 a plate
-# has too few particles for a stress wave (flag ``under_resolved``). Three offsets, because an order counts only above
-# the scatter over them: of an error that varies once over a cell, two see between all and nothing, three always more
-# than four fifths.
-ACCURACY: Mapping[str, Accuracy] = MappingProxyType(
-    {
-        "draft": Accuracy(
-            (16.0,),
-            1,
-            f"one grid, for trends: 16 cells across the diameter, {FEW_PARTICLES} particles along each direction",
-            few_particles=True,
-        ),
-        "standard": Accuracy(
-            (16.0, 24.0, 36.0),
-            3,
-            "three grids at three sub-cell offsets; an order and a mesh error where they differ by enough",
-        ),
-        "fine": Accuracy(
-            (16.0, 32.0, 64.0), 3, "three finer grids, each twice as fine as the one before, at three sub-cell offsets"
-        ),
-    }
-)
+def read_accuracy(raw: Any) -> float:
+    """An error by its name, in per cent or as a part of one; raises InvalidInput.
+
+    >>> read_accuracy("3 %"), read_accuracy(0.03), read_accuracy("draft")
+    (0.03, 0.03, 0.1)
+    """
+    limit = f"{', '.join(ACCURACY)}, or an error from {in_percent(LEAST)} to {in_percent(MOST)}"
+    if isinstance(raw, str) and raw.strip() in ACCURACY:
+        return ACCURACY[raw.strip()]
+    if isinstance(raw, str) and not any(letter.isdigit() for letter in raw):
+        raise refusal("accuracy", raw, limit, nearest_cure(raw, ACCURACY))
+    is_percent = isinstance(raw, str) and raw.rstrip().endswith(PERCENT)
+    number = exact_number(raw.rstrip().removesuffix(PERCENT) if is_percent else raw, "accuracy", "3 %")
+    error = round_quantity(number / 100 if is_percent else number)
+    if not LEAST <= error <= MOST:
+        meant = float(number) / 100.0 if not is_percent else error  # 3 is hardly 300 %
+        raise refusal("accuracy", raw, limit, f"write {in_percent(min(max(meant, LEAST), MOST))}")
+    return error
+
+
+def cells_of(run: Run, error: float) -> float:
+    """The fewest cells across on which the measurements of a run have at most a mesh error; raises InvalidInput.
+
+    Those that count are the scenario's ``accurate`` ones of which experience tells anything; ``run`` may be on any
+    grid.
+    """
+    wanted = scenarios.load(run.scenario).accurate
+    grids = [grid for name, grid in run.mesh_grids.items() if name in wanted]
+    known = [grid for grid in grids if grid.quantity in experience.stored()]
+    cells = experience.cells_for(error, known)
+    if cells is not None:
+        return cells
+    finest: list[experience.MeshGrid | None] = [grid.refined(experience.MOST_CELLS) for grid in known or grids[:1]]
+    reasons = dict.fromkeys(filter(None, map(experience.why_unknown, finest or [None])))
+    errors = map(experience.mesh_error, finest)
+    resolution = "give the cells across the diameter: resolution: 32"
+    if reasons:
+        limit = f"a resolution, since the mesh error is unknown: {'; '.join(reasons)}"
+        raise refusal("accuracy", in_percent(error), limit, resolution)
+    smallest = math.ceil(1e3 * max(each.bar for each in errors if each is not None)) / 1e3
+    cure = f"write accuracy: {in_percent(smallest)}" if smallest <= MOST else resolution
+    raise refusal("accuracy", in_percent(error), f"at least {in_percent(smallest)}, on the finest grid", cure)

@@ -1,11 +1,12 @@
 """The expected cost of a sweep: as it is, and at each accuracy that a preset offers."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 from studies.quantities.findings import InvalidInput
 from studies.runs import run
 from studies.sweeps.accuracy import ACCURACY
+from studies.sweeps.reading import RESOLUTION
 from studies.sweeps.sweep import Sweep
 
 MOST_LOOKED_AT = 64  # points of a sweep, at 1 ms each; those of a larger one cost as these do
@@ -42,14 +43,13 @@ OF_SWEEP = Cost(0, 9.0, 3_200_000, 0)
 
 @dataclass(frozen=True)
 class PresetCost:
-    """A preset with what it would make of a sweep."""
+    """An accuracy with what it would make of a sweep."""
 
     name: str
-    meaning: str
-    resolutions: tuple[float, ...]
-    offsets: int
+    error: float  # of the mesh, relative
     runs: int
-    cost: Cost | None  # None where it is not offered
+    cells: tuple[float, float] | None  # fewest and most across the diameter; None where it is not offered
+    cost: Cost | None  # likewise
     reason: str = ""  # why it is not
 
 
@@ -61,6 +61,7 @@ class PricedRun:
     core_seconds: float
     bytes: int
     memory: int  # of its process
+    cells: float | None  # across the diameter
     share: float  # 1, or more where not every point of a sweep is looked at
 
 
@@ -93,7 +94,9 @@ def sweep_cost(sweep: Sweep) -> SweepCost:
         if point.run.id not in priced:
             each = run.estimate(point.run)
             share = sweep.size / on_axes if count <= on_axes else 1.0  # then it screens the models
-            priced[point.run.id] = PricedRun(point.run.id, each.core_seconds, each.bytes, each.memory, share)
+            cells = point.run.parameters.get(RESOLUTION)
+            about = (point.run.id, each.core_seconds, each.bytes, each.memory)
+            priced[point.run.id] = PricedRun(*about, None if cells is None else float(cells), share)
     runs = sweep.most_runs + count - on_axes
     further = sweep.most_runs / sweep.size
     return SweepCost(runs, count, tuple(priced.values()), further)
@@ -105,34 +108,21 @@ def cost_of(sweep: Sweep) -> Cost:
     return cost.of(cost.priced).plus(OF_SWEEP)
 
 
-def _of_screening(sweep: Sweep) -> Cost:
-    """The cost of the runs that screen the models of a sweep."""
-    screens = sweep.screening()[1] if sweep.model_part == "screen" else []
-    runs = [each.run for each in screens if each.run is not None]
-    estimates = [run.estimate(each) for each in {each.id: each for each in runs}.values()]
-    return Cost(
-        len(runs),
-        sum(each.core_seconds for each in estimates),
-        sum(each.bytes for each in estimates),
-        max((each.memory for each in estimates), default=0),
-    )
-
-
 def presets_of(sweep: Sweep, most_runs: int) -> Iterator[PresetCost]:
-    """The cost of a sweep at each accuracy; empty where no preset can set its resolution."""
-    for name, preset in ACCURACY.items():
+    """The cost of a sweep at each accuracy; empty where none can set its resolution."""
+    for name, error in ACCURACY.items():
         try:
-            resolved = sweep.at_accuracy(name)
+            resolved = sweep.at_accuracy(error)
         except ValueError:
-            continue
-        about = (name, preset.meaning, preset.resolutions, preset.offsets, resolved.size)
-        if resolved.size > most_runs:
-            yield PresetCost(*about, None, f"more than {most_runs} runs")
+            return
+        about = (name, error, resolved.most_runs)
+        if resolved.most_runs > most_runs:
+            yield PresetCost(*about, None, None, f"more than {most_runs} runs")
             continue
         try:
-            # An offset changes no cost; what screens the models is computed at one.
-            cost = sweep_cost(replace(resolved, offsets=1, model_part="none"))
-            every = cost.of(cost.priced).times(preset.offsets).plus(_of_screening(resolved)).plus(OF_SWEEP)
-            yield replace(PresetCost(*about, every), runs=every.runs)
-        except InvalidInput as error:
-            yield PresetCost(*about, None, str(error.findings[0].limit))
+            cost = sweep_cost(resolved)
+        except InvalidInput as refused:
+            yield PresetCost(*about, None, None, refused.findings[0].limit)
+            continue
+        cells = [each.cells for each in cost.priced if each.cells is not None]
+        yield PresetCost(name, error, cost.runs, (min(cells), max(cells)), cost.of(cost.priced).plus(OF_SWEEP))

@@ -23,7 +23,7 @@ from studies.quantities.findings import (
 )
 from studies.quantities.parameters import Parameter, Value, declared, find, missing, parse_value, parse_values
 from studies.quantities.units import exact_number
-from studies.sweeps.accuracy import ACCURACY
+from studies.sweeps.accuracy import USUAL, read_accuracy
 from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
 from studies.sweeps.search import read_search
@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 KEYS = (
     *("name", "title", "scenario", "fixed", "axes", "combine", "points", "seed", "resolution", "offsets", "accuracy"),
-    *("materials", "observations", "laws", "model_part", "ends"),
+    *("cells", "materials", "observations", "laws", "model_part", "ends"),
 )
 Combine = Literal["grid", "zip", "latin-hypercube", "sobol"]
 ModelPartChoice = Literal["stored", "screen", "none"]
@@ -70,7 +70,7 @@ ACCEPTED = SweepLimits(max_runs=sys.maxsize, max_particles=sys.maxsize)
 
 
 def read_fields(document: Any, limits: SweepLimits) -> dict[str, Any]:
-    """The fields of the sweep of a document, and its ``accuracy``; raises InvalidInput with every error."""
+    """The fields of the sweep of a document; raises InvalidInput with every error."""
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
     with few_suggestions():
@@ -104,7 +104,10 @@ class _DocumentReading:
         fixed = parse_values(terms.parameters, self.fixed, "fixed", self.findings, materials=terms.materials)
         self.sampling = self.findings.attempt(self._sampling, combine)
         axes = self._axes(terms, combine)
-        resolutions, offsets = self.findings.attempt(self._refinement) or ((), 1)
+        resolutions = self.findings.attempt(self._resolutions) or ()
+        offsets = self.findings.attempt(self._offsets) or 1
+        accuracy = self.findings.attempt(self._accuracy, scenario)
+        cells = () if accuracy is None else self.findings.attempt(self._cells, axes, combine) or ()
         self._check_size(axes, combine, len(resolutions or (0.0,)) * offsets)
         self._check_search(axes, combine)
         self._check_completeness()
@@ -128,13 +131,14 @@ class _DocumentReading:
             "sampling": self.sampling,
             "resolutions": resolutions,
             "offsets": offsets,
+            "accuracy": accuracy,
+            "cells": cells,
             "materials": own,
             "observations": observations or (),
             "laws": laws,
             "model_part": model_part,
             "ends": ends,
             "max_particles": self.limits.max_particles,
-            "accuracy": self.document.get("accuracy"),
         }
 
     def _refuse(self, field: str, value: object, limit: str, cure: str) -> None:
@@ -355,23 +359,37 @@ class _DocumentReading:
                 size += f" ({points} points, each {times} times for its resolutions and offsets)"
             self.findings.append(Finding("axes", size, limit, "take fewer values"))
 
-    def _refinement(self) -> tuple[tuple[float, ...], int]:
-        """Resolutions and the number of offsets, by themselves or by the name of a preset."""
-        preset = self.document.get("accuracy")
-        if preset is None:
-            return self.findings.attempt(self._resolutions) or (), self.findings.attempt(self._offsets) or 1
-        for key in ("resolution", "offsets"):
-            if self.document.get(key) is not None:
-                limit = f"accuracy, or {key}: a preset sets both resolution and offsets"
-                raise refusal("accuracy", preset, limit, "give one of the two")
-        if not isinstance(preset, str) or preset not in ACCURACY:
-            limit = "one of " + ", ".join(ACCURACY)
-            raise refusal("accuracy", preset, limit, nearest_cure(preset, ACCURACY))
-        accuracy = ACCURACY[preset]
-        self._require_free("accuracy", preset, RESOLUTION)
-        if accuracy.offsets > 1:
-            self._require_free("accuracy", preset, OFFSET)
-        return accuracy.resolutions, accuracy.offsets
+    def _accuracy(self, scenario: scenarios.Scenario) -> float | None:
+        """The mesh error from which the cells of each point follow; None where they are stated.
+
+        A sweep that states neither has the usual one where experience may tell an error, and else the cells that its
+        scenario has by default, as a sweep has that an older version accepted.
+        """
+        wanted = self.document.get("accuracy")
+        if wanted is None:
+            is_stated = self.document.get("resolution") is not None or RESOLUTION in {*self.fixed, *self.varied}
+            return None if is_stated or not scenario.accurate or self.limits is ACCEPTED else USUAL
+        error = read_accuracy(wanted)
+        if self.document.get("resolution") is not None:
+            limit = "accuracy, or resolution: the resolution follows from an accuracy"
+            raise refusal("accuracy", wanted, limit, "give one of the two")
+        self._require_free("accuracy", wanted, RESOLUTION)
+        if not scenario.accurate:
+            limit = "a scenario whose mesh error is known from experience"
+            raise refusal("accuracy", wanted, limit, "give a resolution: resolution: 16")
+        return error
+
+    def _cells(self, axes: tuple[Axis, ...], combine: Combine) -> tuple[float | None, ...]:
+        """The cells that an accuracy chose for each point when a sweep was accepted; at the door it chooses anew."""
+        chosen = self.document.get("cells")
+        if chosen is None or self.limits is not ACCEPTED:
+            return ()
+        lengths = [len(axis.values) for axis in axes if not axis.search] or [1]
+        points = math.prod(lengths) if combine == "grid" else lengths[0]
+        if not isinstance(chosen, list | tuple) or len(chosen) != points:
+            raise refusal("cells", chosen, f"a list with the cells of each of {points} points", "leave it out")
+        cells = self.record[RESOLUTION]
+        return tuple(None if each is None else float(parse_value(cells, each, "cells") or 0.0) for each in chosen)
 
     def _resolutions(self) -> tuple[float, ...]:
         values = self.document.get("resolution")
@@ -412,21 +430,15 @@ class _DocumentReading:
                 raise refusal(key, value, limit, "give one of the two")
 
     def _check_completeness(self) -> None:
-        """Every parameter without a default is fixed, varied, or the resolution."""
+        """Every parameter without a default is fixed or varied."""
         names = {*self.fixed, *self.varied}
-        if any(self.document.get(key) is not None for key in ("resolution", "accuracy")):
-            names.add(RESOLUTION)
         # A misspelt name is refused as such.
         for name in (*self.fixed, *self.varied):
             if name not in self.record:
                 names.update(nearest(name, self.record))
         for parameter in self.record.values():
             if parameter.required and parameter.name not in names:
-                finding = missing(parameter, "fixed")
-                if parameter.name == RESOLUTION:
-                    cure = "give the cells per projectile diameter: resolution: 16"
-                    finding = Finding("resolution", "nothing", finding.limit, cure)
-                self.findings.append(finding)
+                self.findings.append(missing(parameter, "fixed"))
 
 
 def vocabulary(scenario_name: str, roles: Mapping[str, tuple[str, ...]], own: Mapping[str, Material]) -> AllowedNames:

@@ -12,15 +12,15 @@ from typing import TYPE_CHECKING, Any
 from solver.units import Described
 from studies import materials as shipped
 from studies import scenarios
+from studies.convergence.experience import MOST_CELLS
 from studies.materials import Material
 from studies.observations import Observation, written
 from studies.observations.compared import ComparedShots, compared_shots
 from studies.quantities.findings import Finding, InvalidInput, refusal
-from studies.quantities.numerical_defaults import FEW_PARTICLES
 from studies.quantities.parameters import LongText, Value, declared, marks
 from studies.quantities.units import round_quantity
 from studies.runs import run
-from studies.sweeps.accuracy import ACCURACY
+from studies.sweeps.accuracy import cells_of, in_percent
 from studies.sweeps.axes import Axis
 from studies.sweeps.reading import (
     ACCEPTED,
@@ -42,7 +42,6 @@ if TYPE_CHECKING:
     from studies.laws.fitting.fitted import FittedLaw
     from studies.sweeps.screening import Screen
 
-PARTICLES = "particles_per_cell"
 SCREENING = "screening"  # in place of the coordinates of a run that screens the models
 FINDINGS_SHOWN = 20  # reported refused points; an invalid sweep may have thousands of them
 MOST_REFUSED = 200  # points, after which the others are not checked
@@ -82,8 +81,11 @@ class Sweep:
     sampling: Sampling | None = None  # where the axes are sampled
     # Fitted laws that are compared beside the published ones; they change no run.
     laws: "tuple[FittedLaw, ...]" = ()
-    # Of ``fixed``, what a preset of accuracy set and another one may set otherwise.
-    by_accuracy: tuple[str, ...] = field(default=(), compare=False)
+    # Mesh error of each point, relative, from which its cells follow; None where they are stated.
+    accuracy: float | None = None
+    # What it chose for each point (one for all values of a searched axis) when the sweep was accepted, which keeps its
+    # runs, whatever experience tells later. Empty, or None of a point: chosen by present experience.
+    cells: tuple[float | None, ...] = field(default=(), compare=False)
     # Where the uncertainty of the models comes from: stored sensitivities, screening runs, or nowhere.
     model_part: ModelPartChoice = "stored"
     # Points with a latest end of their own: the value of each axis, and the end (s). Their runs are ordinary ones.
@@ -97,10 +99,7 @@ class Sweep:
 
         Conditions between several parameters are checked by ``runs()``.
         """
-        fields = read_fields(document, limits or SweepLimits())
-        preset = fields.pop("accuracy")
-        sweep = Sweep(**fields)
-        return sweep if preset is None else sweep.at_accuracy(preset)
+        return Sweep(**read_fields(document, limits or SweepLimits()))
 
     @property
     def definition(self) -> scenarios.Scenario:
@@ -176,7 +175,8 @@ class Sweep:
         axes = tuple(
             replace(axis, values=tuple(point[axis.name] for point in points), search=None) for axis in self.axes
         )
-        return replace(self, axes=axes, combine="zip")
+        cells = () if self.accuracy is None else tuple(self._cells_at(point) for point in points)
+        return replace(self, axes=axes, combine="zip", cells=cells)
 
     def document(self) -> dict[str, Any]:
         """The sweep as plain values that ``parse`` reads as itself; the order of axes counts."""
@@ -192,6 +192,8 @@ class Sweep:
             "seed": self.sampling.seed if self.sampling else None,
             "resolution": list(self.resolutions) if len(self.resolutions) > 1 else next(iter(self.resolutions), None),
             "offsets": self.offsets if self.offsets > 1 else None,
+            "accuracy": None if self.accuracy is None else in_percent(self.accuracy),
+            "cells": None if self.accuracy is None else [*self._every_cells()],
             "materials": {name: each.document() for name, each in self.materials.items()},
             "observations": [each.document(terms) for each in self.observations],
             "laws": [each.document() for each in self.laws],
@@ -249,15 +251,17 @@ class Sweep:
     def of_point(self, at: Mapping[str, Value]) -> "Sweep":
         """The sweep of a single run of this one, by its coordinates (SI): the same run, and nothing beside it."""
         axes = (*self.axes, *self.refinements)
-        end = self._own_ends.get(self._key(at))
+        end, cells = self._own_ends.get(self._key(at)), self._cells_at(at)
         return replace(
             self,
             fixed={**self.fixed, **({} if end is None else {END: end})},
             axes=tuple(Axis(axis.name, axis.unit, (at[axis.name],)) for axis in axes),
             combine="grid",
             sampling=None,
-            resolutions=self.resolutions if len(self.resolutions) == 1 else (),
+            resolutions=() if cells is None else (cells,),
             offsets=1,
+            accuracy=None,
+            cells=(),
             observations=(),
             model_part="none",
             ends=(),
@@ -269,6 +273,7 @@ class Sweep:
         Values that ascend still do.
         """
         document = self.document()
+        document.pop("cells", None)  # of other points
         if name == RESOLUTION and self.resolutions:
             document["resolution"] = [*self.resolutions, *added]
             return Sweep.parse(document, ACCEPTED)
@@ -391,25 +396,14 @@ class Sweep:
             if each.quantity in quantities and shipped.load(each.materials[-1]).family in families
         ]
 
-    def at_accuracy(self, name: str) -> "Sweep":
-        """The sweep with the resolutions, offsets and number of particles of a preset.
+    def at_accuracy(self, error: float) -> "Sweep":
+        """The sweep on one grid a point, which follows from a mesh error.
 
-        Raises ValueError where the scenario lacks the parameters that the preset sets, or the sweep sets them.
+        Raises ValueError where the scenario knows none, or the sweep sets the cells as a parameter.
         """
-        preset = ACCURACY[name]
-        record = self.definition.parameters
-        fixed = {name: value for name, value in self.fixed.items() if name not in self.by_accuracy}
-        free = declared(record).keys() - {*fixed, *(axis.name for axis in self.axes)}
-        if RESOLUTION not in free or (preset.offsets > 1 and OFFSET not in free):
-            raise ValueError(f"{self.name}: the preset {name} cannot set its resolution")
-        few = preset.few_particles and PARTICLES in free and not getattr(record, "keeps_particles", True)
-        return replace(
-            self,
-            resolutions=preset.resolutions,
-            offsets=preset.offsets,
-            fixed=fixed | ({PARTICLES: FEW_PARTICLES} if few else {}),
-            by_accuracy=(PARTICLES,) if few else (),
-        )
+        if not self.definition.accurate or RESOLUTION in {*self.fixed, *(axis.name for axis in self.axes)}:
+            raise ValueError(f"{self.name}: no accuracy can set its resolution")
+        return replace(self, resolutions=(), offsets=1, accuracy=error, cells=())
 
     def _places(self) -> Iterator[tuple[tuple[int, ...], dict[str, Value]]]:
         """Index and coordinates of every run."""
@@ -455,17 +449,60 @@ class Sweep:
         return chance_of_diameter(shot) if shot is not None and shot.shield is not None else None
 
     def _run(self, coordinates: Mapping[str, Value]) -> "run.Run":
-        values = {**self.fixed, **coordinates}
-        end = self._own_ends.get(self._key(coordinates))
-        if end is not None:
-            values[END] = end
-        if len(self.resolutions) == 1:
-            values[RESOLUTION] = self.resolutions[0]
-        parameters = {name: value for name, value in values.items() if "." not in name}
-        materials = self._materials_at(values)
-        resolved = run.resolve(self.scenario, parameters, materials)
+        values, cells = self._values(coordinates), self._cells_at(coordinates)
+        if cells is not None:
+            values[RESOLUTION] = cells
+        resolved, materials = self._resolved(values)
         self._check_particles(resolved, materials)
         return resolved
+
+    def _values(self, coordinates: Mapping[str, Value]) -> dict[str, Value]:
+        """The values of a point, but for its cells."""
+        values = {**self.fixed, **coordinates}
+        end = self._own_ends.get(self._key(coordinates))
+        return values if end is None else {**values, END: end}
+
+    def _resolved(self, values: Mapping[str, Value]) -> "tuple[run.Run, dict[str, Material]]":
+        parameters = {name: value for name, value in values.items() if "." not in name}
+        materials = self._materials_at(values)
+        return run.resolve(self.scenario, parameters, materials), materials
+
+    def _cells_at(self, coordinates: Mapping[str, Value]) -> float | None:
+        """The cells of a point: the one resolution, or what the accuracy asks for; None where they are coordinates."""
+        if self.accuracy is None:
+            return self.resolutions[0] if len(self.resolutions) == 1 else None
+        key = self._grid_key(coordinates)
+        if key not in self._chosen:
+            axis = self.searched
+            ends = (axis.search.low, axis.search.high) if axis is not None and axis.search is not None else ()
+            # Each try of a search has the same grid; an error is largest at one of the ends.
+            points = [{**coordinates, axis.name: end} for end in ends] if axis is not None else [coordinates]
+            finest = declared(self.definition.parameters)[RESOLUTION].bounds.nearest(float(MOST_CELLS))
+            runs = (self._resolved({**self._values(each), RESOLUTION: finest})[0] for each in points)
+            self._chosen[key] = max(cells_of(run, self.accuracy) for run in runs)
+        return self._chosen[key]
+
+    @cached_property
+    def _chosen(self) -> dict[tuple[Value, ...], float]:
+        """The cells of points by ``_grid_key``, as far as they are known."""
+        stored = zip(self._grid_points(), self.cells, strict=True) if self.cells else ()
+        return {self._grid_key(at): cells for at, cells in stored if cells is not None}
+
+    def _every_cells(self) -> Iterator[float | None]:
+        """What the accuracy chooses for each point; None where it cannot be had, which ``runs`` refuses."""
+        for at in self._grid_points():
+            try:
+                yield self._cells_at(at)
+            except InvalidInput:
+                yield None
+
+    def _grid_points(self) -> Iterator[dict[str, Value]]:
+        """The points that may differ in their cells: all values of a searched axis are one."""
+        others = tuple(axis for axis in self.axes if not axis.search)
+        return (at for _, at in (_product(others) if self.combine == "grid" else self._points()))
+
+    def _grid_key(self, coordinates: Mapping[str, Value]) -> tuple[Value, ...]:
+        return tuple(coordinates[axis.name] for axis in self.axes if not axis.search)
 
     @cached_property
     def _own_ends(self) -> dict[tuple[Value, ...], float]:

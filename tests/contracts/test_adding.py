@@ -44,6 +44,7 @@ SWEEP: dict[str, Any] = {
         "end_time": "2 us",
     },
     "axes": {"target.strength.Y": ["90 MPa", "120 MPa"], "target.eos.K": ["130 GPa", "140 GPa"]},
+    "resolution": 2,
 }
 
 

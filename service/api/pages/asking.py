@@ -27,7 +27,7 @@ from studies import materials, scenarios
 from studies.quantities.findings import InvalidInput, nearest_cure, refusal
 from studies.quantities.parameters import declared, grouped
 from studies.scenarios import Scenario
-from studies.sweeps.accuracy import ACCURACY
+from studies.sweeps.accuracy import ACCURACY, USUAL, in_percent
 from studies.sweeps.reading import COMBINATIONS, MODEL_PARTS, OFFSET, RESOLUTION
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
@@ -43,14 +43,14 @@ OF_DOCUMENT = (
             FormField(
                 "accuracy",
                 "Accuracy",
-                "sets resolution and grid offsets by name; below is what each costs",
-                "choice",
-                choices=tuple(ACCURACY),
+                f"mesh error of what is measured, in per cent or by name ({', '.join(ACCURACY)}): the cells of each "
+                f"point follow from it; {in_percent(USUAL)} where no resolution is stated",
+                placeholder=in_percent(USUAL),
             ),
             FormField(
                 "resolution",
                 "Resolution",
-                "cells across the projectile or bar; of several values follows an error bar: 16, 24, 32",
+                "in place of an accuracy: cells across the projectile or bar, one number or several: 16, 24, 32",
             ),
             FormField(
                 "offsets",
@@ -125,7 +125,7 @@ OF_DOCUMENT = (
 )
 
 # The parameter of a scenario that a field sets.
-NEEDED = {"accuracy": RESOLUTION, "resolution": RESOLUTION, "offsets": OFFSET}
+NEEDED = {"resolution": RESOLUTION, "offsets": OFFSET}
 
 
 @router.get("/new")
@@ -282,8 +282,10 @@ def _groups(scenario: Scenario, values: Mapping[str, str]) -> Iterable[FieldGrou
     bodies = {name for name in scenario.materials if not record[name].optional}
     first = [name for name in record if record[name].required or name in own | bodies or values.get(name)]
     yield FieldGroup("Set-up", tuple(field_of(record[name]) for name in first), is_open=True)
+    absent = {name for name, parameter in NEEDED.items() if parameter not in record}
+    absent |= set() if scenario.accurate else {"accuracy"}
     for group in OF_DOCUMENT:
-        fields = tuple(each for each in group.fields if each.name not in NEEDED or NEEDED[each.name] in record)
+        fields = tuple(each for each in group.fields if each.name not in absent)
         is_open = group.is_open or any(values.get(each.name) for each in fields)
         if fields:
             yield FieldGroup(group.title, fields, is_open)

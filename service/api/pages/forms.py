@@ -205,7 +205,7 @@ def fields_of(document: Mapping[str, Any]) -> dict[str, str]:
             fields |= {key: as_yaml(part)} if part else {}
         elif key in (*WORDS, *COUNTS, "resolution") and (key != OBSERVATIONS or isinstance(part, str)):
             fields |= {} if part is None else {key: _written(part)}
-        elif key != "scenario" and part not in (None, [], {}):
+        elif key not in ("scenario", "cells") and part not in (None, [], {}):  # the accuracy chooses cells anew
             more[key] = part
     return fields | ({MORE: as_yaml(more)} if more else {})
 

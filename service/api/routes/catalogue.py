@@ -97,8 +97,8 @@ def evaluate_laws(answer: AnswerOfLaws) -> Response:
 
 @written_once("/accuracies", CatalogueModel)
 def list_accuracies() -> CatalogueModel:
-    """Every preset of resolutions and sub-cell offsets: the values of `accuracy` in a sweep."""
-    return CatalogueModel(items=[{"name": name, **asdict(preset)} for name, preset in ACCURACY.items()])
+    """The names that `accuracy` in a sweep may have, each with its mesh error, relative."""
+    return CatalogueModel(items=[{"name": name, "error": error} for name, error in ACCURACY.items()])
 
 
 @written_once("/recipes", CatalogueModel)

@@ -46,12 +46,13 @@ SWEEP_BODY: dict[str, Any] = {
     "requestBody": {
         "required": True,
         "description": (
-            "A sweep document. Quantities have a unit: `6 km/s`, `2 mm`. `resolution` may be a list and "
-            "`offsets` a number of sub-cell positions; `accuracy` sets both by name. `model_part` (`stored`, "
-            "`screen` or `none`) says where the uncertainty of the models comes from; `laws` has the content of files "
-            "that `whipple fit` wrote. `combine` is `grid`, `zip`, or for axes with `low` and `high` "
-            "`latin-hypercube` or `sobol`, of which `points` are sampled with a `seed`. `ends` has rows of points "
-            "with a latest end of their own: a value of each axis, and `end_time`."
+            "A sweep document. Quantities have a unit: `6 km/s`, `2 mm`. `accuracy` is a mesh error (`3 %`, or by a "
+            "name), from which the grid of each point follows; or `resolution` states cells, one number or a list. "
+            "`offsets` is a number of sub-cell positions. `model_part` (`stored`, `screen` or `none`) says where the "
+            "uncertainty of the models comes from; `laws` has the content of files that `whipple fit` wrote. `combine` "
+            "is `grid`, `zip`, or for axes with `low` and `high` `latin-hypercube` or `sobol`, of which `points` are "
+            "sampled with a `seed`. `ends` has rows of points with a latest end of their own: a value of each axis, "
+            "and `end_time`. A stored document has in `cells` what its accuracy chose; a new submission chooses anew."
         ),
         "content": {
             "application/json": {"schema": {"type": "object"}, "examples": example_sweeps()},

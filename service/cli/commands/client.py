@@ -12,6 +12,7 @@ from service.cli.commands.options import (
     FAILURE,
     SOME_FAILED,
     SUCCESS,
+    Accuracy,
     EveryColumn,
     Json,
     KeepOption,
@@ -55,6 +56,7 @@ def submit(
         str | None, typer.Option(help="A text of your choice; a repeated submission with the same text has no effect.")
     ] = None,
     law: Laws = None,
+    accuracy: Accuracy = None,
     wait: Annotated[bool, typer.Option("--wait", help="Wait until the sweep has ended.")] = False,
     url: Url = None,
     key_file: KeyFile = None,
@@ -64,7 +66,7 @@ def submit(
     from studies.sweeps.reading import ACCEPTED
     from studies.sweeps.sweep import Sweep
 
-    document = document_of(file, law)
+    document = document_of(file, law, accuracy)
     with client_of(url, key_file) as client:
         handle = client.submit(document, priority=priority, keep=keep, idempotency_key=idempotency_key)
         accepted = handle.status()

@@ -14,6 +14,7 @@ from service.cli.commands.answering import print_example
 from service.cli.commands.options import (
     SOME_FAILED,
     SUCCESS,
+    Accuracy,
     EveryColumn,
     Json,
     KeepOption,
@@ -67,6 +68,7 @@ def sweep(
     overwrite: Overwrite = False,
     threads: Threads = None,
     law: Laws = None,
+    accuracy: Accuracy = None,
     keep: KeepOption = "final",
     every_column: EveryColumn = False,
 ) -> None:
@@ -82,7 +84,7 @@ def sweep(
         from studies.sweeps.reading import SweepLimits
         from studies.sweeps.sweep import Sweep
 
-        document = document_of(file, law)
+        document = document_of(file, law, accuracy)
         print_warnings(Sweep.parse(document, SweepLimits(max_runs=Settings().max_runs)))
         options = {"overwrite": overwrite, "keep": keep, "every_column": every_column, "ready": ready}
         status = compute(document, file.stem, folder_of(out), threads, **options)
@@ -126,7 +128,7 @@ def continue_growing(
 
 
 @app.command()
-def estimate(file: SweepFile, as_json: Json = False) -> None:
+def estimate(file: SweepFile, accuracy: Accuracy = None, as_json: Json = False) -> None:
     """Estimate the cost of a sweep, as it is and at each accuracy. Nothing is computed."""
     from dataclasses import asdict
 
@@ -136,7 +138,7 @@ def estimate(file: SweepFile, as_json: Json = False) -> None:
     from studies.sweeps.sweep import Sweep
 
     limit = Settings().max_runs
-    sweep = Sweep.parse(read_sweep_file(file), SweepLimits(max_runs=limit))
+    sweep = Sweep.parse(document_of(file, accuracy=accuracy), SweepLimits(max_runs=limit))
     cost, presets = cost_of(sweep), list(presets_of(sweep, limit))
     if as_json:
         print_json({"name": sweep.name, **asdict(cost), "presets": [asdict(each) for each in presets]})

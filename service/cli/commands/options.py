@@ -37,6 +37,13 @@ Laws = Annotated[
     list[Path] | None,
     typer.Option("--law", metavar="FILE", help="A law that `whipple fit` wrote, to compare too; repeatable."),
 ]
+Accuracy = Annotated[
+    str | None,
+    typer.Option(
+        metavar="3%|draft|standard|fine",
+        help="Mesh error of what is measured, in place of the resolution and the offsets of the file.",
+    ),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print JSON, in SI units, for programs.")]
 SweepArgument = Annotated[str, typer.Argument(metavar="ID", help="Sweep id, or the beginning of it.")]
 RunArgument = Annotated[str, typer.Argument(metavar="RUN", help="Run id, or the beginning of it.")]
@@ -46,9 +53,12 @@ DatabaseUrl = Annotated[
 ]
 
 
-def document_of(file: Path, laws: list[Path] | None) -> dict[str, Any]:
-    """The document of a sweep, with the content of the files of fitted laws; raises InvalidInput."""
+def document_of(file: Path, laws: list[Path] | None = None, accuracy: str | None = None) -> dict[str, Any]:
+    """The document of a sweep, with the content of the files of fitted laws, at an accuracy; raises InvalidInput."""
     document = read_sweep_file(file)
+    if accuracy is not None:
+        document = {key: part for key, part in document.items() if key not in ("resolution", "offsets")}
+        document["accuracy"] = accuracy
     if laws:
         own = document.get("laws") or []
         document["laws"] = [*own, *map(read_law_file, laws)] if isinstance(own, list) else own

@@ -64,14 +64,14 @@ MOMENTS = (1.5, 4.0)
 REACH = 7.0
 
 # Part of the uncertainty of what runs with ``FEW_PARTICLES`` of the default recipe's shape measure, relative: the root
-# mean square difference from three particles on the draft's grid, and from ``FINE`` cells across the projectile on
+# mean square difference from three particles on 16 cells across the projectile, and from ``FINE`` cells on
 # (``docs.recipe_study.particles``, tables in docs/recipe.md).
 FINE = 24.0
 OF_FEW_PARTICLES = {
     "hole_diameter": (0.035, 0.014),
     "hole_diameter_areal": (0.029, 0.015),
     "hole_diameter_midplane": (0.057, 0.036),
-    # Craters were compared on the draft's grid alone.
+    # Craters were compared on 16 cells alone.
     "crater_depth": (0.019, 0.019),
     "crater_diameter": (0.01, 0.01),
     "crater_depth_over_diameter": (0.021, 0.021),

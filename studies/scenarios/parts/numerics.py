@@ -91,11 +91,7 @@ class Numerics:
     ] = None
     particles_per_cell: Annotated[
         int | None,
-        Described(
-            f"particles per cell along each direction; {FEW_PARTICLES} in drafts and three dimensions, {BY_RECIPE}",
-            1,
-            6,
-        ),
+        Described(f"particles per cell along each direction; {FEW_PARTICLES} in three dimensions, {BY_RECIPE}", 1, 6),
     ] = None
     viscosity_linear: Annotated[
         Dimensionless | None, Described(f"linear artificial viscosity; {BY_RECIPE}", 0.0, 2.0)

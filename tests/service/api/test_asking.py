@@ -247,3 +247,21 @@ def test_form__keeps_the_ends_of_lines_and_refuses_what_no_field_can_hold(api: A
     assert refused.status_code == 422
     assert 'value="3 km/s, 6 km/s"' in refused.text
     assert "a whole number from" in refused.text
+
+
+def test_form__leaves_the_cells_of_a_stored_sweep_to_its_accuracy() -> None:
+    document = {
+        "name": "holes",
+        "scenario": "thin_plate",
+        "fixed": {"projectile": "copper-ofhc", "target": "copper-ofhc", "projectile_diameter": "8 mm"},
+        "axes": {"plate_thickness": ["2 mm", "3 mm"]},
+        "accuracy": "3 %",
+    }
+    fields = fields_of({**document, "cells": [20.0, 16.0]})
+    assert fields["accuracy"] == "3 %"
+    assert document_of(fields) == document
+
+
+def test_form__asks_for_an_accuracy_where_experience_may_tell_a_mesh_error(api: Api) -> None:
+    assert 'name="accuracy"' in api.http.get("/new/thin_plate").text
+    assert 'name="accuracy"' not in api.http.get("/new/plugging").text

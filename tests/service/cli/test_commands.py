@@ -17,9 +17,11 @@ from service.cli.commands import computing
 from service.records.jobs import SweepStatus
 from service.settings import Settings
 from studies.cases import rows
-from studies.sweeps.accuracy import ACCURACY
+from studies.convergence import experience
+from studies.sweeps.accuracy import ACCURACY, in_percent
 from tests.service.support.api import FILES, Api
 from tests.service.support.command import run
+from tests.studies.convergence.test_experience import KNOWN
 
 Capsys = pytest.CaptureFixture[str]
 
@@ -64,15 +66,21 @@ def test_sweep__of_bad_input_ends_with_2_and_the_cure(
         assert word in output
 
 
-def test_estimate__prints_the_cost_at_each_accuracy_and_warnings(smoke: Path, capsys: Capsys) -> None:
+def test_estimate__prints_the_cost_at_each_accuracy_and_warnings(
+    smoke: Path, capsys: Capsys, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    monkeypatch.setattr(experience, "stored", dict)
     assert run("estimate", smoke) == 0
     output = capsys.readouterr()
     assert "smoke: 2 runs" in output.out
     assert "warning" not in output.err
-    for name, preset in ACCURACY.items():
-        assert f"accuracy: {name}" in output.out
-        assert f"{2 * len(preset.resolutions) * preset.offsets} runs" in output.out
-        assert preset.meaning in output.out
+    for name, error in ACCURACY.items():
+        assert f"accuracy: {in_percent(error)} ({name})" in output.out
+    assert "not available: a resolution, since the mesh error is unknown" in output.out
+    monkeypatch.setattr(experience, "stored", lambda: KNOWN)
+    assert run("estimate", smoke, "--accuracy", "4%") == 0
+    output = capsys.readouterr()
+    assert re.search(r"accuracy: 2 % \(fine\) +\d+ cells across the diameter: 2 runs, about", output.out)
     smoke.write_text(smoke.read_text().replace("3 km/s", "0.1 km/s"))
     assert run("estimate", smoke, "--json") == 0
     output = capsys.readouterr()

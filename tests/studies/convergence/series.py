@@ -11,7 +11,7 @@ LIMIT = 20.0
 # Noise of one offset, share of a cell, where the finest grid is off by 1: between two bounds, evenly in its logarithm.
 NOISE = {"quiet": (0.002, 0.05), "noisy": (0.05, 0.5), "within scatter": (0.1, 0.1)}
 OTHERS = ("steep", "coarsest outside")  # not of an order from 0.6 to 2, of which the index speaks
-# Spacings and offsets of ``accuracy: standard`` and ``fine``, each with one offset too, and of uneven ratios.
+# Spacings and offsets of 16, 24, 36 and of 16, 32, 64 cells, each with one offset too, and of uneven ratios.
 LAYOUTS = (
     ((1.0, 1.5, 2.25), 3),
     ((1.0, 2.0, 4.0), 3),

@@ -1,30 +1,13 @@
-"""What a sweep costs, and what each accuracy would make of it."""
+"""What a sweep costs."""
 
 import pytest
 
 from studies.sweeps import examples
-from studies.sweeps.accuracy import ACCURACY
-from studies.sweeps.cost import cost_of, presets_of
+from studies.sweeps.cost import cost_of
 from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 
 DOCUMENT = read_yaml(examples.text("smoke"), "smoke")
-SWEEP = Sweep.parse(DOCUMENT)
-
-
-def test_presets__are_those_of_the_table_with_the_cost_of_their_runs() -> None:
-    presets = {each.name: each for each in presets_of(SWEEP, most_runs=1000)}
-    assert list(presets) == list(ACCURACY)
-    for name, each in presets.items():
-        expected = cost_of(SWEEP.at_accuracy(name))
-        assert each.cost is not None
-        assert each.cost.runs == each.runs == expected.runs
-        assert each.cost.core_seconds == pytest.approx(expected.core_seconds)
-        assert each.cost.bytes == pytest.approx(expected.bytes)
-    costs = [each.cost.core_seconds for each in presets.values() if each.cost]
-    assert costs == sorted({*costs})
-    fine = {each.name: each for each in presets_of(SWEEP, most_runs=17)}["fine"]
-    assert (fine.runs, fine.cost, fine.reason) == (18, None, "more than 17 runs")
 
 
 def test_cost__of_many_coarse_runs_is_mostly_that_of_any_run() -> None:

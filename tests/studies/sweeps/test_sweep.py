@@ -15,7 +15,6 @@ from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import declared
 from studies.runs.run import estimate
 from studies.sweeps import examples
-from studies.sweeps.accuracy import ACCURACY
 from studies.sweeps.axes import AxisReader
 from studies.sweeps.document import read_sweep_file, read_yaml
 from studies.sweeps.reading import ACCEPTED, SweepLimits
@@ -282,14 +281,6 @@ def test_document__is_canonical_and_reads_as_itself(changes: dict[str, Any]) -> 
     assert Sweep.parse(document) == sweep
     assert Sweep.parse(document).document() == document
     assert list(sweep.resolutions) == sorted(sweep.resolutions)
-
-
-@pytest.mark.parametrize("name", ACCURACY)
-def test_accuracy__stands_for_resolutions_and_offsets(name: str) -> None:
-    preset = ACCURACY[name]
-    sweep = Sweep.parse(refined(resolution=None, accuracy=name))
-    assert (sweep.resolutions, sweep.offsets) == (preset.resolutions, preset.offsets)
-    assert sweep == Sweep.parse(DOCUMENT).at_accuracy(name)
 
 
 @pytest.mark.parametrize(
