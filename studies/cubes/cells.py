@@ -22,7 +22,7 @@ from studies.quantities.measured import (
     Measured,
     numerical_parts,
 )
-from studies.runs.results import RunResult
+from studies.runs.results import RunResult, with_mesh_errors
 from studies.sweeps.reading import RESOLUTION
 
 Results = Mapping[str, RunResult]  # what each run left, by its id
@@ -174,6 +174,8 @@ def _without_flag(cell: Cell, seen: set[str]) -> Cell:
 
 def _cell(coordinates: Mapping[str, Any], run: Any, results: Results, shot: Any | None) -> Cell:
     result = results.get(run.id, MISSING)
+    if result.measurements and not isinstance(run, UnfinishedRun):
+        result = with_mesh_errors(run, result)
     state, reason = result.state, result.reason or ""
     if state not in STATES:
         state, reason = "other", f"{state}: {reason}"

@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 
+UNDER_RESOLVED = "under_resolved"  # flag of a run on fewer cells than its scenario asks for
 # Flags of a value with an unknown error: no law is compared with it.
 TOO_COARSE = "too_coarse"  # read on a grid with fewer than two cells through the plate
 CLOSED_ON_AXIS = "closed_on_axis"  # a film of the plate still closes the hole

@@ -33,7 +33,7 @@ from studies import scenarios
 from studies.films.film import Film
 from studies.films.section import SectionRecorder
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, write_atomically, write_text
-from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES
+from studies.quantities.measured import ENERGY_DRIFT_LIMIT, LOST_PARTICLES, UNDER_RESOLVED
 from studies.runs.observer import RunObserver
 from studies.runs.results import NO_CONTROL, OTHER_PHYSICS, Progress, RunControl, RunResult, with_mesh_errors
 from studies.runs.run import Run, materials_of
@@ -379,7 +379,7 @@ def molten_fraction(problem: Problem, snapshot: Any) -> float:
 def _flags(numbers: Mapping[str, float], least_cells: Mapping[str, float]) -> tuple[str, ...]:
     flags = []
     if any(numbers[name] < least for name, least in least_cells.items()):
-        flags.append("under_resolved")
+        flags.append(UNDER_RESOLVED)
     if abs(numbers["largest_energy_drift"]) > ENERGY_DRIFT_LIMIT:
         flags.append("energy_drift")
     if numbers["hottest_energy_share"] > HOTTEST_SHARE_FLAG:

@@ -9,7 +9,8 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
-from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING, TOO_COARSE, WIDE_BAR, Measured
+from studies import scenarios
+from studies.quantities.measured import MESH_DETERMINED, STILL_GROWING, TOO_COARSE, UNDER_RESOLVED, WIDE_BAR, Measured
 
 if TYPE_CHECKING:
     from studies.measurements import Measurement, Reading
@@ -85,13 +86,18 @@ class RunResult:
 
 
 def with_mesh_errors(run: "Run", result: RunResult) -> RunResult:
-    """A result whose measurements have their mesh errors beside them, where experience tells them."""
-    errors = run.mesh_errors
+    """A result whose measurements have their mesh errors beside them, where experience tells them.
+
+    Where it tells those of all that settles, the run is not under-resolved: its grid is in their bars.
+    """
+    errors, settles = run.mesh_errors, scenarios.load(run.scenario).settles
+    is_known = bool(settles) and errors.keys() >= {*settles}
+    flags = tuple(flag for flag in result.flags if not (is_known and flag == UNDER_RESOLVED))
     measured = {
         name: replace(each, mesh_error=dataclasses.asdict(errors[name])) if name in errors else each
         for name, each in result.measurements.items()
     }
-    return replace(result, measurements=measured)
+    return replace(result, measurements=measured, flags=flags)
 
 
 def _plain(value: Any) -> Any:

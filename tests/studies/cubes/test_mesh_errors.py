@@ -63,3 +63,10 @@ def test_several_grids__are_one_value_or_disagree(factor: float, verdict: str) -
     bars = error_bars(points, "hole_diameter").values
     assert (np.abs(points.hole_diameter.values - 0.02) <= bars).all()
     assert (bars < 0.02 * 0.06).all() == (factor == 1.0)
+
+
+@pytest.mark.parametrize(("changes", "flagged"), [({}, False), ({"failure": "none"}, True)])
+def test_coarse_run__is_flagged_where_its_mesh_error_is_unknown(changes: dict[str, Any], flagged: bool) -> None:
+    sweep = fakes.sweep_of(SPEEDS, fixed=changes)
+    coarse = {p.run.id: replace(fakes.result(p.run), flags=("under_resolved",)) for p in sweep.runs()}
+    assert (fakes.cube_of(sweep, coarse).run_flags != 0).all() == flagged
