@@ -81,7 +81,7 @@ clean:
 	@rm -rf $(VENV) $(VENV)-3.* .cache .grimp_cache .hypothesis build *.egg-info $(OUT) $(OUT)-full
 
 # An environment that works is kept; one that is missing or too old is made anew. The kernels of the demo, which most
-# scenarios share, are compiled while the other libraries are installed, and after it: a run waits for what it needs.
+# scenarios share, are compiled while the other libraries are installed.
 $(RUNTIME): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "whipple needs Python 3.11 or newer, and $(PYTHON) is older: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
@@ -89,7 +89,7 @@ $(RUNTIME): pyproject.toml constraints.txt
 	@echo "setting up $(VENV) ..."
 	@begin=$$(date +%s); $(call INSTALL,$(COMPILING)); \
 		$(BIN)/python -m studies.sweeps.kernels holes craters > $(VENV)/kernels.log 2>&1 & \
-		$(call INSTALL,--editable .); echo "set up in $$(($$(date +%s) - begin)) s"
+		$(call INSTALL,--editable .); wait; echo "set up in $$(($$(date +%s) - begin)) s"
 	@touch $@
 
 $(DEVELOPMENT): $(RUNTIME)
