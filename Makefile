@@ -10,8 +10,9 @@ BIN := $(VENV)/bin
 PIP := $(BIN)/python -m pip install -qq --disable-pip-version-check
 # uv installs in a tenth of the time of pip, which installs where uv cannot: uv does not read the settings of pip.
 # Its argument has no comma, at which make would cut it: several extras get a name in pyproject.toml.
-INSTALL = { $(PIP) uv && $(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt $(1); } \
+INSTALL = { { test -x $(BIN)/uv || $(PIP) uv; } && $(BIN)/uv pip install --quiet --python $(BIN)/python --constraint constraints.txt $(1); } \
 	2> $(VENV)/uv.log || $(PIP) --constraint constraints.txt $(1)
+COMPILING := numba numpy scipy pyyaml
 RUNTIME := $(VENV)/runtime.stamp
 DEVELOPMENT := $(VENV)/development.stamp
 CLAIMS := $(VENV)/claims.stamp
@@ -20,8 +21,8 @@ TARGETS := help demo demo-full test pythons claims soak bench map release clean
 .PHONY: $(TARGETS)
 
 help:
-	@echo "make demo               set up, compute the example sweeps into $(OUT)/, print its time"
-	@echo "make demo-full          the same with more thicknesses and finer grids, into $(OUT)-full/"
+	@echo "make demo               set up, compute two example sweeps into $(OUT)/, print its time"
+	@echo "make demo-full          compute every example that ships, into $(OUT)-full/"
 	@echo "make test               set up, then every check: rules, types, imports, tests"
 	@echo "make pythons            the same with each supported Python, in an environment of its own"
 	@echo "make claims [NAME ...]  recompute what the project says about itself (a set, a claim, or all)"
@@ -31,13 +32,13 @@ help:
 	@echo "make release VERSION=n  version, changelog and citation, wheel, image and tag of a release"
 	@echo "make clean              remove the environment, caches and the demo's results"
 
-# The demo computes everything itself; the first time it compiles the kernels too.
+# The demo computes everything itself.
 demo: $(RUNTIME)
 	@$(BIN)/whipple demo --out $(OUT)
-	@echo "open $(OUT)/shield.html and $(OUT)/holes/report.html; others: aluminium, sphere, craters, shield"
+	@echo "open $(OUT)/shield.html, $(OUT)/holes/report.html and $(OUT)/craters/report.html"
 
 demo-full: $(RUNTIME)
-	@$(BIN)/whipple demo --full --out $(OUT)-full
+	@$(BIN)/whipple demo --all --out $(OUT)-full
 
 test: $(DEVELOPMENT)
 	@$(BIN)/python -m tests
@@ -79,13 +80,16 @@ release: $(DEVELOPMENT)
 clean:
 	@rm -rf $(VENV) $(VENV)-3.* .cache .grimp_cache .hypothesis build *.egg-info $(OUT) $(OUT)-full
 
-# An environment that works is kept; one that is missing or too old is made anew.
+# An environment that works is kept; one that is missing or too old is made anew. The kernels of the demo, which most
+# scenarios share, are compiled while the other libraries are installed.
 $(RUNTIME): pyproject.toml constraints.txt
 	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || \
 		{ echo "whipple needs Python 3.11 or newer, and $(PYTHON) is older: make PYTHON=python3.12 $(MAKECMDGOALS)"; exit 1; }
 	@$(BIN)/python -c 'import sys, pip; sys.exit(sys.version_info < (3, 11))' 2>/dev/null || $(PYTHON) -m venv --clear $(VENV)
 	@echo "setting up $(VENV) ..."
-	@begin=$$(date +%s); $(call INSTALL,--editable .); echo "set up in $$(($$(date +%s) - begin)) s"
+	@begin=$$(date +%s); $(call INSTALL,$(COMPILING)); \
+		$(BIN)/python -m studies.sweeps.kernels holes craters > $(VENV)/kernels.log 2>&1 & \
+		$(call INSTALL,--editable .); wait; echo "set up in $$(($$(date +%s) - begin)) s"
 	@touch $@
 
 $(DEVELOPMENT): $(RUNTIME)

@@ -24,7 +24,7 @@ PICTURES = """() => {
     const styles = [...document.querySelectorAll("style")].map(style => style.outerHTML).join("");
     return [styles, run.querySelector("h3").textContent, [...debris, end].map(svg => svg.outerHTML)];
 }"""
-ROWS = {"holes": "Copper sphere of 8 mm on a copper plate", "craters": "Copper cylinder on a copper block"}
+ROWS = {"holes": "Copper sphere of 8 mm on a copper plate", "craters": "The same sphere on a copper block"}
 
 
 def main(demo: Path) -> None:

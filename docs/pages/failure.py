@@ -23,9 +23,9 @@ from studies import materials, measurements
 from studies.cases.validation import plate_spall
 from studies.quantities.display import display_of, printed_in
 from studies.quantities.measured import ENERGY_DRIFT_LIMIT
+from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.runs.run import resolve
 from studies.runs.stages import setting_of
-from studies.scenarios.parts.matter import NO_FAILURE
 from studies.sweeps.screening import SOURCED_FAILURES as FAILURES
 from studies.sweeps.screening import THROWN_OUT, thrown_out
 from studies.sweeps.sweep import Sweep

@@ -1,7 +1,7 @@
 """``python -m docs.recipe_study.particles FILE``: what two particles along each direction change against three.
 
 The recipe ``whipple`` with either number: the Taylor bar, holes in copper plates of a quarter of the sphere's diameter,
-and the craters of the example ``craters``, each over several grids and, for impacts, three sub-cell positions. FILE
+and craters of the thesis, each over several grids and, for impacts, three sub-cell positions. FILE
 keeps the figures as JSON; the tables of docs/recipe.md are printed. The part of the uncertainty that runs with two
 particles state (``OF_FEW_PARTICLES`` in ``studies.scenarios.parts.impact``) is, by quantity, the root mean square
 difference over all runs of 16 cells, and over all of finer grids, rounded up to a tenth of a per cent.
@@ -22,14 +22,17 @@ from typing import Any
 from docs.pages import table
 from docs.recipe_study.measure import OFFSETS, Figures, computed, hole, taylor
 from studies.quantities.numerical_defaults import RECIPES, Recipe
-from studies.sweeps import examples
-from studies.sweeps.document import read_yaml
 
 PROCESSES = 2
 COUNTS = (2, 3)
 SPEEDS = (4e3, 6e3)  # m/s
 CELLS = {"hole": (16, 24, 32), "crater": (16, 24)}  # across the projectile's diameter
-BLOCK = {"target_depth": "30 mm", "target_radius": "25 mm"}
+# Ma (2005), section 3.2.2, in a smaller block: it compares particles, it does not predict.
+CRATER = {
+    **dict.fromkeys(("projectile", "target"), "copper-thesis-plastic"),
+    **{"projectile_shape": "cylinder", "projectile_diameter": "5 mm", "projectile_length": "4 mm"},
+    **{"geometry": "axisymmetric", "edges": "absorbing", "target_depth": "30 mm", "target_radius": "25 mm"},
+}
 OF_HOLES = ("hole_diameter", "hole_diameter_areal")
 OF_CRATERS = ("crater_depth", "crater_diameter")
 COMPANIONS = ("hole_diameter_midplane", "crater_depth_over_diameter")  # in no table
@@ -93,9 +96,8 @@ def parts(figures: Mapping[str, Figures], quantity: str) -> tuple[float, float]:
 
 
 def crater(recipe: Recipe, speed: float, cells: int, offset: float) -> Figures:
-    """A crater of the example, in a smaller block: it compares particles, it does not predict."""
-    fixed = {**read_yaml(examples.text("craters"), "craters")["fixed"], **BLOCK}
-    return computed("thick_plate", recipe, speed, cells, {**fixed, "offset": offset})
+    """A crater of the thesis."""
+    return computed("thick_plate", recipe, speed, cells, {**CRATER, "offset": offset})
 
 
 def _calls() -> dict[str, tuple[Any, ...]]:

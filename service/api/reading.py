@@ -29,7 +29,6 @@ from studies.runs.run import Estimate, Run, estimate
 from studies.sweeps.cost import PresetCost, SweepCost, presets_of, sweep_cost
 from studies.sweeps.reading import ACCEPTED, SweepLimits
 from studies.sweeps.sweep import Sweep
-from studies.sweeps.warnings import warnings_of
 
 PARSERS: Mapping[str, Callable[[bytes], Any]] = {
     "application/json": read_json,
@@ -138,8 +137,8 @@ def expanded(document: Any, posted: Posted) -> ExpandedSweep:
 
     sweep = expand(checked, cost)
     memory = max((each.memory for each in estimates), default=0)
-    warnings = tuple(warnings_of(checked))
-    return replace(sweep, memory=memory, bytes=sum(each.bytes for each in estimates), warnings=warnings)
+    size = sum(each.bytes for each in estimates)
+    return replace(sweep, memory=memory, bytes=size, warnings=tuple(_warnings(checked)))
 
 
 def expanded_anew(document: Any, _posted: Posted) -> ExpandedSweep:
@@ -178,7 +177,13 @@ def _number_or_text(text: str) -> Any:
 def estimated(document: Any, posted: Posted) -> EstimatedSweep:
     sweep = _sweep(document, posted)
     cost = sweep_cost(sweep)
-    return EstimatedSweep(sweep.scenario, cost, warnings_of(sweep), [*presets_of(sweep, posted.max_runs)])
+    return EstimatedSweep(sweep.scenario, cost, _warnings(sweep), [*presets_of(sweep, posted.max_runs)])
+
+
+def _warnings(sweep: Sweep) -> list[str]:
+    from studies.sweeps.warnings import warnings_of  # with NumPy, which the parent of this child never loads
+
+    return warnings_of(sweep)
 
 
 def _sweep(document: Any, posted: Posted) -> Sweep:

@@ -5,13 +5,13 @@
 
 import time
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import closing, contextmanager, suppress
+from contextlib import AbstractContextManager, closing, contextmanager, suppress
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from service.cli.signals import EndRequest, handling_end_signals
+from service.client.progress import Show
 from service.files.artifacts import PART, Artifacts
 from service.files.data_directory import DataInUse, check_names, holding
 from service.files.output_folders import check_same, held_in
@@ -33,6 +33,8 @@ if TYPE_CHECKING:
     from service.workers.warm import WarmProcess
 
 __all__ = ["DataInUse", "Finished", "PublicationFailed", "run_sweep", "start_engine"]
+
+ShowProgress = Callable[[str], AbstractContextManager[Show]]
 
 STORE_OF_FOLDER = ".whipple"  # inside the output folder of a sweep without a service
 KEEPING_ALL = {"retention_days": 0.0, "artifacts": None}  # a rule in the environment is that of a service, a bucket too
@@ -112,19 +114,15 @@ def run_sweep(
 
 
 def run_sweeps(
-    documents: Mapping[str, Mapping[str, Any]],
-    out: Path,
-    *,
-    progress: Callable[[str, SweepStatus], None] = lambda name, status: None,
-    settings: Settings | None = None,
+    documents: Mapping[str, Mapping[str, Any]], out: Path, *, showing: ShowProgress, settings: Settings
 ) -> Iterator[tuple[str, Finished]]:
     """Compute sweeps into folders of their names in ``out``, from one store beside them, and yield each as it ends.
 
     They share their runs, slots and warm processes. Repeated, it resumes: a computed run is not computed again. Other
-    unfinished sweeps of the store are cancelled. ``progress`` is called with the name of the sweep that is awaited.
-    Raises as ``run_sweep`` does.
+    unfinished sweeps of the store are cancelled. ``showing`` shows the progress of the sweep of a name while it is
+    awaited. Raises as ``run_sweep`` does.
     """
-    settings = (settings or Settings(data=out / STORE_OF_FOLDER)).model_copy(update=KEEPING_ALL)
+    settings = settings.model_copy(update=KEEPING_ALL)
     limits = SweepLimits(max_runs=settings.max_runs)
     sweeps = {name: Sweep.parse(document, limits) for name, document in documents.items()}
     check_names(settings)
@@ -134,8 +132,8 @@ def run_sweeps(
             ids = _accept(store, sweeps, Keep.NUMBERS)
             with start_engine(settings, store) as dispatcher:
                 for name, id in ids.items():
-                    show = partial(progress, name)
-                    status = _wait(store, dispatcher, id, show, leaving)
+                    with showing(name) as show:
+                        status = _wait(store, dispatcher, id, show, leaving)
                     if status.state is SweepState.FAILED:
                         raise PublicationFailed(status.reason or f"{name} could not be published")
                     folder = out / name

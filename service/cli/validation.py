@@ -1,14 +1,11 @@
 """Validation and verification cases computed on this machine, with their pages."""
 
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from contextlib import AbstractContextManager, ExitStack
+from collections.abc import Iterator, Mapping, Sequence
 from functools import partial
 from pathlib import Path
 from typing import Any
 
-from service.cli.local import STORE_OF_FOLDER, run_sweeps
-from service.client.progress import Show
-from service.records.jobs import SweepStatus
+from service.cli.local import STORE_OF_FOLDER, ShowProgress, run_sweeps
 from service.settings import Settings
 from solver.errors import WhippleError
 from studies.cases import validation, verification
@@ -21,8 +18,6 @@ from studies.quantities.findings import nearest_cure, refusal
 
 STORE = STORE_OF_FOLDER
 KINDS = ("validation", "verification")
-
-ShowProgress = Callable[[str], AbstractContextManager[Show]]
 
 
 def selected(names: Sequence[str], level: ValidationLevel) -> list[VerificationCase | ValidationCase]:
@@ -87,19 +82,9 @@ def _computed(
     if not documents:
         return
     waiting: dict[str, tuple[ValidationCase, dict[str, Any]]] = {case.name: (case, {}) for case in cases}
-    with ExitStack() as stack:
-        shows: dict[str, Show] = {}
-
-        def show(name: str, status: SweepStatus) -> None:
-            if name not in shows:
-                stack.close()
-                shows[name] = stack.enter_context(showing(name))
-            shows[name](status)
-
-        for place, finished in run_sweeps(documents, out, progress=show, settings=settings):
-            stack.close()
-            case_name, name = place.split("/")
-            case, cubes = waiting[case_name]
-            cubes[name] = open_cube(finished.folder)
-            if len(cubes) == len(case.sweeps(level)):
-                yield case, cubes
+    for place, finished in run_sweeps(documents, out, showing=showing, settings=settings):
+        case_name, name = place.split("/")
+        case, cubes = waiting[case_name]
+        cubes[name] = open_cube(finished.folder)
+        if len(cubes) == len(case.sweeps(level)):
+            yield case, cubes

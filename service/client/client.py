@@ -27,7 +27,7 @@ import httpx
 from service.client.connection import UNIX, Connection, ServiceError, Unreachable
 from service.files import SOCKET
 from service.files.output_folders import check_same, held_in
-from service.records.jobs import SweepStatus
+from service.records.jobs import KEY_VARIABLE, SweepStatus
 from solver.errors import WhippleError
 from studies.quantities.files import ARCHIVE, CUBE, DIGESTS, RUNS_CSV, SWEEP_FILES
 from studies.quantities.findings import Finding, InvalidInput
@@ -42,7 +42,6 @@ __all__ = ["Client", "ServiceError", "StillRunning", "SweepEvent", "SweepHandle"
 DEFAULT_URL = "http://127.0.0.1:8000"
 URL_VARIABLE = "WHIPPLE_SERVICE"
 DATA_VARIABLE, DEFAULT_DATA = "WHIPPLE_DATA", "whipple-data"  # as in ``service.settings``, which takes 0.15 s
-KEY_VARIABLE = "WHIPPLE_API_KEY"
 POLL_SECONDS = 1.0  # interval between two requests of ``wait``
 MOST_CANDIDATES = 10  # ids that an ambiguous beginning lists
 _PREFIX = re.compile("[0-9a-f]{1,31}")  # beginning of an id, which has 32 digits

@@ -24,12 +24,14 @@ from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Self
+from typing import TYPE_CHECKING, Any, Self
 
 from service.files.bucket import Bucket
 from service.records.jobs import Kind, Lease, Stored
-from service.settings import Settings
 from studies.quantities.files import FILM, RESULT, SECTIONS, STATE, to_disk, write_atomically
+
+if TYPE_CHECKING:
+    from service.settings import Settings
 
 RUNS, SWEEPS = "runs", "sweeps"
 LOG = "log.txt"
@@ -51,7 +53,7 @@ class Artifacts:
         self.bucket = bucket
 
     @classmethod
-    def of(cls, settings: Settings) -> Self:
+    def of(cls, settings: "Settings") -> Self:
         """Those of a service; raises InvalidInput for a bucket that cannot be opened."""
         return cls(settings.data, None if settings.artifacts is None else Bucket(settings.artifacts))
 

@@ -35,6 +35,7 @@ if TYPE_CHECKING:
 
 Item = TypeVar("Item")
 
+KEY_VARIABLE = "WHIPPLE_API_KEY"  # environment of clients
 PRIORITIES = range(-100, 101)  # priorities of sweeps; smaller is sooner, as with nice
 USUAL_PRIORITIES = range(PRIORITIES.stop)  # those that a key without the scope ``admin`` may ask for
 

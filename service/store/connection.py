@@ -24,7 +24,7 @@ import sqlalchemy as sa
 from service.records.jobs import StoreDamaged, StoreUnavailable
 from service.store import owned_bytes
 from service.store.open_file import DatabaseFileLost, OpenFile
-from service.store.tables import CONTROL, REVISION, TABLES
+from service.store.tables import CONTROL, REVISION, REVISIONS, TABLES
 
 BUSY_MILLISECONDS = 20_000  # wait of a writer for others before it raises StoreUnavailable
 NO_WAIT_MILLISECONDS = 100  # a shorter wait within the process is not worth another statement
@@ -133,20 +133,20 @@ class Database:
             _make_private(Path(self.url.database))
         if self.revision() == self._newest:
             return
-        # 0.3 s, which the usual start need not wait for.
-        from alembic import command
-
         with self._alone(), _transaction(self._engine) as connection:
             if not self.is_sqlite:
                 connection.execute(sa.select(sa.func.pg_advisory_xact_lock(MIGRATION_LOCK)))
             present = _revision(connection)
-            migrations = self._alembic()
-            migrations.attributes["connection"] = connection
             if present is None:
                 TABLES.create_all(connection)
+                REVISIONS.create(connection)
                 connection.execute(CONTROL.insert().values(cache_generation=0, forgettable=0))
-                command.stamp(migrations, "head")
+                connection.execute(REVISIONS.insert().values(version_num=self._newest))
             elif present in self._revisions():
+                from alembic import command  # 0.3 s, which the usual start need not wait for
+
+                migrations = self._alembic()
+                migrations.attributes["connection"] = connection
                 command.upgrade(migrations, "head")
             else:
                 raise self._refusal(present)
@@ -286,9 +286,9 @@ def _transaction(engine: sa.Engine) -> Iterator[sa.Connection]:
 
 
 def _revision(connection: sa.Connection) -> str | None:
-    if not sa.inspect(connection).has_table("alembic_version"):
+    if not sa.inspect(connection).has_table(REVISIONS.name):
         return None
-    return connection.scalar(sa.select(sa.column("version_num")).select_from(sa.table("alembic_version")))
+    return connection.scalar(sa.select(REVISIONS.c.version_num))
 
 
 def _prepare_sqlite(connection: Any, _record: Any) -> None:

@@ -6,13 +6,16 @@
 from collections.abc import Iterable
 from datetime import UTC, datetime
 from enum import StrEnum
-from typing import Any
+from importlib import import_module
+from typing import TYPE_CHECKING, Any
 
 import sqlalchemy as sa
-from sqlalchemy.dialects import postgresql, sqlite
 
 from service.records.jobs import ACTIVE, Cause, Keep, Kind, NotFound, State, Stored
 from studies.runs.results import OTHER_PHYSICS
+
+if TYPE_CHECKING:
+    from sqlalchemy.dialects import postgresql, sqlite
 
 
 class UtcTime(sa.types.TypeDecorator[datetime]):
@@ -38,6 +41,8 @@ StatementRow = sa.Row[*tuple[Any, ...]]  # a row of whatever columns
 ROWS_PER_STATEMENT = 1000  # SQLite takes 32 766 parameters in a statement
 JSON = sa.JSON(none_as_null=True)
 TABLES = sa.MetaData()
+# As alembic has it, which need not be imported to make tables.
+REVISIONS = sa.Table("alembic_version", sa.MetaData(), sa.Column("version_num", sa.String(32), primary_key=True))
 REVISION = "0012"  # of these tables: that of the newest file of ``service/migrations/versions``
 
 SWEEPS = sa.Table(
@@ -127,7 +132,12 @@ IS_UNDER_WAY = IS_ACTIVE & _is_among(State.RUNNING, State.CANCELLING)
 
 def _index(name: str, where: sa.ColumnElement[bool], *columns: str) -> None:
     """An index of those jobs that fulfil a condition, which a query must state in the same words."""
-    sa.Index(name, *(JOBS.c[column] for column in columns), sqlite_where=where, postgresql_where=where)
+    index = sa.Index(name, *(JOBS.c[column] for column in columns))
+
+    @sa.event.listens_for(TABLES, "before_create")
+    def limit(_tables: sa.MetaData, connection: sa.Connection, **_: Any) -> None:
+        # Here and not with the index, which would import the dialect of PostgreSQL for SQLite too.
+        index.dialect_options[connection.dialect.name]["where"] = where
 
 
 _index("jobs_queue", IS_QUEUED, "priority", "owner", "virtual_time", "ordinal")
@@ -353,10 +363,11 @@ _UNFINISHED = (
 # --- statements --------------------------------------------------------------------------------
 
 
-def insert_into(connection: sa.Connection, table: sa.Table) -> sqlite.Insert | postgresql.Insert:
+def insert_into(connection: sa.Connection, table: sa.Table) -> "sqlite.Insert | postgresql.Insert":
     """An insert that can say what to do with rows that are there already."""
-    dialect = postgresql if connection.dialect.name == "postgresql" else sqlite
-    return dialect.insert(table)
+    insert: sqlite.Insert | postgresql.Insert
+    insert = import_module(f"sqlalchemy.dialects.{connection.dialect.name}").insert(table)
+    return insert
 
 
 def invalidate_tallies(connection: sa.Connection, points: int) -> None:

@@ -27,8 +27,12 @@ log = logging.getLogger(__name__)
 # Attempts of one process: imports and kernels cost 1.1 s, and a hundred small runs leave 1 MB behind (2026-11).
 MOST_ATTEMPTS = 500
 
-# One thread in each run: a sweep fills the cores with runs. Read when numba and BLAS are imported.
-SINGLE_THREAD = dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1")
+# One thread in each run: a sweep fills the cores with runs. Read when numba and BLAS are imported. Without the name of
+# a scheduler Dask, where it is installed, imports that of a cluster when xarray writes a cube.
+SINGLE_THREAD = {
+    **dict.fromkeys(("NUMBA_NUM_THREADS", "OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"), "1"),
+    "DASK_SCHEDULER": "synchronous",
+}
 
 
 class WarmProcess:

@@ -61,8 +61,9 @@ def main() -> None:
     stdin, send = _take_pipes()
     listener = _Listener(stdin)
     listener.start()
-    for module in sys.argv[1:]:
-        import_module(module)
+    with memory.importing():
+        for module in sys.argv[1:]:
+            import_module(module)
     while True:
         attempt = listener.attempts.get()
         send({"accepted": attempt["key"]})

@@ -10,11 +10,12 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, MetrePerSecond, Second
 from studies.quantities.findings import Finding
+from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import Choice, MaterialName
 from studies.quantities.units import round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, SetUp, Size
 from studies.scenarios.parts.lattice import SECTORS, along_flight, body, lattice, mesh
-from studies.scenarios.parts.matter import NO_FAILURE, Fracture, check_constants, elastic_speed, eos_forms, matter
+from studies.scenarios.parts.matter import Fracture, check_constants, elastic_speed, eos_forms, matter
 from studies.scenarios.parts.numerics import Numerics
 
 if TYPE_CHECKING:

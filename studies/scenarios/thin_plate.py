@@ -7,9 +7,10 @@ from typing import Annotated, Any, Self
 
 from solver.units import Described, Radian
 from studies.quantities.findings import Finding
+from studies.quantities.numerical_defaults import DEFAULT_FAILURE, NO_FAILURE
 from studies.scenarios import Materials, Scenario
 from studies.scenarios.parts.impact import FEWEST_CELLS, LEAST_CELLS, Impact, SettlingImpact, outline
-from studies.scenarios.parts.matter import DEFAULT_FAILURE, NO_FAILURE, Fracture
+from studies.scenarios.parts.matter import Fracture
 from studies.scenarios.parts.method import ParticleMethod, check_method, is_on_grid
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Outline

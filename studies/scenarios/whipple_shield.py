@@ -23,13 +23,13 @@ from typing import TYPE_CHECKING, Annotated, Any, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
 from studies.quantities.findings import Finding
-from studies.quantities.numerical_defaults import DebrisName
+from studies.quantities.numerical_defaults import NO_FAILURE, DebrisName
 from studies.quantities.parameters import MaterialName
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
 from studies.scenarios.parts.impact import Impact, ImpactSetting, ImpactSetUp, outline
 from studies.scenarios.parts.lattice import along_flight, slab_clamp
-from studies.scenarios.parts.matter import NO_FAILURE, Fracture
+from studies.scenarios.parts.matter import Fracture
 from studies.scenarios.parts.numerics import Numerics
 from studies.scenarios.parts.outline import Dimension, Outline, Shape
 from studies.scenarios.parts.shot import RADIUS, UPRIGHT, Angles, Projectile, Settling, ShotOptions

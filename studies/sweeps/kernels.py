@@ -1,4 +1,7 @@
-"""Compiles the kernels of sweeps into the cache before their runs ask for them: ``python -m studies.sweeps.kernels``.
+"""Compiles the kernels of sweeps into the cache before their runs ask for them.
+
+``python -m studies.sweeps.kernels EXAMPLE ...`` takes examples that ship, and without one a JSON list of documents from
+stdin. It needs numba, NumPy, SciPy and PyYAML alone, so that a set-up begins with it.
 
 Which kernels a run needs is decided by its geometry, its numerical choices and the laws of its materials; runs that
 agree in these are of one kind, and one step of one of them compiles all. Each kind is compiled in a process of its own,
@@ -16,6 +19,8 @@ from typing import Any
 
 from studies.runs.run import Run
 from studies.scenarios import Setting, load
+from studies.sweeps import examples
+from studies.sweeps.document import read_yaml
 from studies.sweeps.sweep import Sweep
 
 KernelKind = tuple[Any, ...]
@@ -79,4 +84,5 @@ def main(documents: Sequence[Mapping[str, Any]]) -> None:
 
 
 if __name__ == "__main__":
-    main(json.load(sys.stdin))
+    names = sys.argv[1:]
+    main([read_yaml(examples.text(name), name) for name in names] or json.load(sys.stdin))

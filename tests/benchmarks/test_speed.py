@@ -70,11 +70,11 @@ def test_sweep__costs_a_tenth(compared: Compared) -> None:
 
 @pytest.mark.claim("speed", "demo-cost", minutes=5.0)
 def test_demo__is_computed_in_minutes(compared: Compared) -> None:
-    """The demo's 22 runs take at most 200 core-seconds, and 150 s on two cores from a cold start."""
+    """The demo's 15 runs take at most 120 core-seconds, and 80 s on two cores from a cold start."""
     got = dict(figures.demo())
-    compared(equal("runs", expected=22, got=got["demo_runs"]))
-    compared(at_most("core-seconds", limit=200.0, got=got["demo_core_s"]))
-    compared(at_most("wall, cold start included (s)", limit=150.0, got=got["demo_wall_s"]))
+    compared(equal("runs", expected=15, got=got["demo_runs"]))
+    compared(at_most("core-seconds", limit=120.0, got=got["demo_core_s"]))
+    compared(at_most("wall, cold start included (s)", limit=80.0, got=got["demo_wall_s"]))
 
 
 @pytest.mark.claim("speed", "two-threads", minutes=10.0)

@@ -1,8 +1,8 @@
 """Holes and craters under refinement: what three grids say of a fourth, twice as fine.
 
 Both published holes, the one in aluminium as the example ``aluminium`` has it; the published crater of one copper, and
-of the two in aluminium the harder, whose crater is the smaller: the grid tells it worst. Blocks are as in the example
-``craters-full``: their size is a part of the shot, the same on each grid.
+of the two in aluminium the harder, whose crater is the smaller: the grid tells it worst. The size of a block is a part
+of the shot, the same on each grid.
 """
 
 from collections.abc import Callable

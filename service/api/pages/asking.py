@@ -21,8 +21,7 @@ from service.api.pages.rendering import SEE_OTHER, page
 from service.api.routes import sweeps
 from service.api.routes.dependencies import AppSettings, AppStore, read_content, submission_of, submitting
 from service.api.schemas import EstimateModel, example_sweeps
-from service.client.client import KEY_VARIABLE
-from service.records.jobs import PRIORITIES, USUAL_PRIORITIES, Keep, Scope
+from service.records.jobs import KEY_VARIABLE, PRIORITIES, USUAL_PRIORITIES, Keep, Scope
 from studies import materials, scenarios
 from studies.quantities.findings import InvalidInput, nearest_cure, refusal
 from studies.quantities.parameters import declared, grouped

@@ -13,15 +13,15 @@ from service.api.pages.fields import field_of, placed
 from service.api.pages.rendering import page
 from service.api.reading import AnsweredForm, answered_form
 from service.api.routes.dependencies import read_content
-from service.client.client import KEY_VARIABLE
+from service.records.jobs import KEY_VARIABLE
 from studies import materials
 from studies.observations.shields.drawn import FAST, beside_held, failures_found
 from studies.observations.shields.shots import published
 from studies.quantities.findings import InvalidInput
+from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import declared
 from studies.reports.answers import EXAMPLE
 from studies.reports.answers.question import ShotParameters
-from studies.scenarios.parts.matter import NO_FAILURE
 from studies.sweeps.document import read_yaml
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)

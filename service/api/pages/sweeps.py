@@ -27,7 +27,7 @@ from studies import measurements
 from studies.laws import CRITICAL
 from studies.observations.shields.drawn import beside_walls
 from studies.quantities.files import REPORT_JSON
-from studies.scenarios.parts.matter import NO_FAILURE
+from studies.quantities.numerical_defaults import NO_FAILURE
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 

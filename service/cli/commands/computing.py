@@ -4,9 +4,9 @@ import json
 import subprocess
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Annotated, Any
+from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
@@ -33,30 +33,38 @@ from studies.quantities.files import write_text
 from studies.quantities.findings import Finding, InvalidInput
 from studies.sweeps.document import read_sweep_file, read_yaml
 
+if TYPE_CHECKING:
+    from service.cli.local import Finished
+
 app = typer.Typer()
 
-Full = Annotated[
-    bool, typer.Option("--full", help="The sweeps over more thicknesses and on finer grids: half an hour.")
+Examples = Annotated[
+    list[str] | None, typer.Argument(metavar="[EXAMPLE ...]", help="Examples that ship; by default holes and craters.")
 ]
+EveryExample = Annotated[bool, typer.Option("--all", help="Every example that ships.")]
 
 PUBLICATION = ("studies.reports.publish", "studies.reports.page")
-DEMO = ("holes", "aluminium", "sphere", "craters", "shield")
-FULL = ("holes-full", "aluminium-full", "craters-full", "shield-full")
+DEMO = ("holes", "craters")  # which share their kernels
 KERNELS = ("-m", "studies.sweeps.kernels")  # arguments of the interpreter that compiles them
 
 
 @app.command()
-def demo(out: Out = Path("demo"), threads: Threads = None, full: Full = False) -> None:
-    """Ask laws and shots about a shield, and compute the example sweeps: holes, a measured crater, craters."""
+def demo(
+    names: Examples = None, out: Out = Path("demo"), threads: Threads = None, every_example: EveryExample = False
+) -> None:
+    """Ask laws and shots about a shield, and compute example sweeps: holes and craters, or those that are named."""
+    from service.cli.local import STORE_OF_FOLDER, run_sweeps
+    from service.client.progress import showing_progress
     from studies.sweeps import examples
 
-    folder = folder_of(out)
     begin = time.perf_counter()
+    chosen = examples.names() if every_example else names or DEMO
+    documents = {name: read_yaml(examples.text(name), name) for name in chosen}
+    folder = folder_of(out)
     print_example(folder / "shield.html")
-    names = FULL if full else DEMO
-    documents = {name: read_yaml(examples.text(name), name) for name in names}
-    _compile_kernels(list(documents.values()))
-    statuses = [compute(document, name, folder / name, threads=threads) for name, document in documents.items()]
+    settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
+    sweeps = run_sweeps(documents, folder, showing=showing_progress, settings=settings)
+    statuses = [_say_outcome(name, finished, begin) for name, finished in sweeps]
     print(f"wall time: {time.perf_counter() - begin:.1f} s")
     raise typer.Exit(max(statuses))
 
@@ -159,11 +167,19 @@ def warm(
     from studies.sweeps.sweep import Sweep
 
     if files:
-        _compile_kernels([Sweep.parse(read_sweep_file(file)).document() for file in files])
-        return
-    documents = [read_yaml(examples.text(name), name) for name in examples.names()]
-    thesis = [{**document, "fixed": {**document.get("fixed", {}), "recipe": "thesis"}} for document in documents]
-    _compile_kernels(documents + thesis)
+        documents = [Sweep.parse(read_sweep_file(file)).document() for file in files]
+    else:
+        documents = [read_yaml(examples.text(name), name) for name in examples.names()]
+        documents += [{**each, "fixed": {**each.get("fixed", {}), "recipe": "thesis"}} for each in documents]
+    begin = time.perf_counter()
+    # In a child process, because this one never loads the solver.
+    child = subprocess.run(
+        [sys.executable, *KERNELS], check=False, input=json.dumps(documents), capture_output=True, text=True
+    )
+    if child.returncode:
+        raise WhippleError(f"the kernels cannot be compiled: {child.stderr.strip()}")
+    seconds = time.perf_counter() - begin
+    print(f"kernels: {child.stdout.strip()} kinds ready after {seconds:.1f} s", flush=True)
 
 
 def compute(sweep: Mapping[str, Any], name: str, folder: Path, threads: str | None = None, **options: Any) -> int:
@@ -175,10 +191,15 @@ def compute(sweep: Mapping[str, Any], name: str, folder: Path, threads: str | No
     settings = settings_of(data=folder / STORE_OF_FOLDER, threads=threads)
     with showing_progress(name) as show:
         finished = run_sweep(sweep, folder, progress=show, settings=settings, **options)
+    return _say_outcome(name, finished, begin)
+
+
+def _say_outcome(name: str, finished: "Finished", begin: float) -> int:
+    """Print what became of a sweep since a time of the counter of seconds, and return the exit status."""
     seconds = time.perf_counter() - begin
-    print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {folder / 'report.html'}")
-    if headline := _headline(folder):
-        print(f"  {headline}")
+    print(f"{name}: {finished.sweep.tally} in {seconds:.1f} s; report: {finished.folder / 'report.html'}", flush=True)
+    if headline := _headline(finished.folder):
+        print(f"  {headline}", flush=True)
     has_all = finished.counts["succeeded"] == finished.sweep.planned
     return SUCCESS if has_all else SOME_FAILED
 
@@ -187,15 +208,3 @@ def _headline(folder: Path) -> str:
     """The headline of a report; empty where an earlier version made the report."""
     report = json.loads((folder / "report.json").read_text("utf-8"))
     return str(report.get("headline", ""))
-
-
-def _compile_kernels(sweeps: Sequence[Mapping[str, Any]]) -> None:
-    """Compile kernels in a child process, because this one never loads the solver; print kinds and seconds."""
-    begin = time.perf_counter()
-    child = subprocess.run(
-        [sys.executable, *KERNELS], check=False, input=json.dumps(list(sweeps)), capture_output=True, text=True
-    )
-    if child.returncode:
-        raise WhippleError(f"the kernels cannot be compiled: {child.stderr.strip()}")
-    seconds = time.perf_counter() - begin
-    print(f"kernels: {child.stdout.strip()} kinds ready after {seconds:.1f} s", flush=True)

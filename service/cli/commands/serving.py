@@ -6,6 +6,7 @@ from typing import Annotated
 import typer
 
 from service.cli.commands.options import Data, Threads, settings_of
+from service.memory import importing
 
 app = typer.Typer()
 
@@ -27,7 +28,8 @@ def serve(
     threads: Threads = None,
 ) -> None:
     """Start the service: HTTP interface, queue and workers. Defaults come from WHIPPLE_*."""
-    from service.cli.serve import serve as run
+    with importing():
+        from service.cli.serve import serve as run
 
     tls = {"tls_ca": tls_ca, "tls_cert": tls_cert, "tls_key": tls_key}
     run(settings_of(host=host, port=port, data=data, engine=engine, threads=threads, **tls))

@@ -15,6 +15,7 @@ from solver.registry import entries
 from solver.units import Described, Dimensionless, FromMaterial, Unit, marked
 from studies.materials.schema import OPTIONAL, acting_eos, models
 from studies.quantities.findings import Finding
+from studies.quantities.numerical_defaults import DEFAULT_FAILURE, NO_FAILURE
 from studies.quantities.parameters import Choice, declared
 from studies.quantities.units import readable
 from studies.scenarios import Materials
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
 
 HUGONIOT = "hugoniot"  # the form of an equation of state that each material has
 PROJECTILES = ("projectile", "flyer")  # the roles whose materials may go without what a failure takes
-# Of the failures that nothing excludes it converges best: docs/failure.md, by a rule that was written before its runs.
-DEFAULT_FAILURE, NO_FAILURE = "void-growth", "none"
 # What each failure has to bear: a plastic strain, at the rates (1/s) of tests in machines and of impacts, cold and
 # half-way to melting.
 FIRST_SLIP, FAST, WARM = 1e-4, 1e5, 0.5

@@ -34,7 +34,7 @@ def test_demo_craters__have_settled_and_have_the_diameter_of_their_wall(
     compared: Callable[[Row], None], tmp_path: Path
 ) -> None:
     """The demo's craters stay inside their bars for the last settling window, and are within 0.3 mm of a wall's fit."""
-    for point in Sweep.parse(read_yaml(examples.text("craters-full"), "craters-full")).runs():
+    for point in Sweep.parse(read_yaml(examples.text("craters"), "craters")).runs():
         run, folder = point.run, tmp_path / point.run.id
         measurements = execute(run, folder, threads=1).measurements
         speed, window = (float(str(run.parameters[name])) for name in ("speed", "settled_window"))
