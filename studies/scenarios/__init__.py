@@ -71,6 +71,8 @@ class ObservationRate:
 class SetUp(ABC):
     """Parameters of a scenario, which say what follows from them; all but ``filled`` is asked of filled ones."""
 
+    # Each measurement whose mesh error experience may tell, with the quantity of the ensemble that tells it.
+    experienced: ClassVar[Mapping[str, str]] = {}
     # The module below ``studies.measurements`` whose ``view`` its measurements read.
     viewed_by: ClassVar[str]
 

@@ -40,9 +40,9 @@ MARGIN = 2.5
 WORKED = 1.0  # plastic strain of the foot, at which its yield stress is taken
 
 
-# Measurements whose mesh error is known, and parameters that say what is shot, on which grid, and how long it is
-# observed: experience is about the defaults of all others.
-EXPERIENCED = ("final_length", "mushroom_diameter", "width_at_fifth")
+# Parameters that say what is shot, on which grid, and how long it is observed: experience of mesh errors is about the
+# defaults of all others.
+SIZES = ("final_length", "mushroom_diameter", "width_at_fifth")
 SHOT = frozenset(
     {
         *("bar", "speed", "bar_length", "bar_diameter", "cells_per_diameter", "end_time", "stop", "settled_growth"),
@@ -163,7 +163,7 @@ class TaylorBar(BarSetUp):
             strength=strength,
             length=self.bar_length / self.bar_diameter,
         )
-        return {name: replace(grid, quantity=name) for name in EXPERIENCED}
+        return {name: replace(grid, quantity=name) for name in self.experienced}
 
     def size(self, materials: Materials) -> Size:
         return self.at_wall(materials["bar"]).size(elastic_speed(materials["bar"]))
@@ -184,5 +184,5 @@ SCENARIO = Scenario(
     asked_by={"taylor_error": ("reference_length", "reference_diameter", "reference_width")},
     unused=("contact", "friction"),  # of one body
     settles=("final_length", "mushroom_diameter"),
-    accurate=EXPERIENCED,
+    accurate=SIZES,
 )

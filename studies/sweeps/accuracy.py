@@ -47,6 +47,11 @@ def read_accuracy(raw: Any) -> float:
     return error
 
 
+def tells_errors(scenario: scenarios.Scenario) -> bool:
+    """Whether experience tells the mesh error of some measurement of a scenario that counts for its accuracy."""
+    return any(scenario.parameters.experienced.get(name) in experience.stored() for name in scenario.accurate)
+
+
 def cells_of(run: Run, error: float) -> float:
     """The fewest cells across on which the measurements of a run have at most a mesh error; raises InvalidInput.
 

@@ -23,7 +23,7 @@ from studies.quantities.findings import (
 )
 from studies.quantities.parameters import Parameter, Value, declared, find, missing, parse_value, parse_values
 from studies.quantities.units import exact_number
-from studies.sweeps.accuracy import USUAL, read_accuracy
+from studies.sweeps.accuracy import USUAL, read_accuracy, tells_errors
 from studies.sweeps.axes import Axis, AxisReader, repeated
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
 from studies.sweeps.search import read_search
@@ -362,13 +362,13 @@ class _DocumentReading:
     def _accuracy(self, scenario: scenarios.Scenario) -> float | None:
         """The mesh error from which the cells of each point follow; None where they are stated.
 
-        A sweep that states neither has the usual one where experience may tell an error, and else the cells that its
-        scenario has by default, as a sweep has that an older version accepted.
+        A sweep that states neither has the usual one where experience tells errors of its scenario, and else the cells
+        that its scenario has by default, as a sweep has that an older version accepted.
         """
         wanted = self.document.get("accuracy")
         if wanted is None:
             is_stated = self.document.get("resolution") is not None or RESOLUTION in {*self.fixed, *self.varied}
-            return None if is_stated or not scenario.accurate or self.limits is ACCEPTED else USUAL
+            return None if is_stated or not tells_errors(scenario) or self.limits is ACCEPTED else USUAL
         error = read_accuracy(wanted)
         if self.document.get("resolution") is not None:
             limit = "accuracy, or resolution: the resolution follows from an accuracy"

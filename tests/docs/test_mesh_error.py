@@ -50,7 +50,7 @@ def test_stored_constants__are_the_fit_of_the_table(quantity: str, compared: Com
     compared(equal(f"{quantity}: domain", expected=known.domain, got=fitted.domain))
 
 
-@pytest.mark.claim("mesh-error", "mesh-broken")
+@pytest.mark.claim("mesh-error", "mesh-broken", minutes=1.0)
 def test_coefficients__of_a_third_more_or_less_do_not_hold(compared: Compared) -> None:
     """With coefficients of a third more or less the intervals of holes hold too few."""
     shots = mesh_fit.tested("hole_diameter").shots
@@ -63,7 +63,7 @@ def test_coefficients__of_a_third_more_or_less_do_not_hold(compared: Compared) -
         compared(at_most(f"share held with {times:.2f} times the coefficients", limit=HELD[0], got=count / of))
 
 
-@pytest.mark.claim("mesh-error", "mesh-bars")
+@pytest.mark.claim("mesh-error", "mesh-bars", minutes=0.2)
 @pytest.mark.parametrize("quantity", KNOWN)
 def test_bars__on_24_cells_are_narrow(quantity: str, compared: Compared) -> None:
     """On 24 cells across the bar is at most 6 % of the value, of every series in the domain."""
@@ -84,7 +84,7 @@ def _known_shots(quantity: str) -> Iterator[tuple[Experience, Shot]]:
 OUTSIDE = {"cylinder of three diameters": "length", "t/d 0.04": "thickness"}
 
 
-@pytest.mark.claim("mesh-error", "mesh-further")
+@pytest.mark.claim("mesh-error", "mesh-further", minutes=0.2)
 @pytest.mark.parametrize("series", ensemble.further(), ids=lambda series: f"{series.number} {series.kind}")
 def test_further_shots__lie_in_the_bar_of_a_coarse_grid(series: ensemble.Series, compared: Compared) -> None:
     """Shots that no model was fitted to lie on fine grids in the bars of coarse ones, where these are known."""

@@ -10,7 +10,7 @@ import math
 from abc import abstractmethod
 from collections.abc import Mapping
 from dataclasses import KW_ONLY, dataclass, replace
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any
 
 from studies.convergence.experience import MeshGrid
 from studies.quantities.findings import Finding
@@ -331,9 +331,6 @@ class ImpactSetUp(SetUp):
 
     def cells(self) -> dict[str, float]:
         return self.impact.cells()
-
-    # Each measurement whose mesh error is known, with the quantity of the ensemble that tells it.
-    experienced: ClassVar[Mapping[str, str]] = {}
 
     def mesh_grids(self, materials: Materials) -> dict[str, MeshGrid]:
         """The grid of a run that has the default numerics and failure, as those of the ensemble have."""
