@@ -2,6 +2,7 @@
 
 import math
 from dataclasses import dataclass, replace
+from types import MappingProxyType
 from typing import TYPE_CHECKING, Annotated, Literal, Self
 
 from solver.units import Described, Dimensionless, Metre, Second
@@ -72,6 +73,8 @@ def spread(*, density: float, speed: float, yield_stress: float | None) -> float
 @dataclass(frozen=True, kw_only=True)
 class TaylorBar(BarSetUp):
     """Parameters of a Taylor bar."""
+
+    experienced = MappingProxyType({name: name for name in SIZES})
 
     wall: Wall
     bar: Annotated[MaterialName, Described("material of the bar")] = "copper-thesis-taylor"

@@ -140,13 +140,18 @@ def test_accuracy__that_cannot_be_had_names_point_smallest_error_and_cure(monkey
     assert len(Sweep.parse({**HOLES, "accuracy": "3.9 %"}).runs()) == 4
 
 
+def test_scenario_without_experience__has_its_own_cells_and_refuses_an_accuracy() -> None:
+    bar = {"scenario": "taylor_bar", "fixed": {}, "axes": {"speed": ["190 m/s"]}}
+    assert cells(Sweep.parse(bar)) == [10.0]
+    assert "has no such quantity" in refused({**bar, "accuracy": "3 %"})
+
+
 @pytest.mark.parametrize(
     ("changes", "why"),
     [
         ({"axes": {**HOLES["axes"], "speed": ["3 km/s", "9 km/s"]}}, "speed 9e+03 outside of 1.5e+03 to 8e+03"),
         ({"axes": {"speed": ["3 km/s"], "plate_thickness": ["0.08 mm"]}}, "thickness 0.01 outside of 0.05 to 1"),
         ({"fixed": {**COPPER, "recipe": "thesis"}}, "not with these numerics and failures"),
-        ({"scenario": "taylor_bar", "fixed": {}, "axes": {"speed": ["190 m/s"]}}, "has no such quantity"),
     ],
 )
 @pytest.mark.parametrize("accuracy", ["3 %", None])
