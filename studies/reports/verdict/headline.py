@@ -150,7 +150,8 @@ def _standings(evidence: Evidence, judge: Judge, axes: Sequence[AxisOfSweep]) ->
             if other.name == law.name
             for exponent in exponents_of(_points(other, "simulation"), axes)
         ]
-        refuted = any(exponent.is_refuted for exponent in exponents)
+        # What no error bar tests refutes nothing.
+        refuted = any(point.tests for point in points) and any(exponent.is_refuted for exponent in exponents)
         columns = columns_of(points, abscissa_of(axes))
         stretch = _stretch(columns)
         inside = [point for several in stretch.values() for point in several]

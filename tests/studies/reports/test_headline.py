@@ -129,6 +129,11 @@ FLAG: dict[str, Any] = {"flags": ("under_resolved",)}
             {},
         ),
         (
+            "2-7 km/s: untested; Hill, 3 % low to 3 % high; one mesh, simulation only.",
+            [law("h", lambda speed, _: (speed / 4e3) ** 0.05, title="Hill")],
+            {"mesh": False},
+        ),
+        (
             "No verdict: every finest run is flagged as under-resolved.",
             [exact("h", title="Hill")],
             {"spoiled": dict.fromkeys(range(99), FLAG)},

@@ -256,7 +256,10 @@ def _untruths(text: str, quantity: Mapping[str, Any], every: Sequence[Judged]) -
     by_law: dict[str, list[Judged]] = {}
     for point in mine:
         by_law.setdefault(point.law, []).append(point)
-    refuted = {law: is_refuted(_exponents(law, points, every)) for law, points in by_law.items()}
+    refuted = {
+        law: any(point.tests for point in points) and is_refuted(_exponents(law, points, every))
+        for law, points in by_law.items()
+    }
     standing = {law: _at(groups["place"], points) for law, points in by_law.items()}
     if groups.get("names") is None:
         if not all(refuted.values()):
