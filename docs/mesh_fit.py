@@ -57,7 +57,7 @@ class Shot:
 
     number: int
     kind: str
-    metal: str  # of the target or bar
+    metal: str  # name of the material of the target or bar
     values: tuple[Value, ...]
 
     @property
@@ -263,7 +263,7 @@ def domains(shots: Sequence[Shot]) -> Iterator[Domain]:
 
 @dataclass(frozen=True)
 class Tested:
-    """What is known of a quantity, with how it was tested."""
+    """Experience of a quantity, with the series and the coverage that tested it."""
 
     experience: Experience
     shots: tuple[Shot, ...]  # of one plane, inside of the domain
@@ -293,7 +293,7 @@ def tested(quantity: str) -> Tested:
 
 
 def in_space(shots: Iterable[Shot], known: Experience) -> Experience:
-    """What is known with the factor of the scale in three dimensions, with which intervals hold what they should."""
+    """Experience with the factor of its scale in three dimensions, with which intervals hold the least share there."""
     shots = [inside for shot in shots if (inside := shot.inside(replace(known.domain, obliquity=(0.0, math.pi))))]
     plain = replace(known.model, in_space=1.0)
     sizes = sorted(abs(seen - expected) / (NINETY_FIVE * scale) for seen, expected, scale in differences(plain, shots))
@@ -320,7 +320,7 @@ def held_by_two(shots: Sequence[Shot]) -> tuple[int, int]:
 
 
 def experience_of(quantity: str) -> Experience | None:
-    """What is stored of a quantity; None where no domain holds."""
+    """Experience of a quantity to be stored; None where no domain holds."""
     test = tested(quantity)
     if not test.holds:
         return None

@@ -325,7 +325,7 @@ def _results() -> Iterator[str]:
     plain = json.loads(experience.STORED.read_text(encoding="utf-8"))
     known = plain["quantities"] if plain["physics"] == PHYSICS_VERSION else {}
     if not known:
-        yield "\n## What came out\n\nThe ensemble is not complete, so that every mesh error is unknown.\n"
+        yield "\n## Results\n\nThe ensemble is not complete, so that every mesh error is unknown.\n"
         return
     tests, models, domains = [], [], []
     for name, each in known.items():
@@ -343,7 +343,7 @@ def _results() -> Iterator[str]:
         ]
         models.append([f"`{name}`", *coefficients, in_space, "yes" if model.independent else "no"])
         domains.append([f"`{name}`", *(f"{low:.3g} to {high:.3g}" for low, high in each["domain"].values())])
-    yield "\n## What came out\n"
+    yield "\n## Results\n"
     heads = ["quantity", "series inside", "held, metals left out", "speeds", "t/d", "bar over error", "bar on 24 cells"]
     yield table(heads, tests)
     yield "\nThe bar is that of 24 cells across at 4 km/s in a target of 300 MPa, on a plate of a quarter diameter.\n"

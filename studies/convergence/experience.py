@@ -154,7 +154,7 @@ def scale_terms(grid: MeshGrid) -> dict[str, float]:
 
 @dataclass(frozen=True)
 class Experience:
-    """What is stored of a quantity."""
+    """Model and domain of the mesh error of a quantity."""
 
     model: MeshModel
     domain: Domain
@@ -172,7 +172,7 @@ class Experience:
 
 @cache
 def stored() -> Mapping[str, Experience]:
-    """What is stored by quantity; nothing where another version of the physics computed the ensemble."""
+    """Experience by quantity; none where another version of the physics computed the ensemble."""
     plain = json.loads(STORED.read_text(encoding="utf-8"))
     if plain["physics"] != PHYSICS_VERSION:
         return {}

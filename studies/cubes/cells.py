@@ -194,7 +194,7 @@ def converge_points(layout: Layout, quantity: str, outcomes: Sequence[str] = ())
 
 
 def _by_experience(cells: np.ndarray, quantity: str, samples: Sequence[Sample]) -> Convergence | None:
-    """A quantity of one point from its grids, whose mesh errors are known; None where those of too few are."""
+    """A quantity of one point from those of its grids whose mesh errors are known; None without any."""
     known = [
         (sample, cell.mesh_errors[quantity], cell.reading(quantity))
         for cell, sample in zip(cells, samples, strict=True)
