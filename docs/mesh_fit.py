@@ -28,7 +28,6 @@ from studies.convergence.experience import (
     combined,
     scale_terms,
 )
-from studies.quantities.measured import STILL_GROWING
 
 LOWERS = 0.9  # share of what is left of left-out metals, to which a further term must lower it
 LEAST_SCALE = 1e-4  # relative: below what any run resolves
@@ -93,8 +92,8 @@ def shots() -> Mapping[str, tuple[Shot, ...]]:
 
 
 def _counts(row: Mapping[str, str], quantity: str) -> bool:
-    """Whether a run succeeded and has a value that has settled."""
-    return row["state"] == "succeeded" and bool(row[quantity]) and STILL_GROWING not in row["flags"].split()
+    """Whether a run succeeded and has a value."""
+    return row["state"] == "succeeded" and bool(row[quantity])
 
 
 def _grid(run: Any, quantity: str) -> MeshGrid:
@@ -114,15 +113,19 @@ def terms_of(shots: Sequence[Shot]) -> tuple[list[str], list[list[str]]]:
     return ["across"], [*([f"across {name}"] for name in names), ["across squared"]]
 
 
-def fit(shots: Sequence[Shot]) -> MeshModel:
-    """The model of some series, with the further terms that predict metals which they were not fitted to."""
+def fit(shots: Sequence[Shot], wider: float = 1.0) -> MeshModel:
+    """The model of some series, with the further terms that predict metals which they were not fitted to.
+
+    Its scale is so many times that of the fit.
+    """
     names, further = terms_of(shots)
     left = _left(shots, names)
     for group in further:
         tried = _left(shots, [*names, *group])
         if tried <= LOWERS * left:
             names, left = [*names, *group], tried
-    return fitted(shots, names)
+    model = fitted(shots, names)
+    return replace(model, scale={name: wider * value for name, value in model.scale.items()})
 
 
 def _left(shots: Sequence[Shot], names: Sequence[str]) -> float:
@@ -215,30 +218,35 @@ GROUPS: Mapping[str, Callable[[Shot], str]] = {
 }
 
 
-def coverage(shots: Sequence[Shot]) -> dict[str, tuple[int, int]]:
-    """Differences that 95 % intervals hold of series that a model was not fitted to, of how many: by group."""
+@cache
+def _sizes_left_out(shots: tuple[Shot, ...]) -> dict[str, list[float]]:
+    """Sizes of the differences of series that a model was not fitted to, by group."""
     plates = all(math.isfinite(shot.finest.grid.through) for shot in shots)
     groups = {name: group for name, group in GROUPS.items() if plates or name != "t/d"}
-    covered = {
-        name: held((fit(inside), outside) for inside, outside in left_out(shots, group))
+    found = {
+        name: sizes((fit(inside), outside) for inside, outside in left_out(shots, group))
         for name, group in groups.items()
     }
-    return {name: (count, of) for name, (count, of) in covered.items() if of}
+    return {name: each for name, each in found.items() if each}
 
 
-def held(tested: Iterable[tuple[MeshModel, Sequence[Shot]]]) -> tuple[int, int]:
-    """Differences inside of the 95 % intervals of models, of how many."""
-    inside = [
-        abs(seen - expected) <= NINETY_FIVE * scale
+def sizes(tested: Iterable[tuple[MeshModel, Sequence[Shot]]]) -> list[float]:
+    """How far each difference is from what a model expects, in half-widths of its interval of 95 %."""
+    return [
+        abs(seen - expected) / (NINETY_FIVE * scale)
         for model, shots in tested
         for seen, expected, scale in differences(model, shots)
     ]
-    return sum(inside), len(inside)
 
 
-def holds(covered: Mapping[str, tuple[int, int]]) -> bool:
-    """Whether the coverage is what it is to be, of each group that was left out."""
-    return all(HELD[0] <= count / of <= HELD[1] for count, of in covered.values())
+def share_held(sizes: Sequence[float], wider: float = 1.0) -> float:
+    """Share of some differences that the intervals hold, these so many times wider."""
+    return sum(size <= wider for size in sizes) / len(sizes)
+
+
+def wider_until_held(sizes: Iterable[Sequence[float]]) -> float:
+    """The least factor, from one on, with which intervals hold the least share of each of some differences."""
+    return max([1.0, *(sorted(each)[math.ceil(HELD[0] * len(each)) - 1] for each in sizes if each)])
 
 
 # ---- the domain ----------------------------------------------------------------------------------
@@ -268,26 +276,39 @@ class Tested:
     experience: Experience
     shots: tuple[Shot, ...]  # of one plane, inside of the domain
     of: int  # series that count
-    covered: Mapping[str, tuple[int, int]]
+    wider: float  # factor of the scale, with which left-out differences are held
+    covered: Mapping[str, tuple[float, int]]  # share of the left-out differences that is held, of how many; by group
 
     @property
     def holds(self) -> bool:
-        """Whether left-out series lie where they should, in a domain that keeps most of them."""
-        return holds(self.covered) and len(self.shots) >= FEWEST_SERIES * self.of
+        """Whether left-out series lie where they should, and bars are narrow."""
+        covered = all(HELD[0] <= share <= HELD[1] for share, _ in self.covered.values())
+        return covered and self.widest_bar <= ensemble.WIDEST_BAR
+
+    @property
+    def widest_bar(self) -> float:
+        """The widest bar of a series on ``ensemble.FINE`` cells inside the domain."""
+        grids = [shot.finest.grid.refined(ensemble.FINE) for shot in self.shots]
+        inside = [grid for grid in grids if not self.experience.domain.why_not(grid)]
+        return max((self.experience.model.error_on(grid).bar for grid in inside), default=math.inf)
 
 
 @cache
 def tested(quantity: str) -> Tested:
-    """The widest domain of a quantity in which it holds; the last one where none does."""
+    """The widest domain of a quantity in which it holds, with wider bars only where none does; else the last one."""
     plane = [shot for shot in shots()[quantity] if shot.kind != "space"]
     last = None
-    for domain in domains(plane):
-        kept = tuple(inside for shot in plane if (inside := shot.inside(domain)))
-        if len(kept) < FEWEST_SERIES * len(plane):
-            break
-        last = Tested(Experience(fit(kept), domain), kept, len(plane), coverage(kept))
-        if last.holds:
-            break
+    for widens in (False, True):
+        for domain in domains(plane):
+            kept = tuple(inside for shot in plane if (inside := shot.inside(domain)))
+            if len(kept) < FEWEST_SERIES * len(plane):
+                break
+            left = _sizes_left_out(kept)
+            wider = wider_until_held(left.values()) if widens else 1.0
+            covered = {name: (share_held(each, wider), len(each)) for name, each in left.items()}
+            last = Tested(Experience(fit(kept, wider), domain), kept, len(plane), wider, covered)
+            if last.holds:
+                return last
     assert last is not None
     return last
 
@@ -295,21 +316,19 @@ def tested(quantity: str) -> Tested:
 def in_space(shots: Iterable[Shot], known: Experience) -> Experience:
     """Experience with the factor of its scale in three dimensions, with which intervals hold the least share there."""
     shots = [inside for shot in shots if (inside := shot.inside(replace(known.domain, obliquity=(0.0, math.pi))))]
-    plain = replace(known.model, in_space=1.0)
-    sizes = sorted(abs(seen - expected) / (NINETY_FIVE * scale) for seen, expected, scale in differences(plain, shots))
-    if not sizes:
+    if not shots:
         return known
-    factor = max(1.0, sizes[math.ceil(HELD[0] * len(sizes)) - 1])
+    factor = wider_until_held([sizes([(replace(known.model, in_space=1.0), shots)])])
     steepest = max(shot.finest.grid.obliquity for shot in shots)
     model = replace(known.model, in_space=factor)
     return Experience(model, replace(known.domain, obliquity=(0.0, steepest)))
 
 
-def held_by_two(shots: Sequence[Shot]) -> tuple[int, int]:
+def held_by_two(shots: Sequence[Shot], wider: float) -> tuple[int, int]:
     """Series of left-out metals whose finest value is inside the 95 % of their two coarsest grids, of how many."""
     inside = []
     for others, group in left_out(shots, GROUPS["metal"]):
-        model = replace(fit(others), independent=True)
+        model = replace(fit(others, wider), independent=True)
         for shot in group:
             if len(shot.values) > 2:
                 two = [(each.value, model.error_on(each.grid)) for each in reversed(shot.values[:2])]
@@ -324,7 +343,7 @@ def experience_of(quantity: str) -> Experience | None:
     test = tested(quantity)
     if not test.holds:
         return None
-    count, of = held_by_two(test.shots)
+    count, of = held_by_two(test.shots, test.wider)
     model = replace(test.experience.model, independent=bool(of) and count / of >= HELD[0])
     in_three = [shot for shot in shots()[quantity] if shot.kind == "space"]
     known = in_space(in_three, replace(test.experience, model=model))
@@ -337,11 +356,11 @@ def rounded(model: MeshModel) -> MeshModel:
     return replace(model, bias=bias, scale=scale, in_space=model.in_space and float(f"{model.in_space:.{DIGITS}g}"))
 
 
-def bar_over_error(shots: Sequence[Shot]) -> float:
+def bar_over_error(shots: Sequence[Shot], wider: float) -> float:
     """Median of the bar on a grid over how far its corrected value is from the finest one, of left-out metals."""
     ratios = []
     for others, group in left_out(shots, GROUPS["metal"]):
-        model = fit(others)
+        model = fit(others, wider)
         for shot in group:
             bars = [model.error_on(each.grid).bar for each in shot.values[:-1]]
             errors = [abs(seen - expected) for seen, expected, _ in differences(model, [shot])]
@@ -356,8 +375,10 @@ def main() -> None:
         test, experience = tested(quantity), experience_of(quantity)
         about = {
             "series": [len(test.shots), test.of],
-            "covered": test.covered,
-            "bar_over_error": round(bar_over_error(test.shots), 2),
+            "covered": {name: [round(share, 3), of] for name, (share, of) in test.covered.items()},
+            "wider": round(test.wider, 3),
+            "widest_bar": round(test.widest_bar, 4),
+            "bar_over_error": round(bar_over_error(test.shots, test.wider), 2),
         }
         print(quantity, about, experience or "unknown", flush=True)
         if experience is not None:

@@ -162,12 +162,18 @@ class Experience:
     @staticmethod
     def from_json(plain: Mapping[str, Any]) -> "Experience":
         """The experience that ``as_json`` wrote."""
-        domain = Domain(**{name: (float(low), float(high)) for name, (low, high) in plain["domain"].items()})
-        return Experience(MeshModel(plain["bias"], plain["scale"], plain["in_space"], plain["independent"]), domain)
+        domain = {name: (_end(low), _end(high)) for name, (low, high) in plain["domain"].items()}
+        model = MeshModel(plain["bias"], plain["scale"], plain["in_space"], plain["independent"])
+        return Experience(model, Domain(**domain))
 
     def as_json(self) -> dict[str, Any]:
-        """As plain objects."""
-        return {**vars(self.model), "domain": {name: list(ends) for name, ends in vars(self.domain).items()}}
+        """As plain objects, an infinite end as None."""
+        ends = {name: [None if math.isinf(end) else end for end in each] for name, each in vars(self.domain).items()}
+        return {**vars(self.model), "domain": ends}
+
+
+def _end(plain: float | None) -> float:
+    return math.inf if plain is None else float(plain)
 
 
 @cache

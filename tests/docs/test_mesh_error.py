@@ -7,7 +7,7 @@ from dataclasses import replace
 import pytest
 
 from docs import mesh_fit
-from docs.mesh_fit import FEWEST_SERIES, GROUPS, HELD, Shot, coverage, experience_of, fit, held, left_out
+from docs.mesh_fit import FEWEST_SERIES, GROUPS, HELD, Shot, experience_of, fit, left_out, share_held, sizes
 from docs.pages import mesh_error as ensemble
 from studies.cases.rows import at_least, at_most, equal, relative
 from studies.convergence import experience
@@ -15,8 +15,6 @@ from studies.convergence.experience import Experience
 from tests.claims.marked import Compared
 
 KNOWN = sorted(experience.stored())
-NARROW = 0.06  # relative: the widest bar on 24 cells
-CELLS = 24.0
 WIDEST_RATIO = 4.0  # median of the bar over the error
 
 
@@ -25,11 +23,12 @@ WIDEST_RATIO = 4.0  # median of the bar over the error
 def test_model__holds_series_that_it_was_not_fitted_to(quantity: str, compared: Compared) -> None:
     """95 % intervals hold 90 to 99 % of series of a metal, band of speed or of t/d that the model was not fitted to."""
     tested = mesh_fit.tested(quantity)
-    for group, (count, of) in coverage(tested.shots).items():
+    for group, (share, of) in tested.covered.items():
         where = f"{quantity}: share held where each {group} is left out, {of} differences"
-        compared(at_least(where, limit=HELD[0], got=count / of), at_most(where, limit=HELD[1], got=count / of))
+        compared(at_least(where, limit=HELD[0], got=share), at_most(where, limit=HELD[1], got=share))
+    ratio = mesh_fit.bar_over_error(tested.shots, tested.wider)
     compared(
-        at_most(f"{quantity}: median bar over error", limit=WIDEST_RATIO, got=mesh_fit.bar_over_error(tested.shots)),
+        at_most(f"{quantity}: median bar over error", limit=WIDEST_RATIO, got=ratio),
         at_least(
             f"{quantity}: share of the series in its domain", limit=FEWEST_SERIES, got=len(tested.shots) / tested.of
         ),
@@ -59,8 +58,8 @@ def test_coefficients__of_a_third_more_or_less_do_not_hold(compared: Compared) -
         for inside, outside in left_out(shots, GROUPS["speed"]):
             model = fit(inside)
             tested.append((replace(model, bias={name: times * each for name, each in model.bias.items()}), outside))
-        count, of = held(tested)
-        compared(at_most(f"share held with {times:.2f} times the coefficients", limit=HELD[0], got=count / of))
+        share = share_held(sizes(tested))
+        compared(at_most(f"share held with {times:.2f} times the coefficients", limit=HELD[0], got=share))
 
 
 @pytest.mark.claim("mesh-error", "mesh-bars", minutes=0.2)
@@ -70,9 +69,9 @@ def test_bars__on_24_cells_are_narrow(quantity: str, compared: Compared) -> None
     bars = [
         known.model.error_on(grid).bar
         for known, shot in _known_shots(quantity)
-        if not known.domain.why_not(grid := shot.finest.grid.refined(CELLS))
+        if not known.domain.why_not(grid := shot.finest.grid.refined(ensemble.FINE))
     ]
-    compared(at_most(f"{quantity}: widest of {len(bars)} bars on 24 cells", limit=NARROW, got=max(bars)))
+    compared(at_most(f"{quantity}: widest of {len(bars)} bars on 24 cells", limit=ensemble.WIDEST_BAR, got=max(bars)))
 
 
 def _known_shots(quantity: str) -> Iterator[tuple[Experience, Shot]]:
