@@ -356,8 +356,8 @@ def rounded(model: MeshModel) -> MeshModel:
     return replace(model, bias=bias, scale=scale, in_space=model.in_space and float(f"{model.in_space:.{DIGITS}g}"))
 
 
-def bar_over_error(shots: Sequence[Shot], wider: float) -> float:
-    """Median of the bar on a grid over how far its corrected value is from the finest one, of left-out metals."""
+def bars_over_errors(shots: Sequence[Shot], wider: float) -> list[float]:
+    """The bar on each grid over how far its corrected value is from the finest one, of left-out metals."""
     ratios = []
     for others, group in left_out(shots, GROUPS["metal"]):
         model = fit(others, wider)
@@ -365,7 +365,7 @@ def bar_over_error(shots: Sequence[Shot], wider: float) -> float:
             bars = [model.error_on(each.grid).bar for each in shot.values[:-1]]
             errors = [abs(seen - expected) for seen, expected, _ in differences(model, [shot])]
             ratios += [bar / max(error, LEAST_SCALE) for bar, error in zip(bars, errors, strict=True)]
-    return float(np.median(ratios))
+    return ratios
 
 
 def main() -> None:
@@ -378,7 +378,7 @@ def main() -> None:
             "covered": {name: [round(share, 3), of] for name, (share, of) in test.covered.items()},
             "wider": round(test.wider, 3),
             "widest_bar": round(test.widest_bar, 4),
-            "bar_over_error": round(bar_over_error(test.shots, test.wider), 2),
+            "bar_over_error": round(float(np.median(bars_over_errors(test.shots, test.wider))), 2),
         }
         print(quantity, about, experience or "unknown", flush=True)
         if experience is not None:

@@ -155,7 +155,7 @@ def _rows(where: str, point: xr.Dataset, quantity: str, shape: Shape, out: set[s
         "model_part_lower": max(0.0, -min(moved)),
         "model_part_upper": max(0.0, *moved),
     }
-    got = [round(100.0 * float(point[f"{quantity}_{part}"]) / VALUE, DIGITS) for part in parts]
+    got = [round(100.0 * float(point[f"{quantity}_{part}"] / point[quantity]), DIGITS) for part in parts]
     expected = [round(100.0 * part, DIGITS) for part in parts.values()]
     yield equal(f"{where}: symmetric, lower, upper part (%)", expected=expected, got=got)
     before = 100.0 * math.hypot(*symmetric, max(map(abs, failures.values())))

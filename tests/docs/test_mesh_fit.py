@@ -6,7 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from docs.mesh_fit import GROUPS, Shot, Value, fit, held, holds, in_space, left_out
+from docs.mesh_fit import GROUPS, HELD, Shot, Value, fit, in_space, left_out, share_held, sizes, wider_until_held
 from studies.convergence.experience import FREEDOM, Experience, MeshGrid, MeshModel, bias_terms, scale_terms
 from tests.studies.convergence.test_experience import DOMAIN
 
@@ -55,7 +55,11 @@ def test_coverage__holds_of_what_was_left_out_and_falls_with_other_coefficients(
     for inside, outside in left_out(invented(), GROUPS["metal"]):
         model = fit(inside)
         tested.append((replace(model, bias={name: times * each for name, each in model.bias.items()}), outside))
-    assert holds({"metal": held(tested)}) is expected
+    found = sizes(tested)
+    assert (HELD[0] <= share_held(found) <= HELD[1]) is expected
+    wider = wider_until_held([found])
+    assert (wider > 1.0) is not expected
+    assert share_held(found, wider) >= HELD[0]
 
 
 def test_three_dimensions__widen_the_scale_to_what_they_show() -> None:

@@ -19,6 +19,7 @@ from studies.convergence.experience import (
     cells_for,
     combined,
     mesh_error,
+    stored,
     why_unknown,
 )
 
@@ -78,11 +79,11 @@ def test_mesh_error__is_known_on_finer_grids_than_any_of_the_ensemble() -> None:
 
 
 def test_stored_experience__counts_for_one_version_of_the_physics(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.undo()
-    experience.stored.cache_clear()
+    assert stored()
+    stored.cache_clear()
     monkeypatch.setattr(experience, "PHYSICS_VERSION", PHYSICS_VERSION + 1)
-    assert experience.stored() == {}
-    experience.stored.cache_clear()
+    assert stored() == {}
+    stored.cache_clear()
 
 
 def test_cells_for__are_the_fewest_that_hold_an_accuracy() -> None:
