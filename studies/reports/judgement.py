@@ -54,6 +54,8 @@ class Judgement:
     has_range: bool  # whether its source states one
     drawn_only: str  # why the law enters no headline; empty where it does
     points: tuple[PointJudgement, ...]
+    of: int  # points
+    in_range: int  # of these, inside its range
     compared: int  # points inside its range whose reference has a value without a flag
     tested: int  # of these, with an error bar that is a test
     within: int  # of these, with the difference inside the joint uncertainty
@@ -119,6 +121,8 @@ def _judged(quantity: str, subject: Subject, name: str) -> Judgement:
         has_range=not subject.no_range,
         drawn_only=DRAWN_ONLY.get(subject.confidence, ""),
         points=tuple(map(_point, subject.points)),
+        of=len(subject.points),
+        in_range=sum(not point.outside for point in subject.points),
         compared=len(compared),
         tested=len(tested),
         within=sum(point.outcome is Outcome.WITHIN for point in tested),

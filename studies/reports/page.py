@@ -38,6 +38,7 @@ from studies.reports.view import Scale
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 CUT = "Only the first rows are printed; report.json contains all rows."
 MOST_REASONS = 4  # of a law, in its row
+MOST_LAWS, MOST_SHOTS = 8, 5  # rows of the first screen; all laws and shots stand below
 # Words for the codes of a document, by the code.
 REASONS = {
     "outside": "outside its range",
@@ -68,7 +69,9 @@ class Node:
         self._value = value
         self._path = path
 
-    def __getitem__(self, key: Any) -> "Node":
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, slice):
+            return [self[place] for place in range(len(self))[key]]
         step = str(key).replace("~", "~0").replace("/", "~1")
         return Node(self._value[key], f"{self._path}/{step}")
 
@@ -140,6 +143,8 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
         .render(
             report=Node(report),
             mesh_unknown=MESH_UNKNOWN,
+            most_laws=MOST_LAWS,
+            most_shots=MOST_SHOTS,
             reasons=REASONS,
             doubts=DOUBTS,
             point_words=POINT_WORDS,
@@ -206,12 +211,6 @@ def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node
     return [row for row in residuals if bare(row.quantity) == bare(quantity_name) and bare(row.reference) == reference]
 
 
-def _sources_of(laws: Node, judgement: Node) -> list[Node]:
-    """The law of a judgement among the sources."""
-    name, quantity_name = bare(judgement.law).partition("/")[0], bare(judgement.quantity).replace("_", " ")
-    return [law for law in laws if bare(law.name) == name and bare(law.quantity) == quantity_name]
-
-
 def _thumbnails(pictures: Node, kind: str) -> list[Node]:
     """The pictures of a run that its thumbnails show."""
     return [
@@ -257,7 +256,6 @@ def environment() -> Environment:
         first_rows=lambda rows: list(islice(rows, MOST_ROWS)),
         of_quantity=lambda laws, name: [law for law in laws if bare(law.quantity) == bare(name)],
         quantities_of=lambda laws: list(dict.fromkeys(bare(law.quantity) for law in laws)),
-        of_law=_sources_of,
         some_reasons=lambda reasons: list(islice(reasons, MOST_REASONS)),
         # Above a table that does not show all rows.
         cut_note=lambda rows: CUT if len(rows) > MOST_ROWS else "",

@@ -174,8 +174,8 @@ def test_headline__names_the_equation_that_is_unsafe_by_most() -> None:
     held = f"{1e3 * row['lower']:.3g}-{1e3 * row['upper']:.3g} mm"
     said = next(1e3 * each["diameter"] for each in row["equations"] if each["law"] == "whipple_nno")
     text = (
-        f"At 7 km/s spheres up to {held} are held (finds 7 of 17 failures); Christiansen (NNO) says {said:.3g} mm: unsafe, 2 more "
-        "too; one mesh."
+        f"At 7 km/s spheres up to {held} are held (finds 7 of 17 failures); Christiansen (NNO) says {said:.3g} mm: "
+        "unsafe, 2 more too; one mesh."
     )
     assert document["headline"] == text
 
