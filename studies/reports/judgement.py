@@ -4,14 +4,14 @@ Made in one place, from the evidence of a cube; templates put it into words.
 """
 
 from collections import Counter
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
 from studies.cubes.points import Place
 from studies.cubes.reading import finite
-from studies.laws import DRAWN_ONLY, OTHER_MATERIAL
+from studies.laws import DRAWN_ONLY, FITTED, OTHER_MATERIAL
 from studies.reports.evidence import Evidence, JudgedPoint, Outcome, Reference, Subject
 
 SIMULATION = "simulation"  # the subject that is no law
@@ -24,6 +24,7 @@ class Reason(StrEnum):
     OTHER_MATERIAL = "other_material"
     NO_ANSWER = "no_answer"
     FLAGGED = "flagged"  # or without a value: nothing to compare with
+    FITTED = "fitted"  # a constant of the law is fitted to the shots
     NO_BAR = "no_bar"  # the mesh error, or the error of the shots, is unknown
 
 
@@ -150,6 +151,8 @@ def _reason(subject: Subject, compared: Sequence[JudgedPoint]) -> Reason:
         return Reason.OTHER_MATERIAL
     if all(point.law != point.law for point in subject.points):
         return Reason.NO_ANSWER
+    if any(point.unjudged == FITTED for point in subject.points):
+        return Reason.FITTED
     return Reason.OUTSIDE if all(point.outside for point in subject.points) else Reason.FLAGGED
 
 
@@ -182,10 +185,3 @@ def beginning(title: str) -> str:
     for mark in (" (", ",", " and "):
         title = title.partition(mark)[0]
     return title
-
-
-def failures_that_decide(judgements: Sequence[Judgement]) -> Iterator[tuple[str, str, int]]:
-    """Law, failure and number of points at which it alone decides whether the law agrees."""
-    for each in judgements:
-        counts = Counter(failure for point in each.points for failure in point.hangs_on)
-        yield from ((each.name, failure, count) for failure, count in counts.items())

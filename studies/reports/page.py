@@ -45,7 +45,8 @@ REASONS = {
     "other_material": "for another material",
     "no_answer": "it has no answer",
     "flagged": "every value is flagged",
-    "no_bar": "the mesh error is unknown",
+    "fitted": "a constant of it is fitted to the shot",
+    "no_bar": "an error is unknown",
 }
 DOUBTS = {"second_hand": "second-hand", "unknown_alloy": "alloy unknown"}
 POINT_WORDS = {"within": "within the bars", "low": "low", "high": "high", "not_comparable": "not comparable"}
