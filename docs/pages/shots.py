@@ -8,7 +8,6 @@ import json
 import math
 import tempfile
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict
 from importlib.metadata import version
 from itertools import groupby
 from pathlib import Path
@@ -19,11 +18,11 @@ from solver import PHYSICS_VERSION
 from studies import laws, measurements, observations, scenarios
 from studies.laws.fitting.least_squares import CONFIDENCE
 from studies.observations import written
-from studies.observations.compared import FEWEST, STORED, bias_and_scatter, compared_shots, ratio, stored
-from studies.quantities.display import MESH_UNKNOWN, NONE, decimals, display_of, signed, with_bar
+from studies.observations.compared import FEWEST, STORED, ComparedShots, bias_and_scatter, compared_shots, ratio, stored
+from studies.quantities.display import MESH_UNKNOWN, NARROW_SPACE, NONE, decimals, display_of, signed, with_bar
 from studies.quantities.parameters import declared
 from studies.reports.answers.answer import ask
-from studies.reports.verdict.summary import of_shots
+from studies.reports.words import words
 from studies.sweeps.reading import published_shots
 
 COMMAND = "python -m docs.pages compute shots"
@@ -244,7 +243,7 @@ def laws_beside() -> str:
 def limit() -> str:
     """The line of docs/limits.md on the bias of holes and craters."""
     listed = [group for group in compared_shots() if group.quantity.startswith(("hole", "crater"))]
-    known = [of_shots(asdict(group)) for group in listed if group.bias]
+    known = [_of_shots(group) for group in listed if group.bias]
     few = [
         f"{_title(quantity).lower()} ({', '.join(' on '.join(group.materials) for group in groups)})"
         for quantity, groups in groupby((group for group in listed if not group.bias), lambda group: group.quantity)
@@ -256,6 +255,22 @@ def limit() -> str:
         f"{LIMIT} whipple itself, simulation over observation less 1: {texts}. A law that meets the simulation is as "
         "far from the shots as the simulation is; each report states the bias for its metal."
     )
+
+
+def _of_shots(group: ComparedShots) -> str:
+    """ "final length −7.6 to −2.3 % (34 shots, copper-ofhc)"."""
+    assert group.bias is not None
+    assert group.scatter is not None
+    low, high = (signed(100.0 * end, 1) for end in group.bias)
+    error = "" if group.stated is None else f", stated to ±{_percent(group.stated)}"
+    return (
+        f"{words(group.quantity)} {low} to {high}{NARROW_SPACE}%, scatter {_percent(group.scatter)} "
+        f"({group.shots} shots, {' on '.join(group.materials)}{error})"
+    )
+
+
+def _percent(share: float) -> str:
+    return f"{decimals(100.0 * share, 1)}{NARROW_SPACE}%"
 
 
 def summary(shots: Rows) -> str:

@@ -161,6 +161,7 @@ KINDS: dict[str, Callable[[float], str]] = {
     "ratio_residual": lambda value: signed(value, 3),
     "share": of_share,
     "share_residual": lambda value: f"{signed(value * 100, 1)}{NARROW_SPACE}%",
+    "size": lambda value: f"{decimals(abs(value) * 100, 1)}{NARROW_SPACE}%",
     "share_spread": lambda value: f"{decimals(value * 100, 1)}{NARROW_SPACE}%",
     "order": lambda value: decimals(value, 2),
     "seconds": lambda value: decimals(value, 1),

@@ -16,24 +16,25 @@ import numpy as np
 import xarray as xr
 
 from studies.cubes import reading
-from studies.cubes.points import Place, comparable, error_bars, places_of, points_of, refinements_of, verdicts_of
+from studies.cubes.points import (
+    Place,
+    comparable,
+    error_bars,
+    main_quantities,
+    places_of,
+    points_of,
+    refinements_of,
+    verdicts_of,
+)
 from studies.laws import DRAWN_ONLY
+from studies.reports.evidence import LawAnswers, Reference, answers_of, evidence_of
+from studies.reports.judgement import Judgement, judgements_of
 from studies.reports.matched import MatchedObservation, matched_observations
-from studies.reports.verdict import Verdict, verdict
-from studies.reports.verdict.evidence import LawAnswers, Reference, answers_of, axes_in, evidence_of
-from studies.reports.verdict.texts import joined, words
-from studies.reports.verdict.trends import is_uneven
+from studies.reports.shots import MeasuredShot, measured_shots
+from studies.reports.unchecked import Unchecked, unchecked
+from studies.reports.words import joined, words
 
-ONLY_SIMULATION = (
-    "The reference of every residual here is a simulation, not an experiment: no observed shot "
-    "that is like a run was given. A small residual shows the agreement of a law with this simulation, not with "
-    "nature."
-)
-WITH_OBSERVATIONS = (
-    "Residuals are given against the simulation and against the observed shots that the sweep "
-    "brought. Only those against observations say how well a law or the simulation describes "
-    "nature."
-)
+UNEVEN = 2.0  # ratio of the largest to the smallest residual beyond which an average hides what they do
 MIXED = (
     "The runs of this sweep measured {} by versions {} of its definition, which give different numbers: nothing is "
     "compared with it. `whipple remeasure` reads the stored final states again by the present definition."
@@ -92,18 +93,20 @@ class Comparison:
     """Everything that a report says about agreement."""
 
     points: xr.Dataset  # of the cube: those that are compared
-    statement: str
     residuals: tuple[Residual, ...]
     observations: tuple[MatchedObservation, ...]
-    verdict: Verdict
+    judgements: tuple[Judgement, ...]
+    shots: tuple[MeasuredShot, ...]  # that a point repeats
+    unchecked: tuple[Unchecked, ...]
     # Quantities with which nothing is compared because their runs mix versions of the definition; the sentence for it.
     mixed: Mapping[str, str]
 
     def as_json(self) -> dict[str, Any]:
         """Plain objects for the report."""
         return {
-            "verdict": self.verdict.as_json(),
-            "statement": self.statement,
+            "judgements": [each.as_json() for each in self.judgements],
+            "shots": [each.as_json() for each in self.shots],
+            "unchecked": [asdict(each) for each in self.unchecked],
             "residuals": [asdict(each) for each in self.residuals],
             "observations": [asdict(each) for each in self.observations],
             "mixed": [{"quantity": name, "sentence": text} for name, text in self.mixed.items()],
@@ -133,20 +136,15 @@ def compare(cube: xr.Dataset) -> Comparison:
         alike = [shot for shot in mine if shot.is_alike]
         against_observations += _against_observations(points, name, alike)
         observations += mine
-    unlike = mixed(cube)
+    evidence = [each for each in evidence_of(points, [shot for shot in observations if shot.is_alike]) if each.subjects]
     return Comparison(
         points=points,
-        statement=WITH_OBSERVATIONS if against_observations else ONLY_SIMULATION,
         residuals=(*against_simulation, *against_observations),
         observations=tuple(observations),
-        verdict=verdict(
-            list(evidence_of(points, [shot for shot in observations if shot.is_alike])),
-            axes_in(points),
-            unlike,
-            published_shots(cube),
-            "finest run" if refinements_of(cube) else "run",
-        ),
-        mixed=unlike,
+        judgements=tuple(judgement for each in evidence for judgement in judgements_of(each)),
+        shots=tuple(shot for name in main_quantities(points) for shot in measured_shots(points, name, observations)),
+        unchecked=unchecked(evidence),
+        mixed=mixed(cube),
     )
 
 
@@ -160,6 +158,18 @@ def mixed(cube: xr.Dataset) -> dict[str, str]:
     """Quantities whose runs mix versions of the definition, with the sentence that says so and names the cure."""
     versions = {name: reading.mixed_versions(cube, name) for name in reading.quantities_of(cube)}
     return {name: MIXED.format(words(name), joined(list(map(str, each)))) for name, each in versions.items() if each}
+
+
+def is_uneven(residuals: np.ndarray) -> bool:
+    """Whether an average would hide what residuals do: they change sign, or vary by more than ``UNEVEN``.
+
+    >>> [is_uneven(np.array(pair)) for pair in ((-0.1, 0.1), (0.1, 0.3), (0.1, 0.2))]
+    [True, True, False]
+    """
+    if residuals.size < 2:
+        return False
+    sizes = np.abs(residuals)
+    return bool(residuals.min() < 0.0 < residuals.max() or sizes.max() > UNEVEN * sizes.min())
 
 
 def statistics(subject: np.ndarray, reference: References) -> Statistics:

@@ -38,7 +38,29 @@ from studies.reports.view import Scale
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 CUT = "Only the first rows are printed; report.json contains all rows."
 MOST_REASONS = 4  # of a law, in its row
-MOST_LAWS = 6  # whose bands are listed open; a longer list is folded
+MOST_LAWS, MOST_SHOTS = 8, 5  # rows of the first screen; all laws and shots stand below
+# Words for the codes of a document, by the code.
+REASONS = {
+    "outside": "outside its range",
+    "other_material": "for another material",
+    "no_answer": "it has no answer",
+    "flagged": "every value is flagged",
+    "fitted": "a constant of it is fitted to the shot",
+    "no_bar": "an error is unknown",
+}
+DOUBTS = {"second_hand": "second-hand", "unknown_alloy": "alloy unknown"}
+POINT_WORDS = {"within": "within the bars", "low": "low", "high": "high", "not_comparable": "not comparable"}
+NOT_CHECKED = {
+    "doubtful_shots": "shots whose source nobody here read",
+    "mesh": "points whose mesh error is unknown",
+    "definition": "points for which nobody assessed what another definition of the measure would change",
+    "models": "points for which nobody assessed what other material data and models would change",
+    "other_alloy": "what other material data and models change is that of another alloy",
+    "distant_models": "what other material data and models change was measured at other speeds or plates",
+    "scatter": "the sources of the laws publish no scatter",
+    "flagged": "points with a flag, drawn open, with which nothing is compared",
+    "recalled": "equations recalled and compared with independent numbers; nobody here read the paper",
+}
 
 
 class Node:
@@ -48,7 +70,9 @@ class Node:
         self._value = value
         self._path = path
 
-    def __getitem__(self, key: Any) -> "Node":
+    def __getitem__(self, key: Any) -> Any:
+        if isinstance(key, slice):
+            return [self[place] for place in range(len(self))[key]]
         step = str(key).replace("~", "~0").replace("/", "~1")
         return Node(self._value[key], f"{self._path}/{step}")
 
@@ -120,6 +144,12 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
         .render(
             report=Node(report),
             mesh_unknown=MESH_UNKNOWN,
+            most_laws=MOST_LAWS,
+            most_shots=MOST_SHOTS,
+            reasons=REASONS,
+            doubts=DOUBTS,
+            point_words=POINT_WORDS,
+            not_checked=NOT_CHECKED,
             confidences=CONFIDENCES,
             opening_figure=opening,
             opening_drawing=charts.opening(every[opening]) if every else "",
@@ -203,6 +233,7 @@ def environment() -> Environment:
         trim_blocks=True,
         lstrip_blocks=True,
     )
+    environment.tests["is_observation"] = lambda reference: bare(reference) == "observation"
     environment.filters.update(
         bare=bare,
         number=number,
@@ -224,8 +255,8 @@ def environment() -> Environment:
         alone=_alone,
         unit_alone=lambda value, unit: display_alone(bare(value), bare(unit)).unit,
         first_rows=lambda rows: list(islice(rows, MOST_ROWS)),
-        is_long=lambda laws: len(laws) > MOST_LAWS,
-        judged_laws=lambda laws: [law for law in laws if bare(law.judged)],
+        of_quantity=lambda laws, name: [law for law in laws if bare(law.quantity) == bare(name)],
+        quantities_of=lambda laws: list(dict.fromkeys(bare(law.quantity) for law in laws)),
         some_reasons=lambda reasons: list(islice(reasons, MOST_REASONS)),
         # Above a table that does not show all rows.
         cut_note=lambda rows: CUT if len(rows) > MOST_ROWS else "",

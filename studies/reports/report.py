@@ -35,6 +35,7 @@ from studies.cubes.variable import Variable, variable_name
 from studies.cubes.variables import STATES
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
+from studies.reports import openings
 from studies.reports.compare import Comparison, published_shots
 from studies.reports.figures import Figure, figures, fragment_sizes
 from studies.reports.limits.outcomes import limits_of, outcomes_of
@@ -44,14 +45,14 @@ from studies.reports.limits.shield_figure import shield_figure
 from studies.reports.limits.shield_probability import chances_of, in_words
 from studies.reports.limits.shield_verdict import ShieldTerms, verdict_on_equations
 from studies.reports.methods import methods_of
+from studies.reports.opening import headline, opening_of
 from studies.reports.pictures import pictures_of
-from studies.reports.verdict import openings
 from studies.sweeps.reading import ACCEPTED, OFFSET, RESOLUTION
 from studies.sweeps.screening import CONTRIBUTIONS
 from studies.sweeps.sweep import Sweep
 from studies.sweeps.warnings import doubtful_constants
 
-REPORT_VERSION = 14
+REPORT_VERSION = 15
 
 RULES = (
     "The value is that of the finest resolution, the mean over its sub-cell offsets; the number behind ± is their "
@@ -77,7 +78,6 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
         "title": dataset.attrs["title"],
         "scenario": {"name": dataset.attrs["scenario"], "title": dataset.attrs["scenario_title"]},
         "headline": "",
-        "verdict": compared.pop("verdict"),
         "overview": _overview(runs),
         "doubts": _doubts(dataset),
         "mesh": _mesh(dataset),
@@ -105,7 +105,7 @@ def document(dataset: xr.Dataset, comparison: Comparison, sections: Mapping[str,
         "materials": _materials(dataset),
         "provenance": _provenance(dataset),
     }
-    report["headline"] = _headline(report)
+    report["headline"] = _headline(report, comparison)
     shortened: dict[str, Any] = with_short_texts(report, short_texts(dataset))
     return shortened
 
@@ -135,12 +135,10 @@ def as_json(report: dict[str, Any]) -> str:
 # ---- what the document says ----------------------------------------------------------------------
 
 
-def _headline(report: Mapping[str, Any]) -> str:
-    """What the report opens with: the verdict on laws, else the limit of a search, what methods change, the first
-    outcome, or values.
-    """
-    if text := report["verdict"].pop("headline"):
-        return str(text)
+def _headline(report: Mapping[str, Any], comparison: Comparison) -> str:
+    """What the report opens with: a shield, the limit of a search, what methods change, an outcome, or values."""
+    if comparison.mixed:
+        return openings.of_mixed([*comparison.mixed])
     if report["ballistic_limit"]:
         return str(report["ballistic_limit"].pop("headline"))
     if report["limits"]:
@@ -149,9 +147,10 @@ def _headline(report: Mapping[str, Any]) -> str:
         return text
     if report["outcomes"] and (text := openings.of_outcomes(report["outcomes"][0], report)):
         return text
-    flagged = report["overview"]["flagged"]
-    share = "every run" if flagged == len(report["runs"]) else f"{flagged} of {len(report['runs'])} runs"
-    return openings.of_values(report["extremes"], f"{share} flagged" if flagged else "", report["observations"])
+    points = comparison.points
+    opening = opening_of(points, comparison.judgements, comparison.shots)
+    units = {each["name"]: each["unit"] for each in report["axes"]}
+    return headline(opening, units) if opening else openings.NONE
 
 
 def _ballistic_limit(dataset: xr.Dataset, points: xr.Dataset) -> dict[str, Any] | None:

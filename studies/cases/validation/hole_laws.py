@@ -17,11 +17,10 @@ from studies import laws
 from studies.cases.compared import ComparedReading, Line, Picture
 from studies.cases.rows import Row, equal, reported
 from studies.cases.validation import Cubes, ValidationCase, ValidationLevel
+from studies.cases.validation._trends import Slope, trend_of
 from studies.cubes.points import points_of
 from studies.quantities.display import decimals, signed
-from studies.reports.verdict import of_law, texts
-from studies.reports.verdict.evidence import AxisOfSweep, JudgedPoint, Subject, evidence_of
-from studies.reports.verdict.trends import Slope, trend_of
+from studies.reports.evidence import AxisOfSweep, JudgedPoint, Outcome, Subject, evidence_of
 
 QUANTITY = "hole_diameter"
 DIAMETER = 8e-3  # m
@@ -36,11 +35,12 @@ RATIO = "thickness_ratio"
 AXES = (AxisOfSweep("speed", "m s-1"), AxisOfSweep(RATIO, "1"))
 PER = {"speed": ("km/s", 1.0), RATIO: ("0.1 of t/d", 0.1)}
 WORDS = {
-    "close": "within 10 %",
-    "agrees": "inside the joint uncertainty",
-    "under": "under-predicted",
-    "over": "over-predicted",
+    Outcome.WITHIN: "inside the joint uncertainty",
+    Outcome.LOW: "low",
+    Outcome.HIGH: "high",
+    Outcome.NOT_COMPARABLE: "without an error bar",
 }
+MOST_REASONS = 3
 SPREAD = 1.0  # joint error bars by which a hole may fall behind that of a slower shot
 
 
@@ -155,8 +155,7 @@ def _pooled(series: Sequence[HoleSeries]) -> list[Subject]:
 
 
 def _of_law(material: str, subject: Subject) -> Row:
-    """The verdict on a law: mean residual, trends with their intervals, words by points, limits of its range."""
-    law = of_law(subject, AXES)
+    """A law beside all holes: mean residual, trends with their intervals, outcomes by points, limits of its range."""
     judged = [point for point in subject.points if point.state == "judged"]
     residuals = np.array([point.residual for point in judged])
     beside: dict[str, str] = {"n": f"{len(judged)} of {len(subject.points)}"}
@@ -166,13 +165,13 @@ def _of_law(material: str, subject: Subject) -> Row:
         beside["from"] = f"{_percent(residuals.min())} to {_percent(residuals.max())}"
         slopes = trend_of([point.at for point in judged], residuals, AXES).slopes
         beside |= {f"per {PER[slope.axis][0]}": _slope(slope) for slope in slopes}
-        words = Counter(point.word for point in judged)
-        beside |= {says: str(words[word]) for word, says in WORDS.items() if words[word]}  # type: ignore[index]
+        outcomes = Counter(point.outcome for point in judged)
+        beside |= {says: str(outcomes[outcome]) for outcome, says in WORDS.items() if outcomes[outcome]}
     for state in ("outside", "unjudged"):
         reasons = Counter(getattr(each, state) for each in subject.points if each.state == state)
         if reasons:
-            beside[f"{state}: {reasons.total()}"] = texts.listed(reasons.most_common())
-    claim = f"{material}: {texts.title(law)}, mean of law minus hole (%)"
+            beside[f"{state}: {reasons.total()}"] = "; ".join(reason for reason, _ in reasons.most_common(MOST_REASONS))
+    claim = f"{material}: {subject.full_title}, mean of law minus hole (%)"
     got = 100.0 * float(residuals.mean()) if judged else "no judged point"
     return Row(claim, "", got, None, others=beside)
 

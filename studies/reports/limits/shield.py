@@ -23,7 +23,7 @@ from studies.observations.shields.drawn import failures_found
 from studies.observations.shields.judged import Share
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import doubts_of
-from studies.reports.verdict.evidence import UNJUDGED_STATES, LawAnswers, answers_of
+from studies.reports.evidence import UNJUDGED_STATES, LawAnswers, answers_of
 from studies.sweeps.reading import ACCEPTED
 from studies.sweeps.search import interval_of
 from studies.sweeps.sweep import Sweep

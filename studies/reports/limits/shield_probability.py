@@ -22,7 +22,7 @@ from studies.quantities.units import readable
 from studies.reports.limits.outcomes import OF_MODEL
 from studies.reports.limits.shield import ShieldLimit, shots_of
 from studies.reports.limits.shield_verdict import ShieldTerms, place_of, values_of
-from studies.reports.verdict.texts import capital, joined, plural, shortest, words
+from studies.reports.words import capital, joined, plural, shortest, words
 
 ROUNDED = 1e-6  # relative: of a number of cells
 MOST_SAID = 3  # speeds and shields with a sentence

@@ -11,9 +11,9 @@ from studies.observations.shields.drawn import beside_held, briefly_beside_held
 from studies.observations.shields.judged import RANGES, range_of
 from studies.quantities.display import digits, display_of
 from studies.quantities.units import readable
+from studies.reports.judgement import beginning
 from studies.reports.limits.shield import CriticalDiameter, EquationWord, ShieldLimit, why_unjudged
-from studies.reports.verdict.headline import beginning
-from studies.reports.verdict.texts import capital, difference, joined, plural, shortest, spanned, words
+from studies.reports.words import capital, difference, joined, plural, shortest, spanned, words
 
 # From the gravest on: where the points of a range differ, an equation stands under the first.
 SAID: Mapping[EquationWord, str] = {

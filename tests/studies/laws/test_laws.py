@@ -24,8 +24,8 @@ from studies.laws import (
     whipple_reimerdes,
     whipple_srl,
 )
+from studies.reports.evidence import evidence_of
 from studies.reports.matched import matched_observations
-from studies.reports.verdict.evidence import evidence_of
 from studies.sweeps import examples
 from studies.sweeps.document import read_sweep_file
 from studies.sweeps.sweep import Sweep

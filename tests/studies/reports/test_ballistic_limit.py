@@ -21,7 +21,7 @@ from studies.quantities.measured import Measured
 from studies.reports.answers.question import read_question
 from studies.reports.figures import FAILED, HELD, INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED
 from studies.reports.publish import publish_sweep
-from studies.reports.verdict.texts import MOST_WORDS
+from studies.reports.words import MOST_WORDS
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.sweep import Sweep
@@ -174,7 +174,8 @@ def test_headline__names_the_equation_that_is_unsafe_by_most() -> None:
     held = f"{1e3 * row['lower']:.3g}-{1e3 * row['upper']:.3g} mm"
     said = next(1e3 * each["diameter"] for each in row["equations"] if each["law"] == "whipple_nno")
     text = (
-        f"At 7 km/s spheres up to {held} held (finds 7 of 17 failures); Christiansen (NNO) says {said:.3g} mm: unsafe."
+        f"At 7 km/s spheres up to {held} are held (finds 7 of 17 failures); Christiansen (NNO) says {said:.3g} mm: "
+        "unsafe, 2 more too; one mesh."
     )
     assert document["headline"] == text
 
@@ -240,7 +241,7 @@ def test_plain_sweep__has_a_mark_for_each_run_and_what_they_decide() -> None:
 
 @pytest.mark.parametrize(
     ("limit", "word", "does"),
-    [(0.0, "unsafe", "from 2 mm on perforate"), (9.0, "careful", "up to 6 mm held (finds 2 of 2 failures)")],
+    [(0.0, "unsafe", "from 2 mm on perforate"), (9.0, "careful", "up to 6 mm are held (finds 2 of 2 failures)")],
 )
 def test_one_end__judges_what_it_contradicts(limit: float, word: str, does: str) -> None:
     sweep = sweep_of(PLAIN)
@@ -303,16 +304,16 @@ def test_each_shield__has_a_panel_and_its_place_in_the_words() -> None:
         max(y for each in panel["series"] if each["kind"] == "curve" for y in each["y"]) for panel in figure["panels"]
     )
     assert thin < thick
-    assert "up to 2-4 mm held (finds 7 of 17 failures)" in document["headline"]
+    assert "up to 2-4 mm are held (finds 7 of 17 failures)" in document["headline"]
     assert "(7 km/s, wall thickness 2 mm)" in document["ballistic_limit"]["regimes"][-1]["sentence"]
     careful = document_of(sweep, computed(sweep, limit=lambda speed: 9e-3))
-    assert "up to 6 mm held (finds 2 of 2 failures); Schaefer (SRL) says" in careful["headline"]
+    assert "up to 6 mm are held (finds 2 of 2 failures); Schaefer (SRL) says" in careful["headline"]
 
 
 def test_wide_interval__leaves_all_equations_in_agreement() -> None:
     sweep = sweep_of(["1 mm", "9 mm"])
     document = document_of(sweep, computed(sweep))
-    said = "At 7 km/s spheres up to 1-9 mm held (finds 7 of 17 failures); "
+    said = "At 7 km/s spheres up to 1-9 mm are held (finds 7 of 17 failures); "
     assert document["headline"] == f"{said}all {len(equations())} equations agree; one mesh."
 
 

@@ -10,6 +10,7 @@ import xarray as xr
 from studies.laws import DRAWN_ONLY
 from studies.quantities.measured import NOT_COMPARED
 from studies.reports.compare import References, Residual, compare, statistics
+from studies.reports.judgement import nearest
 from tests.studies.support import fakes
 
 MAIDEN = "maiden_al"  # its stated range is 2.5 to 5.5 km/s
@@ -44,14 +45,12 @@ def with_confidence(word: str) -> xr.Dataset:
 
 
 @pytest.mark.parametrize("word", ["memory", "indicative"])
-def test_law__that_is_drawn_only_enters_no_verdict_no_headline_and_no_average(word: str) -> None:
+def test_law__that_is_drawn_only_enters_no_headline_and_no_average(word: str) -> None:
     comparison = compare(with_confidence(word))
-    (quantity,) = comparison.verdict.quantities
-    assert all(law.subject == "simulation" for law in quantity.laws)
-    assert quantity.headline == ""
-    assert quantity.rows == ()
-    assert len(quantity.drawn) == len(fakes.HOLE_LAWS)
-    assert all(DRAWN_ONLY[word] in text for text in quantity.drawn)
+    judged = [each for each in comparison.judgements if each.law != "simulation"]
+    assert len(judged) == 2 * len(fakes.HOLE_LAWS[:3]) + 2 * len(fakes.YIELDS)
+    assert {each.drawn_only for each in judged} == {DRAWN_ONLY[word]}
+    assert nearest(judged, "simulation") == []
     laws = [each for each in comparison.residuals if each.subject != "simulation"]
     assert {each.reference for each in laws} == {"simulation", "observation"}
     several = [each.everywhere for each in laws if each.everywhere.n > 1]
@@ -61,14 +60,8 @@ def test_law__that_is_drawn_only_enters_no_verdict_no_headline_and_no_average(wo
 
 
 @pytest.mark.parametrize(("word", "stated"), [("cross-checked", True), ("read", False)])
-def test_verdict__says_which_laws_are_recalled_and_by_whom(word: str, stated: bool) -> None:
-    verdict = compare(with_confidence(word)).verdict
-    (quantity,) = verdict.quantities
-    laws = [law for law in quantity.laws if law.subject != "simulation"]
-    assert laws
-    assert all(("did not read the paper" in law.caveat) == stated for law in laws)
-    assert ("did not read the paper" in " ".join(verdict.unchecked)) == stated
-    assert not quantity.drawn
+def test_unchecked__names_the_laws_that_are_recalled(word: str, stated: bool) -> None:
+    assert ("recalled" in [each.code for each in compare(with_confidence(word)).unchecked]) == stated
 
 
 # --- observations ---------------------------------------------------------------------------------

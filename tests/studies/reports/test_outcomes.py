@@ -8,8 +8,8 @@ import pytest
 from studies.cases.rows import equal
 from studies.cubes.variable import Quantity
 from studies.quantities.measured import Measured
+from studies.reports import openings
 from studies.reports.page import page
-from studies.reports.verdict import openings
 from studies.runs.results import RunResult
 from studies.sweeps.axes import Axis
 from tests.studies.support import fakes

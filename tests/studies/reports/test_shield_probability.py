@@ -13,7 +13,7 @@ from studies.observations.shields.answers import shown
 from studies.observations.shields.drawn import DrawnShots
 from studies.observations.shields.joined import NOT_JOINED, Joint
 from studies.observations.shields.probability import Probability, probability
-from studies.reports.verdict.texts import MOST_WORDS
+from studies.reports.words import MOST_WORDS
 from studies.sweeps.sweep import Sweep
 from tests.studies.reports.test_ballistic_limit import PLAIN, SHIELD, computed, document_of, result_of, sweep_of
 from tests.studies.support import fakes

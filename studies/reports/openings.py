@@ -1,68 +1,25 @@
-"""Headlines of sweeps without a law: outcomes, the limits of a search, what methods change, their main values."""
+"""Headlines of outcomes, of the limits of a search and of what methods change."""
 
 from collections import Counter
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import groupby
 from typing import Any
 
-from studies.quantities.display import display_of, is_round_off, kind_of, printed_beside
-from studies.reports.verdict.texts import (
-    capital,
-    difference,
-    joined,
-    number_of,
-    share,
-    shortest,
-    spanned,
-    unit_of,
-    words,
-)
+from studies.quantities.display import display_of
+from studies.reports.words import capital, difference, joined, number_of, share, shortest, spanned, unit_of, words
+
+NONE = "No run has a value."
+MOST_STRETCHES = 4  # of an axis with one outcome each, that a headline lists
 
 
-def of_values(extremes: Sequence[Mapping[str, Any]], flagged: str = "", shots: Sequence[Mapping[str, Any]] = ()) -> str:
-    """The main numbers of a sweep without a law: the first of each kind of quantity, as many as there are words for.
-
-    Beside each stands what the observed shots of a report say of it: "length 17.3 mm (7 % high, 1 shot)". A quantity
-    with shots goes before the others.
-    """
-    compared = _compared(shots)
-    kinds: dict[str, Mapping[str, Any]] = {}
-    for each in extremes:
-        ends = (each["smallest"], each["largest"])
-        again = any(ends == (other["smallest"], other["largest"]) for other in kinds.values())
-        if not again and not (each["unit"] == "1" and any(ends) and all(map(is_round_off, ends))):
-            kinds.setdefault(each["quantity"].partition(" ")[0], each)
-    ordered = sorted(kinds.values(), key=lambda each: each["quantity"] not in compared)
-    values = [_value(each) + compared.get(each["quantity"], "") for each in ordered]
-    known = any(each["smallest_uncertainty"] is not None for each in extremes)
-    unknown = "" if known else "; mesh error unknown"
-    notes = [f"{unknown}; {flagged}", unknown] if flagged else [unknown]
-    texts = [f"{capital(', '.join(values[:count]))}{note}." for count in range(3, 0, -1) for note in notes]
-    return shortest(texts) if values else "No verdict: no run has a value."
-
-
-def _compared(shots: Sequence[Mapping[str, Any]]) -> dict[str, str]:
-    """How far the simulation is off the observed shots of each quantity, by its words."""
-    residuals: dict[str, list[float]] = {}
-    for shot in shots:
-        if shot["value"] and shot["simulation"] is not None:
-            residuals.setdefault(words(shot["quantity"]), []).append(shot["simulation"] / shot["value"] - 1.0)
-    return {
-        quantity: f" ({difference(each)}, {len(each)} shot{'s' if len(each) > 1 else ''})"
-        for quantity, each in residuals.items()
-    }
-
-
-def _value(extreme: Mapping[str, Any]) -> str:
-    unit, name = extreme["unit"], extreme["quantity"].removesuffix(" percent")
-    ends = {extreme["smallest"], extreme["largest"]}
-    if unit == "1" and ends <= {0.0, 1.0}:  # an outcome
-        return f"{name} in {'every run' if ends == {1.0} else 'no run' if ends == {0.0} else 'some runs'}"
-    low, high = (
-        printed_beside(extreme[end], kind_of(unit), extreme[f"{end}_uncertainty"]) for end in ("smallest", "largest")
+def of_mixed(quantities: Sequence[str]) -> str:
+    """Runs that were measured by several versions of a definition."""
+    return shortest(
+        [
+            f"Runs measured {joined([words(each) for each in quantities[:3]])} by different definitions: "
+            "remeasure them with `whipple remeasure`."
+        ]
     )
-    shown = display_of(unit).unit
-    return f"{name} {spanned(low, high)}{f' {shown}' if shown else ''}"
 
 
 def of_outcomes(outcomes: Mapping[str, Any], report: Mapping[str, Any]) -> str:
@@ -81,7 +38,7 @@ def of_outcomes(outcomes: Mapping[str, Any], report: Mapping[str, Any]) -> str:
         return capital(shortest([*(f"{begin}{text}." for text in texts), *(f"{text}." for text in texts)]))
     varied = [each for each in report["axes"] if len({row["at"].get(each["name"]) for row in rows}) > 1]
     if len(varied) == 1 and varied[0]["unit"]:
-        texts = [_along(rows, said, varied[0])]
+        texts = list(_along(rows, said, varied[0]))
     else:
         texts = []
     counts = Counter(said[row["outcome"]] for row in rows)
@@ -91,11 +48,15 @@ def of_outcomes(outcomes: Mapping[str, Any], report: Mapping[str, Any]) -> str:
     return capital(shortest([*(f"{begin}{text}." for text in texts), *(f"{text}." for text in texts)]))
 
 
-def _along(rows: Sequence[Mapping[str, Any]], said: Mapping[float | None, str], axis: Mapping[str, Any]) -> str:
+def _along(
+    rows: Sequence[Mapping[str, Any]], said: Mapping[float | None, str], axis: Mapping[str, Any]
+) -> Iterator[str]:
     """Outcomes along an axis: "wall holds at wall thickness 4-5 mm, wall perforated at 2 mm, undecided between"."""
     name, unit = axis["name"], axis["unit"]
     ordered = sorted(rows, key=lambda row: row["at"][name])
     stretches = [(outcome, list(several)) for outcome, several in groupby(ordered, key=lambda row: row["outcome"])]
+    if len(stretches) > MOST_STRETCHES:
+        return
     texts = []
     for number, (outcome, several) in enumerate(stretches):
         low, high = (number_of(several[end]["at"][name], unit) for end in (0, -1))
@@ -103,7 +64,7 @@ def _along(rows: Sequence[Mapping[str, Any]], said: Mapping[float | None, str], 
         texts.append(f"{said[outcome]} at {where}{spanned(low, high)}{unit_of(unit)}")
     if len(stretches) > 1 and all(outcome is not None for outcome, _ in stretches):
         texts.append("undecided between")
-    return ", ".join(texts)
+    yield ", ".join(texts)
 
 
 def of_limits(limits: Mapping[str, Any]) -> str:
@@ -111,7 +72,7 @@ def of_limits(limits: Mapping[str, Any]) -> str:
     unit = display_of(limits["unit"]).unit
     known = [row for row in limits["rows"] if row["limit"] is not None]
     if not known:
-        return f"No verdict: the search for {words(limits['of'])} found no limit."
+        return f"The search for {words(limits['of'])} found no limit."
     low, high = (number_of(pick(row["limit"] for row in known), limits["unit"]) for pick in (min, max))
     text = f"{capital(words(limits['of']))} from {limits['axis']} {spanned(low, high)} {unit}"
     if len(known) > 1:

@@ -1,9 +1,10 @@
-"""The evidence behind a verdict: each law and its reference point by point, read from a cube of points."""
+"""The evidence behind a judgement: each law and its reference point by point, read from a cube of points."""
 
 import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Literal
 
 import numpy as np
@@ -18,15 +19,18 @@ from studies.reports.matched import BEYOND_AXES, ELSEWHERE, MatchedObservation, 
 
 Reference = Literal["simulation", "observation"]
 JudgedState = Literal["judged", "outside", "unjudged"]
-AgreementWord = Literal["close", "agrees", "under", "over", "outside", "unjudged"]  # for a point
-# For a band: "trusted" where all points are close and inside their joint uncertainty, which is a test; else "within".
-# Beside a simulation, whose models are no nearer to nature for that, "numerically" stands in place of "trusted".
-StatedWord = Literal["trusted", "numerically", "within", "agrees", "under", "over", "outside", "unjudged"]
 
-# The largest difference and joint uncertainty of a point that is close: a tenth, by convention and whatever the
-# numbers are.
-TRUST = 0.10
-# Parts of an error bar of which a verdict says whether they are known; a run states neither of the last two.
+
+class Outcome(StrEnum):
+    """How a law does beside its reference, at a point or over several."""
+
+    WITHIN = "within"  # inside the joint uncertainty
+    LOW = "low"
+    HIGH = "high"
+    NOT_COMPARABLE = "not_comparable"
+
+
+# Parts of an error bar of which a report says whether they are known; a run states neither of the last two.
 MESH, DEFINITION, MODEL = "mesh error", "definition", "model"
 # Confidences of shots that judge by themselves; others are doubtful.
 FIRST_HAND = ("", "read", "verified", "user")
@@ -107,16 +111,13 @@ class JudgedPoint:
         return "unjudged" if self.unjudged else "judged"
 
     @property
-    def word(self) -> AgreementWord:
-        """How the law does here."""
-        if self.state != "judged":
-            return self.state
-        difference = abs(self.residual)
-        if max(difference, self.bar) <= TRUST:
-            return "close"
-        if difference <= self.bar:
-            return "agrees"
-        return "under" if self.residual < 0.0 else "over"
+    def outcome(self) -> Outcome:
+        """How the law does here; nothing is said without an error bar that is a test."""
+        if self.state != "judged" or not self.tests:
+            return Outcome.NOT_COMPARABLE
+        if abs(self.residual) <= self.bar:
+            return Outcome.WITHIN
+        return Outcome.LOW if self.residual < 0.0 else Outcome.HIGH
 
     @property
     def hangs_on(self) -> tuple[Hanging, ...]:
@@ -133,18 +134,6 @@ class JudgedPoint:
                 if min(0.0, each.share) - self.bar <= self.residual <= max(0.0, each.share) + self.bar
             ]
         return tuple(Hanging(each.failure, not agrees) for each in deciding)
-
-    @property
-    def stated(self) -> StatedWord:
-        """The word that a list of points states."""
-        if self.word == "close":
-            return "trusted" if self.tests and abs(self.residual) <= self.bar else "within"
-        return "unjudged" if self.word == "agrees" and not self.tests else self.word
-
-
-def beside(reference: Reference, word: StatedWord) -> StatedWord:
-    """The word that is stated beside a reference."""
-    return "numerically" if word == "trusted" and reference == "simulation" else word
 
 
 @dataclass(frozen=True)

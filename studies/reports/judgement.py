@@ -1,0 +1,187 @@
+"""How a law does beside what it is compared with: a record with numbers for each law of each quantity.
+
+Made in one place, from the evidence of a cube; templates put it into words.
+"""
+
+from collections import Counter
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass
+from enum import StrEnum
+from typing import Any
+
+from studies.cubes.points import Place
+from studies.cubes.reading import finite
+from studies.laws import DRAWN_ONLY, FITTED, OTHER_MATERIAL
+from studies.reports.evidence import Evidence, JudgedPoint, Outcome, Reference, Subject
+
+SIMULATION = "simulation"  # the subject that is no law
+
+
+class Reason(StrEnum):
+    """Why a law is not comparable."""
+
+    OUTSIDE = "outside"  # of the range that its source states, everywhere
+    OTHER_MATERIAL = "other_material"
+    NO_ANSWER = "no_answer"
+    FLAGGED = "flagged"  # or without a value: nothing to compare with
+    FITTED = "fitted"  # a constant of the law is fitted to the shots
+    NO_BAR = "no_bar"  # the mesh error, or the error of the shots, is unknown
+
+
+@dataclass(frozen=True)
+class PointJudgement:
+    """A law at one point, in SI; None where there is no number."""
+
+    at: Place
+    law: float | None
+    reference: float | None
+    difference: float | None  # over the reference
+    bar: float | None  # joint uncertainty over the reference; None where it is no test
+    outcome: Outcome
+    outside: str  # why it is outside the range of the law
+    unjudged: str  # why the reference judges nothing
+    hangs_on: tuple[str, ...]  # failures that alone decide whether the law agrees
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A law, or the simulation, beside one reference."""
+
+    quantity: str
+    law: str  # label, or "simulation"
+    title: str  # with the variant
+    name: str  # short
+    reference: Reference
+    has_range: bool  # whether its source states one
+    drawn_only: str  # why the law enters no headline; empty where it does
+    points: tuple[PointJudgement, ...]
+    of: int  # points
+    in_range: int  # of these, inside its range
+    compared: int  # points inside its range whose reference has a value without a flag
+    tested: int  # of these, with an error bar that is a test
+    within: int  # of these, with the difference inside the joint uncertainty
+    # Of the points that are compared; without any of those in its range, else of all that have both numbers.
+    smallest: float | None  # of the law's values, SI
+    largest: float | None
+    low: float | None  # smallest difference over the reference
+    high: float | None
+    bar: float | None  # largest joint uncertainty that is a test, over the reference
+    outcome: Outcome
+    reason: Reason | None  # of what is not comparable
+
+    @property
+    def worst(self) -> float:
+        """The largest difference, without its sign."""
+        assert self.low is not None
+        assert self.high is not None
+        return max(-self.low, self.high)
+
+    def as_json(self) -> dict[str, Any]:
+        """Plain objects for the report."""
+        return asdict(self)
+
+
+def judgements_of(evidence: Evidence) -> tuple[Judgement, ...]:
+    """Every law and the simulation beside each reference of a quantity: observed shots first, then by distance."""
+    names = short_names({each.name: each.full_title for each in evidence.subjects})
+    found = [_judged(evidence.quantity, subject, names[subject.name]) for subject in evidence.subjects]
+    return tuple(sorted(found, key=_rank))
+
+
+def _rank(each: Judgement) -> tuple[Any, ...]:
+    """Nearest first; behind those that are compared those that are not, and those that are drawn alone."""
+    far = float("inf") if each.low is None else each.worst
+    return each.reference != "observation", bool(each.drawn_only), not each.compared, far
+
+
+def nearest(judgements: Sequence[Judgement], reference: Reference) -> list[Judgement]:
+    """The laws that may stand in a headline, nearest first: first those that are compared at half of the points.
+
+    Where flags keep every value from being compared these are the laws beside the flagged values.
+    """
+    mine = [each for each in judgements if each.reference == reference and each.law != SIMULATION]
+    mine = [each for each in mine if not each.drawn_only and each.low is not None]
+    some = [each for each in mine if each.compared]
+    mine = some or [each for each in mine if each.reason is Reason.FLAGGED]
+    most = max((each.compared for each in mine), default=0)
+    return sorted(mine, key=lambda each: (2 * each.compared < most, each.worst))
+
+
+def _judged(quantity: str, subject: Subject, name: str) -> Judgement:
+    compared = [point for point in subject.points if point.state == "judged"]
+    tested = [point for point in compared if point.tests]
+    numbers = [point for point in subject.points if point.reference and point.residual == point.residual]
+    told = compared or [point for point in numbers if not point.outside] or numbers
+    outcome = _outcome(tested)
+    return Judgement(
+        quantity=quantity,
+        law=subject.name,
+        title=subject.full_title,
+        name=name,
+        reference=subject.reference,
+        has_range=not subject.no_range,
+        drawn_only=DRAWN_ONLY.get(subject.confidence, ""),
+        points=tuple(map(_point, subject.points)),
+        of=len(subject.points),
+        in_range=sum(not point.outside for point in subject.points),
+        compared=len(compared),
+        tested=len(tested),
+        within=sum(point.outcome is Outcome.WITHIN for point in tested),
+        smallest=min((point.law for point in told), default=None),
+        largest=max((point.law for point in told), default=None),
+        low=min((point.residual for point in told), default=None),
+        high=max((point.residual for point in told), default=None),
+        bar=max((point.bar for point in tested), default=None),
+        outcome=outcome,
+        reason=_reason(subject, compared) if outcome is Outcome.NOT_COMPARABLE else None,
+    )
+
+
+def _outcome(tested: Sequence[JudgedPoint]) -> Outcome:
+    """Within where it is at each point that tests; else the side on which the law is farthest beyond its bar."""
+    if not tested:
+        return Outcome.NOT_COMPARABLE
+    return max(tested, key=lambda point: abs(point.residual) - point.bar).outcome
+
+
+def _reason(subject: Subject, compared: Sequence[JudgedPoint]) -> Reason:
+    if compared:
+        return Reason.NO_BAR
+    if all(OTHER_MATERIAL in point.outside for point in subject.points):
+        return Reason.OTHER_MATERIAL
+    if all(point.law != point.law for point in subject.points):
+        return Reason.NO_ANSWER
+    if any(point.unjudged == FITTED for point in subject.points):
+        return Reason.FITTED
+    return Reason.OUTSIDE if all(point.outside for point in subject.points) else Reason.FLAGGED
+
+
+def _point(point: JudgedPoint) -> PointJudgement:
+    return PointJudgement(
+        at=point.at,
+        law=finite(point.law),
+        reference=finite(point.reference),
+        difference=finite(point.residual) if point.reference else None,
+        bar=point.bar if point.tests else None,
+        outcome=point.outcome,
+        outside=point.outside,
+        unjudged=point.unjudged,
+        hangs_on=tuple(each.failure for each in point.hangs_on),
+    )
+
+
+def short_names(titles: dict[str, str]) -> dict[str, str]:
+    """Each title up to its first comma, bracket or "and", where no other title begins so.
+
+    >>> short_names({"l": "Lundeberg, Stern and Bristow", "m": "Maiden (aluminium)", "c": "Maiden (sound speed)"})
+    {'l': 'Lundeberg', 'm': 'Maiden (aluminium)', 'c': 'Maiden (sound speed)'}
+    """
+    begins = Counter(map(beginning, titles.values()))
+    return {label: short if begins[short := beginning(title)] == 1 else title for label, title in titles.items()}
+
+
+def beginning(title: str) -> str:
+    """A title up to its first comma, bracket or "and"."""
+    for mark in (" (", ",", " and "):
+        title = title.partition(mark)[0]
+    return title

@@ -1,0 +1,249 @@
+"""What a report opens with: the numbers first, the nearest laws, then what was measured.
+
+``opening_of`` gathers a record from the cube, and ``templates/headline.txt`` puts it into words: from the longest form
+to the shortest, the first that has few enough of them.
+"""
+
+import json
+import math
+from collections.abc import Mapping, Sequence
+from contextlib import suppress
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from jinja2 import Environment, PackageLoader, StrictUndefined
+
+from studies.cubes.points import Place, axes_of, error_bars, main_quantities, places_of, simulated
+from studies.cubes.reading import doubts_at, finite
+from studies.quantities.display import MINUS, NARROW_SPACE, decimals, digits, display_of, duration
+from studies.quantities.findings import InvalidInput
+from studies.reports.judgement import Judgement, PointJudgement, nearest
+from studies.reports.shots import MeasuredShot
+from studies.reports.words import MOST_WORDS, capital, joined, number_of, share, unit_of, words
+from studies.runs.run import estimate
+from studies.sweeps.accuracy import USUAL, in_percent
+from studies.sweeps.reading import ACCEPTED
+from studies.sweeps.sweep import Sweep
+
+MOST_LISTED = 3  # values along one axis that are listed; of more the smallest and the largest stand
+FORMS = 5  # of a headline, from the longest to the shortest
+NOUNS = {"hole_diameter": "hole", "bumper_hole_diameter": "bumper hole"}
+
+
+@dataclass(frozen=True)
+class Computed:
+    """The value of a quantity at a point, SI."""
+
+    at: Place
+    value: float
+    bar: float | None  # None where the mesh error is unknown
+
+
+@dataclass(frozen=True)
+class QuantityOpening:
+    """What is said of a quantity."""
+
+    quantity: str
+    unit: str
+    values: tuple[Computed, ...]  # each along one axis, or the smallest and the largest
+    points: int  # with a value
+    laws: tuple[Judgement, ...]  # that are compared with the simulation, nearest first
+    has_laws: bool  # whether any law answers at all
+    shots: tuple[MeasuredShot, ...]
+    at_shot: tuple[PointJudgement, ...]  # each law in its range at the point of the one shot
+    named: tuple[str, ...]  # these laws
+
+    @property
+    def noun(self) -> str:
+        """What people call it."""
+        return NOUNS.get(self.quantity, words(self.quantity).removesuffix(" percent"))
+
+    @property
+    def is_compared(self) -> bool:
+        """Whether a law or a shot is about it."""
+        return bool(self.laws or self.shots)
+
+    @property
+    def bar(self) -> float | None:
+        """The largest error bar over its value; None where one is unknown."""
+        bars = [None if each.bar is None or not each.value else each.bar / abs(each.value) for each in self.values]
+        return None if None in bars else max(bar for bar in bars if bar is not None)
+
+
+@dataclass(frozen=True)
+class Opening:
+    """What a report about measured values opens with."""
+
+    quantities: tuple[QuantityOpening, ...]
+    axes: tuple[str, ...]  # names of those that vary
+    flagged: int  # points with a flag on the first quantity
+    run_with: str  # the accuracy that tells the mesh error; empty where it is told or nothing does
+    run_seconds: float  # of one core
+
+
+def opening_of(points: xr.Dataset, judgements: Sequence[Judgement], shots: Sequence[MeasuredShot]) -> Opening | None:
+    """What the report on a cube of points says first; None where no main quantity has a value."""
+    quantities = [
+        each
+        for name in main_quantities(points)
+        if (each := _of_quantity(points, name, judgements, [shot for shot in shots if shot.quantity == name]))
+    ]
+    if not quantities:
+        return None
+    # Those with laws or shots first, of these the lengths; ratios last.
+    quantities.sort(key=lambda each: (each.unit == "1", not each.is_compared, each.is_compared and each.unit != "m"))
+    is_unknown = quantities[0].bar is None
+    accuracy, seconds = _to_run(points) if is_unknown else ("", 0.0)
+    varied = tuple(name for name in axes_of(points) if len(np.unique(points[name].values)) > 1)
+    flagged = sum(map(bool, doubts_at(points, quantities[0].quantity)))
+    return Opening(tuple(quantities), varied, flagged, accuracy, seconds)
+
+
+def _of_quantity(
+    points: xr.Dataset, name: str, judgements: Sequence[Judgement], shots: Sequence[MeasuredShot]
+) -> QuantityOpening | None:
+    values, bars = simulated(points, name).values.ravel(), error_bars(points, name).values.ravel()
+    computed = [
+        Computed(place, float(value), finite(float(bar)))
+        for place, value, bar in zip(places_of(points), values, bars, strict=True)
+        if math.isfinite(value)
+    ]
+    if not computed:
+        return None
+    count = len(computed)
+    axes = {axis for axis in axes_of(points) if len({each.at[axis] for each in computed}) > 1}
+    if len(axes) > 1 or count > MOST_LISTED:
+        computed = [pick(computed, key=lambda each: each.value) for pick in (min, max)]
+    mine = [each for each in judgements if each.quantity == name]
+    place = next((shot.point for shot in shots[:1]), {})
+    laws = nearest(mine, "simulation")
+    told = [(law.name, at) for law in laws for at in law.points if at.at == place and not at.outside and at.law]
+    return QuantityOpening(
+        quantity=name,
+        unit=str(points[name].attrs["units"]),
+        values=tuple(computed),
+        points=count,
+        laws=tuple(laws),
+        has_laws=any(each.reference == "simulation" and not each.drawn_only for each in mine),
+        shots=tuple(shots),
+        at_shot=tuple(at for _, at in told),
+        named=tuple(law for law, _ in told),
+    )
+
+
+def _to_run(points: xr.Dataset) -> tuple[str, float]:
+    """The accuracy with which the same sweep has error bars, and its core seconds."""
+    document = json.loads(points.attrs["sweep"])
+    kept = {key: value for key, value in document.items() if key not in ("resolution", "cells", "offsets", "accuracy")}
+    with suppress(InvalidInput):
+        sweep = Sweep.parse({**kept, "accuracy": in_percent(USUAL)}, ACCEPTED)
+        return in_percent(USUAL), math.fsum(estimate(point.run).core_seconds for point in sweep.runs())
+    return "", 0.0
+
+
+# ---- in words ------------------------------------------------------------------------------------
+
+
+def headline(opening: Opening, units: Mapping[str, str | None]) -> str:
+    """The opening in words; ``units`` are those of the axes."""
+    template = _environment().get_template("headline.txt")
+
+    def place(at: Place, names: bool = True) -> str:
+        told = [(axis, at[axis]) for axis in opening.axes if axis in at]
+        texts = (
+            ("" if axis == "speed" or not names else f"{words(axis)} ")
+            + (value if isinstance(value, str) else f"{number_of(value, units[axis])}{unit_of(units[axis])}")
+            for axis, value in told
+        )
+        return ", ".join(texts)
+
+    def along(values: Sequence[Computed]) -> str:
+        axis = next(iter(opening.axes))
+        shown = (each.at[axis] for each in values)
+        name = "" if axis == "speed" else f"{words(axis)} "
+        return name + ", ".join(number_of(each, units[axis]) for each in shown) + unit_of(units[axis])
+
+    text = ""
+    for form in range(FORMS):
+        rendered = template.render(opening=opening, form=form, place=place, along=along)
+        text = capital(" ".join(rendered.split()).replace(" ,", ",").replace(" .", "."))
+        if len(text.split()) <= MOST_WORDS:
+            return text
+    return f"{' '.join(text.split()[:MOST_WORDS])}…"
+
+
+def _size(value: float, unit: str) -> str:
+    """A size with three digits, in the unit that people read."""
+    shown = float(f"{value * display_of(unit).factor:.3g}")
+    if not 0.01 <= abs(shown) < 1e3:
+        return digits(shown)
+    return decimals(shown, max(0, 2 - math.floor(math.log10(abs(shown)))))
+
+
+def _barred(each: Computed, unit: str) -> str:
+    """ "14.2 ± 1.0"."""
+    factor = display_of(unit).factor
+    if not each.bar:
+        return _size(each.value, unit)
+    places = min(max(0, 1 - math.floor(math.log10(float(f"{each.bar * factor:.1e}")))), 4)
+    return f"{decimals(each.value * factor, places)} ± {decimals(each.bar * factor, places)}"
+
+
+def _measured(shot: MeasuredShot) -> str:
+    """ "14.0", "27.5 to 34.5", "above 18.3"."""
+    if shot.value is not None:
+        return _size(shot.value, shot.unit)
+    if shot.lower is None or shot.upper is None:
+        bound = shot.upper if shot.lower is None else shot.lower
+        return f"{'below' if shot.lower is None else 'above'} {_size(bound or 0.0, shot.unit)}"
+    return f"{_size(shot.lower, shot.unit)} to {_size(shot.upper, shot.unit)}"
+
+
+def _ends(low: float, high: float) -> str:
+    """Differences with their signs: "−7 to +4 %", "−10 %"."""
+    ends = [f"{'+' if end > 0.0 else MINUS if end < 0.0 else ''}{share(abs(end))}" for end in (low, high)]
+    bare = [end.removesuffix(f"{NARROW_SPACE}%") for end in ends]
+    return ends[0] if ends[0] == ends[1] else f"{bare[0]} to {ends[1]}"
+
+
+def _simulated(shots: Sequence[MeasuredShot]) -> tuple[float, float] | None:
+    """The smallest and the largest difference of the simulation from measured values."""
+    off = [shot.simulation / shot.value - 1.0 for shot in shots if shot.value and shot.simulation is not None]
+    return (min(off), max(off)) if off else None
+
+
+def _reaching(each: QuantityOpening) -> list[tuple[str, float]]:
+    """The laws in their range that give what was measured in the one shot."""
+    low, high = each.shots[0].ends
+    return [
+        (name, at.law) for name, at in zip(each.named, each.at_shot, strict=True) if at.law and low <= at.law <= high
+    ]
+
+
+def _missing(each: QuantityOpening) -> list[float]:
+    """What the laws give that miss the one shot."""
+    low, high = each.shots[0].ends
+    return [at.law for at in each.at_shot if at.law and not low <= at.law <= high]
+
+
+def _environment() -> Environment:
+    environment = Environment(
+        loader=PackageLoader("studies.reports"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
+    )
+    filters: dict[str, Any] = {
+        "size": _size,
+        "barred": _barred,
+        "measured": _measured,
+        "share": share,
+        "unit": lambda unit: display_of(unit).unit,
+        "ends": lambda ends: _ends(*ends),
+        "joined": joined,
+        "duration": duration,
+        "simulated": _simulated,
+        "reaching": _reaching,
+        "missing": _missing,
+    }
+    environment.filters.update(filters)
+    return environment
