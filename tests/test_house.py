@@ -7,6 +7,7 @@ when a complete file gets its name. Rooms of values, records and files help ever
 import json
 import os
 import re
+import resource
 import subprocess
 import sys
 import time
@@ -20,11 +21,13 @@ import pytest
 import sqlalchemy as sa
 
 from studies.cases.rows import at_most, equal
+from studies.reports.answers import EXAMPLE
 from tests import house
 from tests.crash.support.serving import serving
 from tests.service.support.fakes import wait_until
 
 READY, CACHED = 1.0, 2.0  # s
+ANSWER, SHEET = 1.0, 3.0  # s of processor time
 
 
 # --- the plan ---------------------------------------------------------------------------------------
@@ -98,6 +101,21 @@ def test_start__is_quick(tmp_path: Path, compared: Callable[..., None]) -> None:
         compared(at_most("whipple serve until it is ready (s)", limit=READY, got=time.perf_counter() - begin))
     swept("first")
     compared(at_most("whipple sweep of a run that is there (s)", limit=CACHED, got=swept("again", "--overwrite")))
+
+
+@pytest.mark.claim("house", "starts", minutes=0.2)
+def test_answer__about_a_shield_is_quick(tmp_path: Path, compared: Callable[..., None]) -> None:
+    """What equations and shots say of a shield takes a second of processor time, and its sheet of one page three."""
+
+    def spent() -> float:
+        used = resource.getrusage(resource.RUSAGE_CHILDREN)
+        return used.ru_utime + used.ru_stime
+
+    for options, limit in (((), ANSWER), (("--out", str(tmp_path / "shield.html")), SHEET)):
+        before = spent()
+        command = [sys.executable, "-m", "service", "laws", "--at", str(EXAMPLE), *options]
+        subprocess.run(command, cwd=house.ROOT, check=True, capture_output=True)
+        compared(at_most(f"whipple laws --at shield.yaml {' '.join(options[:1])}", limit=limit, got=spent() - before))
 
 
 # --- the way of a sweep from its request to the bytes of its cube ------------------------------------

@@ -12,6 +12,7 @@ from numpy.typing import ArrayLike, NDArray
 from studies.laws import InnerBumper, Law, Shield, Shot
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, KSI
 from studies.laws._range import OTHER_MATERIAL, Limit, Range, family
+from studies.quantities.roots import root_between
 
 FAST = 7.0  # km/s of the normal speed, from which the debris is molten
 SIZE = 18.0 / 19.0  # exponent of the limbs of strength
@@ -49,8 +50,6 @@ class HandbookShield:
         d F^(2/3) is what a thick bumper stops, where F falls from r without a bumper to 1 at the critical thickness:
         F = r - 2 x (r - 1) + x^2 (r - 1), x = (t_b/d) / (t_b/d)_crit.
         """
-        from scipy.optimize import brentq
-
         thick = self.fast_diameter(speed)
 
         def excess(diameter: float) -> float:
@@ -62,7 +61,7 @@ class HandbookShield:
 
         if excess(thick) <= 0.0:
             return thick
-        return float(brentq(excess, 1e-6 * thick, thick, xtol=1e-12))
+        return root_between(excess, 1e-6 * thick, thick, within=1e-12)
 
     def critical_diameter(self, thin: "ThinBumper") -> Callable[[float], float]:
         """Critical diameter, cm, of a normal speed, km/s, with shatter at a speed that the bumper decides."""
@@ -72,12 +71,11 @@ class HandbookShield:
 
     def _shatter_speed(self, thin: "ThinBumper") -> float:
         """The speed, km/s, at which the projectile on the limb of strength breaks at the bumper; at most 7 km/s."""
-        from scipy.optimize import brentq
 
         def excess(speed: float) -> float:
             return speed - thin.shatter_speed(self.bumper / thin.slow_diameter(speed))
 
-        return float(brentq(excess, 0.5, FAST)) if excess(FAST) > 0.0 else FAST
+        return root_between(excess, 0.5, FAST, within=1e-12) if excess(FAST) > 0.0 else FAST
 
 
 @dataclass(frozen=True)

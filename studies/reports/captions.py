@@ -6,7 +6,8 @@ import numpy as np
 
 from studies.cubes import variables as cubes
 from studies.quantities.display import MESH_UNKNOWN
-from studies.reports.view import ONLY_DRAWN, FigureView, is_cut
+from studies.reports.figure import is_cut
+from studies.reports.view import ONLY_DRAWN, FigureView
 
 OF_FRAGMENTS = (
     "Connected pieces behind the plate that came off, by the diameter of a sphere with their volume (of whole rings in "

@@ -1,14 +1,13 @@
 """Content of the figures of a report: points, lines and bands in SI, from the cube alone.
 
-A figure is panels side by side; a panel is series. Nothing here knows how it is drawn
-(:mod:`studies.reports.plot`), and the report's JSON carries exactly these records.
+Its records are those of :mod:`studies.reports.figure`.
 """
 
 import math
 from collections import Counter
-from collections.abc import Iterable, Iterator, Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any, Literal
+from collections.abc import Iterator, Sequence
+from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,115 +15,37 @@ import xarray as xr
 from studies.convergence.richardson import Convergence
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import (
-    Place,
-    Refined,
-    axes_of,
-    by_run,
-    is_same,
-    main_quantities,
-    places_of,
-    refined,
-    refinements_of,
-)
+from studies.cubes.points import Refined, axes_of, by_run, is_same, main_quantities, places_of, refined, refinements_of
 from studies.cubes.variable import SYMBOLS
 from studies.quantities.units import readable
 from studies.reports import captions
 from studies.reports.compare import Comparison
-from studies.reports.matched import MatchedObservation
-from studies.reports.view import (
-    MOST_PANELS,
-    FigureView,
+from studies.reports.figure import (
+    CELL_OF_MESH,
+    ERROR_BAR,
+    EXTRAPOLATED,
+    GRADY,
+    LEVEL,
+    MEAN,
+    MISSING,
+    OBSERVED,
+    RUN,
+    SIMULATION,
+    TREND,
+    Figure,
+    Numbers,
+    Panel,
     Scale,
-    Slice,
-    judged_window,
-    second_axis,
-    spread,
-    title_of,
-    views_of,
+    Series,
+    numbers,
 )
+from studies.reports.matched import MatchedObservation
+from studies.reports.view import MOST_PANELS, FigureView, Slice, judged_window, second_axis, spread, title_of, views_of
 from studies.sweeps.reading import RESOLUTION
-
-SeriesKind = Literal[
-    "simulation",
-    "law",
-    "curve",
-    "band",
-    "observation",
-    "missing",
-    "history",
-    "quantity",
-    "run",
-    "level",
-    "trend",
-    "limit",
-    "map",
-]
-Scales = Literal["shared", "own"]
-Numbers = tuple[float | None, ...]
 
 MOST_HISTORIES = 8  # lines in one panel
 MOST_MAPS = 6  # panels of a map
 TREND_POINTS = 24  # points of the curve through the three finest resolutions
-
-# Labels of series that have a look of their own.
-SIMULATION, OBSERVED, MISSING = "simulation", "observed", "run without a value"
-FAILED, HELD, THIS = "shot: the wall failed", "shot: the wall held", "this shot"
-RUN_PERFORATED, RUN_HELD, RUN_UNDECIDED = "run: wall perforated", "run: wall holds", "run: undecided"
-INTERVAL = "simulation: from held to perforated"
-CHANCES, EVEN_CHANCE = "10 to 90 % to fail, from all shots", "50 % to fail"
-ERROR_BAR = "value and error bar"
-LEVEL, MEAN, RUN = "resolution", "mean over offsets", "run at one offset"
-CELL_OF_MESH, GRADY = "a cell of the mesh", "fragments after Grady"
-EXTRAPOLATED, TREND = "extrapolated", "curve of the order used"
-
-
-@dataclass(frozen=True)
-class Series:
-    """Points of one kind; every list has one entry a point, None where there is none."""
-
-    kind: SeriesKind
-    label: str
-    x: tuple[float | str | None, ...]
-    y: Numbers = ()
-    uncertainty: Numbers = ()  # half length of the error bar
-    low: Numbers = ()  # of a band
-    high: Numbers = ()
-    z: Numbers = ()  # of a map: what its colours say; y is then its other axis
-    in_range: tuple[bool, ...] = ()  # of a law
-    flagged: tuple[bool, ...] = ()  # of a simulation: drawn open
-    doubts: tuple[str, ...] = ()  # of a simulation: the flags of each point in words, "" without any
-    notes: tuple[str, ...] = ()  # words for a point
-    window: Numbers = ()  # of a history: begin and end of the time in which growth is judged
-    connected: bool = True  # whether a line through the points means anything
-
-
-@dataclass(frozen=True)
-class Panel:
-    """One picture: the points that share every axis but the abscissa, or one point."""
-
-    title: str
-    at: Place
-    series: tuple[Series, ...]
-    note: str = ""  # a second line under the title
-
-
-@dataclass(frozen=True)
-class Figure:
-    """Panels side by side."""
-
-    name: str
-    title: str
-    caption: str
-    x: Scale
-    y: Scale
-    panels: tuple[Panel, ...]
-    scales: Scales = "shared"  # own: each about its own middle, all as high in per cent
-    z: Scale | None = None  # of a map
-
-    def as_json(self) -> dict[str, Any]:
-        """The figure as plain objects."""
-        return asdict(self)
 
 
 def figures(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
@@ -635,8 +556,3 @@ def _over(view: FigureView, name: str) -> str:
     """Title of a quantity over the abscissa: "Crater depth, p/d against speed"."""
     symbol = f", {SYMBOLS[name]}" if name in SYMBOLS and view.normed(name) else ""
     return f"{_words(name).capitalize()}{symbol} against {view.abscissa.label}"
-
-
-def numbers(values: Iterable[float]) -> Numbers:
-    """Numbers of a series, None where there is none."""
-    return tuple(float(value) if math.isfinite(value) else None for value in values)

@@ -16,7 +16,7 @@ import xarray as xr
 from studies.quantities.findings import nearest_cure, refusal
 
 if TYPE_CHECKING:
-    from studies.reports.figures import Figure
+    from studies.reports.figure import Figure
 
 OF_LAWS = ("_laws", "_residuals_map")  # in the name of a figure that shows laws, over one axis and over two
 

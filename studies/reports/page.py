@@ -31,9 +31,8 @@ from studies.quantities.display import (
 from studies.reports.drawing import charts
 from studies.reports.drawing.sections import Gallery, colour_keys
 from studies.reports.drawing.sketches import growth_sketch, setup_sketch
-from studies.reports.figures import Figure, Panel, Series
+from studies.reports.figure import Figure, Panel, Scale, Series
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
-from studies.reports.view import Scale
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 CUT = "Only the first rows are printed; report.json contains all rows."

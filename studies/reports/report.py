@@ -37,7 +37,8 @@ from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports import openings
 from studies.reports.compare import Comparison, published_shots
-from studies.reports.figures import Figure, figures, fragment_sizes
+from studies.reports.figure import Figure
+from studies.reports.figures import figures, fragment_sizes
 from studies.reports.limits.outcomes import limits_of, outcomes_of
 from studies.reports.limits.residual import residual_curves, residual_figure
 from studies.reports.limits.shield import shield_limits

@@ -15,6 +15,7 @@ from studies.cubes.points import Place, axes_of, by_run, comparable, error_bars,
 from studies.cubes.variable import Variable
 from studies.laws import DRAWN_ONLY
 from studies.quantities.units import readable
+from studies.reports.figure import Scale
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
 MOST_LAWS = 6  # in one figure, with more only where all of them are judged
@@ -26,15 +27,6 @@ MOST_POINTS = 150  # in curves; more, over two axes of numbers, are maps
 PREFERRED = "speed"  # the abscissa where the sweep varies it
 
 Item = TypeVar("Item")
-
-
-@dataclass(frozen=True)
-class Scale:
-    """Quantity and unit of an axis of a figure."""
-
-    name: str  # variable of the cube, or "ratio"
-    label: str
-    unit: str | None  # SI; None for text
 
 
 @dataclass(frozen=True)
@@ -236,11 +228,6 @@ def judged_window(dataset: xr.Dataset, number: int, end: float) -> tuple[float, 
         return None
     length = float(by_run(dataset, WINDOW)[number])
     return (max(0.0, end - length), end) if math.isfinite(length) else None
-
-
-def is_cut(value: float, bar: float | None) -> bool:
-    """Whether an error bar is longer than its own value: it sets no axis, and the frame cuts it."""
-    return bar is not None and bar > abs(value) > 0.0
 
 
 def title_of(dataset: xr.Dataset, at: Place) -> str:

@@ -22,6 +22,16 @@ def test_import__of_the_worker_loads_neither_web_nor_store_and_to_compute_no_dat
     assert not _loaded_by(*code, suspects=(*web, *ELSEWHERE))
 
 
+def test_import__of_an_answer_about_a_shield_loads_neither_scipy_nor_datasets() -> None:
+    code = (
+        "from studies.reports.answers import EXAMPLE, answer, picture, question",
+        "from studies.sweeps.document import read_yaml",
+        "asked = question.read_question(read_yaml(EXAMPLE.read_text(), 'shield'))",
+        "list(answer.answers(asked)), picture.picture(asked.shot(asked.fixed), 'shield')",
+    )
+    assert not _loaded_by(*code, suspects=HEAVY)
+
+
 def test_whipple__offers_the_public_names_and_no_more() -> None:
     import whipple
 

@@ -34,12 +34,11 @@ from typing import Literal
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit, logit
 
 from studies.observations.shields import drawn
 from studies.observations.shields.drawn import DrawnShots, SimulationKind
 from studies.observations.shields.judged import DEVIATE, RANGES, range_of
-from studies.observations.shields.probability import Probability, most_probable
+from studies.observations.shields.probability import Probability, expit, logit, most_probable
 from studies.observations.shields.shots import ShieldShot, laboratory, published
 from studies.observations.shields.validation import predict
 

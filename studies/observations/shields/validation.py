@@ -9,10 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
-from scipy.special import expit
 
 from studies.observations.shields.judged import equations, margins
-from studies.observations.shields.probability import FORMS, KNOTS, Knots, fit, terms
+from studies.observations.shields.probability import FORMS, KNOTS, Knots, expit, fit, terms
 from studies.observations.shields.shots import ShieldShot, laboratory
 
 MEAN = "mean"  # of the equations, in place of the name of one

@@ -15,7 +15,7 @@ from studies.quantities.display import NONE, display_of
 from studies.quantities.units import readable
 from studies.reports.answers.answer import ShotAnswer, printed_bounds, shot_in_words
 from studies.reports.answers.picture import drawn_for_page, picture
-from studies.reports.figures import Figure
+from studies.reports.figure import Figure
 
 
 def page(answer: ShotAnswer, shot: Shot) -> str:

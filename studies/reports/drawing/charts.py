@@ -13,8 +13,7 @@ from studies.reports.drawing.layout import WIDTHS, Grid, prepare
 from studies.reports.drawing.maps import map_chart
 from studies.reports.drawing.marks import Marks
 from studies.reports.drawing.styles import FLAGGED, styles_of
-from studies.reports.figures import Figure, Panel, Series, SeriesKind
-from studies.reports.view import Scale
+from studies.reports.figure import Figure, Panel, Scale, Series, SeriesKind
 
 PANELS = 6  # in one drawing of a page, so that it fits a sheet of A4
 # The drawings with which a page opens, in the widths of its two columns and of a telephone, and their panels.

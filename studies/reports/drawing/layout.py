@@ -11,8 +11,7 @@ from matplotlib.axes import Axes
 from studies.quantities.display import NARROW_SPACE, display_of, with_unit
 from studies.reports.drawing.canvas import GREY, number
 from studies.reports.drawing.marks import scaled
-from studies.reports.figures import Figure, Panel
-from studies.reports.view import is_cut
+from studies.reports.figure import Figure, Panel, is_cut
 
 # Widths of the drawings of a page: of a screen, a tablet or a sheet of paper, and of a telephone.
 WIDTHS = {"wide": 750.0, "narrow": 255.0}

@@ -11,7 +11,7 @@ from matplotlib.colors import Normalize
 from studies.quantities.display import with_unit
 from studies.reports.drawing.canvas import canvas, number
 from studies.reports.drawing.marks import scaled
-from studies.reports.figures import Figure, Panel
+from studies.reports.figure import Figure, Panel
 
 # points
 LEFT, RIGHT, ABOVE, BELOW, GAP = 50.0, 76.0, 20.0, 42.0, 14.0

@@ -12,8 +12,7 @@ from matplotlib.patches import Patch
 from studies.quantities.display import digits, display_of
 from studies.reports.drawing.canvas import say
 from studies.reports.drawing.styles import FLAGGED, LOOKS, NO_MESH_ERROR, OUTSIDE, STYLES, WINDOW, Look, Style
-from studies.reports.figures import Figure, Series
-from studies.reports.view import Scale
+from studies.reports.figure import Figure, Scale, Series
 
 # points
 STROKE, THIN = 1.5, 1.0  # lines of laws, inside and outside of their range

@@ -9,9 +9,8 @@ from matplotlib.patches import Ellipse, Rectangle
 
 from studies.reports.drawing.canvas import INK, SOFT, arrow, as_svg, canvas, drawn_in_style, line, write
 from studies.reports.drawing.charts import chart
-from studies.reports.figures import Figure, Panel, Series
+from studies.reports.figure import Figure, Panel, Scale, Series
 from studies.reports.setup import upward
-from studies.reports.view import Scale
 
 Placing = Callable[[float, float], tuple[float, float]]  # of a point (across, along; m), in points
 

@@ -8,9 +8,9 @@ from dataclasses import dataclass
 
 from matplotlib.colors import LinearSegmentedColormap, to_hex
 
-from studies.reports import figures as labels
+from studies.reports import figure as labels
 from studies.reports.drawing.canvas import CRIMSON, GREY, INK
-from studies.reports.figures import Figure
+from studies.reports.figure import Figure
 
 # Okabe and Ito (2008), without black (the simulation) and yellow (too pale on paper).
 OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")

@@ -17,8 +17,9 @@ from studies.cubes.points import Place, axes_of, is_same, main_quantities, place
 from studies.quantities.files import write_text
 from studies.quantities.findings import refusal
 from studies.reports.drawing.charts import draw
-from studies.reports.figures import Figure, Panel, simulation
-from studies.reports.view import PREFERRED, FigureView, Scale, title_of, view_of
+from studies.reports.figure import Figure, Panel, Scale
+from studies.reports.figures import simulation
+from studies.reports.view import PREFERRED, FigureView, title_of, view_of
 
 TABLE = "differences.csv"
 

@@ -6,8 +6,7 @@ from dataclasses import replace
 from studies import laws
 from studies.laws import Shot
 from studies.observations.shields.shots import ShieldShot, distances_of_shields, published
-from studies.reports.figures import FAILED, HELD, Series, numbers
-from studies.reports.view import Scale
+from studies.reports.figure import FAILED, HELD, Scale, Series, numbers
 
 SPEED = Scale("speed", "speed", "m s-1")
 SLOWEST, FASTEST = 1e3, 12e3  # m/s: of the curves, as far as the shots go

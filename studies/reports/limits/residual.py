@@ -10,8 +10,8 @@ import xarray as xr
 from studies.cubes.points import axes_of, places_of, simulated_values
 from studies.cubes.reading import finite
 from studies.laws.fitting.least_squares import NotIdentified, nonlinear
-from studies.reports.figures import Figure, Panel, Series, numbers
-from studies.reports.view import Scale, title_of
+from studies.reports.figure import Figure, Panel, Scale, Series, numbers
+from studies.reports.view import title_of
 
 RESIDUAL, SPEED, PERFORATED = "residual_velocity", "speed", "perforated"
 CONSTANTS = ("a", "p", "v_bl")

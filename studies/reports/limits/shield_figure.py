@@ -9,10 +9,10 @@ from studies.laws import Shield, Shot
 from studies.observations.shields.drawn import beside_held
 from studies.observations.shields.shots import published
 from studies.quantities.units import readable
-from studies.reports.figures import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Series
+from studies.reports.figure import INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED, Figure, Panel, Scale, Series
 from studies.reports.limits.curves import LIKE, SPEED, curves_of, like_shields, outcomes_of
 from studies.reports.limits.shield import DIAMETER, ShieldLimit, shot_at, shots_of
-from studies.reports.view import MOST_PANELS, Scale, spread, title_of
+from studies.reports.view import MOST_PANELS, spread, title_of
 from studies.reports.words import joined
 
 RUNS = {RUN_HELD: False, RUN_PERFORATED: True, RUN_UNDECIDED: None}

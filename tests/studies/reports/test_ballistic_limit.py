@@ -19,7 +19,7 @@ from studies.observations.shields.judged import equations
 from studies.quantities.findings import InvalidInput
 from studies.quantities.measured import Measured
 from studies.reports.answers.question import read_question
-from studies.reports.figures import FAILED, HELD, INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED
+from studies.reports.figure import FAILED, HELD, INTERVAL, RUN_HELD, RUN_PERFORATED, RUN_UNDECIDED
 from studies.reports.publish import publish_sweep
 from studies.reports.words import MOST_WORDS
 from studies.runs.results import RunResult

@@ -16,7 +16,8 @@ from studies.cases.rows import at_most, equal
 from studies.cubes import cube
 from studies.reports import report
 from studies.reports.compare import compare
-from studies.reports.figures import ERROR_BAR, Figure, Series, figures
+from studies.reports.figure import ERROR_BAR, Figure, Series
+from studies.reports.figures import figures
 from studies.reports.page import page
 from studies.reports.publish import draw_figures
 from studies.sweeps.axes import Axis

@@ -12,7 +12,7 @@ from studies.reports.answers.answer import answers
 from studies.reports.answers.page import page
 from studies.reports.answers.picture import draw, picture
 from studies.reports.answers.question import read_question
-from studies.reports.figures import CHANCES, EVEN_CHANCE, FAILED, HELD, THIS
+from studies.reports.figure import CHANCES, EVEN_CHANCE, FAILED, HELD, THIS
 from studies.sweeps.document import read_yaml
 from tests.studies.reports.answers.test_answers import BLOCK, PLATE
 
