@@ -82,8 +82,9 @@ def laws(**parameters: Any) -> "xarray.Dataset":
     """What every published law says of a shot, or of many, without a run: values in SI over law and axes.
 
     Parameters are those of ``whipple laws``, with units: ``speed="6 km/s"``, ``projectile``, ``projectile_diameter``,
-    ``target``; ``plate_thickness`` of a plate; ``stand_off`` and ``wall_thickness`` of a shield too. A list of values
-    makes an axis. Raises InvalidInput.
+    ``target`` of a plate or a block, ``plate_thickness`` of a plate; ``bumper``, ``bumper_thickness``, ``stand_off``,
+    ``wall``, ``wall_thickness`` and the list ``further_bumpers`` of a shield. A list of values makes an axis. Raises
+    InvalidInput.
 
     >>> import whipple
     >>> shot = dict(projectile="al-2017-t4", projectile_diameter="5 mm", target="al-6061-t6", plate_thickness="2 mm")

@@ -17,7 +17,7 @@ MODULES: dict[str, tuple[str, ...]] = {
     "service.client.client": ("SweepHandle",),
     "service.client.results": ("SweepFolder",),
     "studies.reports.notebook": ("CubeFigures", "Figures"),
-    "studies.laws": ("names", "load", "answering", "shot_from", "Shot", "Shield", "Law", "LawValue"),
+    "studies.laws": ("names", "load", "answering", "shot_from", "Shot", "Shield", "FurtherBumper", "Law", "LawValue"),
     "studies.reports.answers.question": ("read_question", "Question", "ShotParameters"),
     "studies.reports.answers.answer": ("answers", "ShotAnswer", "QuantityAnswer", "LawAnswer"),
     "studies.reports.answers.cube": ("cube_of",),

@@ -52,7 +52,7 @@ def series() -> dict[str, Series]:
     collected = {shot.shot: shot for shot in published().shots if shot.source in sources}
     dayton = [collected[number] for number in ("4-2110", "4-2109", "4-2108", "4-2106")]
     dayton.append(replace(dayton[-1], shot="", projectile_diameter=5.81e-3, speed=6950.0))
-    thick = replace(collected["EMI-4443"], projectile_material="AA1100-O")
+    thick = replace(collected["EMI-4443"], projectile="AA1100-O")
     thin = replace(thick, shot="", bumper_thickness=collected["EMI-4438"].bumper_thickness)
     freiburg = (
         replace(thin, projectile_diameter=3.0e-3, speed=7000.0),

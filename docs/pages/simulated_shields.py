@@ -82,7 +82,7 @@ def _strata(shots: Sequence[ShieldShot]) -> dict[tuple[int, WallOutcome], list[S
 
 def materials_of(shot: ShieldShot) -> dict[str, str | None]:
     """The material of each body of a shot that ships; None where it does not."""
-    names = {"projectile": shot.projectile_material, "bumper": shot.bumper_material, "wall": shot.wall_material}
+    names = {"projectile": shot.projectile, "bumper": shot.bumper, "wall": shot.wall}
     return {role: SHIPPED.get(name) for role, name in names.items()}
 
 

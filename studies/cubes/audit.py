@@ -38,7 +38,7 @@ _drift = partial(_share, limit=ENERGY_DRIFT_LIMIT)
 AUDIT = (
     AuditNumber("cells_per_diameter", "1", "grid cells across the diameter of the projectile or bar"),
     AuditNumber("cells_per_thickness", "1", "grid cells through the target, or the flyer where plates meet"),
-    AuditNumber("cells_per_wall", "1", "grid cells through the rear wall of a shield"),
+    AuditNumber("cells_per_wall", "1", "grid cells through the wall of a shield"),
     AuditNumber("particles", "1", "particles of the simulation"),
     AuditNumber("steps", "1", "time steps taken"),
     AuditNumber("particle_steps", "1", "particles times the steps that each was moved"),

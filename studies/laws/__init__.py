@@ -21,7 +21,7 @@ from typing import Any
 from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
 from studies.laws._range import NO_RANGE, NOT_FOUND, OTHER_MATERIAL, Limit, Range
-from studies.laws._shot import InnerBumper, Shield, Shot, aluminium, shot_from, shot_of
+from studies.laws._shot import FurtherBumper, Shield, Shot, aluminium, shot_from, shot_of
 from studies.quantities.findings import nearest_cure, refusal
 
 __all__ = [
@@ -30,7 +30,7 @@ __all__ = [
     "NOT_FOUND",
     "NO_RANGE",
     "OTHER_MATERIAL",
-    "InnerBumper",
+    "FurtherBumper",
     "Law",
     "LawValue",
     "Limit",

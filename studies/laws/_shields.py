@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from studies.laws import InnerBumper, Law, Shield, Shot
+from studies.laws import FurtherBumper, Law, Shield, Shot
 from studies.laws._handbook import CENTIMETRE, GRAM_PER_CUBIC_CENTIMETRE, KILOMETRE_PER_SECOND, KSI
 from studies.laws._range import OTHER_MATERIAL, Limit, Range, family
 from studies.quantities.roots import root_between
@@ -35,8 +35,8 @@ class HandbookShield:
     wall_density: float
     bumper_density: float
     projectile_density: float
-    inner_bumper: float = 0.0  # thickness; 0: two walls
-    inner_stand_off: float = 0.0  # between the inner bumper and the wall
+    second_bumper: float = 0.0  # thickness; 0: two walls
+    second_stand_off: float = 0.0  # between the second bumper and the wall
 
     def fast_diameter(self, normal_speed: float) -> float:
         """Critical diameter, cm, behind a bumper that shatters the projectile; km/s, from 7 on."""
@@ -90,13 +90,13 @@ class ThinBumper:
 
 def in_handbook_units(shield: Shield, bumper_density: float, projectile_density: float) -> HandbookShield:
     """A shield and two densities (kg/m3) at the door of the equations."""
-    inner = shield.inner_bumper or InnerBumper(0.0, 0.0)
+    second = shield.further_bumpers[0] if shield.further_bumpers else FurtherBumper(0.0, 0.0)
     return HandbookShield(
         bumper=shield.bumper_thickness / CENTIMETRE,
         wall=shield.wall_thickness / CENTIMETRE,
         stand_off=shield.stand_off / CENTIMETRE,
-        inner_bumper=inner.thickness / CENTIMETRE,
-        inner_stand_off=inner.stand_off / CENTIMETRE,
+        second_bumper=second.bumper_thickness / CENTIMETRE,
+        second_stand_off=second.stand_off / CENTIMETRE,
         strength=shield.wall_yield_stress / KSI,
         wall_density=(shield.wall_density or bumper_density) / GRAM_PER_CUBIC_CENTIMETRE,
         bumper_density=bumper_density / GRAM_PER_CUBIC_CENTIMETRE,
@@ -142,8 +142,8 @@ def without_shield(shot: Shot, variant: str = "") -> str:
     """Why a shot has no critical diameter of two walls; empty where it meets a shield of two."""
     if shot.shield is None:
         return "the target is no Whipple shield"
-    if shot.shield.inner_bumper:
-        return "the equation is for two walls, the shield has an inner bumper"
+    if shot.shield.further_bumpers:
+        return "the equation is for two walls, the shield has a second bumper"
     return without_yield_stress(shot.shield)
 
 

@@ -10,14 +10,15 @@ from solver.units import Dimensionless, KilogramPerCubicMetre, Metre, MetrePerSe
 from studies.materials import Material, load
 
 SHIELD_ROLES = ("bumper", "wall")  # materials of a shield, its target first
+FURTHER = ("bumper_2", "bumper_3", "bumper_4")  # and of the bumpers behind the first one
 
 
 @dataclass(frozen=True)
-class InnerBumper:
-    """A second bumper, between the first one and the wall."""
+class FurtherBumper:
+    """A bumper between the first one and the wall."""
 
-    thickness: Metre
-    stand_off: Metre  # between the back of this bumper and the front of the wall
+    bumper_thickness: Metre
+    stand_off: Metre  # between the back of this bumper and the front of what is next
     family: str = "aluminium"  # of its material
 
 
@@ -27,19 +28,17 @@ class Shield:
 
     bumper_thickness: Metre
     wall_thickness: Metre
-    stand_off: Metre  # between the back of the bumper and the front of what is next: the wall, or an inner bumper
+    stand_off: Metre  # between the back of the bumper and the front of what is next: the wall, or a further bumper
     wall_yield_stress: Pascal
     wall_density: KilogramPerCubicMetre | None = None  # None: that of the bumper
-    inner_bumper: InnerBumper | None = None  # None: two walls
-    further_bumpers: int = 0  # behind the inner one: no equation is about such a shield
+    further_bumpers: tuple[FurtherBumper, ...] = ()  # the outermost first; without any: two walls
     wall_family: str = "aluminium"  # of its material
 
     @property
     def of_other_metal(self) -> dict[str, str]:
         """The families of what stands behind the bumper, by name, where they are not aluminium."""
-        families = {"wall": self.wall_family}
-        if self.inner_bumper:
-            families["inner bumper"] = self.inner_bumper.family
+        families = {f"bumper {place}": each.family for place, each in enumerate(self.further_bumpers, 2)}
+        families["wall"] = self.wall_family
         return {name: family for name, family in families.items() if family != "aluminium"}
 
 
@@ -107,13 +106,13 @@ def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material] |
     >>> shot = {"speed": 6500.0, "projectile": "al-2017-t4", "projectile_diameter": 5e-3, "bumper_thickness": 1e-3}
     >>> shot_from({**shot, **shield}).shield.wall_yield_stress
     276000000.0
-    >>> inner = {"bumper_2": "al-6061-t6", "bumper_2_thickness": 5e-4, "bumper_2_stand_off": 0.05}
-    >>> shot_from({**shot, **shield, **inner}).shield.inner_bumper
-    InnerBumper(thickness=0.0005, stand_off=0.05, family='aluminium')
+    >>> second = {"bumper_2": "al-6061-t6", "bumper_2_thickness": 5e-4, "bumper_2_stand_off": 0.05}
+    >>> shot_from({**shot, **shield, **second}).shield.further_bumpers
+    (FurtherBumper(bumper_thickness=0.0005, stand_off=0.05, family='aluminium'),)
     """
     values = {name: value for name, value in parameters.items() if value is not None}
     target, *others = SHIELD_ROLES if "bumper_thickness" in values else ("target",)
-    roles = ("projectile", target, *others, *(("bumper_2",) if values.get("bumper_2_thickness") else ()))
+    roles = ("projectile", target, *others, *_further(values))
     materials = materials or {role: load(values[role]) for role in roles}
     return Shot(
         speed=values["speed"],
@@ -129,19 +128,24 @@ def shot_from(parameters: Mapping[str, Any], materials: Mapping[str, Material] |
 
 def _shield(values: Mapping[str, Any], materials: Mapping[str, Material]) -> Shield:
     """The shield, its wall of the first yield stress that its material states; NaN where it states none."""
-    wall, inner = materials["wall"], None
-    if values.get("bumper_2_thickness"):
-        inner = InnerBumper(values["bumper_2_thickness"], values["bumper_2_stand_off"], materials["bumper_2"].family)
+    wall = materials["wall"]
     return Shield(
         bumper_thickness=values["bumper_thickness"],
         wall_thickness=values["wall_thickness"],
         stand_off=values["stand_off"],
         wall_yield_stress=wall.yield_stresses[0].value if wall.yield_stresses else math.nan,
         wall_density=wall.density,
-        inner_bumper=inner,
-        further_bumpers=sum(bool(values.get(f"bumper_{place}_thickness")) for place in (3, 4)),
+        further_bumpers=tuple(
+            FurtherBumper(values[f"{name}_thickness"], values[f"{name}_stand_off"], materials[name].family)
+            for name in _further(values)
+        ),
         wall_family=wall.family,
     )
+
+
+def _further(values: Mapping[str, Any]) -> list[str]:
+    """The names of the bumpers behind the first one."""
+    return [name for name in FURTHER if values.get(f"{name}_thickness")]
 
 
 def _equivalent_diameter(values: Mapping[str, Any]) -> float:

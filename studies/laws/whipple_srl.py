@@ -37,9 +37,9 @@ def critical_diameter(
     Two walls, 0.12 cm, 10 cm before 0.32 cm (40 ksi); then three, 0.13 cm, 3.8 cm before 0.2 cm, 3.8 cm before 0.32 cm
     (57 ksi); 2.713 g/cm3, hit by 2.796 g/cm3 at 1, 3, 5, 7, 10 and 14 km/s, in cm; computed apart from this code:
 
-    >>> from studies.laws import InnerBumper
+    >>> from studies.laws import FurtherBumper
     >>> two = Shield(0.12e-2, 0.32e-2, 10e-2, 40 / 0.145038 * 1e6)
-    >>> three = Shield(0.13e-2, 0.32e-2, 3.8e-2, 57 / 0.145038 * 1e6, inner_bumper=InnerBumper(0.2e-2, 3.8e-2))
+    >>> three = Shield(0.13e-2, 0.32e-2, 3.8e-2, 57 / 0.145038 * 1e6, further_bumpers=(FurtherBumper(0.2e-2, 3.8e-2),))
     >>> speeds = [1e3, 3e3, 5e3, 7e3, 10e3, 14e3]
     >>> (100.0 * critical_diameter(speeds, 2713.0, 2796.0, two)).round(4).tolist()
     [0.3673, 0.1835, 0.2462, 0.309, 0.2436, 0.1946]
@@ -62,7 +62,7 @@ def critical_diameter(
 
 def _slow_diameter(shield: HandbookShield, speed: float, cosine: float, delta: float) -> float:
     """Equations 58 and 65 of the program's report, cm; km/s. Three walls take the root of the wall's thickness."""
-    walls = shield.wall**0.5 + shield.inner_bumper if shield.inner_bumper else shield.wall
+    walls = shield.wall**0.5 + shield.second_bumper if shield.second_bumper else shield.wall
     stopping = walls / K3S * (shield.strength / 40.0) ** 0.5 + shield.bumper
     matter = 0.6 * cosine**delta * shield.projectile_density**0.5
     return float((stopping / (matter * speed ** (2.0 / 3.0))) ** SIZE)
@@ -71,17 +71,17 @@ def _slow_diameter(shield: HandbookShield, speed: float, cosine: float, delta: f
 def _fast_diameter(shield: HandbookShield, speed: float, cosine: float, delta: float, epsilon: float) -> float:
     """Equations 59 and 66 of the program's report, cm; km/s."""
     walls = shield.stand_off ** (1.0 / 3.0) * shield.wall ** (2.0 / 3.0)
-    if shield.inner_bumper:
-        walls = shield.stand_off ** (1.0 / 3.0) * (shield.inner_bumper + K_TW * shield.wall) ** (2.0 / 3.0)
-        walls += K_S2 * shield.inner_stand_off**BETA * shield.wall**GAMMA * cosine**-epsilon
+    if shield.second_bumper:
+        walls = shield.stand_off ** (1.0 / 3.0) * (shield.second_bumper + K_TW * shield.wall) ** (2.0 / 3.0)
+        walls += K_S2 * shield.second_stand_off**BETA * shield.wall**GAMMA * cosine**-epsilon
     matter = K3D ** (2.0 / 3.0) * shield.projectile_density ** (1.0 / 3.0) * shield.bumper_density ** (1.0 / 9.0)
     strength = (shield.strength / 70.0) ** (1.0 / 3.0)
     return float(1.155 * walls * strength / (matter * speed ** (2.0 / 3.0) * cosine**delta))
 
 
-def _without_inner_bumper(shot: Shot, variant: str = "") -> str:
+def _without_second_bumper(shot: Shot, variant: str = "") -> str:
     """Why a shot has no critical diameter of three walls; empty where it meets a shield of three."""
-    if not shot.shield or not shot.shield.inner_bumper or shot.shield.further_bumpers:
+    if not shot.shield or len(shot.shield.further_bumpers) != 1:
         return "the target is no shield of two bumpers and a wall"
     return without_yield_stress(shot.shield)
 
@@ -113,12 +113,12 @@ LAW = (
             "v_n <= 3: d = {[(t_w^0.5 + t_i)/1.4 (s/40)^0.5 + t_b] / [0.6 cos(theta)^delta rho_p^0.5 v^(2/3)]}^(18/19)"
             "; v_n >= 7: d = 1.155 [S_1^(1/3) (t_i + 1.5 t_w)^(2/3) + 0.1 S_2^(2/3) t_w^(1/3) cos(theta)^-epsilon] "
             "(s/70)^(1/3) / [0.4^(2/3) rho_p^(1/3) rho_b^(1/9) v^(2/3) cos(theta)^delta]; linear in v between; delta = "
-            "4/3, epsilon = 8/3, between 45 and 65 deg 5/4 and 10/4; t_i: inner bumper, S_1 before and S_2 behind it; "
+            "4/3, epsilon = 8/3, between 45 and 65 deg 5/4 and 10/4; t_i: second bumper, S_1 before and S_2 behind it; "
             "cm, g/cm3, km/s, s: yield stress of the wall in ksi"
         ),
         source=f"{SOURCE}, Eqs. 1 to 4; {PROGRAM}, Eqs. 65 to 67",
         confidence="read",
-        range=range_of(SOURCE, VALIDATED, walls=_without_inner_bumper),
-        meaningless=_without_inner_bumper,
+        range=range_of(SOURCE, VALIDATED, walls=_without_second_bumper),
+        meaningless=_without_second_bumper,
     ),
 )

@@ -2,7 +2,7 @@
 
 A family is a module in which its definitions stand together: the hole of an impact (``hole``), its crater (``crater``),
 its debris (``cloud``) and the pieces of that (``fragments``), the plug of a plate (``plug``), a shield (``shield``) and
-its rear wall (``wall``), a bar (``bar``), two plates (``plates``), everything on the grid (``whole``). ``view`` of a
+its wall (``wall``), a bar (``bar``), two plates (``plates``), everything on the grid (``whole``). ``view`` of a
 family makes its view of a snapshot, which hides whether the model was a body of revolution or a quarter in three
 dimensions; holes and craters have theirs in the folder ``impact``, which offers no measurement.
 

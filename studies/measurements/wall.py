@@ -1,4 +1,4 @@
-"""A rear wall under debris: whether it has a clear hole, what came off its back, how deep it is cratered.
+"""The wall of a shield under debris: whether it has a clear hole, what came off its back, how deep it is cratered.
 
 The wall is looked at in columns of cells along its normal: rings one cell wide of a body of revolution, squares in
 three dimensions. Two of its particles that have not failed hang together when their cells are the same or neighbours,
@@ -42,7 +42,7 @@ HELD = 2.0  # cells from the rim, whose matter is held there
 
 
 @dataclass(frozen=True, eq=False)
-class RearWall(OnGrid):
+class Wall(OnGrid):
     """All matter of a wall, on the grid and departed, in columns of whole bodies of revolution or their parts."""
 
     plate: ImpactView  # the same wall as the plate of an impact, for its hole
@@ -182,13 +182,13 @@ class RearWall(OnGrid):
 class WallView(OnGrid):
     """A wall, and the debris that has yet to come to it."""
 
-    wall: RearWall | None  # None before the first of it
+    wall: Wall | None  # None before the first of it
     coming: float  # the larger part: of the mass that waits to join the grid, of the momentum on its way across it
     held_back: bool  # whether more than ``LATE`` of what flies to it had not come off a sheet in front
     cell: float  # m
 
 
-def wall_of(setting: Any, snapshot: Any) -> RearWall:
+def wall_of(setting: Any, snapshot: Any) -> Wall:
     """The wall of a snapshot (``solver.state.Snapshot``) in an ``ImpactSetting`` whose target it is."""
     from solver.grid.debris import flown
     from solver.problem.geometry import impact_axis
@@ -223,7 +223,7 @@ def wall_of(setting: Any, snapshot: Any) -> RearWall:
         last = max(np.max(each.number, initial=-1) for each in (particles, departed))
         table = problem.arrivals.table[:, : max(0, int(last) + 1 - start_of_arrivals)]
         given += float((table[MASS] * table[VX + axis]).sum())
-    return RearWall(
+    return Wall(
         plate=replace(plate, attached_target=attached),
         place=position[:, :axis],
         first_place=first[:, :axis],
@@ -248,14 +248,14 @@ def wall_of(setting: Any, snapshot: Any) -> RearWall:
     )
 
 
-def _of_wall(**fields: Any) -> Callable[[Callable[[RearWall], Reading]], Measurement]:
+def _of_wall(**fields: Any) -> Callable[[Callable[[Wall], Reading]], Measurement]:
     """Make a function that reads a wall the measurement of its name.
 
     It is not reached before there is debris at the wall. It says while more is coming, where more would come that still
     hangs on a sheet in front, and where the rim has moved, unless it is an outcome that nothing undoes.
     """
 
-    def made(definition: Callable[[RearWall], Reading]) -> Measurement:
+    def made(definition: Callable[[Wall], Reading]) -> Measurement:
         of_wall = measurement(**fields)(definition)
 
         def read(view: WallView) -> Reading:
@@ -275,7 +275,7 @@ def _of_wall(**fields: Any) -> Callable[[Callable[[RearWall], Reading]], Measure
 # ---- outcomes ------------------------------------------------------------------------------------
 
 
-def _doubt(wall: RearWall) -> tuple[str, ...]:
+def _doubt(wall: Wall) -> tuple[str, ...]:
     """The flag of a wall without a hole, whose thinnest column has less matter than a cell would."""
     return (CLOSED_BY_FILM,) if wall.share.min() * wall.thickness < wall.cell else ()
 
@@ -290,7 +290,7 @@ def _doubt(wall: RearWall) -> tuple[str, ...]:
     version=3,
     outcomes=("wall holds", "wall perforated"),
 )
-def wall_perforated(wall: RearWall) -> Reading:
+def wall_perforated(wall: Wall) -> Reading:
     clear = wall.is_perforated
     return Reading(float(clear), flags=() if clear else _doubt(wall))
 
@@ -304,7 +304,7 @@ def wall_perforated(wall: RearWall) -> Reading:
     version=2,
     outcomes=("wall does not fail", "wall fails"),
 )
-def wall_failed(wall: RearWall) -> Reading:
+def wall_failed(wall: Wall) -> Reading:
     failed = wall.is_perforated or wall.is_spalled
     return Reading(float(failed), flags=() if failed else _doubt(wall))
 
@@ -319,7 +319,7 @@ def wall_failed(wall: RearWall) -> Reading:
     version=2,
     outcomes=("no attached spall", "attached spall"),
 )
-def wall_attached_spall(wall: RearWall) -> Reading:
+def wall_attached_spall(wall: Wall) -> Reading:
     return Reading(float(wall.void > LEAST * wall.covered))
 
 
@@ -333,7 +333,7 @@ def wall_attached_spall(wall: RearWall) -> Reading:
     version=plate_hole.version,
     widest=plate_hole.widest,
 )
-def wall_hole_diameter(wall: RearWall) -> Reading:
+def wall_hole_diameter(wall: Wall) -> Reading:
     if not wall.is_perforated:
         raise NoValue("not_perforated")
     reading = plate_hole.read(wall.plate)
@@ -351,7 +351,7 @@ def wall_hole_diameter(wall: RearWall) -> Reading:
     "where it is perforated",
     version=2,
 )
-def wall_crater_depth_over_thickness(wall: RearWall) -> Reading:
+def wall_crater_depth_over_thickness(wall: Wall) -> Reading:
     return Reading(1.0 if wall.is_perforated else wall.cratered, {"resolution": wall.resolution / wall.thickness})
 
 
@@ -363,7 +363,7 @@ def wall_crater_depth_over_thickness(wall: RearWall) -> Reading:
     "still moving where its present velocity would have taken it a cell or more in the time of the wall's stage",
     version=3,
 )
-def wall_bulge(wall: RearWall) -> Reading:
+def wall_bulge(wall: Wall) -> Reading:
     mine = wall.on_face & wall.attached
     if not mine.any():
         raise NoValue("no_wall")
@@ -386,7 +386,7 @@ def wall_bulge(wall: RearWall) -> Reading:
     "whole bodies",
     version=2,
 )
-def wall_momentum(wall: RearWall) -> Reading:
+def wall_momentum(wall: Wall) -> Reading:
     """The balance: only the rim takes momentum along the flight from all that is there."""
     free = ~wall.attached
     return Reading(wall.given - float((wall.mass[free] * wall.velocity[free]).sum()))
@@ -395,7 +395,7 @@ def wall_momentum(wall: RearWall) -> Reading:
 # ---- spall ---------------------------------------------------------------------------------------
 
 
-def _spalled_face(wall: RearWall) -> float:
+def _spalled_face(wall: Wall) -> float:
     """Area of the rear face that came off as spall, m2."""
     return float(wall.mass[wall.spall & wall.on_face].sum()) / (wall.density * wall.width)
 
@@ -407,7 +407,7 @@ def _spalled_face(wall: RearWall) -> float:
     "in its column of cells; what came out of a hole included; of whole bodies",
     version=2,
 )
-def wall_detached_spall(wall: RearWall) -> Reading:
+def wall_detached_spall(wall: Wall) -> Reading:
     """The mass; its edge is known to a cell over the part of the rear face that came off."""
     mass = float(wall.mass[wall.spall].sum())
     return Reading(mass, {"resolution": wall.density * _spalled_face(wall) * wall.resolution})
@@ -420,7 +420,7 @@ def wall_detached_spall(wall: RearWall) -> Reading:
     "that is detached spall; no spall where the wall has less than 1 % of the mass that the projectile covers",
     version=2,
 )
-def wall_spall_diameter(wall: RearWall) -> Reading:
+def wall_spall_diameter(wall: Wall) -> Reading:
     if not wall.is_spalled:
         raise NoValue("no_spall")
     return Reading(math.sqrt(4.0 / math.pi * _spalled_face(wall)), {"resolution": wall.resolution})
@@ -432,7 +432,7 @@ def wall_spall_diameter(wall: RearWall) -> Reading:
     meaning="mean velocity along the flight, by mass, of detached spall; no spall as for the diameter of its face",
     version=2,
 )
-def wall_spall_velocity(wall: RearWall) -> Reading:
+def wall_spall_velocity(wall: Wall) -> Reading:
     if not wall.is_spalled:
         raise NoValue("no_spall")
     mass = wall.mass[wall.spall]

@@ -92,7 +92,7 @@ def refusal(field: str, raw: object, limit: str, cure: str) -> InvalidInput:
 
 SHOWN_LENGTH = 60  # characters of a refused value that a person still recognises
 LONGEST_NAME = 100  # characters of a text that may be meant for a name
-MOST_NAMES = 200  # that are compared with it, and listed: one takes up to 30 us (2026-11)
+MOST_NAMES = 200  # that are compared with it: one takes up to 30 us (2026-11)
 
 
 # Words that people write for a word of a name, of parameters and materials alike.
@@ -120,7 +120,17 @@ SYNONYMS: Mapping[str, str] = {
     "w": "tungsten",
     "wolfram": "tungsten",
 }
-MOST_SUGGESTED = 3  # names in one cure
+# Whole names that people write for one of a shield.
+RENAMED: Mapping[str, str] = {
+    **dict.fromkeys(("target", "inner_bumper"), "bumper"),
+    **{"plate_thickness": "bumper_thickness", "inner_thickness": "bumper_2_thickness"},
+    **{"inner_stand_off": "bumper_2_stand_off", "projectile_material": "projectile", "bumper_material": "bumper"},
+    **dict.fromkeys(("rear_wall", "back_wall", "wall_material"), "wall"),
+    **dict.fromkeys(("rear_wall_thickness", "back_wall_thickness"), "wall_thickness"),
+    **dict.fromkeys(("standoff", "spacing", "gap"), "stand_off"),
+}
+MOST_SUGGESTED = 3  # names in one cure that are near
+MOST_LISTED = 5  # names in one cure
 MOST_SEARCHES = 20  # of one document; one takes up to 5 ms, where no name is near (2026-11)
 
 _searches: ContextVar[Iterator[int] | None] = ContextVar("searches", default=None)
@@ -137,7 +147,7 @@ def few_suggestions() -> Iterator[None]:
 
 
 def nearest_cure(value: object, allowed: Iterable[str]) -> str:
-    """The cure for an unknown name: the nearest allowed ones, or all of them where none is near.
+    """The cure for an unknown name: the nearest allowed ones, or some of them where none is near.
 
     >>> nearest_cure("thin_plat", ["thin_plate", "thick_plate"])
     "did you mean 'thin_plate'?"
@@ -147,15 +157,19 @@ def nearest_cure(value: object, allowed: Iterable[str]) -> str:
     "did you mean 'al-1100-o' or 'al-6061-t6'?"
     >>> nearest_cure("high", ["draft", "standard", "fine"])
     "did you mean 'fine'?"
-    >>> nearest_cure("x", ["speed", "target"])
-    'use one of: speed, target'
+    >>> nearest_cure("rear_wall", ["bumper", "wall", "wall_thickness"])
+    'write wall, not rear_wall'
+    >>> nearest_cure("x", ["speed", "target"]), nearest_cure("x", "abcdefg")
+    ('use one of: speed, target', 'use one of: a, b, c, d, e and 2 more')
     """
     names = sorted(allowed)
+    if isinstance(value, str) and RENAMED.get(value) in names:
+        return f"write {RENAMED[value]}, not {value}"
     if close := nearest(value, names):
         first, last = ", ".join(map(repr, close[:-1])), repr(close[-1])
         return f"did you mean {first + ' or ' if first else ''}{last}?"
-    more = f" and {len(names) - MOST_NAMES} more" if len(names) > MOST_NAMES else ""
-    return "use one of: " + ", ".join(names[:MOST_NAMES]) + more if names else "leave it out"
+    more = f" and {len(names) - MOST_LISTED} more" if len(names) > MOST_LISTED else ""
+    return "use one of: " + ", ".join(names[:MOST_LISTED]) + more if names else "leave it out"
 
 
 def unknown_keys(mapping: Iterable[object], known: Collection[str], field: str, limit: str) -> Iterator[Finding]:

@@ -15,7 +15,7 @@ is later, for the wall, than the moment, after the first touch, at which debris 
 """
 
 import math
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
 from itertools import accumulate, pairwise
 from types import MappingProxyType
@@ -27,6 +27,7 @@ from studies.quantities.numerical_defaults import NO_FAILURE, DebrisName
 from studies.quantities.parameters import MaterialName
 from studies.quantities.units import readable, round_quantity
 from studies.scenarios import Materials, ObservationRate, Scenario, Setting, Size
+from studies.scenarios.parts.bumpers import BUMPERS, FurtherBumpers
 from studies.scenarios.parts.impact import Impact, ImpactSetting, ImpactSetUp, outline
 from studies.scenarios.parts.lattice import along_flight, slab_clamp
 from studies.scenarios.parts.matter import Fracture
@@ -63,7 +64,6 @@ LEAST_ROOM = 1.0  # behind a bumper, projectile diameters: what comes off needs 
 CLEAR_CELLS = 4.0  # least radius of a wall, in cells of it: measurements leave out the three cells next to its rim
 LEAST_CELLS: Mapping[str, float] = {"cells_per_diameter": 16.0, "cells_per_thickness": 6.0, "cells_per_wall": 8.0}
 FEWEST_CELLS: Mapping[str, float] = {"cells_per_thickness": 2.0, "cells_per_wall": 2.0}
-BUMPERS = ("bumper", "bumper_2", "bumper_3", "bumper_4")  # by their place: a shield has the first, and may have more
 
 
 @dataclass(frozen=True)
@@ -114,7 +114,7 @@ class Sheets(Projectile):
     """A projectile, and the materials of a shield."""
 
     bumper: Annotated[MaterialName, Described("material of the bumper")]
-    wall: Annotated[MaterialName, Described("material of the rear wall")]
+    wall: Annotated[MaterialName, Described("material of the wall")]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -164,7 +164,7 @@ class Walls:
             10.0,
         ),
     ]
-    wall_thickness: Annotated[Metre, Described("thickness of the rear wall", 1e-6, 1.0)]
+    wall_thickness: Annotated[Metre, Described("thickness of the wall", 1e-6, 1.0)]
     bumper_radius: Annotated[
         Metre | None,
         Described("radius of a round bumper, half the width of a square one; by default 3.5 diameters", 1e-5, 10.0),
@@ -237,48 +237,6 @@ class Walls:
 def cells_through(thickness: float, shot: ShotAtShield) -> float:
     """Cells through a sheet (m) behind the first bumper, by default."""
     return max(WALL_CELLS * shot.cells_per_diameter, thickness / (WIDEST_CELL * shot.cell))
-
-
-def _has(count: int) -> Callable[[Any], bool]:
-    """Whether a shield has so many bumpers."""
-    return lambda record: all(getattr(record, f"{name}_thickness") for name in BUMPERS[1:count])
-
-
-@dataclass(frozen=True, kw_only=True)
-class FurtherBumpers:
-    """The bumpers behind the first one: each is there where it has a thickness, and all in front of it have."""
-
-    bumper_2: Annotated[MaterialName | None, Described("material of a second bumper", acts=_has(2))] = None
-    bumper_2_thickness: Annotated[
-        Metre, Described("thickness of a second bumper, 0 for none", 0.0, 1.0, neutral=True)
-    ] = 0.0
-    bumper_2_stand_off: Annotated[
-        Metre | None, Described("space behind the second bumper", 1e-4, 10.0, acts=_has(2))
-    ] = None
-    bumper_3: Annotated[MaterialName | None, Described("material of a third bumper", acts=_has(3))] = None
-    bumper_3_thickness: Annotated[
-        Metre, Described("thickness of a third bumper, 0 for none", 0.0, 1.0, neutral=True)
-    ] = 0.0
-    bumper_3_stand_off: Annotated[
-        Metre | None, Described("space behind the third bumper", 1e-4, 10.0, acts=_has(3))
-    ] = None
-    bumper_4: Annotated[MaterialName | None, Described("material of a fourth bumper", acts=_has(4))] = None
-    bumper_4_thickness: Annotated[
-        Metre, Described("thickness of a fourth bumper, 0 for none", 0.0, 1.0, neutral=True)
-    ] = 0.0
-    bumper_4_stand_off: Annotated[
-        Metre | None, Described("space behind the fourth bumper", 1e-4, 10.0, acts=_has(4))
-    ] = None
-
-    def check(self) -> Iterator[Finding]:
-        """A bumper has a space behind it and another one in front of it."""
-        for place, name in enumerate(BUMPERS[1:], 2):
-            thickness, behind = f"{name}_thickness", f"{name}_stand_off"
-            if getattr(self, thickness) and not _has(place)(self):
-                value, before = readable(getattr(self, thickness), "m"), f"{BUMPERS[place - 2]}_thickness"
-                yield Finding(thickness, value, f"0 m without {BUMPERS[place - 2]}", f"give {before}")
-            elif getattr(self, thickness) and getattr(self, behind) is None:
-                yield Finding(behind, "nothing", f"the space behind {name}", f"give {behind}")
 
 
 def _layers(values: Any) -> list[tuple[str, float, float]]:

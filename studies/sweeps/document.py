@@ -11,7 +11,7 @@ try:  # libyaml's, ten times faster
 except ImportError:
     from yaml import SafeLoader  # type: ignore[assignment]  # the same interface in Python
 
-from studies.quantities.findings import Finding, InvalidInput, nearest_cure, refusal, shown
+from studies.quantities.findings import MOST_LISTED, Finding, InvalidInput, nearest_cure, refusal, shown
 from studies.quantities.texts import decoded
 from studies.sweeps import examples
 
@@ -119,7 +119,8 @@ def no_such_file(file: Path, name: str = "file", example: str = "") -> InvalidIn
     if example:
         cure = f"{cure} {example}" if cure.startswith("did you mean") else example
     elif file.suffix in (".yaml", ".yml", ".json", ""):
-        cure += f" Examples: {', '.join(f'{each}.yaml' for each in examples.names())} in {examples.folder()}"
+        names = ", ".join(f"{each}.yaml" for each in examples.names()[:MOST_LISTED])
+        cure += f" Examples: {names} in {examples.folder()}"
     return InvalidInput([Finding(name, f"{file}: no such file", "a file that is there", cure)])
 
 

@@ -23,8 +23,10 @@ from studies.quantities.findings import (
 )
 from studies.quantities.parameters import Parameter, Value, declared, find, missing, parse_value, parse_values
 from studies.quantities.units import exact_number
+from studies.scenarios.parts.bumpers import by_place
 from studies.sweeps.accuracy import USUAL, read_accuracy, tells_errors
 from studies.sweeps.axes import Axis, AxisReader, repeated
+from studies.sweeps.flat import as_sweep
 from studies.sweeps.sampling import METHODS, Sampling, read_range, read_sampling, sampled
 from studies.sweeps.search import read_search
 
@@ -74,7 +76,7 @@ def read_fields(document: Any, limits: SweepLimits) -> dict[str, Any]:
     if not isinstance(document, Mapping):
         raise refusal("sweep", document, "a mapping with scenario and axes", "see the examples")
     with few_suggestions():
-        return _DocumentReading(document, limits).fields()
+        return _DocumentReading(as_sweep(document, KEYS), limits).fields()
 
 
 class _DocumentReading:
@@ -96,7 +98,8 @@ class _DocumentReading:
         if scenario is None:
             raise InvalidInput(self.findings)
         self.record = declared(scenario.parameters)
-        self.fixed, self.varied = self._mapping("fixed"), self._mapping("axes")
+        self.fixed = self.findings.attempt(by_place, self._mapping("fixed"), "fixed") or {}
+        self.varied = self._mapping("axes")
         roles = {role: self._material_names(role, own) for role in scenario.materials}
         terms = vocabulary(scenario.name, roles, own)
         # A material that is refused is none that is missing.

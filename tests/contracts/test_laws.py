@@ -12,7 +12,7 @@ import pytest
 
 from solver.registry import entries
 from studies import laws, materials, measurements
-from studies.laws import InnerBumper, Law, Shield, Shot
+from studies.laws import FurtherBumper, Law, Shield, Shot
 from studies.materials.schema import CONFIDENCES
 
 COPPER = materials.load("copper-ofhc")
@@ -27,10 +27,10 @@ def law(request: pytest.FixtureRequest) -> Law:
 def shot(law: Law, speed: float = 6000.0, scale: float = 1.0) -> Shot:
     """A sphere of 8 mm on 2 mm of copper, which is the bumper of a shield too; all lengths times a scale.
 
-    The shield has an inner bumper for a law that is about three walls.
+    The shield has a second bumper for a law that is about three walls.
     """
-    inner = InnerBumper(1e-3 * scale, 0.05 * scale) if law.name.endswith("three_walls") else None
-    shield = Shield(2e-3 * scale, 4e-3 * scale, 0.1 * scale, 345e6, inner_bumper=inner)
+    further = (FurtherBumper(1e-3 * scale, 0.05 * scale),) if law.name.endswith("three_walls") else ()
+    shield = Shield(2e-3 * scale, 4e-3 * scale, 0.1 * scale, 345e6, further_bumpers=further)
     return Shot(speed, 8e-3 * scale, 2e-3 * scale, COPPER, COPPER, shield=shield)
 
 

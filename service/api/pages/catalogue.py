@@ -30,7 +30,7 @@ SHIELDS = "shields"  # the table of shots on shields
 # Columns of shots on shields, and those by which they are chosen.
 COLUMNS = (
     *("outcome", "speed", "obliquity", "projectile_diameter", "bumper_thickness", "stand_off", "wall_thickness"),
-    *("wall_yield_stress", "projectile_material", "bumper_material", "wall_material", "source", "shot"),
+    *("wall_yield_stress", "projectile", "bumper", "wall", "source", "shot"),
 )
 FILTERS = ("outcome", "speed", "projectile_diameter", "bumper_thickness", "wall_thickness", "source")
 SECTIONS: Mapping[str, str] = {

@@ -35,7 +35,7 @@ class FieldGroup:
     is_open: bool = False
 
 
-def field_of(parameter: Parameter, label: str = "") -> FormField:
+def field_of(parameter: Parameter) -> FormField:
     limit = "" if parameter.kind in ("text", "boolean") else f"; {parameter.limit()}"
     default = parameter.default
     if parameter.kind == "quantity" and isinstance(default, float):
@@ -44,7 +44,7 @@ def field_of(parameter: Parameter, label: str = "") -> FormField:
     own_list = f"choices-{parameter.name}" if choices else ""
     return FormField(
         name=parameter.name,
-        label=label or label_of(parameter.name),
+        label=label_of(parameter.name),
         hint=f"{parameter.meaning}{limit}",
         kind="lines" if parameter.longest > LONGEST_WORD else "line",
         placeholder="" if default is None else str(default).lower() if isinstance(default, bool) else str(default),

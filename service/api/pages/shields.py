@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping
 from functools import cache
-from typing import Annotated, Any
+from typing import Annotated
 from urllib.parse import urlencode
 
 from fastapi import APIRouter, Depends, Request, Response
@@ -21,26 +21,17 @@ from studies.quantities.findings import InvalidInput
 from studies.quantities.numerical_defaults import NO_FAILURE
 from studies.quantities.parameters import declared
 from studies.reports.answers import EXAMPLE
-from studies.reports.answers.question import ShotParameters
+from studies.reports.answers.question import PLATE, ShotParameters
 from studies.sweeps.document import read_yaml
 
 router = APIRouter(include_in_schema=False, default_response_class=HTMLResponse)
 
 # The sheet has its styles inside, and runs and loads nothing.
 SHEET_POLICY = "default-src 'none'; style-src 'unsafe-inline'; frame-ancestors 'none'; base-uri 'none'"
-# Of a shield the target is its bumper.
-LABELS = {"target": "Bumper", "plate_thickness": "Bumper thickness", "inner_thickness": "Second bumper's thickness"}
-LABELS |= {"inner_stand_off": "Second bumper's stand-off"}
 ALWAYS = (
-    *("speed", "obliquity", "projectile", "projectile_diameter", "target", "plate_thickness", "stand_off", "wall"),
+    *("speed", "obliquity", "projectile", "projectile_diameter", "bumper", "bumper_thickness", "stand_off", "wall"),
     "wall_thickness",
 )
-# Parameters of the scenario that simulates a shield, by those of the question.
-SIMULATED = {
-    **dict.fromkeys(("speed", "projectile", "projectile_diameter", "projectile_length", "stand_off", "wall_thickness")),
-    **{"target": "bumper", "plate_thickness": "bumper_thickness", "wall": "wall", "obliquity": "obliquity"},
-    **{"inner_thickness": "bumper_2_thickness", "inner_stand_off": "bumper_2_stand_off"},
-}
 
 
 @cache
@@ -70,7 +61,7 @@ AnswerToForm = Annotated[AnsweredForm, Depends(_answer)]
 @router.get("/shields")
 def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: AnswerToForm) -> Response:
     """The form of a shield, and what laws and shots say of it."""
-    every = {name: field_of(each, LABELS.get(name, "")) for name, each in declared(ShotParameters).items()}
+    every = {name: field_of(each) for name, each in declared(ShotParameters).items() if name not in PLATE}
     return page(
         request,
         "shields.html",
@@ -93,14 +84,13 @@ def show_shield(request: Request, caller: Reader, fields: ShieldFields, answer: 
 
 def _simulation(fields: Mapping[str, str]) -> str:
     """The address of the form that simulates a shield; empty for another target."""
-    if "wall_thickness" not in fields:
+    if "bumper" not in fields:
         return ""
-    given: dict[str, Any] = {"wall": fields["target"], **fields} if "target" in fields else dict(fields)
+    given = {"wall": fields["bumper"], **fields}
     if "projectile_length" in given:
         given["projectile_shape"] = "cylinder"
-    names = {**{name: name for name in given}, **{name: other or name for name, other in SIMULATED.items()}}
-    allowed = {*SIMULATED, "projectile_shape"}
-    return "/new/whipple_shield?" + urlencode({names[name]: text for name, text in given.items() if name in allowed})
+    given.pop("wall_yield_stress", None)  # a run has the strength of its materials
+    return "/new/whipple_shield?" + urlencode(given)
 
 
 @router.get("/shields/sheet")

@@ -21,17 +21,19 @@ QUESTION: dict[str, Any] = {
     "speed": ["3 km/s", "6 km/s"],
     "projectile": "al-2017-t4",
     "projectile_diameter": "5 mm",
-    "target": "al-6061-t6",
-    "plate_thickness": "1.2 mm",
+    "bumper": "al-6061-t6",
+    "bumper_thickness": "1.2 mm",
     "stand_off": "10 cm",
+    "wall": "al-6061-t6",
     "wall_thickness": "3.2 mm",
 }
 QUESTION_BODY: dict[str, Any] = {
     "requestBody": {
         "required": True,
         "description": (
-            "A shot at a block, at a plate (`plate_thickness`) or at a shield (`stand_off` and `wall_thickness` too). "
-            "A parameter may have several values: a list, or `start`, `stop` and `step`."
+            "A shot at a block (`target`), at a plate (`plate_thickness` too) or at a shield (`bumper`, "
+            "`bumper_thickness`, `stand_off`, `wall`, `wall_thickness`, and a list `further_bumpers`), or the document "
+            "of a sweep. A parameter may have several values: a list, or `start`, `stop` and `step`."
         ),
         "content": {
             "application/json": {"schema": {"type": "object"}, "example": QUESTION},

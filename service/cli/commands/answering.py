@@ -29,7 +29,7 @@ FORMATS = (".html", ".svg", ".png", ".pdf")  # of one answer
 def shots(
     where: Annotated[
         list[str] | None,
-        typer.Option(metavar="FIELD=VALUE", help="For instance wall_material=AA2219, or speed='6 km/s to 7 km/s'."),
+        typer.Option(metavar="FIELD=VALUE", help="For instance wall=AA2219, or speed='6 km/s to 7 km/s'."),
     ] = None,
     at: Annotated[Path | None, typer.Option(metavar="FILE", help="The shots nearest to the shield of a file.")] = None,
     own: Annotated[
@@ -61,11 +61,7 @@ _SHOWN = (
     *(("source", "", "source"), ("shot", "", "shot"), ("outcome", "", "wall"), ("speed", "km/s", "speed")),
     *(("obliquity", "deg", "angle"), ("projectile_diameter", "mm", "d"), ("bumper_thickness", "mm", "bumper")),
     *(("stand_off", "mm", "stand-off"), ("wall_thickness", "mm", "wall")),
-    *(
-        ("projectile_material", "", "projectile"),
-        ("bumper_material", "", "of bumper"),
-        ("wall_material", "", "of wall"),
-    ),
+    *(("projectile", "", "projectile"), ("bumper", "", "of bumper"), ("wall", "", "of wall")),
 )
 
 
@@ -82,7 +78,7 @@ def _one_shield(at: Path) -> Any:
     question = read_question(read_sweep_file(at))
     if question.target != "shield" or question.axes:
         raise refusal(
-            "--at", str(at), "one shot at a shield", "give stand_off and wall_thickness, and no list of values"
+            "--at", str(at), "one shot at a shield", "give bumper, stand_off and wall_thickness, and no list of values"
         )
     return question.shot(question.fixed)
 
@@ -90,9 +86,9 @@ def _one_shield(at: Path) -> Any:
 def print_answers(at: Path | None, given: dict[str, Any], out: Path | None, *, as_json: bool) -> None:
     """Ask every law about the shots of a file, with what the options change; raises InvalidInput."""
     from studies.reports.answers.answer import answers, document
-    from studies.reports.answers.question import read_question
+    from studies.reports.answers.question import as_shot, read_question
 
-    question = read_question({**(read_sweep_file(at) if at else {}), **given})
+    question = read_question({**(as_shot(read_sweep_file(at)) if at else {}), **given})
     if out is not None:
         say(f"written: {_write(question, out)}")
         return

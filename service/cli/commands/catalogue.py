@@ -39,8 +39,10 @@ def laws(
     projectile: Annotated[str | None, typer.Option(metavar="MATERIAL", help="Material of the projectile.")] = None,
     projectile_diameter: Annotated[str | None, _quantity("--diameter", "Diameter of the projectile: 5 mm.")] = None,
     projectile_length: Annotated[str | None, _quantity("--length", "Length of a cylinder; none: a sphere.")] = None,
-    target: Annotated[str | None, typer.Option(metavar="MATERIAL", help="Plate, block, or bumper of a shield.")] = None,
-    plate_thickness: Annotated[str | None, _quantity("--thickness", "Of plate or bumper; none: a block.")] = None,
+    target: Annotated[str | None, typer.Option(metavar="MATERIAL", help="Material of a plate or a block.")] = None,
+    plate_thickness: Annotated[str | None, _quantity("--thickness", "Of a plate; none: a block.")] = None,
+    bumper: Annotated[str | None, typer.Option(metavar="MATERIAL", help="Bumper of a shield.")] = None,
+    bumper_thickness: Annotated[str | None, _quantity("--bumper-thickness", "Of a shield's bumper.")] = None,
     stand_off: Annotated[str | None, _quantity("--stand-off", "Between bumper and wall of a shield: 10 cm.")] = None,
     wall_thickness: Annotated[str | None, _quantity("--wall-thickness", "Thickness of a shield's wall.")] = None,
     wall: Annotated[str | None, typer.Option(metavar="MATERIAL", help="A shield's wall; none: as its bumper.")] = None,
@@ -54,7 +56,7 @@ def laws(
     from studies import laws as shipped
 
     names: tuple[str, ...] = ("speed", "projectile", "projectile_diameter", "projectile_length", "target")
-    names += ("plate_thickness", "stand_off", "wall_thickness", "wall", "obliquity")
+    names += ("plate_thickness", "bumper", "bumper_thickness", "stand_off", "wall_thickness", "wall", "obliquity")
     options = locals()
     given = {each: options[each] for each in names if options[each] is not None}
     if at is not None or given:

@@ -11,7 +11,7 @@ from studies.observations.shields.shots import published
 def outside_of_shots(shot: Shot) -> Iterator[str]:
     """Why a shot on a shield is like none of the published ones."""
     assert shot.shield is not None
-    if shot.shield.inner_bumper:
+    if shot.shield.further_bumpers:
         yield "all shots have two walls"
     metals = {"projectile": shot.projectile.family, "bumper": shot.target.family, **shot.shield.of_other_metal}
     for role, family in metals.items():

@@ -31,7 +31,7 @@ PATH = "shots"
 FASTEST = 20e3  # m/s: no gun launches spheres faster
 OUTCOME, PERFORATED = "outcome", "perforated"  # columns of a table that say whether the wall was perforated
 NAMES = ("source", "shot")  # columns whose numbers are names
-WORDS = (*TEXT_COLUMNS, *NAMES, OUTCOME, PERFORATED, "projectile_material", "bumper_material", "wall_material")
+WORDS = (*TEXT_COLUMNS, *NAMES, OUTCOME, PERFORATED, "projectile", "bumper", "wall")
 STEEPEST = math.radians(90.0)
 DENSITY_APART = 0.02  # relative: alloys of one number differ by less
 SAME = 0.03  # relative: numbers of two reports about the same shot
@@ -67,9 +67,9 @@ class ShieldShot:
     outcome: WallOutcome
     source: str = "own"  # a key of sources.csv, or what the user's table says
     shot: str = ""  # its number in the source
-    projectile_material: str = ""
-    bumper_material: str = ""
-    wall_material: str = ""
+    projectile: str = ""
+    bumper: str = ""
+    wall: str = ""
 
     @property
     def is_perforated(self) -> bool:
@@ -94,8 +94,8 @@ class ShieldShot:
             speed=self.speed,
             projectile_diameter=self.projectile_diameter,
             plate_thickness=self.bumper_thickness,
-            projectile=aluminium(self.projectile_density, self.projectile_material),
-            target=aluminium(self.bumper_density, self.bumper_material),
+            projectile=aluminium(self.projectile_density, self.projectile),
+            target=aluminium(self.bumper_density, self.bumper),
             obliquity=self.obliquity,
             shield=self.shield,
         )
@@ -256,7 +256,7 @@ def screened(shots: Iterable[ShieldShot]) -> Screening:
 def _impossible(shot: ShieldShot) -> list[str]:
     """Why the numbers of a shot cannot be right."""
     roles = ("projectile", "bumper", "wall")
-    unlike = [role for role in roles if _is_unlike(getattr(shot, f"{role}_material"), getattr(shot, f"{role}_density"))]
+    unlike = [role for role in roles if _is_unlike(getattr(shot, role), getattr(shot, f"{role}_density"))]
     rules = {
         "a size that is not positive": min(getattr(shot, name) for name in SIZES) <= 0.0,
         "a yield stress that is not positive": shot.wall_yield_stress <= 0.0,
@@ -293,7 +293,7 @@ def compared_pairs(shots: Sequence[ShieldShot]) -> tuple[int, int]:
 
 
 def _is_weaker(one: ShieldShot, other: ShieldShot) -> bool:
-    same = ("source", "obliquity", "projectile_material", "bumper_material", "wall_material")
+    same = ("source", "obliquity", "projectile", "bumper", "wall")
     close = ("bumper_thickness", "stand_off", "speed")
     sphere = one.projectile_diameter / other.projectile_diameter
     wall = other.wall_thickness / one.wall_thickness

@@ -3,33 +3,39 @@
 import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, replace
-from itertools import permutations, product
+from itertools import product
 from typing import Annotated, Any
 
 from solver.units import Described, Metre, MetrePerSecond, Pascal, Radian
 from studies import materials as shipped
-from studies.laws import InnerBumper, Shield, Shot, shot_from
+from studies import scenarios
+from studies.laws import Shot, shot_from
 from studies.materials import Material, read_own
-from studies.quantities.findings import Finding, Findings, refusal
+from studies.quantities.findings import Finding, Findings, InvalidInput, nearest_cure, refusal, shown
 from studies.quantities.parameters import MaterialName, Parameter, Value, declared, find, join, missing, parse_value
+from studies.scenarios.parts.bumpers import BUMPERS, FurtherBumpers, by_place
 from studies.sweeps.axes import Axis, AxisReader
+from studies.sweeps.flat import as_sweep
+from studies.sweeps.reading import KEYS
 
 MOST_SHOTS = 2_000  # of one question: equations and shots of a shield take 5 ms for each (2026-11)
 OWN_MATERIALS = "materials"  # the key beside the parameters, as in a sweep
-WALL = ("wall_thickness", "stand_off")  # a shield has both
-INNER = ("inner_thickness", "inner_stand_off")  # a second bumper has both
+PLATE = ("target", "plate_thickness")  # what a plate or a block has, and no shield
+SHIELD = ("bumper", "bumper_thickness", "stand_off", "wall_thickness")  # what every shield has
+BEHIND = ("wall", "wall_yield_stress", *declared(FurtherBumpers))  # and what it may have
+ROLES = ("projectile", "target", *BUMPERS, "wall")
 
 
 @dataclass(frozen=True, kw_only=True)
 class ShotParameters:
-    """What laws are told of a shot."""
+    """What laws are told of a shot, in the words of the scenarios; a block has no plate_thickness."""
 
     speed: Annotated[MetrePerSecond, Described("impact speed", 100.0, 2e4)]
     projectile_diameter: Annotated[Metre, Described("diameter of the projectile", 1e-5, 1.0)]
     projectile: Annotated[MaterialName, Described("material of the projectile")]
-    target: Annotated[MaterialName, Described("material of the plate or block; of a shield, of its bumper")]
+    target: Annotated[MaterialName | None, Described("material of a plate or a block")] = None
     plate_thickness: Annotated[
-        Metre | None, Described("thickness of the plate, or of a shield's bumper; omitted for a thick block", 1e-6, 1.0)
+        Metre | None, Described("thickness of a plate; omitted for a thick block", 1e-6, 1.0)
     ] = None
     projectile_length: Annotated[
         Metre | None, Described("length of a cylinder that flies along its axis; omitted for a sphere", 1e-5, 1.0)
@@ -37,22 +43,18 @@ class ShotParameters:
     obliquity: Annotated[
         Radian, Described("angle between the flight and the target's normal", 0.0, math.radians(85.0))
     ] = 0.0
-    wall: Annotated[MaterialName | None, Described("material of a shield's wall; by default that of its bumper")] = None
-    wall_thickness: Annotated[Metre | None, Described("thickness of a shield's wall", 1e-6, 1.0)] = None
+    bumper: Annotated[MaterialName | None, Described("material of a shield's bumper")] = None
+    bumper_thickness: Annotated[Metre | None, Described("thickness of a shield's bumper", 1e-6, 1.0)] = None
     stand_off: Annotated[
         Metre | None,
         Described("distance from the back of a shield's bumper to its wall, or to a second bumper", 1e-6, 10.0),
     ] = None
-    inner_thickness: Annotated[
-        Metre | None,
-        Described("thickness of a second bumper between the first and the wall; omitted for none", 1e-6, 1.0),
-    ] = None
-    inner_stand_off: Annotated[
-        Metre | None, Described("distance from the back of the second bumper to the wall", 1e-6, 10.0)
-    ] = None
+    wall: Annotated[MaterialName | None, Described("material of a shield's wall; by default that of its bumper")] = None
+    wall_thickness: Annotated[Metre | None, Described("thickness of a shield's wall", 1e-6, 1.0)] = None
     wall_yield_stress: Annotated[
         Pascal | None, Described("yield stress of a shield's wall; by default the first that its material states", 1e6)
     ] = None
+    further: FurtherBumpers
 
 
 @dataclass(frozen=True)
@@ -72,7 +74,7 @@ class Question:
     def target(self) -> str:
         """What is hit: "shield", "plate" or "block"."""
         given = {name for name, value in self.fixed.items() if value is not None} | {axis.name for axis in self.axes}
-        if "wall_thickness" in given:
+        if given & {*SHIELD}:
             return "shield"
         return "plate" if "plate_thickness" in given else "block"
 
@@ -83,37 +85,52 @@ class Question:
             yield {**self.fixed, **dict(zip(names, values, strict=True))}
 
     def shot(self, point: Mapping[str, Value]) -> Shot:
-        """The shot of one of the points."""
+        """The shot of one of the points; raises InvalidInput for bumpers and walls that make no shield."""
         given: dict[str, Any] = {name: value for name, value in point.items() if value is not None}
         if "projectile_length" in given:
             given["projectile_shape"] = "cylinder"
-        roles = {role: self.materials[given[role]] for role in ("projectile", "target")}
-        return replace(shot_from(given, roles), shield=self._shield(given))
-
-    def _shield(self, given: Mapping[str, Any]) -> Shield | None:
-        if "wall_thickness" not in given:
-            return None
-        inner = [float(given[name]) for name in INNER if name in given]
-        return Shield(
-            bumper_thickness=given["plate_thickness"],
-            wall_thickness=given["wall_thickness"],
-            stand_off=given["stand_off"],
-            wall_yield_stress=given.get("wall_yield_stress") or _yield_stress(self._wall(given), given),
-            wall_density=self._wall(given).density,
-            inner_bumper=InnerBumper(inner[0], inner[1]) if len(inner) == len(INNER) else None,
-            wall_family=self._wall(given).family,
-        )
-
-    def _wall(self, given: Mapping[str, Any]) -> Material:
-        return self.materials[given.get("wall", given["target"])]
+        if self.target == "shield":
+            further = {name: value for name, value in given.items() if name in declared(FurtherBumpers)}
+            if findings := [*FurtherBumpers(**further).check()]:
+                raise InvalidInput(findings)
+            given = {**dict.fromkeys((*BUMPERS, "wall"), given["bumper"]), **given}
+        roles = {role: self.materials[given[role]] for role in ROLES if role in given}
+        shot = shot_from(given, roles)
+        if shot.shield is None:
+            return shot
+        stress = given.get("wall_yield_stress", shot.shield.wall_yield_stress)
+        if math.isnan(stress):
+            cure = "give wall_yield_stress, for instance 276 MPa"
+            raise refusal("wall", given["wall"], "a material that states a yield stress", cure)
+        return replace(shot, shield=replace(shot.shield, wall_yield_stress=stress))
 
 
-def _yield_stress(wall: Material, given: Mapping[str, Any]) -> float:
-    """The first yield stress that a material states, Pa; raises InvalidInput."""
-    if wall.yield_stresses:
-        return wall.yield_stresses[0].value
-    cure = "give wall_yield_stress, for instance 276 MPa"
-    raise refusal("wall", given.get("wall", given["target"]), "a material that states a yield stress", cure)
+def as_shot(document: Mapping[str, Any]) -> dict[str, Any]:
+    """The parameters of a shot, of a document of its own or of a sweep, without those that laws do not know.
+
+    Raises InvalidInput where the values of a sweep are not every combination of those on its axes.
+    """
+    if not {*document} & ({*KEYS} - {OWN_MATERIALS}):
+        return by_place(document)
+    document = as_sweep(document, KEYS)
+    combine = document.get("combine") or "grid"
+    if combine != "grid":
+        raise refusal("combine", combine, "grid, for laws", "leave combine out")
+    scenario = scenarios.load(str(document.get("scenario")))
+    left_out = {*declared(scenario.parameters)} - {*declared(ShotParameters)}
+    fixed, axes = (document.get(key) or {} for key in ("fixed", "axes"))
+    if not isinstance(fixed, Mapping) or not isinstance(axes, Mapping):
+        raise refusal("fixed and axes", "no mapping", "names and values", "write fixed: {speed: 6 km/s}")
+    stated = {**by_place(fixed, "fixed"), **{name: _asked(values) for name, values in axes.items()}}
+    shot = {name: value for name, value in stated.items() if name not in left_out and "." not in name}
+    return {**shot, **{key: document[key] for key in (OWN_MATERIALS,) if key in document}}
+
+
+def _asked(values: Any) -> Any:
+    """The values of an axis: the one that has no other by itself, and the ends of a search."""
+    if isinstance(values, Mapping) and "limit_of" in values:
+        return values.get("between")
+    return values[0] if isinstance(values, list) and len(values) == 1 else values
 
 
 def read_question(document: Any) -> Question:
@@ -123,12 +140,13 @@ def read_question(document: Any) -> Question:
     """
     if not isinstance(document, Mapping):
         raise refusal("shot", document, "a mapping of parameters", "write speed: 6 km/s, projectile: al-2017-t4, ...")
+    document = as_shot(document)
     findings = Findings()
     own = _own_materials(document.get(OWN_MATERIALS), findings)
     names = sorted({*shipped.names(), *own})
     parameters = declared(ShotParameters)
     reader = AxisReader(MOST_SHOTS, names)
-    fixed: dict[str, Value] = {name: parameter.default for name, parameter in parameters.items()}
+    fixed = {name: each.default for name, each in parameters.items() if name not in declared(FurtherBumpers)}
     axes: list[Axis] = []
 
     def read(name: str, raw: Any) -> None:
@@ -147,8 +165,8 @@ def read_question(document: Any) -> Question:
     if shots > MOST_SHOTS:
         raise refusal("shot", f"{shots} shots", f"at most {MOST_SHOTS} in one question", "give fewer values")
     varied = {axis.name for axis in axes}
-    used = {fixed[role] for role in ("projectile", "target", "wall") if fixed[role] and role not in varied}
-    used |= {value for axis in axes if axis.name in ("projectile", "target", "wall") for value in axis.values}
+    used = {fixed[role] for role in ROLES if fixed.get(role) and role not in varied}
+    used |= {value for axis in axes if axis.name in ROLES for value in axis.values}
     loaded = {str(name): own.get(str(name)) or shipped.load(str(name)) for name in used}
     question = Question({k: v for k, v in fixed.items() if k not in varied}, tuple(axes), loaded)
     for point in question.points():
@@ -175,14 +193,14 @@ def _missing(document: Mapping[str, Any], parameters: Mapping[str, Parameter]) -
     for parameter in parameters.values():
         if parameter.required and parameter.name not in document:
             yield missing(parameter)
-    for one, other in permutations(INNER):
-        if document.get(one) is not None and document.get(other) is None:
-            yield Finding(
-                other, "nothing", f"a second bumper has {' and '.join(INNER)}", f"give it, or leave {one} out"
-            )
-    about_wall = [name for name in (*WALL, *INNER, "wall", "wall_yield_stress") if document.get(name) is not None]
-    if about_wall:
-        for name in ("plate_thickness", *WALL):
-            if document.get(name) is None:
-                cure = f"give it, or leave {about_wall[0]} out"
-                yield Finding(name, "nothing", f"a shield has a bumper (plate_thickness), {' and '.join(WALL)}", cure)
+    given = {name for name, value in document.items() if value is not None}
+    if not given & {*SHIELD, *BEHIND}:
+        if "target" not in given:
+            yield missing(parameters["target"])
+        return
+    for name in PLATE:
+        if name in given:
+            yield Finding(name, shown(document[name]), "a shield has a bumper", nearest_cure(name, SHIELD))
+    for name in SHIELD:
+        if name not in given:
+            yield Finding(name, "nothing", f"a shield has {', '.join(SHIELD)}", f"give {name}")

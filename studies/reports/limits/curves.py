@@ -20,7 +20,7 @@ LIKE = 0.4
 def like_shields(shot: Shot) -> list[ShieldShot]:
     """The published shots on shields like that of a shot, at any speed and of any diameter; all have one bumper."""
     assert shot.shield is not None
-    if shot.shield.inner_bumper:
+    if shot.shield.further_bumpers:
         return []
     shots = published().shots
     return [each for each, apart in zip(shots, distances_of_shields(shot, shots), strict=True) if apart <= LIKE]

@@ -184,9 +184,9 @@ def test_shield__is_answered_with_a_figure_and_its_findings_stand_at_the_fields(
     assert "to fail" in page.text
     assert page.text.count('src="data:image/svg+xml') == 2
     assert "/new/whipple_shield?" in page.text
-    asked = "speed=6&projectile=al-2017-t4&projectile_diameter=5+mm&target=al-6061-t6&wall_thickness=3+mm"
+    asked = "speed=6&projectile=al-2017-t4&projectile_diameter=5+mm&bumper=al-6061-t6&wall_thickness=3+mm"
     refused = api.http.get(f"/shields?{asked}")
-    assert findings(refused).keys() == {"speed", "plate_thickness", "stand_off"}
+    assert findings(refused).keys() == {"speed", "bumper_thickness", "stand_off"}
     assert api.http.get(f"/shields/sheet?{asked}").status_code == 422
     assert "unsafe-inline" in api.http.get("/shields/sheet").headers["Content-Security-Policy"]
 

@@ -14,7 +14,7 @@ from studies.cubes.cube import build
 from studies.cubes.points import points_of
 from studies.laws import (
     FITTED,
-    InnerBumper,
+    FurtherBumper,
     Shield,
     Shot,
     cour_palais,
@@ -38,7 +38,7 @@ TUNGSTEN = replace(OF_COPPER, projectile=materials.load("tungsten"))
 STEEP = math.radians(86.0)
 SHIELD = Shield(1.2e-3, 3.2e-3, 0.1, 276e6)
 DENSITIES = (2703.0, 2703.0)
-THREE_WALLS = replace(SHIELD, stand_off=0.05, inner_bumper=InnerBumper(1e-3, 0.05))
+THREE_WALLS = replace(SHIELD, stand_off=0.05, further_bumpers=(FurtherBumper(1e-3, 0.05),))
 TWO_WALLS = [law.name for law in laws.answering("critical_diameter") if law.name != "whipple_srl_three_walls"]
 
 # Law, shot, and words of the reason why it is out of range; none where it is inside.
@@ -87,7 +87,7 @@ MEANINGLESS: list[tuple[str, Shot, str]] = [
         for law in ("cour_palais", "herrmann_jones", "perforation_al")
     ),
     *((law, OF_ALUMINIUM, "the target is no Whipple shield") for law in TWO_WALLS),
-    *((law, replace(OF_ALUMINIUM, shield=THREE_WALLS), "the shield has an inner bumper") for law in TWO_WALLS),
+    *((law, replace(OF_ALUMINIUM, shield=THREE_WALLS), "the shield has a second bumper") for law in TWO_WALLS),
     ("whipple_srl_three_walls", replace(OF_ALUMINIUM, shield=SHIELD), "no shield of two bumpers and a wall"),
 ]
 

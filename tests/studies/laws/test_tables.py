@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 from studies import laws, materials
 from studies.cases.rows import Row, at_most, equal
-from studies.laws import InnerBumper, Shield, Shot, whipple_nno, whipple_nno_modified, whipple_srl
+from studies.laws import FurtherBumper, Shield, Shot, whipple_nno, whipple_nno_modified, whipple_srl
 
 # D/d by each law: metal, t/d, v in km/s, then the values. Computed apart from this code.
 HOLES = (
@@ -58,7 +58,7 @@ NEWER = {
     "whipple_srl": ".3673 .1835 .2462 .3090 .2436 .1946",
     "whipple_srl_three_walls": ".7906 .3950 .4343 .4737 .3734 .2984",
 }
-THREE_WALLS = Shield(0.13e-2, 0.32e-2, 3.8e-2, 57.0 / 0.145038 * 1e6, inner_bumper=InnerBumper(0.2e-2, 3.8e-2))
+THREE_WALLS = Shield(0.13e-2, 0.32e-2, 3.8e-2, 57.0 / 0.145038 * 1e6, further_bumpers=(FurtherBumper(0.2e-2, 3.8e-2),))
 # NASA/TM-2009-214785, Tables 4-7 and 4-8: spheres on three walls of aluminium, 7.6 cm in all, how it is split not
 # stated; outer and inner bumper, wall and diameter in cm, km/s, deg, whether the wall had a hole.
 THREE_WALL_SHOTS = (
@@ -152,7 +152,7 @@ def test_three_walls__that_were_holed_are_said_to_fail__and_one_that_held_too() 
         between = 0.5 * 7.6e-2
         shield = Shield(
             *(1e-2 * outer, 1e-2 * wall, between, THREE_WALLS.wall_yield_stress),
-            inner_bumper=InnerBumper(1e-2 * inner, between),
+            further_bumpers=(FurtherBumper(1e-2 * inner, between),),
         )
         shot = 1e3 * speed, SHEET.density, SPHERE.density, shield, np.radians(angle)
         said.append((bool(1e-2 * diameter > whipple_srl.critical_diameter(*shot)), holed))

@@ -12,7 +12,7 @@ from sklearn.linear_model import LogisticRegression
 
 from studies import materials
 from studies.cases.rows import Row, at_least, at_most, equal
-from studies.laws import InnerBumper, Shield, Shot
+from studies.laws import FurtherBumper, Shield, Shot
 from studies.observations.shields.answers import SHORT, answer
 from studies.observations.shields.judged import equations, margin, margins
 from studies.observations.shields.probability import (
@@ -325,7 +325,7 @@ def test_sphere__is_heavy_by_its_density_and_not_by_its_name() -> None:
 
 
 def test_answer__of_three_walls_has_no_probability() -> None:
-    shield = replace(SHIELD, stand_off=0.05, inner_bumper=InnerBumper(1e-3, 0.05))
+    shield = replace(SHIELD, stand_off=0.05, further_bumpers=(FurtherBumper(1e-3, 0.05),))
     got = answer(replace(SHOT, shield=shield))
     assert got.probability is None
     assert got.sentence == "no probability: all shots have two walls; SRL says fails."

@@ -102,7 +102,7 @@ def _count(shots: tuple[ShieldShot, ...], outcome: str) -> int:
 
 
 def _alloys() -> set[str]:
-    roles = ("projectile_material", "bumper_material", "wall_material")
+    roles = ("projectile", "bumper", "wall")
     return {getattr(shot, role) for shot in SHOTS for role in roles}
 
 
@@ -111,7 +111,7 @@ def _known(alloy: str) -> bool:
 
 
 def test_published__are_in_si_with_their_outcome() -> None:
-    assert (ONE.source, ONE.shot, ONE.outcome, ONE.wall_material) == ("Piekutowski_2011", "4-2110", "held", "AA6061-T6")
+    assert (ONE.source, ONE.shot, ONE.outcome, ONE.wall) == ("Piekutowski_2011", "4-2110", "held", "AA6061-T6")
     assert (ONE.speed, ONE.projectile_diameter, ONE.stand_off) == (9890.0, 1.4e-3, 25.4e-3)
     assert ONE.wall_yield_stress == pytest.approx(275.8e6, rel=1e-4)
     assert math.degrees(max(shot.obliquity for shot in SHOTS)) == pytest.approx(75.0)
@@ -147,7 +147,7 @@ def test_screened__leaves_out_by_stated_rules(change: dict[str, Any], rule: str)
         {"shot": "4-2111"},  # a repeat
         {"source": "a second report", "speed": 1.04 * ONE.speed},
         {"source": "a second report", "outcome": "perforated"},
-        {"bumper_material": "steel", "bumper_density": 7850.0},
+        {"bumper": "steel", "bumper_density": 7850.0},
     ],
 )
 def test_screened__keeps_repeats_and_other_shots(change: dict[str, Any]) -> None:
@@ -192,9 +192,9 @@ def test_own_table__that_is_wrong_is_refused_by_line_and_column(raw: str, words:
 
 
 def test_filtered__takes_bounds_of_numbers_and_beginnings_of_texts() -> None:
-    fast = filtered(SHOTS, {"speed": (9e3, 10e3), "obliquity": (0.0, 0.0)}, {"bumper_material": "AA6061"})
+    fast = filtered(SHOTS, {"speed": (9e3, 10e3), "obliquity": (0.0, 0.0)}, {"bumper": "AA6061"})
     assert fast
-    assert all(9e3 <= shot.speed <= 10e3 and shot.bumper_material == "AA6061-T6" for shot in fast)
+    assert all(9e3 <= shot.speed <= 10e3 and shot.bumper == "AA6061-T6" for shot in fast)
     assert len(filtered(SHOTS, equal={"outcome": "held"})) == _count(SHOTS, "held")
 
 

@@ -88,12 +88,7 @@ def marks(document: Mapping[str, Any], label: str) -> set[tuple[float, float]]:
 
 def test_cube__asks_the_equations_about_each_shield() -> None:
     sweep = sweep_of(PLAIN)
-    # A designer's question names the same shield by other words.
-    names = {"target": "bumper", "plate_thickness": "bumper_thickness"}
-    same = {
-        name: SHIELD[names.get(name, name)] for name in ("projectile", "wall", "stand_off", "wall_thickness", *names)
-    }
-    question = read_question({**same, "speed": SPEEDS, "projectile_diameter": PLAIN})
+    question = read_question(sweep.document())
     assert [*sweep.shots()] == [question.shot(point) for point in question.points()]
     dataset = cube.build(sweep, {})
     name = CRITICAL["wall_perforated"]

@@ -1,16 +1,19 @@
 """What laws and shots say of a shot without a run: the laws' own numbers, ranges, spread, and what is refused."""
 
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import pytest
 
 from studies.cases.rows import equal
+from studies.laws import Shot
 from studies.quantities.findings import InvalidInput
 from studies.reports.answers.answer import answers, document
 from studies.reports.answers.cube import cube_of
 from studies.reports.answers.question import read_question
+from studies.sweeps.cost import cost_of
+from studies.sweeps.sweep import Sweep
 
 PLATE = {
     "speed": "5.75 km/s",
@@ -24,8 +27,8 @@ SHIELD = {
     "speed": "7 km/s",
     "projectile": "al-2017-t4",
     "projectile_diameter": "5 mm",
-    "target": "al-6061-t6",
-    "plate_thickness": "1.2 mm",
+    "bumper": "al-6061-t6",
+    "bumper_thickness": "1.2 mm",
     "stand_off": "10 cm",
     "wall_thickness": "3.2 mm",
     "wall_yield_stress": "275.8 MPa",
@@ -84,10 +87,13 @@ def test_cube__has_the_answers_over_the_axes() -> None:
     [
         ({"speed": "60 km/s"}, "speed"),
         ({"projectle": "al-2017-t4"}, "projectle"),
-        ({"target": "al-6061"}, "target"),
+        ({"bumper": "al-6061"}, "bumper"),
+        ({"target": "al-6061-t6"}, "target"),
         ({"projectile_diameter": ["3 mm", "5"]}, "projectile_diameter[1]"),
         ({"stand_off": None}, "stand_off"),
-        ({"inner_thickness": "1 mm"}, "inner_stand_off"),
+        ({"further_bumpers": [{"bumper_thickness": "1 mm"}]}, "bumper_2_stand_off"),
+        ({"further_bumpers": [{"thickness": "1 mm"}]}, "further_bumpers[0].thickness"),
+        ({"further_bumpers": 4 * [{"bumper_thickness": "1 mm"}]}, "further_bumpers"),
         (
             {"wall": "soft", "wall_yield_stress": None, "materials": {"soft": {"base": "lead", "yield_stresses": []}}},
             "wall",
@@ -100,6 +106,45 @@ def test_question__that_cannot_be_asked_is_refused_by_field(change: dict[str, An
     with pytest.raises(InvalidInput) as raised:
         read_question({**SHIELD, **change})
     assert field in [finding.field for finding in raised.value.findings]
+
+
+@pytest.mark.parametrize(
+    ("former", "word"),
+    [
+        *(("target", "bumper"), ("plate_thickness", "bumper_thickness"), ("inner_thickness", "bumper_2_thickness")),
+        *(("standoff", "stand_off"), ("spacing", "stand_off"), ("rear_wall", "wall")),
+    ],
+)
+def test_shield__in_other_words_is_refused_with_its_own(former: str, word: str) -> None:
+    fixed = {name: value for name, value in SHIELD.items() if name not in (word, "wall_yield_stress")} | {former: "x"}
+    sweep = {"scenario": "whipple_shield", "fixed": fixed, "axes": {"speed": ["7 km/s"]}, "resolution": 16}
+    for read, asked in ((read_question, fixed), (Sweep.parse, sweep)):
+        with pytest.raises(InvalidInput) as raised:
+            read(asked)
+        cures = {finding.field.removeprefix("fixed."): finding.cure for finding in raised.value.findings}
+        assert cures[former] == f"write {word}, not {former}"
+
+
+def test_shield__as_a_shot_and_as_a_sweep_is_one_document() -> None:
+    """A shot with a resolution runs as a sweep, and a sweep is answered, with a list of further bumpers too."""
+    second = {"bumper": "al-2024-t3", "bumper_thickness": "0.5 mm", "stand_off": "4 cm"}
+    shield = {name: value for name, value in SHIELD.items() if name != "wall_yield_stress"} | {"wall": "al-6061-t6"}
+    for shot in (shield, {**shield, "further_bumpers": [second]}, {**shield, "speed": ["5 km/s", "7 km/s"]}):
+        sweep = Sweep.parse({**shot, "resolution": 16, "failure": "void-growth"})
+        assert [*sweep.shots()] == [*_shots(shot)] == [*_shots(sweep.document())]
+        assert [*_shots({**shot, "resolution": 16})] == [*_shots(shot)]
+        assert cost_of(sweep).runs == len(sweep.runs())
+    search = {"projectile_diameter": {"limit_of": "wall_perforated", "between": ["3 mm", "9 mm"], "until": "10 %"}}
+    sweep = {"scenario": "whipple_shield", "fixed": shield, "axes": search}
+    assert [shot.projectile_diameter for shot in _shots(sweep)] == [3e-3, 9e-3]
+    for change in ({"combine": "zip"}, {"fixed": []}, {"scenario": None}):
+        with pytest.raises(InvalidInput):
+            read_question({**sweep, **change})
+
+
+def _shots(document: dict[str, Any]) -> Iterator[Shot]:
+    question = read_question(document)
+    return map(question.shot, question.points())
 
 
 def test_question__knows_own_materials() -> None:

@@ -1,0 +1,29 @@
+"""A sweep written as a shot: its parameters stand at the top of the document, as they do in a question to laws."""
+
+from collections.abc import Collection, Mapping
+from typing import Any
+
+from studies.scenarios.parts.bumpers import LIST
+
+ALWAYS = "speed"  # every shot has one, and no sweep has it as a key
+
+
+def as_sweep(document: Mapping[str, Any], keys: Collection[str]) -> Mapping[str, Any]:
+    """The document of a sweep, of either form, whose other ``keys`` stay; the scenario is that of what is hit.
+
+    A shot without lists of values is a sweep over its speed alone.
+
+    >>> shot = {"speed": "6 km/s", "target": "lead", "plate_thickness": ["1 mm", "2 mm"], "resolution": 16}
+    >>> as_sweep(shot, ("resolution",))["axes"]
+    {'plate_thickness': ['1 mm', '2 mm']}
+    """
+    if "scenario" in document or ALWAYS not in document:
+        return document
+    shot = {name: value for name, value in document.items() if name not in keys}
+    axes = {name: value for name, value in shot.items() if isinstance(value, list | Mapping) and name != LIST}
+    axes = axes or {ALWAYS: [shot[ALWAYS]]}
+    shield = {"bumper", "bumper_thickness", "stand_off", "wall", "wall_thickness"} & {*shot}
+    scenario = "whipple_shield" if shield else "thin_plate" if "plate_thickness" in shot else "thick_plate"
+    fixed = {name: value for name, value in shot.items() if name not in axes}
+    rest = {name: value for name, value in document.items() if name in keys}
+    return {"scenario": scenario, "fixed": fixed, "axes": axes, **rest}
