@@ -10,11 +10,7 @@ def root_between(function: Callable[[float], float], low: float, high: float, *,
     else bisection. ``last`` is the newest end of the bracket, ``other`` the end across the root, ``third`` the end that
     was left.
 
-<<<<<<< HEAD
-    >>> round(root_between(lambda x: x**3 - 2.0, 0.0, 2.0, within=1e-12), 9)
-=======
     >>> round(root_between(lambda x: x**3 - 2.0, 0.0, 2.0, within=1e-9), 9)
->>>>>>> answers
     1.25992105
     """
     other, last, share = low, high, 0.5
