@@ -83,8 +83,8 @@ def laws(**parameters: Any) -> "xarray.Dataset":
 
     Parameters are those of ``whipple laws``, with units: ``speed="6 km/s"``, ``projectile``, ``projectile_diameter``,
     ``target`` of a plate or a block, ``plate_thickness`` of a plate; ``bumper``, ``bumper_thickness``, ``stand_off``,
-    ``wall``, ``wall_thickness`` and the list ``further_bumpers`` of a shield. A list of values makes an axis. Raises
-    InvalidInput.
+    ``wall``, ``wall_thickness`` and the list ``further_bumpers`` of a shield. A list of values makes an axis. Of a
+    shield there are also the ``probability`` to fail and the sizes that are just safe. Raises InvalidInput.
 
     >>> import whipple
     >>> shot = dict(projectile="al-2017-t4", projectile_diameter="5 mm", target="al-6061-t6", plate_thickness="2 mm")

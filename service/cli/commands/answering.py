@@ -141,6 +141,7 @@ def print_example(page_file: Path) -> None:
 
 def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
     from studies.reports.answers.question import ShotParameters
+    from studies.reports.answers.safe import COLUMNS, of_ordered_shots, safe_sizes_of
 
     if varied:
         units = {name: each.unit for name, each in declared(ShotParameters).items()}
@@ -149,8 +150,13 @@ def _show_answer(answer: "ShotAnswer", varied: list[str]) -> None:
         say(answer.shield.sentence)
         for reason in answer.shield.outside[1:]:
             say(f"no probability: {reason}")
+        say(of_ordered_shots(answer.shield))
     for quantity in answer.quantities:
         say(quantity.sentence())
+    if answer.shield:
+        say("")
+        sizes = safe_sizes_of(answer.shield)
+        print_table(("still safe", *COLUMNS), ((limit, *found) for limit, found in sizes.items()))
     for quantity in answer.quantities:
         unit = display_of(quantity.unit)
         say(f"\n{quantity.title} ({unit.unit})")

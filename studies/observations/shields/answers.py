@@ -1,5 +1,6 @@
 """What a designer asks of a shield: does it hold, how sure is that, and what did real shots do."""
 
+import math
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Literal
@@ -7,10 +8,11 @@ from typing import Literal
 from solver.units import Metre
 from studies import laws
 from studies.laws import Shot
+from studies.observations.shields.inverse import SafeSize, safe_sizes
 from studies.observations.shields.judged import Judged, equations, judge
 from studies.observations.shields.outside import outside_of_shots
 from studies.observations.shields.probability import Probability, probability
-from studies.observations.shields.shots import NEAR, NearShot, ShieldShot, nearest, published
+from studies.observations.shields.shots import EQUAL, NEAR, NearShot, ShieldShot, nearest, published
 from studies.quantities.findings import refusal
 
 # What the field calls the equations, in a sentence.
@@ -41,6 +43,15 @@ class Word:
 
 
 @dataclass(frozen=True)
+class Ordered:
+    """The published shots on the same metals that are easier than one in every respect, or harder."""
+
+    shots: int
+    contrary: int  # of these: easier and failed, or harder and held
+    nearest: tuple[NearShot, ...]  # of the contrary ones
+
+
+@dataclass(frozen=True)
 class ShieldAnswer:
     """The probability that a wall is perforated, what each equation says, and the shots near it."""
 
@@ -50,6 +61,9 @@ class ShieldAnswer:
     nearest: tuple[NearShot, ...]
     judged: tuple[Judged, ...]  # each equation by the shots that are near
     outside: tuple[str, ...]  # why the shield lies outside of all shots; empty inside
+    easier: Ordered
+    harder: Ordered
+    safe: tuple[SafeSize, ...]  # the largest sphere, thinnest wall and shortest stand-off
 
     @property
     def sentence(self) -> str:
@@ -98,7 +112,32 @@ def answer(shot: Shot, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
         nearest=ordered[:LISTED],
         judged=tuple(judge(law, near, "near") for law in equations()),
         outside=tuple(outside_of_shots(shot)),
+        easier=_ordered(shot, ordered, failed=True),
+        harder=_ordered(shot, ordered, failed=False),
+        safe=safe_sizes(shot),
     )
+
+
+def _ordered(shot: Shot, shots: Sequence[NearShot], *, failed: bool) -> Ordered:
+    """The easier shots, of which ``failed`` ones are contrary, or the harder ones, of which those that held are."""
+    mine = _ease(shot)
+    every = ((each, _ease(each.shot.as_shot())) for each in shots)
+    ordered = [each for each, its in every if (_is_no_harder(its, mine) if failed else _is_no_harder(mine, its))]
+    contrary = [each for each in ordered if each.shot.is_perforated is failed]
+    return Ordered(len(ordered), len(contrary), tuple(contrary[:LISTED]))
+
+
+def _ease(shot: Shot) -> tuple[float, ...]:
+    """What is larger of an easier shot: small and slow spheres, oblique impact, stout walls far apart."""
+    assert shot.shield is not None
+    shield = shot.shield
+    walls = (shield.bumper_thickness, shield.stand_off, shield.wall_thickness, shield.wall_yield_stress)
+    return 1.0 / shot.projectile_diameter, 1.0 / shot.speed, 1.0 / math.cos(shot.obliquity), *walls
+
+
+def _is_no_harder(one: Sequence[float], other: Sequence[float]) -> bool:
+    """Whether a shot is as easy as another one in every respect."""
+    return all(its >= EQUAL * own for its, own in zip(one, other, strict=True))
 
 
 def _words(shot: Shot) -> Iterator[Word]:

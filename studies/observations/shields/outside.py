@@ -4,6 +4,7 @@ import math
 from collections.abc import Iterator, Mapping
 from functools import cache
 
+from solver.units import Metre
 from studies.laws import Shot
 from studies.observations.shields.shots import published
 
@@ -24,6 +25,19 @@ def outside_of_shots(shot: Shot) -> Iterator[str]:
         if not low <= value <= high:
             ends, bound = ("begin", low) if value < low else ("end", high)
             yield f"{name} = {value:.3g}{unit}, shots {ends} at {bound:.3g}{unit}"
+
+
+def bounds_of_shots(shot: Shot) -> Mapping[str, tuple[Metre, Metre]]:
+    """The smallest and the largest sphere, wall and stand-off for which there are shots, all else as in the shot."""
+    assert shot.shield is not None
+    limits = _limits()
+    (thin, thick), (near, far) = limits["d/t_b"], limits["S/d"]
+    bumper, space, diameter = shot.shield.bumper_thickness, shot.shield.stand_off, shot.projectile_diameter
+    return {
+        "projectile_diameter": (max(thin * bumper, space / far), min(thick * bumper, space / near)),
+        "wall_thickness": (1e-3 * limits["t_w"][0], 1e-3 * limits["t_w"][1]),
+        "stand_off": (near * diameter, far * diameter),
+    }
 
 
 def _ratios(shot: Shot) -> dict[tuple[str, str], float]:

@@ -192,10 +192,22 @@ def probability(shot: Shot) -> Probability | None:
 
 def mean_of_curves(shot: Shot) -> Probability | None:
     """The mean of the curves of the equations that cover a shot, outside of all shots too; None without an equation."""
-    each = [curve.probability(shot, x) for curve, x in _covering(shot)]
+    each = [curves()[law.name].probability(shot, x) for law, x in _covering(shot)]
     if not each:
         return None
     return Probability(*(sum(values) / len(each) for values in zip(*map(astuple, each), strict=True)))
+
+
+def chance_of(shot: Shot) -> Callable[[Shot], float] | None:
+    """The probability of shots that differ in sizes from one; None where no equation covers it.
+
+    No equation has a range in the sizes of sphere, bumper, wall and stand-off, so that those that cover the shot cover
+    the others.
+    """
+    covering = [(curves()[law.name], law) for law, _ in _covering(shot)]
+    if not covering:
+        return None
+    return lambda other: sum(curve.chance(other, margin(law, other)) for curve, law in covering) / len(covering)
 
 
 def chance_of_diameter(shot: Shot) -> Callable[[float], float] | None:
@@ -209,7 +221,7 @@ def chance_of_diameter(shot: Shot) -> Callable[[float], float] | None:
 
     def chance(diameter: float) -> float:
         larger = math.log(diameter / shot.projectile_diameter)
-        return sum(curve.chance(shot, x + larger) for curve, x in covering) / len(covering)
+        return sum(curves()[law.name].chance(shot, x + larger) for law, x in covering) / len(covering)
 
     return chance
 
@@ -232,10 +244,10 @@ def diameters_at(shot: Shot, chances: Sequence[float]) -> list[float]:
     return [math.nan if any(outside_of_shots(replace(shot, projectile_diameter=each))) else each for each in sizes]
 
 
-def _covering(shot: Shot) -> list[tuple[Curve, float]]:
-    """The curves whose equations cover a shot, with its margins."""
-    pairs = ((curves()[law.name], margin(law, shot)) for law in equations())
-    return [(curve, x) for curve, x in pairs if not math.isnan(x)]
+def _covering(shot: Shot) -> list[tuple[Law, float]]:
+    """The equations that cover a shot, with its margins."""
+    pairs = ((law, margin(law, shot)) for law in equations())
+    return [(law, x) for law, x in pairs if not math.isnan(x)]
 
 
 if __name__ == "__main__":

@@ -15,6 +15,7 @@ from studies.quantities.display import NONE, display_of
 from studies.quantities.units import readable
 from studies.reports.answers.answer import ShotAnswer, printed_bounds, shot_in_words
 from studies.reports.answers.picture import drawn_for_page, picture
+from studies.reports.answers.safe import COLUMNS, of_ordered_shots, safe_sizes_of
 from studies.reports.figure import Figure
 
 
@@ -42,6 +43,9 @@ def _rendered(template: str, answer: ShotAnswer, shot: Shot, drawn: Callable[[Fi
             bounds=printed_bounds,
             unit=lambda unit: display_of(unit).unit,
             share=_share,
+            columns=COLUMNS,
+            safe_sizes_of=safe_sizes_of,
+            of_ordered_shots=of_ordered_shots,
             citation=citation,
             title=lambda law: laws.load(law).title,
         )

@@ -12,11 +12,14 @@ from sklearn.linear_model import LogisticRegression
 
 from studies import materials
 from studies.cases.rows import Row, at_least, at_most, equal
-from studies.laws import FurtherBumper, Shield, Shot
+from studies.laws import FurtherBumper, Shield, Shot, load
 from studies.observations.shields.answers import SHORT, answer
+from studies.observations.shields.inverse import NoSize, Size, resized, safe_sizes
 from studies.observations.shields.judged import equations, margin, margins
+from studies.observations.shields.outside import bounds_of_shots
 from studies.observations.shields.probability import (
     KNOTS,
+    chance_of,
     compute,
     curves,
     diameters_at,
@@ -261,6 +264,59 @@ def test_diameters_at__have_these_chances() -> None:
         assert got is not None
         assert got.value == pytest.approx(chance, abs=1e-6)
     assert math.isnan(*diameters_at(replace(SHOT, shield=None), [0.5]))
+
+
+RISK = 1e-3  # of a probability: a tenth of a percentage point
+
+
+@pytest.mark.parametrize("place", range(0, len(SHOTS), 97))
+def test_safe_sizes__have_their_risk_and_are_the_limits_of_the_equations(place: int) -> None:
+    """The risk at the size is the one that was asked for, and grows with the sphere, a thinner wall and less space."""
+    shot = SHOTS[place].as_shot()
+    for safe in safe_sizes(shot):
+        low, high = bounds_of_shots(shot)[safe.size]
+        chance = chance_of(shot) if safe.law is None else None
+        law = load(safe.law) if safe.law else None
+        if chance is not None:
+            risks = [chance(resized(shot, safe.size, x)) for x in np.geomspace(low, high, 12)]
+            assert risks == sorted(risks, reverse=safe.size is not Size.SPHERE)
+            assert safe.reason is None or (min(risks) > safe.risk) == (safe.reason is NoSize.UNSAFE)
+        if safe.value is not None and law is None:
+            got = probability(resized(shot, safe.size, safe.value))
+            assert got is not None
+            assert got.value == pytest.approx(safe.risk, abs=RISK)
+        if safe.value is not None and law is not None:
+            other = resized(shot, safe.size, safe.value)
+            assert law.evaluate(other).value == pytest.approx(other.projectile_diameter, rel=1e-4)
+
+
+def test_safe_size__that_does_not_exist_has_a_reason() -> None:
+    def reasons(shot: Shot) -> set[tuple[Size, NoSize | None]]:
+        return {(each.size, each.reason) for each in safe_sizes(shot) if each.risk == 0.1}
+
+    assert (Size.STAND_OFF, NoSize.UNSAFE) in reasons(replace(SHOT, projectile_diameter=8e-3))
+    slow = replace(SHOT, speed=2e3, projectile_diameter=2e-3)  # of which no equation has the stand-off
+    assert (Size.STAND_OFF, NoSize.SAFE) in reasons(slow)
+    assert {reason for _, reason in reasons(replace(SHOT, speed=12e3))} == {NoSize.OUTSIDE_OF_SHOTS}
+    steel = replace(SHOT, projectile=materials.load("steel-304"))
+    assert {each.reason for each in safe_sizes(steel) if each.law} == {NoSize.NO_EQUATION}
+    thick = replace(SHOT, shield=replace(SHIELD, wall_thickness=0.1))  # beyond all shots, where a thinner wall is not
+    assert (Size.WALL, None) in reasons(thick)
+    assert (Size.SPHERE, NoSize.OUTSIDE_OF_SHOTS) in reasons(thick)
+
+
+def test_easier_and_harder_shots__are_so_in_every_respect() -> None:
+    one = next(shot for shot in SHOTS if shot.is_perforated)
+    got = answer(one.as_shot())
+    assert one in [each.shot for each in got.easier.nearest]  # as easy as itself
+    for ordered, sign in ((got.easier, 1.0), (got.harder, -1.0)):
+        assert ordered.shots >= ordered.contrary >= len(ordered.nearest)
+        for shot in (each.shot for each in ordered.nearest):
+            assert shot.is_perforated is (sign > 0.0)
+            for name in ("wall_thickness", "bumper_thickness", "stand_off", "wall_yield_stress", "obliquity"):
+                assert sign * getattr(shot, name) >= sign * getattr(one, name) * (1.0 - 2e-3 * sign)
+            for name in ("projectile_diameter", "speed"):
+                assert sign * getattr(shot, name) <= sign * getattr(one, name) * (1.0 + 2e-3 * sign)
 
 
 @pytest.mark.parametrize(

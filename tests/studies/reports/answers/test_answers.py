@@ -79,6 +79,15 @@ def test_cube__has_the_answers_over_the_axes() -> None:
             assert got == pytest.approx(each.value, nan_ok=True)
     plain = document(question)
     assert len(plain["items"]) == 4
+    for item in plain["items"]:
+        at = cube.sel({axis.name: item["parameters"][axis.name] for axis in question.axes})
+        for safe in item["shield"]["safe"]:
+            where = {"risk": safe["risk"]} if safe["risk"] else {"law_of_critical_diameter": safe["law"]}
+            name = f"safe_{safe['size']}_by_{'risk' if safe['risk'] else 'law'}"
+            got = at[name].sel(where).item()
+            assert got == safe["value"] or (math.isnan(got) and safe["value"] is None)
+            assert at[f"{name}_reason"].sel(where).item() == (safe["reason"] or "")
+        assert at.probability.item() == item["shield"]["probability"]["value"]
     assert plain["laws"]["whipple_nno"]["source"]
 
 
