@@ -57,8 +57,8 @@ class Series:
     x: tuple[float | str | None, ...]
     y: Numbers = ()
     uncertainty: Numbers = ()  # half length of the error bar
-    low: Numbers = ()  # of a band
-    high: Numbers = ()
+    low: Numbers = ()  # lower edge of a band
+    high: Numbers = ()  # upper edge of a band
     z: Numbers = ()  # of a map: what its colours say; y is then its other axis
     in_range: tuple[bool, ...] = ()  # of a law
     flagged: tuple[bool, ...] = ()  # of a simulation: drawn open

@@ -9,19 +9,22 @@ import math
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
+from functools import cache
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
+from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, error_bars, main_quantities, places_of, simulated
-from studies.cubes.reading import doubts_at, finite
+from studies.cubes.reading import doubts_at, finite, flag_words
 from studies.quantities.display import MINUS, NARROW_SPACE, decimals, digits, display_of, duration
 from studies.quantities.findings import InvalidInput
+from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports.judgement import Judgement, PointJudgement, nearest
 from studies.reports.shots import MeasuredShot
-from studies.reports.words import MOST_WORDS, capital, joined, number_of, share, unit_of, words
+from studies.reports.words import DOUBTS, MOST_WORDS, capital, number_of, share, unit_of, words
 from studies.runs.run import estimate
 from studies.sweeps.accuracy import USUAL, in_percent
 from studies.sweeps.reading import ACCEPTED
@@ -48,7 +51,9 @@ class QuantityOpening:
     quantity: str
     unit: str
     values: tuple[Computed, ...]  # each along one axis, or the smallest and the largest
+    bar: float | None  # largest error bar of all points over its value; None where one is unknown
     points: int  # with a value
+    flagged: int  # of these, with a flag on the quantity or on the run
     laws: tuple[Judgement, ...]  # that are compared with the simulation, nearest first
     has_laws: bool  # whether any law answers at all
     shots: tuple[MeasuredShot, ...]
@@ -65,12 +70,6 @@ class QuantityOpening:
         """Whether a law or a shot is about it."""
         return bool(self.laws or self.shots)
 
-    @property
-    def bar(self) -> float | None:
-        """The largest error bar over its value; None where one is unknown."""
-        bars = [None if each.bar is None or not each.value else each.bar / abs(each.value) for each in self.values]
-        return None if None in bars else max(bar for bar in bars if bar is not None)
-
 
 @dataclass(frozen=True)
 class Opening:
@@ -78,7 +77,7 @@ class Opening:
 
     quantities: tuple[QuantityOpening, ...]
     axes: tuple[str, ...]  # names of those that vary
-    flagged: int  # points with a flag on the first quantity
+    shots: tuple[MeasuredShot, ...]  # of the first quantity that has any
     run_with: str  # the accuracy that tells the mesh error; empty where it is told or nothing does
     run_seconds: float  # of one core
 
@@ -97,40 +96,54 @@ def opening_of(points: xr.Dataset, judgements: Sequence[Judgement], shots: Seque
     is_unknown = quantities[0].bar is None
     accuracy, seconds = _to_run(points) if is_unknown else ("", 0.0)
     varied = tuple(name for name in axes_of(points) if len(np.unique(points[name].values)) > 1)
-    flagged = sum(map(bool, doubts_at(points, quantities[0].quantity)))
-    return Opening(tuple(quantities), varied, flagged, accuracy, seconds)
+    with_shots = next((each.shots for each in quantities if each.shots), ())
+    return Opening(tuple(quantities), varied, with_shots, accuracy, seconds)
 
 
 def _of_quantity(
     points: xr.Dataset, name: str, judgements: Sequence[Judgement], shots: Sequence[MeasuredShot]
 ) -> QuantityOpening | None:
     values, bars = simulated(points, name).values.ravel(), error_bars(points, name).values.ravel()
-    computed = [
-        Computed(place, float(value), finite(float(bar)))
-        for place, value, bar in zip(places_of(points), values, bars, strict=True)
-        if math.isfinite(value)
-    ]
-    if not computed:
+    told = np.isfinite(values) & ~is_made_by_mesh(points, name)
+    if not told.any():
         return None
-    count = len(computed)
+    places = places_of(points)
+    computed = [
+        Computed(places[number], float(values[number]), finite(float(bars[number]))) for number in np.flatnonzero(told)
+    ]
+    flagged = sum(bool(flags) for flags, is_told in zip(doubts_at(points, name), told, strict=True) if is_told)
+    count, bar = len(computed), _largest_bar(computed)
     axes = {axis for axis in axes_of(points) if len({each.at[axis] for each in computed}) > 1}
     if len(axes) > 1 or count > MOST_LISTED:
         computed = [pick(computed, key=lambda each: each.value) for pick in (min, max)]
     mine = [each for each in judgements if each.quantity == name]
     place = next((shot.point for shot in shots[:1]), {})
     laws = nearest(mine, "simulation")
-    told = [(law.name, at) for law in laws for at in law.points if at.at == place and not at.outside and at.law]
+    given = [(law.name, at) for law in laws for at in law.points if at.at == place and not at.outside and at.law]
     return QuantityOpening(
         quantity=name,
         unit=str(points[name].attrs["units"]),
         values=tuple(computed),
+        bar=bar,
         points=count,
+        flagged=flagged,
         laws=tuple(laws),
         has_laws=any(each.reference == "simulation" and not each.drawn_only for each in mine),
         shots=tuple(shots),
-        at_shot=tuple(at for _, at in told),
-        named=tuple(law for law, _ in told),
+        at_shot=tuple(at for _, at in given),
+        named=tuple(law for law, _ in given),
     )
+
+
+def is_made_by_mesh(points: xr.Dataset, name: str) -> np.ndarray:
+    """Whether a value (points,) speaks of pieces that the mesh alone made, so that it is no answer."""
+    flags = flag_words(cubes.FLAGS.of(points, name))
+    return np.array([COARSER_THAN_FRAGMENTS in each for each in flags]) & np.isfinite(points[name].values.ravel())
+
+
+def _largest_bar(computed: Sequence[Computed]) -> float | None:
+    bars = [each.bar / abs(each.value) for each in computed if each.bar is not None and each.value]
+    return max(bars) if len(bars) == len(computed) else None
 
 
 def _to_run(points: xr.Dataset) -> tuple[str, float]:
@@ -228,6 +241,7 @@ def _missing(each: QuantityOpening) -> list[float]:
     return [at.law for at in each.at_shot if at.law and not low <= at.law <= high]
 
 
+@cache
 def _environment() -> Environment:
     environment = Environment(
         loader=PackageLoader("studies.reports"), undefined=StrictUndefined, trim_blocks=True, lstrip_blocks=True
@@ -239,11 +253,11 @@ def _environment() -> Environment:
         "share": share,
         "unit": lambda unit: display_of(unit).unit,
         "ends": lambda ends: _ends(*ends),
-        "joined": joined,
         "duration": duration,
         "simulated": _simulated,
         "reaching": _reaching,
         "missing": _missing,
     }
     environment.filters.update(filters)
+    environment.globals["words_of"] = DOUBTS
     return environment

@@ -14,12 +14,8 @@ MOST_STRETCHES = 4  # of an axis with one outcome each, that a headline lists
 
 def of_mixed(quantities: Sequence[str]) -> str:
     """Runs that were measured by several versions of a definition."""
-    return shortest(
-        [
-            f"Runs measured {joined([words(each) for each in quantities[:3]])} by different definitions: "
-            "remeasure them with `whipple remeasure`."
-        ]
-    )
+    named = joined([words(each) for each in quantities[:3]])
+    return f"Runs measured {named} by different definitions: remeasure them with `whipple remeasure`."
 
 
 def of_outcomes(outcomes: Mapping[str, Any], report: Mapping[str, Any]) -> str:

@@ -33,6 +33,7 @@ from studies.reports.drawing.sections import Gallery, colour_keys
 from studies.reports.drawing.sketches import growth_sketch, setup_sketch
 from studies.reports.figure import Figure, Panel, Scale, Series
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
+from studies.reports.words import DOUBTS
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 CUT = "Only the first rows are printed; report.json contains all rows."
@@ -47,7 +48,6 @@ REASONS = {
     "fitted": "a constant of it is fitted to the shot",
     "no_bar": "an error is unknown",
 }
-DOUBTS = {"second_hand": "second-hand", "unknown_alloy": "alloy unknown"}
 POINT_WORDS = {"within": "within the bars", "low": "low", "high": "high", "not_comparable": "not comparable"}
 NOT_CHECKED = {
     "doubtful_shots": "shots whose source nobody here read",

@@ -34,7 +34,6 @@ from studies.cubes.reading import finite
 from studies.cubes.variable import Variable, variable_name
 from studies.cubes.variables import STATES
 from studies.quantities.findings import InvalidInput
-from studies.quantities.measured import COARSER_THAN_FRAGMENTS
 from studies.reports import openings
 from studies.reports.compare import Comparison, published_shots
 from studies.reports.figure import Figure
@@ -46,7 +45,7 @@ from studies.reports.limits.shield_figure import shield_figure
 from studies.reports.limits.shield_probability import chances_of, in_words
 from studies.reports.limits.shield_verdict import ShieldTerms, verdict_on_equations
 from studies.reports.methods import methods_of
-from studies.reports.opening import headline, opening_of
+from studies.reports.opening import headline, is_made_by_mesh, opening_of
 from studies.reports.pictures import pictures_of
 from studies.sweeps.reading import ACCEPTED, OFFSET, RESOLUTION
 from studies.sweeps.screening import CONTRIBUTIONS
@@ -275,16 +274,10 @@ def _quantities(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
         }
 
 
-def _is_made_by_mesh(dataset: xr.Dataset, name: str) -> np.ndarray:
-    """Whether a value (points,) speaks of pieces that the mesh alone made, so that it is no answer."""
-    flags = reading.flag_words(cubes.FLAGS.of(dataset, name))
-    return np.array([COARSER_THAN_FRAGMENTS in each for each in flags]) & np.isfinite(dataset[name].values.ravel())
-
-
 def _withheld(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """The main quantities with values that are no answer, and how many."""
     for name in main_quantities(dataset):
-        if count := int(_is_made_by_mesh(dataset, name).sum()):
+        if count := int(is_made_by_mesh(dataset, name).sum()):
             yield {"quantity": name.replace("_", " ").capitalize(), "points": count, "of": dataset.run_state.size}
 
 
@@ -292,7 +285,7 @@ def _extremes(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
     """Smallest and largest value of each main quantity, and where; without those that are no answer."""
     places = places_of(dataset)
     for name in main_quantities(dataset):
-        values = np.where(_is_made_by_mesh(dataset, name), np.nan, dataset[name].values.ravel())
+        values = np.where(is_made_by_mesh(dataset, name), np.nan, dataset[name].values.ravel())
         bars = error_bars(dataset, name).values.ravel()
         if np.isfinite(values).any():
             low, high = int(np.nanargmin(values)), int(np.nanargmax(values))

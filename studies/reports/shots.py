@@ -13,7 +13,7 @@ import xarray as xr
 
 from studies import materials, observations
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, by_run, error_bars, places_of
+from studies.cubes.points import Place, axes_of, by_run, error_bars, places_of
 from studies.cubes.reading import finite
 from studies.cubes.variable import variable_name
 from studies.observations import UNKNOWN_ALLOY, Observation
@@ -74,7 +74,7 @@ class _Shot:
 
 
 def measured_shots(points: xr.Dataset, name: str, own: Iterable[MatchedObservation]) -> Iterator[MeasuredShot]:
-    """The shots of a quantity that are like a point, by the axes of the points; each once."""
+    """The shots of a quantity that are like a point; each once. A shot that does not state an axis is like none."""
     shots = [
         *(
             _Shot(each.at, each.value, each.uncertainty, each.lower, each.upper, each.source, each.confidence)
@@ -94,11 +94,12 @@ def measured_shots(points: xr.Dataset, name: str, own: Iterable[MatchedObservati
         ),
     ]
     columns = {key: by_run(points, key) for shot in shots for key in shot.at if key in points}
+    needed = {axis for axis in axes_of(points) if axis in columns}
     barred = points.assign({cubes.UNCERTAINTY.named(name): error_bars(points, name)})
     places, seen = places_of(points), set()
     for shot in shots:
-        told = (shot.value, shot.lower, shot.upper, shot.source.partition(",")[0])
-        near = _nearest(shot.at, columns)
+        told = (shot.value, shot.lower, shot.upper, *sorted(_rounded(shot.at)))
+        near = _nearest(shot.at, columns) if needed <= shot.at.keys() else None
         if near is None or told in seen:
             continue
         seen.add(told)
@@ -120,6 +121,11 @@ def measured_shots(points: xr.Dataset, name: str, own: Iterable[MatchedObservati
             simulation=finite(value),
             simulation_bar=finite(bar),
         )
+
+
+def _rounded(at: Place) -> Iterator[tuple[str, float]]:
+    """The numbers that a shot states, as exactly as a table prints them: the same shot may come from two tables."""
+    return ((key, float(f"{value:.6g}")) for key, value in at.items() if isinstance(value, float))
 
 
 def _numbers(at: Place, axes: Place) -> dict[str, float]:

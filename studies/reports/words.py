@@ -6,6 +6,7 @@ from studies.quantities.display import NARROW_SPACE, decimals, display_of, print
 
 MOST_WORDS = 30  # of a headline
 SAME = 5e-4  # a difference that rounds to 0.0 %
+DOUBTS = {"second_hand": "second-hand", "unknown_alloy": "alloy unknown"}  # about a measured shot, by their codes
 NONE_AT_ALL = "no difference"
 
 

@@ -48,7 +48,7 @@ class Ordered:
 
     shots: int
     contrary: int  # of these: easier and failed, or harder and held
-    nearest: tuple[NearShot, ...]  # of the contrary ones
+    nearest: tuple[NearShot, ...]  # contrary shots, the one most like the question first
 
 
 @dataclass(frozen=True)
@@ -105,6 +105,9 @@ def answer(shot: Shot, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
     shots = (*published().shots, *own)
     ordered = nearest(shot, shots, len(shots))
     near = [each.shot for each in ordered if each.distance <= NEAR]
+    ease, eases = _ease(shot), [_ease(each.shot) for each in ordered]
+    easier = [each for each, its in zip(ordered, eases, strict=True) if _is_no_harder(its, ease)]
+    harder = [each for each, its in zip(ordered, eases, strict=True) if _is_no_harder(ease, its)]
     return ShieldAnswer(
         probability=probability(shot),
         words=tuple(_words(shot)),
@@ -112,23 +115,18 @@ def answer(shot: Shot, own: Sequence[ShieldShot] = ()) -> ShieldAnswer:
         nearest=ordered[:LISTED],
         judged=tuple(judge(law, near, "near") for law in equations()),
         outside=tuple(outside_of_shots(shot)),
-        easier=_ordered(shot, ordered, failed=True),
-        harder=_ordered(shot, ordered, failed=False),
+        easier=_ordered(easier, [each for each in easier if each.shot.is_perforated]),
+        harder=_ordered(harder, [each for each in harder if not each.shot.is_perforated]),
         safe=safe_sizes(shot),
     )
 
 
-def _ordered(shot: Shot, shots: Sequence[NearShot], *, failed: bool) -> Ordered:
-    """The easier shots, of which ``failed`` ones are contrary, or the harder ones, of which those that held are."""
-    mine = _ease(shot)
-    every = ((each, _ease(each.shot.as_shot())) for each in shots)
-    ordered = [each for each, its in every if (_is_no_harder(its, mine) if failed else _is_no_harder(mine, its))]
-    contrary = [each for each in ordered if each.shot.is_perforated is failed]
-    return Ordered(len(ordered), len(contrary), tuple(contrary[:LISTED]))
+def _ordered(shots: Sequence[NearShot], contrary: Sequence[NearShot]) -> Ordered:
+    return Ordered(len(shots), len(contrary), tuple(contrary[:LISTED]))
 
 
-def _ease(shot: Shot) -> tuple[float, ...]:
-    """What is larger of an easier shot: small and slow spheres, oblique impact, stout walls far apart."""
+def _ease(shot: Shot | ShieldShot) -> tuple[float, ...]:
+    """Sizes of a shot that make it easier to hold the larger they are: 1/d, 1/v, 1/cos of the obliquity, its walls."""
     assert shot.shield is not None
     shield = shot.shield
     walls = (shield.bumper_thickness, shield.stand_off, shield.wall_thickness, shield.wall_yield_stress)

@@ -218,7 +218,7 @@ def _read(row: Mapping[str, Any], where: str) -> ShieldShot:
 
 
 def _cell(heading: str, raw: Any, where: str) -> dict[str, Any]:
-    """What a cell says, by its field; nothing of an empty one."""
+    """The field of a shot that a cell fills, with its value; an empty cell fills none."""
     fields_of_shot = declared(ShieldShot)
     name, unit = heading_of(heading, {*fields_of_shot, PERFORATED}, where)
     field = OUTCOME if name == PERFORATED else name

@@ -18,11 +18,11 @@ from studies.sweeps.axes import Axis, AxisReader
 from studies.sweeps.flat import as_sweep
 from studies.sweeps.reading import KEYS
 
-MOST_SHOTS = 2_000  # of one question: equations and shots of a shield take 5 ms for each (2026-11)
+MOST_SHOTS = 2_000  # of one question: equations and shots of a shield take 20 ms for each (2026-11)
 OWN_MATERIALS = "materials"  # the key beside the parameters, as in a sweep
-PLATE = ("target", "plate_thickness")  # what a plate or a block has, and no shield
-SHIELD = ("bumper", "bumper_thickness", "stand_off", "wall_thickness")  # what every shield has
-BEHIND = ("wall", "wall_yield_stress", *declared(FurtherBumpers))  # and what it may have
+PLATE = ("target", "plate_thickness")  # parameters of a plate or a block alone
+SHIELD = ("bumper", "bumper_thickness", "stand_off", "wall_thickness")  # parameters of every shield
+BEHIND = ("wall", "wall_yield_stress", *declared(FurtherBumpers))  # further parameters of a shield
 ROLES = ("projectile", "target", *BUMPERS, "wall")
 
 

@@ -280,7 +280,7 @@ def test_safe_sizes__have_their_risk_and_are_the_limits_of_the_equations(place: 
         if chance is not None:
             risks = [chance(resized(shot, safe.size, x)) for x in np.geomspace(low, high, 12)]
             assert risks == sorted(risks, reverse=safe.size is not Size.SPHERE)
-            assert safe.reason is None or (min(risks) > safe.risk) == (safe.reason is NoSize.UNSAFE)
+            assert safe.reason is None or (min(risks) > (safe.risk or 0.0)) == (safe.reason is NoSize.UNSAFE)
         if safe.value is not None and law is None:
             got = probability(resized(shot, safe.size, safe.value))
             assert got is not None

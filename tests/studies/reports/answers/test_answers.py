@@ -144,11 +144,11 @@ def test_shield__as_a_shot_and_as_a_sweep_is_one_document() -> None:
         assert [*_shots({**shot, "resolution": 16})] == [*_shots(shot)]
         assert cost_of(sweep).runs == len(sweep.runs())
     search = {"projectile_diameter": {"limit_of": "wall_perforated", "between": ["3 mm", "9 mm"], "until": "10 %"}}
-    sweep = {"scenario": "whipple_shield", "fixed": shield, "axes": search}
-    assert [shot.projectile_diameter for shot in _shots(sweep)] == [3e-3, 9e-3]
-    for change in ({"combine": "zip"}, {"fixed": []}, {"scenario": None}):
+    searched: dict[str, Any] = {"scenario": "whipple_shield", "fixed": shield, "axes": search}
+    assert [shot.projectile_diameter for shot in _shots(searched)] == [3e-3, 9e-3]
+    for key, value in {"combine": "zip", "fixed": [], "scenario": None}.items():
         with pytest.raises(InvalidInput):
-            read_question({**sweep, **change})
+            read_question({**searched, key: value})
 
 
 def _shots(document: dict[str, Any]) -> Iterator[Shot]:
