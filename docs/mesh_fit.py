@@ -91,6 +91,17 @@ def shots() -> Mapping[str, tuple[Shot, ...]]:
     return {quantity: tuple(each) for quantity, each in found.items()}
 
 
+def is_complete(quantity: str) -> bool:
+    """Whether every run of the ensemble that measures a quantity is in the table."""
+    rows = {row["id"] for row in ensemble.stored() if row["physics"] == str(PHYSICS_VERSION)}
+    return all(
+        run.id in rows
+        for series in ensemble.drawn()
+        if quantity in ensemble.QUANTITIES[series.scenario]
+        for _, _, run in series.runs()
+    )
+
+
 def _counts(row: Mapping[str, str], quantity: str) -> bool:
     """Whether a run succeeded and has a value."""
     return row["state"] == "succeeded" and bool(row[quantity])
@@ -369,9 +380,9 @@ def bars_over_errors(shots: Sequence[Shot], wider: float) -> list[float]:
 
 
 def main() -> None:
-    """Store what holds, with how it was tested."""
+    """Store what holds of the quantities whose runs are all computed, with how it was tested."""
     known = {}
-    for quantity in shots():
+    for quantity in filter(is_complete, shots()):
         test, experience = tested(quantity), experience_of(quantity)
         about = {
             "series": [len(test.shots), test.of],

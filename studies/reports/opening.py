@@ -6,6 +6,7 @@ to the shortest, the first that has few enough of them.
 
 import json
 import math
+import re
 from collections.abc import Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass
@@ -181,7 +182,8 @@ def headline(opening: Opening, units: Mapping[str, str | None]) -> str:
     text = ""
     for form in range(FORMS):
         rendered = template.render(opening=opening, form=form, place=place, along=along)
-        text = capital(" ".join(rendered.split()).replace(" ,", ",").replace(" .", "."))
+        # Narrow spaces stay: they hold a number and its unit together.
+        text = capital(re.sub(r"[ \n]+", " ", rendered).strip().replace(" ,", ",").replace(" .", "."))
         if len(text.split()) <= MOST_WORDS:
             return text
     return f"{' '.join(text.split()[:MOST_WORDS])}…"

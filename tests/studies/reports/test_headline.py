@@ -73,6 +73,7 @@ def shot(factor: float, confidence: str = "read", uncertainty: float | None = 0.
 def said(*arguments: Any, **named: Any) -> str:
     """The headline of made-up holes, with plain spaces."""
     document, _ = document_of(*arguments, **named)
+    assert not re.search(r"±[\d.]+ %", document["headline"])  # a narrow space holds number and unit together
     return str(document["headline"]).replace("\u202f", " ")
 
 
