@@ -4,7 +4,6 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Literal
 
 import numpy as np
@@ -16,18 +15,9 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, comparable, error_bars, main_quantities, places_of, simulated_values
 from studies.laws import CAVEATS, DRAWN_ONLY, FITTED, NO_RANGE
 from studies.reports.matched import BEYOND_AXES, ELSEWHERE, MatchedObservation, interpolate
+from studies.reports.records import Outcome, Reference
 
-Reference = Literal["simulation", "observation"]
 JudgedState = Literal["judged", "outside", "unjudged"]
-
-
-class Outcome(StrEnum):
-    """How a law does beside its reference, at a point or over several."""
-
-    WITHIN = "within"  # inside the joint uncertainty
-    LOW = "low"
-    HIGH = "high"
-    NOT_COMPARABLE = "not_comparable"
 
 
 # Parts of an error bar of which a report says whether they are known; a run states neither of the last two.
