@@ -20,7 +20,7 @@ from typing import Any
 
 from solver.registry import entries
 from solver.units import Dimensionless, Metre, MetrePerSecond, Radian
-from studies.laws._range import NOT_FOUND, Code, Limit, Range, RangeStatus, Reason
+from studies.laws._range import NOT_FOUND, SPEED, THICKNESS_RATIO, Code, Limit, Range, RangeStatus, Reason
 from studies.laws._shot import FurtherBumper, Shield, Shot, aluminium, shot_from, shot_of
 from studies.laws._words import in_words, limit_in_words, range_in_words
 from studies.quantities.findings import nearest_cure, refusal
@@ -29,6 +29,8 @@ __all__ = [
     "CAVEATS",
     "DRAWN_ONLY",
     "NOT_FOUND",
+    "SPEED",
+    "THICKNESS_RATIO",
     "Code",
     "FurtherBumper",
     "Law",

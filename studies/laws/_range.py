@@ -4,6 +4,7 @@ import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
+from types import MappingProxyType
 
 from studies.laws._shot import Shot
 
@@ -93,7 +94,7 @@ class Limit:
         reason = self.check(self, shot) if self.check else None
         return reason and replace(reason, source=self.source)
 
-    def broken(self, value: float = math.nan, **found: str) -> Reason:
+    def broken(self, value: float = math.nan, found: Mapping[str, str] = MappingProxyType({})) -> Reason:
         """The reason of a shot that has another number, or something else by role."""
         return Reason(self.code, self.symbol, value, self.low, self.high, self.unit, self.names, found)
 
@@ -133,7 +134,7 @@ def like_on_like(source: str) -> Limit:
 
     def check(limit: Limit, shot: Shot) -> Reason | None:
         projectile, target = shot.projectile.family, shot.target.family
-        return None if projectile == target else limit.broken(projectile=projectile, target=target)
+        return None if projectile == target else limit.broken(found={"projectile": projectile, "target": target})
 
     return Limit(Code.LIKE_ON_LIKE, source, check=check)
 
@@ -142,7 +143,7 @@ def family(name: str, source: str, *, is_derived: bool = False) -> Limit:
     """A target of one family of materials."""
 
     def check(limit: Limit, shot: Shot) -> Reason | None:
-        return None if shot.target.family == name else limit.broken(target=shot.target.family)
+        return None if shot.target.family == name else limit.broken(found={"target": shot.target.family})
 
     return Limit(Code.TARGET_FAMILY, source, names=(name,), is_derived=is_derived, check=check)
 

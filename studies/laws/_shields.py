@@ -180,4 +180,4 @@ def _heavy_projectile(limit: Limit, shot: Shot) -> Reason | None:
 def _other_metal(limit: Limit, shot: Shot) -> Reason | None:
     """Why what stands behind the bumper is not what an equation is for."""
     behind = shot.shield.of_other_metal if shot.shield else {}
-    return limit.broken(**behind) if behind else None
+    return limit.broken(found=behind) if behind else None

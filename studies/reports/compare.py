@@ -85,7 +85,7 @@ class Residual:
     in_range: Statistics | None  # inside the law's range; None for the simulation
     points: int  # at which the reference has a value; the subject need not answer at all of them
     drawn_only: str = ""  # why the law enters no average and no verdict; empty where it does
-    no_range: str = ""  # "no range stated by its source"; empty where a range is stated
+    no_range: bool = False  # whether the source of the law states none
 
 
 @dataclass(frozen=True)
@@ -300,5 +300,5 @@ def _of_law(name: str, law: LawAnswers, reference: References) -> Residual:
         in_range=ranged,
         points=int(np.isfinite(reference.values).sum()),
         drawn_only=drawn_only,
-        no_range=law.no_range,
+        no_range=law.has_range is False,
     )

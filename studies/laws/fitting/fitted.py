@@ -117,7 +117,7 @@ class FittedLaw:
 def _materials(law: FittedLaw) -> Limit:
     def check(limit: Limit, shot: Shot) -> Reason | None:
         mine = (shot.projectile.name, shot.target.name)
-        return None if mine == limit.names else limit.broken(projectile=mine[0], target=mine[1])
+        return None if mine == limit.names else limit.broken(found={"projectile": mine[0], "target": mine[1]})
 
     return Limit(Code.MATERIALS, law.title, names=law.range.materials, check=check)
 

@@ -13,8 +13,8 @@ from studies import laws, materials
 from studies.cubes.cube import build
 from studies.cubes.points import points_of
 from studies.laws import (
-    FITTED,
     FurtherBumper,
+    RangeStatus,
     Shield,
     Shot,
     cour_palais,
@@ -96,8 +96,8 @@ MEANINGLESS: list[tuple[str, Shot, str]] = [
 def test_law__says_why_a_shot_is_out_of_its_range(name: str, shot: Shot, words: str) -> None:
     law = laws.load(name)
     answer = law.evaluate(shot, law.variants(shot)[0])
-    assert words in answer.reason
-    assert answer.in_range == (answer.reason == "") == (words == "")
+    assert words in laws.in_words(answer.reasons)
+    assert answer.in_range == (not answer.reasons) == (words == "")
     assert math.isnan(answer.value) == ((name, shot, words) in MEANINGLESS)
 
 
@@ -141,7 +141,7 @@ def test_law__is_not_judged_by_the_shot_that_its_constant_is_fitted_to() -> None
     subjects = {each.name: each for each in evidence.subjects if each.reference == "observation"}
     copper = next(number for number, shot in enumerate(shots) if shot.at.get("target", "copper-ofhc") == "copper-ofhc")
     own, other = (subjects[name].points[copper] for name in ("crater_two_thirds", "charters_summers"))
-    assert (own.state, own.unjudged) == ("unjudged", FITTED)
+    assert (own.state, own.status) == ("unjudged", RangeStatus.FITTED)
     assert other.state == "judged"
 
 
