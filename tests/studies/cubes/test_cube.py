@@ -130,6 +130,10 @@ def test_laws__answer_as_themselves_with_range_and_reason() -> None:
                 answer = law.evaluate(shot, variant)
                 np.testing.assert_equal(float(cell.hole_diameter_by_law), answer.value)
                 assert bool(cell.hole_diameter_by_law_in_range) == answer.in_range
+                assert tuple(laws.RangeStatus)[int(cell.hole_diameter_by_law_range_status)] is answer.status
+                assert bool(cell.hole_diameter_law_has_range) == law.range.is_published
+                speeds = [float(cell[f"hole_diameter_law_speed_{bound}"]) for bound in ("lower", "upper")]
+                np.testing.assert_equal(speeds, law.range.bounds(laws.SPEED))
                 assert cell.hole_diameter_by_law_reason.item() == laws.in_words(answer.reasons)
 
 
