@@ -1,19 +1,26 @@
 """The entries of a folder: each module of a kind's package offers one, or a tuple of several; no list is edited.
 
 A module named ``maiden.py`` in ``studies/laws`` offers its law under the attribute ``LAW``;
-``entries("studies.laws", "LAW")`` finds it. Another distribution adds an entry through the entry-point group
-``whipple.studies.laws``. A module that cannot be imported, or lacks its entry, stops the start and is named.
+``entries("studies.laws", "LAW")`` finds it. A feature, or another distribution, adds an entry through the entry-point
+group ``whipple.studies.laws``; our own groups are read from the tree's ``pyproject.toml`` where it lies beside the
+code, since the metadata of an installation are those of its day. A module that cannot be imported, or lacks its entry,
+stops the start and is named.
 """
 
 import importlib
 import pkgutil
+import tomllib
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
+from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from solver.errors import RegistryError
+
+OURS = "whipple."  # how the names of our groups begin
+TREE = Path(__file__).parents[1] / "pyproject.toml"
 
 
 @cache
@@ -37,14 +44,25 @@ def entries(package: str, kind: str) -> Mapping[str, Any]:
 
 
 def points(package: str) -> EntryPoints:
-    """Entry points by which other distributions add to a package."""
-    group: EntryPoints = _all_points().select(group=f"whipple.{package}")
+    """Entry points by which features and other distributions add to a package."""
+    group: EntryPoints = _all_points().select(group=f"{OURS}{package}")
     return group
 
 
 @cache
-def _all_points() -> Any:
-    return entry_points()
+def _all_points() -> EntryPoints:
+    known = entry_points()
+    installed = [point for group in known.groups if group.startswith(OURS) for point in known.select(group=group)]
+    if not TREE.exists():
+        return EntryPoints(installed)
+    project = tomllib.loads(TREE.read_text(encoding="utf-8"))["project"]
+    own = (
+        EntryPoint(name, value, group)
+        for group, points in project.get("entry-points", {}).items()
+        for name, value in points.items()
+    )
+    others = (point for point in installed if point.dist is None or point.dist.name != project["name"])
+    return EntryPoints((*own, *others))
 
 
 def _loaded(point: EntryPoint) -> Any:

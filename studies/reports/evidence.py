@@ -4,7 +4,6 @@ import math
 from collections import Counter
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
-from enum import StrEnum
 from typing import Literal
 
 import numpy as np
@@ -16,18 +15,9 @@ from studies.cubes import variables as cubes
 from studies.cubes.points import Place, axes_of, comparable, error_bars, main_quantities, places_of, simulated_values
 from studies.laws import CAVEATS, DRAWN_ONLY, RangeStatus
 from studies.reports.matched import MatchedObservation, Where, interpolate
+from studies.reports.records import Outcome, Reference
 
-Reference = Literal["simulation", "observation"]
 JudgedState = Literal["judged", "outside", "unjudged"]
-
-
-class Outcome(StrEnum):
-    """How a law does beside its reference, at a point or over several."""
-
-    WITHIN = "within"  # inside the joint uncertainty
-    LOW = "low"
-    HIGH = "high"
-    NOT_COMPARABLE = "not_comparable"
 
 
 # Parts of an error bar of which a report says whether they are known; a run states neither of the last two.
@@ -153,8 +143,7 @@ class Subject:
     @property
     def full_title(self) -> str:
         """The title with the variant."""
-        variant = self.name.partition("/")[2]
-        return f"{self.title} ({variant})" if variant else self.title
+        return full_title(self.name, self.title)
 
     @property
     def caveat(self) -> str:
@@ -165,6 +154,12 @@ class Subject:
     def drawn_only(self) -> str:
         """Why the law enters no verdict; empty where it does."""
         return DRAWN_ONLY.get(self.confidence, "")
+
+
+def full_title(label: str, title: str) -> str:
+    """The title of a law with its variant."""
+    variant = label.partition("/")[2]
+    return f"{title} ({variant})" if variant else title
 
 
 @dataclass(frozen=True)
@@ -213,6 +208,11 @@ def evidence_of(points: xr.Dataset, observations: Sequence[MatchedObservation]) 
 def axes_in(points: xr.Dataset) -> list[AxisOfSweep]:
     """The axes of a cube of points."""
     return [AxisOfSweep(name, points[name].attrs.get("units")) for name in axes_of(points)]
+
+
+def with_models(points: xr.Dataset, name: str) -> np.ndarray:
+    """Error bars of a quantity with all parts that are assessed, models included, (points,); NaN without any."""
+    return _Quantity(points, name).bars()
 
 
 class _Quantity:

@@ -5,80 +5,14 @@ Made in one place, from the evidence of a cube; templates put it into words.
 
 from collections import Counter
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass
-from enum import StrEnum
 from typing import Any
 
-from studies.cubes.points import Place
 from studies.cubes.reading import finite
 from studies.laws import DRAWN_ONLY, RangeStatus
-from studies.reports.evidence import Evidence, JudgedPoint, Outcome, Reference, Subject
+from studies.reports.evidence import Evidence, JudgedPoint, Subject
+from studies.reports.records import Judgement, Outcome, PointJudgement, Reason, Reference
 
 SIMULATION = "simulation"  # the subject that is no law
-
-
-class Reason(StrEnum):
-    """Why a law is not comparable."""
-
-    OUTSIDE = "outside"  # of the range that its source states, everywhere
-    OTHER_MATERIAL = "other_material"
-    NO_ANSWER = "no_answer"
-    FLAGGED = "flagged"  # or without a value: nothing to compare with
-    FITTED = "fitted"  # a constant of the law is fitted to the shots
-    NO_BAR = "no_bar"  # the mesh error, or the error of the shots, is unknown
-
-
-@dataclass(frozen=True)
-class PointJudgement:
-    """A law at one point, in SI; None where there is no number."""
-
-    at: Place
-    law: float | None
-    reference: float | None
-    difference: float | None  # over the reference
-    bar: float | None  # joint uncertainty over the reference; None where it is no test
-    outcome: Outcome
-    outside: str  # why it is outside the range of the law
-    unjudged: str  # why the reference judges nothing
-    hangs_on: tuple[str, ...]  # failures that alone decide whether the law agrees
-
-
-@dataclass(frozen=True)
-class Judgement:
-    """A law, or the simulation, beside one reference."""
-
-    quantity: str
-    law: str  # label, or "simulation"
-    title: str  # with the variant
-    name: str  # short
-    reference: Reference
-    has_range: bool  # whether its source states one
-    drawn_only: str  # why the law enters no headline; empty where it does
-    points: tuple[PointJudgement, ...]
-    of: int  # points
-    in_range: int  # of these, inside its range
-    compared: int  # points inside its range whose reference has a value without a flag
-    tested: int  # of these, with an error bar that is a test
-    within: int  # of these, with the difference inside the joint uncertainty
-    # Of the points that are compared; without any of those in its range, else of all that have both numbers.
-    smallest: float | None  # of the law's values, SI
-    largest: float | None
-    low: float | None  # smallest difference over the reference
-    high: float | None
-    bar: float | None  # largest joint uncertainty that is a test, over the reference
-    outcome: Outcome
-    reason: Reason | None  # of what is not comparable
-
-    @property
-    def worst(self) -> float:
-        """The largest difference, without its sign."""
-        assert self.low is not None
-        assert self.high is not None
-        return max(-self.low, self.high)
-
-    def as_json(self) -> dict[str, Any]:
-        """Plain objects for the report."""
-        return asdict(self)
 
 
 def judgements_of(evidence: Evidence) -> tuple[Judgement, ...]:

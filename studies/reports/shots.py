@@ -3,10 +3,8 @@
 import math
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import suppress
-from dataclasses import asdict, dataclass
-from enum import StrEnum
+from dataclasses import dataclass
 from functools import cache
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -21,45 +19,10 @@ from studies.quantities.findings import InvalidInput
 from studies.quantities.parameters import Value
 from studies.reports.evidence import FIRST_HAND
 from studies.reports.matched import MatchedObservation, interpolate
+from studies.reports.records import Doubt, MeasuredShot
 from studies.sweeps.reading import published_shots
 
 NEAR = 0.10  # relative: a shot is like a point where no number that both state differs by more
-
-
-class Doubt(StrEnum):
-    """What is doubtful about a measured shot."""
-
-    SECOND_HAND = "second_hand"  # nobody here read its source
-    UNKNOWN_ALLOY = "unknown_alloy"
-
-
-@dataclass(frozen=True)
-class MeasuredShot:
-    """A measured shot beside the nearest point of a sweep, in SI."""
-
-    quantity: str
-    unit: str
-    at: Place  # the parameters that the shot states
-    point: Place  # the axes of the nearest point
-    value: float | None  # None of a range
-    uncertainty: float | None
-    lower: float | None  # of a range; None where it is open
-    upper: float | None
-    source: str
-    doubts: tuple[Doubt, ...]
-    simulation: float | None  # between the points; None beyond the axes
-    simulation_bar: float | None
-
-    @property
-    def ends(self) -> tuple[float, float]:
-        """From where to where the measured value may be."""
-        if self.value is not None:
-            return self.value, self.value
-        return self.lower or 0.0, math.inf if self.upper is None else self.upper
-
-    def as_json(self) -> dict[str, Any]:
-        """Plain objects for the report."""
-        return asdict(self)
 
 
 @dataclass(frozen=True)

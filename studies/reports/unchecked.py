@@ -2,36 +2,10 @@
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass, replace
-from enum import StrEnum
+from dataclasses import replace
 
 from studies.reports.evidence import DEFINITION, FIRST_HAND, MESH, MODEL, Evidence
-
-
-class Code(StrEnum):
-    """What was not checked."""
-
-    DOUBTFUL_SHOTS = "doubtful_shots"
-    MESH = "mesh"
-    DEFINITION = "definition"
-    MODELS = "models"
-    OTHER_ALLOY = "other_alloy"
-    DISTANT_MODELS = "distant_models"
-    SCATTER = "scatter"
-    FLAGGED = "flagged"
-    RECALLED = "recalled"
-
-
-@dataclass(frozen=True)
-class Unchecked:
-    """One thing that was not checked, of some quantities."""
-
-    code: Code
-    quantities: tuple[str, ...]
-    count: int = 0  # points, or shots
-    of: int = 0
-    names: tuple[str, ...] = ()  # alloys, flags or laws
-    factor: float = 1.0  # by which points are outside of where models were varied
+from studies.reports.records import Code, Unchecked
 
 
 def unchecked(every: Sequence[Evidence]) -> tuple[Unchecked, ...]:

@@ -1,0 +1,137 @@
+"""Records that reports share: how laws do, measured shots, and what was not checked. Nothing heavy is imported."""
+
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass
+from enum import StrEnum
+from typing import Literal
+
+Place = Mapping[str, float | str]  # axis -> value, SI
+Reference = Literal["simulation", "observation"]
+
+
+class Outcome(StrEnum):
+    """How a law does beside its reference, at a point or over several."""
+
+    WITHIN = "within"  # inside the joint uncertainty
+    LOW = "low"
+    HIGH = "high"
+    NOT_COMPARABLE = "not_comparable"
+
+
+class Reason(StrEnum):
+    """Why a law is not comparable."""
+
+    OUTSIDE = "outside"  # of the range that its source states, everywhere
+    OTHER_MATERIAL = "other_material"
+    NO_ANSWER = "no_answer"
+    FLAGGED = "flagged"  # or without a value: nothing to compare with
+    FITTED = "fitted"  # a constant of the law is fitted to the shots
+    NO_BAR = "no_bar"  # the mesh error, or the error of the shots, is unknown
+
+
+@dataclass(frozen=True)
+class PointJudgement:
+    """A law at one point, in SI; None where there is no number."""
+
+    at: Place
+    law: float | None
+    reference: float | None
+    difference: float | None  # over the reference
+    bar: float | None  # joint uncertainty over the reference; None where it is no test
+    outcome: Outcome
+    outside: str  # why it is outside the range of the law
+    unjudged: str  # why the reference judges nothing
+    hangs_on: tuple[str, ...]  # failures that alone decide whether the law agrees
+
+
+@dataclass(frozen=True)
+class Judgement:
+    """A law, or the simulation, beside one reference."""
+
+    quantity: str
+    law: str  # label, or "simulation"
+    title: str  # with the variant
+    name: str  # short
+    reference: Reference
+    has_range: bool  # whether its source states one
+    drawn_only: str  # why the law enters no headline; empty where it does
+    points: tuple[PointJudgement, ...]
+    of: int  # points
+    in_range: int  # of these, inside its range
+    compared: int  # points inside its range whose reference has a value without a flag
+    tested: int  # of these, with an error bar that is a test
+    within: int  # of these, with the difference inside the joint uncertainty
+    # Of the points that are compared; without any of those in its range, else of all that have both numbers.
+    smallest: float | None  # of the law's values, SI
+    largest: float | None
+    low: float | None  # smallest difference over the reference
+    high: float | None
+    bar: float | None  # largest joint uncertainty that is a test, over the reference
+    outcome: Outcome
+    reason: Reason | None  # of what is not comparable
+
+    @property
+    def worst(self) -> float:
+        """The largest difference, without its sign."""
+        assert self.low is not None
+        assert self.high is not None
+        return max(-self.low, self.high)
+
+
+class Doubt(StrEnum):
+    """What is doubtful about a measured shot."""
+
+    SECOND_HAND = "second_hand"  # nobody here read its source
+    UNKNOWN_ALLOY = "unknown_alloy"
+
+
+@dataclass(frozen=True)
+class MeasuredShot:
+    """A measured shot beside the nearest point of a sweep, in SI."""
+
+    quantity: str
+    unit: str
+    at: Place  # the parameters that the shot states
+    point: Place  # the axes of the nearest point
+    value: float | None  # None of a range
+    uncertainty: float | None
+    lower: float | None  # of a range; None where it is open
+    upper: float | None
+    source: str
+    doubts: tuple[Doubt, ...]
+    simulation: float | None  # between the points; None beyond the axes
+    simulation_bar: float | None
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """From where to where the measured value may be."""
+        if self.value is not None:
+            return self.value, self.value
+        return self.lower or 0.0, math.inf if self.upper is None else self.upper
+
+
+class Code(StrEnum):
+    """What was not checked."""
+
+    DOUBTFUL_SHOTS = "doubtful_shots"
+    MESH = "mesh"
+    DEFINITION = "definition"
+    MODELS = "models"
+    OTHER_ALLOY = "other_alloy"
+    DISTANT_MODELS = "distant_models"
+    SCATTER = "scatter"
+    FLAGGED = "flagged"
+    RECALLED = "recalled"
+
+
+@dataclass(frozen=True)
+class Unchecked:
+    """One thing that was not checked, of some quantities."""
+
+    code: Code
+    quantities: tuple[str, ...]
+    count: int = 0  # points, or shots
+    of: int = 0
+    names: tuple[str, ...] = ()  # alloys, flags or laws
+    factor: float = 1.0  # by which points are outside of where models were varied

@@ -1,0 +1,77 @@
+"""How good the numbers are: grids, orders, and the parts of each error bar."""
+
+from dataclasses import dataclass
+
+from studies.reports.records import Place
+from studies.reports.section import Part, Section, Source
+
+
+@dataclass(frozen=True)
+class GridLevel:
+    """The runs of one resolution at a point."""
+
+    spacing: float  # of cells, over the projectile's diameter
+    value: float | None
+    scatter: float | None  # over offsets
+    values: int
+    runs: int
+
+
+@dataclass(frozen=True)
+class PointConvergence:
+    """The value of a quantity at a point with the parts of its error bar; SI."""
+
+    at: Place
+    verdict: str
+    reason: str
+    value: float | None
+    uncertainty: float | None  # None where the mesh error is unknown
+    mesh: float | None
+    offsets: float | None
+    measurement: float | None
+    model: float | None  # strength and equation of state, standard uncertainty
+    lower: float | None  # how far failures that count move it down and up
+    upper: float | None
+    raw: float | None  # as read off the mesh, before the correction for it; None where there is no correction
+    order: float | None
+    extrapolated: float | None
+    gci: float | None
+    levels: tuple[GridLevel, ...]  # coarsest first; none without refinement
+
+
+@dataclass(frozen=True)
+class QuantityConvergence:
+    """A quantity at each point."""
+
+    quantity: str
+    unit: str
+    main: bool
+    points: tuple[PointConvergence, ...]
+
+
+@dataclass(frozen=True)
+class Convergence:
+    """Each quantity, with the resolutions of the sweep and how many offsets each has."""
+
+    rules: str  # by which several grids tell a mesh error
+    resolutions: tuple[float, ...]  # cells across the projectile's diameter; empty of one
+    offsets: int
+    quantities: tuple[QuantityConvergence, ...]
+
+
+def _part(source: Source) -> Part | None:
+    from studies.reports.sections._convergence import convergence_of
+
+    return convergence_of(source)
+
+
+SECTION = Section(
+    "convergence",
+    "Accuracy",
+    50,
+    Convergence,
+    _part,
+    "sections/convergence.html",
+    "",
+    "sections/convergence_appendix.html",
+)

@@ -1,0 +1,78 @@
+"""Laws and measured shots beside the simulation."""
+
+from dataclasses import dataclass
+
+from studies.reports.records import Judgement, MeasuredShot, Place, Unchecked
+from studies.reports.section import Part, Section, Source
+
+
+@dataclass(frozen=True)
+class Counted:
+    """Why a law has no answer, or one outside of its range, with the number of such answers."""
+
+    reason: str
+    answers: int
+
+
+@dataclass(frozen=True)
+class LawSource:
+    """A law with its equation and source."""
+
+    name: str
+    title: str
+    quantity: str
+    equation: str
+    source: str
+    range: str
+    confidence: str
+    scatter: float | None  # published, relative
+    variants: tuple[str, ...]  # that it was evaluated with
+    reasons: tuple[Counted, ...]
+
+
+@dataclass(frozen=True)
+class OwnShot:
+    """An observation of the sweep, with the simulation brought to its parameters; SI."""
+
+    quantity: str
+    unit: str
+    at: Place
+    value: float | None  # None of a range
+    uncertainty: float | None
+    lower: float | None
+    upper: float | None
+    simulation: float | None
+    simulation_uncertainty: float | None
+    how: str
+    source: str
+
+
+@dataclass(frozen=True)
+class Mixed:
+    """A quantity that several versions of its definition measured: nothing is compared with it."""
+
+    quantity: str
+    versions: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Laws:
+    """How each law does, what was measured, and what was not checked."""
+
+    judgements: tuple[Judgement, ...]
+    shots: tuple[MeasuredShot, ...]  # that a point repeats
+    own_shots: tuple[OwnShot, ...]
+    unchecked: tuple[Unchecked, ...]
+    mixed: tuple[Mixed, ...]
+    sources: tuple[LawSource, ...]
+
+
+def _part(source: Source) -> Part | None:
+    from studies.reports.sections._laws import laws_of
+
+    return laws_of(source)
+
+
+SECTION = Section(
+    "laws", "Laws", 20, Laws, _part, "sections/laws.html", "sections/laws_first.html", "sections/laws_appendix.html", 0
+)
