@@ -47,7 +47,7 @@ MOST_POINTS = 12  # rows of a table of the page, evenly over the points
 MOST_ACCURACIES = 24  # rows of the table of accuracy, of all quantities
 MOST_RANGES = 12  # quantities with smallest and largest value
 MOST_VALUES = 12  # of an axis, that are listed
-MOST_FURTHER = 4  # figures beside the first
+MOST_FURTHER, MOST_FURTHER_PANELS = 4, 12  # figures beside the first, and their panels
 MOST_PICTURES = 6
 # Words for the codes of a document, by the code.
 REASONS = {
@@ -149,11 +149,7 @@ def page(report: Mapping[str, Any], files: Mapping[str, Path] | None = None) -> 
     opening = next((number for number, figure in enumerate(every) if _says(figure)), None)
     ratio = None if opening is None else _ratio_of(every, every[opening])
     # The first figure again where the first screen does not show all of its panels.
-    further = [
-        number
-        for number, figure in enumerate(every)
-        if _shows_course(figure) and (number != opening or len(figure.panels) > charts.OPENING["wide"][1])
-    ][:MOST_FURTHER]
+    further = _further(every, opening)
     shown = [section for section in sections() if section.template and section.name in report]
     return _rendered(
         "page.html",
@@ -253,6 +249,17 @@ def _says(figure: Figure) -> bool:
 def _shows_course(figure: Figure) -> bool:
     """Whether a figure of the page has more than single points."""
     return figure.where == "page" and any(len(each.x) > 1 for panel in figure.panels for each in panel.series)
+
+
+def _further(figures: Sequence[Figure], opening: int | None) -> list[int]:
+    """Numbers of the figures behind the first screen, as many as two sheets take."""
+    chosen: list[int] = []
+    for number, figure in enumerate(figures):
+        is_whole = number == opening and len(figure.panels) <= charts.OPENING["wide"][1]
+        panels = sum(len(figures[each].panels) for each in (*chosen, number))
+        if _shows_course(figure) and not is_whole and len(chosen) < MOST_FURTHER and panels <= MOST_FURTHER_PANELS:
+            chosen.append(number)
+    return chosen
 
 
 def _opening_picture(pictures: Node) -> tuple[Node, Node] | None:

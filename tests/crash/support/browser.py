@@ -86,9 +86,8 @@ def opened(
 
 
 def look(browser: Browser, file: Path, width: int, scheme: Scheme, picture: Path | None = None) -> Seen:
-    """Open a page and what is folded on it, and keep a picture of all of it."""
+    """Open a page, and keep a picture of all of it."""
     with opened(browser, file, width, scheme) as (page, messages, requests):
-        page.evaluate("document.querySelectorAll('details.section').forEach(each => each.open = true)")
         wider = page.evaluate(BEYOND)
         cut = page.evaluate(CUT)
         violations = violations_of(page)
