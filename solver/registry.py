@@ -13,6 +13,7 @@ import tomllib
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
+from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
@@ -50,7 +51,9 @@ def points(package: str) -> EntryPoints:
 
 @cache
 def _all_points() -> EntryPoints:
-    installed = entry_points()
+    found = entry_points()
+    # Python 3.11 gives them by group.
+    installed = found if isinstance(found, EntryPoints) else EntryPoints(chain.from_iterable(found.values()))
     if not TREE.exists():
         return installed
     project = tomllib.loads(TREE.read_text(encoding="utf-8"))["project"]
