@@ -11,7 +11,7 @@ import numpy as np
 from studies.films.radiograph import AREAL_DENSITY
 from studies.films.section import END, Sections, read_sections
 from studies.reports.drawing.pixels import coloured, in_radiograph, nearest
-from studies.reports.pictures import Frame
+from studies.reports.sections.pictures import Frame
 from studies.runs.execution import execute
 from tests.studies.measurements.test_debris_cloud import GRIDS, asked
 

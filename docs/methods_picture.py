@@ -11,7 +11,7 @@ import numpy as np
 
 from studies.films.section import Sections, read_sections
 from studies.reports.drawing.pixels import coloured, nearest
-from studies.reports.pictures import Frame
+from studies.reports.sections.pictures import Frame
 from studies.runs.execution import execute
 from studies.sweeps.sweep import Sweep
 from tests.cases.test_methods import GRIDS, document

@@ -10,7 +10,7 @@ from typing import Any
 from solver.simulation import simulate
 from studies.films.section import SectionOptions, SectionRecorder, Sections
 from studies.reports.drawing.pixels import coloured, nearest
-from studies.reports.pictures import Frame
+from studies.reports.sections.pictures import Frame
 from studies.runs.execution import observer_of
 from studies.runs.run import resolve
 from tests.cases.test_plugging import DIAMETER, SPACING, SPEED

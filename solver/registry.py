@@ -13,13 +13,13 @@ import tomllib
 from collections.abc import Mapping
 from functools import cache
 from importlib.metadata import EntryPoint, EntryPoints, entry_points
-from itertools import chain
 from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
 from solver.errors import RegistryError
 
+OURS = "whipple."  # how the names of our groups begin
 TREE = Path(__file__).parents[1] / "pyproject.toml"
 
 
@@ -45,17 +45,16 @@ def entries(package: str, kind: str) -> Mapping[str, Any]:
 
 def points(package: str) -> EntryPoints:
     """Entry points by which features and other distributions add to a package."""
-    group: EntryPoints = _all_points().select(group=f"whipple.{package}")
+    group: EntryPoints = _all_points().select(group=f"{OURS}{package}")
     return group
 
 
 @cache
 def _all_points() -> EntryPoints:
-    found = entry_points()
-    # Python 3.11 gives them by group.
-    installed = found if isinstance(found, EntryPoints) else EntryPoints(chain.from_iterable(found.values()))
+    known = entry_points()
+    installed = [point for group in known.groups if group.startswith(OURS) for point in known.select(group=group)]
     if not TREE.exists():
-        return installed
+        return EntryPoints(installed)
     project = tomllib.loads(TREE.read_text(encoding="utf-8"))["project"]
     own = (
         EntryPoint(name, value, group)

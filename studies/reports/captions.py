@@ -1,64 +1,41 @@
-"""Captions of figures: they explain points, bars, bands and open marks, and name the parts of error bars."""
+"""Captions of figures: what points, bars and lines are."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 
 import numpy as np
 
-from studies.cubes import variables as cubes
 from studies.quantities.display import MESH_UNKNOWN
 from studies.reports.figure import is_cut
-from studies.reports.view import ONLY_DRAWN, FigureView
+from studies.reports.view import FigureView
 
-OF_FRAGMENTS = (
-    "Connected pieces behind the plate that came off, by the diameter of a sphere with their volume (of whole rings in "
-    "a body of revolution). The mesh makes none that is much smaller than its cell: where that stands right of the "
-    "nominal size after Grady (1988), the mesh alone decides the curves."
-)
 NEAR = 0.05  # relative: an observed shot belongs to the panel whose other axes it meets this closely
 # A history has dipped where it is below this share of an earlier value.
 DIP = 0.5
-# Sentences about kinds of series, in this order, for a figure that has them.
-OF_KINDS = (
-    (
-        {"law", "band"},
-        "Laws: solid or dashed lines and filled marks inside the range that their source states, dotted lines and "
-        "open marks outside. The axis reaches over simulation, observations and laws inside their range: a law outside "
-        "of it may leave the figure.",
-    ),
-    ({"band"}, "A shaded band spans the smallest to the largest answer over the constants stated for that law."),
-    ({"missing"}, "A grey cross on the base line is a run without a value."),
-    ({"observation"}, f"An observed shot is drawn in the panel whose other axis values it matches within {NEAR:.0%}."),
+LAWS = (
+    "The laws nearest to the simulation are in colour, all others grey; dotted outside of the range of their source. "
+    "The axis reaches over simulation, measured shots and nearest laws."
 )
 
 
 def of_laws(view: FigureView, name: str, kinds: set[str]) -> str:
-    """The caption of simulation, laws and observations together, with the laws that are not drawn."""
-    sentences = [of_points(view, name)]
-    sentences += [text for shown, text in OF_KINDS if kinds & shown]
-    drawn = view.drawn_laws(name)
-    left_out = sorted(title for law, title in view.laws(name).items() if law not in drawn)
-    plain = [title for title in left_out if title.endswith(ONLY_DRAWN)]
-    if listed := [title for title in left_out if title not in plain]:
-        sentences.append(f"Not drawn, because no point is inside their range: {', '.join(listed)}.")
-    if plain:
-        names = ", ".join(title.removesuffix(ONLY_DRAWN) for title in plain)
-        sentences.append(f"Not drawn beside so many, because in no verdict: {names}.")
-    sentences += [f"The lines of {first} and {second} coincide." for first, second in view.coinciding(name)]
-    if view.left_out:
-        sentences.append("The cube contains the panels that are not drawn.")
+    """The caption of simulation, laws and measured shots together."""
+    sentences = [_of_points(view, name)]
+    sentences += [LAWS] if "law" in kinds else []
+    sentences += ["A grey cross is a run without a value."] if "missing" in kinds else []
+    sentences += ["The cube has the panels that are not drawn."] if view.left_out else []
     return " ".join(sentences)
 
 
-def of_points(view: FigureView, name: str) -> str:
+def _of_points(view: FigureView, name: str) -> str:
     """Explain the points of a figure, their bars and open marks."""
-    quantity = name.replace("_", " ")
-    if not view.over_resolutions:
-        points = f"{quantity}, the mean over offsets" if view.over_offsets else "runs"
-        return f"Points are {points}, without bars: {MESH_UNKNOWN}. Open points carry a flag."
-    mean = ", the mean over offsets" if view.over_offsets else ""
+    valued = np.isfinite(view.succeeded(name))
+    unknown = int((valued & np.isnan(view.error_bars(name))).sum())
+    if unknown == valued.sum():
+        return f"Points have no bars: {MESH_UNKNOWN}. Open points carry a flag."
+    some = f", unknown at {unknown} of {valued.sum()} points" if unknown else ""
     return (
-        f"Points are {quantity} on the finest grid{mean}; {_bars(view, name)}. Open points carry a flag, or "
-        "have no mesh error."
+        f"Inner bars: mesh error and reading{some}. Outer bars: with what material data and models leave open. Open "
+        "points carry a flag, or have no mesh error."
     )
 
 
@@ -92,60 +69,6 @@ def of_cut_bars(bars: Iterable[tuple[float, float | None]]) -> str:
         return ""
     which = "1 bar that is longer than its" if count == 1 else f"{count} bars that are longer than their"
     return f" The axis is set by the values: the frame cuts {which} value."
-
-
-def _bars(view: FigureView, name: str) -> str:
-    """The parts that bars include: "bars are their uncertainty: mesh error, scatter over offsets"."""
-    parts = list(_parts(view, name))
-    if not parts:
-        return f"there are no bars: {MESH_UNKNOWN}"
-    return f"bars are their uncertainty: {', '.join(parts)}"
-
-
-def _parts(view: FigureView, name: str) -> Iterator[str]:
-    """The parts that any bar includes, in words."""
-    valued = np.isfinite(view.succeeded(name))
-    unknown = valued & np.isnan(view.error_bars(name))
-    if unknown.sum() == valued.sum():
-        return
-    yield (
-        f"mesh error (unknown at {unknown.sum()} of {valued.sum()} points, without bars)"
-        if unknown.any()
-        else "mesh error"
-    )
-    offsets = view.flat(cubes.OFFSETS_PART, name)
-    if view.over_offsets and np.isfinite(offsets).any():
-        yield "scatter over offsets"
-    elif (offsets > 0.0).any():
-        yield "position on the grid (as single runs state it)"
-    if (view.flat(cubes.MEASUREMENT_PART, name) > 0.0).any():
-        yield "measurement"
-
-
-def of_residuals(view: FigureView, name: str) -> str:
-    """The caption of residuals: what the band about zero is, and why it is missing where it is."""
-    quantity = name.replace("_", " ")
-    valued = np.isfinite(view.compared(name))
-    unknown = int((valued & np.isnan(view.error_bars(name))).sum())
-    opening = f"Above zero the law gives more than the simulation. Marks as in the figure of {quantity} and the laws. "
-    if unknown == valued.sum():
-        return f"{opening}No band shows the error bar of the simulation: {_why_unknown(view)}."
-    caption = (
-        f"{opening}The grey band is the error bar of the simulation over its value, mesh error included: a "
-        "law inside it agrees with the simulation within the error bar."
-    )
-    if unknown:
-        caption += f" It is missing at {unknown} of {valued.sum()} points, whose mesh error is unknown."
-    return caption
-
-
-def _why_unknown(view: FigureView) -> str:
-    """The reason why no error bar includes the mesh error."""
-    if not view.refinements:
-        return "every point is one run on one mesh, so the mesh error is unknown"
-    if not view.over_resolutions:
-        return "every point has one resolution, so the mesh error is unknown"
-    return "no point has resolutions that show its mesh error"
 
 
 def of_convergence(*, offsets: bool, extrapolated: bool, left_out: bool) -> str:

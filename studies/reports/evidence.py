@@ -140,8 +140,7 @@ class Subject:
     @property
     def full_title(self) -> str:
         """The title with the variant."""
-        variant = self.name.partition("/")[2]
-        return f"{self.title} ({variant})" if variant else self.title
+        return full_title(self.name, self.title)
 
     @property
     def caveat(self) -> str:
@@ -152,6 +151,12 @@ class Subject:
     def drawn_only(self) -> str:
         """Why the law enters no verdict; empty where it does."""
         return DRAWN_ONLY.get(self.confidence, "")
+
+
+def full_title(label: str, title: str) -> str:
+    """The title of a law with its variant."""
+    variant = label.partition("/")[2]
+    return f"{title} ({variant})" if variant else title
 
 
 @dataclass(frozen=True)
@@ -200,6 +205,11 @@ def evidence_of(points: xr.Dataset, observations: Sequence[MatchedObservation]) 
 def axes_in(points: xr.Dataset) -> list[AxisOfSweep]:
     """The axes of a cube of points."""
     return [AxisOfSweep(name, points[name].attrs.get("units")) for name in axes_of(points)]
+
+
+def with_models(points: xr.Dataset, name: str) -> np.ndarray:
+    """Error bars of a quantity with all parts that are assessed, models included, (points,); NaN without any."""
+    return _Quantity(points, name).bars()
 
 
 class _Quantity:

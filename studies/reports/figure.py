@@ -6,8 +6,8 @@ Nothing here knows how a figure is drawn (:mod:`studies.reports.drawing`) or whe
 
 import math
 from collections.abc import Iterable, Mapping
-from dataclasses import asdict, dataclass
-from typing import Any, Literal
+from dataclasses import dataclass
+from typing import Literal
 
 SeriesKind = Literal[
     "simulation",
@@ -25,10 +25,13 @@ SeriesKind = Literal[
     "map",
 ]
 Scales = Literal["shared", "own"]
+# Where a figure stands: on the page, in diameters of the projectile behind one on the page, or on the appendix.
+Where = Literal["page", "ratio", "appendix"]
 Numbers = tuple[float | None, ...]
 
 # Labels of series that have a look of their own.
-SIMULATION, OBSERVED, MISSING = "simulation", "observed", "run without a value"
+SIMULATION, OBSERVED, MISSING = "simulation", "measured", "run without a value"
+MUTED = "other laws"
 FAILED, HELD, THIS = "shot: the wall failed", "shot: the wall held", "this shot"
 RUN_PERFORATED, RUN_HELD, RUN_UNDECIDED = "run: wall perforated", "run: wall holds", "run: undecided"
 INTERVAL = "simulation: from held to perforated"
@@ -57,6 +60,7 @@ class Series:
     x: tuple[float | str | None, ...]
     y: Numbers = ()
     uncertainty: Numbers = ()  # half length of the error bar
+    outer: Numbers = ()  # half length of the bar with models
     low: Numbers = ()  # lower edge of a band
     high: Numbers = ()  # upper edge of a band
     z: Numbers = ()  # of a map: what its colours say; y is then its other axis
@@ -65,6 +69,7 @@ class Series:
     doubts: tuple[str, ...] = ()  # of a simulation: the flags of each point in words, "" without any
     notes: tuple[str, ...] = ()  # words for a point
     window: Numbers = ()  # of a history: begin and end of the time in which growth is judged
+    muted: bool = False  # drawn in grey, and in the legend with all others that are
     connected: bool = True  # whether a line through the points means anything
 
 
@@ -90,10 +95,7 @@ class Figure:
     panels: tuple[Panel, ...]
     scales: Scales = "shared"  # own: each about its own middle, all as high in per cent
     z: Scale | None = None  # of a map
-
-    def as_json(self) -> dict[str, Any]:
-        """The figure as plain objects."""
-        return asdict(self)
+    where: Where = "page"
 
 
 def numbers(values: Iterable[float]) -> Numbers:

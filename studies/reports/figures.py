@@ -4,7 +4,6 @@ Its records are those of :mod:`studies.reports.figure`.
 """
 
 import math
-from collections import Counter
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
 from typing import Any
@@ -20,11 +19,10 @@ from studies.cubes.variable import SYMBOLS
 from studies.quantities.units import readable
 from studies.reports import captions
 from studies.reports.compare import Comparison
+from studies.reports.evidence import full_title, with_models
 from studies.reports.figure import (
-    CELL_OF_MESH,
     ERROR_BAR,
     EXTRAPOLATED,
-    GRADY,
     LEVEL,
     MEAN,
     MISSING,
@@ -39,73 +37,92 @@ from studies.reports.figure import (
     Series,
     numbers,
 )
+from studies.reports.judgement import nearest, short_names
 from studies.reports.matched import MatchedObservation
-from studies.reports.view import MOST_PANELS, FigureView, Slice, judged_window, second_axis, spread, title_of, views_of
+from studies.reports.opening import opening_of
+from studies.reports.records import MeasuredShot, Place
+from studies.reports.view import (
+    MOST_PANELS,
+    PREFERRED,
+    FigureView,
+    Slice,
+    judged_window,
+    second_axis,
+    spread,
+    title_of,
+    view_of,
+    views_of,
+)
 from studies.sweeps.reading import RESOLUTION
 
+NEAREST = 2  # laws in colour
 MOST_HISTORIES = 8  # lines in one panel
 MOST_MAPS = 6  # panels of a map
 TREND_POINTS = 24  # points of the curve through the three finest resolutions
 
 
 def figures(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
-    """Figures of the points of a cube, the main ones first, and of their convergence."""
+    """Figures of the main quantities of a cube, the one that the headline is about first; SI."""
     points = comparison.points
-    views, names = views_of(points), main_quantities(points)
+    opening = opening_of(points, comparison.judgements, comparison.shots)
+    names = [each.quantity for each in opening.quantities] if opening else []
+    views = views_of(points)
     view = views[0]
     if (other := second_axis(view)) is not None:
-        return tuple(_maps(view, other, names, comparison.observations))
-    drawn = [
-        *(against_laws(view, name, comparison.observations) for name in names),
-        *(scatter(other, name, comparison.observations) for name in names for other in views[1:]),
-        *(residuals(view, name) for name in names if cubes.LAW_LABEL.is_in(points, name)),
-        *(overlay(view, name) for name in names if len(view.slices) > 1),
-        *(companions(view, name) for name in names),
-        *(growth(view, name) for name in names if cubes.HISTORY.is_in(points, name)),
-        *(convergence(cube, view, name) for name in names if RESOLUTION in refinements_of(cube)),
+        drawn = [figure for name in names for figure in _maps(view, other, name, comparison)]
+    else:
+        drawn = [against_laws(each, name, comparison) for name in names for each in views]
+        # Lengths in diameters, behind a switch.
+        drawn += [in_diameters(view, name, comparison) for name in names if view.is_length(name)]
+    return tuple(_with_cut_bars(figure) for figure in drawn if any(panel.series for panel in figure.panels))
+
+
+def of_runs(cube: xr.Dataset, comparison: Comparison) -> tuple[Figure, ...]:
+    """Figures of the appendix: growth during the runs, and values against the size of a cell."""
+    view, names = view_of(comparison.points), main_quantities(comparison.points)
+    drawn = [growth(view, name) for name in names if cubes.HISTORY.is_in(view.dataset, name)]
+    drawn += [convergence(cube, view, name) for name in names if RESOLUTION in refinements_of(cube)]
+    return tuple(replace(figure, where="appendix") for figure in drawn if any(panel.series for panel in figure.panels))
+
+
+def _with_cut_bars(figure: Figure) -> Figure:
+    """With a sentence on the bars that the frame cuts."""
+    bars = [
+        (value, bar)
+        for panel in figure.panels
+        for series in panel.series
+        for value, bar in zip(series.y, series.outer or series.uncertainty, strict=False)
+        if value is not None
     ]
-    return tuple(
-        replace(figure, caption=figure.caption + captions.of_cut_bars(_bars_of(figure)))
-        for figure in drawn
-        if any(panel.series for panel in figure.panels)
-    )
+    return replace(figure, caption=figure.caption + captions.of_cut_bars(bars))
 
 
-def _bars_of(figure: Figure) -> Iterator[tuple[float, float | None]]:
-    """Each value of a figure with its bar; figures whose panels have axes of their own show every bar."""
-    for series in (each for panel in figure.panels for each in panel.series):
-        if figure.scales == "shared" and series.uncertainty:
-            for value, bar in zip(series.y, series.uncertainty, strict=True):
-                if value is not None:
-                    yield value, bar
+# ---- points, laws and measured shots -------------------------------------------------------------
 
 
-# ---- points, laws and observations ---------------------------------------------------------------
-
-
-def against_laws(view: FigureView, name: str, observations: Sequence[MatchedObservation]) -> Figure:
-    """Simulation, laws and observations over the abscissa, a panel for each other value."""
+def against_laws(view: FigureView, name: str, comparison: Comparison) -> Figure:
+    """Simulation, laws and measured shots over the abscissa, a panel for each other value."""
+    near = [
+        each.law for each in nearest([each for each in comparison.judgements if each.quantity == name], "simulation")
+    ]
     panels = tuple(
         Panel(
             piece.title,
             piece.at,
             (
-                *_laws(view, name, piece),
+                *_laws(view, name, piece, near[:NEAREST]),
                 *simulation(view, name, piece),
                 *_missing(view, name, piece),
-                *_observed(view, name, piece, observations),
+                *_measured(view, name, piece, comparison),
             ),
         )
         for piece in view.slices
     )
     kinds: set[str] = {series.kind for panel in panels for series in panel.series}
-    shown = ["simulation"]
-    shown += ["laws"] if kinds & {"law", "band"} else []
-    shown += ["observations"] if "observation" in kinds else []
-    listed = " and ".join([*filter(None, [", ".join(shown[:-1])]), shown[-1]])
+    over = "" if view.abscissa.name == PREFERRED else f"_over_{view.abscissa.name}"
     return Figure(
-        name=f"{name}_laws",
-        title=f"{_over(view, name)}: {listed}",
+        name=f"{name}_laws{over}",
+        title=f"{_words(name).capitalize()} against {view.abscissa.label}",
         caption=captions.of_laws(view, name, kinds),
         x=view.abscissa,
         y=view.scale_of(name),
@@ -113,69 +130,12 @@ def against_laws(view: FigureView, name: str, observations: Sequence[MatchedObse
     )
 
 
-def scatter(view: FigureView, name: str, observations: Sequence[MatchedObservation]) -> Figure:
-    """Simulation, laws and observations over another axis, all points in one panel."""
-    drawn = against_laws(view, name, observations)
-    return replace(drawn, name=f"{drawn.name}_over_{view.abscissa.name}", title=f"{drawn.title}, {view.abscissa.label}")
-
-
-def overlay(view: FigureView, name: str) -> Figure:
-    """The simulation of all panels in one, to show what the other axes do."""
-    series = [
-        replace(points, kind="quantity", label=piece.title)
-        for piece in view.slices
-        for points in simulation(view, name, piece)
-    ]
-    return Figure(
-        name=f"{name}_overlay",
-        title=f"{_over(view, name)}: simulation alone",
-        caption=f"Every panel's points together. {captions.of_points(view, name)}",
-        x=view.abscissa,
-        y=view.scale_of(name),
-        panels=(Panel("", {}, tuple(series)),),
-    )
-
-
-def companions(view: FigureView, name: str) -> Figure:
-    """The other readings of the same thing, beside the one that laws are compared with."""
-    unit = view.dataset[name].attrs["units"]
-    others = [
-        other
-        for other in reading.quantities_of(view.dataset)
-        if other.startswith(f"{name}_") and view.dataset[other].attrs["units"] == unit
-    ]
-    others = _distinct(view, name, others)
-    panels = [
-        Panel(
-            piece.title,
-            piece.at,
-            tuple(
-                replace(points, kind="quantity", label=_words(other))
-                for other in [name, *others]
-                for points in simulation(view, other, piece)
-            ),
-        )
-        for piece in view.slices
-        if others
-    ]
-    return Figure(
-        name=f"{name}_companions",
-        title=f"Other readings of {_words(name)}",
-        caption=f"Laws are compared with the reading named {_words(name)}. {captions.of_points(view, name)}",
-        x=view.abscissa,
-        y=view.scale_of(name),
-        panels=tuple(panels),
-    )
-
-
-def _distinct(view: FigureView, name: str, others: Sequence[str]) -> list[str]:
-    """The readings that differ somewhere from those before them: largest and smallest do not in axial symmetry."""
-    kept = {name: view.succeeded(name)}
-    for other in others:
-        values = view.succeeded(other)
-        if not any(np.array_equal(values, each, equal_nan=True) for each in kept.values()):
-            kept[other] = values
-    return list(kept)[1:]
+def in_diameters(view: FigureView, name: str, comparison: Comparison) -> Figure:
+    """The same over the diameter of the projectile."""
+    drawn = against_laws(replace(view, in_diameters=True), name, comparison)
+    symbol = f", {SYMBOLS[name]}" if name in SYMBOLS else ""
+    title = f"{_words(name).capitalize()}{symbol} against {view.abscissa.label}"
+    return replace(drawn, name=f"{drawn.name}_ratio", title=title, where="ratio")
 
 
 def growth(view: FigureView, name: str) -> Figure:
@@ -224,12 +184,14 @@ def simulation(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
     if np.isfinite(values).any():
         norm, doubts = view.norm(name)[piece.cells], view.doubts(name)
         bars = view.error_bars(name)[piece.cells]
+        outer = np.where(np.isfinite(bars), with_models(view.dataset, name)[piece.cells], np.nan)
         yield Series(
             "simulation",
             SIMULATION,
             view.xs(piece),
             numbers(values / norm),
             uncertainty=numbers(bars / norm),
+            outer=numbers(outer / norm),
             flagged=tuple(view.is_open(name)[piece.cells].tolist()),
             doubts=tuple(doubts[cell] for cell in piece.cells),
             connected=piece.connected,
@@ -248,112 +210,105 @@ def _missing(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
         yield Series("missing", MISSING, x, notes=tuple(notes), connected=False)
 
 
-def _laws(view: FigureView, name: str, piece: Slice) -> Iterator[Series]:
-    """One line a law; over several stated variants a band from smallest to largest."""
-    titles = view.drawn_laws(name)
-    if not titles:
+def _laws(view: FigureView, name: str, piece: Slice, near: Sequence[str]) -> Iterator[Series]:
+    """A line for each law with each of its variants, the nearest last and in colour."""
+    if not cubes.LAW_LABEL.is_in(view.dataset, name):
         return
-    norm = view.norm(name)[piece.cells][:, np.newaxis]
-    answers = view.flat(cubes.BY_LAW, name)[piece.cells] / norm
+    norm = view.norm(name)[piece.cells]
+    answers = view.flat(cubes.BY_LAW, name)[piece.cells]
     inside = view.flat(cubes.BY_LAW_IN_RANGE, name)[piece.cells] == 1
-    names = cubes.LAW_NAME.of(view.dataset, name).values.astype(str)
-    shared = Counter(titles.values())
-    for law, title in titles.items():
-        mine = answers[:, names == law]
-        if np.isfinite(mine).any():
-            label = f"{title} ({law})" if shared[title] > 1 else title
-            yield _law(label, view.xs(piece), mine, inside[:, names == law], piece.connected)
+    labels, titles = (
+        variable.of(view.dataset, name).values.astype(str) for variable in (cubes.LAW_LABEL, cubes.LAW_TITLE)
+    )
+    names = short_names({label: full_title(label, title) for label, title in zip(labels, titles, strict=True)})
+    for column in sorted(range(len(labels)), key=lambda place: labels[place] in near):
+        values = answers[:, column] / norm
+        if np.isfinite(values).any():
+            label = str(labels[column])
+            is_near = label in near
+            yield Series(
+                "law",
+                names[label],
+                view.xs(piece),
+                numbers(values),
+                in_range=tuple(inside[:, column].tolist()),
+                muted=not is_near,
+                connected=piece.connected,
+            )
 
 
-def _law(title: str, x: tuple[Any, ...], answers: np.ndarray, inside: np.ndarray, connected: bool) -> Series:
-    if answers.shape[1] == 1:
-        in_range = tuple(inside[:, 0].tolist())
-        return Series("law", title, x, numbers(answers[:, 0]), in_range=in_range, connected=connected)
-    finite = np.isfinite(answers)
-    some = finite.any(axis=1)
-    return Series(
-        "band",
-        f"{title}, all constants",
-        x,
-        low=numbers(np.where(some, np.where(finite, answers, np.inf).min(axis=1), np.nan)),
-        high=numbers(np.where(some, np.where(finite, answers, -np.inf).max(axis=1), np.nan)),
-        in_range=tuple(((inside | ~finite).all(axis=1) & some).tolist()),
-        connected=connected,
+def _measured(view: FigureView, name: str, piece: Slice, comparison: Comparison) -> Iterator[Series]:
+    """The measured shots of a panel: those that a point repeats, and others of the sweep that meet its other axes."""
+    shots: dict[tuple[float | str | None, ...], tuple[float | str, MeasuredShot | MatchedObservation]] = {}
+    for shot in comparison.shots:
+        if shot.quantity == name and all(shot.point[axis] == value for axis, value in piece.at.items()):
+            x = shot.at.get(view.abscissa.name, shot.point[view.abscissa.name])
+            shots[x, shot.value, shot.lower, shot.upper] = x, shot
+    for each in comparison.observations:
+        if each.quantity == name and not each.elsewhere and view.abscissa.name in each.at and _meets(each.at, piece.at):
+            x = each.at[view.abscissa.name]
+            shots.setdefault((x, each.value, each.lower, each.upper), (x, each))
+    if not shots:
+        return
+    mine = [(x, shot, _norm_of(view, name, shot)) for x, shot in shots.values()]
+    yield Series(
+        "observation",
+        OBSERVED,
+        tuple(x for x, _, _ in mine),
+        tuple(None if shot.value is None else shot.value / norm for _, shot, norm in mine),
+        uncertainty=tuple(None if shot.uncertainty is None else shot.uncertainty / norm for _, shot, norm in mine),
+        low=tuple(None if shot.lower is None else shot.lower / norm for _, shot, norm in mine),
+        high=tuple(None if shot.upper is None else shot.upper / norm for _, shot, norm in mine),
+        notes=tuple(shot.source for _, shot, _ in mine),
+        connected=False,
     )
 
 
-def _observed(
-    view: FigureView, name: str, piece: Slice, observations: Sequence[MatchedObservation]
-) -> Iterator[Series]:
-    """The shots that meet the other axes of a panel."""
-    mine = [
-        (shot, (view.normed(name) and shot.diameter) or 1.0)
-        for shot in observations
-        if shot.quantity == name
-        and shot.value is not None
-        and view.abscissa.name in shot.at
-        and not shot.elsewhere
-        and all(axis in shot.at and is_same(shot.at[axis], value, captions.NEAR) for axis, value in piece.at.items())
-    ]
-    if mine:
-        yield Series(
-            "observation",
-            OBSERVED,
-            tuple(shot.at[view.abscissa.name] for shot, _ in mine),
-            tuple(shot.observed / norm for shot, norm in mine),
-            uncertainty=tuple(None if shot.uncertainty is None else shot.uncertainty / norm for shot, norm in mine),
-            notes=tuple(shot.source for shot, _ in mine),
-            connected=False,
-        )
+def _meets(at: Place, axes: Place) -> bool:
+    return all(axis in at and is_same(at[axis], value, captions.NEAR) for axis, value in axes.items())
+
+
+def _norm_of(view: FigureView, name: str, shot: MeasuredShot | MatchedObservation) -> float:
+    """The diameter by which lengths of a shot are shown, or 1: its own, or that of the sweep."""
+    if not view.normed(name):
+        return 1.0
+    own = shot.diameter if isinstance(shot, MatchedObservation) else shot.at.get("projectile_diameter")
+    return float(own) if own else float(view.diameter[0])
 
 
 # ---- maps -----------------------------------------------------------------------------------------
 
 
-def _maps(
-    view: FigureView, other: Scale, names: Sequence[str], observations: Sequence[MatchedObservation]
-) -> Iterator[Figure]:
-    """Each quantity over two axes, what laws differ from it by, and growth of some runs."""
-    for name in names:
-        about: dict[str, Any] = {"x": view.abscissa, "y": other}
-        over = f"over {view.abscissa.label} and {other.label}"
-        pieces = list(_pieces(view, other.name))
-        values = view.succeeded(name) / view.norm(name)
-        panels = [_map(view, other, title, cells, values) for title, cells in spread(pieces, MOST_MAPS)]
-        if not any(panel.series for panel in panels):
-            continue
-        left_out = len(pieces) - len(panels)
-        caption = f"Colours say {_words(name)}; a run without a value has none." + (
-            f" {left_out} further combinations of the other axes are in the cube." if left_out else ""
+def _maps(view: FigureView, other: Scale, name: str, comparison: Comparison) -> Iterator[Figure]:
+    """A quantity over two axes, and by how much the nearest laws differ from it."""
+    over = f"over {view.abscissa.label} and {other.label}"
+    pieces = list(_pieces(view, other.name))
+    values = view.succeeded(name)
+    panels = [_map(view, other, title, cells, values) for title, cells in spread(pieces, MOST_MAPS)]
+    left_out = len(pieces) - len(panels)
+    caption = f"Colours say {_words(name)}; a run without a value has none." + (
+        f" {left_out} further combinations of the other axes are in the cube." if left_out else ""
+    )
+    title = f"{_words(name).capitalize()} {over}"
+    x, y = view.abscissa, other
+    yield Figure(f"{name}_map", title, caption, x, y, tuple(panels), z=view.scale_of(name))
+    near = nearest([each for each in comparison.judgements if each.quantity == name], "simulation")[:NEAREST]
+    title, cells = pieces[0]
+    laws = []
+    for law in near:
+        differences = np.array([math.nan if at.difference is None else at.difference for at in law.points])
+        laws.append(_map(view, other, law.name, cells, differences))
+    if any(panel.series for panel in laws):
+        yield Figure(
+            f"{name}_laws_map",
+            f"Law minus simulation, relative: {_words(name)} {over}",
+            "Red: the law gives more than the simulation; blue: less. Answers outside of the range of a law too."
+            + (f" At {title}." if title else ""),
+            x,
+            y,
+            tuple(laws),
+            z=Scale("residual", "(law − simulation) / simulation", "1"),
         )
-        title = f"{_words(name).capitalize()} {over}"
-        yield Figure(f"{name}_map", title, caption, panels=tuple(panels), z=view.scale_of(name), **about)
-        reference = np.where(view.compared(name) == 0.0, np.nan, view.compared(name))
-        title, cells = pieces[0]
-        laws = [
-            _map(
-                view,
-                other,
-                law.label,
-                cells,
-                np.array(law.y, float) / (reference[cells] / view.norm(name)[cells]) - 1.0,
-            )
-            for law in _laws(view, name, Slice(title, {}, cells, connected=False))
-            if law.kind == "law" and any(law.in_range)
-        ]
-        if laws := [panel for panel in laws if panel.series][:MOST_MAPS]:
-            yield Figure(
-                f"{name}_residuals_map",
-                f"Law minus simulation, relative: {_words(name)} {over}",
-                "Red: the law gives more than the simulation; blue: less. Answers outside of the range of a law too."
-                + (f" At {title}." if title else ""),
-                panels=tuple(laws),
-                z=Scale("residual", "(law − simulation) / simulation", "1"),
-                **about,
-            )
-        if cubes.HISTORY.is_in(view.dataset, name):
-            whole = replace(view, slices=(Slice("", {}, np.arange(len(view.x)), connected=False),))
-            yield growth(whole, name)
 
 
 def _map(view: FigureView, other: Scale, title: str, cells: np.ndarray, values: np.ndarray) -> Panel:
@@ -377,47 +332,6 @@ def _pieces(view: FigureView, other: str) -> Iterator[tuple[str, np.ndarray]]:
         groups.setdefault(tuple(place[axis] for axis in others), []).append(cell)
     for key, cells in groups.items():
         yield title_of(view.dataset, dict(zip(others, key, strict=True))), np.array(cells)
-
-
-# ---- residuals -----------------------------------------------------------------------------------
-
-
-def residuals(view: FigureView, name: str) -> Figure:
-    """Law minus simulation, over the simulation, with its error bar as a band about zero."""
-    values = view.compared(name)
-    sized = np.where(values == 0.0, np.nan, values)  # nothing is relative to zero
-    bars = view.error_bars(name) / np.abs(sized)
-    panels = []
-    for piece in view.slices:
-        reference = (sized / view.norm(name))[piece.cells]
-        laws = [_relative(law, reference) for law in _laws(view, name, piece)]
-        bands = _bands(view.xs(piece), bars[piece.cells], piece.connected) if laws else ()
-        panels.append(Panel(piece.title, piece.at, (*bands, *laws)))
-    return Figure(
-        name=f"{name}_residuals",
-        title=f"Law minus simulation, relative: {_words(name)}",
-        caption=captions.of_residuals(view, name),
-        x=view.abscissa,
-        y=Scale("residual", "(law − simulation) / simulation", "1"),
-        panels=tuple(panels),
-    )
-
-
-def _relative(law: Series, reference: np.ndarray) -> Series:
-    def over(values: Numbers) -> Numbers:
-        return numbers(np.array(values, float) / reference - 1.0) if values else ()
-
-    return replace(law, y=over(law.y), low=over(law.low), high=over(law.high))
-
-
-def _bands(x: Sequence[float | str], bars: np.ndarray, connected: bool) -> Iterator[Series]:
-    """The error bar about zero, in pieces: none reaches over a point that has no bar."""
-    barred = np.flatnonzero(np.isfinite(bars))
-    for places in np.split(barred, np.flatnonzero(np.diff(barred) > 1) + 1):
-        if len(places):
-            yield _error_bar(
-                tuple(x[place] for place in places), numbers(-bars[places]), numbers(bars[places]), connected
-            )
 
 
 def _error_bar(x: tuple[float | str, ...], low: Numbers, high: Numbers, connected: bool = True) -> Series:
@@ -499,48 +413,7 @@ def _trend(converged: Convergence, norm: float) -> Series:
     return Series("trend", TREND, tuple(x.tolist()), tuple((y / norm).tolist()))
 
 
-# ---- sizes of fragments ---------------------------------------------------------------------------
-
-
-def fragment_sizes(cube: xr.Dataset, points: xr.Dataset) -> Iterator[Figure]:
-    """Share of the pieces of a cloud, and of their mass, that are larger than a size; a panel a point."""
-    if "fragments_over_size" not in points:
-        return
-    middles = points["fragment_size"].values
-    edges = tuple((middles - 0.5 * (middles[1] - middles[0])).tolist())
-    place = places_of(points)
-    is_refined = RESOLUTION in refinements_of(cube)
-    cells = np.full(len(place), cube[RESOLUTION][-1]) if is_refined else by_run(points, RESOLUTION).ravel()
-    marks = {
-        CELL_OF_MESH: 1.0 / cells,
-        GRADY: (by_run(points, "fragment_size_grady") / by_run(points, "projectile_diameter")).ravel(),
-    }
-    panels = []
-    for number in spread(range(len(place)), MOST_PANELS):
-        series = []
-        for label, name in (("number", "fragments_over_size"), ("mass", "fragment_mass_over_size")):
-            amounts = points[name].values.reshape(-1, len(middles))[number]
-            larger = amounts[::-1].cumsum()[::-1]
-            if larger[0] > 0.0:
-                first, last = np.flatnonzero(amounts)[[0, -1]]
-                shown = slice(max(first - 1, 0), last + 2)
-                series.append(Series("quantity", label, edges[shown], numbers(larger[shown] / larger[0])))
-        for label, sizes in marks.items():
-            if series and sizes[number] > 0.0:
-                series.append(Series("trend", label, (math.log10(sizes[number]),) * 2, (0.0, 1.0)))
-        panels.append(Panel(title_of(points, place[number]), place[number], tuple(series)))
-    if any(panel.series for panel in panels):
-        yield Figure(
-            name="fragment_sizes",
-            title="Size of fragments: share of their number and mass that is larger",
-            caption=captions.OF_FRAGMENTS,
-            x=Scale("fragment_size", "log10 (size / projectile diameter)", "1"),
-            y=Scale("larger", "share that is larger", "1"),
-            panels=tuple(panels),
-        )
-
-
-# ---- words and numbers ---------------------------------------------------------------------------
+# ---- words ---------------------------------------------------------------------------
 
 
 def _words(name: str) -> str:
@@ -550,9 +423,3 @@ def _words(name: str) -> str:
 def _value_of(view: FigureView, cell: int) -> str:
     value = view.x[cell]
     return value if isinstance(value, str) else readable(value, view.abscissa.unit or "1")
-
-
-def _over(view: FigureView, name: str) -> str:
-    """Title of a quantity over the abscissa: "Crater depth, p/d against speed"."""
-    symbol = f", {SYMBOLS[name]}" if name in SYMBOLS and view.normed(name) else ""
-    return f"{_words(name).capitalize()}{symbol} against {view.abscissa.label}"

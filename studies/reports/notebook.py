@@ -18,7 +18,7 @@ from studies.quantities.findings import nearest_cure, refusal
 if TYPE_CHECKING:
     from studies.reports.figure import Figure
 
-OF_LAWS = ("_laws", "_residuals_map")  # in the name of a figure that shows laws, over one axis and over two
+OF_LAWS = ("_laws",)  # in the name of a figure that shows laws
 
 
 @dataclass(frozen=True)
@@ -64,9 +64,9 @@ class CubeFigures:
 
     def plot(self) -> Figures:
         """Every figure of the report."""
-        from studies.reports import compare, report
+        from studies.reports.report import every_figure
 
-        return Figures(tuple(report.every_figure(self._cube, compare.compare(self._cube))))
+        return Figures(every_figure(self._cube))
 
     def plot_laws(self, quantity: str = "") -> Figures:
         """Simulation, laws and observations: of every main quantity, or of one. Raises InvalidInput."""

@@ -1,4 +1,4 @@
-"""The page: a report's document printed as one HTML file, and nothing that is not in the document.
+"""The pages: a report's document printed as one HTML file, and what is left of it as another, the appendix.
 
 A template cannot print a number: it hands it to one of the filters, with its place in the document.
 So every number and every text of the page carries its place in ``report.json`` (``data-path``), and every
@@ -33,12 +33,20 @@ from studies.reports.drawing.sections import Gallery, colour_keys
 from studies.reports.drawing.sketches import growth_sketch, setup_sketch
 from studies.reports.figure import Figure, Panel, Scale, Series
 from studies.reports.pictures import THUMBNAIL_FIELDS, first_of_kinds
+from studies.reports.section import Section, sections
+from studies.reports.view import spread
 from studies.reports.words import DOUBTS
 
 MOST_ROWS = 100  # rows of a table on the page; report.json has all rows
 CUT = "Only the first rows are printed; report.json contains all rows."
 MOST_REASONS = 4  # of a law, in its row
-MOST_LAWS, MOST_SHOTS = 8, 5  # rows of the first screen; all laws and shots stand below
+MOST_LAWS, MOST_SHOTS = 8, 5  # rows of the first screen; all laws and shots stand on the appendix
+MOST_FIRST = 2  # sections on the first screen
+MOST_FURTHER_LAWS = 5  # of each further quantity
+MOST_POINTS = 12  # rows of a table of the page, evenly over the points
+MOST_VALUES = 12  # of an axis, that are listed
+MOST_FURTHER = 4  # figures beside the first
+MOST_PICTURES = 6
 # Words for the codes of a document, by the code.
 REASONS = {
     "outside": "outside its range",
@@ -130,38 +138,85 @@ def _only_marked(value: Any) -> Any:
     raise TypeError(f"{bare(value)!r} is printed without a format: use number or quantity")
 
 
-def page(report: dict[str, Any], sections: Mapping[str, Path] | None = None) -> str:
-    """A document as one HTML file that needs no network; ``sections`` are files by run id, for the pictures."""
+def page(report: Mapping[str, Any], files: Mapping[str, Path] | None = None) -> str:
+    """A document as one HTML file that needs no network; ``files`` are those of sections by run id, for the pictures.
+
+    It prints on at most six sheets of A4, whatever the sweep: the appendix has what is left.
+    """
     every = [figure_of(each) for each in report["figures"]]
-    drawings = [charts.of_page(figure, f"figure-{number}") for number, figure in enumerate(every)]
-    opening = _opening_figure(every)
-    files = {run["number"]: (sections or {}).get(run["id"]) for run in report["runs"]}
-    gallery = Gallery({number: file for number, file in files.items() if file})
+    opening = next((number for number, figure in enumerate(every) if _says(figure)), None)
+    ratio = None if opening is None else _ratio_of(every, every[opening])
+    # The first figure again where the first screen does not show all of its panels.
+    further = [
+        number
+        for number, figure in enumerate(every)
+        if figure.where == "page" and (number != opening or len(figure.panels) > charts.OPENING["wide"][1])
+    ][:MOST_FURTHER]
+    shown = [section for section in sections() if section.template and section.name in report]
+    return _rendered(
+        "page.html",
+        report,
+        files,
+        shown=shown,
+        first=_first(report),
+        opening_figure=opening,
+        opening_drawing="" if opening is None else charts.opening(every[opening]),
+        ratio_figure=ratio,
+        ratio_drawing="" if ratio is None else charts.opening(every[ratio]),
+        opening_picture=_opening_picture(Node(report)["pictures"]) if "pictures" in report else None,
+        setup_document=Node(report)["pictures"]["setup"] if "pictures" in report else None,
+        further=further,
+        drawings={number: charts.of_page(every[number], f"figure-{number}") for number in further},
+    )
+
+
+def appendix(report: Mapping[str, Any], files: Mapping[str, Path] | None = None) -> str:
+    """What is left of a document: every run, its audit, all laws, grids and constants."""
+    every = [figure_of(each) for each in report["figures"]]
+    further = [number for number, figure in enumerate(every) if figure.where == "appendix"]
+    return _rendered(
+        "appendix.html",
+        report,
+        files,
+        shown=[section for section in sections() if section.appendix and section.name in report],
+        further=further,
+        drawings={number: charts.of_page(every[number], f"figure-{number}") for number in further},
+    )
+
+
+def _first(report: Mapping[str, Any]) -> list[Section]:
+    """The sections of the first screen: that which opens the report, then by rank; values where there is no other."""
+    ranked = [section for section in sections() if section.first and section.name in report]
+    ranked.sort(key=lambda section: (section.name != report["opened_by"], section.rank))
+    others = [section for section in ranked if not section.is_fallback and _has_rows(report[section.name])]
+    return others[:MOST_FIRST] or ranked[:1]
+
+
+def _has_rows(record: Mapping[str, Any]) -> bool:
+    """Whether a record says anything: a list of it is not empty."""
+    return any(record.values())
+
+
+def _rendered(template: str, report: Mapping[str, Any], files: Mapping[str, Path] | None, **shown: Any) -> str:
+    runs = report.get("runs", {"runs": ()})["runs"]
+    found = {run["number"]: (files or {}).get(run["id"]) for run in runs}
+    gallery = Gallery({number: file for number, file in found.items() if file})
     return (
         environment()
-        .get_template("report.html")
+        .get_template(template)
         .render(
             report=Node(report),
-            mesh_unknown=MESH_UNKNOWN,
-            most_laws=MOST_LAWS,
-            most_shots=MOST_SHOTS,
-            reasons=REASONS,
-            doubts=DOUBTS,
-            point_words=POINT_WORDS,
-            not_checked=NOT_CHECKED,
-            confidences=CONFIDENCES,
-            opening_figure=opening,
-            opening_drawing=charts.opening(every[opening]) if every else "",
-            opening_picture=_opening_picture(Node(report)),
             draw=lambda run, picture, **how: gallery.picture(bare(run), bare(picture), **how),
-            setup=lambda document: setup_sketch(bare(document)),
-            growth=lambda run: growth_sketch(bare(run.growth), f"growth-{bare(run.run)}"),
-            colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
-            drawings=drawings,
             script=Markup(_file("report.js")),
             style=Markup(_file("report.css")),
+            **shown,
         )
     )
+
+
+def _ratio_of(figures: Sequence[Figure], opening: Figure) -> int | None:
+    """The number of the same figure over the diameter of the projectile; None where there is none."""
+    return next((number for number, figure in enumerate(figures) if figure.name == f"{opening.name}_ratio"), None)
 
 
 def figure_of(plain_figure: dict[str, Any]) -> Figure:
@@ -185,30 +240,24 @@ def _heading(name: Any, unit: Any) -> str:
     return with_unit(bare(name).replace("_", " "), bare(unit) or "1")
 
 
-def _opening_figure(figures: Sequence[Figure]) -> int:
-    """The number of the first figure that compares something or shows a course: the point of a run does neither."""
-
-    def says(figure: Figure) -> bool:
-        series = [series for panel in figure.panels for series in panel.series]
-        return any(each.kind in ("law", "band", "observation") or len(each.x) > 1 for each in series)
-
-    return next((number for number, figure in enumerate(figures) if says(figure)), 0)
+def _says(figure: Figure) -> bool:
+    """Whether a figure compares something or shows a course: the point of a run does neither."""
+    series = [series for panel in figure.panels for series in panel.series]
+    return figure.where == "page" and any(
+        each.kind in ("law", "band", "observation") or len(each.x) > 1 for each in series
+    )
 
 
-def _opening_picture(report: Node) -> tuple[Node, Node] | None:
+def _opening_picture(pictures: Node) -> tuple[Node, Node] | None:
     """The run in full size at the end of the axes, and the picture of its end; None without any."""
     shown = [
         (run, picture)
-        for run in report.pictures.runs
+        for run in pictures.runs
         for picture in run.pictures
         if bare(run.full) and bare(picture.kind) == "end" and not bare(picture.missing)
     ]
     last = [each for each in shown if each[0] is shown[-1][0]]
     return last[0] if last else None
-
-
-def _matching(residuals: Node, quantity_name: Node, reference: str) -> list[Node]:
-    return [row for row in residuals if bare(row.quantity) == bare(quantity_name) and bare(row.reference) == reference]
 
 
 def _thumbnails(pictures: Node, kind: str) -> list[Node]:
@@ -218,6 +267,12 @@ def _thumbnails(pictures: Node, kind: str) -> list[Node]:
         for picture in pictures
         if bare(picture.kind) == kind and (bare(picture.missing) or bare(picture.field) == THUMBNAIL_FIELDS[kind])
     ]
+
+
+def _compared_laws(judgements: Node) -> list[str]:
+    """Names of the laws that are nearest to the simulation, without their variants."""
+    names = (bare(each.law).partition("/")[0] for each in judgements if bare(each.compared))
+    return list(dict.fromkeys(names))[:MOST_LAWS]
 
 
 @cache
@@ -244,8 +299,10 @@ def environment() -> Environment:
         unit=lambda unit: display_of(bare(unit)).unit,
         plain_kind=lambda kind: kind.removesuffix("_residual"),
         keys=lambda node: list(bare(node)),
-        matching=_matching,
         main_ones=lambda quantities: [each for each in quantities if bare(each.main)],
+        evenly=lambda rows, most: spread(list(rows), most),
+        compared_laws=_compared_laws,
+        finest_ones=lambda runs: [run for run in runs if bare(run.finest) and not bare(run.missing)],
         troubled=lambda runs: [run for run in runs if bare(run.doubted) or bare(run.state) != "succeeded"],
         is_round_off=lambda value: is_round_off(bare(value)),
         both_round_off=lambda each: all(
@@ -264,9 +321,28 @@ def environment() -> Environment:
         ends=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "end"],
         debris=lambda pictures: [picture for picture in pictures if bare(picture.kind) == "debris"],
     )
+    environment.globals.update(
+        mesh_unknown=MESH_UNKNOWN,
+        most_laws=MOST_LAWS,
+        most_shots=MOST_SHOTS,
+        most_further_laws=MOST_FURTHER_LAWS,
+        most_points=MOST_POINTS,
+        most_pictures=MOST_PICTURES,
+        most_values=MOST_VALUES,
+        reasons=REASONS,
+        doubts=DOUBTS,
+        point_words=POINT_WORDS,
+        not_checked=NOT_CHECKED,
+        confidences=CONFIDENCES,
+        setup=lambda document: setup_sketch(bare(document)),
+        growth=lambda run: growth_sketch(bare(run.growth), f"growth-{bare(run.run)}"),
+        colour_keys=lambda pictures: colour_keys(first_of_kinds(bare(pictures))),
+    )
     return environment
 
 
 @cache
 def _file(name: str) -> str:
-    return resources("studies.reports").joinpath("templates", name).read_text(encoding="utf-8")
+    """A template of reports, or of a feature: "package:file"."""
+    package, _, file = name.rpartition(":")
+    return resources(package or "studies.reports").joinpath("templates", file).read_text(encoding="utf-8")

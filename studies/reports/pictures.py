@@ -7,7 +7,7 @@ so that runs compare.
 
 import math
 from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 from typing import Any
 from zipfile import BadZipFile
@@ -21,6 +21,7 @@ from studies.cubes.points import axes_of, by_run, places_of, refinements_of, sim
 from studies.films.radiograph import AREAL_DENSITY, Radiograph
 from studies.films.section import END, FIELDS, Section, Sections, read_sections
 from studies.quantities.display import MESH_UNKNOWN, digits, display_of, elapsed, printed, printed_in
+from studies.reports.sections.pictures import Frame, Growth, History, Length, Picture, PicturedRun, Pictures
 from studies.reports.setup import setup_of, upward
 from studies.reports.view import judged_window, spread, title_of
 from studies.sweeps.reading import OFFSET, RESOLUTION
@@ -60,24 +61,6 @@ SAME_SCALE = 3.0  # ratio of the widest to the narrowest run that still share a 
 
 
 @dataclass(frozen=True)
-class Frame:
-    """The part of a section that a picture shows, m."""
-
-    left: float
-    right: float
-    top: float  # lowest coordinate along the line of flight, where the projectile comes from
-    bottom: float
-
-    @property
-    def width(self) -> float:
-        return self.right - self.left
-
-    @property
-    def height(self) -> float:
-        return self.bottom - self.top
-
-
-@dataclass(frozen=True)
 class Shown:
     """A run that the report shows."""
 
@@ -89,7 +72,7 @@ class Shown:
     diameter: float  # of the projectile, m; NaN where there is none
 
 
-def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> dict[str, Any]:
+def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> Pictures:
     """Pictures of the runs of a cube; ``files`` has, by run id, the file of its sections."""
     setup = setup_of(dataset)
     sign = upward(setup)
@@ -101,20 +84,19 @@ def pictures_of(dataset: xr.Dataset, files: Mapping[str, Path]) -> dict[str, Any
     limits = {kind: _limits(kept, kind) for kind in ("end", "debris")}
     runs = []
     for run in shown:
-        pictures = list(_pictures(run, frames, limits, sign=sign, full=run.number in full))
         is_full = run.number in full
         runs.append(
-            {
-                "run": run.number,
-                "title": run.title,
-                "missing": run.missing or None,
-                "full": is_full,
-                "finest": run.number in finest,
-                "growth": _growth(dataset, run) if is_full else None,
-                "pictures": pictures,
-            }
+            PicturedRun(
+                run=run.number,
+                title=run.title,
+                missing=run.missing or None,
+                full=is_full,
+                finest=run.number in finest,
+                growth=_growth(dataset, run) if is_full else None,
+                pictures=tuple(_pictures(run, frames, limits, sign=sign, full=is_full)),
+            )
         )
-    return {"setup": setup, "runs": runs, "left_out": dataset.run_state.size - len(runs)}
+    return Pictures(setup, tuple(runs), dataset.run_state.size - len(runs))
 
 
 def first_of_kinds(document: dict[str, Any]) -> list[dict[str, Any]]:
@@ -189,7 +171,7 @@ def _pictures(
     *,
     sign: float,
     full: bool,
-) -> Iterator[dict[str, Any]]:
+) -> Iterator[Picture]:
     """The pictures of a run: debris in the order of time, then the end, in all fields where it is shown in full."""
     if run.sections is None:
         return
@@ -197,16 +179,16 @@ def _pictures(
         kind = "end" if moment == END else "debris"
         section = run.sections.at(moment)
         if section is None:
-            yield {"kind": kind, "missing": _why_missing(run.sections, asked)}
+            yield Picture(kind, _why_missing(run.sections, asked))
             continue
         for field in FIELDS if full and kind == "end" else (THUMBNAIL_FIELDS[kind],):
             picture = _picture(run, section, kind, field, frames[kind][run.number], limits[kind][field])
-            yield {**picture, "sign": sign}
+            yield replace(picture, sign=sign)
     if full and run.sections.radiograph and (end := run.sections.at(END)):
         frame = _frame_of_radiograph(run.sections.radiograph, sign)
         densest = float(run.sections.radiograph.density.max())
         picture = _picture(run, end, "end", AREAL_DENSITY, frame, (0.0, rounded_up(CLOUD * densest)))
-        yield {**picture, "sign": sign}
+        yield replace(picture, sign=sign)
 
 
 def _frame_of_radiograph(taken: Radiograph, sign: float) -> Frame:
@@ -217,9 +199,7 @@ def _frame_of_radiograph(taken: Radiograph, sign: float) -> Frame:
     return Frame(-half, half, min(ends), max(ends))
 
 
-def _picture(
-    run: Shown, section: Section, kind: str, field: str, frame: Frame, limits: tuple[float, float]
-) -> dict[str, Any]:
+def _picture(run: Shown, section: Section, kind: str, field: str, frame: Frame, limits: tuple[float, float]) -> Picture:
     lengths = run.lengths if kind == "end" else {}
     unit, factor = SHOWN[field]
     label = field.replace("_", " ")
@@ -234,26 +214,25 @@ def _picture(
     alt = f"{scene} ({elapsed(section.time)}){where}, coloured by {label} from {low} to {high} {unit}".rstrip() + (
         f"; {measured} (one grid: {MESH_UNKNOWN})" if measured else ""
     )
-    return {
-        "kind": kind,
-        "missing": None,
-        "moment": section.moment,
-        "time": section.time,
-        "field": field,
-        "label": label,
-        "unit": unit,
-        "factor": factor,
-        "limits": list(limits),
-        "frame": asdict(frame),
-        "middle": _middle(run),
-        "across": [_length(run, name) for name in ACROSS if name in lengths],
-        "along": [_length(run, name) for name in ALONG if name in lengths],
-        "alt": f"{alt}.",
-    }
+    return Picture(
+        kind=kind,
+        moment=section.moment,
+        time=section.time,
+        field=field,
+        label=label,
+        unit=unit,
+        factor=factor,
+        limits=limits,
+        frame=frame,
+        middle=_middle(run),
+        across=tuple(_length(run, name) for name in ACROSS if name in lengths),
+        along=tuple(_length(run, name) for name in ALONG if name in lengths),
+        alt=f"{alt}.",
+    )
 
 
-def _length(run: Shown, name: str) -> dict[str, Any]:
-    return {"quantity": name, "label": name.replace("_", " "), "value": run.lengths[name]}
+def _length(run: Shown, name: str) -> Length:
+    return Length(name, name.replace("_", " "), run.lengths[name])
 
 
 def _middle(run: Shown) -> float:
@@ -276,7 +255,7 @@ def _why_missing(sections: Sections, asked: float) -> str:
     return f"no picture: the state at {elapsed(asked)} was not kept when the run was resumed"
 
 
-def _growth(dataset: xr.Dataset, run: Shown) -> dict[str, Any] | None:
+def _growth(dataset: xr.Dataset, run: Shown) -> Growth | None:
     """The histories of what a run's pictures show, and the last window, in which growth was judged."""
     lines = []
     for name in run.lengths:
@@ -287,25 +266,25 @@ def _growth(dataset: xr.Dataset, run: Shown) -> dict[str, Any] | None:
             )
             kept = np.isfinite(time)
             lines.append(
-                {
-                    "quantity": name,
-                    "label": name.replace("_", " "),
-                    "time": time[kept].tolist(),
-                    "value": [v if math.isfinite(v) else None for v in value[kept].tolist()],
-                }
+                History(
+                    name,
+                    name.replace("_", " "),
+                    tuple(time[kept].tolist()),
+                    tuple(v if math.isfinite(v) else None for v in value[kept].tolist()),
+                )
             )
-    lines = [each for each in lines if len(each["time"]) > 1]
+    lines = [each for each in lines if len(each.time) > 1]
     if not lines:
         return None
-    shown = judged_window(dataset, run.number, max(each["time"][-1] for each in lines))
-    labels = " and ".join(each["label"] for each in lines)
+    shown = judged_window(dataset, run.number, max(each.time[-1] for each in lines))
+    labels = " and ".join(each.label for each in lines)
     alt = f"Growth of {labels} during the run"
     if shown:
         alt += (
             f"; shaded: the last {printed_in(shown[1] - shown[0], 's')} {display_of('s').unit}, "
             "in which growth decides whether they have settled"
         )
-    return {"lines": lines, "window": shown and list(shown), "alt": f"{alt}."}
+    return Growth(tuple(lines), shown, f"{alt}.")
 
 
 # ---- frames and colours --------------------------------------------------------------------------

@@ -18,7 +18,7 @@ from studies.cubes.older import PointsOfRuns, by_present_ids
 from studies.cubes.reading import open_cube
 from studies.cubes.runs_table import runs_csv
 from studies.quantities.files import ALL_RUNS_CSV, CUBE, REPORT_HTML, REPORT_JSON, RUNS_CSV, SWEEP_FILES, write_text
-from studies.reports import compare, report
+from studies.reports import report
 
 
 def publish(
@@ -57,7 +57,7 @@ def publish_sweep(
         dataset = cube.with_computation(written, results)
         write_text(files[RUNS_CSV], runs_csv(dataset))
         write_text(files[ALL_RUNS_CSV], runs_csv(dataset, every_column=True))
-        document = report.document(dataset, compare.compare(dataset), sections)
+        document = report.report_of(dataset, sections).as_json()
     write_text(files[REPORT_JSON], report.as_json(document))
     write_text(files[REPORT_HTML], page(document, sections))
     return {name: str(file) for name, file in files.items()}
@@ -97,7 +97,7 @@ def write_partial_report(
         TemporaryDirectory() as folder,
         xr.open_dataset(write_partial(titled, outcomes, Path(folder, CUBE), state=state, run_ids=run_ids)) as written,
     ):
-        document = report.document(written, compare.compare(written))
+        document = report.report_of(written).as_json()
     return write_text(file, page(document))
 
 
@@ -120,5 +120,5 @@ def draw_figures(cube_or_folder: Path, folder: Path, format: str) -> list[Path]:
     from studies.reports.drawing.charts import draw
 
     dataset = open_cube(cube_or_folder)
-    drawn = report.every_figure(dataset, compare.compare(dataset))
+    drawn = report.every_figure(dataset)
     return [draw(each, folder / f"{each.name}.{format}") for each in drawn]

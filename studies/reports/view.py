@@ -3,7 +3,6 @@
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass
-from itertools import combinations
 from typing import TypeVar
 
 import numpy as np
@@ -11,17 +10,14 @@ import xarray as xr
 
 from studies.cubes import reading
 from studies.cubes import variables as cubes
-from studies.cubes.points import Place, axes_of, by_run, comparable, error_bars, mesh_part, places_of, simulated_values
+from studies.cubes.points import axes_of, by_run, comparable, error_bars, mesh_part, places_of, simulated_values
 from studies.cubes.variable import Variable
-from studies.laws import DRAWN_ONLY
 from studies.quantities.units import readable
 from studies.reports.figure import Scale
+from studies.reports.records import Place
 from studies.sweeps.reading import OFFSET, RESOLUTION
 
-MOST_LAWS = 6  # in one figure, with more only where all of them are judged
-ONLY_DRAWN = " (drawn only)"  # end of the titles of laws that enter no verdict
-ALIKE = 2e-3  # lines that differ by less, relative, lie on each other
-MOST_PANELS = 12  # panels of a figure; further panels are in the cube
+MOST_PANELS = 6  # panels of a figure; further panels are in the cube
 WINDOW = "settled_window"  # the parameter: time over which growth is judged
 MOST_POINTS = 150  # in curves; more, over two axes of numbers, are maps
 PREFERRED = "speed"  # the abscissa where the sweep varies it
@@ -49,6 +45,7 @@ class FigureView:
     diameter: np.ndarray  # of each point, m; NaN where unknown
     slices: tuple[Slice, ...]
     left_out: int  # panels that are not shown
+    in_diameters: bool = False  # whether lengths are shown over the projectile's diameter
 
     def flat(self, variable: Variable, name: str = "") -> np.ndarray:
         """Values of each point: (points,) or (points, more); NaN where the cube does not have the variable."""
@@ -96,7 +93,11 @@ class FigureView:
         return [", ".join(flags).replace("_", " ") for flags in reading.doubts_at(self.dataset, name)]
 
     def normed(self, name: str) -> bool:
-        """Whether it is shown over the projectile's diameter: a length, all diameters known."""
+        """Whether it is shown over the projectile's diameter."""
+        return self.in_diameters and self.is_length(name)
+
+    def is_length(self, name: str) -> bool:
+        """Whether it is a length that diameters of projectiles can divide: all are known."""
         return bool(self.dataset[name].attrs["units"] == "m" and np.isfinite(self.diameter).all())
 
     def norm(self, name: str) -> np.ndarray:
@@ -109,51 +110,6 @@ class FigureView:
         if self.normed(name):
             return Scale("ratio", f"{label} / projectile diameter", "1")
         return Scale(name, label, self.dataset[name].attrs["units"])
-
-    def laws(self, name: str) -> dict[str, str]:
-        """Title by name of each law of a quantity; it says which are drawn only."""
-        if not cubes.LAW_LABEL.is_in(self.dataset, name):
-            return {}
-        names, titles = (
-            variable.of(self.dataset, name).values.astype(str).tolist()
-            for variable in (cubes.LAW_NAME, cubes.LAW_TITLE)
-        )
-        confidences = reading.confidences_of(self.dataset, name)
-        return {
-            law: title + ONLY_DRAWN if confidence in DRAWN_ONLY else title
-            for law, title, confidence in zip(names, titles, confidences, strict=True)
-        }
-
-    def drawn_laws(self, name: str) -> dict[str, str]:
-        """Title by name of the laws that are drawn: all; of many those that have a point inside their range, and of
-        many such laws those that enter the verdict.
-        """
-        titles = self.laws(name)
-        if len(titles) > MOST_LAWS:
-            names = cubes.LAW_NAME.of(self.dataset, name).values.astype(str)
-            inside = (self.flat(cubes.BY_LAW_IN_RANGE, name) == 1).any(axis=0)
-            titles = {law: title for law, title in titles.items() if inside[names == law].any()}
-        if len(titles) > MOST_LAWS:
-            titles = {law: title for law, title in titles.items() if not title.endswith(ONLY_DRAWN)}
-        return titles
-
-    def coinciding(self, name: str) -> list[tuple[str, str]]:
-        """Titles of two drawn laws whose lines lie on each other at every point."""
-        titles = self.drawn_laws(name)
-        if not titles:
-            return []
-        names = cubes.LAW_NAME.of(self.dataset, name).values.astype(str)
-        answers = self.flat(cubes.BY_LAW, name)
-        alike = []
-        for first, second in combinations(titles, 2):
-            a, b = answers[:, names == first], answers[:, names == second]
-            if (
-                a.shape == b.shape == (len(a), 1)
-                and np.isfinite(a).any()
-                and np.allclose(a, b, rtol=ALIKE, atol=0.0, equal_nan=True)
-            ):
-                alike.append((titles[first], titles[second]))
-        return alike
 
     def xs(self, piece: Slice) -> tuple[float | str, ...]:
         return tuple(self.x[cell] for cell in piece.cells)

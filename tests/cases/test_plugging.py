@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from studies.cases.rows import Row, at_most, equal, relative
-from studies.reports.limits.residual import fitted_curve
+from studies.reports.sections._residual_velocity import fitted_curve
 from studies.runs.results import RunResult
 from studies.sweeps.search import LimitOutcome, Search, SearchVerdict, replay
 from tests.cases.cubes import result_of

@@ -9,10 +9,10 @@ from markupsafe import Markup
 
 from studies.quantities.files import write_atomically
 from studies.reports.drawing.canvas import as_file, as_svg, canvas, drawn_in_style
-from studies.reports.drawing.layout import WIDTHS, Grid, prepare
+from studies.reports.drawing.layout import LEFT, WIDTHS, Grid, prepare
 from studies.reports.drawing.maps import map_chart
 from studies.reports.drawing.marks import Marks
-from studies.reports.drawing.styles import FLAGGED, styles_of
+from studies.reports.drawing.styles import styles_of
 from studies.reports.figure import Figure, Panel, Scale, Series, SeriesKind
 
 PANELS = 6  # in one drawing of a page, so that it fits a sheet of A4
@@ -39,6 +39,7 @@ def chart(figure: Figure, width: float = WIDTHS["wide"], panels: Sequence[Panel]
         prepare(axes, figure, panel, marks.words, grid.is_left(number))
         for series in panel.series:
             marks.draw(axes, series)
+        marks.name_laws(axes, panel.series)
         grid.title(axes, number)
     grid.place(drawing, _legend(drawing, marks, width))
     return drawing
@@ -51,7 +52,7 @@ def _legend(drawing: Any, marks: Marks, width: float) -> Any:
     texts = ["\n".join(wrap(label, MOST_LETTERS)) for label in labels]
     for columns in range(LEGEND_COLUMNS, 0, -1):
         legend = drawing.legend(handles, texts, loc="lower left", ncols=columns)
-        if columns == 1 or legend.get_window_extent().width <= width:
+        if columns == 1 or legend.get_window_extent().width <= width - LEFT:
             return legend
         legend.remove()
     raise AssertionError("one column always fits")
@@ -95,8 +96,4 @@ def draw(figure: Figure, file: Path) -> Path:
     """Draw a figure into a file, whose ending is its format."""
     with drawn_in_style():
         drawing = chart(figure)
-        # A file has no other sections.
-        for text in drawing.legends[0].get_texts() if drawing.legends else ():
-            if text.get_text() == FLAGGED:
-                text.set_text("flagged: see the report")
         return write_atomically(file, lambda part: as_file(drawing, part, file.suffix.removeprefix(".")))

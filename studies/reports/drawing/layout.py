@@ -26,7 +26,8 @@ TITLE_LINE = 13.0
 UNDER = 6.0  # below the legend
 GAP, GAP_WITH_NUMBERS = 22.0, 46.0  # between panels of a row; where each has numbers beside it
 TICK_APART = 0.1  # numbers that are nearer run into each other
-HEADROOM = 0.06  # above the highest point
+NEAR_ZERO = 0.3  # an axis begins at zero where its lowest mark is below this share of the highest
+HEADROOM = 0.08  # above the highest point
 
 
 class Grid:
@@ -132,32 +133,37 @@ def _x_range(figure: Figure) -> tuple[float, float] | None:
 
 
 def _y_range(figure: Figure) -> tuple[float, float] | None:
-    """Zero, and every mark of simulation, observations and laws inside their range; every mark where there is none."""
+    """Every mark of simulation, measured shots and nearest laws; with zero where it is near, or of a share."""
     factor = display_of(figure.y.unit).factor
     ends = [end * factor for panel in figure.panels for end in _weighty_ends(panel)]
     if not ends:
         ends = [top * factor for panel in figure.panels for top in _ends(panel, +1.0, bands=True)]
     if not ends:
         return None
-    low, high = min(0.0, *ends), max(0.0, *ends)
-    margin = HEADROOM * (high - low) or 1.0
-    return (low - margin if low < 0 else low, high + margin)
+    low, high = min(ends), max(ends)
+    if low < NEAR_ZERO * high:
+        low = min(0.0, low)
+    if high < NEAR_ZERO * low:
+        high = max(0.0, high)
+    margin = HEADROOM * (high - low) or HEADROOM * abs(high) or 1.0
+    return (low if low == 0.0 else low - margin, high + margin)
 
 
 def _weighty_ends(panel: Panel) -> Iterator[float]:
     """Ends of bars and bands, without bars that the frame cuts and what a law gives outside its range."""
     for series in panel.series:
+        if series.muted:
+            continue
         inside = series.in_range or (True,) * len(series.x)
-        bars = series.uncertainty or (None,) * len(series.y)
+        bars = series.outer or series.uncertainty or (None,) * len(series.y)
         for y, bar, counts in zip(series.y, bars, inside, strict=False):
             if y is not None and counts:
                 reach = 0.0 if bar is None or is_cut(y, bar) else bar
                 yield y + reach
                 yield y - reach
         for low, high, counts in zip(series.low, series.high, inside, strict=False):
-            if low is not None and high is not None and counts:
-                yield low
-                yield high
+            if counts:
+                yield from (end for end in (low, high) if end is not None)
 
 
 def _own_range(figure: Figure, panel: Panel) -> tuple[float, float] | None:
@@ -181,7 +187,7 @@ def _span(panel: Panel) -> tuple[float, float] | None:
 def _ends(panel: Panel, sign: float, *, bands: bool) -> Iterator[float]:
     """Upper (+1) or lower (-1) ends of the points' error bars, and the edges of bands."""
     for series in panel.series:
-        bars = series.uncertainty or (None,) * len(series.y)
+        bars = series.outer or series.uncertainty or (None,) * len(series.y)
         for y, bar in zip(series.y, bars, strict=True):
             if y is not None:
                 yield y + sign * (bar or 0.0)

@@ -11,8 +11,18 @@ from matplotlib.patches import Patch
 
 from studies.quantities.display import digits, display_of
 from studies.reports.drawing.canvas import say
-from studies.reports.drawing.styles import FLAGGED, LOOKS, NO_MESH_ERROR, OUTSIDE, STYLES, WINDOW, Look, Style
-from studies.reports.figure import Figure, Scale, Series
+from studies.reports.drawing.styles import (
+    FLAGGED,
+    LOOKS,
+    NO_MESH_ERROR,
+    OUTSIDE,
+    STYLES,
+    WINDOW,
+    WITH_MODELS,
+    Look,
+    Style,
+)
+from studies.reports.figure import MUTED, Figure, Scale, Series
 
 # points
 STROKE, THIN = 1.5, 1.0  # lines of laws, inside and outside of their range
@@ -49,18 +59,20 @@ class Marks:
             self._band(axes, series, style, x)
             return
         if series.kind == "missing":
-            y = np.zeros(len(x))
+            y = np.full(len(x), axes.get_ylim()[0])
         if series.window:
             self._shade(axes, x, y, scaled(series.window, self.figure.x), style)
         if series.kind in ("law", "curve") and series.connected:
             _strokes(axes, x, y, series.in_range, style)
         elif look.stroke and series.connected:
             axes.plot(x, y, style.dash, color=style.colour, linewidth=look.stroke, zorder=LINES)
-        if any(series.uncertainty):
-            bars = np.nan_to_num(scaled(series.uncertainty, self.figure.y))
-            line: dict[str, Any] = {"ecolor": style.colour, "elinewidth": 0.9, "capsize": 2.0, "zorder": LINES}
-            axes.errorbar(x, y, bars, fmt="none", **line)
-        if look.size:
+        for bars, width, cap in ((series.outer, 0.9, 0.0), (series.uncertainty, 1.3, 3.0)):
+            if any(bars):
+                line: dict[str, Any] = {"ecolor": style.colour, "elinewidth": width, "capsize": cap, "zorder": LINES}
+                axes.errorbar(x, y, np.nan_to_num(scaled(bars, self.figure.y)), fmt="none", **line)
+        if series.kind == "observation" and series.low:
+            self._spans(axes, series, style, x)
+        if look.size and not (series.muted and series.connected and len(x) > 1):
             self._points(axes, series, style, look, x, y)
         self._name(series, style, look)
         doubted = [place for place, flags in enumerate(series.doubts) if flags and np.isfinite(y[place])]
@@ -93,8 +105,13 @@ class Marks:
 
     def _name(self, series: Series, style: Style, look: Look) -> None:
         """Enter a series into the legend, and what its marks mean."""
-        if series.kind in ("law", "curve") and _is_drawn_outside(series, series.y):
+        if series.kind in ("law", "curve") and not series.muted and _is_drawn_outside(series, series.y):
             self._name_outside()
+        if series.muted:
+            self._enter(MUTED, _entry(STYLES[MUTED], stroke=THIN, marked=False))
+            return
+        if any(series.outer):
+            self._enter(WITH_MODELS, _entry(STYLES[WITH_MODELS], stroke=0.9, marked=False))
         if any(is_open and not flags for is_open, flags in zip(series.flagged, series.doubts, strict=False)):
             self._enter(NO_MESH_ERROR, _entry(STYLES[NO_MESH_ERROR], stroke=0.0))
         stroke = look.stroke or THIN * (series.kind == "law")
@@ -109,6 +126,40 @@ class Marks:
 
     def _enter(self, label: str, handle: Any) -> None:
         self.entries.setdefault(label, handle)
+
+    def name_laws(self, axes: Axes, series: Sequence[Series]) -> None:
+        """The names of the laws in colour at their last points in the frame, the higher above its line."""
+        low, high = axes.get_ylim()
+        ends = []
+        for law in (each for each in series if each.kind == "law" and not each.muted):
+            x, y = self._abscissa(law.x), scaled(law.y, self.figure.y)
+            inside = np.flatnonzero(np.isfinite(y) & (y >= low) & (y <= high))
+            if len(inside):
+                ends.append((float(y[inside[-1]]), float(x[inside[-1]]), law.label))
+        for place, (y_end, x_end, label) in enumerate(sorted(ends)):
+            is_below = place == 0 and len(ends) > 1
+            side: dict[str, Any] = {"ha": "right", "va": "top" if is_below else "bottom"}
+            axes.annotate(
+                label,
+                (x_end, y_end),
+                (2.0, -LABEL_APART if is_below else LABEL_APART),
+                textcoords="offset points",
+                color=self.styles[label].colour,
+                size=9.0,
+                weight="bold",
+                zorder=RINGS,
+                **side,
+            )
+
+    def _spans(self, axes: Axes, series: Series, style: Style, x: np.ndarray) -> None:
+        """Published ranges, as bars between their ends; an open end lies at the frame."""
+        low, high = scaled(series.low, self.figure.y), scaled(series.high, self.figure.y)
+        ranges = np.array([each is None for each in series.y]) & (np.isfinite(low) | np.isfinite(high))
+        bottom, top = axes.get_ylim()
+        low, high = np.where(np.isfinite(low), low, bottom)[ranges], np.where(np.isfinite(high), high, top)[ranges]
+        middle = 0.5 * (low + high)
+        line: dict[str, Any] = {"ecolor": style.colour, "elinewidth": BAND_BAR, "capsize": 5.0, "alpha": 0.6}
+        axes.errorbar(x[ranges], middle, 0.5 * (high - low), fmt="none", zorder=LINES, **line)
 
     def _shade(self, axes: Axes, x: np.ndarray, y: np.ndarray, window: np.ndarray, style: Style) -> None:
         """The part of a line inside a window of the abscissa, broad and pale."""

@@ -18,7 +18,7 @@ from studies.films.section import Sections, read_sections
 from studies.quantities.display import digits, display_of, elapsed, printed
 from studies.reports.drawing.canvas import arrow, as_svg, canvas, drawn_in_style, line, number, write
 from studies.reports.drawing.pixels import coloured, colours, in_radiograph, nearest
-from studies.reports.pictures import Frame
+from studies.reports.sections.pictures import Frame
 
 # points
 FULL, THUMBNAIL, SMALL = 330.0, 180.0, 87.0  # width; small: of debris in the card of a run

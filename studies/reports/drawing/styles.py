@@ -18,10 +18,12 @@ OKABE_ITO = ("#0072b2", "#d55e00", "#009e73", "#cc79a7", "#e69f00", "#56b4e9")
 COLOURS = (*OKABE_ITO, "#7e4fc9", "#8c5a3c", "#7a8a00", "#3f7f93")
 MARKERS = ("s", "^", "D", "v", "P", "h")
 AGAIN = ("o", "X", "<", "*", "p", "d")  # with the same colours, of the next labels
+MUTE = "#9a9a9a"
 # For lines that follow one number: lightness grows along it, and each step reads on white and on black.
 RAMP = ("#5b4cc4", "#0072b2", "#009e9e", "#7fa800", "#d99000")
 
-FLAGGED = "flagged: see Failed and flagged"
+FLAGGED = "flagged"
+WITH_MODELS = "bar with models"
 OUTSIDE = "law outside its range: open marks, dotted"
 NO_MESH_ERROR = "simulation without a mesh error: open marks"
 WINDOW = "window in which growth is judged"
@@ -58,6 +60,8 @@ STYLES = {
     labels.EXTRAPOLATED: Style(COLOURS[1], "*"),
     labels.TREND: Style(COLOURS[1], "o", dash=":"),
     labels.MISSING: Style(GREY, "x", 1000),
+    labels.MUTED: Style(MUTE, "s", 800),
+    WITH_MODELS: Style(INK, "o", 1),
     FLAGGED: Style(CRIMSON, "o", 3, is_open=True),
     NO_MESH_ERROR: Style(INK, "o", 2, is_open=True),
     OUTSIDE: Style(GREY, "s", 900, dash=":", is_open=True),
@@ -95,15 +99,20 @@ LOOKS = {
 def styles_of(figure: Figure) -> dict[str, Style]:
     """A colour and a mark for each label, the same in every panel."""
     series = [series for panel in figure.panels for series in panel.series]
-    names = list(dict.fromkeys(each.label for each in series))
+    muted = {each.label: Style(MUTE, "s", 800) for each in series if each.muted}
+    names = list(dict.fromkeys(each.label for each in series if not each.muted))
     if any(each.kind == "history" for each in series):
         ramp = LinearSegmentedColormap.from_list("", RAMP)
         shades = [to_hex(ramp(place / max(1, len(names) - 1))) for place in range(len(names))]
         return STYLES | {name: Style(shade, "o") for name, shade in zip(names, shades, strict=True)}
     marks = MARKERS + AGAIN
-    return STYLES | {
-        name: Style(
-            COLOURS[place % len(COLOURS)], marks[place % len(marks)], dash="-" if place < len(OKABE_ITO) else "--"
-        )
-        for place, name in enumerate(name for name in names if name not in STYLES)
-    }
+    return (
+        STYLES
+        | muted
+        | {
+            name: Style(
+                COLOURS[place % len(COLOURS)], marks[place % len(marks)], dash="-" if place < len(OKABE_ITO) else "--"
+            )
+            for place, name in enumerate(name for name in names if name not in STYLES)
+        }
+    )

@@ -6,6 +6,7 @@ from collections.abc import Iterator, Mapping
 import numpy as np
 import xarray as xr
 
+from studies.convergence.richardson import COVERAGE, ORDERS, SAFETY
 from studies.cubes import reading
 from studies.cubes import variables as cubes
 from studies.cubes.points import (
@@ -23,6 +24,14 @@ from studies.cubes.variable import Variable
 from studies.reports.section import Part, Source
 from studies.reports.sections.convergence import Convergence, GridLevel, PointConvergence, QuantityConvergence
 from studies.sweeps.reading import OFFSET, RESOLUTION
+
+RULES = (
+    "The value is that of the finest resolution, the mean over its sub-cell offsets; the number behind ± is their "
+    "standard deviation. Where the three finest resolutions show an order of "
+    f"{ORDERS[0]:g} to {ORDERS[1]:g} (Celik et al. 2008, J. Fluids Eng. 130, 078001), with {COVERAGE:g} times their "
+    "noise against it, a point is converging, and its mesh error is the grid convergence index of the values so "
+    f"shifted, factor {SAFETY:g} (Roache 1994). Elsewhere the order and the mesh error are unknown."
+)
 
 # Of one grid, by the names of a point's record.
 OF_ONE_GRID = {"measurement": cubes.UNCERTAINTY, "raw": cubes.RAW}
@@ -46,7 +55,7 @@ def convergence_of(source: Source) -> Part | None:
         return None
     several = refinements_of(dataset)
     resolutions = tuple(map(float, dataset[RESOLUTION].values)) if RESOLUTION in several else ()
-    return Part(Convergence(resolutions, dataset.sizes[OFFSET] if OFFSET in several else 1, quantities))
+    return Part(Convergence(RULES, resolutions, dataset.sizes[OFFSET] if OFFSET in several else 1, quantities))
 
 
 def _points(dataset: xr.Dataset, points: xr.Dataset, name: str) -> Iterator[PointConvergence]:

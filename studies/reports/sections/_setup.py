@@ -50,9 +50,7 @@ def setup_of(source: Source) -> Part:
 def doubted_runs(dataset: xr.Dataset) -> np.ndarray:
     """Whether a run carries a flag on itself or on a main quantity, (runs,): its value is drawn as an open mark."""
     doubts = [cubes.FLAGS_OF_RUN.of(dataset).values.ravel() != 0]
-    doubts += [
-        reading.doubts(cubes.FLAGS.of(dataset, name)).values.ravel() != 0 for name in main_quantities(dataset)
-    ]
+    doubts += [reading.doubts(cubes.FLAGS.of(dataset, name)).values.ravel() != 0 for name in main_quantities(dataset)]
     return np.logical_or.reduce(doubts)
 
 

@@ -53,6 +53,7 @@ class QuantityConvergence:
 class Convergence:
     """Each quantity, with the resolutions of the sweep and how many offsets each has."""
 
+    rules: str  # by which several grids tell a mesh error
     resolutions: tuple[float, ...]  # cells across the projectile's diameter; empty of one
     offsets: int
     quantities: tuple[QuantityConvergence, ...]

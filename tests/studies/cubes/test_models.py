@@ -48,7 +48,7 @@ def built(model_part: str, screens: dict[str, float] | None = None, **changes: A
 
 def stated_in(dataset: xr.Dataset) -> dict[str, Any]:
     """The model part of the hole, as report.json has it of all runs."""
-    rows = report.document(dataset, compare(dataset))["model_part"]
+    rows = report.report_of(dataset).as_json()["models"]["parts"]
     (row,) = [row for row in rows if row["quantity"] == "hole_diameter"]
     assert row["runs"] == dataset.run_state.size
     stated: dict[str, Any] = row

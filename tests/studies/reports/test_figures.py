@@ -1,6 +1,5 @@
 """Figures of simulation, laws, observations and convergence, and their captions."""
 
-import json
 import math
 import re
 from collections.abc import Callable
@@ -17,8 +16,9 @@ from studies.cubes import cube
 from studies.reports import report
 from studies.reports.compare import compare
 from studies.reports.figure import ERROR_BAR, Figure, Series
-from studies.reports.figures import figures
-from studies.reports.page import page
+from studies.reports.figures import figures, of_runs
+from studies.reports.judgement import nearest
+from studies.reports.page import appendix, page
 from studies.reports.publish import draw_figures
 from studies.sweeps.axes import Axis
 from tests.studies.support import fakes
@@ -29,7 +29,8 @@ PLAIN = fakes.holes()
 
 
 def drawn(dataset: xr.Dataset, ending: str) -> Figure:
-    (entry,) = [figure for figure in figures(dataset, compare(dataset)) if figure.name == f"hole_diameter_{ending}"]
+    every = [*figures(dataset, compare(dataset)), *of_runs(dataset, compare(dataset))]
+    (entry,) = [figure for figure in every if figure.name == f"hole_diameter_{ending}"]
     return entry
 
 
@@ -50,45 +51,49 @@ def bands(figure: Figure) -> list[Series]:
 
 @pytest.mark.claim("report", "cube-redoes-figures")
 def test_main_figure__is_redone_from_the_cube_alone() -> None:
-    """xarray.open_dataset("cube.nc") alone redoes the main figure of the report."""
+    """xarray.open_dataset("cube.nc") alone redoes the main figure of the report, in millimetres and in diameters."""
     dataset = fakes.cube_of(PLAIN, fakes.with_trouble(PLAIN))
-    ratios = dataset.hole_diameter.where(dataset.run_state == 0) / dataset.equivalent_diameter
-    answers = dataset.hole_diameter_by_law / dataset.equivalent_diameter
-    variants = answers.sel(hole_diameter_law=[f"strength_ln/{name}" for name in fakes.YIELDS])
+    holes = dataset.hole_diameter.where(dataset.run_state == 0)
+    for ending, divisor in (("laws", 1.0), ("laws_ratio", dataset.equivalent_diameter)):
+        figure = drawn(dataset, ending)
+        for number, panel in enumerate(figure.panels):
+            (points,) = series_of(figure, number, kind="simulation")
+            assert points.x == fakes.SPEEDS
+            np.testing.assert_array_equal(np.array(points.y, float), (holes / divisor).sel(panel.at).values)
+            (law,) = series_of(figure, number, label="thesis 1-3")
+            answers = dataset.hole_diameter_by_law.sel(hole_diameter_law="maiden_al") / divisor
+            np.testing.assert_array_equal(np.array(law.y, float), answers.sel(panel.at).values)
+            assert law.in_range == (False, True, True, True, False, False)
+
+
+def test_main_figure__has_two_laws_in_colour_and_every_measured_shot_a_range_too() -> None:
+    shots = [
+        fakes.observed(4e3, 3e-3, 17.9e-3),
+        replace(fakes.observed(6e3, 3e-3, 0.0, None), value=None, bounds=(21e-3, 24e-3)),
+    ]
+    dataset = fakes.cube_of(PLAIN, observations=shots)
     figure = drawn(dataset, "laws")
-    for number, panel in enumerate(figure.panels):
-        (points,) = series_of(figure, number, kind="simulation")
-        assert points.x == fakes.SPEEDS
-        np.testing.assert_array_equal(np.array(points.y, float), ratios.sel(panel.at).values)
-        (band,) = series_of(figure, number, kind="band")
-        mine = variants.sel(panel.at)
-        assert band.low == tuple(mine.min("hole_diameter_law").values)
-        assert band.high == tuple(mine.max("hole_diameter_law").values)
-        (law,) = series_of(figure, number, label="thesis 1-3, aluminium")
-        assert law.in_range == (False, True, True, True, False, False)
+    laws = series_of(figure, 1, kind="law")
+    near = nearest(compare(dataset).judgements, "simulation")
+    assert [law.label for law in laws if not law.muted] == [law.name for law in reversed(near[:2])]
+    (measured,) = series_of(figure, 1, kind="observation")
+    assert [*zip(measured.x, measured.y, measured.low, measured.high, strict=True)] == [
+        (4e3, 17.9e-3, None, None),
+        (6e3, None, 21e-3, 24e-3),
+    ]
 
 
-# --- residuals ------------------------------------------------------------------------------------
-
-
-def test_band__is_the_error_bar_over_the_value_about_zero() -> None:
-    shipped = fakes.HOLE_LAWS[1]
-    wider = replace(
-        shipped, ratio=lambda shot, variant: 1.05 * shipped.ratio(shot, variant)
-    )  # within bars at two points
-    dataset = fakes.cube_of(REFINED, laws=[wider])
-    figure = drawn(dataset, "residuals")
-    relative = dataset.hole_diameter_converged_uncertainty / dataset.hole_diameter_converged
-    barred = np.isfinite(dataset.hole_diameter_converged_uncertainty_mesh.values)
-    shown = bands(figure)  # in pieces, about the points without a mesh error
-    high = np.array([value for band in shown for value in band.high], float)
-    assert [x for band in shown for x in band.x] == np.array(fakes.SPEEDS)[barred].tolist()
-    np.testing.assert_allclose(high, relative.values[barred])
-    np.testing.assert_allclose(np.array([value for band in shown for value in band.low], float), -high)
-    (law,) = series_of(figure, label="general form with the sound speed")
-    inside = np.abs(np.array(law.y, float)[barred]) <= high
-    (entry,) = [each for each in compare(dataset).residuals if each.subject == "maiden_c"]
-    assert 0 < entry.everywhere.within == inside.sum() < entry.everywhere.judged == len(inside)
+def test_bars__are_of_mesh_and_reading_inside_and_with_models_outside() -> None:
+    dataset = fakes.cube_of(REFINED)
+    (points,) = series_of(drawn(dataset, "laws"), kind="simulation")
+    inner = dataset.hole_diameter_converged_uncertainty.where(
+        np.isfinite(dataset.hole_diameter_converged_uncertainty_mesh)
+    )
+    models = dataset.hole_diameter_model_part.isel(cells_per_diameter=-1, offset=0)
+    parts = [inner, models, dataset.hole_diameter_definition_part]
+    outer = np.sqrt(sum(part.fillna(0.0) ** 2 for part in parts)).where(np.isfinite(inner))
+    np.testing.assert_array_equal(np.array(points.uncertainty, float), inner.values)
+    np.testing.assert_allclose(np.array(points.outer, float), outer.values)
 
 
 # --- convergence ----------------------------------------------------------------------------------
@@ -100,7 +105,7 @@ def test_convergence__shows_runs_levels_and_the_value_with_its_error_bar() -> No
     assert [panel.at["speed"] for panel in figure.panels] == list(fakes.SPEEDS)
     for number, panel in enumerate(figure.panels):
         cell = dataset.sel(panel.at)
-        runs = cell.hole_diameter / fakes.DIAMETER
+        runs = cell.hole_diameter
         (level,) = series_of(figure, number, kind="level")
         assert level.x == (1 / 16, 1 / 32, 1 / 64)
         np.testing.assert_allclose(np.array(level.y, float), runs.mean("offset").values)
@@ -109,7 +114,7 @@ def test_convergence__shows_runs_levels_and_the_value_with_its_error_bar() -> No
         assert sorted(np.array(dots.y, float)) == sorted(runs.values.ravel())
         (band,) = bands(replace(figure, panels=(panel,)))
         value, bar = cell.hole_diameter_converged, cell.hole_diameter_converged_uncertainty
-        assert band.low[0] == pytest.approx(float(value - bar) / fakes.DIAMETER)
+        assert band.low[0] == pytest.approx(float(value - bar))
 
 
 def test_convergence__extrapolates_only_what_converges_and_says_the_verdict() -> None:
@@ -123,7 +128,7 @@ def test_convergence__extrapolates_only_what_converges_and_says_the_verdict() ->
         assert (len(limits), len(trends)) == (converging, converging)
         if converging:
             cell = dataset.sel(panel.at)
-            end = float(cell.hole_diameter_converged_extrapolated) / fakes.DIAMETER
+            end = float(cell.hole_diameter_converged_extrapolated)
             assert (limits[0].x, limits[0].y) == ((0.0,), (end,))
             assert trends[0].y[0] == pytest.approx(end)
 
@@ -141,7 +146,7 @@ def folder(tmp_path_factory: pytest.TempPathFactory) -> Path:
 
 def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folder: Path, tmp_path: Path) -> None:
     with xr.open_dataset(folder / "cube.nc") as dataset:
-        every = figures(dataset, compare(dataset))
+        every = report.every_figure(dataset)
     files = draw_figures(folder, tmp_path, "svg")
     assert [file.name for file in files] == [f"{figure.name}.svg" for figure in every]
     for figure, file in zip(every, files, strict=True):
@@ -154,7 +159,7 @@ def test_draw_figures__writes_one_file_a_figure_with_its_titles_and_labels(folde
 
 # ---- many runs -----------------------------------------------------------------------------------
 
-MANY, LARGEST = (50, 40), 3e6  # runs over two axes; bytes of their page
+MANY, LARGEST, LARGEST_APPENDIX = (50, 40), 3e6, 5e6  # runs over two axes; bytes of their pages
 
 
 @pytest.mark.claim("door", "two-thousand-runs", minutes=0.2)
@@ -162,23 +167,21 @@ MANY, LARGEST = (50, 40), 3e6  # runs over two axes; bytes of their page
 def test_two_thousand_runs__have_maps_over_two_axes_and_a_small_page(
     combine: Any, compared: Callable[..., None]
 ) -> None:
-    """Two thousand runs over two axes are maps, each point in its place, on a page below 3 MB."""
+    """Two thousand runs over two axes are maps, each point in its place; page and appendix stay below 3 and 5 MB."""
     rng = np.random.default_rng(1)
     count = math.prod(MANY)
     along = [np.linspace(0.0, 1.0, each) for each in MANY] if combine == "grid" else rng.random((2, count))
     speed = Axis("speed", "m s-1", tuple((2e3 + 5e3 * along[0]).tolist()))
     thickness = Axis("plate_thickness", "m", tuple((1e-3 + 4e-3 * along[1]).tolist()))
     dataset = fakes.cube_of(sweep_of(speed, thickness, combine=combine))
-    document = report.document(dataset, compare(dataset))
+    document = fakes.document_of(dataset)
     names = [figure["name"] for figure in document["figures"]]
     compared(
-        equal(
-            "figures", expected=["hole_diameter_map", "hole_diameter_residuals_map", "hole_diameter_growth"], got=names
-        )
+        equal("figures", expected=["hole_diameter_map", "hole_diameter_laws_map", "hole_diameter_growth"], got=names)
     )
     (panel,) = document["figures"][0]["panels"]
     (series,) = panel["series"]
     compared(equal("points of the map", expected=count, got=len({*zip(series["x"], series["y"], strict=True)})))
-    ratios = (dataset.hole_diameter / dataset.equivalent_diameter).values.ravel()
-    np.testing.assert_allclose(series["z"], ratios)
-    compared(at_most("bytes of the page", limit=LARGEST, got=len(page(json.loads(report.as_json(document))).encode())))
+    np.testing.assert_allclose(series["z"], dataset.hole_diameter.values.ravel())
+    for name, limit, made in (("page", LARGEST, page), ("appendix", LARGEST_APPENDIX, appendix)):
+        compared(at_most(f"bytes of the {name}", limit=limit, got=len(made(document).encode())))

@@ -28,7 +28,7 @@ def reported(sweep: Sweep, folder: Path, sections: dict[str, Path]) -> Reported:
     with undrawn():
         files = publish_sweep(sweep, fakes.results(sweep), folder, fakes.catalogue(sweep.scenario), sections)
     document = json.loads(Path(files["report.json"]).read_text())
-    return document, Path(files["report.html"]).read_text()
+    return document, Path(files["appendix.html"]).read_text()
 
 
 def pictures_of_run(document: dict, number: int) -> list[dict]:
@@ -50,7 +50,7 @@ def report(tmp_path_factory: pytest.TempPathFactory) -> Reported:
 def test_picture__says_what_was_measured_and_when(report: Reported) -> None:
     document, html = report
     [end] = [p for p in pictures_of_run(document, 0) if p["kind"] == "end" and p["field"] == "plastic_strain"]
-    hole = document["runs"][0]["values"]["hole_diameter"]
+    hole = document["runs"]["runs"][0]["values"]["hole_diameter"]
     assert end["across"] == [{"quantity": "hole_diameter", "label": "hole diameter", "value": hole}]
     assert f"hole diameter {printed(hole, 'length')} mm" in end["alt"]
     assert end["alt"] in html
@@ -90,14 +90,14 @@ def test_pictures__of_many_runs_are_of_some_of_the_finest(tmp_path: Path, monkey
     runs = document["pictures"]["runs"]
     assert len(runs) == 1
     assert document["pictures"]["left_out"] == len(sweep.runs()) - len(runs)
-    assert {document["runs"][run["run"]]["at"]["cells_per_diameter"] for run in runs} == {32.0}
+    assert {document["runs"]["runs"][run["run"]]["at"]["cells_per_diameter"] for run in runs} == {32.0}
 
 
 def test_page__embeds_pictures_that_can_be_opened(report: Reported) -> None:
     _, html = report
     runs = re.findall(r'<svg class="picture of-run.*?</svg>', html, re.DOTALL)
-    # The end with which the page opens; thumbnails of the end and of one moment; five fields and that moment in full.
-    assert len(runs) == 1 + 2 + 5 + 1
+    # Thumbnails of the end and of one moment; five fields and that moment in full.
+    assert len(runs) == 2 + 5 + 1
     for drawn in runs:
         embedded = re.findall(r'href="data:image/png;base64,([^"]+)"', drawn)
         assert len(embedded) == (1 if "thumbnail" in drawn else 2)  # with a colour bar

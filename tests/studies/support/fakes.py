@@ -18,7 +18,6 @@ from studies.laws._range import speed
 from studies.quantities.measured import DEFINITION, Measured
 from studies.quantities.parameters import declared
 from studies.reports import report
-from studies.reports.compare import compare
 from studies.runs.results import RunResult
 from studies.runs.run import Run
 from studies.sweeps.axes import Axis
@@ -255,7 +254,7 @@ def searched(sweep: Sweep, result_of: Callable[[Run], RunResult]) -> dict[str, R
 
 def document_of(dataset: xr.Dataset) -> dict[str, Any]:
     """The report of a cube as a program reads it."""
-    document: dict[str, Any] = json.loads(report.as_json(report.document(dataset, compare(dataset))))
+    document: dict[str, Any] = json.loads(report.as_json(report.report_of(dataset).as_json()))
     return document
 
 

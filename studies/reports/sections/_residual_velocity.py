@@ -1,8 +1,7 @@
-"""Residual velocities with the curve of Recht and Ipson."""
+"""Computes the section of residual velocities: a curve for each place of the axes beside the speed."""
 
 import math
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -11,52 +10,59 @@ from studies.cubes.points import axes_of, places_of, simulated_values
 from studies.cubes.reading import finite
 from studies.laws.fitting.least_squares import NotIdentified, nonlinear
 from studies.reports.figure import Figure, Panel, Scale, Series, numbers
+from studies.reports.section import Part, Source
+from studies.reports.sections.residual_velocity import (
+    EQUATION,
+    SOURCE,
+    FittedConstant,
+    ResidualCurve,
+    ResidualVelocities,
+)
 from studies.reports.view import title_of
 
-RESIDUAL, SPEED, PERFORATED = "residual_velocity", "speed", "perforated"
+RESIDUAL, SPEED = "residual_velocity", "speed"
 CONSTANTS = ("a", "p", "v_bl")
-EQUATION = "v_r = a (v^p - v_bl^p)^(1/p)"
-SOURCE = "Recht and Ipson (1963), J. Appl. Mech. 30, 384 (recalled, not read)"
 # Points with a residual velocity that a fit takes: one more than constants, for an interval.
 LEAST = len(CONSTANTS) + 1
 CURVE = 60  # points of a drawn curve
 ENERGY = 2.0  # p where nothing is lost but the energy at the limit: the start of the iteration
 
 
-def residual_curves(dataset: xr.Dataset) -> dict[str, Any] | None:
-    """Residual velocities by impact speed with the constants of their curve; None where none were measured."""
+def residual_velocities_of(source: Source) -> Part | None:
+    """The section; None where no residual velocity was measured along the speed."""
+    dataset = source.dataset
     if RESIDUAL not in dataset or SPEED not in axes_of(dataset):
         return None
-    rows = list(_curves(dataset))
-    return {"equation": EQUATION, "source": SOURCE, "rows": rows} if rows else None
+    curves = tuple(_curves(dataset))
+    return Part(ResidualVelocities(EQUATION, SOURCE, curves), (_figure(dataset, curves),)) if curves else None
 
 
-def _curves(dataset: xr.Dataset) -> Iterator[dict[str, Any]]:
-    """A row for each combination of the axes beside the speed that has a residual velocity."""
+def _curves(dataset: xr.Dataset) -> Iterator[ResidualCurve]:
+    """A curve for each combination of the axes beside the speed that has a residual velocity."""
     values = simulated_values(dataset, RESIDUAL).ravel()
-    groups: dict[tuple[tuple[str, Any], ...], list[tuple[float, float]]] = {}
+    groups: dict[tuple[tuple[str, float | str], ...], list[tuple[float, float]]] = {}
     for place, value in zip(places_of(dataset), values, strict=True):
         others = tuple((name, each) for name, each in place.items() if name != SPEED)
         if math.isfinite(value):
             groups.setdefault(others, []).append((float(place[SPEED]), float(value)))
     for others, points in groups.items():
         speed, residual = np.array(sorted(points)).T
-        yield {
-            "at": dict(others),
-            "speed": speed.tolist(),
-            "residual_velocity": residual.tolist(),
-            **fitted_curve(speed, residual),
-        }
+        through = residual > 0.0
+        fitted = fitted_curve(speed[through], residual[through])
+        yield ResidualCurve(
+            at=dict(others),
+            speed=tuple(speed.tolist()),
+            residual_velocity=tuple(residual.tolist()),
+            points=int(through.sum()),
+            too_few=bool(through.sum() < LEAST),
+            **{name: fitted.get(name) for name in CONSTANTS},
+        )
 
 
-def fitted_curve(speed: np.ndarray, residual: np.ndarray) -> dict[str, Any]:
-    """The constants with the half lengths of their intervals, or the reason why there are none."""
-    empty: dict[str, Any] = dict.fromkeys(CONSTANTS)
-    through = residual > 0.0
-    if through.sum() < LEAST:
-        reason = f"not fitted: {through.sum()} perforations, {len(CONSTANTS)} constants take {LEAST} or more"
-        return {**empty, "points": int(through.sum()), "reason": reason}
-    v, y = speed[through], residual[through]
+def fitted_curve(v: np.ndarray, y: np.ndarray) -> dict[str, FittedConstant]:
+    """The constants by residual velocities ``y`` (n,) at impact speeds ``v``, m/s; empty where they are not told."""
+    if len(v) < LEAST:
+        return {}
     # v_r^2 = a^2 v^2 - a^2 v_bl^2 gives the constants from which the iteration begins.
     slope, offset = np.polyfit(v**2, y**2, 1)
     begin = math.sqrt(max(-offset / slope, 0.0)) if slope > 0.0 else 0.0
@@ -64,13 +70,11 @@ def fitted_curve(speed: np.ndarray, residual: np.ndarray) -> dict[str, Any]:
     try:
         solution = nonlinear(lambda constants: recht_ipson(v, *constants), start, y)
     except (NotIdentified, np.linalg.LinAlgError):
-        reason = "not fitted: the points do not tell its constants apart"
-        return {**empty, "points": len(v), "reason": reason}
-    constants = {
-        name: {"value": finite(value), "half_interval": finite(reach)}
+        return {}
+    return {
+        name: FittedConstant(finite(value), finite(reach))
         for name, value, reach in zip(CONSTANTS, solution.constants, solution.intervals, strict=True)
     }
-    return {**constants, "points": len(v), "reason": ""}
 
 
 def recht_ipson(speed: np.ndarray, a: float, p: float, limit: float) -> np.ndarray:
@@ -86,23 +90,18 @@ def recht_ipson(speed: np.ndarray, a: float, p: float, limit: float) -> np.ndarr
     return velocity
 
 
-def residual_figure(dataset: xr.Dataset, curves: dict[str, Any] | None) -> Iterator[Figure]:
+def _figure(dataset: xr.Dataset, curves: tuple[ResidualCurve, ...]) -> Figure:
     """Residual velocities over the impact speed, each with its curve."""
-    if curves is None:
-        return
     panels = []
-    for row in curves["rows"]:
-        speed = np.array(row["speed"])
-        series = [
-            Series("quantity", "simulation", tuple(row["speed"]), numbers(row["residual_velocity"]), connected=False)
-        ]
-        if row["a"]:
-            constants = [row[name]["value"] for name in CONSTANTS]
-            x = np.linspace(min(constants[2], speed.min()), speed.max(), CURVE)
+    for curve in curves:
+        series = [Series("quantity", "simulation", curve.speed, numbers(curve.residual_velocity), connected=False)]
+        constants = [each.value for each in (curve.a, curve.p, curve.v_bl) if each and each.value is not None]
+        if len(constants) == len(CONSTANTS):
+            x = np.linspace(min(constants[2], *curve.speed), max(curve.speed), CURVE)
             y = recht_ipson(x, *constants)
             series.append(Series("trend", "Recht and Ipson", tuple(x.tolist()), numbers(y)))
-        panels.append(Panel(title_of(dataset, row["at"]), row["at"], tuple(series)))
-    yield Figure(
+        panels.append(Panel(title_of(dataset, curve.at), curve.at, tuple(series)))
+    return Figure(
         name="residual_velocity_curve",
         title="Residual velocity against speed",
         caption=f"Residual velocities of all runs; curve: {EQUATION}, fitted to those that perforate.",

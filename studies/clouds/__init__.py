@@ -1,0 +1,1 @@
+"""Debris clouds in reports: the sizes of their fragments."""

@@ -1,0 +1,109 @@
+"""Pictures of the runs and of their set-up: what each shows, with its texts and measured lengths."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from studies.reports.section import Part, Section, Source
+
+Json = str | float | bool | None
+Drawn = Mapping[str, Json | list[Mapping[str, Json]] | Mapping[str, Json]]
+
+
+@dataclass(frozen=True)
+class Length:
+    """A measured length that a picture shows, m."""
+
+    quantity: str
+    label: str
+    value: float
+
+
+@dataclass(frozen=True)
+class Frame:
+    """The part of a section that a picture shows, m."""
+
+    left: float
+    right: float
+    top: float  # lowest coordinate along the line of flight, where the projectile comes from
+    bottom: float
+
+    @property
+    def width(self) -> float:
+        return self.right - self.left
+
+    @property
+    def height(self) -> float:
+        return self.bottom - self.top
+
+
+@dataclass(frozen=True)
+class Picture:
+    """A state of a run, coloured by a field; without a frame there is none, for a reason."""
+
+    kind: str  # "end" or "debris"
+    missing: str | None = None  # why there is no picture
+    moment: int = 0
+    time: float = 0.0  # s
+    field: str = ""
+    label: str = ""
+    unit: str = ""
+    factor: float = 1.0  # from SI to the unit
+    limits: tuple[float, float] = (0.0, 1.0)  # of the colours
+    frame: Frame | None = None
+    middle: float = 0.0  # of what is measured across, m
+    across: tuple[Length, ...] = ()
+    along: tuple[Length, ...] = ()
+    alt: str = ""
+    sign: float = 1.0  # -1 where the line of flight points up
+
+
+@dataclass(frozen=True)
+class History:
+    """What was measured during a run: SI."""
+
+    quantity: str
+    label: str
+    time: tuple[float, ...]
+    value: tuple[float | None, ...]
+
+
+@dataclass(frozen=True)
+class Growth:
+    """Histories of a run, and the window (s) in which growth was judged."""
+
+    lines: tuple[History, ...]
+    window: tuple[float, float] | None
+    alt: str
+
+
+@dataclass(frozen=True)
+class PicturedRun:
+    """The pictures of a run."""
+
+    run: int
+    title: str
+    missing: str | None
+    full: bool  # whether it is shown in full size too
+    finest: bool
+    growth: Growth | None
+    pictures: tuple[Picture, ...]
+
+
+@dataclass(frozen=True)
+class Pictures:
+    """All pictured runs; those of the others are in their files."""
+
+    setup: Drawn | None
+    runs: tuple[PicturedRun, ...]
+    left_out: int
+
+
+def _part(source: Source) -> Part | None:
+    from studies.reports.pictures import pictures_of
+
+    return Part(pictures_of(source.dataset, source.files))
+
+
+SECTION = Section(
+    "pictures", "Pictures", 70, Pictures, _part, "sections/pictures.html", "", "sections/pictures_appendix.html"
+)
