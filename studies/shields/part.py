@@ -49,6 +49,9 @@ def _beside(opening: "ShieldOpening", shots: Sequence[tuple[Place, Shot]]) -> Be
     if shot is None:
         return None
     answer, like = answers.answer(shot), like_shields(shot)
+    is_like = shot.shield is not None and not shot.shield.further_bumpers  # all published shots have one bumper
+    ordered = (answer.easier, answer.harder) if is_like else ()
+    easier, harder = [Ordered(each.shots, each.contrary) for each in ordered] or [Ordered(0, 0)] * 2
     failed = sum(each.is_perforated for each in like)
     return Beside(
         at=limit.at,
@@ -56,9 +59,9 @@ def _beside(opening: "ShieldOpening", shots: Sequence[tuple[Place, Shot]]) -> Be
         diameter=diameter,
         failed=failed,
         held=len(like) - failed,
-        easier=Ordered(answer.easier.shots, answer.easier.contrary),
-        harder=Ordered(answer.harder.shots, answer.harder.contrary),
-        nearest=answer.nearest[:NEAREST],
+        easier=easier,
+        harder=harder,
+        nearest=answer.nearest[:NEAREST] if is_like else (),
         safe=tuple(
             SafeSize(each.size.value, each.risk, each.law, each.value, each.reason and each.reason.value)
             for each in answer.safe

@@ -32,8 +32,8 @@ def outcomes_part(source: Source) -> Part | None:
     if not quantities:
         return None
     units = {name: source.points[name].attrs.get("units") for name in axes_of(source.points)}
-    speed = source.dataset.variables.get("speed")
-    fixed = float(speed.item()) if speed is not None and not speed.dims else None
+    is_fixed = "speed" in source.dataset and not source.dataset.speed.dims
+    fixed = float(source.dataset.speed) if is_fixed else None
     return Part(Outcomes(quantities), opening=headline(quantities[0], units, fixed))
 
 

@@ -39,7 +39,7 @@ def test_report__states_limits_and_residual_velocities(tmp_path: Path) -> None:
     with undrawn():
         publish_sweep(SWEEP, fakes.searched(SWEEP, result_of), tmp_path)
     report = json.loads((tmp_path / "report.json").read_text())
-    rows = {row["at"]["nose"]: row for row in report["limits"]["rows"]}
+    rows = {row["at"]["nose"]: row for row in report["search"]["limits"]}
     for nose, exact in EXACT.items():
         assert rows[nose]["lower"] < exact <= rows[nose]["upper"]
     [blunt, *_] = report["residual_curves"]["rows"]
